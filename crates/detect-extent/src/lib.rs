@@ -1,0 +1,63 @@
+//! Finds slip events and how far they run: the raw event table.
+
+use asperity_detect::{Change, Detector, Slip, SlipTracker};
+use asperity_record::{Event, SlipEvent, StepRecord};
+
+/// Emits a [`SlipEvent`] at the end of every slip event.
+#[derive(Debug, Clone)]
+pub struct ExtentDetector {
+    tracker: SlipTracker,
+}
+
+impl ExtentDetector {
+    /// A detector for a chain of `blocks` blocks.
+    pub fn new(blocks: u32) -> ExtentDetector {
+        ExtentDetector { tracker: SlipTracker::new(blocks) }
+    }
+}
+
+impl Detector for ExtentDetector {
+    fn name(&self) -> &'static str {
+        "extent"
+    }
+
+    fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
+        if let Change::Ended(slip) = self.tracker.observe(record) {
+            emit(Event::new(&SlipEvent {
+                end_s: Some(record.time_s),
+                end_step: Some(record.step),
+                ft_fn_end: Some(record.load_ratio()),
+                open: false,
+                known_at_step: record.step,
+                ..still_open(&slip, record.step)
+            }));
+        }
+    }
+
+    fn finish(&mut self, last_step: u64, emit: &mut dyn FnMut(Event)) {
+        if let Some(slip) = self.tracker.finish() {
+            emit(Event::new(&still_open(&slip, last_step)));
+        }
+    }
+}
+
+fn still_open(slip: &Slip, known_at_step: u64) -> SlipEvent {
+    SlipEvent {
+        onset_s: slip.onset_s,
+        end_s: None,
+        first_block: slip.first_block(),
+        last_block: slip.last_block(),
+        max_sliding: slip.max_sliding,
+        ft_fn_onset: slip.onset_load_ratio,
+        ft_fn_end: None,
+        event: slip.event,
+        onset_step: slip.onset_step,
+        end_step: None,
+        blocks_slipped: slip.blocks_slipped(),
+        nucleation_block: slip.nucleation.block,
+        ft_fn_min: slip.min_load_ratio,
+        ft_fn_max: slip.max_load_ratio,
+        open: true,
+        known_at_step,
+    }
+}

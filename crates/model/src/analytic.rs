@@ -1,0 +1,227 @@
+//! What the theory predicts, for tables, figures and tests.
+//!
+//! Lengths are over the slider length (`x = L_p / L`), loads over the normal
+//! load, unless a unit says otherwise. Transcendental functions come from the
+//! `libm` crate, so that tables are the same bytes on every machine.
+
+use crate::Plan;
+
+/// Which prediction of `F_T / F_N` at a precursor length a table is held against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum LengthLaw {
+    /// (5.22), for a tilted load.
+    #[serde(rename = "eq-5.22")]
+    Tilted,
+    /// (5.52), for an initial shear profile.
+    #[serde(rename = "eq-5.52")]
+    InitialShear,
+    /// (5.57), the straight line.
+    #[serde(rename = "eq-5.57")]
+    Linear,
+}
+
+impl LengthLaw {
+    /// The equation's number, as in `5.22`.
+    pub fn equation(self) -> &'static str {
+        match self {
+            LengthLaw::Tilted => "5.22",
+            LengthLaw::InitialShear => "5.52",
+            LengthLaw::Linear => "5.57",
+        }
+    }
+
+    /// The prediction of `F_T / F_N` for a precursor of length `x = L_p / L`.
+    pub fn load_ratio(self, parameters: &LengthLawParameters, x: f64) -> f64 {
+        match self {
+            LengthLaw::Tilted => tilted_load_ratio(parameters.mu_d, parameters.theta, x),
+            LengthLaw::InitialShear => initial_shear_load_ratio(parameters, x),
+            LengthLaw::Linear => parameters.mu_d * x,
+        }
+    }
+}
+
+/// What the predictions depend on; all dimensionless.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LengthLawParameters {
+    /// Static coefficient.
+    pub mu_s: f64,
+    /// Dynamic coefficient, `mu_k` in the thesis' Chapter 5.
+    pub mu_d: f64,
+    /// Tilt of the normal load.
+    pub theta: f64,
+    /// Amplitude of the initial shear.
+    pub beta: f64,
+    /// Screening length over slider length, `l_0 / L`.
+    pub screening: f64,
+}
+
+impl LengthLawParameters {
+    /// The parameters of a scenario.
+    pub fn of(scenario: &crate::Scenario) -> LengthLawParameters {
+        let plan = Plan::new(scenario);
+        LengthLawParameters {
+            mu_s: plan.friction.static_coefficient,
+            mu_d: plan.friction.dynamic_coefficient,
+            theta: scenario.normal_load.tilt,
+            beta: scenario.initial_shear.beta,
+            screening: plan.screening_length_m() / plan.length_m,
+        }
+    }
+}
+
+/// `mu_k x (1 + theta (1 - x))` (5.22).
+pub fn tilted_load_ratio(mu_d: f64, theta: f64, x: f64) -> f64 {
+    mu_d * x * (1.0 + theta * (1.0 - x))
+}
+
+/// (5.52): sliding friction behind the tip, a decay from `alpha p` with
+/// `alpha = (mu_s + mu_k) / 2` ahead of it, on top of the initial shear.
+pub fn initial_shear_load_ratio(parameters: &LengthLawParameters, x: f64) -> f64 {
+    let LengthLawParameters { mu_s, mu_d, beta, screening: l, .. } = *parameters;
+    let alpha = (mu_s + mu_d) / 2.0;
+    let decayed = libm::exp(-(1.0 - x) / l);
+    mu_d * x
+        + 2.0 * beta * l * l * (decayed - 1.0)
+        + beta * (1.0 - x) * x
+        + l * (beta * (1.0 + decayed - 2.0 * x) + alpha * (1.0 - decayed))
+}
+
+/// Tangential force along a stuck chain whose first block is about to detach
+/// (5.45): `(tau_1 - tau0(x)) exp(-x / l0) + tau0(x)`, any one unit of force.
+pub fn stuck_tangential_force(first: f64, initial: f64, distance_m: f64, screening_length_m: f64) -> f64 {
+    (first - initial) * libm::exp(-distance_m / screening_length_m) + initial
+}
+
+/// Factor by which the force in a stuck discrete chain falls from block to
+/// block: the root below 1 of `q + 1/q = 2 + k_t / k`.
+pub fn discrete_decay_per_block(stiffness_ratio: f64) -> f64 {
+    let half = 1.0 + stiffness_ratio / 2.0;
+    // 1 / (half + sqrt(half^2 - 1)) instead of half - sqrt(...), which cancels.
+    1.0 / (half + (stiffness_ratio * (1.0 + stiffness_ratio / 4.0)).sqrt())
+}
+
+/// How many blocks of a stuck chain, block 1 included, carry more than
+/// `threshold` of the force on block 1.
+pub fn affected_blocks(stiffness_ratio: f64, threshold: f64) -> u32 {
+    let decay = discrete_decay_per_block(stiffness_ratio);
+    let mut blocks = 0;
+    let mut force = 1.0;
+    while force > threshold {
+        blocks += 1;
+        force *= decay;
+    }
+    blocks
+}
+
+/// Velocity of one mode of the free chain after a unit kick at `t = 0`, from the
+/// roots (5.28) of `m z^2 + eta s z + k s = 0` with `s = 4 sin^2(kappa a / 2)`.
+///
+/// `relative_damping` is `eta / sqrt(k m)` and `phase` is `t sqrt(k / m)`.
+pub fn mode_velocity(shape: f64, relative_damping: f64, phase: f64) -> f64 {
+    let rate = relative_damping * shape / 2.0;
+    let discriminant = rate * rate - shape;
+    let decay = libm::exp(-rate * phase);
+    if discriminant < 0.0 {
+        let omega = (-discriminant).sqrt();
+        decay * (libm::cos(omega * phase) - rate / omega * libm::sin(omega * phase))
+    } else if discriminant > 0.0 {
+        let root = discriminant.sqrt();
+        // Both exponents are negative: no overflow however long the time.
+        let slow = libm::exp((root - rate) * phase);
+        let fast = libm::exp((-root - rate) * phase);
+        ((1.0 - rate / root) * slow + (1.0 + rate / root) * fast) / 2.0
+    } else {
+        decay * (1.0 - rate * phase)
+    }
+}
+
+/// `s = 4 sin^2(kappa a / 2)` of mode `j` of a free chain of `blocks` blocks,
+/// `kappa a = pi j / N`.
+pub fn mode_shape(mode: u32, blocks: u32) -> f64 {
+    let sine = libm::sin(std::f64::consts::PI * f64::from(mode) / (2.0 * f64::from(blocks)));
+    4.0 * sine * sine
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DEFAULT: LengthLawParameters =
+        LengthLawParameters { mu_s: 0.7, mu_d: 0.45, theta: 0.0, beta: 0.0, screening: 1.0 / 99.0 };
+
+    /// (5.48) with its missing parentheses, integrated by Simpson's rule.
+    fn integrated(p: &LengthLawParameters, lp: f64) -> f64 {
+        let alpha = (p.mu_s + p.mu_d) / 2.0;
+        let tau0 = |x: f64| p.beta * (2.0 * x - 1.0);
+        let ahead = |x: f64| (alpha - tau0(x)) * (-(x - lp) / p.screening).exp() + tau0(x);
+        let panels = 20_000;
+        let h = (1.0 - lp) / f64::from(panels);
+        let sum: f64 = (0..panels)
+            .map(|i| {
+                let x = lp + f64::from(i) * h;
+                (ahead(x) + 4.0 * ahead(x + h / 2.0) + ahead(x + h)) * h / 6.0
+            })
+            .sum();
+        p.mu_d * lp + sum
+    }
+
+    #[test]
+    fn closed_form_5_52_is_the_integral_5_48() {
+        for beta in [0.0, 0.225, 0.45, -0.3] {
+            for screening in [1.0 / 99.0, 0.07] {
+                let p = LengthLawParameters { beta, screening, ..DEFAULT };
+                for lp in [0.0, 0.1, 0.5, 0.93, 1.0] {
+                    let (closed, direct) = (initial_shear_load_ratio(&p, lp), integrated(&p, lp));
+                    assert!((closed - direct).abs() < 1e-9, "beta {beta}, Lp/L {lp}: {closed} {direct}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn predictions_end_at_the_dynamic_coefficient() {
+        let p = LengthLawParameters { theta: 0.8333, beta: 0.45, ..DEFAULT };
+        for law in [LengthLaw::Tilted, LengthLaw::InitialShear, LengthLaw::Linear] {
+            assert!((law.load_ratio(&p, 1.0) - 0.45).abs() < 1e-15, "{law:?}");
+        }
+    }
+
+    #[test]
+    fn values_worked_out_by_hand() {
+        // 0.45 * 0.3 * (1 + 0.8333 * 0.7) = 0.135 * 1.58331
+        assert!((tilted_load_ratio(0.45, 0.8333, 0.3) - 0.213_746_85).abs() < 1e-12);
+        // q + 1/q = 3 has the root (3 - sqrt 5) / 2, the square of the golden section.
+        assert!((discrete_decay_per_block(1.0) - 0.381_966_011_250_105).abs() < 1e-15);
+        // 28 - 16 = 12 N over one length l0: 16 + 12 / e
+        assert!((stuck_tangential_force(28.0, 16.0, 2.0, 2.0) - 20.414_553_294_057_307).abs() < 1e-12);
+    }
+
+    #[test]
+    fn affected_blocks_of_the_discrete_chain() {
+        let counts = [0.1, 0.5, 2.0, 10.0].map(|ratio| affected_blocks(ratio, 0.004));
+        assert_eq!(counts, [18, 8, 5, 3]);
+    }
+
+    #[test]
+    fn mode_velocity_solves_its_equation_in_every_regime() {
+        for damping in [0.0, 0.2, 1.0, 10f64.sqrt()] {
+            let shape = 4.0;
+            let v = |t: f64| mode_velocity(shape, damping, t);
+            assert!((v(0.0) - 1.0).abs() < 1e-15);
+            // v'' + eta s v' + s v = 0 by central differences.
+            for t in [0.2, 1.0, 3.0] {
+                let h = 1e-4;
+                let first = (v(t + h) - v(t - h)) / (2.0 * h);
+                let second = (v(t + h) - 2.0 * v(t) + v(t - h)) / (h * h);
+                let residual = second + damping * shape * first + shape * v(t);
+                assert!(residual.abs() < 1e-5, "damping {damping}, t {t}: {residual}");
+            }
+        }
+    }
+
+    #[test]
+    fn shortest_wave_is_critical_at_5_31() {
+        assert!((mode_shape(99, 100) - 4.0).abs() < 1e-3);
+        assert_eq!(mode_shape(0, 100), 0.0);
+    }
+}

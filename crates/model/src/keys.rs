@@ -1,0 +1,385 @@
+//! Every key of a scenario, declared once.
+//!
+//! The table is the single place that says what may be written: resolving
+//! checks against it, `asperity scenario show` comments with it, and a test
+//! holds it against the fields of [`Scenario`](crate::Scenario).
+
+/// One key of a scenario.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// Dotted path, as in `slider.length_m`.
+    pub path: &'static str,
+    /// The symbol of the source thesis, or empty.
+    pub symbol: &'static str,
+    /// What it means, in a line or two.
+    pub doc: &'static str,
+    /// Type and accepted range.
+    pub kind: Kind,
+    /// The value of a scenario that does not say otherwise.
+    pub default: Default,
+}
+
+/// Type and accepted range of a key.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// A finite number within bounds.
+    Number(Bound, Bound),
+    /// A whole number from the first to the second, both included.
+    Count(u64, u64),
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// `true` or `false`.
+    Flag,
+    /// Any text on one line.
+    Text,
+}
+
+/// One end of a range of numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bound {
+    /// No bound on this side; the value must be finite all the same.
+    Open,
+    /// The bound itself is accepted.
+    Including(f64),
+    /// The bound itself is refused.
+    Excluding(f64),
+}
+
+/// The value of a key that nothing sets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Default {
+    /// The same in both parameter sets.
+    Is(Value),
+    /// As the thesis' program had it, and as its text says.
+    BySet {
+        /// In the set `as-coded`.
+        as_coded: Value,
+        /// In the set `as-stated`.
+        as_stated: Value,
+    },
+    /// Must be written (only inside `[[recording.window]]`).
+    Required,
+}
+
+/// A default value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value {
+    /// Of a [`Kind::Number`].
+    Number(f64),
+    /// Of a [`Kind::Count`].
+    Count(u64),
+    /// Of a [`Kind::Word`] or [`Kind::Text`].
+    Text(&'static str),
+    /// Of a [`Kind::Flag`].
+    Flag(bool),
+}
+
+use Bound::{Excluding, Including, Open};
+use self::Default::{BySet, Is, Required};
+use Kind::{Count, Flag, Number, Text, Word};
+
+const POSITIVE: Kind = Number(Excluding(0.0), Open);
+const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
+
+/// Prefix of the keys inside each `[[recording.window]]`.
+pub const WINDOW: &str = "recording.window";
+
+/// The words of `parameter_set`, in the order of [`Default::BySet`].
+pub const PARAMETER_SETS: &[&str] = &["as-coded", "as-stated"];
+
+/// All keys, in the order in which they are shown.
+pub const KEYS: &[Key] = &[
+    Key {
+        path: "name",
+        symbol: "",
+        doc: "Name of the scenario; without influence on the run.",
+        kind: Text,
+        default: Is(Value::Text("unnamed")),
+    },
+    Key {
+        path: "summary",
+        symbol: "",
+        doc: "One line on what it is for; without influence on the run.",
+        kind: Text,
+        default: Is(Value::Text("")),
+    },
+    Key {
+        path: "parameter_set",
+        symbol: "",
+        doc: "Which defaults mass and damping take: as-coded is what the thesis' program really computed \
+              (a factor 1000 slipped between its units), as-stated what its text says.",
+        kind: Word(PARAMETER_SETS),
+        default: Is(Value::Text("as-coded")),
+    },
+    Key {
+        path: "slider.blocks",
+        symbol: "N",
+        doc: "Number of blocks in the chain.",
+        kind: Count(2, 1_000_000),
+        default: Is(Value::Count(100)),
+    },
+    Key {
+        path: "slider.length_m",
+        symbol: "L_x",
+        doc: "Length of the slider in the direction of sliding; the spacing is a = L / (N - 1).",
+        kind: POSITIVE,
+        default: Is(Value::Number(0.1)),
+    },
+    Key {
+        path: "slider.width_m",
+        symbol: "L_y",
+        doc: "Width of the slider.",
+        kind: POSITIVE,
+        default: Is(Value::Number(0.005)),
+    },
+    Key {
+        path: "slider.height_m",
+        symbol: "L_z",
+        doc: "Height of the slider.",
+        kind: POSITIVE,
+        default: Is(Value::Number(0.02)),
+    },
+    Key {
+        path: "slider.mass_kg",
+        symbol: "M",
+        doc: "Mass of the whole slider; each block has m = M / N.",
+        kind: POSITIVE,
+        default: BySet { as_coded: Value::Number(12.0), as_stated: Value::Number(0.012) },
+    },
+    Key {
+        path: "slider.youngs_modulus_pa",
+        symbol: "E",
+        doc: "Young's modulus; the springs between blocks have k = E (N - 1) L_y L_z / L_x (5.5).",
+        kind: POSITIVE,
+        default: Is(Value::Number(2.5e9)),
+    },
+    Key {
+        path: "slider.relative_damping",
+        symbol: "eta / sqrt(k m)",
+        doc: "Viscous damping between neighbours (5.7) over its critical value sqrt(k m) (5.31).",
+        kind: NOT_NEGATIVE,
+        default: BySet { as_coded: Value::Number(3.162_277_660_168_379_5), as_stated: Value::Number(0.1) },
+    },
+    Key {
+        path: "friction.static_coefficient",
+        symbol: "mu_s",
+        doc: "A stuck block detaches at |tau_n| >= mu_s p_n.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.7)),
+    },
+    Key {
+        path: "friction.dynamic_coefficient",
+        symbol: "mu_d",
+        doc: "A sliding block feels -mu_d p_n sign(v_n); not above static_coefficient.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.45)),
+    },
+    Key {
+        path: "friction.interfacial_stiffness_ratio",
+        symbol: "k_t / k",
+        doc: "Stiffness of the friction spring of a stuck block (5.12) over that between blocks.",
+        kind: POSITIVE,
+        default: Is(Value::Number(1.0)),
+    },
+    Key {
+        path: "friction.reattach",
+        symbol: "",
+        doc: "When a sliding block re-attaches: one-way, at a new velocity <= 0 (the thesis' program); \
+              two-way, where the velocity changes sign or vanishes.",
+        kind: Word(&["one-way", "two-way"]),
+        default: Is(Value::Text("one-way")),
+    },
+    Key {
+        path: "drive.stiffness_n_per_m",
+        symbol: "K",
+        doc: "Stiffness of the driving spring on block 1 (5.8).",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(8e5)),
+    },
+    Key {
+        path: "drive.velocity_m_per_s",
+        symbol: "V",
+        doc: "Velocity of the drive point.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(1e-4)),
+    },
+    Key {
+        path: "normal_load.total_n",
+        symbol: "F_N",
+        doc: "Total normal load on the slider.",
+        kind: POSITIVE,
+        default: Is(Value::Number(400.0)),
+    },
+    Key {
+        path: "normal_load.tilt",
+        symbol: "theta",
+        doc: "Tilt of the load, p_n = F_N / N (1 - theta (2n - N - 1) / (N - 1)) (5.18): \
+              positive puts more load on the driven end.",
+        kind: Number(Including(-1.0), Including(1.0)),
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "initial_shear.beta",
+        symbol: "beta",
+        doc: "Amplitude of the initial shear profile tau_0 = beta p (2x / L - 1) (5.50), \
+              balanced by the friction springs.",
+        kind: Number(Open, Open),
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "initial_velocity.amplitude_m_per_s",
+        symbol: "",
+        doc: "Amplitude of one free-chain mode of velocity given to the blocks at the start.",
+        kind: Number(Open, Open),
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "initial_velocity.mode",
+        symbol: "j",
+        doc: "Which mode: v_n = amplitude cos(pi j (n - 1/2) / N), with 0 <= j <= N - 1; \
+              N - 1 is the shortest wave.",
+        kind: Count(0, 999_999),
+        default: Is(Value::Count(1)),
+    },
+    Key {
+        path: "time.step_s",
+        symbol: "dt",
+        doc: "Time step of the Euler-Cromer scheme (4.13, 4.14).",
+        kind: POSITIVE,
+        default: Is(Value::Number(1e-8)),
+    },
+    Key {
+        path: "time.duration_s",
+        symbol: "T",
+        doc: "Simulated time, a whole number of steps.",
+        kind: POSITIVE,
+        default: Is(Value::Number(5.0)),
+    },
+    Key {
+        path: "recording.sample_s",
+        symbol: "",
+        doc: "Cadence of the load samples, a whole number of steps; 0 for none. \
+              Never changes the run: switches and events are recorded in any case.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(1e-3)),
+    },
+    Key {
+        path: "recording.fields_s",
+        symbol: "",
+        doc: "Cadence of the states of all blocks, a whole number of steps; 0 for none.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(2e-2)),
+    },
+    Key {
+        path: "recording.event_fields",
+        symbol: "",
+        doc: "Whether to record the states of all blocks at the onset and end of every slip event.",
+        kind: Flag,
+        default: Is(Value::Flag(true)),
+    },
+];
+
+/// The keys of a dense window, `[[recording.window]]`, as many as wanted.
+pub const WINDOW_KEYS: &[Key] = &[
+    Key {
+        path: "from_s",
+        symbol: "",
+        doc: "Start of the window, a whole number of steps.",
+        kind: NOT_NEGATIVE,
+        default: Required,
+    },
+    Key {
+        path: "to_s",
+        symbol: "",
+        doc: "End of the window, a whole number of steps, not before from_s.",
+        kind: NOT_NEGATIVE,
+        default: Required,
+    },
+    Key {
+        path: "every_s",
+        symbol: "",
+        doc: "Cadence within the window, a whole number of steps.",
+        kind: POSITIVE,
+        default: Required,
+    },
+    Key {
+        path: "first_block",
+        symbol: "",
+        doc: "First block to record.",
+        kind: Count(1, 1_000_000),
+        default: Required,
+    },
+    Key {
+        path: "last_block",
+        symbol: "",
+        doc: "Last block to record, not before first_block nor beyond N.",
+        kind: Count(1, 1_000_000),
+        default: Required,
+    },
+];
+
+impl Key {
+    /// The default in the given parameter set (`true` for as-coded), if any.
+    pub fn default_in(&self, as_coded_set: bool) -> Option<Value> {
+        match self.default {
+            Is(value) => Some(value),
+            BySet { as_coded, as_stated } => Some(if as_coded_set { as_coded } else { as_stated }),
+            Required => None,
+        }
+    }
+}
+
+impl Kind {
+    /// Whether a finite number is in range; false for kinds that hold no number.
+    pub fn accepts_number(&self, value: f64) -> bool {
+        match self {
+            Number(low, high) => {
+                value.is_finite()
+                    && match *low {
+                        Open => true,
+                        Including(bound) => value >= bound,
+                        Excluding(bound) => value > bound,
+                    }
+                    && match *high {
+                        Open => true,
+                        Including(bound) => value <= bound,
+                        Excluding(bound) => value < bound,
+                    }
+            }
+            _ => false,
+        }
+    }
+}
+
+impl std::fmt::Display for Kind {
+    /// The accepted values in words, for errors and comments.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Number(low, high) => match (low, high) {
+                (Open, Open) => f.write_str("any finite number"),
+                (Excluding(low), Open) => write!(f, "a number above {low}"),
+                (Including(low), Open) => write!(f, "a number from {low}"),
+                _ => {
+                    f.write_str("a number")?;
+                    match low {
+                        Including(low) => write!(f, " from {low}")?,
+                        Excluding(low) => write!(f, " above {low}")?,
+                        Open => {}
+                    }
+                    match high {
+                        Including(high) => write!(f, " to {high}"),
+                        Excluding(high) => write!(f, " below {high}"),
+                        Open => Ok(()),
+                    }
+                }
+            },
+            Count(low, high) => write!(f, "a whole number from {low} to {high}"),
+            Word(words) => {
+                let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();
+                f.write_str(&quoted.join(" or "))
+            }
+            Flag => f.write_str("true or false"),
+            Text => f.write_str("text on one line"),
+        }
+    }
+}

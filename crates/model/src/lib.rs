@@ -1,0 +1,29 @@
+//! From a scenario as a person writes it to a plan that a solver can run, and
+//! the theory to compare the outcome with. Pure functions throughout.
+//!
+//! In reading order:
+//!
+//! - [`keys`]: every key a scenario may have, once: symbol, unit, range,
+//!   default, meaning. The checks, `asperity scenario show` and the key
+//!   reference are made from this table.
+//! - [`source`]: scenario texts and `--set` overrides as layers, each value with
+//!   the place it was written at, for errors that can point there.
+//! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
+//! - [`builtin`]: the scenarios that come with the program.
+//! - [`plan`]: the [`Plan`]: the numbers of the physics, derived from a scenario.
+//! - [`load`], [`initial`]: normal load per block; displacements, velocities and
+//!   friction springs at the start.
+//! - [`analytic`]: what the theory predicts.
+
+pub mod analytic;
+pub mod builtin;
+pub mod initial;
+pub mod keys;
+pub mod load;
+pub mod plan;
+pub mod scenario;
+pub mod source;
+
+pub use plan::{Friction, Plan, Reattach, RecordingPlan, SideDrive, WindowPlan};
+pub use scenario::{ParameterSet, Scenario};
+pub use source::{ScenarioErrors, ScenarioSource};

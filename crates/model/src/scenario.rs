@@ -1,0 +1,603 @@
+//! The resolved scenario: every key present, of its type and in its range, and
+//! the keys consistent with each other.
+//!
+//! Its serialised form is what a run log carries and what the scenario hash is
+//! taken over, so the order and names of the fields are part of the format.
+
+use serde::{Deserialize, Serialize};
+
+use crate::keys::{self, KEYS, Key, Kind, Value, WINDOW_KEYS};
+use crate::plan::{Reattach, longest_stable_step_s};
+use crate::source::{Entries, Entry, ScenarioError, ScenarioErrors, ScenarioSource, Written};
+use asperity_record::TimeGrid;
+
+/// A resolved scenario. See [`KEYS`] for what each field means.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct Scenario {
+    pub name: String,
+    pub summary: String,
+    pub parameter_set: ParameterSet,
+    pub slider: Slider,
+    pub friction: Friction,
+    pub drive: Drive,
+    pub normal_load: NormalLoad,
+    pub initial_shear: InitialShear,
+    pub initial_velocity: InitialVelocity,
+    pub time: Time,
+    pub recording: Recording,
+}
+
+/// The two readings of the source thesis.
+///
+/// Its program kept positions in mm, stiffness in N/mm and mass in kg, and so
+/// lost a factor 1000 in `v += F dt / m`. In SI terms it computed a slider of
+/// 12 kg with `eta = sqrt(10) sqrt(k m)`, not one of 0.012 kg with
+/// `eta = sqrt(0.01) sqrt(k m)`. The slip lives only in these values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ParameterSet {
+    /// What the thesis' program computed; its figures come from this.
+    AsCoded,
+    /// What the thesis' text says; the physical one.
+    AsStated,
+}
+
+impl ParameterSet {
+    /// The word that scenarios use.
+    pub fn word(self) -> &'static str {
+        match self {
+            ParameterSet::AsCoded => keys::PARAMETER_SETS[0],
+            ParameterSet::AsStated => keys::PARAMETER_SETS[1],
+        }
+    }
+}
+
+/// `[slider]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct Slider {
+    pub blocks: u32,
+    pub length_m: f64,
+    pub width_m: f64,
+    pub height_m: f64,
+    pub mass_kg: f64,
+    pub youngs_modulus_pa: f64,
+    pub relative_damping: f64,
+}
+
+/// `[friction]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct Friction {
+    pub static_coefficient: f64,
+    pub dynamic_coefficient: f64,
+    pub interfacial_stiffness_ratio: f64,
+    pub reattach: Reattach,
+}
+
+/// `[drive]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct Drive {
+    pub stiffness_n_per_m: f64,
+    pub velocity_m_per_s: f64,
+}
+
+/// `[normal_load]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct NormalLoad {
+    pub total_n: f64,
+    pub tilt: f64,
+}
+
+/// `[initial_shear]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct InitialShear {
+    pub beta: f64,
+}
+
+/// `[initial_velocity]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct InitialVelocity {
+    pub amplitude_m_per_s: f64,
+    pub mode: u32,
+}
+
+/// `[time]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct Time {
+    pub step_s: f64,
+    pub duration_s: f64,
+}
+
+/// `[recording]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct Recording {
+    pub sample_s: f64,
+    pub fields_s: f64,
+    pub event_fields: bool,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub window: Vec<Window>,
+}
+
+/// `[[recording.window]]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct Window {
+    pub from_s: f64,
+    pub to_s: f64,
+    pub every_s: f64,
+    pub first_block: u32,
+    pub last_block: u32,
+}
+
+impl Scenario {
+    /// Resolves a scenario as written: fills in defaults, checks every value
+    /// against its key and the keys against each other.
+    ///
+    /// # Errors
+    /// Everything that is wrong, each with the place it was written at.
+    pub fn resolve(source: &ScenarioSource) -> Result<Scenario, ScenarioErrors> {
+        let entries = source.entries()?;
+        let mut errors = Vec::new();
+        let table = fill_in(&entries, &mut errors);
+        if !errors.is_empty() {
+            return Err(ScenarioErrors(errors));
+        }
+        let scenario: Scenario = toml::Value::Table(table)
+            .try_into()
+            .expect("a table with every key checked against the key table has the fields of a scenario");
+        scenario.check_together(&entries, &mut errors);
+        if errors.is_empty() { Ok(scenario) } else { Err(ScenarioErrors(errors)) }
+    }
+
+    /// The scenario as complete TOML, every key with its symbol, range and meaning.
+    pub fn to_commented_toml(&self) -> String {
+        let value = toml::Value::try_from(self).expect("a scenario is plain tables, numbers and texts");
+        let mut out = String::new();
+        let mut table = "";
+        for key in KEYS {
+            let (section, name) = key.path.rsplit_once('.').unwrap_or(("", key.path));
+            if section != table {
+                out.push_str(&format!("\n[{section}]\n"));
+                table = section;
+            }
+            let found = key.path.split('.').try_fold(&value, |value, part| value.get(part));
+            comment_and_value(&mut out, key, name, found.expect("the key table names fields of a scenario"));
+        }
+        for window in &self.recording.window {
+            out.push_str("\n[[recording.window]]\n");
+            let value = toml::Value::try_from(window).expect("a window is plain numbers");
+            for key in WINDOW_KEYS {
+                let found = value.get(key.path).expect("the key table names fields of a window");
+                comment_and_value(&mut out, key, key.path, found);
+            }
+        }
+        out
+    }
+
+    /// BLAKE3 over everything that influences a run or its log, hexadecimal;
+    /// name and summary do not.
+    pub fn hash(&self) -> String {
+        let anonymous = Scenario { name: String::new(), summary: String::new(), ..self.clone() };
+        let canonical = serde_json::to_vec(&anonymous).expect("a scenario is plain tables, numbers and texts");
+        blake3::hash(&canonical).to_hex().to_string()
+    }
+
+    fn check_together(&self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
+        let mut refuse = |key: &str, problem: String, accepted: String| {
+            errors.push(ScenarioError {
+                place: entries.place(key),
+                key: Some(key.to_owned()),
+                problem,
+                accepted: Some(accepted),
+            });
+        };
+        let Friction { static_coefficient, dynamic_coefficient, .. } = self.friction;
+        if dynamic_coefficient > static_coefficient {
+            refuse(
+                "friction.dynamic_coefficient",
+                format!("{dynamic_coefficient} is above friction.static_coefficient = {static_coefficient}"),
+                format!("a number from 0 to {static_coefficient}"),
+            );
+        }
+        if self.initial_velocity.mode >= self.slider.blocks {
+            refuse(
+                "initial_velocity.mode",
+                format!("a chain of {} blocks has no mode {}", self.slider.blocks, self.initial_velocity.mode),
+                format!("a whole number from 0 to {}", self.slider.blocks - 1),
+            );
+        }
+        let longest_s = longest_stable_step_s(self);
+        if self.time.step_s >= longest_s {
+            refuse(
+                "time.step_s",
+                format!("{:e} is beyond the stability of the scheme for this chain", self.time.step_s),
+                format!("a number above 0 and below {longest_s:.3e}"),
+            );
+        }
+        let grid = TimeGrid::new(self.time.step_s);
+        let mut whole = |key: &str, place: Option<&Entry>, value_s: f64, zero_allowed: bool| {
+            let steps = grid.whole_steps(value_s);
+            if steps.is_none() || (steps == Some(0) && !zero_allowed) {
+                let nearest = grid.nearest_step(value_s).max(1);
+                errors.push(ScenarioError {
+                    place: place.map(|entry| entry.place.clone()),
+                    key: Some(key.to_owned()),
+                    problem: format!("{value_s} is no whole number of steps of {:e} s", self.time.step_s),
+                    accepted: Some(format!(
+                        "a multiple of time.step_s; the nearest is {}",
+                        grid.time_s(nearest)
+                    )),
+                });
+            }
+            steps
+        };
+        let written = |key: &str| entries.values.get(key);
+        let steps = whole("time.duration_s", written("time.duration_s"), self.time.duration_s, false);
+        whole("recording.sample_s", written("recording.sample_s"), self.recording.sample_s, true);
+        whole("recording.fields_s", written("recording.fields_s"), self.recording.fields_s, true);
+        for (index, window) in self.recording.window.iter().enumerate() {
+            let place = |key: &str| entries.windows[index].get(key);
+            whole("recording.window.from_s", place("from_s"), window.from_s, true);
+            whole("recording.window.to_s", place("to_s"), window.to_s, true);
+            whole("recording.window.every_s", place("every_s"), window.every_s, false);
+        }
+        for (index, window) in self.recording.window.iter().enumerate() {
+            let mut refuse = |key: &str, problem: String, accepted: String| {
+                errors.push(ScenarioError {
+                    place: entries.windows[index].get(key).map(|entry| entry.place.clone()),
+                    key: Some(format!("{}.{key}", keys::WINDOW)),
+                    problem,
+                    accepted: Some(accepted),
+                });
+            };
+            if window.to_s < window.from_s || (steps.is_some() && window.to_s > self.time.duration_s) {
+                refuse(
+                    "to_s",
+                    format!("{} is not inside the run", window.to_s),
+                    format!("a number from {} to {}", window.from_s, self.time.duration_s),
+                );
+            }
+            if window.last_block < window.first_block || window.last_block > self.slider.blocks {
+                refuse(
+                    "last_block",
+                    format!("{} is not inside the chain", window.last_block),
+                    format!("a whole number from {} to {}", window.first_block, self.slider.blocks),
+                );
+            }
+        }
+    }
+}
+
+/// Checks what is written against the key table and adds the defaults.
+fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> toml::Table {
+    unknown_keys(&entries.values, KEYS, "", errors);
+    let as_coded = match entries.values.get("parameter_set").map(|entry| &entry.value) {
+        Some(Written::Text(word)) => word == keys::PARAMETER_SETS[0],
+        _ => true,
+    };
+    let mut table = toml::Table::new();
+    for key in KEYS {
+        let value = match entries.values.get(key.path) {
+            Some(entry) => checked(key, key.path, entry, errors),
+            None => key.default_in(as_coded).map(toml_value),
+        };
+        if let Some(value) = value {
+            insert(&mut table, key.path, value);
+        }
+    }
+    let windows: Vec<toml::Value> = entries
+        .windows
+        .iter()
+        .map(|window| {
+            unknown_keys(window, WINDOW_KEYS, "recording.window.", errors);
+            let mut table = toml::Table::new();
+            for key in WINDOW_KEYS {
+                let path = format!("{}.{}", keys::WINDOW, key.path);
+                match window.get(key.path) {
+                    Some(entry) => {
+                        if let Some(value) = checked(key, &path, entry, errors) {
+                            table.insert(key.path.to_owned(), value);
+                        }
+                    }
+                    None => errors.push(ScenarioError {
+                        place: window.values().next().map(|entry| entry.place.clone()),
+                        key: Some(path),
+                        problem: "missing in this window".to_owned(),
+                        accepted: Some(key.kind.to_string()),
+                    }),
+                }
+            }
+            toml::Value::Table(table)
+        })
+        .collect();
+    if !windows.is_empty() {
+        insert(&mut table, keys::WINDOW, toml::Value::Array(windows));
+    }
+    table
+}
+
+fn unknown_keys(
+    values: &std::collections::BTreeMap<String, Entry>,
+    known: &[Key],
+    prefix: &str,
+    errors: &mut Vec<ScenarioError>,
+) {
+    for (path, entry) in values {
+        if known.iter().any(|key| key.path == path) {
+            continue;
+        }
+        let suggestion = known
+            .iter()
+            .map(|key| key.path)
+            .min_by_key(|candidate| edit_distance(candidate, path))
+            .expect("there are keys");
+        errors.push(ScenarioError {
+            place: Some(entry.place.clone()),
+            key: Some(format!("{prefix}{path}")),
+            problem: format!("unknown key, set to {}", entry.value),
+            accepted: Some(format!(
+                "the keys of `asperity scenario show default`; the nearest is {prefix}{suggestion}"
+            )),
+        });
+    }
+}
+
+/// Holds one written value against its key.
+fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>) -> Option<toml::Value> {
+    let good = match (&entry.value, key.kind) {
+        (Written::Number(value), Kind::Number(..)) if key.kind.accepts_number(*value) => {
+            Some(toml::Value::Float(*value))
+        }
+        (Written::Whole(value), Kind::Number(..)) if key.kind.accepts_number(*value as f64) => {
+            Some(toml::Value::Float(*value as f64))
+        }
+        (Written::Whole(value), Kind::Count(low, high))
+            if u64::try_from(*value).is_ok_and(|count| (low..=high).contains(&count)) =>
+        {
+            Some(toml::Value::Integer(*value))
+        }
+        (Written::Text(word), Kind::Word(words)) if words.contains(&word.as_str()) => {
+            Some(toml::Value::String(word.clone()))
+        }
+        (Written::Flag(flag), Kind::Flag) => Some(toml::Value::Boolean(*flag)),
+        (Written::Text(text), Kind::Text) if !text.contains(['\n', '\r']) => {
+            Some(toml::Value::String(text.clone()))
+        }
+        _ => None,
+    };
+    if good.is_none() {
+        errors.push(ScenarioError {
+            place: Some(entry.place.clone()),
+            key: Some(path.to_owned()),
+            problem: format!("{} is not accepted", entry.value),
+            accepted: Some(key.kind.to_string()),
+        });
+    }
+    good
+}
+
+fn toml_value(value: Value) -> toml::Value {
+    match value {
+        Value::Number(value) => toml::Value::Float(value),
+        Value::Count(value) => toml::Value::Integer(value as i64),
+        Value::Text(text) => toml::Value::String(text.to_owned()),
+        Value::Flag(flag) => toml::Value::Boolean(flag),
+    }
+}
+
+fn insert(table: &mut toml::Table, path: &str, value: toml::Value) {
+    match path.split_once('.') {
+        None => {
+            table.insert(path.to_owned(), value);
+        }
+        Some((section, rest)) => {
+            let inner =
+                table.entry(section).or_insert_with(|| toml::Value::Table(toml::Table::new())).as_table_mut();
+            insert(inner.expect("no key is both a value and a section"), rest, value);
+        }
+    }
+}
+
+fn comment_and_value(out: &mut String, key: &Key, name: &str, value: &toml::Value) {
+    let symbol = if key.symbol.is_empty() { String::new() } else { format!("{}: ", key.symbol) };
+    for line in wrap(&format!("{symbol}{} Accepted: {}.", key.doc, key.kind), 98) {
+        out.push_str(&format!("# {line}\n"));
+    }
+    out.push_str(&format!("{name} = {value}\n"));
+}
+
+fn wrap(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let last = lines.last_mut().expect("there is always a line");
+        if !last.is_empty() && last.len() + 1 + word.len() > width {
+            lines.push(word.to_owned());
+        } else {
+            if !last.is_empty() {
+                last.push(' ');
+            }
+            last.push_str(word);
+        }
+    }
+    lines
+}
+
+/// Levenshtein distance, to suggest the key that was probably meant.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, from) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, to) in b.iter().enumerate() {
+            let substitution = diagonal + usize::from(from != *to);
+            diagonal = row[j + 1];
+            row[j + 1] = substitution.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn resolve(text: &str) -> Result<Scenario, ScenarioErrors> {
+        Scenario::resolve(&ScenarioSource::new("test.toml", text))
+    }
+
+    #[test]
+    fn key_table_and_fields_agree() {
+        let full = resolve(
+            "[[recording.window]]\nfrom_s = 0\nto_s = 1\nevery_s = 0.5\nfirst_block = 1\nlast_block = 2\n",
+        )
+        .unwrap();
+        fn leaves(prefix: &str, value: &toml::Value, found: &mut Vec<String>) {
+            for (key, value) in value.as_table().unwrap() {
+                let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+                match value {
+                    toml::Value::Table(_) => leaves(&path, value, found),
+                    toml::Value::Array(windows) => leaves(&path, &windows[0], found),
+                    _ => found.push(path),
+                }
+            }
+        }
+        let mut fields = Vec::new();
+        leaves("", &toml::Value::try_from(&full).unwrap(), &mut fields);
+        let mut table: Vec<String> = KEYS.iter().map(|key| key.path.to_owned()).collect();
+        table.extend(WINDOW_KEYS.iter().map(|key| format!("{}.{}", keys::WINDOW, key.path)));
+        fields.sort();
+        table.sort();
+        assert_eq!(fields, table);
+    }
+
+    #[test]
+    fn shown_scenarios_resolve_to_themselves() {
+        for (name, text) in crate::builtin::all() {
+            let scenario = resolve(text).unwrap_or_else(|errors| panic!("{name}: {errors}"));
+            assert_eq!(scenario.name, name);
+            assert!(!scenario.summary.is_empty(), "{name} has no summary");
+            assert_eq!(resolve(&scenario.to_commented_toml()).unwrap(), scenario);
+        }
+    }
+
+    #[test]
+    fn parameter_sets_differ_in_mass_and_damping_alone() {
+        let coded = resolve("").unwrap();
+        let stated = resolve("parameter_set = \"as-stated\"").unwrap();
+        assert_eq!((coded.slider.mass_kg, stated.slider.mass_kg), (12.0, 0.012));
+        assert_eq!(coded.slider.relative_damping, 10f64.sqrt());
+        assert_eq!(stated.slider.relative_damping, 0.01f64.sqrt());
+        let levelled = Scenario {
+            parameter_set: ParameterSet::AsCoded,
+            slider: Slider { mass_kg: 12.0, relative_damping: 10f64.sqrt(), ..stated.slider.clone() },
+            ..stated
+        };
+        assert_eq!(levelled, coded);
+    }
+
+    #[test]
+    fn name_and_summary_do_not_enter_the_hash() {
+        let base = resolve("").unwrap();
+        assert_eq!(resolve("name = \"a\"\nsummary = \"b\"").unwrap().hash(), base.hash());
+        assert_ne!(resolve("normal_load.tilt = 1e-9").unwrap().hash(), base.hash());
+        assert_ne!(resolve("recording.sample_s = 0.5").unwrap().hash(), base.hash());
+    }
+
+    #[test]
+    fn errors_name_place_key_value_and_range() {
+        for (text, expected) in [
+            (
+                "[slider]\nblocks = 1",
+                "test.toml:2:10: slider.blocks: 1 is not accepted (accepted: a whole number from 2 to 1000000)",
+            ),
+            (
+                "[slider]\n  blokcs = 7",
+                "test.toml:2:12: slider.blokcs: unknown key, set to 7 (accepted: the keys of \
+                 `asperity scenario show default`; the nearest is slider.blocks)",
+            ),
+            (
+                "slider.length_m = \"long\"",
+                "test.toml:1:19: slider.length_m: \"long\" is not accepted (accepted: a number above 0)",
+            ),
+            (
+                "normal_load.tilt = -1.5",
+                "test.toml:1:20: normal_load.tilt: -1.5 is not accepted (accepted: a number from -1 to 1)",
+            ),
+            (
+                "drive.velocity_m_per_s = nan",
+                "test.toml:1:26: drive.velocity_m_per_s: NaN is not accepted (accepted: a number from 0)",
+            ),
+            (
+                "initial_shear.beta = inf",
+                "test.toml:1:22: initial_shear.beta: inf is not accepted (accepted: any finite number)",
+            ),
+            (
+                "friction.dynamic_coefficient = 0.8",
+                "test.toml:1:32: friction.dynamic_coefficient: 0.8 is above friction.static_coefficient = 0.7 \
+                 (accepted: a number from 0 to 0.7)",
+            ),
+            (
+                "time.step_s = 1e-4",
+                "test.toml:1:15: time.step_s: 1e-4 is beyond the stability of the scheme for this chain \
+                 (accepted: a number above 0 and below 3.379e-6)",
+            ),
+            (
+                "time.duration_s = 1.5e-8",
+                "test.toml:1:19: time.duration_s: 0.000000015 is no whole number of steps of 1e-8 s \
+                 (accepted: a multiple of time.step_s; the nearest is 0.00000002)",
+            ),
+            (
+                "friction.reattach = \"sometimes\"",
+                "test.toml:1:21: friction.reattach: \"sometimes\" is not accepted \
+                 (accepted: \"one-way\" or \"two-way\")",
+            ),
+            ("[slider", "test.toml:1:8: not TOML: unclosed table, expected `]`"),
+            (
+                "[[recording.window]]\nfrom_s = 0\nto_s = 9\nevery_s = 1e-3\nfirst_block = 1\nlast_block = 101",
+                "test.toml:3:8: recording.window.to_s: 9 is not inside the run (accepted: a number from 0 to 5)\n\
+                 test.toml:6:14: recording.window.last_block: 101 is not inside the chain \
+                 (accepted: a whole number from 1 to 100)",
+            ),
+        ] {
+            assert_eq!(resolve(text).unwrap_err().to_string(), expected);
+        }
+    }
+
+    #[test]
+    fn overrides_win_and_are_named_in_errors() {
+        let source = |set: &str| ScenarioSource::new("test.toml", "normal_load.tilt = 0.5").with_override(set);
+        assert_eq!(Scenario::resolve(&source("normal_load.tilt=0.25")).unwrap().normal_load.tilt, 0.25);
+        assert_eq!(
+            Scenario::resolve(&source("friction.reattach=two-way")).unwrap().friction.reattach,
+            Reattach::TwoWay
+        );
+        assert_eq!(
+            Scenario::resolve(&source("normal_load.tilt=2")).unwrap_err().to_string(),
+            "--set normal_load.tilt=2: normal_load.tilt: 2 is not accepted (accepted: a number from -1 to 1)"
+        );
+        assert_eq!(
+            Scenario::resolve(&source("nonsense")).unwrap_err().to_string(),
+            "--set nonsense: not TOML: key with no value, expected `=` \
+             (accepted: KEY=VALUE, as in --set time.duration_s=0.1)"
+        );
+    }
+}

@@ -1,0 +1,218 @@
+//! Scenario texts as layers, and the errors that point into them.
+//!
+//! A scenario is made of a file (or a built-in one) and any number of
+//! `--set key=value` overrides, each itself a line of TOML. Every value keeps
+//! the place it was written at, so that an error found much later, when values
+//! are held against each other, still names file, line and column.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A scenario as written: a base text and what overrides it.
+#[derive(Debug, Clone)]
+pub struct ScenarioSource {
+    layers: Vec<Layer>,
+}
+
+#[derive(Debug, Clone)]
+struct Layer {
+    /// A file's path, `built-in default`, or `--set`.
+    origin: String,
+    text: String,
+    is_override: bool,
+}
+
+impl ScenarioSource {
+    /// A scenario text and the name of where it comes from.
+    pub fn new(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
+        ScenarioSource { layers: vec![Layer { origin: origin.into(), text: text.into(), is_override: false }] }
+    }
+
+    /// Adds an override of the form `key=value`; later ones win. A value that
+    /// is no TOML is taken as text, so that `friction.reattach=two-way` works
+    /// without quotes.
+    #[must_use]
+    pub fn with_override(mut self, assignment: &str) -> ScenarioSource {
+        let text = match assignment.split_once('=') {
+            Some((key, value)) if DeTable::parse(assignment).is_err() => {
+                format!("{}={}", key, toml::Value::String(value.trim().to_owned()))
+            }
+            _ => assignment.to_owned(),
+        };
+        self.layers.push(Layer { origin: format!("--set {assignment}"), text, is_override: true });
+        self
+    }
+
+    /// All values by dotted key, later layers over earlier ones.
+    ///
+    /// # Errors
+    /// Where a layer is no TOML.
+    pub(crate) fn entries(&self) -> Result<Entries, ScenarioErrors> {
+        let mut entries = Entries::default();
+        let mut errors = Vec::new();
+        for layer in &self.layers {
+            match DeTable::parse(&layer.text) {
+                Ok(table) => collect(layer, "", table.get_ref(), &mut entries),
+                Err(error) => errors.push(ScenarioError {
+                    place: Some(layer.place(error.span().unwrap_or(0..0))),
+                    key: None,
+                    problem: format!("not TOML: {}", error.message()),
+                    accepted: layer
+                        .is_override
+                        .then(|| "KEY=VALUE, as in --set time.duration_s=0.1".to_owned()),
+                }),
+            }
+        }
+        if errors.is_empty() { Ok(entries) } else { Err(ScenarioErrors(errors)) }
+    }
+}
+
+impl Layer {
+    fn place(&self, span: Range<usize>) -> String {
+        if self.is_override {
+            return self.origin.clone();
+        }
+        let before = &self.text[..span.start.min(self.text.len())];
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().map_or(0, |tail| tail.chars().count()) + 1;
+        format!("{}:{line}:{column}", self.origin)
+    }
+}
+
+/// A value and where it was written.
+#[derive(Debug, Clone)]
+pub(crate) struct Entry {
+    pub(crate) value: Written,
+    pub(crate) place: String,
+}
+
+/// A value as written, before it is held against its key.
+#[derive(Debug, Clone)]
+pub(crate) enum Written {
+    Number(f64),
+    Whole(i64),
+    Text(String),
+    Flag(bool),
+    /// A value of a type that no key has, as it stands in the text.
+    Other(String),
+}
+
+impl fmt::Display for Written {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Written::Number(value) => write!(f, "{value}"),
+            Written::Whole(value) => write!(f, "{value}"),
+            Written::Text(value) => write!(f, "{value:?}"),
+            Written::Flag(value) => write!(f, "{value}"),
+            Written::Other(text) => f.write_str(text),
+        }
+    }
+}
+
+/// All written values: those under a key, and those of each window.
+#[derive(Debug, Default)]
+pub(crate) struct Entries {
+    pub(crate) values: BTreeMap<String, Entry>,
+    pub(crate) windows: Vec<BTreeMap<String, Entry>>,
+}
+
+impl Entries {
+    /// The place at which a key was written, if it was.
+    pub(crate) fn place(&self, key: &str) -> Option<String> {
+        self.values.get(key).map(|entry| entry.place.clone())
+    }
+}
+
+fn collect(layer: &Layer, prefix: &str, table: &DeTable<'_>, entries: &mut Entries) {
+    for (key, value) in table {
+        let path =
+            if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
+        match value.get_ref() {
+            DeValue::Table(inner) => collect(layer, &path, inner, entries),
+            DeValue::Array(windows)
+                if path == crate::keys::WINDOW && windows.iter().all(|w| w.get_ref().is_table()) =>
+            {
+                // A layer that lists windows replaces those of the layers below.
+                entries.windows = windows
+                    .iter()
+                    .map(|window| {
+                        let mut found = Entries::default();
+                        if let Some(table) = window.get_ref().as_table() {
+                            collect(layer, "", table, &mut found);
+                        }
+                        found.values
+                    })
+                    .collect();
+            }
+            _ => {
+                let entry = Entry { value: read(layer, value), place: layer.place(value.span()) };
+                entries.values.insert(path, entry);
+            }
+        }
+    }
+}
+
+fn read(layer: &Layer, value: &Spanned<DeValue<'_>>) -> Written {
+    let text = || layer.text[value.span()].to_owned();
+    match value.get_ref() {
+        DeValue::String(text) => Written::Text(text.to_string()),
+        DeValue::Boolean(flag) => Written::Flag(*flag),
+        DeValue::Integer(digits) => i64::from_str_radix(digits.as_str(), digits.radix())
+            .map_or_else(|_| Written::Other(text()), Written::Whole),
+        DeValue::Float(digits) => {
+            digits.as_str().parse().map_or_else(|_| Written::Other(text()), Written::Number)
+        }
+        _ => Written::Other(text()),
+    }
+}
+
+/// One thing wrong with a scenario.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ScenarioError {
+    /// File, line and column, or the override; `None` for a default.
+    pub place: Option<String>,
+    /// Dotted key.
+    pub key: Option<String>,
+    /// What is wrong, with the value.
+    pub problem: String,
+    /// What would be accepted.
+    pub accepted: Option<String>,
+}
+
+impl fmt::Display for ScenarioError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(place) = &self.place {
+            write!(f, "{place}: ")?;
+        }
+        if let Some(key) = &self.key {
+            write!(f, "{key}: ")?;
+        }
+        f.write_str(&self.problem)?;
+        if let Some(accepted) = &self.accepted {
+            write!(f, " (accepted: {accepted})")?;
+        }
+        Ok(())
+    }
+}
+
+/// Everything that is wrong with a scenario, in the order of the keys.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ScenarioErrors(pub Vec<ScenarioError>);
+
+impl fmt::Display for ScenarioErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, error) in self.0.iter().enumerate() {
+            if index > 0 {
+                f.write_str("\n")?;
+            }
+            write!(f, "{error}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for ScenarioErrors {}

@@ -1,0 +1,51 @@
+//! Records of the blocks themselves: what the profiles in figures are drawn
+//! from, and what a run can be restarted from.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The state of every block after a step; each array has one value per block.
+///
+/// Written for the initial state, at the onset and end of every slip event, and
+/// at a cadence of its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FieldRecord {
+    /// The step; 0 is the initial state.
+    pub step: u64,
+    /// Simulated time at the end of the step, s.
+    pub time_s: f64,
+    /// Displacement `u_n` from the initial grid, m.
+    pub displacement_m: Vec<f64>,
+    /// Velocity `v_n`, m/s.
+    pub velocity_m_per_s: Vec<f64>,
+    /// Tangential force without friction `tau_n` that this step's update used, N.
+    pub tangential_force_n: Vec<f64>,
+    /// Anchor `u_stick,n` of the friction spring, m; without meaning while the
+    /// block slides.
+    pub stick_position_m: Vec<f64>,
+    /// 1 for a block that enters the next step detached, else 0.
+    pub detached: Vec<u8>,
+}
+
+/// The state of some neighbouring blocks after a step inside a dense window.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WindowRecord {
+    /// Which window of the scenario this belongs to, counted from 0.
+    pub window: u32,
+    /// The step.
+    pub step: u64,
+    /// Simulated time at the end of the step, s.
+    pub time_s: f64,
+    /// How many blocks of the whole chain slid in this step.
+    pub sliding: u32,
+    /// The block that the first value of each array belongs to.
+    pub first_block: u32,
+    /// Displacement `u_n` from the initial grid, m.
+    pub displacement_m: Vec<f64>,
+    /// Velocity `v_n`, m/s.
+    pub velocity_m_per_s: Vec<f64>,
+    /// Tangential force without friction `tau_n` that this step's update used, N.
+    pub tangential_force_n: Vec<f64>,
+}

@@ -1,0 +1,47 @@
+//! The vocabulary that every other crate speaks: what a solver yields
+//! ([`Record`]), what detectors emit ([`Event`]) and what describes a run
+//! ([`RunHeader`], [`RunEnd`]).
+//!
+//! These are plain data with serde and JSON schemas. They know nothing of the
+//! physics behind them, of files or of channels, so that a detector that reads
+//! a stored log a year from now needs this crate and no other.
+//!
+//! Blocks are numbered from 1, as in the source thesis. Units stand last in
+//! names and are SI throughout.
+
+mod event;
+mod fields;
+mod header;
+mod step;
+mod time;
+
+pub use event::{Event, EventPayload, GlobalSlip, Onset, SlipEvent};
+pub use fields::{FieldRecord, WindowRecord};
+pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus};
+pub use step::{Direction, StepRecord, Switch};
+pub use time::TimeGrid;
+
+/// Anything a solver yields, in the order in which it happened.
+///
+/// Within one step the order is [`Record::Step`], [`Record::Fields`],
+/// [`Record::Window`].
+#[derive(Debug, Clone, PartialEq)]
+pub enum Record {
+    /// What detectors see.
+    Step(StepRecord),
+    /// The state of the whole chain.
+    Fields(FieldRecord),
+    /// The state of chosen blocks inside a dense window.
+    Window(WindowRecord),
+}
+
+impl Record {
+    /// The step after which this record describes the chain.
+    pub fn step(&self) -> u64 {
+        match self {
+            Record::Step(record) => record.step,
+            Record::Fields(record) => record.step,
+            Record::Window(record) => record.step,
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! The step record: the only thing a detector sees.
+//!
+//! Records exist for steps at which something can be known without stepping:
+//! steps at which a block switched between stick and slip, the first and the
+//! first-after step of every slip event, and the sampling instants. A solver
+//! that jumps from switch to switch yields the same ones as a solver that takes
+//! every step.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The chain at the end of one time step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepRecord {
+    /// The step, counted from 1; 0 is the initial state.
+    pub step: u64,
+    /// Simulated time at the end of the step.
+    pub time_s: f64,
+    /// Sum of the driving forces `F_T` that this step's update used: the drive
+    /// point at the new time, displacements from before the step.
+    pub driving_force_n: f64,
+    /// Total normal load `F_N` that this step's update used.
+    pub normal_load_n: f64,
+    /// How many blocks slid in this step, that is, entered it detached.
+    pub sliding: u32,
+    /// The blocks that detached or re-attached at the end of this step, in
+    /// ascending order; each change takes effect from the next step.
+    pub switches: Vec<Switch>,
+}
+
+impl StepRecord {
+    /// `F_T / F_N` as this step's update used it.
+    pub fn load_ratio(&self) -> f64 {
+        self.driving_force_n / self.normal_load_n
+    }
+}
+
+/// One block that changed between stick and slip at the end of a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Switch {
+    /// The block, counted from 1.
+    pub block: u32,
+    /// Whether it detached or re-attached.
+    pub direction: Direction,
+    /// Displacement `u_n` after the step, from the initial grid.
+    pub displacement_m: f64,
+    /// Velocity `v_n` after the step.
+    pub velocity_m_per_s: f64,
+    /// Tangential force without friction `tau_n` of this step.
+    pub tangential_force_n: f64,
+    /// Anchor `u_stick,n` of the friction spring: the one left behind by a
+    /// block that detaches, the new one (5.15) of a block that re-attaches.
+    pub stick_position_m: f64,
+    /// Static friction threshold `mu_s p_n` of this step.
+    pub threshold_n: f64,
+}
+
+/// Which way a block switched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Direction {
+    /// From stick to slip.
+    Detach,
+    /// From slip to stick.
+    Attach,
+}

@@ -1,0 +1,111 @@
+//! Integer steps are the time; seconds are derived from them in one place.
+
+/// The grid of time steps of a run.
+///
+/// Most time steps are the reciprocal of a whole number (1e-8 s is a 100 MHz
+/// grid). There the time of a step is `step / rate`, which is the double nearest
+/// to the true value and prints as a person would write it; `step * dt` gives
+/// `0.056763540000000006` where `0.05676354` is meant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeGrid {
+    step_s: f64,
+    rate_hz: Option<f64>,
+}
+
+/// How far `1 / dt` may be from a whole number to be taken for one: a few
+/// rounding errors of the division.
+const RATE_TOLERANCE: f64 = 1e-14;
+
+/// How far a duration divided by `dt` may be from a whole number to be taken
+/// for one. Decimal durations over decimal steps miss by a few rounding errors
+/// (up to about 1e-7 steps in 1e9); a mistaken duration misses by much more.
+const STEP_COUNT_TOLERANCE: f64 = 1e-6;
+
+impl TimeGrid {
+    /// A grid with steps of `step_s` seconds, which must be positive and finite.
+    pub fn new(step_s: f64) -> TimeGrid {
+        assert!(step_s.is_finite() && step_s > 0.0, "a time step of {step_s} s");
+        let rate = 1.0 / step_s;
+        let whole = rate.round();
+        let is_whole = whole >= 1.0 && whole <= 2f64.powi(53) && (rate / whole - 1.0).abs() < RATE_TOLERANCE;
+        TimeGrid { step_s, rate_hz: is_whole.then_some(whole) }
+    }
+
+    /// The time step `dt` in seconds.
+    pub fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
+    /// The time at the end of `step` in seconds.
+    #[inline]
+    pub fn time_s(&self, step: u64) -> f64 {
+        match self.rate_hz {
+            Some(rate_hz) => step as f64 / rate_hz,
+            None => step as f64 * self.step_s,
+        }
+    }
+
+    /// The number of steps in `duration_s`, if it is a whole one.
+    pub fn whole_steps(&self, duration_s: f64) -> Option<u64> {
+        let steps = duration_s / self.step_s;
+        let whole = steps.round();
+        let is_whole = (steps - whole).abs() <= STEP_COUNT_TOLERANCE.max(steps.abs() * 4.0 * f64::EPSILON);
+        (is_whole && (0.0..=2f64.powi(53)).contains(&whole)).then_some(whole as u64)
+    }
+
+    /// The nearest step to `time_s`.
+    pub fn nearest_step(&self, time_s: f64) -> u64 {
+        (time_s / self.step_s).round() as u64
+    }
+
+    /// The length of a step in whole nanoseconds, if it is a whole number.
+    pub fn step_ns(&self) -> Option<u64> {
+        let ns = self.step_s * 1e9;
+        let whole = ns.round();
+        (whole >= 1.0 && (ns / whole - 1.0).abs() < RATE_TOLERANCE).then_some(whole as u64)
+    }
+
+    /// The time at the end of `step` in nanoseconds: exact where
+    /// [`TimeGrid::step_ns`] is a whole number, rounded elsewhere.
+    pub fn time_ns(&self, step: u64) -> u64 {
+        match self.step_ns() {
+            Some(step_ns) => step * step_ns,
+            None => (step as f64 * self.step_s * 1e9).round() as u64,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::TimeGrid;
+
+    #[test]
+    fn times_print_as_written() {
+        let grid = TimeGrid::new(1e-8);
+        assert_eq!(grid.time_s(5_676_354).to_string(), "0.05676354");
+        assert_eq!(grid.time_ns(5_676_354), 56_763_540);
+        assert_eq!(grid.step_ns(), Some(10));
+        // Multiplying gives the neighbouring double.
+        assert_ne!(5_676_354.0 * 1e-8, 0.056_763_54);
+    }
+
+    #[test]
+    fn durations_are_whole_numbers_of_steps_or_refused() {
+        for (step_s, duration_s, steps) in
+            [(1e-8, 5.0, 500_000_000), (1e-7, 4.7, 47_000_000), (4e-7, 1.0, 2_500_000), (3e-8, 0.3, 10_000_000)]
+        {
+            assert_eq!(TimeGrid::new(step_s).whole_steps(duration_s), Some(steps));
+        }
+        assert_eq!(TimeGrid::new(3e-8).whole_steps(0.1), None);
+        assert_eq!(TimeGrid::new(1e-8).whole_steps(0.5e-8), None);
+        assert_eq!(TimeGrid::new(1e-8).whole_steps(-1.0), None);
+    }
+
+    #[test]
+    fn steps_that_are_no_whole_nanoseconds_say_so() {
+        let grid = TimeGrid::new(2.5e-10);
+        assert_eq!(grid.step_ns(), None);
+        assert_eq!(grid.time_ns(7), 2);
+        assert_eq!(TimeGrid::new(1.0 / 3.0).time_s(3), 1.0);
+    }
+}

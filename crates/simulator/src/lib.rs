@@ -1,0 +1,60 @@
+//! The chain of blocks and its solvers.
+//!
+//! A solver is a state machine: asked for the next [`Record`], it advances as
+//! far as it must and answers. It does no I/O, reads no clock and starts no
+//! thread, so that the same plan gives the same records wherever it runs.
+//!
+//! [`Plain`] takes every step and reads like the equations; it is the oracle
+//! that any faster solver is held against.
+
+mod plain;
+mod recorder;
+mod state;
+
+pub use plain::Plain;
+pub use state::ChainState;
+
+use asperity_record::Record;
+
+/// A solver of a [`Plan`](asperity_model::Plan).
+pub trait Solver: Send {
+    /// The solver's name in run headers and on the command line.
+    fn name(&self) -> &'static str;
+
+    /// Advances to the next thing to be recorded; `None` once the run is over
+    /// and everything has been handed out.
+    ///
+    /// # Errors
+    /// If a displacement or velocity is no longer finite.
+    fn next_record(&mut self) -> Result<Option<Record>, SimulationError>;
+
+    /// The last step taken.
+    fn step(&self) -> u64;
+
+    /// The whole state, to the bit: a solver that restores it yields the same
+    /// records from there on.
+    fn snapshot(&self) -> ChainState;
+
+    /// Continues from a state. Records not yet handed out are dropped.
+    ///
+    /// # Panics
+    /// If the state is of a chain of another size.
+    fn restore(&mut self, state: &ChainState);
+}
+
+/// A run that cannot go on.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SimulationError {
+    /// A displacement or velocity overflowed or became no number.
+    #[error("block {block} is no longer finite after step {step}: u = {displacement_m} m, v = {velocity_m_per_s} m/s")]
+    NotFinite {
+        /// The step after which it was seen.
+        step: u64,
+        /// The block, counted from 1.
+        block: u32,
+        /// Its displacement.
+        displacement_m: f64,
+        /// Its velocity.
+        velocity_m_per_s: f64,
+    },
+}

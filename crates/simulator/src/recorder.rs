@@ -1,0 +1,149 @@
+//! What is recorded and when; shared by all solvers, so that they cannot differ
+//! in it.
+
+use std::collections::VecDeque;
+
+use asperity_model::{Plan, WindowPlan};
+use asperity_record::{Direction, FieldRecord, Record, StepRecord, Switch, WindowRecord};
+
+use crate::SimulationError;
+use crate::state::ChainState;
+
+/// Turns states worth recording into records, and knows the next step at which
+/// a cadence asks for one.
+#[derive(Debug, Clone)]
+pub(crate) struct Recorder {
+    due_step: u64,
+    ready: VecDeque<Record>,
+}
+
+impl Recorder {
+    /// A recorder at the start of a run, with the initial fields ready.
+    pub(crate) fn new(plan: &Plan, initial: &ChainState) -> Recorder {
+        Recorder { due_step: next_due(plan, 0), ready: VecDeque::from([fields(plan, initial)]) }
+    }
+
+    /// The next record that is ready to be handed out.
+    pub(crate) fn pop(&mut self) -> Option<Record> {
+        self.ready.pop_front()
+    }
+
+    /// Whether a cadence asks for a record of this step.
+    pub(crate) fn is_due(&self, step: u64) -> bool {
+        step == self.due_step
+    }
+
+    /// Forgets what is ready, and goes on behind `step`.
+    pub(crate) fn continue_after(&mut self, plan: &Plan, step: u64) {
+        self.ready.clear();
+        self.due_step = next_due(plan, step);
+    }
+
+    /// Records the step that led to `state`: the blocks that switched in it
+    /// (counted from 0), and whether it is the onset or end of a slip event.
+    pub(crate) fn record(
+        &mut self,
+        plan: &Plan,
+        state: &ChainState,
+        driving_force_n: f64,
+        switched: &[usize],
+        edge: bool,
+    ) -> Result<(), SimulationError> {
+        check_finite(state)?;
+        let step = state.step;
+        self.ready.push_back(Record::Step(StepRecord {
+            step,
+            time_s: plan.grid.time_s(step),
+            driving_force_n,
+            normal_load_n: plan.total_normal_load_n,
+            sliding: state.sliding,
+            switches: switched.iter().map(|&n| switch(plan, state, n)).collect(),
+        }));
+        let recording = &plan.recording;
+        if (edge && recording.event_fields) || is_on_cadence(recording.fields_every_steps, step) {
+            self.ready.push_back(fields(plan, state));
+        }
+        for (index, window) in recording.windows.iter().enumerate() {
+            if next_in_window(window, step - 1) == Some(step) {
+                self.ready.push_back(window_record(plan, state, index, window));
+            }
+        }
+        self.due_step = next_due(plan, step);
+        Ok(())
+    }
+}
+
+fn is_on_cadence(every: u64, step: u64) -> bool {
+    every > 0 && step.is_multiple_of(every)
+}
+
+/// The first step after `step` at which a cadence or the end of the run asks
+/// for a record.
+fn next_due(plan: &Plan, step: u64) -> u64 {
+    let recording = &plan.recording;
+    let cadences = [recording.sample_every_steps, recording.fields_every_steps];
+    let on_cadence = cadences.into_iter().filter(|&every| every > 0).map(|every| (step / every + 1) * every);
+    let in_window = recording.windows.iter().filter_map(|window| next_in_window(window, step));
+    on_cadence.chain(in_window).chain([plan.steps.max(step)]).min().unwrap_or(plan.steps)
+}
+
+/// The first step of a window after `step`, if there is one.
+fn next_in_window(window: &WindowPlan, step: u64) -> Option<u64> {
+    let next = match step.checked_sub(window.from_step) {
+        Some(into) => window.from_step + (into / window.every_steps + 1) * window.every_steps,
+        // A window from step 0 starts with the first step: 0 is no step.
+        None => window.from_step,
+    };
+    (next <= window.to_step).then_some(next)
+}
+
+fn switch(plan: &Plan, state: &ChainState, n: usize) -> Switch {
+    Switch {
+        block: n as u32 + 1,
+        direction: if state.detached[n] { Direction::Detach } else { Direction::Attach },
+        displacement_m: state.displacement_m[n],
+        velocity_m_per_s: state.velocity_m_per_s[n],
+        tangential_force_n: state.tangential_force_n[n],
+        stick_position_m: state.stick_position_m[n],
+        threshold_n: plan.friction.static_threshold_n[n],
+    }
+}
+
+fn fields(plan: &Plan, state: &ChainState) -> Record {
+    Record::Fields(FieldRecord {
+        step: state.step,
+        time_s: plan.grid.time_s(state.step),
+        displacement_m: state.displacement_m.clone(),
+        velocity_m_per_s: state.velocity_m_per_s.clone(),
+        tangential_force_n: state.tangential_force_n.clone(),
+        stick_position_m: state.stick_position_m.clone(),
+        detached: state.detached.iter().map(|&detached| u8::from(detached)).collect(),
+    })
+}
+
+fn window_record(plan: &Plan, state: &ChainState, index: usize, window: &WindowPlan) -> Record {
+    let blocks = window.blocks.clone();
+    Record::Window(WindowRecord {
+        window: index as u32,
+        step: state.step,
+        time_s: plan.grid.time_s(state.step),
+        sliding: state.sliding,
+        first_block: blocks.start as u32 + 1,
+        displacement_m: state.displacement_m[blocks.clone()].to_vec(),
+        velocity_m_per_s: state.velocity_m_per_s[blocks.clone()].to_vec(),
+        tangential_force_n: state.tangential_force_n[blocks].to_vec(),
+    })
+}
+
+fn check_finite(state: &ChainState) -> Result<(), SimulationError> {
+    let pairs = state.displacement_m.iter().zip(&state.velocity_m_per_s);
+    match pairs.enumerate().find(|(_, (u, v))| !(u.is_finite() && v.is_finite())) {
+        None => Ok(()),
+        Some((n, (&displacement_m, &velocity_m_per_s))) => Err(SimulationError::NotFinite {
+            step: state.step,
+            block: n as u32 + 1,
+            displacement_m,
+            velocity_m_per_s,
+        }),
+    }
+}

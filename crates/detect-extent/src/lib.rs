@@ -1,7 +1,7 @@
 //! Finds slip events and how far they run: the raw event table.
 
 use asperity_detect::{Change, Detector, Slip, SlipTracker};
-use asperity_record::{Event, SlipEvent, StepRecord};
+use asperity_record::{Event, EventKind, SlipEvent, StepRecord};
 
 /// Emits a [`SlipEvent`] at the end of every slip event.
 #[derive(Debug, Clone)]
@@ -21,6 +21,10 @@ impl Detector for ExtentDetector {
         "extent"
     }
 
+    fn emits(&self) -> EventKind {
+        EventKind::of::<SlipEvent>()
+    }
+
     fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
         if let Change::Ended(slip) = self.tracker.observe(record) {
             emit(Event::new(&SlipEvent {
@@ -28,20 +32,19 @@ impl Detector for ExtentDetector {
                 end_step: Some(record.step),
                 ft_fn_end: Some(record.load_ratio()),
                 open: false,
-                known_at_step: record.step,
-                ..still_open(&slip, record.step)
+                ..still_open(&slip)
             }));
         }
     }
 
-    fn finish(&mut self, last_step: u64, emit: &mut dyn FnMut(Event)) {
+    fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
         if let Some(slip) = self.tracker.finish() {
-            emit(Event::new(&still_open(&slip, last_step)));
+            emit(Event::new(&still_open(&slip)));
         }
     }
 }
 
-fn still_open(slip: &Slip, known_at_step: u64) -> SlipEvent {
+fn still_open(slip: &Slip) -> SlipEvent {
     SlipEvent {
         onset_s: slip.onset_s,
         end_s: None,
@@ -58,6 +61,5 @@ fn still_open(slip: &Slip, known_at_step: u64) -> SlipEvent {
         ft_fn_min: slip.min_load_ratio,
         ft_fn_max: slip.max_load_ratio,
         open: true,
-        known_at_step,
     }
 }

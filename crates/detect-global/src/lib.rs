@@ -2,7 +2,7 @@
 //! the one before, and how far the load fell.
 
 use asperity_detect::{Change, Detector, Slip, SlipTracker};
-use asperity_record::{Event, GlobalSlip, StepRecord};
+use asperity_record::{Event, EventKind, GlobalSlip, StepRecord};
 
 /// Emits a [`GlobalSlip`] at the end of every slip event that took all blocks.
 #[derive(Debug, Clone)]
@@ -19,7 +19,7 @@ impl GlobalDetector {
         GlobalDetector { tracker: SlipTracker::new(blocks), blocks, globals: 0, last_onset_s: None }
     }
 
-    fn global(&mut self, slip: &Slip, end: Option<&StepRecord>, known_at_step: u64) -> Option<Event> {
+    fn global(&mut self, slip: &Slip, end: Option<&StepRecord>) -> Option<Event> {
         if slip.blocks_slipped() < self.blocks {
             return None;
         }
@@ -31,7 +31,6 @@ impl GlobalDetector {
             recurrence_s: self.last_onset_s.map(|last_s| slip.onset_s - last_s),
             load_drop_n: end.map(|record| slip.onset_force_n - record.driving_force_n),
             ft_fn_drop: end.map(|record| slip.onset_load_ratio - record.load_ratio()),
-            known_at_step,
         });
         self.globals += 1;
         self.last_onset_s = Some(slip.onset_s);
@@ -44,17 +43,21 @@ impl Detector for GlobalDetector {
         "global"
     }
 
+    fn emits(&self) -> EventKind {
+        EventKind::of::<GlobalSlip>()
+    }
+
     fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
         if let Change::Ended(slip) = self.tracker.observe(record)
-            && let Some(event) = self.global(&slip, Some(record), record.step)
+            && let Some(event) = self.global(&slip, Some(record))
         {
             emit(event);
         }
     }
 
-    fn finish(&mut self, last_step: u64, emit: &mut dyn FnMut(Event)) {
+    fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
         if let Some(slip) = self.tracker.finish()
-            && let Some(event) = self.global(&slip, None, last_step)
+            && let Some(event) = self.global(&slip, None)
         {
             emit(event);
         }

@@ -1,7 +1,7 @@
 //! Finds stick-slip onsets: which block went first, when, at what load.
 
 use asperity_detect::{Change, Detector, SlipTracker};
-use asperity_record::{Event, Onset, StepRecord};
+use asperity_record::{Event, EventKind, Onset, StepRecord};
 
 /// Emits an [`Onset`] at the first step of every slip event.
 #[derive(Debug, Clone)]
@@ -21,6 +21,10 @@ impl Detector for OnsetDetector {
         "onset"
     }
 
+    fn emits(&self) -> EventKind {
+        EventKind::of::<Onset>()
+    }
+
     fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
         if let Change::Begins(slip) = self.tracker.observe(record) {
             emit(Event::new(&Onset {
@@ -36,5 +40,5 @@ impl Detector for OnsetDetector {
         }
     }
 
-    fn finish(&mut self, _last_step: u64, _emit: &mut dyn FnMut(Event)) {}
+    fn finish(&mut self, _emit: &mut dyn FnMut(Event)) {}
 }

@@ -8,7 +8,7 @@ mod slip;
 
 pub use slip::{Change, Slip, SlipTracker};
 
-use asperity_record::{Event, StepRecord};
+use asperity_record::{Event, EventKind, StepRecord};
 
 /// Looks for events in step records, given one by one in order of time.
 ///
@@ -19,12 +19,15 @@ pub trait Detector: Send {
     /// The detector's name in metadata and on the command line.
     fn name(&self) -> &'static str;
 
+    /// What it emits.
+    fn emits(&self) -> EventKind;
+
     /// Takes the next record, and hands events that are now certain to `emit`.
     fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event));
 
-    /// Takes the news that the run is over after `last_step`, and hands what is
-    /// still open to `emit`, flagged as such.
-    fn finish(&mut self, last_step: u64, emit: &mut dyn FnMut(Event));
+    /// Takes the news that the run is over, and hands what is still open to
+    /// `emit`, flagged as such.
+    fn finish(&mut self, emit: &mut dyn FnMut(Event));
 }
 
 /// Runs detectors over records that are at hand, in the order in which the
@@ -32,7 +35,6 @@ pub trait Detector: Send {
 pub fn detect_all<'a>(
     detectors: &mut [Box<dyn Detector>],
     records: impl IntoIterator<Item = &'a StepRecord>,
-    last_step: u64,
 ) -> Vec<Event> {
     let mut events = Vec::new();
     for record in records {
@@ -41,7 +43,7 @@ pub fn detect_all<'a>(
         }
     }
     for detector in detectors {
-        detector.finish(last_step, &mut |event| events.push(event));
+        detector.finish(&mut |event| events.push(event));
     }
     events
 }

@@ -21,6 +21,18 @@ pub enum LengthLaw {
 }
 
 impl LengthLaw {
+    /// The law that a scenario calls for: with initial shear (5.52), with a tilted
+    /// load (5.22), else the straight line (5.57).
+    pub fn natural(scenario: &crate::Scenario) -> LengthLaw {
+        if scenario.initial_shear.beta != 0.0 {
+            LengthLaw::InitialShear
+        } else if scenario.normal_load.tilt != 0.0 {
+            LengthLaw::Tilted
+        } else {
+            LengthLaw::Linear
+        }
+    }
+
     /// The equation's number, as in `5.22`.
     pub fn equation(self) -> &'static str {
         match self {

@@ -74,8 +74,8 @@ pub enum Value {
     Flag(bool),
 }
 
-use Bound::{Excluding, Including, Open};
 use self::Default::{BySet, Is, Required};
+use Bound::{Excluding, Including, Open};
 use Kind::{Count, Flag, Number, Text, Word};
 
 const POSITIVE: Kind = Number(Excluding(0.0), Open);

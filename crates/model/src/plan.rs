@@ -120,7 +120,8 @@ impl Plan {
         let friction = &scenario.friction;
         let scaled = |factor: f64| normal_load_n.iter().map(|p| factor * p).collect();
         let grid = TimeGrid::new(scenario.time.step_s);
-        let steps = |seconds| grid.whole_steps(seconds).expect("a resolved scenario has whole numbers of steps");
+        let steps =
+            |seconds| grid.whole_steps(seconds).expect("a resolved scenario has whole numbers of steps");
         Plan {
             blocks,
             length_m: scenario.slider.length_m,

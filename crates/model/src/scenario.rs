@@ -196,7 +196,8 @@ impl Scenario {
     /// name and summary do not.
     pub fn hash(&self) -> String {
         let anonymous = Scenario { name: String::new(), summary: String::new(), ..self.clone() };
-        let canonical = serde_json::to_vec(&anonymous).expect("a scenario is plain tables, numbers and texts");
+        let canonical =
+            serde_json::to_vec(&anonymous).expect("a scenario is plain tables, numbers and texts");
         blake3::hash(&canonical).to_hex().to_string()
     }
 
@@ -220,7 +221,10 @@ impl Scenario {
         if self.initial_velocity.mode >= self.slider.blocks {
             refuse(
                 "initial_velocity.mode",
-                format!("a chain of {} blocks has no mode {}", self.slider.blocks, self.initial_velocity.mode),
+                format!(
+                    "a chain of {} blocks has no mode {}",
+                    self.slider.blocks, self.initial_velocity.mode
+                ),
                 format!("a whole number from 0 to {}", self.slider.blocks - 1),
             );
         }
@@ -584,7 +588,8 @@ mod tests {
 
     #[test]
     fn overrides_win_and_are_named_in_errors() {
-        let source = |set: &str| ScenarioSource::new("test.toml", "normal_load.tilt = 0.5").with_override(set);
+        let source =
+            |set: &str| ScenarioSource::new("test.toml", "normal_load.tilt = 0.5").with_override(set);
         assert_eq!(Scenario::resolve(&source("normal_load.tilt=0.25")).unwrap().normal_load.tilt, 0.25);
         assert_eq!(
             Scenario::resolve(&source("friction.reattach=two-way")).unwrap().friction.reattach,

@@ -29,7 +29,9 @@ struct Layer {
 impl ScenarioSource {
     /// A scenario text and the name of where it comes from.
     pub fn new(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
-        ScenarioSource { layers: vec![Layer { origin: origin.into(), text: text.into(), is_override: false }] }
+        ScenarioSource {
+            layers: vec![Layer { origin: origin.into(), text: text.into(), is_override: false }],
+        }
     }
 
     /// Adds an override of the form `key=value`; later ones win. A value that

@@ -1,6 +1,6 @@
 //! What detectors emit.
 //!
-//! An [`Event`] is an envelope: the topic, the step and the payload as JSON. So
+//! An [`Event`] is an envelope: the topic and the payload as JSON. So
 //! a new detector brings its own payload type with it, and the stream, the run
 //! log and replay carry it without knowing it. The payloads that tables are
 //! made of are defined here, because the analysis does not link detectors.
@@ -13,18 +13,37 @@ use serde::{Deserialize, Serialize};
 pub trait EventPayload: Serialize + DeserializeOwned + JsonSchema {
     /// The log topic, `/events/...`.
     const TOPIC: &'static str;
-
-    /// The step at which the event became known; it orders events in the log.
-    fn known_at_step(&self) -> u64;
 }
 
-/// One event on its way from a detector to the log.
+/// What a detector emits, announced before the first event so that a log can
+/// name and describe its topics.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EventKind {
+    /// The log topic.
+    pub topic: &'static str,
+    /// Name of the payload's schema.
+    pub schema_name: String,
+    /// JSON schema of the payload.
+    pub schema: serde_json::Value,
+}
+
+impl EventKind {
+    /// The kind of events with payload `P`.
+    pub fn of<P: EventPayload>() -> EventKind {
+        EventKind {
+            topic: P::TOPIC,
+            schema_name: P::schema_name().into_owned(),
+            schema: schemars::schema_for!(P).to_value(),
+        }
+    }
+}
+
+/// One event on its way from a detector to the log. It belongs to the step of
+/// the record that made it certain, which it follows directly.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Event {
     /// The log topic.
     pub topic: String,
-    /// The step at which the event became known.
-    pub step: u64,
     /// The payload as one JSON object.
     pub payload: String,
 }
@@ -34,7 +53,6 @@ impl Event {
     pub fn new<P: EventPayload>(payload: &P) -> Event {
         Event {
             topic: P::TOPIC.to_owned(),
-            step: payload.known_at_step(),
             payload: serde_json::to_string(payload)
                 .expect("payloads are plain structs of numbers, which JSON can always hold"),
         }
@@ -73,10 +91,6 @@ pub struct Onset {
 
 impl EventPayload for Onset {
     const TOPIC: &'static str = "/events/onset";
-
-    fn known_at_step(&self) -> u64 {
-        self.onset_step
-    }
 }
 
 /// A maximal run of consecutive steps in which at least one block slides.
@@ -116,11 +130,28 @@ pub struct SlipEvent {
     pub ft_fn_max: f64,
     /// Whether the run ended before the event did.
     pub open: bool,
-    /// The last step of the run if the event is open; else the end step.
-    pub known_at_step: u64,
 }
 
 impl SlipEvent {
+    /// The names of the fields in order: the columns of the raw event table.
+    pub const COLUMNS: [&'static str; 15] = [
+        "onset_s",
+        "end_s",
+        "first_block",
+        "last_block",
+        "max_sliding",
+        "ft_fn_onset",
+        "ft_fn_end",
+        "event",
+        "onset_step",
+        "end_step",
+        "blocks_slipped",
+        "nucleation_block",
+        "ft_fn_min",
+        "ft_fn_max",
+        "open",
+    ];
+
     /// Precursor length over slider length, `n_p / N` (5.17), for an event that
     /// starts from the driven end; `None` for one that does not include block 1.
     pub fn length_ratio(&self, blocks: u32) -> Option<f64> {
@@ -135,10 +166,6 @@ impl SlipEvent {
 
 impl EventPayload for SlipEvent {
     const TOPIC: &'static str = "/events/slip";
-
-    fn known_at_step(&self) -> u64 {
-        self.known_at_step
-    }
 }
 
 /// A slip event in which every block of the chain slid.
@@ -159,14 +186,8 @@ pub struct GlobalSlip {
     pub load_drop_n: Option<f64>,
     /// Fall of `F_T / F_N` from onset to end; null if the run ended before.
     pub ft_fn_drop: Option<f64>,
-    /// The last step of the run if the event is open; else its end step.
-    pub known_at_step: u64,
 }
 
 impl EventPayload for GlobalSlip {
     const TOPIC: &'static str = "/events/global";
-
-    fn known_at_step(&self) -> u64 {
-        self.known_at_step
-    }
 }

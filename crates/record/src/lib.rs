@@ -15,7 +15,7 @@ mod header;
 mod step;
 mod time;
 
-pub use event::{Event, EventPayload, GlobalSlip, Onset, SlipEvent};
+pub use event::{Event, EventKind, EventPayload, GlobalSlip, Onset, SlipEvent};
 pub use fields::{FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus};
 pub use step::{Direction, StepRecord, Switch};

@@ -91,9 +91,12 @@ mod tests {
 
     #[test]
     fn durations_are_whole_numbers_of_steps_or_refused() {
-        for (step_s, duration_s, steps) in
-            [(1e-8, 5.0, 500_000_000), (1e-7, 4.7, 47_000_000), (4e-7, 1.0, 2_500_000), (3e-8, 0.3, 10_000_000)]
-        {
+        for (step_s, duration_s, steps) in [
+            (1e-8, 5.0, 500_000_000),
+            (1e-7, 4.7, 47_000_000),
+            (4e-7, 1.0, 2_500_000),
+            (3e-8, 0.3, 10_000_000),
+        ] {
             assert_eq!(TimeGrid::new(step_s).whole_steps(duration_s), Some(steps));
         }
         assert_eq!(TimeGrid::new(3e-8).whole_steps(0.1), None);

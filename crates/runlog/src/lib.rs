@@ -1,1 +1,25 @@
-//! placeholder
+//! The run log: one MCAP file per run.
+//!
+//! | in the file | what |
+//! |---|---|
+//! | metadata `run` | the [`RunHeader`](asperity_record::RunHeader), first |
+//! | attachment `scenario.toml` | the resolved scenario, every key |
+//! | topic `/step` | one message per step record |
+//! | topic `/switch` | one message per block that switched, behind its step |
+//! | topic `/fields` | the state of all blocks |
+//! | topic `/window` | the state of chosen blocks in dense windows |
+//! | topics `/events/...` | what the detectors emitted, behind the record that made it certain |
+//! | metadata `run_end` | the [`RunEnd`](asperity_record::RunEnd), last: only this says that the run is whole |
+//!
+//! Messages are JSON objects, each topic with its JSON schema. `log_time` is
+//! simulated time in nanoseconds; nothing in the file knows the wall clock.
+//! A log is written under a temporary name and renamed when it is whole.
+
+mod messages;
+mod metadata;
+mod read;
+mod write;
+
+pub use metadata::MetadataError;
+pub use read::{LogError, LogItem, LogProblem, RunReader, Topics};
+pub use write::{RunWriter, WriteError, partial_path};

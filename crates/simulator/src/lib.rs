@@ -10,6 +10,7 @@
 mod plain;
 mod recorder;
 mod state;
+mod sweep;
 
 pub use plain::Plain;
 pub use state::ChainState;
@@ -46,7 +47,9 @@ pub trait Solver: Send {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SimulationError {
     /// A displacement or velocity overflowed or became no number.
-    #[error("block {block} is no longer finite after step {step}: u = {displacement_m} m, v = {velocity_m_per_s} m/s")]
+    #[error(
+        "block {block} is no longer finite after step {step}: u = {displacement_m} m, v = {velocity_m_per_s} m/s"
+    )]
     NotFinite {
         /// The step after which it was seen.
         step: u64,

@@ -17,6 +17,7 @@ use asperity_record::Record;
 
 use crate::recorder::Recorder;
 use crate::state::ChainState;
+use crate::sweep::{Blocks, Constants, Sweeps, comes_to_rest};
 use crate::{SimulationError, Solver};
 
 /// The solver that takes every step.
@@ -25,9 +26,10 @@ pub struct Plain {
     plan: Plan,
     state: ChainState,
     recorder: Recorder,
-    /// Whether a block switched in the last step.
-    switches: Vec<bool>,
-    /// The blocks that did, counted from 0, ascending.
+    sweeps: Sweeps,
+    /// Velocities after the step, while those before it are still needed.
+    new_velocity_m_per_s: Vec<f64>,
+    /// The blocks that switched in the last step, counted from 0, ascending.
     switched: Vec<usize>,
 }
 
@@ -36,7 +38,8 @@ impl Plain {
     pub fn new(plan: Plan) -> Plain {
         let state = ChainState::initial(&plan);
         let recorder = Recorder::new(&plan, &state);
-        Plain { switches: vec![false; plan.blocks], plan, state, recorder, switched: Vec::new() }
+        let new_velocity_m_per_s = vec![0.0; plan.blocks];
+        Plain { plan, state, recorder, sweeps: Sweeps::detect(), new_velocity_m_per_s, switched: Vec::new() }
     }
 
     /// The state after the last step taken.
@@ -52,84 +55,67 @@ impl Plain {
     /// Takes one step; returns the driving force that it used.
     pub fn take_step(&mut self) -> f64 {
         self.state.step += 1;
+        self.state.sliding = self.state.detached;
         let driving_force_n = self.tangential_force();
-        self.advance_blocks();
+        let any_switch = self.advance_blocks();
+        self.switched.clear();
+        if any_switch {
+            self.switch_blocks();
+        }
+        std::mem::swap(&mut self.state.velocity_m_per_s, &mut self.new_velocity_m_per_s);
         driving_force_n
     }
 
     /// `tau_n` from the old state, the drive taken at the new time.
     fn tangential_force(&mut self) -> f64 {
+        let plan = &self.plan;
         let ChainState { step, displacement_m: u, velocity_m_per_s: v, tangential_force_n: tau, .. } =
             &mut self.state;
-        let (k, eta) = (self.plan.stiffness_n_per_m, self.plan.damping_kg_per_s);
-        let last = u.len() - 1;
-
-        for (tau, (u, v)) in tau[1..last].iter_mut().zip(u.windows(3).zip(v.windows(3))) {
-            *tau = k * (u[2] - 2.0 * u[1] + u[0]) + eta * (v[2] - 2.0 * v[1] + v[0]);
-        }
-        tau[0] = k * (u[1] - u[0]) + eta * (v[1] - v[0]);
-        tau[last] = k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]);
-
-        let driving_force_n = self.plan.drive.force_n(self.plan.grid.time_s(*step), u[0]);
+        self.sweeps.pull_of_neighbours(tau, u, v, plan.stiffness_n_per_m, plan.damping_kg_per_s);
+        let driving_force_n = plan.drive.force_n(plan.grid.time_s(*step), u[0]);
         tau[0] += driving_force_n;
         driving_force_n
     }
 
-    /// Friction, new velocities and positions, and the switches.
-    fn advance_blocks(&mut self) {
-        let ChainState {
-            displacement_m, velocity_m_per_s, stick_position_m, detached, tangential_force_n, ..
-        } = &mut self.state;
-        let (dt, kt) = (self.plan.grid.step_s(), self.plan.friction.interfacial_stiffness_n_per_m);
-        let dt_over_m = dt / self.plan.block_mass_kg;
-        let two_way = self.plan.friction.reattach == Reattach::TwoWay;
-
-        // Slices of one length, so that no bounds are checked inside the sweep.
-        let blocks = self.plan.blocks;
-        let u = &mut displacement_m[..blocks];
-        let v = &mut velocity_m_per_s[..blocks];
-        let u_stick = &stick_position_m[..blocks];
-        let detached = &detached[..blocks];
-        let tau = &tangential_force_n[..blocks];
-        let threshold = &self.plan.friction.static_threshold_n[..blocks];
-        let sliding_friction = &self.plan.friction.dynamic_friction_n[..blocks];
-        let switches = &mut self.switches[..blocks];
-
-        let mut any_switch = false;
-        let mut sliding = 0;
-        for n in 0..blocks {
-            let v_old = v[n];
-            let stuck_force = -kt * (u[n] - u_stick[n]);
-            let sliding_force = -sliding_friction[n] * sign(v_old);
-            let friction = if detached[n] { sliding_force } else { stuck_force };
-
-            let v_new = v_old + (tau[n] + friction) * dt_over_m;
-            v[n] = v_new;
-            u[n] += v_new * dt;
-
-            let at_rest = if two_way { v_new * v_old <= 0.0 } else { v_new <= 0.0 };
-            let overloaded = tau[n].abs() >= threshold[n];
-            switches[n] = if detached[n] { at_rest } else { overloaded };
-            any_switch |= switches[n];
-            sliding += u32::from(detached[n]);
-        }
-        self.state.sliding = sliding;
-        self.switched.clear();
-        if any_switch {
-            self.switch_blocks();
-        }
+    /// Friction, new velocities and positions; whether any block switches.
+    fn advance_blocks(&mut self) -> bool {
+        let plan = &self.plan;
+        let old = Blocks {
+            v: &self.state.velocity_m_per_s,
+            u_stick: &self.state.stick_position_m,
+            slip: &self.state.slip,
+            tau: &self.state.tangential_force_n,
+            threshold: &plan.friction.static_threshold_n,
+            sliding_friction: &plan.friction.dynamic_friction_n,
+        };
+        let constants = Constants {
+            dt: plan.grid.step_s(),
+            dt_over_m: plan.grid.step_s() / plan.block_mass_kg,
+            kt: plan.friction.interfacial_stiffness_n_per_m,
+            two_way: plan.friction.reattach == Reattach::TwoWay,
+        };
+        self.sweeps.advance(&mut self.state.displacement_m, &mut self.new_velocity_m_per_s, &old, &constants)
     }
 
     /// Puts the switches of this step in force for the next.
     fn switch_blocks(&mut self) {
-        let ChainState { displacement_m: u, stick_position_m, detached, tangential_force_n: tau, .. } =
-            &mut self.state;
-        for n in (0..self.switches.len()).filter(|&n| self.switches[n]) {
-            if detached[n] {
-                stick_position_m[n] = u[n] - tau[n] / self.plan.friction.interfacial_stiffness_n_per_m;
+        let friction = &self.plan.friction;
+        let two_way = friction.reattach == Reattach::TwoWay;
+        let state = &mut self.state;
+        for n in 0..self.plan.blocks {
+            let tau = state.tangential_force_n[n];
+            let slides = state.slip[n] != 0.0;
+            if slides && comes_to_rest(state.velocity_m_per_s[n], self.new_velocity_m_per_s[n], two_way) {
+                state.slip[n] = 0.0;
+                state.stick_position_m[n] =
+                    state.displacement_m[n] - tau / friction.interfacial_stiffness_n_per_m;
+                state.detached -= 1;
+                self.switched.push(n);
+            } else if !slides && tau.abs() >= friction.static_threshold_n[n] {
+                state.slip[n] = 1.0;
+                state.detached += 1;
+                self.switched.push(n);
             }
-            detached[n] = !detached[n];
-            self.switched.push(n);
         }
     }
 }
@@ -170,9 +156,4 @@ impl Solver for Plain {
         self.switched.clear();
         self.recorder.continue_after(&self.plan, state.step);
     }
-}
-
-/// The sign of a velocity; 0 for 0, where `v / |v|` would be no number.
-fn sign(velocity: f64) -> f64 {
-    f64::from(i8::from(velocity > 0.0) - i8::from(velocity < 0.0))
 }

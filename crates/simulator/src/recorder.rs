@@ -100,7 +100,7 @@ fn next_in_window(window: &WindowPlan, step: u64) -> Option<u64> {
 fn switch(plan: &Plan, state: &ChainState, n: usize) -> Switch {
     Switch {
         block: n as u32 + 1,
-        direction: if state.detached[n] { Direction::Detach } else { Direction::Attach },
+        direction: if state.slip[n] != 0.0 { Direction::Detach } else { Direction::Attach },
         displacement_m: state.displacement_m[n],
         velocity_m_per_s: state.velocity_m_per_s[n],
         tangential_force_n: state.tangential_force_n[n],
@@ -117,7 +117,7 @@ fn fields(plan: &Plan, state: &ChainState) -> Record {
         velocity_m_per_s: state.velocity_m_per_s.clone(),
         tangential_force_n: state.tangential_force_n.clone(),
         stick_position_m: state.stick_position_m.clone(),
-        detached: state.detached.iter().map(|&detached| u8::from(detached)).collect(),
+        detached: state.slip.iter().map(|&slip| u8::from(slip != 0.0)).collect(),
     })
 }
 

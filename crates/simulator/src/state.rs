@@ -17,8 +17,11 @@ pub struct ChainState {
     pub velocity_m_per_s: Vec<f64>,
     /// Anchor `u_stick,n` of the friction spring; stale while a block slides.
     pub stick_position_m: Vec<f64>,
-    /// Whether a block enters the next step detached.
-    pub detached: Vec<bool>,
+    /// 1 for a block that enters the next step detached, 0 for one that is
+    /// stuck: as numbers, so that a sweep can choose without branching.
+    pub slip: Vec<f64>,
+    /// How many blocks enter the next step detached.
+    pub detached: u32,
     /// Tangential force without friction `tau_n` of the last step.
     pub tangential_force_n: Vec<f64>,
     /// How many blocks slid in the last step.
@@ -44,7 +47,8 @@ impl ChainState {
             displacement_m: u.clone(),
             velocity_m_per_s: initial.velocity_m_per_s.clone(),
             stick_position_m: initial.stick_position_m.clone(),
-            detached: vec![false; plan.blocks],
+            slip: vec![0.0; plan.blocks],
+            detached: 0,
             tangential_force_n,
             sliding: 0,
         }

@@ -1,0 +1,174 @@
+//! What a text claims beside what was measured, with a verdict by a stated rule.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use polars::prelude::{Column, DataFrame, NamedFrom, Series};
+use serde::Deserialize;
+
+use crate::AnalysisError;
+use crate::measure::Measure;
+use crate::run_data::RunData;
+
+/// Relative deviation that reading a number off a curve may cost.
+const READING_TOLERANCE: f64 = 0.02;
+
+/// One claim, as the pipeline has it.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Claim {
+    /// Where the source makes it: a figure, equation or section.
+    pub about: String,
+    /// The source's own words.
+    pub quote: String,
+    /// The run to measure.
+    pub run: String,
+    /// What to measure in it.
+    pub measure: Measure,
+    /// The number claimed, with the digits the source gives; absent where the
+    /// source speaks in words.
+    pub stated: Option<String>,
+    /// For measures that look for the nearest precursor: its number of blocks,
+    /// where that is not the number claimed.
+    pub near: Option<f64>,
+    /// Where the source speaks in words: the largest value that bears it out.
+    pub at_most: Option<f64>,
+    /// The same for the smallest value.
+    pub at_least: Option<f64>,
+    /// What a reader should know of the outcome.
+    #[serde(default)]
+    pub note: String,
+}
+
+/// A claim, measured.
+#[derive(Debug, Clone)]
+pub struct Outcome<'a> {
+    /// The claim.
+    pub claim: &'a Claim,
+    /// What was measured; `None` where the run does not have it.
+    pub ours: Option<f64>,
+    /// Ours minus stated.
+    pub deviation: Option<f64>,
+    /// The rule in words.
+    pub rule: String,
+    /// `agrees`, `differs` or `not reached`.
+    pub verdict: &'static str,
+}
+
+/// Measures every claim.
+pub fn judge<'a>(claims: &'a [Claim], runs: &BTreeMap<String, RunData>) -> Vec<Outcome<'a>> {
+    claims
+        .iter()
+        .map(|claim| {
+            let stated: Option<f64> = claim.stated.as_ref().and_then(|text| text.parse().ok());
+            let ours = runs.get(&claim.run).and_then(|run| claim.measure.of(run, claim.near.or(stated)));
+            let deviation = ours.zip(stated).map(|(ours, stated)| ours - stated);
+            let (rule, holds): (String, Option<bool>) = match (stated, claim.at_most, claim.at_least) {
+                (Some(stated), ..) => {
+                    let digit = half_last_digit(claim.stated.as_deref().unwrap_or_default());
+                    let tolerance = digit.max(READING_TOLERANCE * stated.abs());
+                    let holds = deviation.map(|deviation| deviation.abs() <= tolerance);
+                    (format!("within {tolerance:.3}: 2 % or half the last digit given"), holds)
+                }
+                (None, Some(limit), _) => (format!("at most {limit}"), ours.map(|ours| ours <= limit)),
+                (None, None, Some(limit)) => (format!("at least {limit}"), ours.map(|ours| ours >= limit)),
+                (None, None, None) => ("none".to_owned(), None),
+            };
+            let verdict = match holds {
+                Some(true) => "agrees",
+                Some(false) => "differs",
+                None => "not reached",
+            };
+            Outcome { claim, ours, deviation, rule, verdict }
+        })
+        .collect()
+}
+
+/// Half a unit of the last digit of a decimal number as written.
+fn half_last_digit(text: &str) -> f64 {
+    let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    0.5 * 0.1f64.powi(decimals as i32)
+}
+
+/// The claims as a table.
+///
+/// # Errors
+/// If polars refuses.
+pub fn table(outcomes: &[Outcome<'_>]) -> Result<DataFrame, AnalysisError> {
+    let texts = |name: &str, value: &dyn Fn(&Outcome<'_>) -> String| -> Column {
+        Series::new(name.into(), outcomes.iter().map(value).collect::<Vec<String>>()).into()
+    };
+    let numbers = |name: &str, value: &dyn Fn(&Outcome<'_>) -> Option<f64>| -> Column {
+        Series::new(name.into(), outcomes.iter().map(value).collect::<Vec<Option<f64>>>()).into()
+    };
+    Ok(DataFrame::new_infer_height(vec![
+        texts("about", &|outcome| outcome.claim.about.clone()),
+        texts("run", &|outcome| outcome.claim.run.clone()),
+        texts("quote", &|outcome| outcome.claim.quote.clone()),
+        texts("measure", &|outcome| measure_name(outcome.claim.measure)),
+        texts("stated", &|outcome| outcome.claim.stated.clone().unwrap_or_default()),
+        numbers("ours", &|outcome| outcome.ours),
+        numbers("deviation", &|outcome| outcome.deviation),
+        texts("rule", &|outcome| outcome.rule.clone()),
+        texts("verdict", &|outcome| outcome.verdict.to_owned()),
+        texts("note", &|outcome| outcome.claim.note.clone()),
+    ])?)
+}
+
+/// The claims as a page of Markdown.
+pub fn markdown(title: &str, outcomes: &[Outcome<'_>]) -> String {
+    let count = |verdict| outcomes.iter().filter(|outcome| outcome.verdict == verdict).count();
+    let mut page = format!(
+        "# {title}: claims\n\n{} agree, {} differ, {} not reached. Deviations are ours minus stated.\n\n\
+         | about | run | the source says | measured | stated | ours | deviation | rule | verdict |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
+        count("agrees"),
+        count("differs"),
+        count("not reached")
+    );
+    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
+    let signed = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:+.4}"));
+    for outcome in outcomes {
+        let claim = outcome.claim;
+        let note = if claim.note.is_empty() { String::new() } else { format!(" ({})", claim.note) };
+        writeln!(
+            page,
+            "| {} | {} | {} | {} | {} | {} | {} | {} | **{}**{note} |",
+            claim.about,
+            claim.run,
+            claim.quote.replace('|', "\\|"),
+            measure_name(claim.measure),
+            claim.stated.as_deref().unwrap_or("-"),
+            number(outcome.ours),
+            signed(outcome.deviation),
+            outcome.rule,
+            outcome.verdict
+        )
+        .expect("writing to a string cannot fail");
+    }
+    page
+}
+
+/// A measure in words: its name with spaces.
+fn measure_name(measure: Measure) -> String {
+    let mut words = String::new();
+    for letter in format!("{measure:?}").chars() {
+        if letter.is_uppercase() && !words.is_empty() {
+            words.push(' ');
+        }
+        words.extend(letter.to_lowercase());
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::half_last_digit;
+
+    #[test]
+    fn half_a_digit_is_read_off_the_text() {
+        assert_eq!(half_last_digit("17"), 0.5);
+        assert!((half_last_digit("3.55") - 0.005).abs() < 1e-15);
+        assert!((half_last_digit("0.225") - 0.0005).abs() < 1e-15);
+    }
+}

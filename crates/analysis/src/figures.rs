@@ -1,0 +1,120 @@
+//! The figures, drawn at print quality.
+//!
+//! Each kind of figure is a module with a specification, as the pipeline writes
+//! it, and a way to draw it. To add one: a module, and a line in `kinds!`.
+
+mod damping;
+mod front;
+mod initial_shear;
+mod lengths;
+mod load;
+mod onset;
+mod plot;
+mod text;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::AnalysisError;
+use crate::run_data::RunData;
+use plot::Sheet;
+
+/// A kind of figure.
+trait Figure {
+    /// The file to write, without folder.
+    fn file(&self) -> &str;
+
+    /// The runs it is made of.
+    fn runs(&self) -> Vec<&str>;
+
+    /// What is on it; in words, what its runs lack.
+    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String>;
+}
+
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
+        /// The figures of a pipeline, by kind.
+        #[derive(Debug, Clone, Default, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct Figures {
+            $($(#[$doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*
+        }
+
+        impl Figures {
+            fn all(&self) -> Vec<&dyn Figure> {
+                let mut all: Vec<&dyn Figure> = Vec::new();
+                $(all.extend(self.$field.iter().map(|figure| figure as &dyn Figure));)*
+                all
+            }
+        }
+    };
+}
+
+kinds! {
+    /// Velocities of one mode under several dampings.
+    "damping" damping: damping::Damping,
+    /// `tau / p` along the slider after a precursor.
+    "front" front: front::Front,
+    /// Initial shear profiles.
+    "initial-shear" initial_shear: initial_shear::InitialShear,
+    /// `L_p / L` against `F_T / F_N`.
+    "lengths" lengths: lengths::Lengths,
+    /// Load against time.
+    "load" load: load::Load,
+    /// `tau` along the slider when the first precursor starts.
+    "onset" onset: onset::Onset,
+}
+
+impl Figures {
+    /// The runs that the figures are made of.
+    pub(crate) fn runs(&self) -> impl Iterator<Item = &str> {
+        self.all().into_iter().flat_map(|figure| figure.runs())
+    }
+
+    /// Draws all figures into a folder.
+    pub(crate) fn draw(&self, runs: &BTreeMap<String, RunData>, folder: &Path) -> Result<(), AnalysisError> {
+        for figure in self.all() {
+            let failed = |problem: String| AnalysisError::Figure { file: figure.file().to_owned(), problem };
+            let sheet = figure.sheet(runs).map_err(failed)?;
+            sheet.write(&folder.join(figure.file())).map_err(failed)?;
+        }
+        Ok(())
+    }
+}
+
+/// A run and what the legend calls it; `k_t` and `k_{t}` set subscripts.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Labelled {
+    run: String,
+    label: String,
+}
+
+impl Labelled {
+    fn find<'a>(&self, runs: &'a BTreeMap<String, RunData>) -> Result<&'a RunData, String> {
+        find(runs, &self.run)
+    }
+}
+
+fn find<'a>(runs: &'a BTreeMap<String, RunData>, name: &str) -> Result<&'a RunData, String> {
+    runs.get(name).ok_or_else(|| format!("there is no run {name}"))
+}
+
+/// Draws the two figures that any run allows: its load curve and its precursors
+/// beside the length law that its scenario calls for.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn draw_overview(run: RunData, folder: &Path) -> Result<(), AnalysisError> {
+    let name = run.name.clone();
+    let label = name.clone();
+    let law = asperity_model::analytic::LengthLaw::natural(&run.scenario);
+    let figures = Figures {
+        load: vec![load::Load::of_run("load.png", &name)],
+        lengths: vec![lengths::Lengths::of_run("precursors.png", &name, label, law)],
+        ..Figures::default()
+    };
+    figures.draw(&BTreeMap::from([(name, run)]), folder)
+}

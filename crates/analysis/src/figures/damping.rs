@@ -1,0 +1,59 @@
+//! How the shortest wave dies away: undamped, under-damped, critical and
+//! over-damped, simulated and after (5.28) (Figure 5.5).
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
+use super::{Figure, Labelled};
+use crate::measure::ring_down;
+use crate::run_data::RunData;
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Damping {
+    file: String,
+    series: Vec<Labelled>,
+}
+
+/// How many marks a series bears.
+const MARKS: usize = 40;
+
+impl Figure for Damping {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        self.series.iter().map(|series| series.run.as_str()).collect()
+    }
+
+    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let mut series = Vec::new();
+        let mut longest: f64 = 0.0;
+        for (index, labelled) in self.series.iter().enumerate() {
+            let points = ring_down(labelled.find(runs)?);
+            let (marker, dash, color) = nth(index);
+            longest = points.iter().fold(longest, |longest, (phase, ..)| longest.max(*phase));
+            series.push(Series {
+                label: format!("{}, eq. (5.28)", labelled.label),
+                points: points.iter().map(|&(phase, _, theory)| (phase, theory)).collect(),
+                look: Look::Line(dash, color),
+            });
+            let every = points.len().div_ceil(MARKS).max(1);
+            series.push(Series {
+                label: format!("{}, simulated", labelled.label),
+                points: points.iter().step_by(every).map(|&(phase, ours, _)| (phase, ours)).collect(),
+                look: Look::Marks(marker, color),
+            });
+        }
+        Ok(Sheet::Single(Box::new(Panel {
+            title: String::new(),
+            x: Axis::new("t √(k/m)", 0.0, longest),
+            y: Axis::new("v_1(t)/v_1(0)", -1.1, 2.6),
+            series,
+            legend: Corner::TopRight,
+        })))
+    }
+}

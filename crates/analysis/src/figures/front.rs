@@ -1,0 +1,69 @@
+//! `tau_n / p_n` along the slider after a precursor (Figure 5.6).
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Panel, RED, Series, Sheet};
+use super::{Figure, find};
+use crate::measure::front_profile;
+use crate::run_data::RunData;
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Front {
+    file: String,
+    run: String,
+    /// The length of the precursor; the nearest one is shown.
+    blocks: u32,
+}
+
+impl Figure for Front {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        vec![&self.run]
+    }
+
+    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let run = find(runs, &self.run)?;
+        let (slip, profile) = front_profile(run, f64::from(self.blocks))
+            .ok_or_else(|| format!("run {} has no precursor with fields at its end", run.name))?;
+        let last = f64::from(run.header.blocks);
+        let friction = &run.plan.friction;
+        let level = |mu: f64| vec![(0.0, mu), (last, mu)];
+        let lowest = profile.iter().fold(0.0f64, |low, ratio| low.min(*ratio)) - 0.05;
+        let highest = friction.static_coefficient * 1.35;
+        let tip = f64::from(slip.last_block) + 0.5;
+        Ok(Sheet::Single(Box::new(Panel {
+            title: String::new(),
+            x: Axis::new("block n", 0.0, last),
+            y: Axis::new("τ_n/p_n", lowest, highest),
+            series: vec![
+                Series {
+                    label: "μ_s".to_owned(),
+                    points: level(friction.static_coefficient),
+                    look: Look::Line(Dash::Dashed, BLUE),
+                },
+                Series {
+                    label: "μ_k".to_owned(),
+                    points: level(friction.dynamic_coefficient),
+                    look: Look::Line(Dash::DashDot, RED),
+                },
+                Series {
+                    label: format!("front, block {}", slip.last_block),
+                    points: vec![(tip, lowest), (tip, highest)],
+                    look: Look::Line(Dash::Dotted, GREY),
+                },
+                Series {
+                    label: format!("simulated, t = {:.3} s", slip.end_s.unwrap_or(slip.onset_s)),
+                    points: profile.iter().enumerate().map(|(n, ratio)| (n as f64 + 1.0, *ratio)).collect(),
+                    look: Look::Line(Dash::Solid, INK),
+                },
+            ],
+            legend: Corner::TopRight,
+        })))
+    }
+}

@@ -1,0 +1,79 @@
+//! `F_X / F_N` against time with the friction coefficients, and the number of
+//! sliding blocks beneath (Figures 5.13, 5.15 to 5.18).
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet};
+use super::{Figure, find};
+use crate::run_data::RunData;
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Load {
+    file: String,
+    run: String,
+    #[serde(default)]
+    title: String,
+    /// Whether to show the number of sliding blocks beneath.
+    sliding: bool,
+}
+
+impl Load {
+    pub(super) fn of_run(file: &str, run: &str) -> Load {
+        Load { file: file.to_owned(), run: run.to_owned(), title: String::new(), sliding: true }
+    }
+}
+
+impl Figure for Load {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        vec![&self.run]
+    }
+
+    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let run = find(runs, &self.run)?;
+        let duration_s = run.plan.grid.time_s(run.header.steps);
+        let (mu_s, mu_d) = (run.plan.friction.static_coefficient, run.plan.friction.dynamic_coefficient);
+        let load: Vec<(f64, f64)> =
+            run.steps.iter().map(|record| (record.time_s, record.load_ratio())).collect();
+        let lowest = load.iter().fold(0.0f64, |low, (_, ratio)| low.min(*ratio));
+        let highest = load.iter().fold(mu_s, |high, (_, ratio)| high.max(*ratio));
+        let level = |mu: f64| vec![(0.0, mu), (duration_s, mu)];
+        let upper = Panel {
+            title: self.title.clone(),
+            x: Axis::new(if self.sliding { "" } else { "t (s)" }, 0.0, duration_s),
+            y: Axis::new("F_X/F_N", lowest * 1.1, highest * 1.12),
+            series: vec![
+                Series {
+                    label: "μ_s".to_owned(), points: level(mu_s), look: Look::Line(Dash::Dashed, BLUE)
+                },
+                Series {
+                    label: "μ_k".to_owned(), points: level(mu_d), look: Look::Line(Dash::DashDot, RED)
+                },
+                Series { label: "F_X/F_N".to_owned(), points: load, look: Look::Line(Dash::Solid, INK) },
+            ],
+            legend: Corner::BottomRight,
+        };
+        if !self.sliding {
+            return Ok(Sheet::Single(Box::new(upper)));
+        }
+        let sliding = run.steps.iter().filter(|record| record.sliding > 0);
+        let lower = Panel {
+            title: String::new(),
+            x: Axis::new("t (s)", 0.0, duration_s),
+            y: Axis::new("blocks sliding", 0.0, f64::from(run.header.blocks) * 1.08),
+            series: vec![Series {
+                label: String::new(),
+                points: sliding.map(|record| (record.time_s, f64::from(record.sliding))).collect(),
+                look: Look::Impulses(INK),
+            }],
+            legend: Corner::TopLeft,
+        };
+        Ok(Sheet::Stacked(Box::new([upper, lower])))
+    }
+}

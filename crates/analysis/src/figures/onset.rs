@@ -1,0 +1,102 @@
+//! `tau_n` along the slider when the first precursor starts, with (5.45) and the
+//! exact decay of the discrete chain (Figures 5.19, 5.20).
+
+use std::collections::BTreeMap;
+
+use asperity_model::analytic;
+use serde::Deserialize;
+
+use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED, Series, Sheet};
+use super::{Figure, Labelled};
+use crate::measure::first_onset_fields;
+use crate::run_data::RunData;
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Onset {
+    file: String,
+    /// How many blocks to show from the driven end.
+    blocks: u32,
+    /// Whether to show the decay on a logarithmic axis.
+    logarithmic: bool,
+    panel: Vec<Labelled>,
+}
+
+/// Where the logarithmic axis ends, as a power of ten of the force on block 1,
+/// and what counts as affected.
+const FLOOR: f64 = -4.0;
+const AFFECTED: f64 = 0.004;
+
+impl Figure for Onset {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        self.panel.iter().map(|panel| panel.run.as_str()).collect()
+    }
+
+    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let mut panels =
+            self.panel.iter().map(|panel| self.panel(panel, runs)).collect::<Result<Vec<Panel>, String>>()?;
+        Ok(if panels.len() == 1 { Sheet::Single(Box::new(panels.remove(0))) } else { Sheet::Grid(panels) })
+    }
+}
+
+impl Onset {
+    fn panel(&self, labelled: &Labelled, runs: &BTreeMap<String, RunData>) -> Result<Panel, String> {
+        let run = labelled.find(runs)?;
+        let fields = first_onset_fields(run)
+            .ok_or_else(|| format!("run {} has no fields at its first onset", run.name))?;
+        let tau = &fields.tangential_force_n;
+        let first = tau[0];
+        let last = f64::from(self.blocks.min(run.header.blocks));
+        let show = |force: f64| if self.logarithmic { (force / first).max(0.0).log10() } else { force };
+        let blocks = |at: &dyn Fn(f64) -> f64, step: f64| -> Vec<(f64, f64)> {
+            let count = ((last - 1.0) / step).round() as usize;
+            (0..=count).map(|i| 1.0 + i as f64 * step).map(|n| (n, show(at(n)))).collect()
+        };
+        let continuous = |n: f64| {
+            let distance_m = (n - 1.0) * run.plan.spacing_m;
+            analytic::stuck_tangential_force(first, 0.0, distance_m, run.plan.screening_length_m())
+        };
+        let decay = analytic::discrete_decay_per_block(run.scenario.friction.interfacial_stiffness_ratio);
+        let discrete = |n: f64| first * decay.powf(n - 1.0);
+        let simulated = tau.iter().take(last as usize).enumerate();
+        let mut series = vec![
+            Series {
+                label: "eq. (5.45)".to_owned(),
+                points: blocks(&continuous, 0.1),
+                look: Look::Line(Dash::Dashed, BLUE),
+            },
+            Series {
+                label: "discrete chain".to_owned(),
+                points: blocks(&discrete, 0.1),
+                look: Look::Line(Dash::Solid, RED),
+            },
+            Series {
+                label: "simulated".to_owned(),
+                points: simulated.map(|(n, &force)| (n as f64 + 1.0, show(force))).collect(),
+                look: Look::Marks(Marker::Circle, INK),
+            },
+        ];
+        if self.logarithmic {
+            series.push(Series {
+                label: "0.4 %".to_owned(),
+                points: vec![(0.0, AFFECTED.log10()), (last + 1.0, AFFECTED.log10())],
+                look: Look::Line(Dash::Dotted, GREY),
+            });
+        }
+        Ok(Panel {
+            title: labelled.label.clone(),
+            x: Axis::new("block n", 0.0, last + 1.0),
+            y: if self.logarithmic {
+                Axis::decades("τ_n/τ_1", FLOOR, 0.3)
+            } else {
+                Axis::new("τ_n (N)", -0.05 * first, 1.1 * first)
+            },
+            series,
+            legend: Corner::TopRight,
+        })
+    }
+}

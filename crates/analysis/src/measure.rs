@@ -1,0 +1,183 @@
+//! Single numbers read off a run, for claims to be held against.
+
+use asperity_model::analytic::{self, LengthLaw};
+use asperity_record::{FieldRecord, SlipEvent};
+use serde::Deserialize;
+
+use crate::run_data::RunData;
+use crate::tables;
+
+/// A block counts as affected by the force on block 1 while it carries more
+/// than this part of it: where the eye loses a decaying curve.
+const AFFECTED_THRESHOLD: f64 = 0.004;
+
+/// What can be measured. To add one: a variant, and an arm in [`Measure::of`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measure {
+    /// First time at which `F_T / F_N` has reached `mu_d`, s.
+    TimeToDynamicCoefficient,
+    /// `mu_d` over that time, 1/s.
+    SlopeToDynamicCoefficient,
+    /// `mu_s / mu_d`.
+    CoefficientRatio,
+    /// `F_T / F_N` at the onset of the first global slip.
+    LoadAtFirstGlobalSlip,
+    /// How many blocks carry more than 0.4 % of the force on block 1 when the
+    /// first precursor starts.
+    AffectedBlocks,
+    /// The same for the discrete chain in theory.
+    AffectedBlocksTheory,
+    /// Number of blocks of the precursor nearest in length to what is claimed.
+    PrecursorNearest,
+    /// Mean of `tau_n / p_n` behind the front of that precursor, at its end.
+    MeanBehindFront,
+    /// Root mean square of the residuals against (5.22), over `mu_d`.
+    #[serde(rename = "residual-rms-5.22")]
+    ResidualTilted,
+    /// The same against (5.52).
+    #[serde(rename = "residual-rms-5.52")]
+    ResidualInitialShear,
+    /// The same against (5.57).
+    #[serde(rename = "residual-rms-5.57")]
+    ResidualLinear,
+    /// Share of the time in which the load rises.
+    RisingShare,
+    /// Largest deviation of the initial shear from (5.50), over `p`.
+    InitialShearError,
+    /// Largest deviation of `tau_n` at the first onset from (5.45), over its value on block 1.
+    OnsetProfileError,
+    /// Root mean square deviation of a mode's velocity from (5.28), over its amplitude.
+    RingDownError,
+}
+
+impl Measure {
+    /// Measures a run; `None` where the run does not have what it takes. `near`
+    /// is a number of blocks, for measures that look for the nearest precursor.
+    pub fn of(self, run: &RunData, near: Option<f64>) -> Option<f64> {
+        let mu_d = run.plan.friction.dynamic_coefficient;
+        match self {
+            Measure::TimeToDynamicCoefficient => time_to_reach(run, mu_d),
+            Measure::SlopeToDynamicCoefficient => Some(mu_d / time_to_reach(run, mu_d)?),
+            Measure::CoefficientRatio => Some(run.plan.friction.static_coefficient / mu_d),
+            Measure::LoadAtFirstGlobalSlip => Some(run.first_global_slip()?.ft_fn_onset),
+            Measure::AffectedBlocks => affected_blocks(run),
+            Measure::AffectedBlocksTheory => {
+                let ratio = run.scenario.friction.interfacial_stiffness_ratio;
+                Some(f64::from(analytic::affected_blocks(ratio, AFFECTED_THRESHOLD)))
+            }
+            Measure::PrecursorNearest => Some(f64::from(nearest_precursor(run, near?)?.last_block)),
+            Measure::MeanBehindFront => {
+                let (_, profile) = front_profile(run, near?)?;
+                let length = nearest_precursor(run, near?)?.last_block as usize;
+                Some(profile[..length].iter().sum::<f64>() / length as f64)
+            }
+            Measure::ResidualTilted => residual(run, LengthLaw::Tilted),
+            Measure::ResidualInitialShear => residual(run, LengthLaw::InitialShear),
+            Measure::ResidualLinear => residual(run, LengthLaw::Linear),
+            Measure::RisingShare => rising_share(run),
+            Measure::InitialShearError => initial_shear_error(run),
+            Measure::OnsetProfileError => onset_profile_error(run),
+            Measure::RingDownError => ring_down_error(run),
+        }
+    }
+}
+
+fn time_to_reach(run: &RunData, load_ratio: f64) -> Option<f64> {
+    run.steps.iter().find(|record| record.load_ratio() >= load_ratio).map(|record| record.time_s)
+}
+
+fn residual(run: &RunData, law: LengthLaw) -> Option<f64> {
+    Some(tables::residuals(run, law)?.rms / run.plan.friction.dynamic_coefficient)
+}
+
+/// The state at the onset of the first slip event.
+pub fn first_onset_fields(run: &RunData) -> Option<&FieldRecord> {
+    run.fields_at(run.slips.first()?.onset_step)
+}
+
+fn affected_blocks(run: &RunData) -> Option<f64> {
+    let tau = &first_onset_fields(run)?.tangential_force_n;
+    Some(tau.iter().filter(|&&force| force > AFFECTED_THRESHOLD * tau[0]).count() as f64)
+}
+
+/// The slip event from block 1 on its way to the first global slip whose length
+/// is nearest to `blocks`; the earliest of equals.
+pub fn nearest_precursor(run: &RunData, blocks: f64) -> Option<&SlipEvent> {
+    let distance = |slip: &SlipEvent| (f64::from(slip.last_block) - blocks).abs();
+    run.precursors().into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}
+
+/// That slip event, and `tau_n / p_n` of every block at its end.
+pub fn front_profile(run: &RunData, blocks: f64) -> Option<(&SlipEvent, Vec<f64>)> {
+    let slip = nearest_precursor(run, blocks)?;
+    let fields = run.fields_at(slip.end_step?)?;
+    let profile =
+        fields.tangential_force_n.iter().zip(&run.plan.normal_load_n).map(|(tau, p)| tau / p).collect();
+    Some((slip, profile))
+}
+
+fn rising_share(run: &RunData) -> Option<f64> {
+    let (first, last) = (run.steps.first()?, run.steps.last()?);
+    let rising_s: f64 = run
+        .steps
+        .windows(2)
+        .filter(|pair| pair[1].driving_force_n > pair[0].driving_force_n)
+        .map(|pair| pair[1].time_s - pair[0].time_s)
+        .sum();
+    (last.time_s > first.time_s).then(|| rising_s / (last.time_s - first.time_s))
+}
+
+fn initial_shear_error(run: &RunData) -> Option<f64> {
+    let fields = run.fields_at(0)?;
+    let plan = &run.plan;
+    let expected = asperity_model::initial::shear_profile(
+        run.scenario.initial_shear.beta,
+        &plan.normal_load_n,
+        plan.spacing_m,
+    );
+    largest(
+        fields
+            .tangential_force_n
+            .iter()
+            .zip(expected)
+            .zip(&plan.normal_load_n)
+            .map(|((tau, expected), p)| (tau - expected) / p),
+    )
+}
+
+fn onset_profile_error(run: &RunData) -> Option<f64> {
+    let tau = &first_onset_fields(run)?.tangential_force_n;
+    largest(tau.iter().enumerate().map(|(n, force)| {
+        let distance_m = n as f64 * run.plan.spacing_m;
+        let screening_m = run.plan.screening_length_m();
+        (force - analytic::stuck_tangential_force(tau[0], 0.0, distance_m, screening_m)) / tau[0]
+    }))
+}
+
+fn largest(deviations: impl Iterator<Item = f64>) -> Option<f64> {
+    deviations.map(f64::abs).reduce(f64::max)
+}
+
+/// Velocity of block 1 over its initial value against time `t sqrt(k / m)`, as
+/// simulated and after (5.28), in a run that rings down one mode.
+pub fn ring_down(run: &RunData) -> Vec<(f64, f64, f64)> {
+    let initial = run.plan.initial.velocity_m_per_s[0];
+    let shape = analytic::mode_shape(run.scenario.initial_velocity.mode, run.header.blocks);
+    let rate = (run.plan.stiffness_n_per_m / run.plan.block_mass_kg).sqrt();
+    run.windows
+        .iter()
+        .filter(|record| record.first_block == 1)
+        .map(|record| {
+            let phase = record.time_s * rate;
+            let theory = analytic::mode_velocity(shape, run.scenario.slider.relative_damping, phase);
+            (phase, record.velocity_m_per_s[0] / initial, theory)
+        })
+        .collect()
+}
+
+fn ring_down_error(run: &RunData) -> Option<f64> {
+    let points = ring_down(run);
+    let squares: f64 = points.iter().map(|(_, simulated, theory)| (simulated - theory).powi(2)).sum();
+    (!points.is_empty()).then(|| (squares / points.len() as f64).sqrt())
+}

@@ -1,0 +1,144 @@
+//! The TOML that says what to run, reduce and draw; and the reducing and drawing.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use asperity_model::analytic::LengthLaw;
+use serde::Deserialize;
+
+use crate::claims::{self, Claim};
+use crate::figures::Figures;
+use crate::run_data::RunData;
+use crate::{AnalysisError, table_file, tables};
+
+/// A pipeline, as written.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pipeline {
+    /// What it reproduces, for headings.
+    pub title: String,
+    /// The runs.
+    pub run: Vec<RunSpec>,
+    /// The precursor tables, one per run and length law.
+    #[serde(default)]
+    pub precursors: Vec<PrecursorSpec>,
+    /// The figures, by kind.
+    #[serde(default)]
+    pub figure: Figures,
+    /// The claims.
+    #[serde(default)]
+    pub claim: Vec<Claim>,
+}
+
+/// A run: a scenario and overrides.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunSpec {
+    /// Its name, for files and for the rest of the pipeline.
+    pub name: String,
+    /// Name of a built-in scenario, or path of a file.
+    pub scenario: String,
+    /// Overrides, `key=value`.
+    #[serde(default)]
+    pub set: Vec<String>,
+}
+
+/// A run whose precursors are held against a length law.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PrecursorSpec {
+    /// The run.
+    pub run: String,
+    /// The law.
+    pub law: LengthLaw,
+}
+
+impl Pipeline {
+    /// Parses a pipeline and checks that it speaks of no run that it does not have.
+    ///
+    /// # Errors
+    /// In words, with line and column where the TOML is at fault.
+    pub fn parse(text: &str) -> Result<Pipeline, String> {
+        let pipeline: Pipeline = toml::from_str(text).map_err(|error| error.to_string())?;
+        let mut names = std::collections::BTreeSet::new();
+        for run in &pipeline.run {
+            if !names.insert(run.name.as_str()) {
+                return Err(format!("two runs are called {}", run.name));
+            }
+            let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+            if run.name.is_empty() || !run.name.chars().all(plain) {
+                return Err(format!(
+                    "run name {:?} is no file name (accepted: letters, digits, - and _)",
+                    run.name
+                ));
+            }
+        }
+        let spoken_of = pipeline
+            .precursors
+            .iter()
+            .map(|spec| spec.run.as_str())
+            .chain(pipeline.claim.iter().map(|claim| claim.run.as_str()))
+            .chain(pipeline.figure.runs());
+        for run in spoken_of {
+            if !names.contains(run) {
+                let known: Vec<&str> = names.into_iter().collect();
+                return Err(format!("there is no run {run} (accepted: {})", known.join(", ")));
+            }
+        }
+        for claim in &pipeline.claim {
+            if claim.stated.as_ref().is_some_and(|text| text.parse::<f64>().is_err()) {
+                return Err(format!("claim about {}: stated is not a number", claim.about));
+            }
+            let rules = [claim.stated.is_some(), claim.at_most.is_some(), claim.at_least.is_some()];
+            if rules.iter().filter(|&&given| given).count() != 1 {
+                return Err(format!(
+                    "claim about {}: needs exactly one of stated, at_most and at_least",
+                    claim.about
+                ));
+            }
+        }
+        Ok(pipeline)
+    }
+
+    /// Reads the runs, and writes `tables/` and `figures/` into `out`.
+    ///
+    /// # Errors
+    /// If a log cannot be read, a figure lacks its data, or a file cannot be written.
+    pub fn reduce(&self, runs_folder: &Path, out: &Path) -> Result<(), AnalysisError> {
+        let (table_folder, figure_folder) = (out.join("tables"), out.join("figures"));
+        for folder in [&table_folder, &figure_folder] {
+            std::fs::create_dir_all(folder).map_err(|error| AnalysisError::Write {
+                path: folder.display().to_string(),
+                problem: error.to_string(),
+            })?;
+        }
+        let mut runs = BTreeMap::new();
+        for spec in &self.run {
+            let path = runs_folder.join(format!("{}.mcap", spec.name));
+            runs.insert(spec.name.clone(), RunData::read(&spec.name, &path)?);
+        }
+        for run in runs.values() {
+            table_file::write(&table_folder, &format!("{}.events", run.name), &mut tables::events(run)?)?;
+            table_file::write(&table_folder, &format!("{}.load", run.name), &mut tables::load_curve(run)?)?;
+        }
+        let mut held: Vec<(&RunData, LengthLaw)> = Vec::new();
+        for PrecursorSpec { run, law } in &self.precursors {
+            let run = &runs[run];
+            let name = format!("{}.precursors-eq-{}", run.name, law.equation());
+            table_file::write(&table_folder, &name, &mut tables::precursors(run, *law)?)?;
+            held.push((run, *law));
+        }
+        if !held.is_empty() {
+            table_file::write(&table_folder, "residuals", &mut tables::residual_table(&held)?)?;
+        }
+        if !self.claim.is_empty() {
+            let outcomes = claims::judge(&self.claim, &runs);
+            table_file::write(&table_folder, "claims", &mut claims::table(&outcomes)?)?;
+            let page = claims::markdown(&self.title, &outcomes);
+            table_file::published(&table_folder.join("claims.md"), |mut file| {
+                std::io::Write::write_all(&mut file, page.as_bytes()).map_err(|error| error.to_string())
+            })?;
+        }
+        self.figure.draw(&runs, &figure_folder)
+    }
+}

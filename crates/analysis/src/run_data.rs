@@ -1,0 +1,95 @@
+//! A run log in memory, as far as tables and figures need it.
+
+use std::path::Path;
+
+use asperity_model::{Plan, Scenario, ScenarioSource};
+use asperity_record::{Event, FieldRecord, Record, RunHeader, SlipEvent, StepRecord, WindowRecord};
+use asperity_runlog::{LogItem, RunReader, Topics};
+
+use crate::AnalysisError;
+
+/// Everything in a run log.
+#[derive(Debug)]
+pub struct RunData {
+    /// The run's name in its pipeline.
+    pub name: String,
+    /// What the run is.
+    pub header: RunHeader,
+    /// Its scenario.
+    pub scenario: Scenario,
+    /// The numbers derived from it.
+    pub plan: Plan,
+    /// Step records, in order.
+    pub steps: Vec<StepRecord>,
+    /// States of all blocks, in order.
+    pub fields: Vec<FieldRecord>,
+    /// Dense windows, in order.
+    pub windows: Vec<WindowRecord>,
+    /// Slip events, in order.
+    pub slips: Vec<SlipEvent>,
+}
+
+impl RunData {
+    /// Reads a run log.
+    ///
+    /// # Errors
+    /// If the log is damaged, incomplete, or holds what cannot be understood.
+    pub fn read(name: &str, path: &Path) -> Result<RunData, AnalysisError> {
+        let understood = |problem: String| AnalysisError::Run { run: path.display().to_string(), problem };
+        let mut reader = RunReader::open(path, Topics::ALL)?;
+        let source =
+            ScenarioSource::new(format!("{}: scenario.toml", path.display()), reader.scenario_toml());
+        let scenario = Scenario::resolve(&source).map_err(|errors| understood(errors.to_string()))?;
+        let mut data = RunData {
+            name: name.to_owned(),
+            header: reader.header().clone(),
+            plan: Plan::new(&scenario),
+            scenario,
+            steps: Vec::new(),
+            fields: Vec::new(),
+            windows: Vec::new(),
+            slips: Vec::new(),
+        };
+        while let Some(item) = reader.next_item()? {
+            match item {
+                LogItem::Record(Record::Step(record)) => data.steps.push(record),
+                LogItem::Record(Record::Fields(record)) => data.fields.push(record),
+                LogItem::Record(Record::Window(record)) => data.windows.push(record),
+                LogItem::Event(event) => data.slips.extend(slip(&event).map_err(understood)?),
+            }
+        }
+        Ok(data)
+    }
+
+    /// The state of all blocks after a step, if it was recorded.
+    pub fn fields_at(&self, step: u64) -> Option<&FieldRecord> {
+        let index = self.fields.binary_search_by_key(&step, |record| record.step).ok()?;
+        Some(&self.fields[index])
+    }
+
+    /// The slip events up to and including the first global slip that run from
+    /// block 1 farther than any before: the precursors of the length laws.
+    pub fn precursors(&self) -> Vec<&SlipEvent> {
+        let mut longest = 0;
+        let mut precursors = Vec::new();
+        for slip in &self.slips {
+            if slip.first_block == 1 && slip.last_block > longest {
+                longest = slip.last_block;
+                precursors.push(slip);
+            }
+            if slip.is_global(self.header.blocks) {
+                break;
+            }
+        }
+        precursors
+    }
+
+    /// The first slip event in which every block slid.
+    pub fn first_global_slip(&self) -> Option<&SlipEvent> {
+        self.slips.iter().find(|slip| slip.is_global(self.header.blocks))
+    }
+}
+
+fn slip(event: &Event) -> Result<Option<SlipEvent>, String> {
+    event.decode().transpose().map_err(|error| format!("an event of {} cannot be read: {error}", event.topic))
+}

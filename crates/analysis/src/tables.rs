@@ -1,0 +1,170 @@
+//! The tables that a run is reduced to.
+
+use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+use asperity_record::SlipEvent;
+use polars::prelude::{Column, DataFrame, NamedFrom, Series};
+
+use crate::AnalysisError;
+use crate::run_data::RunData;
+
+/// The raw event table, one row per slip event; its first seven columns are
+/// pinned, `onset_s, end_s, first_block, last_block, max_sliding, ft_fn_onset,
+/// ft_fn_end`.
+///
+/// # Errors
+/// If polars refuses.
+pub fn events(run: &RunData) -> Result<DataFrame, AnalysisError> {
+    let slips = &run.slips;
+    frame(vec![
+        numbers("onset_s", slips.iter().map(|slip| slip.onset_s)),
+        gaps("end_s", slips.iter().map(|slip| slip.end_s)),
+        counts("first_block", slips.iter().map(|slip| slip.first_block)),
+        counts("last_block", slips.iter().map(|slip| slip.last_block)),
+        counts("max_sliding", slips.iter().map(|slip| slip.max_sliding)),
+        numbers("ft_fn_onset", slips.iter().map(|slip| slip.ft_fn_onset)),
+        gaps("ft_fn_end", slips.iter().map(|slip| slip.ft_fn_end)),
+        steps("event", slips.iter().map(|slip| slip.event)),
+        steps("onset_step", slips.iter().map(|slip| slip.onset_step)),
+        column("end_step", slips.iter().map(|slip| slip.end_step).collect::<Vec<_>>()),
+        counts("blocks_slipped", slips.iter().map(|slip| slip.blocks_slipped)),
+        counts("nucleation_block", slips.iter().map(|slip| slip.nucleation_block)),
+        numbers("ft_fn_min", slips.iter().map(|slip| slip.ft_fn_min)),
+        numbers("ft_fn_max", slips.iter().map(|slip| slip.ft_fn_max)),
+        column("open", slips.iter().map(|slip| slip.open).collect::<Vec<_>>()),
+    ])
+}
+
+/// One precursor beside the theory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PrecursorPoint {
+    /// `L_p / L` (5.17).
+    pub lp_l: f64,
+    /// `F_T / F_N` at its onset.
+    pub ft_fn: f64,
+    /// What the length law predicts for it.
+    pub predicted: f64,
+}
+
+/// The precursors of a run beside a length law.
+pub fn precursor_points(run: &RunData, law: LengthLaw) -> Vec<PrecursorPoint> {
+    let parameters = LengthLawParameters::of(&run.scenario);
+    run.precursors()
+        .into_iter()
+        .map(|slip| {
+            let lp_l = slip.length_ratio(run.header.blocks).expect("precursors start at block 1");
+            PrecursorPoint { lp_l, ft_fn: slip.ft_fn_onset, predicted: law.load_ratio(&parameters, lp_l) }
+        })
+        .collect()
+}
+
+/// The precursor table: `L_p / L` against `F_T / F_N`, the length law's value
+/// beside it, and the residual.
+///
+/// # Errors
+/// If polars refuses.
+pub fn precursors(run: &RunData, law: LengthLaw) -> Result<DataFrame, AnalysisError> {
+    let slips: Vec<&SlipEvent> = run.precursors();
+    let points = precursor_points(run, law);
+    frame(vec![
+        steps("event", slips.iter().map(|slip| slip.event)),
+        numbers("onset_s", slips.iter().map(|slip| slip.onset_s)),
+        counts("last_block", slips.iter().map(|slip| slip.last_block)),
+        counts("blocks_slipped", slips.iter().map(|slip| slip.blocks_slipped)),
+        numbers("lp_l", points.iter().map(|point| point.lp_l)),
+        numbers("ft_fn", points.iter().map(|point| point.ft_fn)),
+        column("law", vec![format!("({})", law.equation()); points.len()]),
+        numbers("ft_fn_law", points.iter().map(|point| point.predicted)),
+        numbers("residual", points.iter().map(|point| point.ft_fn - point.predicted)),
+    ])
+}
+
+/// The load curve: one row per step record.
+///
+/// # Errors
+/// If polars refuses.
+pub fn load_curve(run: &RunData) -> Result<DataFrame, AnalysisError> {
+    let records = &run.steps;
+    frame(vec![
+        steps("step", records.iter().map(|record| record.step)),
+        numbers("time_s", records.iter().map(|record| record.time_s)),
+        numbers("driving_force_n", records.iter().map(|record| record.driving_force_n)),
+        numbers("normal_load_n", records.iter().map(|record| record.normal_load_n)),
+        numbers("ft_fn", records.iter().map(|record| record.load_ratio())),
+        counts("sliding", records.iter().map(|record| record.sliding)),
+        counts("switches", records.iter().map(|record| record.switches.len() as u32)),
+    ])
+}
+
+/// How well the precursors of a run follow a length law; in units of `F_T / F_N`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Residuals {
+    /// Number of precursors, the first global slip included.
+    pub count: usize,
+    /// Root mean square.
+    pub rms: f64,
+    /// Largest magnitude.
+    pub max: f64,
+}
+
+/// The residuals of a run against a length law; `None` without precursors.
+pub fn residuals(run: &RunData, law: LengthLaw) -> Option<Residuals> {
+    let points = precursor_points(run, law);
+    if points.is_empty() {
+        return None;
+    }
+    let residuals = points.iter().map(|point| point.ft_fn - point.predicted);
+    let squares: f64 = residuals.clone().map(|residual| residual * residual).sum();
+    Some(Residuals {
+        count: points.len(),
+        rms: (squares / points.len() as f64).sqrt(),
+        max: residuals.fold(0.0, |max: f64, residual| max.max(residual.abs())),
+    })
+}
+
+/// The residuals of several runs as a table.
+///
+/// # Errors
+/// If polars refuses.
+pub fn residual_table(runs: &[(&RunData, LengthLaw)]) -> Result<DataFrame, AnalysisError> {
+    let all: Vec<Option<Residuals>> = runs.iter().map(|(run, law)| residuals(run, *law)).collect();
+    frame(vec![
+        column("run", runs.iter().map(|(run, _)| run.name.clone()).collect::<Vec<_>>()),
+        column("law", runs.iter().map(|(_, law)| format!("({})", law.equation())).collect::<Vec<_>>()),
+        counts("precursors", all.iter().map(|found| found.map_or(0, |found| found.count as u32))),
+        gaps("rms", all.iter().map(|found| found.map(|found| found.rms))),
+        gaps("max", all.iter().map(|found| found.map(|found| found.max))),
+        gaps(
+            "rms_over_mu_d",
+            runs.iter().zip(&all).map(|((run, _), found)| {
+                found.map(|found| found.rms / run.scenario.friction.dynamic_coefficient)
+            }),
+        ),
+    ])
+}
+
+fn frame(columns: Vec<Column>) -> Result<DataFrame, AnalysisError> {
+    Ok(DataFrame::new_infer_height(columns)?)
+}
+
+fn column<T>(name: &str, values: Vec<T>) -> Column
+where
+    Series: NamedFrom<Vec<T>, [T]>,
+{
+    Series::new(name.into(), values).into()
+}
+
+fn numbers(name: &str, values: impl Iterator<Item = f64>) -> Column {
+    Series::new(name.into(), values.collect::<Vec<f64>>()).into()
+}
+
+fn gaps(name: &str, values: impl Iterator<Item = Option<f64>>) -> Column {
+    Series::new(name.into(), values.collect::<Vec<Option<f64>>>()).into()
+}
+
+fn counts(name: &str, values: impl Iterator<Item = u32>) -> Column {
+    Series::new(name.into(), values.collect::<Vec<u32>>()).into()
+}
+
+fn steps(name: &str, values: impl Iterator<Item = u64>) -> Column {
+    Series::new(name.into(), values.collect::<Vec<u64>>()).into()
+}

@@ -1,0 +1,154 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Precursors to frictional sliding: simulate, detect, log, reduce, draw.
+#[derive(Debug, Parser)]
+#[command(
+    name = "asperity",
+    version,
+    after_help = "\
+Examples:
+  asperity scenario list
+  asperity scenario show default > mine.toml
+  asperity run mine.toml --out mine.mcap
+  asperity events mine.mcap --format csv > events.csv
+  asperity reduce mine.mcap --out mine/
+
+Exit codes: 0 success; 1 it could not be done, or a replay gave other events; 2 bad input, nothing written."
+)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// List the built-in scenarios, or show one in full.
+    #[command(subcommand)]
+    Scenario(ScenarioCommand),
+    /// Run a scenario and log it.
+    Run(RunArguments),
+    /// Print the slip events of a run.
+    Events(EventsArguments),
+    /// Send the records of a run through the detectors again and compare.
+    Replay(ReplayArguments),
+    /// Make tables and figures of one run.
+    #[cfg(feature = "analysis")]
+    Reduce(ReduceArguments),
+    /// Run a pipeline: its runs, tables, figures and claims.
+    #[cfg(feature = "analysis")]
+    Reproduce(ReproduceArguments),
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum ScenarioCommand {
+    /// List the built-in scenarios with what each is for.
+    List,
+    /// Print a scenario as complete TOML: every key with its symbol, meaning and accepted values.
+    #[command(after_help = "\
+Examples:
+  asperity scenario show default
+  asperity scenario show default --set parameter_set=as-stated
+  asperity scenario show mine.toml")]
+    Show(ScenarioChoice),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ScenarioChoice {
+    /// Name of a built-in scenario, or path of a TOML file.
+    pub(crate) scenario: String,
+    /// Override one key; may be given many times, the last one wins.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity run default --out default.mcap
+  asperity run mine.toml --out mine.mcap --set time.duration_s=0.5 --set normal_load.tilt=-0.5")]
+pub(crate) struct RunArguments {
+    #[command(flatten)]
+    pub(crate) choice: ScenarioChoice,
+    /// The log to write; must not exist.
+    #[arg(long, value_name = "RUN.mcap")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TableFormat {
+    /// Comma-separated, one header line, numbers in full precision.
+    Csv,
+    /// One array of objects.
+    Json,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity events run.mcap --format csv
+  asperity events run.mcap --format json | python3 -m json.tool")]
+pub(crate) struct EventsArguments {
+    /// The run log.
+    #[arg(value_name = "RUN.mcap")]
+    pub(crate) run: PathBuf,
+    /// How to print the table.
+    #[arg(long, value_enum, default_value = "csv")]
+    pub(crate) format: TableFormat,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity replay run.mcap
+  asperity replay run.mcap --format csv > replayed.csv")]
+pub(crate) struct ReplayArguments {
+    /// The run log.
+    #[arg(value_name = "RUN.mcap")]
+    pub(crate) run: PathBuf,
+    /// Print the slip events of the replay instead of the verdict.
+    #[arg(long, value_enum)]
+    pub(crate) format: Option<TableFormat>,
+}
+
+#[cfg(feature = "analysis")]
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity reduce run.mcap --out run/")]
+pub(crate) struct ReduceArguments {
+    /// The run log.
+    #[arg(value_name = "RUN.mcap")]
+    pub(crate) run: PathBuf,
+    /// Folder for tables and figures; must not exist or be empty.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+}
+
+#[cfg(feature = "analysis")]
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity reproduce pipelines/chapter5.toml --out out/chapter5
+  asperity reproduce pipelines/chapter5.toml --out out/chapter5-as-stated --set parameter_set=as-stated")]
+pub(crate) struct ReproduceArguments {
+    /// The pipeline.
+    #[arg(value_name = "PIPELINE.toml")]
+    pub(crate) pipeline: PathBuf,
+    /// Folder for runs, tables and figures. Runs found there are used again when
+    /// their scenario and the code are the same.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Override one key in every run of the pipeline.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Make every run anew.
+    #[arg(long)]
+    pub(crate) fresh: bool,
+    /// How many runs go on at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<std::num::NonZeroUsize>,
+}

@@ -1,0 +1,67 @@
+//! Exit codes and failures: one place where an outcome becomes a number.
+
+use std::io;
+use std::process::ExitCode;
+
+/// What the process tells the shell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Code {
+    /// It did what was asked. A reader that closed the pipe early counts as well.
+    Success = 0,
+    /// It could not: the system refused, a log is damaged, a run went astray, or
+    /// a replay gave other events.
+    Failed = 1,
+    /// What was asked makes no sense: unknown names, bad scenarios, an output
+    /// that exists. Nothing was written.
+    BadInput = 2,
+}
+
+impl From<Code> for ExitCode {
+    fn from(code: Code) -> ExitCode {
+        ExitCode::from(code as u8)
+    }
+}
+
+/// Why a command did not succeed.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    /// Bad input; the message says where, what and what would be accepted.
+    #[error("{0}")]
+    BadInput(String),
+    /// Anything that went wrong after the input was found good.
+    #[error("{0}")]
+    Failed(String),
+    /// Standard output could not be written.
+    #[error("failed to write to standard output: {0}")]
+    Output(#[from] io::Error),
+}
+
+impl Failure {
+    pub(crate) fn bad_input(error: impl std::fmt::Display) -> Failure {
+        Failure::BadInput(error.to_string())
+    }
+
+    pub(crate) fn failed(error: impl std::fmt::Display) -> Failure {
+        Failure::Failed(error.to_string())
+    }
+
+    pub(crate) fn code(&self) -> Code {
+        match self {
+            Failure::BadInput(_) => Code::BadInput,
+            Failure::Failed(_) | Failure::Output(_) => Code::Failed,
+        }
+    }
+
+    /// Whether the reader of our output left, as `head` does.
+    pub(crate) fn is_broken_pipe(&self) -> bool {
+        matches!(self, Failure::Output(error) if error.kind() == io::ErrorKind::BrokenPipe)
+    }
+}
+
+/// Says on stderr why the command did not succeed.
+#[expect(clippy::print_stderr, reason = "the one place where failures are printed")]
+pub(crate) fn report(failure: &Failure) {
+    for line in failure.to_string().lines() {
+        eprintln!("error: {line}");
+    }
+}

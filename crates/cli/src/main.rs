@@ -1,0 +1,44 @@
+//! The `asperity` command: arguments, progress, exit codes. Everything else is
+//! in the libraries.
+
+mod args;
+mod detectors;
+mod events;
+mod exit;
+mod progress;
+#[cfg(feature = "analysis")]
+mod reproduce;
+mod run;
+mod scenario;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Arguments, Command};
+use exit::Failure;
+
+fn main() -> ExitCode {
+    let outcome = dispatch(Arguments::parse());
+    match outcome {
+        Ok(()) => exit::Code::Success.into(),
+        Err(failure) if failure.is_broken_pipe() => exit::Code::Success.into(),
+        Err(failure) => {
+            exit::report(&failure);
+            failure.code().into()
+        }
+    }
+}
+
+fn dispatch(arguments: Arguments) -> Result<(), Failure> {
+    match arguments.command {
+        Command::Scenario(command) => scenario::command(command),
+        Command::Run(arguments) => run::command(&arguments),
+        Command::Events(arguments) => events::command(&arguments),
+        Command::Replay(arguments) => events::replay_command(&arguments),
+        #[cfg(feature = "analysis")]
+        Command::Reduce(arguments) => reproduce::reduce_command(&arguments),
+        #[cfg(feature = "analysis")]
+        Command::Reproduce(arguments) => reproduce::command(&arguments),
+    }
+}

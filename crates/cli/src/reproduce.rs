@@ -1,0 +1,159 @@
+//! `asperity reproduce` and `asperity reduce`: runs to tables and figures.
+
+use std::fs;
+use std::io::{self, Write};
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use asperity_analysis::pipeline::Pipeline;
+use asperity_analysis::run_data::RunData;
+use asperity_analysis::{figures, table_file, tables};
+use asperity_model::analytic::LengthLaw;
+use asperity_model::{Plan, Scenario};
+use asperity_runlog::{RunReader, Topics};
+
+use crate::args::{ReduceArguments, ReproduceArguments};
+use crate::exit::Failure;
+use crate::progress::Board;
+use crate::{run, scenario};
+
+pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure> {
+    let out = &arguments.out;
+    if fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some()) || out.is_file() {
+        return Err(Failure::BadInput(format!(
+            "--out {} exists already and is not empty (accepted: a new or empty folder)",
+            out.display()
+        )));
+    }
+    let name = arguments.run.file_stem().map_or("run".into(), |stem| stem.to_string_lossy().into_owned());
+    let data = RunData::read(&name, &arguments.run).map_err(Failure::failed)?;
+    create_folder(out)?;
+    let law = LengthLaw::natural(&data.scenario);
+    let write = || {
+        table_file::write(out, "events", &mut tables::events(&data)?)?;
+        table_file::write(out, "load", &mut tables::load_curve(&data)?)?;
+        table_file::write(out, "precursors", &mut tables::precursors(&data, law)?)?;
+        table_file::write(out, "residuals", &mut tables::residual_table(&[(&data, law)])?)?;
+        figures::draw_overview(data, out)
+    };
+    write().map_err(Failure::failed)?;
+    writeln!(io::stdout().lock(), "{}", out.display())?;
+    Ok(())
+}
+
+/// A run of a pipeline, resolved.
+struct Job {
+    name: String,
+    scenario: Scenario,
+}
+
+pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
+    let path = arguments.pipeline.display();
+    let text = fs::read_to_string(&arguments.pipeline)
+        .map_err(|error| Failure::BadInput(format!("pipeline {path}: {error} (accepted: a TOML file)")))?;
+    let pipeline = Pipeline::parse(&text).map_err(|error| Failure::BadInput(format!("{path}: {error}")))?;
+    let jobs: Vec<Job> = pipeline
+        .run
+        .iter()
+        .map(|spec| {
+            let set: Vec<String> = spec.set.iter().chain(&arguments.set).cloned().collect();
+            let scenario = scenario::resolve(&spec.scenario, &set)
+                .map_err(|error| Failure::BadInput(format!("{path}: run {}: {error}", spec.name)))?;
+            Ok(Job { name: spec.name.clone(), scenario })
+        })
+        .collect::<Result<_, Failure>>()?;
+
+    let runs_folder = arguments.out.join("runs");
+    create_folder(&runs_folder)?;
+    let board = Board::new();
+    let (done, mut missing): (Vec<Job>, Vec<Job>) =
+        jobs.into_iter().partition(|job| !arguments.fresh && is_done(&runs_folder, job));
+    if !done.is_empty() {
+        board.line(&format!("{} runs are there already", done.len()));
+    }
+    // The longest first, so that no core waits for one at the end.
+    missing.sort_by_key(|job| std::cmp::Reverse(cost(&job.scenario)));
+    let workers =
+        arguments.jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+    make_runs(&missing, &runs_folder, workers, &board)?;
+
+    board.line("reducing and drawing");
+    pipeline.reduce(&runs_folder, &arguments.out).map_err(Failure::failed)?;
+    print_where_to_look(&pipeline, &arguments.out)?;
+    Ok(())
+}
+
+/// Work of a run in block steps.
+fn cost(scenario: &Scenario) -> u64 {
+    Plan::new(scenario).steps * u64::from(scenario.slider.blocks)
+}
+
+/// Whether a whole log of this scenario, made by this code, is there.
+fn is_done(folder: &Path, job: &Job) -> bool {
+    let path = folder.join(format!("{}.mcap", job.name));
+    let Ok(mut reader) = RunReader::open(&path, Topics::EVENTS) else { return false };
+    let header = reader.header();
+    if header.scenario_hash != job.scenario.hash() || header.code_version != run::CODE_VERSION {
+        return false;
+    }
+    loop {
+        match reader.next_item() {
+            Ok(Some(_)) => {}
+            Ok(None) => return true,
+            Err(_) => return false,
+        }
+    }
+}
+
+/// Makes the runs, several at once. The first failure keeps those that have not
+/// started from starting.
+fn make_runs(jobs: &[Job], folder: &Path, workers: usize, board: &Board) -> Result<(), Failure> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+            make_run(job, folder, board).inspect_err(|_| next.store(jobs.len(), Ordering::Relaxed))?;
+        }
+        Ok(())
+    };
+    thread::scope(|scope| {
+        let threads: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        let outcomes: Vec<Result<(), Failure>> = threads
+            .into_iter()
+            .map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect();
+        outcomes.into_iter().collect()
+    })
+}
+
+fn make_run(job: &Job, folder: &Path, board: &Board) -> Result<(), Failure> {
+    let path = folder.join(format!("{}.mcap", job.name));
+    // What stands there was found to be of another scenario or code, or damaged.
+    match fs::remove_file(&path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            return Err(Failure::Failed(format!("failed to replace {}: {error}", path.display())));
+        }
+        _ => {}
+    }
+    run::execute(&job.scenario, &path, board, &job.name)
+        .map(|_end| ())
+        .map_err(|error| Failure::Failed(format!("run {}: {error}", job.name)))
+}
+
+fn create_folder(folder: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(folder)
+        .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", folder.display())))
+}
+
+fn print_where_to_look(pipeline: &Pipeline, out: &Path) -> Result<(), Failure> {
+    let mut stdout = io::stdout().lock();
+    writeln!(stdout, "{}", pipeline.title)?;
+    writeln!(stdout, "  figures  {}", out.join("figures").display())?;
+    writeln!(stdout, "  tables   {}", out.join("tables").display())?;
+    if !pipeline.claim.is_empty() {
+        writeln!(stdout, "  claims   {}", out.join("tables").join("claims.md").display())?;
+    }
+    writeln!(stdout, "  runs     {}", out.join("runs").display())?;
+    Ok(())
+}

@@ -1,0 +1,96 @@
+//! `asperity run`: simulator, detectors and log writer, joined by the stream.
+
+use std::path::Path;
+
+use asperity_model::{Plan, Scenario};
+use asperity_record::{EventKind, RECORD_SCHEMA_VERSION, RunEnd, RunHeader};
+use asperity_runlog::{RunWriter, WriteError};
+use asperity_simulator::{Plain, SimulationError, Solver};
+use asperity_stream::{Item, StreamError};
+
+use crate::args::RunArguments;
+use crate::detectors;
+use crate::exit::Failure;
+use crate::progress::{Board, RunProgress};
+
+/// Hash over the sources that shape a run, from the build script.
+pub(crate) const CODE_VERSION: &str = env!("ASPERITY_CODE_VERSION");
+
+pub(crate) fn command(arguments: &RunArguments) -> Result<(), Failure> {
+    let scenario = arguments.choice.resolve()?;
+    if arguments.out.exists() {
+        return Err(Failure::BadInput(format!(
+            "--out {} exists already (accepted: a path that does not exist)",
+            arguments.out.display()
+        )));
+    }
+    execute(&scenario, &arguments.out, &Board::new(), &scenario.name).map_err(Failure::failed)?;
+    Ok(())
+}
+
+/// A run that was not finished.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum RunError {
+    #[error("failed to simulate: {0}")]
+    Simulation(#[from] SimulationError),
+    #[error("failed to write the log: {0}")]
+    Write(#[from] WriteError),
+}
+
+/// What a run of this scenario by this program is called in its log.
+pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeader {
+    let scenario_hash = scenario.hash();
+    let run_id = blake3::Hasher::new()
+        .update(scenario_hash.as_bytes())
+        .update(&RECORD_SCHEMA_VERSION.to_le_bytes())
+        .update(CODE_VERSION.as_bytes())
+        .finalize();
+    RunHeader {
+        record_schema_version: RECORD_SCHEMA_VERSION,
+        scenario: scenario.name.clone(),
+        scenario_hash,
+        run_id: run_id.to_hex().to_string(),
+        code_version: CODE_VERSION.to_owned(),
+        parameter_set: scenario.parameter_set.word().to_owned(),
+        solver: solver.to_owned(),
+        blocks: scenario.slider.blocks,
+        time_step_s: plan.grid.step_s(),
+        steps: plan.steps,
+    }
+}
+
+/// Runs a scenario and logs it to `out`, which must not exist.
+pub(crate) fn execute(
+    scenario: &Scenario,
+    out: &Path,
+    board: &Board,
+    name: &str,
+) -> Result<RunEnd, RunError> {
+    let plan = Plan::new(scenario);
+    let mut solver = Plain::new(plan.clone());
+    let header = header(scenario, &plan, solver.name());
+    let detectors = detectors::all(&header);
+    let kinds: Vec<EventKind> = detectors.iter().map(|detector| detector.emits()).collect();
+    let mut writer = RunWriter::create(out, &header, &scenario.to_commented_toml(), &kinds)?;
+    let mut progress: RunProgress = board.run(name, plan.steps, scenario.time.duration_s);
+
+    asperity_stream::run(
+        || solver.next_record(),
+        detectors,
+        |item| {
+            match &item {
+                Item::Record(record) => writer.record(record)?,
+                Item::Event(event) => writer.event(event)?,
+            }
+            progress.saw(&item);
+            Ok(())
+        },
+    )
+    .map_err(|error: StreamError<SimulationError, WriteError>| match error {
+        StreamError::Source(error) => RunError::from(error),
+        StreamError::Sink(error) => RunError::from(error),
+    })?;
+    let end = writer.finish()?;
+    progress.finish();
+    Ok(end)
+}

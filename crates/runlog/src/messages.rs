@@ -1,0 +1,164 @@
+//! The messages of `/step` and `/switch`, and the schemas of all topics.
+//!
+//! A step record is taken apart into one flat message for the step and one for
+//! each block that switched: plots and data frames read flat messages with a
+//! fixed set of fields, and nothing else.
+
+use std::collections::BTreeMap;
+
+use asperity_record::{Direction, FieldRecord, StepRecord, Switch, WindowRecord};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+pub(crate) const STEP: &str = "/step";
+pub(crate) const SWITCH: &str = "/switch";
+pub(crate) const FIELDS: &str = "/fields";
+pub(crate) const WINDOW: &str = "/window";
+pub(crate) const EVENTS: &str = "/events/";
+
+/// The chain's load at the end of one time step.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Step")]
+pub(crate) struct StepMessage {
+    /// The step, counted from 1.
+    pub(crate) step: u64,
+    /// Simulated time at the end of the step, s.
+    pub(crate) time_s: f64,
+    /// Sum of the driving forces that this step's update used, N.
+    pub(crate) driving_force_n: f64,
+    /// Total normal load that this step's update used, N.
+    pub(crate) normal_load_n: f64,
+    /// The driving force over the normal load.
+    pub(crate) ft_fn: f64,
+    /// How many blocks slid in this step.
+    pub(crate) sliding: u32,
+    /// How many blocks switched at its end: so many `/switch` messages follow.
+    pub(crate) switches: u32,
+}
+
+/// One block that detached or re-attached at the end of a step.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(rename = "Switch")]
+pub(crate) struct SwitchMessage {
+    /// The step, counted from 1.
+    pub(crate) step: u64,
+    /// Simulated time at the end of the step, s.
+    pub(crate) time_s: f64,
+    /// The block, counted from 1.
+    pub(crate) block: u32,
+    /// From stick to slip, or back.
+    pub(crate) direction: Direction,
+    /// Displacement after the step, m.
+    pub(crate) displacement_m: f64,
+    /// Velocity after the step, m/s.
+    pub(crate) velocity_m_per_s: f64,
+    /// Tangential force without friction of this step, N.
+    pub(crate) tangential_force_n: f64,
+    /// Anchor of the friction spring: left behind or newly taken, m.
+    pub(crate) stick_position_m: f64,
+    /// Static friction threshold, N.
+    pub(crate) threshold_n: f64,
+}
+
+impl StepMessage {
+    pub(crate) fn new(record: &StepRecord) -> StepMessage {
+        StepMessage {
+            step: record.step,
+            time_s: record.time_s,
+            driving_force_n: record.driving_force_n,
+            normal_load_n: record.normal_load_n,
+            ft_fn: record.load_ratio(),
+            sliding: record.sliding,
+            switches: record.switches.len() as u32,
+        }
+    }
+
+    pub(crate) fn into_record(self) -> StepRecord {
+        StepRecord {
+            step: self.step,
+            time_s: self.time_s,
+            driving_force_n: self.driving_force_n,
+            normal_load_n: self.normal_load_n,
+            sliding: self.sliding,
+            switches: Vec::new(),
+        }
+    }
+}
+
+impl SwitchMessage {
+    pub(crate) fn new(record: &StepRecord, switch: &Switch) -> SwitchMessage {
+        SwitchMessage {
+            step: record.step,
+            time_s: record.time_s,
+            block: switch.block,
+            direction: switch.direction,
+            displacement_m: switch.displacement_m,
+            velocity_m_per_s: switch.velocity_m_per_s,
+            tangential_force_n: switch.tangential_force_n,
+            stick_position_m: switch.stick_position_m,
+            threshold_n: switch.threshold_n,
+        }
+    }
+
+    pub(crate) fn into_switch(self) -> Switch {
+        Switch {
+            block: self.block,
+            direction: self.direction,
+            displacement_m: self.displacement_m,
+            velocity_m_per_s: self.velocity_m_per_s,
+            tangential_force_n: self.tangential_force_n,
+            stick_position_m: self.stick_position_m,
+            threshold_n: self.threshold_n,
+        }
+    }
+}
+
+/// A topic as it stands in the file.
+pub(crate) struct Topic {
+    pub(crate) topic: String,
+    pub(crate) schema_name: String,
+    pub(crate) schema: Value,
+}
+
+/// The topics of records of a chain of that many blocks.
+pub(crate) fn record_topics(blocks: u32) -> Vec<Topic> {
+    let topic = |topic: &str, name: &str, schema: Value| Topic {
+        topic: topic.to_owned(),
+        schema_name: name.to_owned(),
+        schema,
+    };
+    vec![
+        topic(STEP, "Step", schemars::schema_for!(StepMessage).to_value()),
+        topic(SWITCH, "Switch", schemars::schema_for!(SwitchMessage).to_value()),
+        topic(FIELDS, "Fields", with_array_length(schemars::schema_for!(FieldRecord).to_value(), blocks)),
+        topic(WINDOW, "Window", schemars::schema_for!(WindowRecord).to_value()),
+    ]
+}
+
+/// Says in a schema that every array of the message has one value per block.
+fn with_array_length(mut schema: Value, blocks: u32) -> Value {
+    if let Some(Value::Object(properties)) = schema.get_mut("properties") {
+        for property in properties.values_mut().filter(|property| property["type"] == "array") {
+            property["minItems"] = json!(blocks);
+            property["maxItems"] = json!(blocks);
+        }
+    }
+    schema
+}
+
+/// The units of a message's fields, for the channel's metadata: they stand last
+/// in the fields' names.
+pub(crate) fn units(schema: &Value) -> BTreeMap<String, String> {
+    const SUFFIXES: [(&str, &str); 4] = [("_m_per_s", "m/s"), ("_m", "m"), ("_s", "s"), ("_n", "N")];
+    let fields = schema["properties"].as_object().into_iter().flat_map(|properties| properties.keys());
+    fields
+        .filter(|field| !field.starts_with("ft_fn"))
+        .filter_map(|field| {
+            let (_, unit) = SUFFIXES.iter().find(|(suffix, _)| field.ends_with(suffix))?;
+            Some((field.clone(), (*unit).to_owned()))
+        })
+        .collect()
+}

@@ -1,0 +1,148 @@
+//! Run header and run end as the flat text maps that MCAP metadata are.
+
+use std::collections::BTreeMap;
+use std::str::FromStr;
+
+use asperity_record::{RunEnd, RunHeader, RunStatus};
+
+/// Name of the metadata record that opens a log.
+pub(crate) const RUN: &str = "run";
+/// Name of the metadata record that closes a whole log.
+pub(crate) const RUN_END: &str = "run_end";
+
+const MESSAGES: &str = "messages:";
+const COMPLETE: &str = "complete";
+
+/// A metadata record that does not say what it must.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum MetadataError {
+    /// A key is missing.
+    #[error("metadata `{record}` lacks the key {key}")]
+    Missing {
+        /// Name of the metadata record.
+        record: &'static str,
+        /// The key.
+        key: &'static str,
+    },
+    /// A value is not of its key's type or range.
+    #[error("metadata `{record}` has {key} = {value:?}, which is not {accepted}")]
+    Invalid {
+        /// Name of the metadata record.
+        record: &'static str,
+        /// The key.
+        key: String,
+        /// The value.
+        value: String,
+        /// What would be accepted.
+        accepted: &'static str,
+    },
+}
+
+pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
+    [
+        ("record_schema_version", header.record_schema_version.to_string()),
+        ("scenario", header.scenario.clone()),
+        ("scenario_hash", header.scenario_hash.clone()),
+        ("run_id", header.run_id.clone()),
+        ("code_version", header.code_version.clone()),
+        ("parameter_set", header.parameter_set.clone()),
+        ("solver", header.solver.clone()),
+        ("blocks", header.blocks.to_string()),
+        ("time_step_s", header.time_step_s.to_string()),
+        ("steps", header.steps.to_string()),
+        (
+            "log_time",
+            match header.time_grid().step_ns() {
+                Some(step_ns) => format!("step * {step_ns} ns, exact"),
+                None => "rounded to nanoseconds; the field step is exact".to_owned(),
+            },
+        ),
+    ]
+    .map(|(key, value)| (key.to_owned(), value))
+    .into()
+}
+
+pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeader, MetadataError> {
+    let map = Reader { record: RUN, map };
+    let header = RunHeader {
+        record_schema_version: map.parse("record_schema_version", "a whole number")?,
+        scenario: map.text("scenario")?,
+        scenario_hash: map.text("scenario_hash")?,
+        run_id: map.text("run_id")?,
+        code_version: map.text("code_version")?,
+        parameter_set: map.text("parameter_set")?,
+        solver: map.text("solver")?,
+        blocks: map.parse("blocks", "a whole number")?,
+        time_step_s: map.parse("time_step_s", "a number")?,
+        steps: map.parse("steps", "a whole number")?,
+    };
+    // These two size memory and divide, so they are bounded here, once.
+    if !(2..=1_000_000).contains(&header.blocks) {
+        return Err(map.invalid("blocks", "a whole number from 2 to 1000000"));
+    }
+    if !(header.time_step_s.is_finite() && header.time_step_s > 0.0) {
+        return Err(map.invalid("time_step_s", "a number above 0"));
+    }
+    Ok(header)
+}
+
+pub(crate) fn end_to_map(end: &RunEnd) -> BTreeMap<String, String> {
+    let RunStatus::Complete = end.status;
+    let mut map: BTreeMap<String, String> = [
+        ("status", COMPLETE.to_owned()),
+        ("last_step", end.last_step.to_string()),
+        ("switches", end.switches.to_string()),
+        ("digest", end.digest.clone()),
+    ]
+    .map(|(key, value)| (key.to_owned(), value))
+    .into();
+    map.extend(
+        end.message_counts.iter().map(|(topic, count)| (format!("{MESSAGES}{topic}"), count.to_string())),
+    );
+    map
+}
+
+pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, MetadataError> {
+    let reader = Reader { record: RUN_END, map };
+    if reader.text("status")? != COMPLETE {
+        return Err(reader.invalid("status", "\"complete\""));
+    }
+    let mut message_counts = BTreeMap::new();
+    for (key, value) in map {
+        if let Some(topic) = key.strip_prefix(MESSAGES) {
+            let count = value.parse().map_err(|_| reader.invalid(key, "a whole number"))?;
+            message_counts.insert(topic.to_owned(), count);
+        }
+    }
+    Ok(RunEnd {
+        status: RunStatus::Complete,
+        last_step: reader.parse("last_step", "a whole number")?,
+        message_counts,
+        switches: reader.parse("switches", "a whole number")?,
+        digest: reader.text("digest")?,
+    })
+}
+
+struct Reader<'a> {
+    record: &'static str,
+    map: &'a BTreeMap<String, String>,
+}
+
+impl Reader<'_> {
+    fn text(&self, key: &'static str) -> Result<String, MetadataError> {
+        self.map.get(key).cloned().ok_or(MetadataError::Missing { record: self.record, key })
+    }
+
+    fn parse<T: FromStr>(&self, key: &'static str, accepted: &'static str) -> Result<T, MetadataError> {
+        self.text(key)?.parse().map_err(|_| self.invalid(key, accepted))
+    }
+
+    fn invalid(&self, key: &str, accepted: &'static str) -> MetadataError {
+        MetadataError::Invalid {
+            record: self.record,
+            key: key.to_owned(),
+            value: self.map.get(key).cloned().unwrap_or_default(),
+            accepted,
+        }
+    }
+}

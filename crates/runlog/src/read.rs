@@ -1,0 +1,366 @@
+//! Reading a run log, from its first byte to its last, with every checksum
+//! checked and memory bounded by a chunk.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use asperity_record::{Direction, Event, RECORD_SCHEMA_VERSION, Record, RunEnd, RunHeader, StepRecord};
+use mcap::records::Record as Raw;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use serde::de::DeserializeOwned;
+
+use crate::messages::{EVENTS, FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
+use crate::metadata::{self, MetadataError, RUN, RUN_END};
+use crate::write::digest_message;
+
+/// No record of ours comes near this; a length beyond it is damage, and must
+/// not be allocated.
+const LONGEST_RECORD_BYTES: usize = 1 << 30;
+
+/// A run log that cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {problem}", path.display())]
+pub struct LogError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub problem: LogProblem,
+}
+
+/// What is wrong with a run log.
+#[derive(Debug, thiserror::Error)]
+pub enum LogProblem {
+    /// The system refused.
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+    /// Not an MCAP file, or a damaged one.
+    #[error("not a whole MCAP file: {0}")]
+    Mcap(#[from] mcap::McapError),
+    /// Header or end do not say what they must.
+    #[error(transparent)]
+    Metadata(#[from] MetadataError),
+    /// Not a run log of ours.
+    #[error("no metadata `{RUN}` before the first message: not a run log of asperity")]
+    NoHeader,
+    /// Written by a later version.
+    #[error("written with record schema {0}; this program reads version {RECORD_SCHEMA_VERSION}")]
+    Version(u32),
+    /// A message that is not what its topic promises.
+    #[error("message {sequence} of {topic} cannot be read: {error}")]
+    Message {
+        /// The topic.
+        topic: String,
+        /// The message's number in it.
+        sequence: u32,
+        /// What is wrong with it.
+        error: serde_json::Error,
+    },
+    /// Switches that do not belong to the step before them.
+    #[error("step {step} promises {promised} switches and has {found}")]
+    Switches {
+        /// The step.
+        step: u64,
+        /// How many its message promises.
+        promised: u32,
+        /// How many follow.
+        found: u32,
+    },
+    /// A switch of a block that the chain does not have, or to where it already is.
+    #[error("block {block} cannot {direction:?} at step {step}")]
+    ImpossibleSwitch {
+        /// The step.
+        step: u64,
+        /// The block.
+        block: u32,
+        /// What it is said to do.
+        direction: Direction,
+    },
+    /// The file ends before the run does.
+    #[error("no metadata `{RUN_END}`: the run did not finish, or the file was cut off")]
+    NoEnd,
+    /// The content is not what `run_end` says.
+    #[error("metadata `{RUN_END}` says {what} {promised}, the file has {found}")]
+    EndMismatch {
+        /// What differs.
+        what: String,
+        /// What `run_end` says.
+        promised: String,
+        /// What the file has.
+        found: String,
+    },
+}
+
+/// Which messages to decode. All are read and checked in any case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Topics {
+    /// Step records with their switches.
+    pub steps: bool,
+    /// States of all blocks.
+    pub fields: bool,
+    /// Dense windows.
+    pub windows: bool,
+    /// Events.
+    pub events: bool,
+}
+
+impl Topics {
+    /// Everything.
+    pub const ALL: Topics = Topics { steps: true, fields: true, windows: true, events: true };
+    /// What detectors see.
+    pub const STEPS: Topics = Topics { steps: true, fields: false, windows: false, events: false };
+    /// What detectors emitted.
+    pub const EVENTS: Topics = Topics { steps: false, fields: false, windows: false, events: true };
+}
+
+/// One thing out of a log.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LogItem {
+    /// A record, as the solver gave it.
+    Record(Record),
+    /// An event, as a detector emitted it.
+    Event(Event),
+}
+
+/// Reads one run log.
+pub struct RunReader {
+    path: PathBuf,
+    source: BufReader<File>,
+    reader: LinearReader,
+    topics: Topics,
+    channels: BTreeMap<u16, String>,
+    header: Option<RunHeader>,
+    scenario_toml: String,
+    end: Option<RunEnd>,
+    /// A step record whose switches are still being read, and how many it promises.
+    open_step: Option<(StepRecord, u32)>,
+    detached: Vec<bool>,
+    ready: VecDeque<LogItem>,
+    counts: BTreeMap<String, u64>,
+    switches: u64,
+    digest: blake3::Hasher,
+    finished: bool,
+}
+
+impl RunReader {
+    /// Opens a log and reads its header and scenario.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is no run log of a version this program reads.
+    pub fn open(path: &Path, topics: Topics) -> Result<RunReader, LogError> {
+        let at = |problem: LogProblem| LogError { path: path.to_owned(), problem };
+        let file = File::open(path).map_err(|error| at(error.into()))?;
+        let options = LinearReaderOptions::default()
+            .with_prevalidate_chunk_crcs(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true)
+            .with_record_length_limit(LONGEST_RECORD_BYTES);
+        let mut reader = RunReader {
+            path: path.to_owned(),
+            source: BufReader::with_capacity(1 << 16, file),
+            reader: LinearReader::new_with_options(options),
+            topics,
+            channels: BTreeMap::new(),
+            header: None,
+            scenario_toml: String::new(),
+            end: None,
+            open_step: None,
+            detached: Vec::new(),
+            ready: VecDeque::new(),
+            counts: BTreeMap::new(),
+            switches: 0,
+            digest: blake3::Hasher::new(),
+            finished: false,
+        };
+        // Header and scenario stand before the first channel.
+        while reader.channels.is_empty() && !reader.finished {
+            reader.advance().map_err(at)?;
+        }
+        match &reader.header {
+            Some(_) => Ok(reader),
+            None => Err(at(LogProblem::NoHeader)),
+        }
+    }
+
+    /// What the run is.
+    pub fn header(&self) -> &RunHeader {
+        self.header.as_ref().expect("a reader is only handed out with its header read")
+    }
+
+    /// The resolved scenario, as TOML.
+    pub fn scenario_toml(&self) -> &str {
+        &self.scenario_toml
+    }
+
+    /// How the run ended; known once [`RunReader::next_item`] has given `None`.
+    pub fn end(&self) -> Option<&RunEnd> {
+        self.end.as_ref()
+    }
+
+    /// The next record or event; `None` behind the last one of a whole log.
+    ///
+    /// # Errors
+    /// If the file is damaged, incomplete, or not what its own end says.
+    pub fn next_item(&mut self) -> Result<Option<LogItem>, LogError> {
+        loop {
+            if let Some(item) = self.ready.pop_front() {
+                return Ok(Some(item));
+            }
+            if self.finished {
+                return Ok(None);
+            }
+            self.advance().map_err(|problem| LogError { path: self.path.clone(), problem })?;
+        }
+    }
+
+    /// Reads one MCAP record.
+    fn advance(&mut self) -> Result<(), LogProblem> {
+        loop {
+            let raw = match self.reader.next_event() {
+                None => {
+                    self.finished = true;
+                    return self.check_end();
+                }
+                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
+                    let read = loop {
+                        match self.source.read(self.reader.insert(wanted)) {
+                            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+                            other => break other?,
+                        }
+                    };
+                    self.reader.notify_read(read);
+                    continue;
+                }
+                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                    mcap::parse_record(opcode, data)?.into_owned()
+                }
+                Some(Err(error)) => return Err(error.into()),
+            };
+            return self.take(raw);
+        }
+    }
+
+    fn take(&mut self, raw: Raw<'static>) -> Result<(), LogProblem> {
+        match raw {
+            Raw::Metadata(metadata) if metadata.name == RUN => {
+                let header = metadata::header_from_map(&metadata.metadata)?;
+                if header.record_schema_version != RECORD_SCHEMA_VERSION {
+                    return Err(LogProblem::Version(header.record_schema_version));
+                }
+                self.detached = vec![false; header.blocks as usize];
+                self.header = Some(header);
+            }
+            Raw::Metadata(metadata) if metadata.name == RUN_END => {
+                self.end = Some(metadata::end_from_map(&metadata.metadata)?);
+            }
+            Raw::Attachment { header, data, .. } if header.name == "scenario.toml" => {
+                self.scenario_toml = String::from_utf8_lossy(&data).into_owned();
+            }
+            // Channels come once before the messages and again in the summary.
+            Raw::Channel(channel) => {
+                self.counts.entry(channel.topic.clone()).or_insert(0);
+                self.channels.insert(channel.id, channel.topic);
+            }
+            Raw::Message { header, data } => {
+                if self.header.is_none() {
+                    return Err(LogProblem::NoHeader);
+                }
+                let topic = self.channels.get(&header.channel_id).cloned().unwrap_or_default();
+                digest_message(&mut self.digest, &topic, &data);
+                *self.counts.entry(topic.clone()).or_insert(0) += 1;
+                self.message(topic, header.sequence, &data)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn message(&mut self, topic: String, sequence: u32, data: &[u8]) -> Result<(), LogProblem> {
+        if topic == SWITCH {
+            self.switches += 1;
+            return if self.topics.steps { self.switch(decode(&topic, sequence, data)?) } else { Ok(()) };
+        }
+        self.close_step()?;
+        match topic.as_str() {
+            STEP if self.topics.steps => {
+                let message: StepMessage = decode(&topic, sequence, data)?;
+                let promised = message.switches;
+                self.open_step = Some((message.into_record(), promised));
+                if promised == 0 {
+                    self.close_step()?;
+                }
+            }
+            FIELDS if self.topics.fields => {
+                let record = decode(&topic, sequence, data)?;
+                self.ready.push_back(LogItem::Record(Record::Fields(record)));
+            }
+            WINDOW if self.topics.windows => {
+                let record = decode(&topic, sequence, data)?;
+                self.ready.push_back(LogItem::Record(Record::Window(record)));
+            }
+            _ if self.topics.events && topic.starts_with(EVENTS) => {
+                let invalid = |error| LogProblem::Message { topic: topic.clone(), sequence, error };
+                let payload = std::str::from_utf8(data)
+                    .map_err(|error| invalid(serde::de::Error::custom(error)))?
+                    .to_owned();
+                self.ready.push_back(LogItem::Event(Event { topic, payload }));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn switch(&mut self, message: SwitchMessage) -> Result<(), LogProblem> {
+        let Some((record, promised)) = &mut self.open_step else {
+            return Err(LogProblem::Switches { step: message.step, promised: 0, found: 1 });
+        };
+        let (step, block, direction) = (message.step, message.block, message.direction);
+        let is_detached = (block as usize).checked_sub(1).and_then(|n| self.detached.get_mut(n));
+        match is_detached {
+            Some(is_detached) if *is_detached != (direction == Direction::Detach) => {
+                *is_detached = !*is_detached;
+            }
+            _ => return Err(LogProblem::ImpossibleSwitch { step, block, direction }),
+        }
+        record.switches.push(message.into_switch());
+        if record.switches.len() as u32 == *promised { self.close_step() } else { Ok(()) }
+    }
+
+    /// Hands out the step record that was open, if its switches are all there.
+    fn close_step(&mut self) -> Result<(), LogProblem> {
+        let Some((record, promised)) = self.open_step.take() else { return Ok(()) };
+        let found = record.switches.len() as u32;
+        if found != promised {
+            return Err(LogProblem::Switches { step: record.step, promised, found });
+        }
+        self.ready.push_back(LogItem::Record(Record::Step(record)));
+        Ok(())
+    }
+
+    fn check_end(&mut self) -> Result<(), LogProblem> {
+        self.close_step()?;
+        let Some(end) = &self.end else { return Err(LogProblem::NoEnd) };
+        let mismatch = |what: &str, promised: String, found: String| {
+            if promised == found {
+                Ok(())
+            } else {
+                Err(LogProblem::EndMismatch { what: what.to_owned(), promised, found })
+            }
+        };
+        for (topic, count) in &end.message_counts {
+            let found = self.counts.get(topic).copied().unwrap_or(0);
+            mismatch(&format!("messages of {topic}:"), count.to_string(), found.to_string())?;
+        }
+        mismatch("switches:", end.switches.to_string(), self.switches.to_string())?;
+        mismatch("digest:", end.digest.clone(), self.digest.finalize().to_hex().to_string())
+    }
+}
+
+fn decode<T: DeserializeOwned>(topic: &str, sequence: u32, data: &[u8]) -> Result<T, LogProblem> {
+    serde_json::from_slice(data).map_err(|error| LogProblem::Message {
+        topic: topic.to_owned(),
+        sequence,
+        error,
+    })
+}

@@ -1,0 +1,158 @@
+//! The two sweeps over the blocks that a step is made of, compiled for the
+//! instruction sets that a machine may have.
+//!
+//! They are functions of slices: from their arguments the compiler knows that
+//! the arrays do not overlap, which it must know to vectorise them. Every block
+//! is computed on its own, with the same operations in the same order, and
+//! multiplication and addition are never fused, so all versions give the same
+//! bits.
+
+/// The sweeps, in the version that this machine runs fastest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sweeps {
+    /// What every machine has.
+    Baseline,
+    /// 256-bit vectors.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// 512-bit vectors.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+/// Writes the dispatcher of a sweep, and its compilation for each instruction set.
+macro_rules! dispatch {
+    ($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?) => {
+        $(#[$doc])*
+        pub(crate) fn $name(self, $($argument: $type),*) $(-> $result)? {
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2")]
+                fn avx2($($argument: $type),*) $(-> $result)? {
+                    $name($($argument),*)
+                }
+                #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+                fn avx512($($argument: $type),*) $(-> $result)? {
+                    $name($($argument),*)
+                }
+                #[expect(unsafe_code, reason = "only constructed by `available`, which asked the processor")]
+                match self {
+                    Sweeps::Baseline => {}
+                    Sweeps::Avx2 => return unsafe { avx2($($argument),*) },
+                    Sweeps::Avx512 => return unsafe { avx512($($argument),*) },
+                }
+            }
+            $name($($argument),*)
+        }
+    };
+}
+
+impl Sweeps {
+    /// All versions that this machine can run, the fastest last.
+    pub(crate) fn available() -> Vec<Sweeps> {
+        let mut versions = vec![Sweeps::Baseline];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if std::arch::is_x86_feature_detected!("avx2") {
+                versions.push(Sweeps::Avx2);
+            }
+            if std::arch::is_x86_feature_detected!("avx512f")
+                && std::arch::is_x86_feature_detected!("avx512vl")
+                && std::arch::is_x86_feature_detected!("avx512dq")
+            {
+                versions.push(Sweeps::Avx512);
+            }
+        }
+        versions
+    }
+
+    /// The fastest version that this machine can run.
+    pub(crate) fn detect() -> Sweeps {
+        *Sweeps::available().last().expect("every machine can run the baseline")
+    }
+
+    dispatch! {
+        /// `tau_n = k (u_{n+1} - 2 u_n + u_{n-1}) + eta (v_{n+1} - 2 v_n + v_{n-1})`
+        /// with free ends (5.6, 5.7).
+        pull_of_neighbours(tau: &mut [f64], u: &[f64], v: &[f64], k: f64, eta: f64)
+    }
+
+    dispatch! {
+        /// Friction, new velocities and positions (4.13, 4.14); whether any block switches.
+        advance(u: &mut [f64], v_new: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
+    }
+}
+
+/// What the new velocities and positions depend on, one value per block.
+pub(crate) struct Blocks<'a> {
+    pub(crate) v: &'a [f64],
+    pub(crate) u_stick: &'a [f64],
+    pub(crate) slip: &'a [f64],
+    pub(crate) tau: &'a [f64],
+    pub(crate) threshold: &'a [f64],
+    pub(crate) sliding_friction: &'a [f64],
+}
+
+pub(crate) struct Constants {
+    pub(crate) dt: f64,
+    pub(crate) dt_over_m: f64,
+    pub(crate) kt: f64,
+    pub(crate) two_way: bool,
+}
+
+/// `k (u_{n+1} - 2 u_n + u_{n-1}) + eta (v_{n+1} - 2 v_n + v_{n-1})`, free ends.
+#[inline(always)]
+fn pull_of_neighbours(tau: &mut [f64], u: &[f64], v: &[f64], k: f64, eta: f64) {
+    let last = tau.len() - 1;
+    let (u, v) = (&u[..=last], &v[..=last]);
+    for n in 1..last {
+        tau[n] = k * (u[n + 1] - 2.0 * u[n] + u[n - 1]) + eta * (v[n + 1] - 2.0 * v[n] + v[n - 1]);
+    }
+    tau[0] = k * (u[1] - u[0]) + eta * (v[1] - v[0]);
+    tau[last] = k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]);
+}
+
+/// New velocities and positions; whether any block switches.
+#[inline(always)]
+fn advance(u: &mut [f64], v_new: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool {
+    let &Constants { dt, dt_over_m, kt, two_way } = constants;
+    let blocks = u.len();
+    let v_new = &mut v_new[..blocks];
+    let Blocks { v, u_stick, slip, tau, threshold, sliding_friction } = *old;
+    let (v, u_stick, slip) = (&v[..blocks], &u_stick[..blocks], &slip[..blocks]);
+    let (tau, threshold, sliding_friction) =
+        (&tau[..blocks], &threshold[..blocks], &sliding_friction[..blocks]);
+
+    let mut any_switch = false;
+    for n in 0..blocks {
+        let slides = slip[n] != 0.0;
+        let spring = -kt * (u[n] - u_stick[n]);
+        let drag = -sliding_friction[n] * sign(v[n]);
+        let friction = if slides { drag } else { spring };
+
+        v_new[n] = v[n] + (tau[n] + friction) * dt_over_m;
+        u[n] += v_new[n] * dt;
+
+        let detaches = tau[n].abs() >= threshold[n];
+        any_switch |= if slides { comes_to_rest(v[n], v_new[n], two_way) } else { detaches };
+    }
+    any_switch
+}
+
+/// The sign of a velocity; 0 for 0, where `v / |v|` would be no number.
+#[inline]
+fn sign(velocity: f64) -> f64 {
+    if velocity > 0.0 {
+        1.0
+    } else if velocity < 0.0 {
+        -1.0
+    } else {
+        0.0
+    }
+}
+
+/// Whether a sliding block re-attaches, by the one-way or the two-way rule.
+#[inline]
+pub(crate) fn comes_to_rest(velocity: f64, new_velocity: f64, two_way: bool) -> bool {
+    if two_way { new_velocity * velocity <= 0.0 } else { new_velocity <= 0.0 }
+}

@@ -63,3 +63,60 @@ impl Detector for GlobalDetector {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::GlobalDetector;
+    use asperity_detect::{Detector, detect_all};
+    use asperity_record::{Direction, GlobalSlip, StepRecord, Switch};
+
+    fn record(step: u64, sliding: u32, load_n: f64, switches: &[(u32, Direction)]) -> StepRecord {
+        StepRecord {
+            step,
+            time_s: step as f64,
+            driving_force_n: load_n,
+            normal_load_n: 100.0,
+            sliding,
+            switches: switches
+                .iter()
+                .map(|&(block, direction)| Switch {
+                    block,
+                    direction,
+                    displacement_m: 0.0,
+                    velocity_m_per_s: 0.0,
+                    tangential_force_n: 0.0,
+                    stick_position_m: 0.0,
+                    threshold_n: 0.0,
+                })
+                .collect(),
+        }
+    }
+
+    #[test]
+    fn a_slip_is_global_if_every_block_slid_even_in_turn() {
+        use Direction::{Attach, Detach};
+        let in_turn = |start: u64, load_n: f64| {
+            [
+                record(start, 0, load_n, &[(1, Detach)]),
+                record(start + 1, 1, load_n, &[(1, Attach), (2, Detach)]),
+                record(start + 5, 1, load_n - 10.0, &[(2, Attach)]),
+                record(start + 6, 0, load_n - 10.0, &[]),
+            ]
+        };
+        let partial = [
+            record(50, 0, 20.0, &[(2, Detach)]),
+            record(51, 1, 20.0, &[(2, Attach)]),
+            record(52, 0, 20.0, &[]),
+        ];
+        let records: Vec<StepRecord> =
+            in_turn(10, 30.0).into_iter().chain(partial).chain(in_turn(100, 40.0)).collect();
+        let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(GlobalDetector::new(2))];
+        let globals: Vec<GlobalSlip> = detect_all(&mut detectors, &records)
+            .iter()
+            .map(|event| event.decode().unwrap().unwrap())
+            .collect();
+        let seen: Vec<_> = globals.iter().map(|g| (g.global, g.event, g.onset_s, g.recurrence_s)).collect();
+        assert_eq!(seen, [(0, 0, 11.0, None), (1, 2, 101.0, Some(90.0))]);
+        assert_eq!((globals[0].load_drop_n, globals[0].ft_fn_drop), (Some(10.0), Some(0.3 - 0.2)));
+    }
+}

@@ -42,3 +42,51 @@ impl Detector for OnsetDetector {
 
     fn finish(&mut self, _emit: &mut dyn FnMut(Event)) {}
 }
+
+#[cfg(test)]
+mod tests {
+    use super::OnsetDetector;
+    use asperity_detect::{Detector, detect_all};
+    use asperity_record::{Direction, Onset, StepRecord, Switch};
+
+    #[test]
+    fn an_onset_names_the_lowest_block_of_the_first_sliding_step() {
+        let switch = |block: u32| Switch {
+            block,
+            direction: Direction::Detach,
+            displacement_m: 0.0,
+            velocity_m_per_s: 0.0,
+            tangential_force_n: f64::from(block) + 0.5,
+            stick_position_m: 0.0,
+            threshold_n: f64::from(block),
+        };
+        let record = |step: u64, sliding: u32, switches: Vec<Switch>| StepRecord {
+            step,
+            time_s: step as f64,
+            driving_force_n: 25.0,
+            normal_load_n: 100.0,
+            sliding,
+            switches,
+        };
+        let records =
+            [record(7, 0, vec![switch(3), switch(5)]), record(8, 2, vec![switch(1)]), record(9, 3, vec![])];
+        let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(OnsetDetector::new(6))];
+        let onsets: Vec<Onset> = detect_all(&mut detectors, &records)
+            .iter()
+            .map(|event| event.decode().unwrap().unwrap())
+            .collect();
+        assert_eq!(
+            onsets,
+            [Onset {
+                event: 0,
+                onset_step: 8,
+                onset_s: 8.0,
+                nucleation_block: 3,
+                nucleation_blocks: 2,
+                tangential_force_n: 3.5,
+                threshold_n: 3.0,
+                ft_fn_onset: 0.25,
+            }]
+        );
+    }
+}

@@ -156,3 +156,57 @@ fn sign(velocity: f64) -> f64 {
 pub(crate) fn comes_to_rest(velocity: f64, new_velocity: f64, two_way: bool) -> bool {
     if two_way { new_velocity * velocity <= 0.0 } else { new_velocity <= 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Blocks, Constants, Sweeps};
+
+    /// Numbers without pattern, the same on every machine.
+    fn noise(seed: u64, count: usize) -> Vec<f64> {
+        let mut state = seed;
+        (0..count)
+            .map(|_| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+            })
+            .collect()
+    }
+
+    #[test]
+    fn all_instruction_sets_give_the_same_bits() {
+        for blocks in [2, 3, 7, 8, 9, 64, 101] {
+            for two_way in [false, true] {
+                let run = |sweeps: Sweeps| {
+                    let mut u = noise(1, blocks);
+                    let mut v = noise(2, blocks);
+                    let (mut tau, mut v_new) = (vec![0.0; blocks], vec![0.0; blocks]);
+                    let (u_stick, sliding_friction) = (noise(3, blocks), noise(4, blocks));
+                    let slip: Vec<f64> =
+                        noise(5, blocks).iter().map(|x| f64::from(u8::from(*x > 0.0))).collect();
+                    let threshold = vec![1e9; blocks];
+                    let mut any = Vec::new();
+                    for _ in 0..50 {
+                        sweeps.pull_of_neighbours(&mut tau, &u, &v, 3.7, 0.9);
+                        let old = Blocks {
+                            v: &v,
+                            u_stick: &u_stick,
+                            slip: &slip,
+                            tau: &tau,
+                            threshold: &threshold,
+                            sliding_friction: &sliding_friction,
+                        };
+                        let constants = Constants { dt: 0.01, dt_over_m: 0.013, kt: 2.1, two_way };
+                        any.push(sweeps.advance(&mut u, &mut v_new, &old, &constants));
+                        std::mem::swap(&mut v, &mut v_new);
+                    }
+                    let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                    (bits(&u), bits(&v), bits(&tau), any)
+                };
+                let baseline = run(Sweeps::Baseline);
+                for sweeps in Sweeps::available() {
+                    assert_eq!(run(sweeps), baseline, "{sweeps:?}, {blocks} blocks");
+                }
+            }
+        }
+    }
+}

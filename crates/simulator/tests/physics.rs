@@ -1,0 +1,327 @@
+//! Laws that a run must obey whatever its parameters, held against the plain
+//! stepper; small chains and short times, the same model.
+
+use asperity_model::{Plan, Scenario, ScenarioSource, analytic, builtin};
+use asperity_record::{Direction, Record};
+use asperity_simulator::{Plain, Solver};
+
+fn plan(scenario: &str, set: &[&str]) -> Plan {
+    let text = builtin::find(scenario).expect("a built-in scenario");
+    let source = set
+        .iter()
+        .fold(ScenarioSource::new(scenario, text), |source, assignment| source.with_override(assignment));
+    Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")))
+}
+
+fn records(plan: Plan) -> Vec<Record> {
+    let mut solver = Plain::new(plan);
+    std::iter::from_fn(|| solver.next_record().unwrap()).collect()
+}
+
+/// Energies of a chain: kinetic, in the springs between blocks, in the driving
+/// spring, and in the friction springs of stuck blocks.
+fn energy_j(plan: &Plan, solver: &Plain) -> f64 {
+    let state = solver.state();
+    let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
+    let kt = plan.friction.interfacial_stiffness_n_per_m;
+    let drive_m = plan.drive.velocity_m_per_s * plan.grid.time_s(state.step) - u[0];
+    let kinetic: f64 = v.iter().map(|v| 0.5 * plan.block_mass_kg * v * v).sum();
+    let between: f64 = u.windows(2).map(|u| 0.5 * plan.stiffness_n_per_m * (u[1] - u[0]).powi(2)).sum();
+    let friction: f64 = (0..u.len())
+        .map(|n| (1.0 - state.slip[n]) * 0.5 * kt * (u[n] - state.stick_position_m[n]).powi(2))
+        .sum();
+    kinetic + between + friction + 0.5 * plan.drive.stiffness_n_per_m * drive_m * drive_m
+}
+
+/// Runs a scenario step by step and returns the drive's work and what is left of
+/// the energy balance: energy gained minus drive work plus losses, where the
+/// energy that a friction spring takes with it or brings along is counted at
+/// each switch.
+fn energy_balance_j(plan: &Plan) -> (f64, f64) {
+    let mut solver = Plain::new(plan.clone());
+    let dt = plan.grid.step_s();
+    let kt = plan.friction.interfacial_stiffness_n_per_m;
+    let initial_j = energy_j(plan, &solver);
+    let (mut work_j, mut losses_j, mut switched_j) = (0.0, 0.0, 0.0);
+    let mut switches = 0;
+    for _ in 0..plan.steps {
+        let slides: Vec<f64> = solver.state().slip.clone();
+        let stick: Vec<f64> = solver.state().stick_position_m.clone();
+        work_j += solver.take_step() * plan.drive.velocity_m_per_s * dt;
+        let state = solver.state();
+        let v = &state.velocity_m_per_s;
+        for n in 0..v.len() {
+            losses_j += slides[n] * plan.friction.dynamic_friction_n[n] * v[n].abs() * dt;
+        }
+        losses_j += v.windows(2).map(|v| plan.damping_kg_per_s * (v[1] - v[0]).powi(2) * dt).sum::<f64>();
+        for &n in solver.switched() {
+            switches += 1;
+            let spring_j = |stick: f64| 0.5 * kt * (state.displacement_m[n] - stick).powi(2);
+            if state.slip[n] == 1.0 {
+                switched_j -= spring_j(stick[n]);
+            } else {
+                switched_j += spring_j(state.stick_position_m[n]);
+            }
+        }
+    }
+    assert!(switches > 4, "a run without slip would test little");
+    (work_j, energy_j(plan, &solver) - initial_j - work_j + losses_j - switched_j)
+}
+
+#[test]
+fn energy_is_accounted_for_to_first_order_in_dt() {
+    for set in ["as-coded", "as-stated"] {
+        let balance = |dt: &str| {
+            energy_balance_j(&plan(
+                "ten-blocks",
+                &[&format!("parameter_set={set}"), "time.duration_s=1", &format!("time.step_s={dt}")],
+            ))
+        };
+        let ((work_j, coarse_j), (_, fine_j)) = (balance("2e-7"), balance("5e-8"));
+        assert!(coarse_j.abs() < 2e-3 * work_j, "{set}: {coarse_j} J of {work_j} J are lost");
+        // A quarter of the step: first order leaves a quarter, and no more.
+        assert!(fine_j.abs() < 0.35 * coarse_j.abs(), "{set}: {coarse_j} J and {fine_j} J");
+    }
+}
+
+#[test]
+fn single_modes_ring_and_decay_as_5_28_says() {
+    for (mode, damping) in [("1", "0"), ("7", "0.3"), ("19", "0"), ("19", "0.2"), ("19", "1"), ("19", "3")] {
+        let error = |dt: &str| {
+            let plan = plan(
+                "ring-down",
+                &[
+                    "slider.blocks=20",
+                    &format!("initial_velocity.mode={mode}"),
+                    &format!("slider.relative_damping={damping}"),
+                    &format!("time.step_s={dt}"),
+                    "time.duration_s=1e-3",
+                    "recording.sample_s=0",
+                    "recording.window=[]",
+                ],
+            );
+            let shape = analytic::mode_shape(mode.parse().unwrap(), 20);
+            let rate = (plan.stiffness_n_per_m / plan.block_mass_kg).sqrt();
+            let initial = plan.initial.velocity_m_per_s[0];
+            let mut solver = Plain::new(plan.clone());
+            let mut worst: f64 = 0.0;
+            for step in 1..=plan.steps {
+                solver.take_step();
+                let phase = plan.grid.time_s(step) * rate;
+                let theory = analytic::mode_velocity(shape, damping.parse().unwrap(), phase);
+                worst = worst.max((solver.state().velocity_m_per_s[0] / initial - theory).abs());
+            }
+            worst
+        };
+        let (coarse, fine) = (error("4e-7"), error("1e-7"));
+        assert!(fine < 0.01, "mode {mode}, damping {damping}: off by {fine}");
+        assert!((2.5..6.0).contains(&(coarse / fine)), "mode {mode}, damping {damping}: {coarse} and {fine}");
+    }
+}
+
+#[test]
+fn force_in_a_stuck_chain_decays_by_the_discrete_factor() {
+    for ratio in [0.1, 1.0, 10.0] {
+        let plan = plan(
+            "first-precursor",
+            &[
+                &format!("friction.interfacial_stiffness_ratio={ratio}"),
+                "time.step_s=1e-7",
+                "time.duration_s=0.03",
+            ],
+        );
+        let mut solver = Plain::new(plan.clone());
+        for _ in 0..plan.steps {
+            solver.take_step();
+        }
+        let state = solver.state();
+        assert_eq!(state.detached, 0);
+        let decay = analytic::discrete_decay_per_block(ratio);
+        for n in 0..4 {
+            let found = state.tangential_force_n[n + 1] / state.tangential_force_n[n];
+            assert!((found / decay - 1.0).abs() < 0.02, "k_t/k {ratio}, block {}: {found} {decay}", n + 1);
+        }
+        // The friction springs hold the drive, but for the vibration that its start left.
+        let held: f64 = (0..plan.blocks)
+            .map(|n| {
+                plan.friction.interfacial_stiffness_n_per_m
+                    * (state.displacement_m[n] - state.stick_position_m[n])
+            })
+            .sum();
+        let drive = plan.drive.force_n(plan.grid.time_s(plan.steps), state.displacement_m[0]);
+        assert!((held / drive - 1.0).abs() < 5e-3, "{held} N of {drive} N");
+    }
+}
+
+#[test]
+fn blocks_detach_at_their_threshold_and_attach_at_rest() {
+    let plan = plan("ten-blocks", &["normal_load.tilt=0.3", "time.step_s=1e-7", "time.duration_s=2"]);
+    let mut solver = Plain::new(plan.clone());
+    let (mut detached, mut attached) = (0, 0);
+    let mut before = solver.state().clone();
+    for _ in 0..plan.steps {
+        solver.take_step();
+        let now = solver.state();
+        for n in 0..plan.blocks {
+            let tau = now.tangential_force_n[n];
+            let overloaded = tau.abs() >= plan.friction.static_threshold_n[n];
+            let at_rest = now.velocity_m_per_s[n] <= 0.0;
+            let switches = if before.slip[n] == 1.0 { at_rest } else { overloaded };
+            assert_eq!(switches, now.slip[n] != before.slip[n], "block {} at step {}", n + 1, now.step);
+            if switches && now.slip[n] == 1.0 {
+                detached += 1;
+                assert_eq!(now.stick_position_m[n], before.stick_position_m[n]);
+            } else if switches {
+                attached += 1;
+                let kt = plan.friction.interfacial_stiffness_n_per_m;
+                assert_eq!(now.stick_position_m[n], now.displacement_m[n] - tau / kt);
+            }
+        }
+        before.clone_from(now);
+    }
+    assert!(detached > 10 && attached > 10, "{detached} and {attached}");
+}
+
+#[test]
+fn displacements_before_slip_converge_to_first_order_in_dt() {
+    let end = |dt: &str| {
+        let plan = plan(
+            "ten-blocks",
+            &["parameter_set=as-stated", &format!("time.step_s={dt}"), "time.duration_s=2e-3"],
+        );
+        let mut solver = Plain::new(plan.clone());
+        for _ in 0..plan.steps {
+            solver.take_step();
+        }
+        solver.state().displacement_m[0]
+    };
+    let (coarse, middle, fine) = (end("8e-8"), end("4e-8"), end("2e-8"));
+    let ratio = (coarse - middle) / (middle - fine);
+    assert!((1.7..2.3).contains(&ratio), "ratio {ratio}");
+}
+
+#[test]
+fn a_sliding_block_at_zero_velocity_feels_no_friction_and_stays_finite() {
+    let plan = plan("ten-blocks", &["drive.velocity_m_per_s=0"]);
+    let mut solver = Plain::new(plan);
+    let mut state = solver.snapshot();
+    state.slip[4] = 1.0;
+    state.detached = 1;
+    solver.restore(&state);
+    solver.take_step();
+    assert_eq!(solver.state().displacement_m, vec![0.0; 10]);
+    assert_eq!(solver.state().velocity_m_per_s, vec![0.0; 10]);
+    assert_eq!(solver.switched(), [4], "a velocity of zero is at rest");
+}
+
+#[test]
+fn the_two_rules_differ_for_a_block_that_slides_backwards() {
+    let after_one_step = |rule: &str| {
+        let mut solver = Plain::new(plan("ten-blocks", &[&format!("friction.reattach={rule}")]));
+        let mut state = solver.snapshot();
+        state.slip[4] = 1.0;
+        state.detached = 1;
+        state.velocity_m_per_s[4] = -1e-3;
+        solver.restore(&state);
+        solver.take_step();
+        solver.state().slip[4]
+    };
+    assert_eq!(after_one_step("one-way"), 0.0);
+    assert_eq!(after_one_step("two-way"), 1.0);
+}
+
+#[test]
+fn a_restored_state_continues_to_the_bit() {
+    let plan = plan("ten-blocks", &["time.step_s=1e-7", "time.duration_s=1.2", "recording.sample_s=1e-4"]);
+    let whole = records(plan.clone());
+    let mut solver = Plain::new(plan.clone());
+    let half = whole.len() / 2;
+    for _ in 0..half {
+        solver.next_record().unwrap();
+    }
+    // Drain what belongs to the same step, then carry on elsewhere.
+    let snapshot = solver.snapshot();
+    let mut other = Plain::new(plan);
+    other.restore(&snapshot);
+    let rest: Vec<Record> = std::iter::from_fn(|| other.next_record().unwrap()).collect();
+    let expected: Vec<Record> = whole.into_iter().filter(|record| record.step() > snapshot.step).collect();
+    assert!(expected.len() > 1000);
+    assert_eq!(rest, expected);
+}
+
+#[test]
+fn recording_never_changes_the_run() {
+    let switches = |set: &[&str]| {
+        let mut all = vec!["time.step_s=1e-7", "time.duration_s=0.6", "slider.blocks=20"];
+        all.extend(set);
+        records(plan("default", &all))
+            .into_iter()
+            .filter_map(|record| match record {
+                Record::Step(record) if !record.switches.is_empty() => Some(record),
+                _ => None,
+            })
+            .collect::<Vec<_>>()
+    };
+    let often = switches(&["recording.sample_s=1e-6", "recording.fields_s=1e-5"]);
+    let never = switches(&["recording.sample_s=0", "recording.fields_s=0", "recording.event_fields=false"]);
+    let odd = switches(&[
+        "recording.sample_s=7e-7",
+        "recording.window=[{from_s=0.1, to_s=0.3, every_s=3e-6, first_block=2, last_block=5}]",
+    ]);
+    assert!(often.len() > 20);
+    assert_eq!(often, never);
+    assert_eq!(often, odd);
+}
+
+#[test]
+fn records_hold_every_onset_and_end_and_the_cadences() {
+    let plan = plan(
+        "ten-blocks",
+        &[
+            "time.step_s=1e-7",
+            "time.duration_s=0.9",
+            "recording.sample_s=1e-3",
+            "recording.fields_s=0.1",
+            "recording.window=[{from_s=0.2, to_s=0.2001, every_s=1e-5, first_block=3, last_block=4}]",
+        ],
+    );
+    let records = records(plan);
+    let steps: Vec<_> = records
+        .iter()
+        .filter_map(|record| if let Record::Step(record) = record { Some(record) } else { None })
+        .collect();
+    let samples = steps.iter().filter(|record| record.step % 10_000 == 0).count();
+    assert_eq!(samples, 900);
+    assert_eq!(steps.last().unwrap().step, 9_000_000);
+    assert!(steps.windows(2).all(|pair| pair[0].step < pair[1].step));
+    // Every detachment out of stillness is followed by a record of the next step.
+    for pair in steps.windows(2) {
+        let detaches = pair[0].switches.iter().any(|switch| switch.direction == Direction::Detach);
+        if pair[0].sliding == 0 && detaches {
+            assert_eq!(pair[1].step, pair[0].step + 1);
+            assert!(pair[1].sliding > 0);
+        }
+    }
+    let fields: Vec<u64> = records
+        .iter()
+        .filter_map(|record| if let Record::Fields(record) = record { Some(record.step) } else { None })
+        .collect();
+    assert_eq!(fields.iter().filter(|step| *step % 1_000_000 == 0).count(), 10, "0, 0.1, ... 0.9 s");
+    assert!(fields.len() > 10, "and the edges of events");
+    let windows = records.iter().filter(|record| matches!(record, Record::Window(_))).count();
+    assert_eq!(windows, 11);
+}
+
+#[test]
+fn a_run_that_overflows_says_where() {
+    let plan = plan("ten-blocks", &["drive.velocity_m_per_s=1e308", "time.duration_s=1e-3"]);
+    let mut solver = Plain::new(plan);
+    let error = loop {
+        match solver.next_record() {
+            Ok(Some(_)) => {}
+            Ok(None) => panic!("an overflow must not pass unseen"),
+            Err(error) => break error.to_string(),
+        }
+    };
+    assert!(error.contains("no longer finite after step"), "{error}");
+}

@@ -1,0 +1,139 @@
+//! Order, backpressure and failures of a stream, whatever the scheduling.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use asperity_detect::Detector;
+use asperity_record::{Event, EventKind, Onset, Record, StepRecord};
+use asperity_stream::{Item, StreamError, run};
+
+fn step(step: u64) -> Record {
+    Record::Step(StepRecord {
+        step,
+        time_s: step as f64,
+        driving_force_n: 0.0,
+        normal_load_n: 1.0,
+        sliding: 0,
+        switches: Vec::new(),
+    })
+}
+
+/// Emits an event for every tenth record, and one when the run is over.
+struct Tenth(u64);
+
+impl Detector for Tenth {
+    fn name(&self) -> &'static str {
+        "tenth"
+    }
+
+    fn emits(&self) -> EventKind {
+        EventKind::of::<Onset>()
+    }
+
+    fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
+        if record.step % 10 == self.0 {
+            emit(Event { topic: "/events/tenth".to_owned(), payload: format!("{} {}", self.0, record.step) });
+        }
+    }
+
+    fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
+        emit(Event { topic: "/events/tenth".to_owned(), payload: format!("{} over", self.0) });
+    }
+}
+
+fn source(steps: u64) -> impl FnMut() -> Result<Option<Record>, String> + Send {
+    let mut next = 0;
+    move || {
+        next += 1;
+        Ok((next <= steps).then(|| step(next)))
+    }
+}
+
+fn detectors() -> Vec<Box<dyn Detector>> {
+    vec![Box::new(Tenth(0)), Box::new(Tenth(0)), Box::new(Tenth(3))]
+}
+
+#[test]
+fn events_follow_their_record_in_the_order_of_the_detectors() {
+    let collect = |pause: Duration| {
+        let mut seen = Vec::new();
+        run(source(1000), detectors(), |item| {
+            if seen.len() % 97 == 0 {
+                std::thread::sleep(pause);
+            }
+            seen.push(item);
+            Ok::<(), String>(())
+        })
+        .unwrap();
+        seen
+    };
+    let seen = collect(Duration::ZERO);
+    assert_eq!(seen.len(), 1000 + 300 + 3);
+    let mut last = 0;
+    for item in &seen[..1300] {
+        match item {
+            Item::Record(record) => {
+                assert_eq!(record.step(), last + 1);
+                last = record.step();
+            }
+            Item::Event(event) => assert!(event.payload.ends_with(&format!(" {last}"))),
+        }
+    }
+    assert!(matches!(&seen[1302], Item::Event(event) if event.payload == "3 over"));
+    assert_eq!(collect(Duration::from_millis(2)), seen, "a slow sink sees the same");
+}
+
+#[test]
+fn a_slow_sink_holds_the_source_back() {
+    static MADE: AtomicU64 = AtomicU64::new(0);
+    let mut next = 0;
+    let mut seen = 0;
+    run(
+        || {
+            next += 1;
+            MADE.store(next, Ordering::SeqCst);
+            Ok::<_, String>((next <= 2000).then(|| step(next)))
+        },
+        Vec::new(),
+        |_| {
+            if seen == 500 {
+                std::thread::sleep(Duration::from_millis(200));
+                let ahead = MADE.load(Ordering::SeqCst) - 500;
+                assert!(ahead < 200, "the source is {ahead} records ahead");
+            }
+            seen += 1;
+            Ok::<(), String>(())
+        },
+    )
+    .unwrap();
+    assert_eq!(seen, 2000);
+}
+
+#[test]
+fn a_failing_sink_stops_the_run_with_its_own_error() {
+    let mut seen = 0;
+    let outcome = run(source(u64::MAX - 1), detectors(), |_| {
+        seen += 1;
+        if seen == 300 { Err("disk full".to_owned()) } else { Ok(()) }
+    });
+    assert_eq!(outcome, Err(StreamError::Sink("disk full".to_owned())));
+}
+
+#[test]
+fn a_failing_source_is_reported_and_closes_no_event() {
+    let mut next = 0;
+    let mut over = 0;
+    let outcome = run(
+        || {
+            next += 1;
+            if next < 50 { Ok(Some(step(next))) } else { Err("overflow") }
+        },
+        detectors(),
+        |item| {
+            over += usize::from(matches!(item, Item::Event(event) if event.payload.ends_with("over")));
+            Ok::<(), String>(())
+        },
+    );
+    assert_eq!(outcome, Err(StreamError::Source("overflow")));
+    assert_eq!(over, 0);
+}

@@ -126,7 +126,11 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>]) -> String {
         count("differs"),
         count("not reached")
     );
-    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.4}"));
+    let number = |value: Option<f64>| match value {
+        None => "-".to_owned(),
+        Some(value) if value != 0.0 && value.abs() < 1e-3 => format!("{value:.1e}"),
+        Some(value) => format!("{value:.4}"),
+    };
     let signed = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:+.4}"));
     for outcome in outcomes {
         let claim = outcome.claim;

@@ -37,13 +37,13 @@ impl Figure for Damping {
             let (marker, dash, color) = nth(index);
             longest = points.iter().fold(longest, |longest, (phase, ..)| longest.max(*phase));
             series.push(Series {
-                label: format!("{}, eq. (5.28)", labelled.label),
+                label: labelled.label.clone(),
                 points: points.iter().map(|&(phase, _, theory)| (phase, theory)).collect(),
                 look: Look::Line(dash, color),
             });
             let every = points.len().div_ceil(MARKS).max(1);
             series.push(Series {
-                label: format!("{}, simulated", labelled.label),
+                label: labelled.label.clone(),
                 points: points.iter().step_by(every).map(|&(phase, ours, _)| (phase, ours)).collect(),
                 look: Look::Marks(marker, color),
             });
@@ -54,6 +54,7 @@ impl Figure for Damping {
             y: Axis::new("v_1(t)/v_1(0)", -1.1, 2.6),
             series,
             legend: Corner::TopRight,
+            note: "marks: simulated, lines: eq. (5.28)".to_owned(),
         })))
     }
 }

@@ -35,7 +35,7 @@ impl Figure for Front {
         let friction = &run.plan.friction;
         let level = |mu: f64| vec![(0.0, mu), (last, mu)];
         let lowest = profile.iter().fold(0.0f64, |low, ratio| low.min(*ratio)) - 0.05;
-        let highest = friction.static_coefficient * 1.35;
+        let highest = friction.static_coefficient * 1.6;
         let tip = f64::from(slip.last_block) + 0.5;
         Ok(Sheet::Single(Box::new(Panel {
             title: String::new(),
@@ -64,6 +64,7 @@ impl Figure for Front {
                 },
             ],
             legend: Corner::TopRight,
+            note: String::new(),
         })))
     }
 }

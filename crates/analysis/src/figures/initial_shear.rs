@@ -37,13 +37,13 @@ impl Figure for InitialShear {
             let beta = run.scenario.initial_shear.beta;
             largest = largest.max(beta.abs());
             series.push(Series {
-                label: format!("{}, eq. (5.50)", labelled.label),
+                label: labelled.label.clone(),
                 points: vec![(0.0, -beta), (1.0, beta)],
                 look: Look::Line(dash, color),
             });
             let x = |n: usize| n as f64 * run.plan.spacing_m / run.plan.length_m;
             series.push(Series {
-                label: format!("{}, set up", labelled.label),
+                label: labelled.label.clone(),
                 points: fields
                     .tangential_force_n
                     .iter()
@@ -58,9 +58,10 @@ impl Figure for InitialShear {
         Ok(Sheet::Single(Box::new(Panel {
             title: String::new(),
             x: Axis::new("x/L", 0.0, 1.0),
-            y: Axis::new("τ_0/p", -1.15 * largest, 1.5 * largest),
+            y: Axis::new("τ_0/p", -1.15 * largest, 1.15 * largest),
             series,
             legend: Corner::TopLeft,
+            note: "marks: set up, lines: eq. (5.50)".to_owned(),
         })))
     }
 }

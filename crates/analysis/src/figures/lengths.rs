@@ -53,16 +53,8 @@ impl Figure for Lengths {
                 .map(|point| (point.ft_fn, point.lp_l))
                 .collect();
             longest = law.iter().chain(&points).fold(longest, |longest, (load, _)| longest.max(*load));
-            series.push(Series {
-                label: format!("{}, simulated", labelled.label),
-                points,
-                look: Look::Marks(marker, color),
-            });
-            series.push(Series {
-                label: format!("{}, eq. ({})", labelled.label, self.law.equation()),
-                points: law,
-                look: Look::Line(dash, color),
-            });
+            series.push(Series { label: labelled.label.clone(), points, look: Look::Marks(marker, color) });
+            series.push(Series { label: labelled.label.clone(), points: law, look: Look::Line(dash, color) });
         }
         // Curves first, so that marks lie on top of them.
         let mut drawn = series.clone();
@@ -73,6 +65,7 @@ impl Figure for Lengths {
             y: Axis::new("L_p/L", 0.0, 1.08),
             series: drawn,
             legend: Corner::BottomRight,
+            note: format!("marks: simulated, lines: eq. ({})", self.law.equation()),
         })))
     }
 }

@@ -58,6 +58,7 @@ impl Figure for Load {
                 Series { label: "F_X/F_N".to_owned(), points: load, look: Look::Line(Dash::Solid, INK) },
             ],
             legend: Corner::BottomRight,
+            note: String::new(),
         };
         if !self.sliding {
             return Ok(Sheet::Single(Box::new(upper)));
@@ -73,6 +74,7 @@ impl Figure for Load {
                 look: Look::Impulses(INK),
             }],
             legend: Corner::TopLeft,
+            note: String::new(),
         };
         Ok(Sheet::Stacked(Box::new([upper, lower])))
     }

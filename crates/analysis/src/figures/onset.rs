@@ -97,6 +97,7 @@ impl Onset {
             },
             series,
             legend: Corner::TopRight,
+            note: String::new(),
         })
     }
 }

@@ -108,6 +108,8 @@ pub(super) struct Panel {
     pub(super) y: Axis,
     pub(super) series: Vec<Series>,
     pub(super) legend: Corner,
+    /// Stands above the legend, as in "lines: eq. (5.22)"; may be empty.
+    pub(super) note: String,
 }
 
 /// Panels on one picture.
@@ -247,10 +249,19 @@ impl Panel {
         const ROW: i32 = 62;
         const SAMPLE: i32 = 110;
         const PAD: i32 = 28;
-        let named: Vec<&Series> = self.series.iter().filter(|series| !series.label.is_empty()).collect();
-        let widths = named.iter().map(|series| text::label_width(root, &series.label, TICK_TEXT));
+        // Series of one label share a row: marks on their line.
+        let mut rows: Vec<&str> = Vec::new();
+        for series in &self.series {
+            if !series.label.is_empty() && !rows.contains(&series.label.as_str()) {
+                rows.push(&series.label);
+            }
+        }
+        let note_rows = i32::from(!self.note.is_empty());
+        let widths = rows.iter().map(|label| text::label_width(root, label, TICK_TEXT));
         let widest = widths.collect::<Result<Vec<i32>, String>>()?.into_iter().max().unwrap_or(0);
-        let (width, height) = (SAMPLE + PAD + widest, ROW * named.len() as i32);
+        let note_width = text::label_width(root, &self.note, TICK_TEXT)?;
+        let width = (SAMPLE + PAD + widest).max(note_width);
+        let height = ROW * (rows.len() as i32 + note_rows);
         let left = match self.legend {
             Corner::TopLeft => low.0 + PAD,
             Corner::TopRight | Corner::BottomRight => high.0 - PAD - width,
@@ -259,18 +270,18 @@ impl Panel {
             Corner::TopLeft | Corner::TopRight => low.1 + PAD / 2,
             Corner::BottomRight => high.1 - PAD / 2 - height,
         };
-        for (row, series) in named.iter().enumerate() {
-            let y = top + ROW * row as i32 + ROW / 2;
-            match series.look {
-                Look::Line(dash, color) => {
-                    stroke(root, vec![(left, y), (left + SAMPLE, y)], dash, color, LINE_WIDTH)?;
-                }
-                Look::Marks(marker, color) => mark(root, (left + SAMPLE / 2, y), marker, color)?,
-                Look::Impulses(color) => {
-                    stroke(root, vec![(left, y), (left + SAMPLE, y)], Dash::Solid, color, LINE_WIDTH)?;
+        text::draw(root, &self.note, (left, top + ROW / 2), TICK_TEXT, Align::Left, false)?;
+        for (row, label) in rows.iter().enumerate() {
+            let y = top + ROW * (row as i32 + note_rows) + ROW / 2;
+            for series in self.series.iter().filter(|series| series.label == *label) {
+                let line = vec![(left, y), (left + SAMPLE, y)];
+                match series.look {
+                    Look::Line(dash, color) => stroke(root, line, dash, color, LINE_WIDTH)?,
+                    Look::Marks(marker, color) => mark(root, (left + SAMPLE / 2, y), marker, color)?,
+                    Look::Impulses(color) => stroke(root, line, Dash::Solid, color, LINE_WIDTH)?,
                 }
             }
-            text::draw(root, &series.label, (left + SAMPLE + PAD, y), TICK_TEXT, Align::Left, false)?;
+            text::draw(root, label, (left + SAMPLE + PAD, y), TICK_TEXT, Align::Left, false)?;
         }
         Ok(())
     }
@@ -352,7 +363,7 @@ fn mark(root: &Area<'_>, (x, y): (i32, i32), marker: Marker, color: RGBColor) ->
         }
     };
     root.draw(&Polygon::new(outline.clone(), WHITE.filled())).map_err(|error| error.to_string())?;
-    let closed = outline.iter().chain(&outline[..2]).copied().collect();
+    let closed = outline.iter().chain(&outline[..1]).copied().collect();
     stroke(root, closed, Dash::Solid, color, LINE_WIDTH)
 }
 

@@ -1,1 +1,63 @@
-fn main() {}
+//! `cargo xtask`: everything about this workspace that takes more than one
+//! command. It drives cargo and the built `asperity` binary and links neither.
+
+#![expect(
+    clippy::print_stderr,
+    reason = "stdout belongs to the commands that are run; xtask speaks on stderr"
+)]
+
+mod ci;
+mod clients;
+mod reproduce;
+mod test;
+mod workspace;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use workspace::Failure;
+
+/// Automation of the Asperity workspace.
+#[derive(Debug, Parser)]
+#[command(
+    name = "cargo xtask",
+    bin_name = "cargo xtask",
+    after_help = "\
+Examples:
+  cargo xtask reproduce-chapter5
+  cargo xtask test
+  cargo xtask ci"
+)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Make the runs, tables, figures and claims of chapter 5.
+    #[command(name = "reproduce-chapter5")]
+    ReproduceChapter5(reproduce::ReproduceArguments),
+    /// Set up the Python clients of the run log and run all tests.
+    Test(test::TestArguments),
+    /// Check everything that a change must pass.
+    Ci(ci::CiArguments),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Arguments::parse().command {
+        Command::ReproduceChapter5(arguments) => reproduce::command(&arguments),
+        Command::Test(arguments) => test::command(&arguments),
+        Command::Ci(arguments) => ci::command(&arguments),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        // A command that ran and failed has said why.
+        Err(Failure::Exit { code, .. }) => ExitCode::from(code),
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}

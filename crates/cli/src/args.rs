@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use asperity_simulator::SolverKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// Precursors to frictional sliding: simulate, detect, log, reduce, draw.
@@ -76,6 +77,40 @@ pub(crate) struct RunArguments {
     /// The log to write; must not exist.
     #[arg(long, value_name = "RUN.mcap")]
     pub(crate) out: PathBuf,
+    /// Which solver takes the steps; both give the same events.
+    #[arg(long, value_enum, default_value = "fast")]
+    pub(crate) solver: SolverChoice,
+    /// Say on stderr what the run was made of.
+    #[arg(long)]
+    pub(crate) stats: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SolverChoice {
+    /// Many steps at once wherever it is certain that no block switches.
+    Fast,
+    /// Every step, as the equations read.
+    Plain,
+}
+
+#[cfg(feature = "analysis")]
+impl SolverChoice {
+    /// The solver's name in run headers.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            SolverChoice::Fast => "fast",
+            SolverChoice::Plain => "plain",
+        }
+    }
+}
+
+impl From<SolverChoice> for SolverKind {
+    fn from(choice: SolverChoice) -> SolverKind {
+        match choice {
+            SolverChoice::Fast => SolverKind::Fast,
+            SolverChoice::Plain => SolverKind::Plain,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -148,6 +183,9 @@ pub(crate) struct ReproduceArguments {
     /// Make every run anew.
     #[arg(long)]
     pub(crate) fresh: bool,
+    /// Which solver takes the steps; both give the same events.
+    #[arg(long, value_enum, default_value = "fast")]
+    pub(crate) solver: SolverChoice,
     /// How many runs go on at once [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<std::num::NonZeroUsize>,

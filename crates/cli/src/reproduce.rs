@@ -14,7 +14,7 @@ use asperity_model::analytic::LengthLaw;
 use asperity_model::{Plan, Scenario};
 use asperity_runlog::{RunReader, Topics};
 
-use crate::args::{ReduceArguments, ReproduceArguments};
+use crate::args::{ReduceArguments, ReproduceArguments, SolverChoice};
 use crate::exit::Failure;
 use crate::progress::Board;
 use crate::{run, scenario};
@@ -69,7 +69,7 @@ pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
     create_folder(&runs_folder)?;
     let board = Board::new();
     let (done, mut missing): (Vec<Job>, Vec<Job>) =
-        jobs.into_iter().partition(|job| !arguments.fresh && is_done(&runs_folder, job));
+        jobs.into_iter().partition(|job| !arguments.fresh && is_done(&runs_folder, job, arguments.solver));
     if !done.is_empty() {
         board.line(&format!("{} runs are there already", done.len()));
     }
@@ -77,7 +77,7 @@ pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
     missing.sort_by_key(|job| std::cmp::Reverse(cost(&job.scenario)));
     let workers =
         arguments.jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
-    make_runs(&missing, &runs_folder, workers, &board)?;
+    make_runs(&missing, &runs_folder, arguments.solver, workers, &board)?;
 
     board.line("reducing and drawing");
     pipeline.reduce(&runs_folder, &arguments.out).map_err(Failure::failed)?;
@@ -91,11 +91,14 @@ fn cost(scenario: &Scenario) -> u64 {
 }
 
 /// Whether a whole log of this scenario, made by this code, is there.
-fn is_done(folder: &Path, job: &Job) -> bool {
+fn is_done(folder: &Path, job: &Job, solver: SolverChoice) -> bool {
     let path = folder.join(format!("{}.mcap", job.name));
     let Ok(mut reader) = RunReader::open(&path, Topics::EVENTS) else { return false };
     let header = reader.header();
-    if header.scenario_hash != job.scenario.hash() || header.code_version != run::CODE_VERSION {
+    let same = header.scenario_hash == job.scenario.hash()
+        && header.code_version == run::CODE_VERSION
+        && header.solver == solver.name();
+    if !same {
         return false;
     }
     loop {
@@ -109,11 +112,18 @@ fn is_done(folder: &Path, job: &Job) -> bool {
 
 /// Makes the runs, several at once. The first failure keeps those that have not
 /// started from starting.
-fn make_runs(jobs: &[Job], folder: &Path, workers: usize, board: &Board) -> Result<(), Failure> {
+fn make_runs(
+    jobs: &[Job],
+    folder: &Path,
+    solver: SolverChoice,
+    workers: usize,
+    board: &Board,
+) -> Result<(), Failure> {
     let next = AtomicUsize::new(0);
     let work = || {
         while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            make_run(job, folder, board).inspect_err(|_| next.store(jobs.len(), Ordering::Relaxed))?;
+            make_run(job, folder, solver, board)
+                .inspect_err(|_| next.store(jobs.len(), Ordering::Relaxed))?;
         }
         Ok(())
     };
@@ -127,7 +137,7 @@ fn make_runs(jobs: &[Job], folder: &Path, workers: usize, board: &Board) -> Resu
     })
 }
 
-fn make_run(job: &Job, folder: &Path, board: &Board) -> Result<(), Failure> {
+fn make_run(job: &Job, folder: &Path, solver: SolverChoice, board: &Board) -> Result<(), Failure> {
     let path = folder.join(format!("{}.mcap", job.name));
     // What stands there was found to be of another scenario or code, or damaged.
     match fs::remove_file(&path) {
@@ -136,8 +146,8 @@ fn make_run(job: &Job, folder: &Path, board: &Board) -> Result<(), Failure> {
         }
         _ => {}
     }
-    run::execute(&job.scenario, &path, board, &job.name)
-        .map(|_end| ())
+    run::execute(&job.scenario, &path, solver.into(), board, &job.name)
+        .map(|_counters| ())
         .map_err(|error| Failure::Failed(format!("run {}: {error}", job.name)))
 }
 

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use asperity_model::{Plan, Scenario};
-use asperity_record::{EventKind, RECORD_SCHEMA_VERSION, RunEnd, RunHeader};
+use asperity_record::{EventKind, RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_runlog::{RunWriter, WriteError};
-use asperity_simulator::{Plain, SimulationError, Solver};
+use asperity_simulator::{Counters, SimulationError, SolverKind};
 use asperity_stream::{Item, StreamError};
 
 use crate::args::RunArguments;
@@ -24,7 +24,12 @@ pub(crate) fn command(arguments: &RunArguments) -> Result<(), Failure> {
             arguments.out.display()
         )));
     }
-    execute(&scenario, &arguments.out, &Board::new(), &scenario.name).map_err(Failure::failed)?;
+    let board = Board::new();
+    let counters = execute(&scenario, &arguments.out, arguments.solver.into(), &board, &scenario.name)
+        .map_err(Failure::failed)?;
+    if arguments.stats {
+        board.line(&format!("{counters:#?}"));
+    }
     Ok(())
 }
 
@@ -59,15 +64,17 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
     }
 }
 
-/// Runs a scenario and logs it to `out`, which must not exist.
+/// Runs a scenario and logs it to `out`, which must not exist; what the run was
+/// made of.
 pub(crate) fn execute(
     scenario: &Scenario,
     out: &Path,
+    solver: SolverKind,
     board: &Board,
     name: &str,
-) -> Result<RunEnd, RunError> {
+) -> Result<Counters, RunError> {
     let plan = Plan::new(scenario);
-    let mut solver = Plain::new(plan.clone());
+    let mut solver = solver.start(plan.clone());
     let header = header(scenario, &plan, solver.name());
     let detectors = detectors::all(&header);
     let kinds: Vec<EventKind> = detectors.iter().map(|detector| detector.emits()).collect();
@@ -90,7 +97,7 @@ pub(crate) fn execute(
         StreamError::Source(error) => RunError::from(error),
         StreamError::Sink(error) => RunError::from(error),
     })?;
-    let end = writer.finish()?;
+    writer.finish()?;
     progress.finish();
-    Ok(end)
+    Ok(solver.counters())
 }

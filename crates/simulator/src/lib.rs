@@ -5,19 +5,50 @@
 //! thread, so that the same plan gives the same records wherever it runs.
 //!
 //! [`Plain`] takes every step and reads like the equations; it is the oracle
-//! that any faster solver is held against.
+//! that [`Fast`] is held against, which computes the same discrete trajectory for
+//! a cost that follows the switches: certified windows ([`window`]) where no block
+//! switches, certified jumps ([`jump`], [`modes`]) where all are stuck, plain steps
+//! in between.
 
+mod counters;
+mod fast;
+mod jump;
+mod modes;
 mod plain;
 mod recorder;
 mod state;
 mod sweep;
+mod window;
 
+pub use counters::Counters;
+pub use fast::Fast;
 pub use plain::Plain;
 pub use state::ChainState;
 
+use asperity_model::Plan;
 use asperity_record::Record;
 
-/// A solver of a [`Plan`](asperity_model::Plan).
+/// Which solver is to take the steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SolverKind {
+    /// [`Fast`].
+    #[default]
+    Fast,
+    /// [`Plain`].
+    Plain,
+}
+
+impl SolverKind {
+    /// A solver of this kind at the start of a plan.
+    pub fn start(self, plan: Plan) -> Box<dyn Solver> {
+        match self {
+            SolverKind::Fast => Box::new(Fast::new(plan)),
+            SolverKind::Plain => Box::new(Plain::new(plan)),
+        }
+    }
+}
+
+/// A solver of a [`Plan`].
 pub trait Solver: Send {
     /// The solver's name in run headers and on the command line.
     fn name(&self) -> &'static str;
@@ -35,6 +66,9 @@ pub trait Solver: Send {
     /// The whole state, to the bit: a solver that restores it yields the same
     /// records from there on.
     fn snapshot(&self) -> ChainState;
+
+    /// What the steps up to now were made of.
+    fn counters(&self) -> Counters;
 
     /// Continues from a state. Records not yet handed out are dropped.
     ///

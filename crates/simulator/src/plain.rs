@@ -18,7 +18,7 @@ use asperity_record::Record;
 use crate::recorder::Recorder;
 use crate::state::ChainState;
 use crate::sweep::{Blocks, Constants, Sweeps, comes_to_rest};
-use crate::{SimulationError, Solver};
+use crate::{Counters, SimulationError, Solver};
 
 /// The solver that takes every step.
 #[derive(Debug, Clone)]
@@ -31,6 +31,7 @@ pub struct Plain {
     new_velocity_m_per_s: Vec<f64>,
     /// The blocks that switched in the last step, counted from 0, ascending.
     switched: Vec<usize>,
+    counters: Counters,
 }
 
 impl Plain {
@@ -39,12 +40,25 @@ impl Plain {
         let state = ChainState::initial(&plan);
         let recorder = Recorder::new(&plan, &state);
         let new_velocity_m_per_s = vec![0.0; plan.blocks];
-        Plain { plan, state, recorder, sweeps: Sweeps::detect(), new_velocity_m_per_s, switched: Vec::new() }
+        Plain {
+            plan,
+            state,
+            recorder,
+            sweeps: Sweeps::detect(),
+            new_velocity_m_per_s,
+            switched: Vec::new(),
+            counters: Counters::default(),
+        }
     }
 
     /// The state after the last step taken.
     pub fn state(&self) -> &ChainState {
         &self.state
+    }
+
+    /// The same, for a solver that takes many steps at once.
+    pub(crate) fn state_mut(&mut self) -> &mut ChainState {
+        &mut self.state
     }
 
     /// The blocks that switched in the last step, counted from 0.
@@ -62,6 +76,8 @@ impl Plain {
         if any_switch {
             self.switch_blocks();
         }
+        self.counters.plain_steps += 1;
+        self.counters.switches += self.switched.len() as u64;
         std::mem::swap(&mut self.state.velocity_m_per_s, &mut self.new_velocity_m_per_s);
         driving_force_n
     }
@@ -144,6 +160,10 @@ impl Solver for Plain {
 
     fn step(&self) -> u64 {
         self.state.step
+    }
+
+    fn counters(&self) -> Counters {
+        self.counters
     }
 
     fn snapshot(&self) -> ChainState {

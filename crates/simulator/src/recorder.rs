@@ -28,6 +28,11 @@ impl Recorder {
         self.ready.pop_front()
     }
 
+    /// The next step at which a cadence, or the end of the run, asks for a record.
+    pub(crate) fn due_step(&self) -> u64 {
+        self.due_step
+    }
+
     /// Whether a cadence asks for a record of this step.
     pub(crate) fn is_due(&self, step: u64) -> bool {
         step == self.due_step
@@ -78,13 +83,16 @@ fn is_on_cadence(every: u64, step: u64) -> bool {
 }
 
 /// The first step after `step` at which a cadence or the end of the run asks
-/// for a record.
+/// for a record; behind the end there is none.
 fn next_due(plan: &Plan, step: u64) -> u64 {
+    if step >= plan.steps {
+        return u64::MAX;
+    }
     let recording = &plan.recording;
     let cadences = [recording.sample_every_steps, recording.fields_every_steps];
     let on_cadence = cadences.into_iter().filter(|&every| every > 0).map(|every| (step / every + 1) * every);
     let in_window = recording.windows.iter().filter_map(|window| next_in_window(window, step));
-    on_cadence.chain(in_window).chain([plan.steps.max(step)]).min().unwrap_or(plan.steps)
+    on_cadence.chain(in_window).chain([plan.steps]).min().unwrap_or(plan.steps)
 }
 
 /// The first step of a window after `step`, if there is one.

@@ -81,6 +81,42 @@ impl Sweeps {
         /// Friction, new velocities and positions (4.13, 4.14); whether any block switches.
         advance(u: &mut [f64], v_new: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
     }
+
+    dispatch! {
+        /// The difference behind `u, v` of a chain without forcing, from its `tau`:
+        /// `v' = (tau - spring u) dt / m`, `u' = (v + v') dt`.
+        differentiate(
+            u_next: &mut [f64],
+            v_next: &mut [f64],
+            u: &[f64],
+            v: &[f64],
+            tau: &[f64],
+            spring: &[f64],
+            dt: f64,
+            dt_over_m: f64
+        )
+    }
+
+    dispatch! {
+        /// Matrix times vector, the matrix column by column, columns added in
+        /// ascending order.
+        multiply(product: &mut [f64], matrix: &[f64], vector: &[f64])
+    }
+
+    dispatch! {
+        /// The largest magnitude.
+        largest(values: &[f64]) -> f64
+    }
+
+    dispatch! {
+        /// `sum_j coefficient_j |term_j|`, the highest first.
+        combine_magnitudes(sum: &mut [f64], terms: &[f64], coefficients: &[f64])
+    }
+
+    dispatch! {
+        /// `sum_j coefficient_j term_j`, the highest first; the terms one after the other.
+        combine(sum: &mut [f64], terms: &[f64], coefficients: &[f64])
+    }
 }
 
 /// What the new velocities and positions depend on, one value per block.
@@ -137,6 +173,92 @@ fn advance(u: &mut [f64], v_new: &mut [f64], old: &Blocks<'_>, constants: &Const
         any_switch |= if slides { comes_to_rest(v[n], v_new[n], two_way) } else { detaches };
     }
     any_switch
+}
+
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "slices that must be known not to overlap")]
+fn differentiate(
+    u_next: &mut [f64],
+    v_next: &mut [f64],
+    u: &[f64],
+    v: &[f64],
+    tau: &[f64],
+    spring: &[f64],
+    dt: f64,
+    dt_over_m: f64,
+) {
+    let blocks = u_next.len();
+    let (v_next, u, v) = (&mut v_next[..blocks], &u[..blocks], &v[..blocks]);
+    let (tau, spring) = (&tau[..blocks], &spring[..blocks]);
+    for n in 0..blocks {
+        v_next[n] = (tau[n] - spring[n] * u[n]) * dt_over_m;
+        u_next[n] = (v[n] + v_next[n]) * dt;
+    }
+}
+
+#[inline(always)]
+fn combine(sum: &mut [f64], terms: &[f64], coefficients: &[f64]) {
+    let blocks = sum.len();
+    sum.fill(0.0);
+    for (j, &coefficient) in coefficients.iter().enumerate().rev() {
+        let term = &terms[j * blocks..(j + 1) * blocks];
+        for n in 0..blocks {
+            sum[n] += coefficient * term[n];
+        }
+    }
+}
+
+#[inline(always)]
+fn combine_magnitudes(sum: &mut [f64], terms: &[f64], coefficients: &[f64]) {
+    let blocks = sum.len();
+    sum.fill(0.0);
+    for (j, &coefficient) in coefficients.iter().enumerate().rev() {
+        let term = &terms[j * blocks..(j + 1) * blocks];
+        for n in 0..blocks {
+            sum[n] += coefficient * term[n].abs();
+        }
+    }
+}
+
+#[inline(always)]
+fn multiply(product: &mut [f64], matrix: &[f64], vector: &[f64]) {
+    let size = product.len();
+    product.fill(0.0);
+    let mut columns = matrix.chunks_exact(4 * size);
+    let mut entries = vector.chunks_exact(4);
+    for (four, x) in columns.by_ref().zip(entries.by_ref()) {
+        let (a, rest) = four.split_at(size);
+        let (b, rest) = rest.split_at(size);
+        let (c, d) = rest.split_at(size);
+        let d = &d[..size];
+        for n in 0..size {
+            product[n] = (((product[n] + x[0] * a[n]) + x[1] * b[n]) + x[2] * c[n]) + x[3] * d[n];
+        }
+    }
+    for (column, x) in columns.remainder().chunks_exact(size).zip(entries.remainder()) {
+        for n in 0..size {
+            product[n] += x * column[n];
+        }
+    }
+}
+
+#[inline(always)]
+fn largest(values: &[f64]) -> f64 {
+    // Lanes of their own, so that the compiler may keep them in one register;
+    // the largest is the same in whatever order it is found.
+    let mut lanes = [0.0f64; 8];
+    let chunks = values.chunks_exact(8);
+    let rest = chunks
+        .remainder()
+        .iter()
+        .fold(0.0, |max: f64, value| if value.abs() > max { value.abs() } else { max });
+    for chunk in chunks {
+        for lane in 0..8 {
+            let value = chunk[lane].abs();
+            lanes[lane] = if value > lanes[lane] { value } else { lanes[lane] };
+        }
+    }
+    lanes.into_iter().fold(rest, f64::max)
 }
 
 /// The sign of a velocity; 0 for 0, where `v / |v|` would be no number.

@@ -50,7 +50,7 @@ impl Figure for Front {
                 Series {
                     label: "μ_k".to_owned(),
                     points: level(friction.dynamic_coefficient),
-                    look: Look::Line(Dash::DashDot, RED),
+                    look: Look::Line(Dash::DotDashed, RED),
                 },
                 Series {
                     label: format!("front, block {}", slip.last_block),

@@ -53,7 +53,9 @@ impl Figure for Load {
                     label: "μ_s".to_owned(), points: level(mu_s), look: Look::Line(Dash::Dashed, BLUE)
                 },
                 Series {
-                    label: "μ_k".to_owned(), points: level(mu_d), look: Look::Line(Dash::DashDot, RED)
+                    label: "μ_k".to_owned(),
+                    points: level(mu_d),
+                    look: Look::Line(Dash::DotDashed, RED),
                 },
                 Series { label: "F_X/F_N".to_owned(), points: load, look: Look::Line(Dash::Solid, INK) },
             ],

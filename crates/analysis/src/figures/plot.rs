@@ -30,7 +30,7 @@ pub(super) fn nth(index: usize) -> (Marker, Dash, RGBColor) {
         (Marker::Circle, Dash::Solid, INK),
         (Marker::Triangle, Dash::Dashed, BLUE),
         (Marker::Square, Dash::Dotted, RED),
-        (Marker::Cross, Dash::DashDot, GREY),
+        (Marker::Cross, Dash::DotDashed, GREY),
     ];
     LOOKS[index % LOOKS.len()]
 }
@@ -40,7 +40,7 @@ pub(super) enum Dash {
     Solid,
     Dashed,
     Dotted,
-    DashDot,
+    DotDashed,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -207,7 +207,7 @@ impl Panel {
         text::draw(
             root,
             &self.title,
-            (center, top + title_height as i32 / 2 + 10),
+            (center, top + title_height / 2 + 10),
             LABEL_TEXT,
             Align::Center,
             false,
@@ -301,7 +301,7 @@ fn stroke(
         }
         Dash::Dashed => &[26.0, 16.0],
         Dash::Dotted => &[6.0, 12.0],
-        Dash::DashDot => &[40.0, 12.0, 6.0, 12.0],
+        Dash::DotDashed => &[40.0, 12.0, 6.0, 12.0],
     };
     for piece in dashes(&path, pattern) {
         root.draw(&PathElement::new(piece, style)).map_err(|error| error.to_string())?;

@@ -1,0 +1,243 @@
+//! What the command says and how it exits: 0 for success, 1 for what could not
+//! be done, 2 for bad input, upon which nothing is written.
+
+#[path = "support/binary.rs"]
+mod binary;
+#[path = "support/small.rs"]
+mod small;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use binary::{asperity, succeed, text};
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder can be made")
+}
+
+fn is_empty(folder: &Path) -> bool {
+    fs::read_dir(folder).expect("the folder is there").next().is_none()
+}
+
+/// Runs the binary, which must exit with `code` and say nothing on stdout, and
+/// gives what it said on stderr.
+#[track_caller]
+fn fail(arguments: &[&str], code: i32) -> String {
+    let Output { status, stdout, stderr } = asperity(arguments);
+    let stderr = String::from_utf8(stderr).expect("the binary writes UTF-8");
+    assert_eq!(status.code(), Some(code), "asperity {}\n{stderr}", arguments.join(" "));
+    assert_eq!(String::from_utf8_lossy(&stdout), "", "stdout is for results");
+    assert!(stderr.starts_with("error: "), "{stderr}");
+    stderr
+}
+
+#[test]
+fn every_command_has_help() {
+    let mut commands: Vec<&[&str]> = vec![
+        &[],
+        &["scenario"],
+        &["scenario", "list"],
+        &["scenario", "show"],
+        &["run"],
+        &["events"],
+        &["replay"],
+    ];
+    if cfg!(feature = "analysis") {
+        commands.extend([&["reduce"][..], &["reproduce"]]);
+    }
+    for command in commands {
+        let help = succeed(&[command, &["--help"]].concat());
+        assert!(help.contains("Usage: asperity"), "{help}");
+    }
+    assert!(succeed(&["--version"]).starts_with("asperity "));
+}
+
+#[test]
+fn bad_arguments_are_bad_input() {
+    for arguments in [&["jump"][..], &["run"], &["run", "default"], &["events", "--format", "xml", "a.mcap"]]
+    {
+        fail(arguments, 2);
+    }
+}
+
+#[test]
+fn bad_scenarios_are_refused_and_nothing_is_written() {
+    let folder = folder();
+    let out = folder.path().join("run.mcap");
+    let refused = |scenario: &[&str]| {
+        let stderr = fail(&[&["run"], scenario, &["--out", text(&out)]].concat(), 2);
+        assert!(is_empty(folder.path()), "{scenario:?} left something behind");
+        stderr
+    };
+    let unknown = refused(&["defualt"]);
+    assert!(unknown.contains("scenario defualt: neither a file"), "{unknown}");
+    assert!(unknown.contains("load-on-driven-end"), "it names those that there are: {unknown}");
+
+    for (set, told) in [
+        ("nonsense", "--set nonsense: not TOML"),
+        ("slider.blokcs=7", "the nearest is slider.blocks"),
+        ("normal_load.tilt=2", "normal_load.tilt: 2 is not accepted (accepted: a number from -1 to 1)"),
+        ("time.step_s=1e-3", "beyond the stability of the scheme"),
+    ] {
+        let stderr = refused(&["default", "--set", set]);
+        assert!(stderr.contains(told), "--set {set}: {stderr}");
+    }
+}
+
+#[test]
+fn errors_in_files_name_line_column_key_value_and_range() {
+    let folder = folder();
+    let file = folder.path().join("mine.toml");
+    let out = folder.path().join("run.mcap");
+    let text_of = "[slider]\nblocks = 1\n\n[friction]\n  static_coefficient = \"high\"\n";
+    fs::write(&file, text_of).expect("the folder can be written");
+    let stderr = fail(&["run", text(&file), "--out", text(&out)], 2);
+    let file_name = text(&file);
+    assert_eq!(
+        stderr,
+        format!(
+            "error: {file_name}:2:10: slider.blocks: 1 is not accepted \
+             (accepted: a whole number from 2 to 1000000)\n\
+             error: {file_name}:5:24: friction.static_coefficient: \"high\" is not accepted \
+             (accepted: a number from 0)\n"
+        )
+    );
+    assert!(!out.exists());
+}
+
+#[test]
+fn an_existing_log_is_not_touched() {
+    let folder = folder();
+    let out = folder.path().join("run.mcap");
+    fs::write(&out, "mine").expect("the folder can be written");
+    let stderr = fail(&["run", "ten-blocks", "--out", text(&out)], 2);
+    assert!(stderr.contains("exists already"), "{stderr}");
+    assert_eq!(fs::read_to_string(&out).expect("it is still there"), "mine");
+    assert_eq!(fs::read_dir(folder.path()).expect("the folder is there").count(), 1);
+}
+
+#[test]
+fn an_out_that_cannot_be_written_is_a_failure() {
+    let folder = folder();
+    let out = folder.path().join("missing").join("run.mcap");
+    let stderr = fail(&["run", "ten-blocks", "--out", text(&out)], 1);
+    assert!(stderr.contains("missing"), "{stderr}");
+    assert!(is_empty(folder.path()));
+}
+
+#[test]
+fn bad_logs_are_failures() {
+    let folder = folder();
+    let good = folder.path().join("good.mcap");
+    small::run(&good);
+    let bytes = fs::read(&good).expect("the log can be read");
+    let mut flipped = bytes.clone();
+    flipped[bytes.len() / 2] ^= 1;
+    let bad: [(&str, &[u8]); 5] = [
+        ("empty.mcap", b""),
+        ("text.mcap", b"not a log at all"),
+        ("truncated.mcap", &bytes[..bytes.len() / 2]),
+        ("without-last-byte.mcap", &bytes[..bytes.len() - 1]),
+        ("flipped.mcap", &flipped),
+    ];
+    for (name, content) in bad {
+        fs::write(folder.path().join(name), content).expect("the folder can be written");
+    }
+    let out = folder.path().join("reduced");
+    for name in bad.map(|(name, _)| name).into_iter().chain(["missing.mcap"]) {
+        let log = folder.path().join(name);
+        let mut commands = vec![vec!["events", text(&log)], vec!["replay", text(&log)]];
+        if cfg!(feature = "analysis") {
+            commands.push(vec!["reduce", text(&log), "--out", text(&out)]);
+        }
+        for command in commands {
+            let stderr = fail(&command, 1);
+            assert!(stderr.contains(name), "it names the file: {stderr}");
+        }
+        assert!(!out.exists(), "{name} was reduced to something");
+    }
+}
+
+#[cfg(feature = "analysis")]
+#[test]
+fn bad_pipelines_are_refused_and_nothing_is_written() {
+    let folder = folder();
+    let file = folder.path().join("pipeline.toml");
+    let out = folder.path().join("out");
+    for (pipeline, told) in [
+        ("title = \"a\"\nrun = 3\n", "line 2, column 7"),
+        ("title = \"a\"\n[[run]]\nname = \"a/b\"\nscenario = \"default\"\n", "\"a/b\" is no file name"),
+        ("title = \"a\"\n[[run]]\nname = \"a\"\nscenario = \"defualt\"\n", "run a: scenario defualt"),
+        (
+            "title = \"a\"\n[[run]]\nname = \"a\"\nscenario = \"default\"\nset = [\"slider.blocks=1\"]\n",
+            "run a: --set slider.blocks=1: slider.blocks: 1 is not accepted",
+        ),
+        (
+            "title = \"a\"\n[[run]]\nname = \"a\"\nscenario = \"default\"\n\
+             [[precursors]]\nrun = \"b\"\nlaw = \"eq-5.22\"\n",
+            "there is no run b (accepted: a)",
+        ),
+    ] {
+        fs::write(&file, pipeline).expect("the folder can be written");
+        let stderr = fail(&["reproduce", text(&file), "--out", text(&out)], 2);
+        assert!(stderr.contains(told), "{told} is not in: {stderr}");
+        assert!(!out.exists(), "{pipeline} left something behind");
+    }
+    fs::remove_file(&file).expect("the file is there");
+    fail(&["reproduce", text(&file), "--out", text(&out)], 2);
+    assert!(is_empty(folder.path()));
+}
+
+#[cfg(feature = "analysis")]
+#[test]
+fn reduce_does_not_write_into_a_folder_in_use() {
+    let folder = folder();
+    let log = folder.path().join("run.mcap");
+    fs::write(&log, "").expect("the folder can be written");
+    let stderr = fail(&["reduce", text(&log), "--out", text(folder.path())], 2);
+    assert!(stderr.contains("not empty"), "{stderr}");
+}
+
+#[test]
+fn scenarios_are_listed_and_shown_in_full() {
+    let list = succeed(&["scenario", "list"]);
+    let listed: Vec<&str> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    let built_in: Vec<&str> = asperity_model::builtin::all().map(|(name, _)| name).collect();
+    assert_eq!(listed, built_in);
+
+    let folder = folder();
+    for name in built_in {
+        let shown = succeed(&["scenario", "show", name]);
+        let file = folder.path().join("shown.toml");
+        fs::write(&file, &shown).expect("the folder can be written");
+        assert_eq!(succeed(&["scenario", "show", text(&file)]), shown, "{name}");
+    }
+}
+
+/// As `asperity events run.mcap | head -1` does once head has its line.
+#[test]
+fn a_closed_pipe_is_no_error() {
+    let folder = folder();
+    let log = folder.path().join("run.mcap");
+    small::run(&log);
+    for arguments in [
+        &["events", text(&log)][..],
+        &["events", text(&log), "--format", "json"],
+        &["replay", text(&log), "--format", "csv"],
+        &["replay", text(&log)],
+        &["scenario", "show", "default"],
+        &["scenario", "list"],
+    ] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_asperity"))
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary starts");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("the binary ends");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!((output.status.code(), &*stderr), (Some(0), ""), "{arguments:?}");
+    }
+}

@@ -1,0 +1,71 @@
+"""Reads a run log with the `mcap` package and its tables with polars.
+
+    check.py RUN.mcap TABLES
+
+Knows the layout that a run log promises and nothing of how asperity writes it.
+Exits with a traceback at the first thing that is not as promised.
+"""
+
+import collections
+import json
+import pathlib
+import sys
+
+import polars
+from mcap.reader import make_reader
+from polars.testing import assert_frame_equal
+
+RECORDS = {"/step", "/switch", "/fields", "/window"}
+EVENTS = {"/events/onset", "/events/slip", "/events/global"}
+
+
+def check_log(path):
+    with open(path, "rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        topics = {channel.topic for channel in reader.get_summary().channels.values()}
+        assert topics == RECORDS | EVENTS, topics
+
+        messages = collections.defaultdict(list)
+        for schema, channel, message in reader.iter_messages():
+            assert schema.encoding == "jsonschema" and schema.data, channel.topic
+            assert channel.message_encoding == "json", channel.topic
+            messages[channel.topic].append(json.loads(message.data))
+
+        metadata = {record.name: record.metadata for record in reader.iter_metadata()}
+        assert set(metadata) == {"run", "run_end"}, set(metadata)
+        attachments = [attachment.name for attachment in reader.iter_attachments()]
+        assert attachments == ["scenario.toml"], attachments
+
+    end = metadata["run_end"]
+    assert end["status"] == "complete", end
+    counts = {key.removeprefix("messages:"): int(end[key]) for key in end if key.startswith("messages:")}
+    assert set(counts) == topics, counts
+    for topic, count in counts.items():
+        assert len(messages[topic]) == count, (topic, count, len(messages[topic]))
+    assert len(messages["/switch"]) == int(end["switches"])
+
+    # The default slider in ten blocks carries 400 N all the time, and its first
+    # event is one of block 1 alone at 0.578954 s.
+    assert all(step["normal_load_n"] == 400.0 for step in messages["/step"])
+    assert all(len(fields["displacement_m"]) == 10 for fields in messages["/fields"])
+    first = messages["/events/slip"][0]
+    assert (first["first_block"], first["last_block"]) == (1, 1), first
+    assert abs(first["onset_s"] - 0.578954) < 1e-6, first
+    return messages
+
+
+def check_tables(folder, messages):
+    tables = sorted(path.stem for path in folder.glob("*.csv"))
+    assert tables == ["events", "load", "precursors", "residuals"], tables
+    for name in tables:
+        parquet = polars.read_parquet(folder / f"{name}.parquet")
+        csv = polars.read_csv(folder / f"{name}.csv", schema_overrides=parquet.schema)
+        assert parquet.height > 0, name
+        assert_frame_equal(csv, parquet, check_exact=True)
+
+    events = polars.read_parquet(folder / "events.parquet")
+    assert events.to_dicts() == messages["/events/slip"]
+
+
+if __name__ == "__main__":
+    check_tables(pathlib.Path(sys.argv[2]), check_log(sys.argv[1]))

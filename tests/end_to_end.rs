@@ -1,0 +1,211 @@
+//! A small run all the way: solver, detectors, log, replay, tables, figures, and
+//! a pipeline over several runs.
+
+#[path = "support/binary.rs"]
+mod binary;
+#[path = "support/small.rs"]
+mod small;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use asperity_record::RunEnd;
+use asperity_runlog::{RunReader, Topics};
+use binary::{asperity, run, succeed, text};
+
+/// The columns of the raw event table that other people's programs rely on.
+const PINNED: &str = "onset_s,end_s,first_block,last_block,max_sliding,ft_fn_onset,ft_fn_end";
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder can be made")
+}
+
+fn events(log: &Path) -> String {
+    succeed(&["events", text(log), "--format", "csv"])
+}
+
+fn end(log: &Path) -> RunEnd {
+    let mut reader = RunReader::open(log, Topics::EVENTS).expect("the log opens");
+    while reader.next_item().expect("the log reads").is_some() {}
+    reader.end().expect("the log was read to its end").clone()
+}
+
+/// Name and content of every file in a folder.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    fs::read_dir(folder)
+        .expect("the folder is there")
+        .map(|entry| {
+            let path = entry.expect("the folder can be read").path();
+            let name = path.file_name().expect("entries have names").to_string_lossy().into_owned();
+            (name, fs::read(&path).expect("its files can be read"))
+        })
+        .collect()
+}
+
+#[test]
+fn from_solver_to_figures() {
+    let folder = folder();
+    let log = folder.path().join("run.mcap");
+    small::run(&log);
+    assert_eq!(contents(folder.path()).len(), 1, "nothing but the log stays behind");
+
+    let csv = events(&log);
+    let (header, rows) = csv.split_once('\n').expect("the table has a header");
+    let columns: Vec<&str> = header.split(',').collect();
+    assert_eq!(columns[..7].join(","), PINNED);
+    assert_eq!(rows.lines().count(), 28);
+
+    let json: Vec<BTreeMap<String, serde_json::Value>> =
+        serde_json::from_str(&succeed(&["events", text(&log), "--format", "json"]))
+            .expect("the table is an array of objects");
+    assert_eq!(json.len(), rows.lines().count());
+    for (object, row) in json.iter().zip(rows.lines()) {
+        assert_eq!(object.len(), columns.len());
+        for (column, cell) in columns.iter().zip(row.split(',')) {
+            // Read back, for the two write the same double differently.
+            match object[*column].as_f64() {
+                Some(number) => assert_eq!(Ok(number), cell.parse(), "{column}"),
+                None => assert_eq!(object[*column].to_string(), cell, "{column}"),
+            }
+        }
+    }
+
+    assert!(succeed(&["replay", text(&log)]).contains("28 slip events, the same as logged"));
+    assert_eq!(succeed(&["replay", text(&log), "--format", "csv"]), csv);
+
+    let reduced = folder.path().join("reduced");
+    succeed(&["reduce", text(&log), "--out", text(&reduced)]);
+    let files = contents(&reduced);
+    let names: Vec<&str> = files.keys().map(String::as_str).collect();
+    assert_eq!(
+        names,
+        [
+            "events.csv",
+            "events.parquet",
+            "load.csv",
+            "load.parquet",
+            "load.png",
+            "precursors.csv",
+            "precursors.parquet",
+            "precursors.png",
+            "residuals.csv",
+            "residuals.parquet",
+        ]
+    );
+    assert_eq!(files["events.csv"], csv.as_bytes(), "both event tables are the same bytes");
+    for (name, content) in &files {
+        let (_, extension) = name.rsplit_once('.').expect("files have extensions");
+        let is_whole = match extension {
+            "png" => content.starts_with(b"\x89PNG\r\n\x1a\n") && content.ends_with(b"IEND\xaeB`\x82"),
+            "parquet" => content.starts_with(b"PAR1") && content.ends_with(b"PAR1"),
+            "csv" => std::str::from_utf8(content).is_ok_and(|text| text.lines().count() > 1),
+            _ => false,
+        };
+        assert!(is_whole, "{name} is not what its name says");
+    }
+}
+
+#[test]
+fn same_scenario_same_log() {
+    let folder = folder();
+    let [first, second] = ["first", "second"].map(|name| folder.path().join(format!("{name}.mcap")));
+    small::run(&first);
+    small::run(&second);
+    assert_eq!(events(&first), events(&second));
+    // Counts and digest over all messages. The files may differ in where a chunk
+    // ends, for what is written is made safe about once a second.
+    assert_eq!(end(&first), end(&second));
+}
+
+#[test]
+fn sampling_does_not_change_events() {
+    let folder = folder();
+    let [usual, rare] = ["usual", "rare"].map(|name| folder.path().join(format!("{name}.mcap")));
+    small::run(&usual);
+    run(&[&small::SCENARIO[..], &["--set", "recording.sample_s=0.3"]].concat(), &rare);
+    assert!(end(&rare).message_counts["/step"] < end(&usual).message_counts["/step"]);
+    assert_eq!(events(&usual), events(&rare));
+}
+
+const PIPELINE: &str = r#"
+title = "Two short runs"
+
+[[run]]
+name = "plain"
+scenario = "ten-blocks"
+set = ["time.step_s=1e-7", "time.duration_s=0.9"]
+
+[[run]]
+name = "tilted"
+scenario = "ten-blocks"
+set = ["time.step_s=1e-7", "time.duration_s=0.6", "normal_load.tilt=-0.5"]
+
+[[precursors]]
+run = "plain"
+law = "eq-5.57"
+
+[[figure.lengths]]
+file = "lengths.png"
+law = "eq-5.22"
+series = [{ run = "plain", label = "level" }, { run = "tilted", label = "tilted" }]
+"#;
+
+/// Runs the pipeline and gives what it said on stderr.
+fn reproduce(pipeline: &Path, out: &Path, jobs: &str) -> String {
+    let output = asperity(&["reproduce", text(pipeline), "--out", text(out), "--jobs", jobs]);
+    let stderr = String::from_utf8(output.stderr).expect("the binary writes UTF-8");
+    assert!(output.status.success(), "{}\n{stderr}", output.status);
+    stderr
+}
+
+/// What a pipeline made: the run ends, the tables, the figures.
+#[derive(PartialEq)]
+struct Made {
+    runs: BTreeMap<&'static str, RunEnd>,
+    tables: BTreeMap<String, Vec<u8>>,
+    figures: BTreeMap<String, Vec<u8>>,
+}
+
+impl Made {
+    fn in_folder(out: &Path) -> Made {
+        Made {
+            runs: ["plain", "tilted"]
+                .map(|name| (name, end(&out.join("runs").join(format!("{name}.mcap")))))
+                .into(),
+            tables: contents(&out.join("tables")),
+            figures: contents(&out.join("figures")),
+        }
+    }
+}
+
+#[test]
+fn pipelines_repeat_reuse_and_repair() {
+    let folder = folder();
+    let pipeline = folder.path().join("pipeline.toml");
+    fs::write(&pipeline, PIPELINE).expect("the folder can be written");
+    let [one, two] = ["one", "two"].map(|name| folder.path().join(name));
+
+    let first = reproduce(&pipeline, &one, "1");
+    assert!(!first.contains("there already"), "{first}");
+    reproduce(&pipeline, &two, "2");
+    let made = Made::in_folder(&one);
+    assert!(made == Made::in_folder(&two), "one worker and two made different things");
+    assert!(made.tables.contains_key("plain.precursors-eq-5.57.csv"));
+    assert!(made.figures["lengths.png"].starts_with(b"\x89PNG"));
+
+    let second = reproduce(&pipeline, &one, "1");
+    assert!(second.contains("2 runs are there already"), "{second}");
+    assert!(Made::in_folder(&one) == made, "a second call made different things");
+
+    let log = one.join("runs").join("tilted.mcap");
+    let good = fs::read(&log).expect("the log can be read");
+    let mut altered = good.clone();
+    altered[good.len() / 2] ^= 1;
+    for damaged in [&good[..good.len() / 2], &altered] {
+        fs::write(&log, damaged).expect("the log can be damaged");
+        let again = reproduce(&pipeline, &one, "1");
+        assert!(again.contains("1 runs are there already"), "{again}");
+        assert!(Made::in_folder(&one) == made, "a damaged log was not made again");
+    }
+}

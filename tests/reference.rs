@@ -1,0 +1,137 @@
+//! The event tables of an independent program, row for row.
+//!
+//! `fixtures/reference` holds what a plain-stepping program that shares nothing
+//! with this one found for the same parameters. Steps and blocks must be the
+//! same; loads are printed there with nine decimals. The tables are never
+//! re-blessed: if one differs, this program is wrong until shown otherwise.
+
+#[path = "support/binary.rs"]
+mod binary;
+
+use std::fs;
+use std::path::Path;
+
+use asperity_runlog::{RunReader, Topics};
+use binary::{run, succeed, text};
+
+/// Half a unit of the ninth decimal would do; the loads of a step depend on the
+/// order in which forces are added, which moves them by less than this.
+const LOAD_TOLERANCE: f64 = 1e-7;
+
+/// How many differing rows a failure shows.
+const SHOWN: usize = 10;
+
+#[test]
+fn default_as_coded() {
+    check("side-default-coded", 1e-8, &["default"]);
+}
+
+#[test]
+fn default_as_stated() {
+    check("side-default-stated", 1e-8, &["default", "--set", "parameter_set=as-stated"]);
+}
+
+#[test]
+fn ten_blocks() {
+    check("side-n10-coded", 1e-8, &["ten-blocks"]);
+}
+
+#[test]
+fn load_on_driven_end() {
+    check("side-theta-pos-dt1e-7-coded", 1e-7, &["load-on-driven-end", "--set", "time.step_s=1e-7"]);
+}
+
+#[test]
+fn initial_shear() {
+    check("side-beta0225-dt1e-7-coded", 1e-7, &["beta-0225", "--set", "time.step_s=1e-7"]);
+}
+
+/// A row of either table; times in steps.
+#[derive(Debug)]
+struct Row {
+    onset_step: u64,
+    end_step: Option<u64>,
+    first_block: u32,
+    last_block: u32,
+    max_sliding: u32,
+    ft_fn_onset: f64,
+    ft_fn_end: Option<f64>,
+}
+
+impl Row {
+    fn agrees(&self, other: &Row) -> bool {
+        let counts =
+            |row: &Row| (row.onset_step, row.end_step, row.first_block, row.last_block, row.max_sliding);
+        let same_load = |a: f64, b: f64| (a - b).abs() <= LOAD_TOLERANCE;
+        let same_end = match (self.ft_fn_end, other.ft_fn_end) {
+            (Some(a), Some(b)) => same_load(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        counts(self) == counts(other) && same_load(self.ft_fn_onset, other.ft_fn_onset) && same_end
+    }
+}
+
+fn check(table: &str, step_s: f64, scenario: &[&str]) {
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/reference");
+    let stored = fs::read_to_string(fixtures.join(format!("{table}.csv"))).expect("the table is stored");
+    let stored = rows(&stored, step_s);
+
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let log = folder.path().join("run.mcap");
+    run(scenario, &log);
+    let found = rows(&succeed(&["events", text(&log), "--format", "csv"]), step_s);
+
+    let differing: Vec<String> = stored
+        .iter()
+        .zip(&found)
+        .enumerate()
+        .filter(|(_, (stored, found))| !stored.agrees(found))
+        .take(SHOWN)
+        .map(|(number, (stored, found))| format!("row {number}:\n  stored {stored:?}\n  found  {found:?}"))
+        .collect();
+    assert!(differing.is_empty(), "{table}: the first rows that differ\n{}", differing.join("\n"));
+    assert_eq!(found.len(), stored.len(), "{table}: number of slip events");
+    assert_eq!(recorded_switches(&log), stored_switches(&fixtures, table), "{table}: number of switches");
+}
+
+fn rows(table: &str, step_s: f64) -> Vec<Row> {
+    let mut reader = csv::Reader::from_reader(table.as_bytes());
+    let columns = reader.headers().expect("a table has a header").clone();
+    let step = |time_s: &str| (time_s.parse::<f64>().expect("a time is a number") / step_s).round() as u64;
+    let row = |record: csv::StringRecord| {
+        let cell = |name: &str| {
+            let index = columns.iter().position(|column| column == name);
+            &record[index.unwrap_or_else(|| panic!("there is no column {name}"))]
+        };
+        let number = |name: &str| cell(name).parse::<f64>().expect("a load is a number");
+        let count = |name: &str| cell(name).parse::<u32>().expect("a block is a whole number");
+        let row = Row {
+            onset_step: step(cell("onset_s")),
+            end_step: (!cell("end_s").is_empty()).then(|| step(cell("end_s"))),
+            first_block: count("first_block"),
+            last_block: count("last_block"),
+            max_sliding: count("max_sliding"),
+            ft_fn_onset: number("ft_fn_onset"),
+            ft_fn_end: (!cell("ft_fn_end").is_empty()).then(|| number("ft_fn_end")),
+        };
+        // Our own table says the steps as well, and must mean the same ones.
+        if columns.iter().any(|column| column == "onset_step") {
+            assert_eq!(cell("onset_step"), row.onset_step.to_string());
+            assert_eq!(cell("end_step"), row.end_step.map_or(String::new(), |step| step.to_string()));
+        }
+        row
+    };
+    reader.records().map(|record| row(record.expect("the table is CSV"))).collect()
+}
+
+fn stored_switches(fixtures: &Path, table: &str) -> u64 {
+    let list = fs::read_to_string(fixtures.join("switches.txt")).expect("the list is stored");
+    let count = list.lines().find_map(|line| line.strip_prefix(table)?.strip_prefix(' '));
+    count.expect("the list names the table").trim().parse().expect("the list gives a whole number")
+}
+
+fn recorded_switches(log: &Path) -> u64 {
+    let mut reader = RunReader::open(log, Topics::EVENTS).expect("the log opens");
+    while reader.next_item().expect("the log reads").is_some() {}
+    reader.end().expect("the log was read to its end").switches
+}

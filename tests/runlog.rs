@@ -1,0 +1,212 @@
+//! The layout of a run log, as a reader that knows MCAP and not asperity sees it;
+//! and that no damage to it goes unseen.
+
+#[path = "support/binary.rs"]
+mod binary;
+#[path = "support/small.rs"]
+mod small;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use asperity_runlog::{LogError, RunReader, Topics};
+use binary::{succeed, text};
+use mcap::read::{ChunkFlattener, LinearReader};
+use mcap::records::Record;
+
+/// The time step of the small run.
+const STEP_NS: u64 = 100;
+
+struct Log {
+    folder: tempfile::TempDir,
+    path: PathBuf,
+    bytes: Vec<u8>,
+}
+
+impl Log {
+    fn make() -> Log {
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let path = folder.path().join("run.mcap");
+        small::run(&path);
+        let bytes = fs::read(&path).expect("the log can be read");
+        Log { folder, path, bytes }
+    }
+
+    /// Every record from the first to the end of the data, those in chunks included.
+    fn data(&self) -> Vec<Record<'_>> {
+        ChunkFlattener::new(&self.bytes)
+            .expect("the log is MCAP")
+            .map(|record| record.expect("the log is whole"))
+            .take_while(|record| !matches!(record, Record::DataEnd(_)))
+            .collect()
+    }
+}
+
+#[test]
+fn header_first_and_end_last() {
+    let log = Log::make();
+    let outer: Vec<Record<'_>> = LinearReader::new(&log.bytes)
+        .expect("the log is MCAP")
+        .map(|record| record.expect("the log is whole"))
+        .take_while(|record| !matches!(record, Record::DataEnd(_)))
+        .filter(|record| !matches!(record, Record::MessageIndex(_)))
+        .collect();
+    let [
+        Record::Header(header),
+        Record::Metadata(run),
+        Record::Attachment { header: scenario, data, .. },
+        chunks @ ..,
+        Record::Metadata(end),
+    ] = &outer[..]
+    else {
+        panic!("not header, run, scenario.toml, chunks, run_end: {:?}", opcodes(&outer))
+    };
+    assert!(chunks.iter().all(|record| matches!(record, Record::Chunk { .. })), "{:?}", opcodes(chunks));
+    assert_eq!(header.profile, "asperity");
+    assert_eq!((run.name.as_str(), end.name.as_str()), ("run", "run_end"));
+    assert_eq!(run.metadata["time_step_s"], "0.0000001");
+    assert_eq!(run.metadata["log_time"], "step * 100 ns, exact");
+    assert_eq!(end.metadata["status"], "complete");
+    assert_eq!(end.metadata["last_step"], run.metadata["steps"]);
+
+    // The attachment is what `scenario show` says of the same scenario.
+    assert_eq!((scenario.name.as_str(), scenario.media_type.as_str()), ("scenario.toml", "application/toml"));
+    let shown = succeed(&[&["scenario", "show"], &small::SCENARIO[..]].concat());
+    assert_eq!(std::str::from_utf8(data), Ok(&*shown));
+    let file = log.folder.path().join("scenario.toml");
+    fs::write(&file, data).expect("the folder can be written");
+    assert_eq!(succeed(&["scenario", "show", text(&file)]), shown);
+}
+
+fn opcodes(records: &[Record<'_>]) -> Vec<u8> {
+    records.iter().map(Record::opcode).collect()
+}
+
+#[test]
+fn every_channel_has_a_schema_that_names_its_fields() {
+    let log = Log::make();
+    let data = log.data();
+    let schemas: BTreeMap<u16, serde_json::Value> = data
+        .iter()
+        .filter_map(|record| match record {
+            Record::Schema { header, data } => {
+                assert_eq!(header.encoding, "jsonschema");
+                assert!(!header.name.is_empty());
+                Some((header.id, serde_json::from_slice(data).expect("a schema is JSON")))
+            }
+            _ => None,
+        })
+        .collect();
+    let channels: BTreeMap<u16, &mcap::records::Channel> = data
+        .iter()
+        .filter_map(|record| match record {
+            Record::Channel(channel) => Some((channel.id, channel)),
+            _ => None,
+        })
+        .collect();
+    let topics: BTreeSet<&str> = channels.values().map(|channel| channel.topic.as_str()).collect();
+    let expected =
+        ["/step", "/switch", "/fields", "/window", "/events/onset", "/events/slip", "/events/global"];
+    assert_eq!(topics, BTreeSet::from(expected));
+    for channel in channels.values() {
+        assert_eq!(channel.message_encoding, "json");
+        assert_ne!(channel.schema_id, 0, "{} has no schema", channel.topic);
+        let properties = schemas[&channel.schema_id]["properties"].as_object();
+        assert!(properties.is_some_and(|fields| !fields.is_empty()), "{} has no fields", channel.topic);
+        assert_eq!(channel.metadata.contains_key("unit:time_s"), !channel.topic.starts_with("/events"));
+    }
+    for record in &data {
+        let Record::Message { header, data } = record else { continue };
+        let channel = channels[&header.channel_id];
+        let message: BTreeMap<String, serde_json::Value> =
+            serde_json::from_slice(data).expect("a message is a JSON object");
+        let schema = &schemas[&channel.schema_id];
+        let named = schema["properties"].as_object().expect("checked above");
+        assert!(message.keys().eq(named.keys()), "{}: other fields than its schema", channel.topic);
+        for (field, value) in &message {
+            if let Some(values) = value.as_array() {
+                assert_eq!(schema["properties"][field]["minItems"], values.len(), "{field}");
+            }
+        }
+    }
+}
+
+#[test]
+fn log_time_is_simulated_time() {
+    let log = Log::make();
+    let data = log.data();
+    let mut topics = BTreeMap::new();
+    let mut sequences: BTreeMap<u16, u32> = BTreeMap::new();
+    let mut counts: BTreeMap<String, u64> = BTreeMap::new();
+    let mut last_ns = 0;
+    for record in &data {
+        match record {
+            Record::Channel(channel) => {
+                topics.insert(channel.id, channel.topic.as_str());
+            }
+            Record::Message { header, data } => {
+                assert!(header.log_time >= last_ns, "time runs backwards at {}", header.log_time);
+                last_ns = header.log_time;
+                assert_eq!(header.publish_time, header.log_time);
+                let sequence = sequences.entry(header.channel_id).or_insert(0);
+                assert_eq!(header.sequence, *sequence, "messages of {}", topics[&header.channel_id]);
+                *sequence += 1;
+                *counts.entry(topics[&header.channel_id].to_owned()).or_insert(0) += 1;
+                let message: serde_json::Value = serde_json::from_slice(data).expect("a message is JSON");
+                if let Some(step) = message["step"].as_u64() {
+                    assert_eq!(header.log_time, step * STEP_NS);
+                    assert_eq!(message["time_s"].as_f64(), Some(step as f64 / 1e7));
+                } else {
+                    assert!(topics[&header.channel_id].starts_with("/events/"));
+                    assert_eq!(header.log_time % STEP_NS, 0);
+                }
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(last_ns, 1_200_000_000, "the last record is of the last step");
+    let end = read(&log.path).expect("the log is whole");
+    for (topic, promised) in &end.message_counts {
+        assert_eq!(counts.get(topic).copied().unwrap_or(0), *promised, "messages of {topic}");
+    }
+    assert_eq!(counts["/switch"], end.switches);
+}
+
+fn read(path: &Path) -> Result<asperity_record::RunEnd, LogError> {
+    let mut reader = RunReader::open(path, Topics::ALL)?;
+    while reader.next_item()?.is_some() {}
+    Ok(reader.end().expect("the log was read to its end").clone())
+}
+
+/// MCAP readers check no checksum unless told to, and then a flipped bit passes
+/// as data. Bits in the lengths of records lead the reader astray instead, which
+/// it must survive.
+#[test]
+fn no_damage_goes_unseen() {
+    /// A prime, so that the places fall on all kinds of fields.
+    const STRIDE: usize = 499;
+    let log = Log::make();
+    read(&log.path).expect("the log is whole");
+    let damaged = log.folder.path().join("damaged.mcap");
+    let bytes = &log.bytes;
+    let last = bytes.len() - 1;
+    let mut unseen = Vec::new();
+    // Densely at both ends, where everything but messages is.
+    let places = (0..200).chain((200..last).step_by(STRIDE)).chain(last - 200..=last);
+    for place in places {
+        let mut copy = bytes.clone();
+        copy[place] ^= 1 << (place % 8);
+        fs::write(&damaged, &copy).expect("the folder can be written");
+        if read(&damaged).is_ok() {
+            unseen.push(format!("a bit of byte {place} of {} flipped", bytes.len()));
+        }
+    }
+    for length in (0..last).step_by(STRIDE).chain(last - 50..=last) {
+        fs::write(&damaged, &bytes[..length]).expect("the folder can be written");
+        if read(&damaged).is_ok() {
+            unseen.push(format!("{} cut to {length} bytes", bytes.len()));
+        }
+    }
+    assert!(unseen.is_empty(), "damage that went unseen:\n{}", unseen.join("\n"));
+}

@@ -1,0 +1,76 @@
+//! `cargo xtask ci`: what a change must pass, stage by stage.
+
+use std::time::Instant;
+
+use clap::Args;
+
+use crate::test::{self, TestArguments};
+use crate::workspace::{Failure, cargo, output, run};
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  cargo xtask ci
+  ASPERITY_NO_SKIPS=1 cargo xtask ci
+
+The stages run in order, the quick ones first, and the first that fails ends it.")]
+pub(crate) struct CiArguments {}
+
+type Stage = (&'static str, fn() -> Result<(), Failure>);
+
+const STAGES: [Stage; 5] = [
+    ("format", format),
+    ("lint", lint),
+    ("without analysis", without_analysis),
+    ("test", test),
+    ("doc", doc),
+];
+
+pub(crate) fn command(_arguments: &CiArguments) -> Result<(), Failure> {
+    for (name, stage) in STAGES {
+        eprintln!("==> {name}");
+        let started = Instant::now();
+        let outcome = stage();
+        let seconds = started.elapsed().as_secs_f64();
+        match &outcome {
+            Ok(()) => eprintln!("==> {name}: passed in {seconds:.1} s"),
+            Err(_) => eprintln!("==> {name}: failed after {seconds:.1} s"),
+        }
+        outcome?;
+    }
+    Ok(())
+}
+
+fn format() -> Result<(), Failure> {
+    run(&mut cargo(&["fmt", "--all", "--check"]))
+}
+
+/// Warnings are denied here and not by RUSTFLAGS, which would rebuild every
+/// dependency.
+fn lint() -> Result<(), Failure> {
+    run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"]))
+}
+
+/// Simulating, detecting and replaying build without the heavy dependencies of
+/// tables and figures.
+fn without_analysis() -> Result<(), Failure> {
+    const PACKAGE: [&str; 4] = ["--package", "asperity-cli", "--no-default-features", "--locked"];
+    const HEAVY: [&str; 2] = ["polars", "plotters"];
+    let tree = output(cargo(&["tree", "--edges", "normal", "--prefix", "none"]).args(PACKAGE))?;
+    let heavy = tree.lines().find(|line| HEAVY.iter().any(|name| line.starts_with(name)));
+    if let Some(package) = heavy {
+        return Err(Failure::Check(format!(
+            "asperity-cli depends on {package} without its default features (accepted: nothing of {})",
+            HEAVY.join(", ")
+        )));
+    }
+    run(cargo(&["check"]).args(PACKAGE))
+}
+
+fn test() -> Result<(), Failure> {
+    test::command(&TestArguments::default())
+}
+
+fn doc() -> Result<(), Failure> {
+    run(cargo(&["doc", "--workspace", "--no-deps", "--locked"]).env("RUSTDOCFLAGS", "-D warnings"))
+}

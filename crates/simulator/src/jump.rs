@@ -22,7 +22,7 @@ use asperity_model::Plan;
 
 use crate::modes::Modes;
 use crate::state::ChainState;
-use crate::sweep::Sweeps;
+use crate::sweep::{Pull, Sweeps};
 use crate::window::{Norms, invariant};
 
 /// Largest chain that is jumped with: beyond, the powers of `A`, which grow as
@@ -231,16 +231,8 @@ impl Jump {
             }
             self.sweeps.pull_of_neighbours(&mut tau, &u, &v, plan.stiffness_n_per_m, plan.damping_kg_per_s);
             tau[0] += plan.drive.force_n(0.0, u[0]);
-            self.sweeps.differentiate(
-                &mut du,
-                &mut dv,
-                &u,
-                &v,
-                &tau,
-                &self.spring,
-                dt,
-                dt / plan.block_mass_kg,
-            );
+            let pull = Pull { tau: &tau, spring: &self.spring, dt, dt_over_m: dt / plan.block_mass_kg };
+            self.sweeps.differentiate(&mut du, &mut dv, &u, &v, &pull);
             for n in 0..blocks {
                 entries[n] = u[n] + du[n];
                 entries[blocks + n] = v[n] + dv[n];

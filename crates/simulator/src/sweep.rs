@@ -85,16 +85,7 @@ impl Sweeps {
     dispatch! {
         /// The difference behind `u, v` of a chain without forcing, from its `tau`:
         /// `v' = (tau - spring u) dt / m`, `u' = (v + v') dt`.
-        differentiate(
-            u_next: &mut [f64],
-            v_next: &mut [f64],
-            u: &[f64],
-            v: &[f64],
-            tau: &[f64],
-            spring: &[f64],
-            dt: f64,
-            dt_over_m: f64
-        )
+        differentiate(u_next: &mut [f64], v_next: &mut [f64], u: &[f64], v: &[f64], pull: &Pull<'_>)
     }
 
     dispatch! {
@@ -175,24 +166,23 @@ fn advance(u: &mut [f64], v_new: &mut [f64], old: &Blocks<'_>, constants: &Const
     any_switch
 }
 
+/// What a difference of a chain without forcing depends on.
+pub(crate) struct Pull<'a> {
+    pub(crate) tau: &'a [f64],
+    /// Friction spring of each block, 0 for sliding ones.
+    pub(crate) spring: &'a [f64],
+    pub(crate) dt: f64,
+    pub(crate) dt_over_m: f64,
+}
+
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "slices that must be known not to overlap")]
-fn differentiate(
-    u_next: &mut [f64],
-    v_next: &mut [f64],
-    u: &[f64],
-    v: &[f64],
-    tau: &[f64],
-    spring: &[f64],
-    dt: f64,
-    dt_over_m: f64,
-) {
+fn differentiate(u_next: &mut [f64], v_next: &mut [f64], u: &[f64], v: &[f64], pull: &Pull<'_>) {
     let blocks = u_next.len();
     let (v_next, u, v) = (&mut v_next[..blocks], &u[..blocks], &v[..blocks]);
-    let (tau, spring) = (&tau[..blocks], &spring[..blocks]);
+    let (tau, spring) = (&pull.tau[..blocks], &pull.spring[..blocks]);
     for n in 0..blocks {
-        v_next[n] = (tau[n] - spring[n] * u[n]) * dt_over_m;
-        u_next[n] = (v[n] + v_next[n]) * dt;
+        v_next[n] = (tau[n] - spring[n] * u[n]) * pull.dt_over_m;
+        u_next[n] = (v[n] + v_next[n]) * pull.dt;
     }
 }
 

@@ -46,7 +46,7 @@
 use asperity_model::{Plan, Reattach};
 
 use crate::state::ChainState;
-use crate::sweep::Sweeps;
+use crate::sweep::{Pull, Sweeps};
 
 /// Most differences that a window is made of.
 pub(crate) const DIFFERENCES: usize = 26;
@@ -206,7 +206,8 @@ impl Window {
                     u_next[n] = (v[n] + v_next[n]) * dt;
                 }
             } else {
-                self.sweeps.differentiate(u_next, v_next, u, v, tau, &self.spring, dt, dt_over_m);
+                let pull = Pull { tau, spring: &self.spring, dt, dt_over_m };
+                self.sweeps.differentiate(u_next, v_next, u, v, &pull);
             }
             self.applications += 1;
             self.terms = j + 1;

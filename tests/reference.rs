@@ -71,7 +71,14 @@ impl Row {
     }
 }
 
+/// Both solvers must give the table.
 fn check(table: &str, step_s: f64, scenario: &[&str]) {
+    for solver in ["fast", "plain"] {
+        check_solver(table, step_s, &[scenario, &["--solver", solver]].concat());
+    }
+}
+
+fn check_solver(table: &str, step_s: f64, scenario: &[&str]) {
     let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/reference");
     let stored = fs::read_to_string(fixtures.join(format!("{table}.csv"))).expect("the table is stored");
     let stored = rows(&stored, step_s);
@@ -89,9 +96,9 @@ fn check(table: &str, step_s: f64, scenario: &[&str]) {
         .take(SHOWN)
         .map(|(number, (stored, found))| format!("row {number}:\n  stored {stored:?}\n  found  {found:?}"))
         .collect();
-    assert!(differing.is_empty(), "{table}: the first rows that differ\n{}", differing.join("\n"));
-    assert_eq!(found.len(), stored.len(), "{table}: number of slip events");
-    assert_eq!(recorded_switches(&log), stored_switches(&fixtures, table), "{table}: number of switches");
+    assert!(differing.is_empty(), "{scenario:?}: the first rows that differ from {table}\n{}", differing.join("\n"));
+    assert_eq!(found.len(), stored.len(), "{scenario:?}: number of slip events");
+    assert_eq!(recorded_switches(&log), stored_switches(&fixtures, table), "{scenario:?}: number of switches");
 }
 
 fn rows(table: &str, step_s: f64) -> Vec<Row> {

@@ -59,16 +59,16 @@ pub(crate) struct Jump {
 }
 
 impl Jump {
-    pub(crate) fn new(plan: &Plan) -> Jump {
+    pub(crate) fn new(plan: &Plan, sweeps: Sweeps) -> Jump {
         let blocks = plan.blocks;
         let mut pull = vec![0.0; blocks];
         pull[0] = plan.drive.force_n(plan.grid.step_s(), 0.0);
         let advance_m = solve_stuck(plan, pull);
         let dt = plan.grid.step_s();
         Jump {
-            sweeps: Sweeps::detect(),
+            sweeps,
             norms: Norms::of(plan),
-            modes: Modes::of(plan),
+            modes: Modes::of(plan, sweeps),
             powers: Vec::new(),
             cadence: None,
             cadence_steps: plan.recording.sample_every_steps,

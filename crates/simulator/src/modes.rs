@@ -47,7 +47,7 @@ enum Coordinate {
 impl Modes {
     /// The modes of a plan's chain; `None` where two coordinates of a mode all
     /// but coincide, at critical damping, and bound nothing.
-    pub(crate) fn of(plan: &Plan) -> Option<Modes> {
+    pub(crate) fn of(plan: &Plan, sweeps: Sweeps) -> Option<Modes> {
         let blocks = plan.blocks;
         let (k, eta, dt) = (plan.stiffness_n_per_m, plan.damping_kg_per_s, plan.grid.step_s());
         let (kt, m) = (plan.friction.interfacial_stiffness_n_per_m, plan.block_mass_kg);
@@ -100,7 +100,7 @@ impl Modes {
             }
         }
         Some(Modes {
-            sweeps: Sweeps::detect(),
+            sweeps,
             magnitudes: shapes.iter().map(|shape| shape.abs()).collect(),
             shapes,
             by_block,

@@ -37,6 +37,11 @@ pub struct Plain {
 impl Plain {
     /// A solver at the start of a plan.
     pub fn new(plan: Plan) -> Plain {
+        Plain::with_sweeps(plan, Sweeps::detect())
+    }
+
+    /// The same with sweeps for a certain instruction set.
+    pub(crate) fn with_sweeps(plan: Plan, sweeps: Sweeps) -> Plain {
         let state = ChainState::initial(&plan);
         let recorder = Recorder::new(&plan, &state);
         let new_velocity_m_per_s = vec![0.0; plan.blocks];
@@ -44,7 +49,7 @@ impl Plain {
             plan,
             state,
             recorder,
-            sweeps: Sweeps::detect(),
+            sweeps,
             new_velocity_m_per_s,
             switched: Vec::new(),
             counters: Counters::default(),

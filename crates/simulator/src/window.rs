@@ -135,14 +135,14 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    pub(crate) fn new(plan: &Plan) -> Window {
+    pub(crate) fn new(plan: &Plan, sweeps: Sweeps) -> Window {
         let (k, eta, dt) = (plan.stiffness_n_per_m, plan.damping_kg_per_s, plan.grid.step_s());
         let stiffest = 4.0 * k + plan.friction.interfacial_stiffness_n_per_m + plan.drive.stiffness_n_per_m;
         let fastest = (stiffest / plan.block_mass_kg).sqrt().max(4.0 * eta / plan.block_mass_kg);
         let blocks = plan.blocks;
         Window {
             blocks,
-            sweeps: Sweeps::detect(),
+            sweeps,
             norms: Norms::of(plan),
             reach_steps: (REACH / (dt * fastest)) as u64,
             spring: vec![0.0; blocks],

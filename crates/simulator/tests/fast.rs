@@ -1,0 +1,274 @@
+//! The fast solver against the plain one: the same switches, in the same steps,
+//! the same events, and the same numbers within rounding.
+
+use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
+use asperity_record::{Direction, FieldRecord, Record, StepRecord};
+use asperity_simulator::{Counters, Fast, Plain, Solver};
+
+/// Numbers agree within this share of the largest of their kind in the run.
+const TOLERANCE: f64 = 1e-9;
+
+/// The same where friction springs a thousand times stiffer or softer than the
+/// chain amplify the rounding of the plain stepper itself.
+const EXTREME_TOLERANCE: f64 = 1e-6;
+
+fn plan(scenario: &str, set: &[String]) -> Plan {
+    let text = builtin::find(scenario).expect("a built-in scenario");
+    let source = set
+        .iter()
+        .fold(ScenarioSource::new(scenario, text), |source, assignment| source.with_override(assignment));
+    Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")))
+}
+
+fn run(mut solver: impl Solver) -> (Vec<Record>, Counters) {
+    let records = std::iter::from_fn(|| solver.next_record().unwrap()).collect();
+    (records, solver.counters())
+}
+
+fn steps(records: &[Record]) -> Vec<&StepRecord> {
+    records
+        .iter()
+        .filter_map(|record| if let Record::Step(step) = record { Some(step) } else { None })
+        .collect()
+}
+
+fn fields(records: &[Record]) -> Vec<&FieldRecord> {
+    records
+        .iter()
+        .filter_map(|record| if let Record::Fields(fields) = record { Some(fields) } else { None })
+        .collect()
+}
+
+fn assert_close(what: &str, fast: &[f64], plain: &[f64], tolerance: f64) {
+    assert_eq!(fast.len(), plain.len(), "{what}");
+    let largest = plain.iter().fold(f64::MIN_POSITIVE, |largest: f64, value| largest.max(value.abs()));
+    for (index, (fast, plain)) in fast.iter().zip(plain).enumerate() {
+        let off = (fast - plain).abs();
+        assert!(off <= tolerance * largest, "{what}, number {index}: {fast} and {plain}, largest {largest}");
+    }
+}
+
+/// Step, number sliding, and which blocks switched which way.
+type Entry = (u64, u32, Vec<(u32, bool)>);
+
+fn entries(records: &[Record]) -> Vec<Entry> {
+    steps(records)
+        .iter()
+        .map(|record| {
+            let switches = record.switches.iter().map(|s| (s.block, s.direction == Direction::Detach));
+            (record.step, record.sliding, switches.collect())
+        })
+        .collect()
+}
+
+/// The step at which the plain stepper parts from itself if its velocities are
+/// changed by one part in 10^13 early on: some chains are chaotic, and no two
+/// ways of rounding agree for ever.
+fn horizon(plan: &Plan, plain: &[Record]) -> u64 {
+    let mut nudged = Plain::new(plan.clone());
+    for _ in 0..100 {
+        nudged.take_step();
+    }
+    let mut state = nudged.snapshot();
+    for velocity in &mut state.velocity_m_per_s {
+        *velocity *= 1.0 + 1e-13;
+    }
+    nudged.restore(&state);
+    let (nudged, _) = run(nudged);
+    let (plain, nudged) = (entries(plain), entries(&nudged));
+    let from = plain.partition_point(|entry| entry.0 <= 100);
+    let parted = plain[from..].iter().zip(&nudged).find(|(plain, nudged)| plain != nudged);
+    parted.map_or(plan.steps, |(plain, nudged)| plain.0.min(nudged.0) - 1)
+}
+
+/// Holds one plan's two runs against each other, up to the horizon of a chaotic
+/// one; how the fast one went, and how many switches were compared.
+fn compare(name: &str, plan: &Plan, tolerance: f64) -> (Counters, usize) {
+    let (mut fast, counters) = run(Fast::new(plan.clone()));
+    let (mut plain, plain_counters) = run(Plain::new(plan.clone()));
+    let whole = entries(&fast) == entries(&plain);
+    if !whole {
+        let horizon = horizon(plan, &plain);
+        assert!(horizon < plan.steps, "{name}: the runs differ, and the chain is not chaotic");
+        fast.retain(|record| record.step() <= horizon);
+        plain.retain(|record| record.step() <= horizon);
+    }
+    let (fast_list, plain_list) = (entries(&fast), entries(&plain));
+    if let Some(at) = (0..fast_list.len().min(plain_list.len())).find(|&i| fast_list[i] != plain_list[i]) {
+        panic!(
+            "{name}: record {at} of {}: fast {:?}, plain {:?}",
+            plain_list.len(),
+            fast_list[at],
+            plain_list[at]
+        );
+    }
+    assert_eq!(fast_list.len(), plain_list.len(), "{name}");
+    assert!(!whole || counters.switches == plain_counters.switches, "{name}");
+    assert_eq!(counters.plain_steps + counters.window_steps + counters.jump_steps, plan.steps, "{name}");
+    let compared = plain_list.iter().map(|(.., switches)| switches.len()).sum();
+    // Near its horizon a chaotic run has lost its digits.
+    let tolerance = if whole { tolerance } else { f64::INFINITY };
+
+    let collect = |records: &[Record], value: &dyn Fn(&StepRecord) -> Vec<f64>| -> Vec<f64> {
+        steps(records).iter().flat_map(|record| value(record)).collect()
+    };
+    let numbers: [(&str, &dyn Fn(&StepRecord) -> Vec<f64>); 5] = [
+        ("driving force", &|r| vec![r.driving_force_n]),
+        ("u", &|r| r.switches.iter().map(|s| s.displacement_m).collect()),
+        ("v", &|r| r.switches.iter().map(|s| s.velocity_m_per_s).collect()),
+        ("tau", &|r| r.switches.iter().map(|s| s.tangential_force_n).collect()),
+        ("u_stick", &|r| r.switches.iter().map(|s| s.stick_position_m).collect()),
+    ];
+    for (what, value) in numbers {
+        assert_close(&format!("{name}: {what}"), &collect(&fast, value), &collect(&plain, value), tolerance);
+    }
+    let collect = |records: &[Record], value: &dyn Fn(&FieldRecord) -> Vec<f64>| -> Vec<f64> {
+        fields(records).iter().flat_map(|record| value(record)).collect()
+    };
+    let numbers: [(&str, &dyn Fn(&FieldRecord) -> Vec<f64>); 4] = [
+        ("fields, step", &|r| vec![r.step as f64]),
+        ("fields, u", &|r| r.displacement_m.clone()),
+        ("fields, v", &|r| r.velocity_m_per_s.clone()),
+        ("fields, tau", &|r| r.tangential_force_n.clone()),
+    ];
+    for (what, value) in numbers {
+        assert_close(&format!("{name}: {what}"), &collect(&fast, value), &collect(&plain, value), tolerance);
+    }
+    (counters, compared)
+}
+
+/// Numbers without pattern, the same on every machine.
+struct Noise(u64);
+
+impl Noise {
+    fn uniform(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
+    }
+
+    fn log_uniform(&mut self, low: f64, high: f64) -> f64 {
+        self.uniform(low.ln(), high.ln()).exp()
+    }
+
+    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[(self.uniform(0.0, from.len() as f64) as usize).min(from.len() - 1)]
+    }
+}
+
+/// A scenario of a few hundred thousand steps with parameters far apart: soft
+/// and stiff friction springs and drives, no damping to strong, exactly critical
+/// ones among them, ringing starts, both rules.
+fn random_scenario(seed: u64) -> Vec<String> {
+    let mut noise = Noise(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) + 1);
+    let blocks: u32 = noise.pick(&[2, 3, 5, 8, 13, 24, 40]);
+    let mass_kg = noise.log_uniform(1e-3, 30.0);
+    let damping = noise.pick(&[0.0, 0.05, 0.3, 0.5, 1.0, 1.3, 3.0]);
+    let ratio = noise.pick(&[1.0, 1e-3, 1e3, noise_ratio(seed)]);
+    let drive_n_per_m = noise.log_uniform(1e4, 1e9);
+    let mu_s = noise.uniform(0.1, 1.5);
+    // A step well inside the stability of the chain.
+    let k = 2.5e9 * f64::from(blocks - 1) * 1e-4 / 0.1;
+    let m = mass_kg / f64::from(blocks);
+    let omega2 = (4.0 * k + ratio * k + drive_n_per_m) / m;
+    let gamma = 4.0 * damping * (k * m).sqrt() / m;
+    let longest_s = ((gamma * gamma + 4.0 * omega2).sqrt() - gamma) / omega2;
+    let step_s = longest_s * noise.log_uniform(0.01, 0.4);
+    let step_s = format!("{step_s:.2e}").parse::<f64>().unwrap();
+    // Fast enough for the whole slider to be pulled past its threshold a few times.
+    let steps = 200_000.0;
+    let reach_m = 400.0 * mu_s * (1.0 / drive_n_per_m + 1.0 / k) * noise.uniform(1.0, 4.0);
+    let velocity_m_per_s = reach_m / (steps * step_s);
+    let beta = noise.pick(&[0.0, 0.0, 0.3]);
+    let kick = noise.pick(&[0.0, 0.0, 0.5]) * velocity_m_per_s;
+    vec![
+        format!("slider.blocks={blocks}"),
+        format!("slider.mass_kg={mass_kg}"),
+        format!("slider.relative_damping={damping:?}"),
+        format!("friction.interfacial_stiffness_ratio={ratio}"),
+        format!("friction.static_coefficient={mu_s}"),
+        format!("friction.dynamic_coefficient={}", mu_s * noise.uniform(0.2, 0.95)),
+        format!("friction.reattach={}", noise.pick(&["one-way", "two-way"])),
+        format!("normal_load.tilt={}", noise.pick(&[0.0, 0.7, -0.7])),
+        format!("initial_shear.beta={}", beta * mu_s),
+        format!("initial_velocity.amplitude_m_per_s={kick}"),
+        format!("initial_velocity.mode={}", noise.uniform(0.0, f64::from(blocks)) as u32),
+        format!("drive.stiffness_n_per_m={drive_n_per_m}"),
+        format!("drive.velocity_m_per_s={velocity_m_per_s}"),
+        format!("time.step_s={step_s}"),
+        format!("time.duration_s={}", step_s * steps),
+        format!("recording.sample_s={}", step_s * 997.0),
+        format!("recording.fields_s={}", step_s * 20_000.0),
+    ]
+}
+
+fn noise_ratio(seed: u64) -> f64 {
+    Noise(seed + 77).log_uniform(0.05, 20.0)
+}
+
+#[test]
+fn random_scenarios_give_the_same_switches() {
+    let mut total = Counters::default();
+    for seed in 0..160 {
+        let set = random_scenario(seed);
+        let (counters, compared) =
+            compare(&format!("seed {seed} {set:?}"), &plan("default", &set), EXTREME_TOLERANCE);
+        total.switches += compared as u64;
+        total.jump_steps += counters.jump_steps;
+        total.window_steps += counters.window_steps;
+    }
+    // The comparison is worth little unless the shortcuts were taken past many switches.
+    assert!(total.switches > 20_000, "{total:?}");
+    assert!(total.jump_steps > 1_000_000 && total.window_steps > 1_000_000, "{total:?}");
+}
+
+#[test]
+fn the_thesis_slider_gives_the_same_switches_in_both_parameter_sets() {
+    for set in ["as-coded", "as-stated"] {
+        let set = [format!("parameter_set={set}"), "time.duration_s=0.2".to_owned()];
+        let (counters, compared) = compare("default", &plan("default", &set), TOLERANCE);
+        assert_eq!(compared as u64, counters.switches, "all of it");
+        assert!(counters.plain_steps < 200_000, "{counters:?}");
+    }
+}
+
+#[test]
+fn large_chains_take_windows_without_jumps() {
+    let set = ["slider.blocks=400", "time.duration_s=0.02"].map(str::to_owned);
+    let (counters, compared) = compare("400 blocks", &plan("default", &set), TOLERANCE);
+    assert_eq!(counters.jumps, 0);
+    assert!(compared > 0 && counters.window_steps > 100_000, "{counters:?}");
+}
+
+#[test]
+fn cadences_never_change_a_bit_of_the_run() {
+    let switches = |set: &[&str]| {
+        let mut all = vec!["time.duration_s=0.3".to_owned()];
+        all.extend(set.iter().map(|assignment| (*assignment).to_owned()));
+        let (records, _) = run(Fast::new(plan("default", &all)));
+        steps(&records).into_iter().filter(|record| !record.switches.is_empty()).cloned().collect::<Vec<_>>()
+    };
+    let usual = switches(&[]);
+    let often = switches(&["recording.sample_s=3e-6", "recording.fields_s=7e-5"]);
+    let never = switches(&["recording.sample_s=0", "recording.fields_s=0", "recording.event_fields=false"]);
+    assert!(usual.len() > 50);
+    assert_eq!(usual, often);
+    assert_eq!(usual, never);
+}
+
+#[test]
+fn a_restored_state_continues_to_the_bit() {
+    let set = ["time.duration_s=0.3".to_owned()];
+    let plan = plan("default", &set);
+    let (whole, _) = run(Fast::new(plan.clone()));
+    let mut solver = Fast::new(plan.clone());
+    while solver.step() < 12_000_000 {
+        solver.next_record().unwrap();
+    }
+    let snapshot = solver.snapshot();
+    let mut other = Fast::new(plan);
+    other.restore(&snapshot);
+    let rest: Vec<Record> = std::iter::from_fn(|| other.next_record().unwrap()).collect();
+    let expected: Vec<Record> = whole.into_iter().filter(|record| record.step() > snapshot.step).collect();
+    assert!(expected.len() > 100);
+    assert_eq!(rest, expected);
+}

@@ -96,9 +96,17 @@ fn check_solver(table: &str, step_s: f64, scenario: &[&str]) {
         .take(SHOWN)
         .map(|(number, (stored, found))| format!("row {number}:\n  stored {stored:?}\n  found  {found:?}"))
         .collect();
-    assert!(differing.is_empty(), "{scenario:?}: the first rows that differ from {table}\n{}", differing.join("\n"));
+    assert!(
+        differing.is_empty(),
+        "{scenario:?}: the first rows that differ from {table}\n{}",
+        differing.join("\n")
+    );
     assert_eq!(found.len(), stored.len(), "{scenario:?}: number of slip events");
-    assert_eq!(recorded_switches(&log), stored_switches(&fixtures, table), "{scenario:?}: number of switches");
+    assert_eq!(
+        recorded_switches(&log),
+        stored_switches(&fixtures, table),
+        "{scenario:?}: number of switches"
+    );
 }
 
 fn rows(table: &str, step_s: f64) -> Vec<Row> {

@@ -565,8 +565,8 @@ mod tests {
                  (accepted: a number above 0 and below 3.379e-6)",
             ),
             (
-                "time.duration_s = 1.5e-8",
-                "test.toml:1:19: time.duration_s: 0.000000015 is no whole number of steps of 1e-8 s \
+                "time.duration_s = 2.4e-8",
+                "test.toml:1:19: time.duration_s: 0.000000024 is no whole number of steps of 1e-8 s \
                  (accepted: a multiple of time.step_s; the nearest is 0.00000002)",
             ),
             (

@@ -48,6 +48,9 @@ fn assert_close(what: &str, fast: &[f64], plain: &[f64], tolerance: f64) {
     }
 }
 
+/// Numbers of a record, by name.
+type Numbers<'a, R> = (&'a str, &'a dyn Fn(&R) -> Vec<f64>);
+
 /// Step, number sliding, and which blocks switched which way.
 type Entry = (u64, u32, Vec<(u32, bool)>);
 
@@ -112,7 +115,7 @@ fn compare(name: &str, plan: &Plan, tolerance: f64) -> (Counters, usize) {
     let collect = |records: &[Record], value: &dyn Fn(&StepRecord) -> Vec<f64>| -> Vec<f64> {
         steps(records).iter().flat_map(|record| value(record)).collect()
     };
-    let numbers: [(&str, &dyn Fn(&StepRecord) -> Vec<f64>); 5] = [
+    let numbers: [Numbers<'_, StepRecord>; 5] = [
         ("driving force", &|r| vec![r.driving_force_n]),
         ("u", &|r| r.switches.iter().map(|s| s.displacement_m).collect()),
         ("v", &|r| r.switches.iter().map(|s| s.velocity_m_per_s).collect()),
@@ -125,7 +128,7 @@ fn compare(name: &str, plan: &Plan, tolerance: f64) -> (Counters, usize) {
     let collect = |records: &[Record], value: &dyn Fn(&FieldRecord) -> Vec<f64>| -> Vec<f64> {
         fields(records).iter().flat_map(|record| value(record)).collect()
     };
-    let numbers: [(&str, &dyn Fn(&FieldRecord) -> Vec<f64>); 4] = [
+    let numbers: [Numbers<'_, FieldRecord>; 4] = [
         ("fields, step", &|r| vec![r.step as f64]),
         ("fields, u", &|r| r.displacement_m.clone()),
         ("fields, v", &|r| r.velocity_m_per_s.clone()),

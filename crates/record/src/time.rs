@@ -5,7 +5,7 @@
 /// Most time steps are the reciprocal of a whole number (1e-8 s is a 100 MHz
 /// grid). There the time of a step is `step / rate`, which is the double nearest
 /// to the true value and prints as a person would write it; `step * dt` gives
-/// `0.056763540000000006` where `0.05676354` is meant.
+/// `0.056763560000000006` where `0.05676356` is meant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeGrid {
     step_s: f64,
@@ -82,11 +82,11 @@ mod tests {
     #[test]
     fn times_print_as_written() {
         let grid = TimeGrid::new(1e-8);
-        assert_eq!(grid.time_s(5_676_354).to_string(), "0.05676354");
-        assert_eq!(grid.time_ns(5_676_354), 56_763_540);
+        assert_eq!(grid.time_s(5_676_356).to_string(), "0.05676356");
+        assert_eq!(grid.time_ns(5_676_356), 56_763_560);
         assert_eq!(grid.step_ns(), Some(10));
         // Multiplying gives the neighbouring double.
-        assert_ne!(5_676_354.0 * 1e-8, 0.056_763_54);
+        assert_ne!(5_676_356.0 * 1e-8, 0.056_763_56);
     }
 
     #[test]

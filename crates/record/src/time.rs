@@ -5,7 +5,7 @@
 /// Most time steps are the reciprocal of a whole number (1e-8 s is a 100 MHz
 /// grid). There the time of a step is `step / rate`, which is the double nearest
 /// to the true value and prints as a person would write it; `step * dt` gives
-/// `0.056763560000000006` where `0.05676356` is meant.
+/// `0.056763560000000005` where `0.05676356` is meant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeGrid {
     step_s: f64,

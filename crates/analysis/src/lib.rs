@@ -3,6 +3,7 @@
 //! In reading order:
 //!
 //! - [`run_data`]: a run log in memory.
+//! - [`precursors`]: which slip events count as precursors.
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
 //! - [`measure`]: single numbers read off a run.
@@ -14,6 +15,7 @@ pub mod claims;
 pub mod figures;
 pub mod measure;
 pub mod pipeline;
+pub mod precursors;
 pub mod run_data;
 pub mod table_file;
 pub mod tables;

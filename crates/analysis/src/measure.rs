@@ -1,9 +1,10 @@
 //! Single numbers read off a run, for claims to be held against.
 
 use asperity_model::analytic::{self, LengthLaw};
-use asperity_record::{FieldRecord, SlipEvent};
+use asperity_record::FieldRecord;
 use serde::Deserialize;
 
+use crate::precursors::{self, Precursor, PrecursorRules};
 use crate::run_data::RunData;
 use crate::tables;
 
@@ -68,8 +69,8 @@ impl Measure {
             }
             Measure::PrecursorNearest => Some(f64::from(nearest_precursor(run, near?)?.last_block)),
             Measure::MeanBehindFront => {
-                let (_, profile) = front_profile(run, near?)?;
-                let length = nearest_precursor(run, near?)?.last_block as usize;
+                let (precursor, profile) = front_profile(run, near?)?;
+                let length = precursor.last_block as usize;
                 Some(profile[..length].iter().sum::<f64>() / length as f64)
             }
             Measure::ResidualTilted => residual(run, LengthLaw::Tilted),
@@ -88,7 +89,7 @@ fn time_to_reach(run: &RunData, load_ratio: f64) -> Option<f64> {
 }
 
 fn residual(run: &RunData, law: LengthLaw) -> Option<f64> {
-    Some(tables::residuals(run, law)?.rms / run.plan.friction.dynamic_coefficient)
+    Some(tables::residuals(run, law, &PrecursorRules::default())?.rms / run.plan.friction.dynamic_coefficient)
 }
 
 /// The state at the onset of the first slip event.
@@ -101,20 +102,20 @@ fn affected_blocks(run: &RunData) -> Option<f64> {
     Some(tau.iter().filter(|&&force| force > AFFECTED_THRESHOLD * tau[0]).count() as f64)
 }
 
-/// The slip event from block 1 on its way to the first global slip whose length
-/// is nearest to `blocks`; the earliest of equals.
-pub fn nearest_precursor(run: &RunData, blocks: f64) -> Option<&SlipEvent> {
-    let distance = |slip: &SlipEvent| (f64::from(slip.last_block) - blocks).abs();
-    run.precursors().into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+/// The precursor whose length is nearest to `blocks`; the earliest of equals.
+pub fn nearest_precursor(run: &RunData, blocks: f64) -> Option<Precursor<'_>> {
+    let distance = |precursor: &Precursor<'_>| (f64::from(precursor.last_block) - blocks).abs();
+    let precursors = precursors::find(run, &PrecursorRules::default());
+    precursors.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
-/// That slip event, and `tau_n / p_n` of every block at its end.
-pub fn front_profile(run: &RunData, blocks: f64) -> Option<(&SlipEvent, Vec<f64>)> {
-    let slip = nearest_precursor(run, blocks)?;
-    let fields = run.fields_at(slip.end_step?)?;
+/// That precursor, and `tau_n / p_n` of every block at its end.
+pub fn front_profile(run: &RunData, blocks: f64) -> Option<(Precursor<'_>, Vec<f64>)> {
+    let precursor = nearest_precursor(run, blocks)?;
+    let fields = run.fields_at(precursor.end.end_step?)?;
     let profile =
         fields.tangential_force_n.iter().zip(&run.plan.normal_load_n).map(|(tau, p)| tau / p).collect();
-    Some((slip, profile))
+    Some((precursor, profile))
 }
 
 fn rising_share(run: &RunData) -> Option<f64> {

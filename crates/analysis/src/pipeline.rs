@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use crate::claims::{self, Claim};
 use crate::figures::Figures;
+use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
 use crate::{AnalysisError, table_file, tables};
 
@@ -51,6 +52,9 @@ pub struct PrecursorSpec {
     pub run: String,
     /// The law.
     pub law: LengthLaw,
+    /// Which events to merge and drop; by default none.
+    #[serde(default)]
+    pub rules: PrecursorRules,
 }
 
 impl Pipeline {
@@ -84,6 +88,9 @@ impl Pipeline {
                 let known: Vec<&str> = names.into_iter().collect();
                 return Err(format!("there is no run {run} (accepted: {})", known.join(", ")));
             }
+        }
+        for spec in &pipeline.precursors {
+            spec.rules.check().map_err(|error| format!("precursors of {}: {error}", spec.run))?;
         }
         for claim in &pipeline.claim {
             if claim.stated.as_ref().is_some_and(|text| text.parse::<f64>().is_err()) {
@@ -121,12 +128,12 @@ impl Pipeline {
             table_file::write(&table_folder, &format!("{}.events", run.name), &mut tables::events(run)?)?;
             table_file::write(&table_folder, &format!("{}.load", run.name), &mut tables::load_curve(run)?)?;
         }
-        let mut held: Vec<(&RunData, LengthLaw)> = Vec::new();
-        for PrecursorSpec { run, law } in &self.precursors {
+        let mut held: Vec<(&RunData, LengthLaw, PrecursorRules)> = Vec::new();
+        for PrecursorSpec { run, law, rules } in &self.precursors {
             let run = &runs[run];
             let name = format!("{}.precursors-eq-{}", run.name, law.equation());
-            table_file::write(&table_folder, &name, &mut tables::precursors(run, *law)?)?;
-            held.push((run, *law));
+            table_file::write(&table_folder, &name, &mut tables::precursors(run, *law, rules)?)?;
+            held.push((run, *law, *rules));
         }
         if !held.is_empty() {
             table_file::write(&table_folder, "residuals", &mut tables::residual_table(&held)?)?;

@@ -67,23 +67,6 @@ impl RunData {
         Some(&self.fields[index])
     }
 
-    /// The slip events up to and including the first global slip that run from
-    /// block 1 farther than any before: the precursors of the length laws.
-    pub fn precursors(&self) -> Vec<&SlipEvent> {
-        let mut longest = 0;
-        let mut precursors = Vec::new();
-        for slip in &self.slips {
-            if slip.first_block == 1 && slip.last_block > longest {
-                longest = slip.last_block;
-                precursors.push(slip);
-            }
-            if slip.is_global(self.header.blocks) {
-                break;
-            }
-        }
-        precursors
-    }
-
     /// The first slip event in which every block slid.
     pub fn first_global_slip(&self) -> Option<&SlipEvent> {
         self.slips.iter().find(|slip| slip.is_global(self.header.blocks))

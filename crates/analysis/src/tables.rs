@@ -1,10 +1,10 @@
 //! The tables that a run is reduced to.
 
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
-use asperity_record::SlipEvent;
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 
 use crate::AnalysisError;
+use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
 
 /// The raw event table, one row per slip event; its first seven columns are
@@ -46,35 +46,40 @@ pub struct PrecursorPoint {
 }
 
 /// The precursors of a run beside a length law.
-pub fn precursor_points(run: &RunData, law: LengthLaw) -> Vec<PrecursorPoint> {
+pub fn precursor_points(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Vec<PrecursorPoint> {
     let parameters = LengthLawParameters::of(&run.scenario);
-    run.precursors()
-        .into_iter()
-        .map(|slip| {
-            let lp_l = slip.length_ratio(run.header.blocks).expect("precursors start at block 1");
-            PrecursorPoint { lp_l, ft_fn: slip.ft_fn_onset, predicted: law.load_ratio(&parameters, lp_l) }
+    precursors::find(run, rules)
+        .iter()
+        .map(|precursor| {
+            let lp_l = precursor.length_ratio(run.header.blocks);
+            let predicted = law.load_ratio(&parameters, lp_l);
+            PrecursorPoint { lp_l, ft_fn: precursor.start.ft_fn_onset, predicted }
         })
         .collect()
 }
 
 /// The precursor table: `L_p / L` against `F_T / F_N`, the length law's value
-/// beside it, and the residual.
+/// beside it, the residual, and the rules by which events were merged and dropped.
 ///
 /// # Errors
 /// If polars refuses.
-pub fn precursors(run: &RunData, law: LengthLaw) -> Result<DataFrame, AnalysisError> {
-    let slips: Vec<&SlipEvent> = run.precursors();
-    let points = precursor_points(run, law);
+pub fn precursors(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Result<DataFrame, AnalysisError> {
+    let found = precursors::find(run, rules);
+    let points = precursor_points(run, law, rules);
     frame(vec![
-        steps("event", slips.iter().map(|slip| slip.event)),
-        numbers("onset_s", slips.iter().map(|slip| slip.onset_s)),
-        counts("last_block", slips.iter().map(|slip| slip.last_block)),
-        counts("blocks_slipped", slips.iter().map(|slip| slip.blocks_slipped)),
+        steps("event", found.iter().map(|precursor| precursor.start.event)),
+        counts("merged", found.iter().map(|precursor| precursor.merged)),
+        numbers("onset_s", found.iter().map(|precursor| precursor.start.onset_s)),
+        gaps("end_s", found.iter().map(|precursor| precursor.end.end_s)),
+        counts("last_block", found.iter().map(|precursor| precursor.last_block)),
+        counts("blocks_slipped", found.iter().map(|precursor| precursor.blocks_slipped)),
         numbers("lp_l", points.iter().map(|point| point.lp_l)),
         numbers("ft_fn", points.iter().map(|point| point.ft_fn)),
         column("law", vec![format!("({})", law.equation()); points.len()]),
         numbers("ft_fn_law", points.iter().map(|point| point.predicted)),
         numbers("residual", points.iter().map(|point| point.ft_fn - point.predicted)),
+        counts("min_blocks", found.iter().map(|_| rules.min_blocks)),
+        numbers("merge_gap_s", found.iter().map(|_| rules.merge_gap_s)),
     ])
 }
 
@@ -107,8 +112,8 @@ pub struct Residuals {
 }
 
 /// The residuals of a run against a length law; `None` without precursors.
-pub fn residuals(run: &RunData, law: LengthLaw) -> Option<Residuals> {
-    let points = precursor_points(run, law);
+pub fn residuals(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Option<Residuals> {
+    let points = precursor_points(run, law, rules);
     if points.is_empty() {
         return None;
     }
@@ -125,20 +130,23 @@ pub fn residuals(run: &RunData, law: LengthLaw) -> Option<Residuals> {
 ///
 /// # Errors
 /// If polars refuses.
-pub fn residual_table(runs: &[(&RunData, LengthLaw)]) -> Result<DataFrame, AnalysisError> {
-    let all: Vec<Option<Residuals>> = runs.iter().map(|(run, law)| residuals(run, *law)).collect();
+pub fn residual_table(runs: &[(&RunData, LengthLaw, PrecursorRules)]) -> Result<DataFrame, AnalysisError> {
+    let all: Vec<Option<Residuals>> =
+        runs.iter().map(|(run, law, rules)| residuals(run, *law, rules)).collect();
     frame(vec![
-        column("run", runs.iter().map(|(run, _)| run.name.clone()).collect::<Vec<_>>()),
-        column("law", runs.iter().map(|(_, law)| format!("({})", law.equation())).collect::<Vec<_>>()),
+        column("run", runs.iter().map(|(run, ..)| run.name.clone()).collect::<Vec<_>>()),
+        column("law", runs.iter().map(|(_, law, _)| format!("({})", law.equation())).collect::<Vec<_>>()),
         counts("precursors", all.iter().map(|found| found.map_or(0, |found| found.count as u32))),
         gaps("rms", all.iter().map(|found| found.map(|found| found.rms))),
         gaps("max", all.iter().map(|found| found.map(|found| found.max))),
         gaps(
             "rms_over_mu_d",
-            runs.iter().zip(&all).map(|((run, _), found)| {
+            runs.iter().zip(&all).map(|((run, ..), found)| {
                 found.map(|found| found.rms / run.scenario.friction.dynamic_coefficient)
             }),
         ),
+        counts("min_blocks", runs.iter().map(|(.., rules)| rules.min_blocks)),
+        numbers("merge_gap_s", runs.iter().map(|(.., rules)| rules.merge_gap_s)),
     ])
 }
 

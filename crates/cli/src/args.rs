@@ -153,7 +153,8 @@ pub(crate) struct ReplayArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  asperity reduce run.mcap --out run/")]
+  asperity reduce run.mcap --out run/
+  asperity reduce run.mcap --out merged/ --merge-gap-s 1e-4 --min-blocks 2")]
 pub(crate) struct ReduceArguments {
     /// The run log.
     #[arg(value_name = "RUN.mcap")]
@@ -161,6 +162,12 @@ pub(crate) struct ReduceArguments {
     /// Folder for tables and figures; must not exist or be empty.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
+    /// Precursor table: fewest distinct blocks of an event that counts.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) min_blocks: u32,
+    /// Precursor table: take events no farther apart than this for one; 0 for none.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    pub(crate) merge_gap_s: f64,
 }
 
 #[cfg(feature = "analysis")]

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use asperity_analysis::pipeline::Pipeline;
+use asperity_analysis::precursors::PrecursorRules;
 use asperity_analysis::run_data::RunData;
 use asperity_analysis::{figures, table_file, tables};
 use asperity_model::analytic::LengthLaw;
@@ -21,6 +22,8 @@ use crate::{run, scenario};
 
 pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure> {
     let out = &arguments.out;
+    let rules = PrecursorRules { min_blocks: arguments.min_blocks, merge_gap_s: arguments.merge_gap_s };
+    rules.check().map_err(|error| Failure::BadInput(format!("--merge-gap-s: {error}")))?;
     if fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some()) || out.is_file() {
         return Err(Failure::BadInput(format!(
             "--out {} exists already and is not empty (accepted: a new or empty folder)",
@@ -34,8 +37,8 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure>
     let write = || {
         table_file::write(out, "events", &mut tables::events(&data)?)?;
         table_file::write(out, "load", &mut tables::load_curve(&data)?)?;
-        table_file::write(out, "precursors", &mut tables::precursors(&data, law)?)?;
-        table_file::write(out, "residuals", &mut tables::residual_table(&[(&data, law)])?)?;
+        table_file::write(out, "precursors", &mut tables::precursors(&data, law, &rules)?)?;
+        table_file::write(out, "residuals", &mut tables::residual_table(&[(&data, law, rules)])?)?;
         figures::draw_overview(data, out)
     };
     write().map_err(Failure::failed)?;

@@ -29,14 +29,14 @@ impl Figure for Front {
 
     fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
         let run = find(runs, &self.run)?;
-        let (slip, profile) = front_profile(run, f64::from(self.blocks))
+        let (precursor, profile) = front_profile(run, f64::from(self.blocks))
             .ok_or_else(|| format!("run {} has no precursor with fields at its end", run.name))?;
         let last = f64::from(run.header.blocks);
         let friction = &run.plan.friction;
         let level = |mu: f64| vec![(0.0, mu), (last, mu)];
         let lowest = profile.iter().fold(0.0f64, |low, ratio| low.min(*ratio)) - 0.05;
         let highest = friction.static_coefficient * 1.6;
-        let tip = f64::from(slip.last_block) + 0.5;
+        let tip = f64::from(precursor.last_block) + 0.5;
         Ok(Sheet::Single(Box::new(Panel {
             title: String::new(),
             x: Axis::new("block n", 0.0, last),
@@ -53,12 +53,15 @@ impl Figure for Front {
                     look: Look::Line(Dash::DotDashed, RED),
                 },
                 Series {
-                    label: format!("front, block {}", slip.last_block),
+                    label: format!("front, block {}", precursor.last_block),
                     points: vec![(tip, lowest), (tip, highest)],
                     look: Look::Line(Dash::Dotted, GREY),
                 },
                 Series {
-                    label: format!("simulated, t = {:.3} s", slip.end_s.unwrap_or(slip.onset_s)),
+                    label: format!(
+                        "simulated, t = {:.3} s",
+                        precursor.end.end_s.unwrap_or(precursor.end.onset_s)
+                    ),
                     points: profile.iter().enumerate().map(|(n, ratio)| (n as f64 + 1.0, *ratio)).collect(),
                     look: Look::Line(Dash::Solid, INK),
                 },

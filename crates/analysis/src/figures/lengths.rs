@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
 use super::{Figure, Labelled};
+use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
 use crate::tables;
 
@@ -48,7 +49,7 @@ impl Figure for Lengths {
                 .map(|i| f64::from(i) / 400.0)
                 .map(|x| (self.law.load_ratio(&parameters, x), x))
                 .collect();
-            let points: Vec<(f64, f64)> = tables::precursor_points(run, self.law)
+            let points: Vec<(f64, f64)> = tables::precursor_points(run, self.law, &PrecursorRules::default())
                 .into_iter()
                 .map(|point| (point.ft_fn, point.lp_l))
                 .collect();

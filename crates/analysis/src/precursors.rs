@@ -1,0 +1,221 @@
+//! Which slip events count as precursors.
+//!
+//! A precursor starts at block 1 and runs farther than any before it; the list
+//! ends with the first slip of the whole slider, even if an event before it has
+//! reached the last block already without taking all. The raw event table is full of
+//! events of one or two blocks or steps, which are real but may be unwanted, so
+//! rules may drop short events and merge those that follow each other closely.
+//! By default nothing is dropped or merged, and every table says by which rules
+//! it was made.
+
+use asperity_record::{Direction, SlipEvent};
+use serde::Deserialize;
+
+use crate::run_data::RunData;
+
+/// What to do with slip events before they are taken for precursors.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PrecursorRules {
+    /// Fewest distinct blocks of an event that counts; applied after merging.
+    pub min_blocks: u32,
+    /// Events no farther apart than this, from end to onset, are taken for one, s.
+    /// 0 merges nothing: two events are at least a step apart.
+    pub merge_gap_s: f64,
+}
+
+impl Default for PrecursorRules {
+    fn default() -> PrecursorRules {
+        PrecursorRules { min_blocks: 1, merge_gap_s: 0.0 }
+    }
+}
+
+impl PrecursorRules {
+    /// Checks that the rules make sense.
+    ///
+    /// # Errors
+    /// In words: key, value and what would be accepted.
+    pub fn check(&self) -> Result<(), String> {
+        if !(self.merge_gap_s.is_finite() && self.merge_gap_s >= 0.0) {
+            return Err(format!(
+                "merge_gap_s: {} is not accepted (accepted: a number from 0)",
+                self.merge_gap_s
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// A precursor, or the slip of the whole slider that ends the list.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Precursor<'a> {
+    /// The slip event that it starts with.
+    pub start: &'a SlipEvent,
+    /// The slip event that it ends with; the same where nothing was merged.
+    pub end: &'a SlipEvent,
+    /// How many slip events it is made of.
+    pub merged: u32,
+    /// Farthest block reached.
+    pub last_block: u32,
+    /// Distinct blocks that slid.
+    pub blocks_slipped: u32,
+}
+
+impl Precursor<'_> {
+    /// `L_p / L` (5.17).
+    pub fn length_ratio(&self, blocks: u32) -> f64 {
+        f64::from(self.last_block) / f64::from(blocks)
+    }
+}
+
+/// The precursors of a run, up to and including the first slip of the whole slider.
+pub fn find<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<Precursor<'a>> {
+    let mut precursors = Vec::new();
+    let mut longest = 0;
+    for group in run.slips.chunk_by(|before, next| belongs_together(before, next, rules.merge_gap_s)) {
+        let (Some(start), Some(end)) = (group.first(), group.last()) else { continue };
+        let first_block = group.iter().map(|slip| slip.first_block).min().unwrap_or(0);
+        let last_block = group.iter().map(|slip| slip.last_block).max().unwrap_or(0);
+        let blocks_slipped = match group {
+            [slip] => slip.blocks_slipped,
+            _ => distinct_blocks(run, start.onset_step, end.end_step.unwrap_or(run.header.steps)),
+        };
+        if blocks_slipped < rules.min_blocks {
+            continue;
+        }
+        let global = blocks_slipped == run.header.blocks;
+        if first_block == 1 && (last_block > longest || global) {
+            longest = last_block;
+            precursors.push(Precursor { start, end, merged: group.len() as u32, last_block, blocks_slipped });
+        }
+        if global {
+            break;
+        }
+    }
+    precursors
+}
+
+fn belongs_together(before: &SlipEvent, next: &SlipEvent, merge_gap_s: f64) -> bool {
+    merge_gap_s > 0.0 && before.end_s.is_some_and(|end_s| next.onset_s - end_s <= merge_gap_s)
+}
+
+/// Distinct blocks that slid in steps from `onset_step` up to before `end_step`:
+/// each detached at the step before the onset or later.
+fn distinct_blocks(run: &RunData, onset_step: u64, end_step: u64) -> u32 {
+    let mut slid = vec![false; run.header.blocks as usize];
+    let from = run.steps.partition_point(|record| record.step + 1 < onset_step);
+    for record in run.steps[from..].iter().take_while(|record| record.step + 1 < end_step) {
+        for switch in record.switches.iter().filter(|switch| switch.direction == Direction::Detach) {
+            slid[switch.block as usize - 1] = true;
+        }
+    }
+    slid.iter().filter(|&&slid| slid).count() as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_model::{Plan, Scenario, ScenarioSource};
+    use asperity_record::{Direction, RunHeader, SlipEvent, StepRecord, Switch};
+
+    use super::{PrecursorRules, find};
+    use crate::run_data::RunData;
+
+    /// A run of three blocks and these slip events: onset and end step, blocks.
+    fn run(events: &[(u64, u64, &[u32])]) -> RunData {
+        let source = ScenarioSource::new("test", "slider.blocks = 3\ntime.step_s = 1e-7");
+        let scenario = Scenario::resolve(&source).unwrap();
+        let plan = Plan::new(&scenario);
+        let switch = |block: u32| Switch {
+            block,
+            direction: Direction::Detach,
+            displacement_m: 0.0,
+            velocity_m_per_s: 0.0,
+            tangential_force_n: 0.0,
+            stick_position_m: 0.0,
+            threshold_n: 0.0,
+        };
+        let steps = events.iter().map(|&(onset, _, blocks)| StepRecord {
+            step: onset - 1,
+            time_s: plan.grid.time_s(onset - 1),
+            driving_force_n: 1.0,
+            normal_load_n: 400.0,
+            sliding: 0,
+            switches: blocks.iter().map(|&block| switch(block)).collect(),
+        });
+        let slips = events.iter().zip(0..).map(|(&(onset, end, blocks), event)| SlipEvent {
+            onset_s: plan.grid.time_s(onset),
+            end_s: Some(plan.grid.time_s(end)),
+            first_block: *blocks.iter().min().unwrap(),
+            last_block: *blocks.iter().max().unwrap(),
+            max_sliding: blocks.len() as u32,
+            ft_fn_onset: 0.1,
+            ft_fn_end: Some(0.1),
+            event,
+            onset_step: onset,
+            end_step: Some(end),
+            blocks_slipped: blocks.len() as u32,
+            nucleation_block: blocks[0],
+            ft_fn_min: 0.1,
+            ft_fn_max: 0.1,
+            open: false,
+        });
+        RunData {
+            name: "test".to_owned(),
+            header: RunHeader {
+                record_schema_version: 1,
+                scenario: "test".to_owned(),
+                scenario_hash: String::new(),
+                run_id: String::new(),
+                code_version: String::new(),
+                parameter_set: "as-coded".to_owned(),
+                solver: "plain".to_owned(),
+                blocks: 3,
+                time_step_s: plan.grid.step_s(),
+                steps: plan.steps,
+            },
+            steps: steps.collect(),
+            slips: slips.collect(),
+            scenario,
+            plan,
+            fields: Vec::new(),
+            windows: Vec::new(),
+        }
+    }
+
+    fn found(run: &RunData, min_blocks: u32, merge_gap_s: f64) -> Vec<(u64, u32, u32, u32)> {
+        find(run, &PrecursorRules { min_blocks, merge_gap_s })
+            .iter()
+            .map(|found| (found.start.event, found.merged, found.last_block, found.blocks_slipped))
+            .collect()
+    }
+
+    const EVENTS: [(u64, u64, &[u32]); 7] = [
+        (100, 101, &[1]),
+        (200, 210, &[1, 2]),
+        (300, 310, &[1]),
+        (400, 410, &[2, 3]),
+        (412, 420, &[1, 3]),
+        (500, 510, &[1, 2, 3]),
+        (600, 610, &[1, 2, 3]),
+    ];
+
+    #[test]
+    fn precursors_start_at_block_1_grow_and_end_with_the_first_global_slip() {
+        let all = [(0, 1, 1, 1), (1, 1, 2, 2), (4, 1, 3, 2), (5, 1, 3, 3)];
+        assert_eq!(found(&run(&EVENTS), 1, 0.0), all);
+        assert_eq!(found(&run(&EVENTS[5..]), 1, 0.0), [(0, 1, 3, 3)]);
+    }
+
+    #[test]
+    fn rules_drop_short_events_and_merge_close_ones() {
+        assert_eq!(found(&run(&EVENTS), 2, 0.0), [(1, 1, 2, 2), (4, 1, 3, 2), (5, 1, 3, 3)]);
+        // Events 3 and 4 are two steps, 2e-7 s, apart, and together take all blocks.
+        assert_eq!(found(&run(&EVENTS), 1, 2.5e-7), [(0, 1, 1, 1), (1, 1, 2, 2), (3, 2, 3, 3)]);
+    }
+
+    #[test]
+    fn rules_that_make_no_sense_are_refused() {
+        let rules = PrecursorRules { merge_gap_s: -1.0, ..PrecursorRules::default() };
+        assert_eq!(rules.check().unwrap_err(), "merge_gap_s: -1 is not accepted (accepted: a number from 0)");
+    }
+}

@@ -17,12 +17,12 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::AnalysisError;
 use crate::run_data::RunData;
+use crate::{AnalysisError, parallel};
 use plot::Sheet;
 
 /// A kind of figure.
-trait Figure {
+trait Figure: Sync {
     /// The file to write, without folder.
     fn file(&self) -> &str;
 
@@ -75,12 +75,12 @@ impl Figures {
 
     /// Draws all figures into a folder.
     pub(crate) fn draw(&self, runs: &BTreeMap<String, RunData>, folder: &Path) -> Result<(), AnalysisError> {
-        for figure in self.all() {
+        parallel::try_map(&self.all(), |figure| {
             let failed = |problem: String| AnalysisError::Figure { file: figure.file().to_owned(), problem };
             let sheet = figure.sheet(runs).map_err(failed)?;
-            sheet.write(&folder.join(figure.file())).map_err(failed)?;
-        }
-        Ok(())
+            sheet.write(&folder.join(figure.file())).map_err(failed)
+        })
+        .map(|_| ())
     }
 }
 

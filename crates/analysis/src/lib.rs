@@ -14,6 +14,7 @@
 pub mod claims;
 pub mod figures;
 pub mod measure;
+mod parallel;
 pub mod pipeline;
 pub mod precursors;
 pub mod run_data;

@@ -10,7 +10,7 @@ use crate::claims::{self, Claim};
 use crate::figures::Figures;
 use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
-use crate::{AnalysisError, table_file, tables};
+use crate::{AnalysisError, parallel, table_file, tables};
 
 /// A pipeline, as written.
 #[derive(Debug, Clone, Deserialize)]
@@ -119,15 +119,13 @@ impl Pipeline {
                 problem: error.to_string(),
             })?;
         }
-        let mut runs = BTreeMap::new();
-        for spec in &self.run {
-            let path = runs_folder.join(format!("{}.mcap", spec.name));
-            runs.insert(spec.name.clone(), RunData::read(&spec.name, &path)?);
-        }
-        for run in runs.values() {
-            table_file::write(&table_folder, &format!("{}.events", run.name), &mut tables::events(run)?)?;
-            table_file::write(&table_folder, &format!("{}.load", run.name), &mut tables::load_curve(run)?)?;
-        }
+        let runs = parallel::try_map(&self.run, |spec| {
+            let run = RunData::read(&spec.name, &runs_folder.join(format!("{}.mcap", spec.name)))?;
+            table_file::write(&table_folder, &format!("{}.events", run.name), &mut tables::events(&run)?)?;
+            table_file::write(&table_folder, &format!("{}.load", run.name), &mut tables::load_curve(&run)?)?;
+            Ok::<_, AnalysisError>((spec.name.clone(), run))
+        })?;
+        let runs = BTreeMap::from_iter(runs);
         let mut held: Vec<(&RunData, LengthLaw, PrecursorRules)> = Vec::new();
         for PrecursorSpec { run, law, rules } in &self.precursors {
             let run = &runs[run];

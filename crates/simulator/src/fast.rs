@@ -24,6 +24,13 @@ const SHORTEST_WINDOW: u64 = 24;
 /// Below this many steps windows are cheaper than a jump.
 const SHORTEST_JUMP: u64 = 10_000;
 
+/// Many certified steps, still to be taken.
+#[derive(Debug, Clone, Copy)]
+struct Leap {
+    steps: u64,
+    is_jump: bool,
+}
+
 /// The solver that takes certified windows where it can.
 #[derive(Debug, Clone)]
 pub struct Fast {
@@ -35,8 +42,9 @@ pub struct Fast {
     jump: Option<Jump>,
     /// For what is recorded inside a window or jump.
     aside: Plain,
-    /// Plain steps to take before the next window is tried.
-    patience: u64,
+    /// The jump or window that is open: the state stays at its start until all
+    /// that is due within it has been handed out.
+    leap: Option<Leap>,
     counters: Counters,
 }
 
@@ -57,7 +65,7 @@ impl Fast {
             plan,
             plain,
             recorder,
-            patience: 0,
+            leap: None,
             counters: Counters::default(),
         }
     }
@@ -65,7 +73,8 @@ impl Fast {
     fn take_plain_step(&mut self) -> Result<(), SimulationError> {
         let was_sliding = self.plain.state().sliding > 0;
         let driving_force_n = self.plain.take_step();
-        self.patience = self.patience.saturating_sub(1);
+        let left = &mut self.plain.state_mut().single_steps;
+        *left = left.saturating_sub(1);
         let state = self.plain.state();
         let edge = was_sliding != (state.sliding > 0);
         if edge || !self.plain.switched().is_empty() || self.recorder.is_due(state.step) {
@@ -74,59 +83,62 @@ impl Fast {
         Ok(())
     }
 
-    /// Jumps ahead if every block is stuck and stays so for long enough; false if not.
-    fn take_jump(&mut self) -> Result<bool, SimulationError> {
-        let Some(jump) = &mut self.jump else { return Ok(false) };
+    /// Opens a jump or a window, if one is certified and long enough.
+    fn open_leap(&mut self) -> Option<Leap> {
         let state = self.plain.state();
-        if state.detached > 0 {
-            return Ok(false);
+        let left = self.plan.steps - state.step;
+        if let Some(jump) = &mut self.jump
+            && state.detached == 0
+        {
+            // One step less than is certified, and than are left: the last is taken
+            // plainly, for the forces that go with the state.
+            let steps = jump.open(&self.plan, state, left).saturating_sub(1);
+            if steps >= SHORTEST_JUMP {
+                self.counters.jumps += 1;
+                self.counters.jump_steps += steps;
+                return Some(Leap { steps, is_jump: true });
+            }
         }
-        let from_step = state.step;
-        // One step less than is certified, and than are left: the last is taken
-        // plainly, for the forces that go with the state.
-        let steps = jump.open(&self.plan, state, self.plan.steps - from_step).saturating_sub(1);
-        if steps < SHORTEST_JUMP {
-            return Ok(false);
-        }
-        self.counters.jumps += 1;
-        self.counters.jump_steps += steps;
-        while self.recorder.due_step() <= from_step + steps {
-            let into = self.recorder.due_step() - from_step;
-            let aside = self.aside.state_mut();
-            aside.clone_from(self.plain.state());
-            jump.sample(&self.plan, into - 1, aside);
-            let driving_force_n = self.aside.take_step();
-            self.recorder.record(&self.plan, self.aside.state(), driving_force_n, &[], false)?;
-        }
-        jump.land(&self.plan, steps, self.plain.state_mut());
-        self.take_plain_step()?;
-        Ok(true)
-    }
-
-    /// Takes a window if one is certified; false if plain steps must be taken.
-    fn take_window(&mut self) -> Result<bool, SimulationError> {
-        let state = self.plain.state();
-        let from_step = state.step;
-        let left = self.plan.steps - from_step;
         if left < SHORTEST_WINDOW || !self.window.open(&self.plan, state, left) {
-            return Ok(false);
+            return None;
         }
         let steps = self.window.certified_steps(&self.plan, left);
-        if steps < SHORTEST_WINDOW {
-            return Ok(false);
-        }
-        self.counters.windows += 1;
-        self.counters.window_steps += steps;
-        while self.recorder.due_step() <= from_step + steps {
+        (steps >= SHORTEST_WINDOW).then(|| {
+            self.counters.windows += 1;
+            self.counters.window_steps += steps;
+            Leap { steps, is_jump: false }
+        })
+    }
+
+    /// Records the next step of the leap that is due, or lands behind it.
+    fn continue_leap(&mut self, leap: Leap) -> Result<(), SimulationError> {
+        let from_step = self.plain.state().step;
+        if self.recorder.due_step() <= from_step + leap.steps {
             let into = self.recorder.due_step() - from_step;
-            let aside = self.aside.state_mut();
-            aside.clone_from(self.plain.state());
-            self.window.evaluate(&self.plan, from_step, into, aside);
-            let driving_force_n = self.window.driving_force_n(&self.plan, from_step, into);
-            self.recorder.record(&self.plan, aside, driving_force_n, &[], false)?;
+            self.aside.state_mut().clone_from(self.plain.state());
+            let driving_force_n = match &mut self.jump {
+                Some(jump) if leap.is_jump => {
+                    jump.sample(&self.plan, into - 1, self.aside.state_mut());
+                    self.aside.take_step()
+                }
+                _ => {
+                    self.window.evaluate(&self.plan, from_step, into, self.aside.state_mut());
+                    self.window.driving_force_n(&self.plan, from_step, into)
+                }
+            };
+            return self.recorder.record(&self.plan, self.aside.state(), driving_force_n, &[], false);
         }
-        self.window.evaluate(&self.plan, from_step, steps, self.plain.state_mut());
-        Ok(true)
+        self.leap = None;
+        match &mut self.jump {
+            Some(jump) if leap.is_jump => {
+                jump.land(&self.plan, leap.steps, self.plain.state_mut());
+                self.take_plain_step()
+            }
+            _ => {
+                self.window.evaluate(&self.plan, from_step, leap.steps, self.plain.state_mut());
+                Ok(())
+            }
+        }
     }
 }
 
@@ -143,15 +155,20 @@ impl Solver for Fast {
             if self.plain.state().step == self.plan.steps {
                 return Ok(None);
             }
+            if let Some(leap) = self.leap {
+                self.continue_leap(leap)?;
+                continue;
+            }
             // The first and the first-after step of an event are taken plainly, and
             // recorded.
             let state = self.plain.state();
             let edge_ahead = (state.sliding > 0) != (state.detached > 0);
-            if self.patience == 0 && !edge_ahead {
-                if self.take_jump()? || self.take_window()? {
+            if state.single_steps == 0 && !edge_ahead {
+                self.leap = self.open_leap();
+                if self.leap.is_some() {
                     continue;
                 }
-                self.patience = SHORTEST_WINDOW;
+                self.plain.state_mut().single_steps = SHORTEST_WINDOW;
             }
             self.take_plain_step()?;
         }
@@ -172,7 +189,7 @@ impl Solver for Fast {
 
     fn restore(&mut self, state: &ChainState) {
         self.plain.restore(state);
-        self.patience = 0;
+        self.leap = None;
         self.recorder.continue_after(&self.plan, state.step);
     }
 }

@@ -107,16 +107,22 @@ impl Jump {
             Some(modes) => modes.bound(u, v, self.norms.velocity * norm, most_steps, &mut self.swing),
             None => self.swing.fill(self.norms.force * norm),
         }
+        let sweeps = self.sweeps;
+        let rounding = self
+            .norms
+            .force_rounding(sweeps.largest(&state.displacement_m), sweeps.largest(&state.velocity_m_per_s));
         self.from_step = state.step;
         self.sampled.copy_from_slice(&self.residue);
         self.sampled_step = state.step;
         (0..blocks)
             .map(|n| {
                 let threshold = plan.friction.static_threshold_n[n];
-                let room = threshold - ROUNDING * threshold - self.swing[n];
+                let room = threshold - ROUNDING * threshold - rounding - self.swing[n];
                 let (force, rate) =
                     (kt * (self.position_m[n] - state.stick_position_m[n]), kt * self.advance_m[n]);
-                if force.abs() >= room {
+                // Written so that what is not a number certifies nothing.
+                let stays = force.abs() < room;
+                if !stays {
                     return 0;
                 }
                 let steps = if rate > 0.0 { (room - force) / rate } else { (room + force) / -rate };
@@ -140,7 +146,14 @@ impl Jump {
     pub(crate) fn sample(&mut self, plan: &Plan, into: u64, state: &mut ChainState) {
         let mut residue = std::mem::take(&mut self.sampled);
         let target = self.from_step + into;
-        self.advance_residue(plan, &mut residue, target - self.sampled_step);
+        let steps = target - self.sampled_step;
+        // Only samples go this way, which rounds differently: where a jump lands
+        // must not depend on what is recorded.
+        if steps == self.cadence_steps && steps > 0 {
+            self.advance_by_cadence(plan, &mut residue);
+        } else {
+            self.advance_residue(plan, &mut residue, steps);
+        }
         self.sampled_step = target;
         self.compose(into, &residue, state);
         self.sampled = residue;
@@ -157,17 +170,18 @@ impl Jump {
         state.sliding = 0;
     }
 
-    fn advance_residue(&mut self, plan: &Plan, residue: &mut Vec<f64>, steps: u64) {
-        if steps == self.cadence_steps && steps > 0 {
-            if self.cadence.is_none() {
-                self.cadence = Some(self.power(plan, steps));
-            }
-            if let Some(matrix) = &self.cadence {
-                self.sweeps.multiply(&mut self.scratch, matrix, residue);
-                std::mem::swap(residue, &mut self.scratch);
-            }
-            return;
+    /// From one sample to the next of their cadence, with one matrix.
+    fn advance_by_cadence(&mut self, plan: &Plan, residue: &mut Vec<f64>) {
+        if self.cadence.is_none() {
+            self.cadence = Some(self.power(plan, self.cadence_steps));
         }
+        if let Some(matrix) = &self.cadence {
+            self.sweeps.multiply(&mut self.scratch, matrix, residue);
+            std::mem::swap(residue, &mut self.scratch);
+        }
+    }
+
+    fn advance_residue(&mut self, plan: &Plan, residue: &mut Vec<f64>, steps: u64) {
         let mut left = steps;
         let mut p = 0;
         while left > 0 {

@@ -63,8 +63,9 @@ pub trait Solver: Send {
     /// The last step taken.
     fn step(&self) -> u64;
 
-    /// The whole state, to the bit: a solver that restores it yields the same
-    /// records from there on.
+    /// The whole state, to the bit: a solver of the same kind that restores it
+    /// yields the same switches, events and states from there on, whatever the
+    /// cadences.
     fn snapshot(&self) -> ChainState;
 
     /// What the steps up to now were made of.

@@ -18,6 +18,10 @@ use asperity_model::Plan;
 
 use crate::sweep::Sweeps;
 
+/// Below this distance of a mode's eigenvalues, relative to its turn in a step,
+/// it counts as critical: its coordinates tell too little of it.
+const CRITICAL: f64 = 1e-6;
+
 /// The modes of a stuck chain.
 #[derive(Debug, Clone)]
 pub(crate) struct Modes {
@@ -38,10 +42,10 @@ pub(crate) struct Modes {
 /// How one mode's coordinates follow from it, and what they bound.
 #[derive(Debug, Clone, Copy)]
 enum Coordinate {
-    /// One complex coordinate `u + (re + i im) v`.
-    Complex { re: f64, im: f64, shrink: f64, gain: f64, kick: f64 },
+    /// One complex coordinate `u + (re + i im) v`; `fading` is `1 - |lambda|`.
+    Complex { re: f64, im: f64, fading: f64, gain: f64, kick: f64 },
     /// Two real ones.
-    Real { w: [f64; 2], shrink: [f64; 2], gain: [f64; 2], kick: [f64; 2] },
+    Real { w: [f64; 2], fading: [f64; 2], gain: [f64; 2], kick: [f64; 2] },
 }
 
 impl Modes {
@@ -60,33 +64,36 @@ impl Modes {
         for (j, mu) in values.into_iter().enumerate() {
             let stiffness = (mu - kt).max(0.0);
             let (damping, omega2) = (eta / k * stiffness / m, mu / m);
-            // Eigenvalues of the two-row matrix: z^2 - trace z + det = 0.
-            let (trace, det) = (2.0 - damping * dt - omega2 * dt * dt, 1.0 - damping * dt);
-            let discriminant = trace * trace / 4.0 - det;
-            let w = |lambda: f64| (1.0 - dt * dt * omega2 - lambda) / (dt * omega2);
+            // Eigenvalues 1 - x +- root of the two-row matrix, with `root^2 = x^2 - (omega dt)^2`:
+            // written with small numbers throughout, since 1 would swallow their digits.
+            let (rate, turn) = (damping * dt, omega2.sqrt() * dt);
+            let x = (rate + turn * turn) / 2.0;
+            let discriminant = (x - turn) * (x + turn);
+            let root = discriminant.abs().sqrt();
+            if root < CRITICAL * turn {
+                return None;
+            }
+            let w = |offset: f64| (x - turn * turn + offset) / (dt * omega2);
             let (alpha, beta) = (stiffness, eta / k * stiffness);
             let push = dt / m * coupling * shapes[j * blocks].abs();
             let coordinate = if discriminant < 0.0 {
-                let (re, im) = (w(trace / 2.0), (-discriminant).sqrt() / (dt * omega2));
+                let (re, im) = (w(0.0), root / (dt * omega2));
                 let across = (beta - alpha * re) / im;
                 Coordinate::Complex {
                     re,
                     im,
-                    shrink: det.sqrt(),
+                    fading: rate / (1.0 + (1.0 - rate).sqrt()),
                     gain: (alpha * alpha + across * across).sqrt(),
                     kick: push * ((dt + re) * (dt + re) + im * im).sqrt(),
                 }
             } else {
-                let root = discriminant.sqrt();
-                let (lambda, other) = (trace / 2.0 + root, trace / 2.0 - root);
-                let (w1, w2) = (w(lambda), w(other));
-                if root < 1e-9 {
-                    return None;
-                }
+                let (w1, w2) = (w(-root), w(root));
                 let across = (beta - alpha * w1) / (w1 - w2);
+                // 1 - |lambda|, whichever sign lambda has.
+                let fading = |lost: f64| lost.min(2.0 - lost);
                 Coordinate::Real {
                     w: [w1, w2],
-                    shrink: [lambda.abs(), other.abs()],
+                    fading: [fading(x - root), fading(x + root)],
                     gain: [(alpha + across).abs(), across.abs()],
                     kick: [push * (dt + w1).abs(), push * (dt + w2).abs()],
                 }
@@ -120,19 +127,19 @@ impl Modes {
         self.sweeps.multiply(&mut self.projected_u, &self.by_block, u);
         self.sweeps.multiply(&mut self.projected_v, &self.by_block, v);
         let steps = steps as f64;
-        let forced = |kick: f64, shrink: f64| {
-            let lasting = if shrink < 1.0 { steps.min(1.0 / (1.0 - shrink)) } else { steps };
+        let forced = |kick: f64, fading: f64| {
+            let lasting = if fading > 0.0 { steps.min(1.0 / fading) } else { steps };
             kick * first_velocity * lasting
         };
         for (j, coordinate) in self.coordinates.iter().enumerate() {
             let (u, v) = (self.projected_u[j], self.projected_v[j]);
             self.weights[j] = match *coordinate {
-                Coordinate::Complex { re, im, shrink, gain, kick } => {
+                Coordinate::Complex { re, im, fading, gain, kick } => {
                     let (x, y) = (u + re * v, im * v);
-                    gain * ((x * x + y * y).sqrt() + forced(kick, shrink))
+                    gain * ((x * x + y * y).sqrt() + forced(kick, fading))
                 }
-                Coordinate::Real { w, shrink, gain, kick } => {
-                    (0..2).map(|i| gain[i] * ((u + w[i] * v).abs() + forced(kick[i], shrink[i]))).sum()
+                Coordinate::Real { w, fading, gain, kick } => {
+                    (0..2).map(|i| gain[i] * ((u + w[i] * v).abs() + forced(kick[i], fading[i]))).sum()
                 }
             };
         }

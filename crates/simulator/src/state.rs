@@ -26,6 +26,10 @@ pub struct ChainState {
     pub tangential_force_n: Vec<f64>,
     /// How many blocks slid in the last step.
     pub sliding: u32,
+    /// Steps that a solver has decided to take one by one before it tries again
+    /// for many at once: part of the state, so that a restored run is cut up, and
+    /// rounds, as the one that it continues.
+    pub single_steps: u64,
 }
 
 impl ChainState {
@@ -51,6 +55,7 @@ impl ChainState {
             detached: 0,
             tangential_force_n,
             sliding: 0,
+            single_steps: 0,
         }
     }
 }

@@ -10,8 +10,34 @@ use crate::AnalysisError;
 use crate::measure::Measure;
 use crate::run_data::RunData;
 
-/// Relative deviation that reading a number off a curve may cost.
-const READING_TOLERANCE: f64 = 0.02;
+/// Relative deviation up to which a number stated is taken to agree.
+const TOLERANCE: f64 = 0.02;
+
+/// What an agreement is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Measured in a run, which could have given something else.
+    #[default]
+    Simulated,
+    /// Worked out from the parameters alone.
+    Arithmetic,
+    /// Looked for in a run because the source shows it: it exists, no more.
+    Selection,
+    /// Put in by the program itself: a check of the program.
+    Construction,
+}
+
+impl Kind {
+    fn word(self) -> &'static str {
+        match self {
+            Kind::Simulated => "simulated",
+            Kind::Arithmetic => "arithmetic",
+            Kind::Selection => "selection",
+            Kind::Construction => "construction",
+        }
+    }
+}
 
 /// One claim, as the pipeline has it.
 #[derive(Debug, Clone, Deserialize)]
@@ -25,6 +51,13 @@ pub struct Claim {
     pub run: String,
     /// What to measure in it.
     pub measure: Measure,
+    /// What an agreement is worth.
+    #[serde(default)]
+    pub kind: Kind,
+    /// Whether the source gives the number as approximate: then half a unit of its
+    /// last digit is allowed as well.
+    #[serde(default)]
+    pub approximate: bool,
     /// The number claimed, with the digits the source gives; absent where the
     /// source speaks in words.
     pub stated: Option<String>,
@@ -66,9 +99,14 @@ pub fn judge<'a>(claims: &'a [Claim], runs: &BTreeMap<String, RunData>) -> Vec<O
             let (rule, holds): (String, Option<bool>) = match (stated, claim.at_most, claim.at_least) {
                 (Some(stated), ..) => {
                     let digit = half_last_digit(claim.stated.as_deref().unwrap_or_default());
-                    let tolerance = digit.max(READING_TOLERANCE * stated.abs());
+                    let relative = TOLERANCE * stated.abs();
+                    let (tolerance, rule) = if claim.approximate && digit > relative {
+                        (digit, "half the last digit given")
+                    } else {
+                        (relative, "2 %")
+                    };
                     let holds = deviation.map(|deviation| deviation.abs() <= tolerance);
-                    (format!("within {tolerance:.3}: 2 % or half the last digit given"), holds)
+                    (format!("within {tolerance:.4}, {rule}"), holds)
                 }
                 (None, Some(limit), _) => (format!("at most {limit}"), ours.map(|ours| ours <= limit)),
                 (None, None, Some(limit)) => (format!("at least {limit}"), ours.map(|ours| ours >= limit)),
@@ -111,20 +149,48 @@ pub fn table(outcomes: &[Outcome<'_>]) -> Result<DataFrame, AnalysisError> {
         numbers("deviation", &|outcome| outcome.deviation),
         texts("rule", &|outcome| outcome.rule.clone()),
         texts("verdict", &|outcome| outcome.verdict.to_owned()),
+        texts("kind", &|outcome| outcome.claim.kind.word().to_owned()),
         texts("note", &|outcome| outcome.claim.note.clone()),
     ])?)
 }
 
-/// The claims as a page of Markdown.
-pub fn markdown(title: &str, outcomes: &[Outcome<'_>]) -> String {
-    let count = |verdict| outcomes.iter().filter(|outcome| outcome.verdict == verdict).count();
+/// The claims as a page of Markdown, headed by what the runs were.
+pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, RunData>) -> String {
+    let distinct = |value: &dyn Fn(&RunData) -> String| -> String {
+        let values: std::collections::BTreeSet<String> = runs.values().map(value).collect();
+        values.into_iter().collect::<Vec<_>>().join(", ")
+    };
     let mut page = format!(
-        "# {title}: claims\n\n{} agree, {} differ, {} not reached. Deviations are ours minus stated.\n\n\
-         | about | run | the source says | measured | stated | ours | deviation | rule | verdict |\n\
-         |---|---|---|---|---|---|---|---|---|\n",
-        count("agrees"),
-        count("differs"),
-        count("not reached")
+        "# {title}: claims\n\nParameter set {}; dt = {} s; solver {}; code version {}.\n\n",
+        distinct(&|run| run.header.parameter_set.clone()),
+        distinct(&|run| format!("{:e}", run.header.time_step_s)),
+        distinct(&|run| run.header.solver.clone()),
+        distinct(&|run| run.header.code_version.clone()),
+    );
+    for (kind, meaning) in [
+        (Kind::Simulated, "measured in a run, which could have given something else"),
+        (Kind::Arithmetic, "worked out from the parameters alone"),
+        (Kind::Selection, "looked for in a run because the source shows it"),
+        (Kind::Construction, "put in by the program itself"),
+    ] {
+        let count = |verdict| {
+            let of_kind = outcomes.iter().filter(|outcome| outcome.claim.kind == kind);
+            of_kind.filter(|outcome| outcome.verdict == verdict).count()
+        };
+        writeln!(
+            page,
+            "- *{}* ({meaning}): {} agree, {} differ, {} not reached.",
+            kind.word(),
+            count("agrees"),
+            count("differs"),
+            count("not reached")
+        )
+        .expect("writing to a string cannot fail");
+    }
+    page.push_str(
+        "\nDeviations are ours minus stated. Limits of claims that the source makes in words are ours.\n\n\
+         | about | run | the source says | measured | stated | ours | deviation | rule | verdict | kind |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
     );
     let number = |value: Option<f64>| match value {
         None => "-".to_owned(),
@@ -137,7 +203,7 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>]) -> String {
         let note = if claim.note.is_empty() { String::new() } else { format!(" ({})", claim.note) };
         writeln!(
             page,
-            "| {} | {} | {} | {} | {} | {} | {} | {} | **{}**{note} |",
+            "| {} | {} | {} | {} | {} | {} | {} | {} | **{}**{note} | {} |",
             claim.about,
             claim.run,
             claim.quote.replace('|', "\\|"),
@@ -146,7 +212,8 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>]) -> String {
             number(outcome.ours),
             signed(outcome.deviation),
             outcome.rule,
-            outcome.verdict
+            outcome.verdict,
+            claim.kind.word()
         )
         .expect("writing to a string cannot fail");
     }

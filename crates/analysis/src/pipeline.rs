@@ -37,7 +37,7 @@ pub struct Pipeline {
 pub struct RunSpec {
     /// Its name, for files and for the rest of the pipeline.
     pub name: String,
-    /// Name of a built-in scenario, or path of a file.
+    /// Name of a built-in scenario, or path of a file from the current folder.
     pub scenario: String,
     /// Overrides, `key=value`.
     #[serde(default)]
@@ -139,7 +139,7 @@ impl Pipeline {
         if !self.claim.is_empty() {
             let outcomes = claims::judge(&self.claim, &runs);
             table_file::write(&table_folder, "claims", &mut claims::table(&outcomes)?)?;
-            let page = claims::markdown(&self.title, &outcomes);
+            let page = claims::markdown(&self.title, &outcomes, &runs);
             table_file::published(&table_folder.join("claims.md"), |mut file| {
                 std::io::Write::write_all(&mut file, page.as_bytes()).map_err(|error| error.to_string())
             })?;

@@ -13,7 +13,7 @@ use asperity_analysis::run_data::RunData;
 use asperity_analysis::{figures, table_file, tables};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::{Plan, Scenario};
-use asperity_runlog::{RunReader, Topics};
+use asperity_runlog::{Existing, RunReader, Topics};
 
 use crate::args::{ReduceArguments, ReproduceArguments, SolverChoice};
 use crate::exit::Failure;
@@ -142,14 +142,9 @@ fn make_runs(
 
 fn make_run(job: &Job, folder: &Path, solver: SolverChoice, board: &Board) -> Result<(), Failure> {
     let path = folder.join(format!("{}.mcap", job.name));
-    // What stands there was found to be of another scenario or code, or damaged.
-    match fs::remove_file(&path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => {
-            return Err(Failure::Failed(format!("failed to replace {}: {error}", path.display())));
-        }
-        _ => {}
-    }
-    run::execute(&job.scenario, &path, solver.into(), board, &job.name)
+    // What stands there was found to be of another scenario or code, or damaged,
+    // or is to be made afresh.
+    run::execute(&job.scenario, &path, Existing::Replace, solver.into(), board, &job.name)
         .map(|_counters| ())
         .map_err(|error| Failure::Failed(format!("run {}: {error}", job.name)))
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use asperity_model::{Plan, Scenario};
 use asperity_record::{EventKind, RECORD_SCHEMA_VERSION, RunHeader};
-use asperity_runlog::{RunWriter, WriteError};
+use asperity_runlog::{Existing, RunWriter, WriteError};
 use asperity_simulator::{Counters, SimulationError, SolverKind};
 use asperity_stream::{Item, StreamError};
 
@@ -25,8 +25,9 @@ pub(crate) fn command(arguments: &RunArguments) -> Result<(), Failure> {
         )));
     }
     let board = Board::new();
-    let counters = execute(&scenario, &arguments.out, arguments.solver.into(), &board, &scenario.name)
-        .map_err(Failure::failed)?;
+    let counters =
+        execute(&scenario, &arguments.out, Existing::Refuse, arguments.solver.into(), &board, &scenario.name)
+            .map_err(Failure::failed)?;
     if arguments.stats {
         board.line(&format!("{counters:#?}"));
     }
@@ -64,11 +65,11 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
     }
 }
 
-/// Runs a scenario and logs it to `out`, which must not exist; what the run was
-/// made of.
+/// Runs a scenario and logs it to `out`; what the run was made of.
 pub(crate) fn execute(
     scenario: &Scenario,
     out: &Path,
+    existing: Existing,
     solver: SolverKind,
     board: &Board,
     name: &str,
@@ -78,7 +79,7 @@ pub(crate) fn execute(
     let header = header(scenario, &plan, solver.name());
     let detectors = detectors::all(&header);
     let kinds: Vec<EventKind> = detectors.iter().map(|detector| detector.emits()).collect();
-    let mut writer = RunWriter::create(out, &header, &scenario.to_commented_toml(), &kinds)?;
+    let mut writer = RunWriter::create(out, existing, &header, &scenario.to_commented_toml(), &kinds)?;
     let mut progress: RunProgress = board.run(name, plan.steps, scenario.time.duration_s);
 
     asperity_stream::run(

@@ -19,7 +19,7 @@ pub(crate) fn command(command: ScenarioCommand) -> Result<(), Failure> {
             }
         }
         ScenarioCommand::Show(choice) => {
-            out.write_all(resolve(&choice.scenario, &choice.set)?.to_commented_toml().as_bytes())?;
+            out.write_all(resolve(&choice.scenario, &choice.set)?.to_editable_toml().as_bytes())?;
         }
     }
     Ok(())

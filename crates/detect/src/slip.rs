@@ -4,7 +4,8 @@
 //! slides in step `s` if it entered `s` detached. A slip event is a maximal run
 //! of consecutive steps in which at least one block slides. There is a record of
 //! the first step of every event, of the first step after it, and of every step
-//! in between at which the set of sliding blocks changes.
+//! at whose end a block switches: between two records the set of sliding blocks
+//! is that which the earlier one left.
 
 use asperity_record::{Direction, StepRecord, Switch};
 

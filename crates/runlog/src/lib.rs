@@ -22,4 +22,4 @@ mod write;
 
 pub use metadata::MetadataError;
 pub use read::{LogError, LogItem, LogProblem, RunReader, Topics};
-pub use write::{RunWriter, WriteError, partial_path};
+pub use write::{Existing, RunWriter, WriteError, partial_path};

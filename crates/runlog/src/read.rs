@@ -77,6 +77,19 @@ pub enum LogProblem {
         /// What it is said to do.
         direction: Direction,
     },
+    /// A step with another number of sliding blocks than its switches give.
+    #[error("step {step} says that {promised} blocks slide; the switches before it leave {found}")]
+    Sliding {
+        /// The step.
+        step: u64,
+        /// How many its message says.
+        promised: u32,
+        /// How many are detached.
+        found: u32,
+    },
+    /// Two headers, or something behind the end.
+    #[error("{0}")]
+    Misplaced(&'static str),
     /// The file ends before the run does.
     #[error("no metadata `{RUN_END}`: the run did not finish, or the file was cut off")]
     NoEnd,
@@ -136,6 +149,8 @@ pub struct RunReader {
     /// A step record whose switches are still being read, and how many it promises.
     open_step: Option<(StepRecord, u32)>,
     detached: Vec<bool>,
+    detached_count: u32,
+    last_step: u64,
     ready: VecDeque<LogItem>,
     counts: BTreeMap<String, u64>,
     switches: u64,
@@ -167,6 +182,8 @@ impl RunReader {
             end: None,
             open_step: None,
             detached: Vec::new(),
+            detached_count: 0,
+            last_step: 0,
             ready: VecDeque::new(),
             counts: BTreeMap::new(),
             switches: 0,
@@ -220,6 +237,11 @@ impl RunReader {
             let raw = match self.reader.next_event() {
                 None => {
                     self.finished = true;
+                    if self.source.read(&mut [0])? > 0 {
+                        return Err(LogProblem::Misplaced(
+                            "there is something behind the end of the MCAP file",
+                        ));
+                    }
                     return self.check_end();
                 }
                 Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
@@ -244,6 +266,9 @@ impl RunReader {
     fn take(&mut self, raw: Raw<'static>) -> Result<(), LogProblem> {
         match raw {
             Raw::Metadata(metadata) if metadata.name == RUN => {
+                if self.header.is_some() {
+                    return Err(LogProblem::Misplaced("there are two metadata `run`"));
+                }
                 let header = metadata::header_from_map(&metadata.metadata)?;
                 if header.record_schema_version != RECORD_SCHEMA_VERSION {
                     return Err(LogProblem::Version(header.record_schema_version));
@@ -285,6 +310,11 @@ impl RunReader {
         match topic.as_str() {
             STEP if self.topics.steps => {
                 let message: StepMessage = decode(&topic, sequence, data)?;
+                if message.sliding != self.detached_count {
+                    let StepMessage { step, sliding: promised, .. } = message;
+                    return Err(LogProblem::Sliding { step, promised, found: self.detached_count });
+                }
+                self.last_step = message.step;
                 let promised = message.switches;
                 self.open_step = Some((message.into_record(), promised));
                 if promised == 0 {
@@ -320,6 +350,10 @@ impl RunReader {
         match is_detached {
             Some(is_detached) if *is_detached != (direction == Direction::Detach) => {
                 *is_detached = !*is_detached;
+                match direction {
+                    Direction::Detach => self.detached_count += 1,
+                    Direction::Attach => self.detached_count -= 1,
+                }
             }
             _ => return Err(LogProblem::ImpossibleSwitch { step, block, direction }),
         }
@@ -351,6 +385,11 @@ impl RunReader {
         for (topic, count) in &end.message_counts {
             let found = self.counts.get(topic).copied().unwrap_or(0);
             mismatch(&format!("messages of {topic}:"), count.to_string(), found.to_string())?;
+        }
+        let steps = self.header.as_ref().map_or(0, |header| header.steps);
+        mismatch("the last step:", end.last_step.to_string(), steps.to_string())?;
+        if self.topics.steps {
+            mismatch("the last step:", end.last_step.to_string(), self.last_step.to_string())?;
         }
         mismatch("switches:", end.switches.to_string(), self.switches.to_string())?;
         mismatch("digest:", end.digest.clone(), self.digest.finalize().to_hex().to_string())

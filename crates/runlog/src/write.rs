@@ -65,10 +65,20 @@ pub fn partial_path(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
+/// What to do with a log that stands where one is to be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    /// Keep it, and write nothing.
+    Refuse,
+    /// Replace it by the new one, once that is whole.
+    Replace,
+}
+
 /// Writes one run log. Dropped before [`RunWriter::finish`], it leaves a file
 /// under the temporary name without `run_end`, which says that it is not whole.
 pub struct RunWriter {
     path: PathBuf,
+    existing: Existing,
     writer: Writer<BufWriter<File>>,
     channels: BTreeMap<String, Channel>,
     digest: blake3::Hasher,
@@ -85,17 +95,20 @@ struct Channel {
 }
 
 impl RunWriter {
-    /// Starts the log of a run: header and scenario first.
+    /// Starts the log of a run: header and scenario first. A log that stands at
+    /// `path` is only replaced once the new one is whole, and only if asked for.
     ///
     /// # Errors
-    /// If `path` exists or the temporary file cannot be written.
+    /// If `path` exists and is not to be replaced, or the temporary file cannot be
+    /// written.
     pub fn create(
         path: &Path,
+        existing: Existing,
         header: &RunHeader,
         scenario_toml: &str,
         events: &[EventKind],
     ) -> Result<RunWriter, WriteError> {
-        if path.exists() {
+        if existing == Existing::Refuse && path.exists() {
             return Err(WriteError::Exists(path.to_owned()));
         }
         let partial = partial_path(path);
@@ -141,6 +154,7 @@ impl RunWriter {
         }
         Ok(RunWriter {
             path: path.to_owned(),
+            existing,
             writer,
             channels,
             digest: blake3::Hasher::new(),
@@ -252,7 +266,7 @@ impl RunWriter {
         let path = self.path.clone();
         let file = self.writer.into_inner().into_inner().map_err(|error| io_error(error.into_error()))?;
         file.sync_all().map_err(io_error)?;
-        if path.exists() {
+        if self.existing == Existing::Refuse && path.exists() {
             return Err(WriteError::Exists(path));
         }
         fs::rename(&partial, &path).map_err(io_error)?;

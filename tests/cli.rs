@@ -98,7 +98,7 @@ fn errors_in_files_name_line_column_key_value_and_range() {
         stderr,
         format!(
             "error: {file_name}:2:10: slider.blocks: 1 is not accepted \
-             (accepted: a whole number from 2 to 1000000)\n\
+             (accepted: a whole number from 2 to 100000)\n\
              error: {file_name}:5:24: friction.static_coefficient: \"high\" is not accepted \
              (accepted: a number from 0)\n"
         )
@@ -134,10 +134,12 @@ fn bad_logs_are_failures() {
     let bytes = fs::read(&good).expect("the log can be read");
     let mut flipped = bytes.clone();
     flipped[bytes.len() / 2] ^= 1;
-    let bad: [(&str, &[u8]); 5] = [
+    let trailing = [&bytes[..], b"more"].concat();
+    let bad: [(&str, &[u8]); 6] = [
         ("empty.mcap", b""),
         ("text.mcap", b"not a log at all"),
         ("truncated.mcap", &bytes[..bytes.len() / 2]),
+        ("trailing.mcap", &trailing),
         ("without-last-byte.mcap", &bytes[..bytes.len() - 1]),
         ("flipped.mcap", &flipped),
     ];

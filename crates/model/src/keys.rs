@@ -115,7 +115,7 @@ pub const KEYS: &[Key] = &[
         path: "slider.blocks",
         symbol: "N",
         doc: "Number of blocks in the chain.",
-        kind: Count(2, 1_000_000),
+        kind: Count(2, 100_000),
         default: Is(Value::Count(100)),
     },
     Key {
@@ -238,7 +238,7 @@ pub const KEYS: &[Key] = &[
         symbol: "j",
         doc: "Which mode: v_n = amplitude cos(pi j (n - 1/2) / N), with 0 <= j <= N - 1; \
               N - 1 is the shortest wave.",
-        kind: Count(0, 999_999),
+        kind: Count(0, 99_999),
         default: Is(Value::Count(1)),
     },
     Key {
@@ -306,14 +306,14 @@ pub const WINDOW_KEYS: &[Key] = &[
         path: "first_block",
         symbol: "",
         doc: "First block to record.",
-        kind: Count(1, 1_000_000),
+        kind: Count(1, 100_000),
         default: Required,
     },
     Key {
         path: "last_block",
         symbol: "",
         doc: "Last block to record, not before first_block nor beyond N.",
-        kind: Count(1, 1_000_000),
+        kind: Count(1, 100_000),
         default: Required,
     },
 ];

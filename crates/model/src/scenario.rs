@@ -565,7 +565,7 @@ mod tests {
         for (text, expected) in [
             (
                 "[slider]\nblocks = 1",
-                "test.toml:2:10: slider.blocks: 1 is not accepted (accepted: a whole number from 2 to 1000000)",
+                "test.toml:2:10: slider.blocks: 1 is not accepted (accepted: a whole number from 2 to 100000)",
             ),
             (
                 "[slider]\n  blokcs = 7",

@@ -77,8 +77,8 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         steps: map.parse("steps", "a whole number")?,
     };
     // These two size memory and divide, so they are bounded here, once.
-    if !(2..=1_000_000).contains(&header.blocks) {
-        return Err(map.invalid("blocks", "a whole number from 2 to 1000000"));
+    if !(2..=100_000).contains(&header.blocks) {
+        return Err(map.invalid("blocks", "a whole number from 2 to 100000"));
     }
     if !(header.time_step_s.is_finite() && header.time_step_s > 0.0) {
         return Err(map.invalid("time_step_s", "a number above 0"));

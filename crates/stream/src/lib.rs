@@ -39,9 +39,9 @@ pub enum StreamError<Source, Sink> {
     Sink(Sink),
 }
 
-/// Records under way between two threads. A record with the fields of 100
-/// blocks takes about 4 kB, one of 10,000 blocks 400 kB: this keeps the channels
-/// in the tens of megabytes at worst and still rides out a pause of the disk.
+/// Records under way between two threads: enough to ride out a pause of the
+/// disk. The two channels full of fields take half a megabyte for 100 blocks,
+/// 50 MB for 10,000 and 500 MB for 100,000, the largest chain there may be.
 const CHANNEL_CAPACITY: usize = 64;
 
 /// Runs a stream to its end: everything `source` gives goes through `detectors`

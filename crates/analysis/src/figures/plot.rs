@@ -294,17 +294,25 @@ fn stroke(
     color: RGBColor,
     width: u32,
 ) -> Result<(), String> {
-    let style = color.stroke_width(width);
     let pattern: &[f64] = match dash {
-        Dash::Solid => {
-            return root.draw(&PathElement::new(path, style)).map_err(|error| error.to_string());
-        }
+        Dash::Solid => return polyline(root, &path, color, width),
         Dash::Dashed => &[26.0, 16.0],
         Dash::Dotted => &[6.0, 12.0],
         Dash::DotDashed => &[40.0, 12.0, 6.0, 12.0],
     };
-    for piece in dashes(&path, pattern) {
-        root.draw(&PathElement::new(piece, style)).map_err(|error| error.to_string())?;
+    dashes(&path, pattern).iter().try_for_each(|piece| polyline(root, piece, color, width))
+}
+
+/// Draws a path segment by segment, with a disc on every joint: as one outline it
+/// would leave white specks where it turns back on itself.
+fn polyline(root: &Area<'_>, path: &[(i32, i32)], color: RGBColor, width: u32) -> Result<(), String> {
+    for segment in path.windows(2) {
+        root.draw(&PathElement::new(segment, color.stroke_width(width)))
+            .map_err(|error| error.to_string())?;
+    }
+    for joint in path.iter().skip(1).take(path.len().saturating_sub(2)) {
+        let disc = Circle::new(*joint, width as i32 / 2, color.filled());
+        root.draw(&disc).map_err(|error| error.to_string())?;
     }
     Ok(())
 }

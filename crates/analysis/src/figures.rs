@@ -19,7 +19,7 @@ use serde::Deserialize;
 
 use crate::run_data::RunData;
 use crate::{AnalysisError, parallel};
-use plot::Sheet;
+use plot::{BLUE, Dash, Look, RED, Series, Sheet};
 
 /// A kind of figure.
 trait Figure: Sync {
@@ -96,6 +96,25 @@ impl Labelled {
     fn find<'a>(&self, runs: &'a BTreeMap<String, RunData>) -> Result<&'a RunData, String> {
         find(runs, &self.run)
     }
+}
+
+/// The runs of a figure's series or panels.
+fn run_names(labelled: &[Labelled]) -> Vec<&str> {
+    labelled.iter().map(|labelled| labelled.run.as_str()).collect()
+}
+
+/// The friction coefficients as lines across a figure.
+fn coefficient_lines(run: &RunData, to_x: f64) -> [Series; 2] {
+    let friction = &run.plan.friction;
+    let line = |label: &str, mu: f64, look: Look| Series {
+        label: label.to_owned(),
+        points: vec![(0.0, mu), (to_x, mu)],
+        look,
+    };
+    [
+        line("μ_s", friction.static_coefficient, Look::Line(Dash::Dashed, BLUE)),
+        line("μ_k", friction.dynamic_coefficient, Look::Line(Dash::DotDashed, RED)),
+    ]
 }
 
 fn find<'a>(runs: &'a BTreeMap<String, RunData>, name: &str) -> Result<&'a RunData, String> {

@@ -93,17 +93,6 @@ pub(crate) enum SolverChoice {
     Plain,
 }
 
-#[cfg(feature = "analysis")]
-impl SolverChoice {
-    /// The solver's name in run headers.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            SolverChoice::Fast => "fast",
-            SolverChoice::Plain => "plain",
-        }
-    }
-}
-
 impl From<SolverChoice> for SolverKind {
     fn from(choice: SolverChoice) -> SolverKind {
         match choice {

@@ -14,8 +14,9 @@ use asperity_analysis::{figures, table_file, tables};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::{Plan, Scenario};
 use asperity_runlog::{Existing, RunReader, Topics};
+use asperity_simulator::SolverKind;
 
-use crate::args::{ReduceArguments, ReproduceArguments, SolverChoice};
+use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
 use crate::progress::Board;
 use crate::{run, scenario};
@@ -71,8 +72,9 @@ pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
     let runs_folder = arguments.out.join("runs");
     create_folder(&runs_folder)?;
     let board = Board::new();
+    let solver = SolverKind::from(arguments.solver);
     let (done, mut missing): (Vec<Job>, Vec<Job>) =
-        jobs.into_iter().partition(|job| !arguments.fresh && is_done(&runs_folder, job, arguments.solver));
+        jobs.into_iter().partition(|job| !arguments.fresh && is_done(&runs_folder, job, solver));
     if !done.is_empty() {
         board.line(&format!("{} runs are there already", done.len()));
     }
@@ -80,7 +82,7 @@ pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
     missing.sort_by_key(|job| std::cmp::Reverse(cost(&job.scenario)));
     let workers =
         arguments.jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
-    make_runs(&missing, &runs_folder, arguments.solver, workers, &board)?;
+    make_runs(&missing, &runs_folder, solver, workers, &board)?;
 
     board.line("reducing and drawing");
     pipeline.reduce(&runs_folder, &arguments.out).map_err(Failure::failed)?;
@@ -94,7 +96,7 @@ fn cost(scenario: &Scenario) -> u64 {
 }
 
 /// Whether a whole log of this scenario, made by this code, is there.
-fn is_done(folder: &Path, job: &Job, solver: SolverChoice) -> bool {
+fn is_done(folder: &Path, job: &Job, solver: SolverKind) -> bool {
     let path = folder.join(format!("{}.mcap", job.name));
     let Ok(mut reader) = RunReader::open(&path, Topics::EVENTS) else { return false };
     let header = reader.header();
@@ -118,7 +120,7 @@ fn is_done(folder: &Path, job: &Job, solver: SolverChoice) -> bool {
 fn make_runs(
     jobs: &[Job],
     folder: &Path,
-    solver: SolverChoice,
+    solver: SolverKind,
     workers: usize,
     board: &Board,
 ) -> Result<(), Failure> {
@@ -140,11 +142,11 @@ fn make_runs(
     })
 }
 
-fn make_run(job: &Job, folder: &Path, solver: SolverChoice, board: &Board) -> Result<(), Failure> {
+fn make_run(job: &Job, folder: &Path, solver: SolverKind, board: &Board) -> Result<(), Failure> {
     let path = folder.join(format!("{}.mcap", job.name));
     // What stands there was found to be of another scenario or code, or damaged,
     // or is to be made afresh.
-    run::execute(&job.scenario, &path, Existing::Replace, solver.into(), board, &job.name)
+    run::execute(&job.scenario, &path, Existing::Replace, solver, board, &job.name)
         .map(|_counters| ())
         .map_err(|error| Failure::Failed(format!("run {}: {error}", job.name)))
 }

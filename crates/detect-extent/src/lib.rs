@@ -17,10 +17,6 @@ impl ExtentDetector {
 }
 
 impl Detector for ExtentDetector {
-    fn name(&self) -> &'static str {
-        "extent"
-    }
-
     fn emits(&self) -> EventKind {
         EventKind::of::<SlipEvent>()
     }

@@ -39,10 +39,6 @@ impl GlobalDetector {
 }
 
 impl Detector for GlobalDetector {
-    fn name(&self) -> &'static str {
-        "global"
-    }
-
     fn emits(&self) -> EventKind {
         EventKind::of::<GlobalSlip>()
     }

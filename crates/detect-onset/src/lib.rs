@@ -17,10 +17,6 @@ impl OnsetDetector {
 }
 
 impl Detector for OnsetDetector {
-    fn name(&self) -> &'static str {
-        "onset"
-    }
-
     fn emits(&self) -> EventKind {
         EventKind::of::<Onset>()
     }

@@ -16,9 +16,6 @@ use asperity_record::{Event, EventKind, StepRecord};
 /// that implements [`EventPayload`](asperity_record::EventPayload), and a line
 /// in the list of detectors of the `cli` crate.
 pub trait Detector: Send {
-    /// The detector's name in metadata and on the command line.
-    fn name(&self) -> &'static str;
-
     /// What it emits.
     fn emits(&self) -> EventKind;
 

@@ -16,7 +16,7 @@ use crate::recorder::Recorder;
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
 use crate::window::Window;
-use crate::{Counters, SimulationError, Solver};
+use crate::{Counters, SimulationError, Solver, SolverKind};
 
 /// Below this many steps a window costs more than the steps it covers.
 const SHORTEST_WINDOW: u64 = 24;
@@ -75,12 +75,8 @@ impl Fast {
         let driving_force_n = self.plain.take_step();
         let left = &mut self.plain.state_mut().single_steps;
         *left = left.saturating_sub(1);
-        let state = self.plain.state();
-        let edge = was_sliding != (state.sliding > 0);
-        if edge || !self.plain.switched().is_empty() || self.recorder.is_due(state.step) {
-            self.recorder.record(&self.plan, state, driving_force_n, self.plain.switched(), edge)?;
-        }
-        Ok(())
+        let (state, switched) = (self.plain.state(), self.plain.switched());
+        self.recorder.observe(&self.plan, state, was_sliding, driving_force_n, switched)
     }
 
     /// Opens a jump or a window, if one is certified and long enough.
@@ -122,7 +118,7 @@ impl Fast {
                     self.aside.take_step()
                 }
                 _ => {
-                    self.window.evaluate(&self.plan, from_step, into, self.aside.state_mut());
+                    self.window.evaluate(from_step, into, self.aside.state_mut());
                     self.window.driving_force_n(&self.plan, from_step, into)
                 }
             };
@@ -135,7 +131,7 @@ impl Fast {
                 self.take_plain_step()
             }
             _ => {
-                self.window.evaluate(&self.plan, from_step, leap.steps, self.plain.state_mut());
+                self.window.evaluate(from_step, leap.steps, self.plain.state_mut());
                 Ok(())
             }
         }
@@ -144,7 +140,7 @@ impl Fast {
 
 impl Solver for Fast {
     fn name(&self) -> &'static str {
-        "fast"
+        SolverKind::Fast.name()
     }
 
     fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {

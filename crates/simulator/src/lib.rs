@@ -39,6 +39,14 @@ pub enum SolverKind {
 }
 
 impl SolverKind {
+    /// The solver's name in run headers and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            SolverKind::Fast => "fast",
+            SolverKind::Plain => "plain",
+        }
+    }
+
     /// A solver of this kind at the start of a plan.
     pub fn start(self, plan: Plan) -> Box<dyn Solver> {
         match self {

@@ -26,10 +26,9 @@ const CRITICAL: f64 = 1e-6;
 #[derive(Debug, Clone)]
 pub(crate) struct Modes {
     sweeps: Sweeps,
-    /// `psi`, mode by mode, and its magnitudes.
-    shapes: Vec<f64>,
+    /// `|psi|`, mode by mode.
     magnitudes: Vec<f64>,
-    /// The same by block, to project with.
+    /// `psi` by block, to project with.
     by_block: Vec<f64>,
     coordinates: Vec<Coordinate>,
     /// `(eta K / k)`.
@@ -109,7 +108,6 @@ impl Modes {
         Some(Modes {
             sweeps,
             magnitudes: shapes.iter().map(|shape| shape.abs()).collect(),
-            shapes,
             by_block,
             coordinates,
             coupling,
@@ -123,7 +121,6 @@ impl Modes {
     /// `steps` steps from a residue `u, v`, whose velocity on block 1 never
     /// exceeds `first_velocity`.
     pub(crate) fn bound(&mut self, u: &[f64], v: &[f64], first_velocity: f64, steps: u64, swing: &mut [f64]) {
-        debug_assert_eq!(self.shapes.len(), u.len() * u.len(), "a residue of this chain");
         self.sweeps.multiply(&mut self.projected_u, &self.by_block, u);
         self.sweeps.multiply(&mut self.projected_v, &self.by_block, v);
         let steps = steps as f64;

@@ -18,7 +18,7 @@ use asperity_record::Record;
 use crate::recorder::Recorder;
 use crate::state::ChainState;
 use crate::sweep::{Blocks, Constants, Sweeps, comes_to_rest};
-use crate::{Counters, SimulationError, Solver};
+use crate::{Counters, SimulationError, Solver, SolverKind};
 
 /// The solver that takes every step.
 #[derive(Debug, Clone)]
@@ -143,7 +143,7 @@ impl Plain {
 
 impl Solver for Plain {
     fn name(&self) -> &'static str {
-        "plain"
+        SolverKind::Plain.name()
     }
 
     fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
@@ -156,10 +156,8 @@ impl Solver for Plain {
             }
             let was_sliding = self.state.sliding > 0;
             let driving_force_n = self.take_step();
-            let edge = was_sliding != (self.state.sliding > 0);
-            if edge || !self.switched.is_empty() || self.recorder.is_due(self.state.step) {
-                self.recorder.record(&self.plan, &self.state, driving_force_n, &self.switched, edge)?;
-            }
+            let Plain { plan, state, recorder, switched, .. } = self;
+            recorder.observe(plan, state, was_sliding, driving_force_n, switched)?;
         }
     }
 

@@ -33,15 +33,27 @@ impl Recorder {
         self.due_step
     }
 
-    /// Whether a cadence asks for a record of this step.
-    pub(crate) fn is_due(&self, step: u64) -> bool {
-        step == self.due_step
-    }
-
     /// Forgets what is ready, and goes on behind `step`.
     pub(crate) fn continue_after(&mut self, plan: &Plan, step: u64) {
         self.ready.clear();
         self.due_step = next_due(plan, step);
+    }
+
+    /// Takes note of a single step: records it if a block switched in it, if it is
+    /// the onset or end of a slip event, or if a cadence asks for it.
+    pub(crate) fn observe(
+        &mut self,
+        plan: &Plan,
+        state: &ChainState,
+        was_sliding: bool,
+        driving_force_n: f64,
+        switched: &[usize],
+    ) -> Result<(), SimulationError> {
+        let edge = was_sliding != (state.sliding > 0);
+        if edge || !switched.is_empty() || state.step == self.due_step {
+            self.record(plan, state, driving_force_n, switched, edge)?;
+        }
+        Ok(())
     }
 
     /// Records the step that led to `state`: the blocks that switched in it

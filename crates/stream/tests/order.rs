@@ -22,10 +22,6 @@ fn step(step: u64) -> Record {
 struct Tenth(u64);
 
 impl Detector for Tenth {
-    fn name(&self) -> &'static str {
-        "tenth"
-    }
-
     fn emits(&self) -> EventKind {
         EventKind::of::<Onset>()
     }

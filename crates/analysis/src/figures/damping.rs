@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
-use super::{Figure, Labelled};
+use super::{Figure, Labelled, run_names};
 use crate::measure::ring_down;
 use crate::run_data::RunData;
 
@@ -26,7 +26,7 @@ impl Figure for Damping {
     }
 
     fn runs(&self) -> Vec<&str> {
-        self.series.iter().map(|series| series.run.as_str()).collect()
+        run_names(&self.series)
     }
 
     fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {

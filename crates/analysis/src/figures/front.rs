@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Panel, RED, Series, Sheet};
-use super::{Figure, find};
+use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet};
+use super::{Figure, coefficient_lines, find};
 use crate::measure::front_profile;
 use crate::run_data::RunData;
 
@@ -33,7 +33,6 @@ impl Figure for Front {
             .ok_or_else(|| format!("run {} has no precursor with fields at its end", run.name))?;
         let last = f64::from(run.header.blocks);
         let friction = &run.plan.friction;
-        let level = |mu: f64| vec![(0.0, mu), (last, mu)];
         let lowest = profile.iter().fold(0.0f64, |low, ratio| low.min(*ratio)) - 0.05;
         let highest = friction.static_coefficient * 1.6;
         let tip = f64::from(precursor.last_block) + 0.5;
@@ -41,17 +40,7 @@ impl Figure for Front {
             title: String::new(),
             x: Axis::new("block n", 0.0, last),
             y: Axis::new("τ_n/p_n", lowest, highest),
-            series: vec![
-                Series {
-                    label: "μ_s".to_owned(),
-                    points: level(friction.static_coefficient),
-                    look: Look::Line(Dash::Dashed, BLUE),
-                },
-                Series {
-                    label: "μ_k".to_owned(),
-                    points: level(friction.dynamic_coefficient),
-                    look: Look::Line(Dash::DotDashed, RED),
-                },
+            series: Vec::from_iter(coefficient_lines(run, last).into_iter().chain([
                 Series {
                     label: format!("front, block {}", precursor.last_block),
                     points: vec![(tip, lowest), (tip, highest)],
@@ -65,7 +54,7 @@ impl Figure for Front {
                     points: profile.iter().enumerate().map(|(n, ratio)| (n as f64 + 1.0, *ratio)).collect(),
                     look: Look::Line(Dash::Solid, INK),
                 },
-            ],
+            ])),
             legend: Corner::TopRight,
             note: String::new(),
         })))

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
-use super::{Figure, Labelled};
+use super::{Figure, Labelled, run_names};
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]
@@ -24,7 +24,7 @@ impl Figure for InitialShear {
     }
 
     fn runs(&self) -> Vec<&str> {
-        self.series.iter().map(|series| series.run.as_str()).collect()
+        run_names(&self.series)
     }
 
     fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {

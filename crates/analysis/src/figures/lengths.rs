@@ -7,7 +7,7 @@ use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use serde::Deserialize;
 
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
-use super::{Figure, Labelled};
+use super::{Figure, Labelled, run_names};
 use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
 use crate::tables;
@@ -35,7 +35,7 @@ impl Figure for Lengths {
     }
 
     fn runs(&self) -> Vec<&str> {
-        self.series.iter().map(|series| series.run.as_str()).collect()
+        run_names(&self.series)
     }
 
     fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {

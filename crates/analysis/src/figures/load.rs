@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet};
-use super::{Figure, find};
+use super::plot::{Axis, Corner, Dash, INK, Look, Panel, Series, Sheet};
+use super::{Figure, coefficient_lines, find};
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]
@@ -38,27 +38,20 @@ impl Figure for Load {
     fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
         let run = find(runs, &self.run)?;
         let duration_s = run.plan.grid.time_s(run.header.steps);
-        let (mu_s, mu_d) = (run.plan.friction.static_coefficient, run.plan.friction.dynamic_coefficient);
+        let mu_s = run.plan.friction.static_coefficient;
         let load: Vec<(f64, f64)> =
             run.steps.iter().map(|record| (record.time_s, record.load_ratio())).collect();
         let lowest = load.iter().fold(0.0f64, |low, (_, ratio)| low.min(*ratio));
         let highest = load.iter().fold(mu_s, |high, (_, ratio)| high.max(*ratio));
-        let level = |mu: f64| vec![(0.0, mu), (duration_s, mu)];
         let upper = Panel {
             title: self.title.clone(),
             x: Axis::new(if self.sliding { "" } else { "t (s)" }, 0.0, duration_s),
             y: Axis::new("F_X/F_N", lowest * 1.1, highest * 1.12),
-            series: vec![
-                Series {
-                    label: "μ_s".to_owned(), points: level(mu_s), look: Look::Line(Dash::Dashed, BLUE)
-                },
-                Series {
-                    label: "μ_k".to_owned(),
-                    points: level(mu_d),
-                    look: Look::Line(Dash::DotDashed, RED),
-                },
-                Series { label: "F_X/F_N".to_owned(), points: load, look: Look::Line(Dash::Solid, INK) },
-            ],
+            series: Vec::from_iter(coefficient_lines(run, duration_s).into_iter().chain([Series {
+                label: "F_X/F_N".to_owned(),
+                points: load,
+                look: Look::Line(Dash::Solid, INK),
+            }])),
             legend: Corner::BottomRight,
             note: String::new(),
         };

@@ -7,7 +7,7 @@ use asperity_model::analytic;
 use serde::Deserialize;
 
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED, Series, Sheet};
-use super::{Figure, Labelled};
+use super::{Figure, Labelled, run_names};
 use crate::measure::first_onset_fields;
 use crate::run_data::RunData;
 
@@ -33,7 +33,7 @@ impl Figure for Onset {
     }
 
     fn runs(&self) -> Vec<&str> {
-        self.panel.iter().map(|panel| panel.run.as_str()).collect()
+        run_names(&self.panel)
     }
 
     fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {

@@ -10,16 +10,13 @@
 use asperity_model::Plan;
 use asperity_record::Record;
 
-use crate::jump::{Jump, LARGEST_CHAIN};
+use crate::jump::Jump;
 use crate::plain::Plain;
 use crate::recorder::Recorder;
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
 use crate::window::Window;
 use crate::{Counters, SimulationError, Solver, SolverKind};
-
-/// Below this many steps a window costs more than the steps it covers.
-const SHORTEST_WINDOW: u64 = 24;
 
 /// Below this many steps windows are cheaper than a jump.
 const SHORTEST_JUMP: u64 = 10_000;
@@ -28,7 +25,8 @@ const SHORTEST_JUMP: u64 = 10_000;
 #[derive(Debug, Clone, Copy)]
 struct Leap {
     steps: u64,
-    is_jump: bool,
+    /// Index of the window's length; none for a jump.
+    window: Option<usize>,
 }
 
 /// The solver that takes certified windows where it can.
@@ -60,7 +58,7 @@ impl Fast {
         let recorder = Recorder::new(&plan, plain.state());
         Fast {
             window: Window::new(&plan, sweeps),
-            jump: (plan.blocks <= LARGEST_CHAIN).then(|| Jump::new(&plan, sweeps)),
+            jump: Jump::new(&plan, sweeps),
             aside: plain.clone(),
             plan,
             plain,
@@ -79,62 +77,61 @@ impl Fast {
         self.recorder.observe(&self.plan, state, was_sliding, driving_force_n, switched)
     }
 
-    /// Opens a jump or a window, if one is certified and long enough.
-    fn open_leap(&mut self) -> Option<Leap> {
+    /// Opens a jump or a window, if one is certified; or else the steps that are best
+    /// taken one by one. The step behind it is taken plainly, for the forces that go
+    /// with the state.
+    fn open_leap(&mut self) -> Result<Leap, u64> {
         let state = self.plain.state();
-        let left = self.plan.steps - state.step;
+        let left = self.plan.steps - state.step - 1;
         if let Some(jump) = &mut self.jump
             && state.detached == 0
         {
-            // One step less than is certified, and than are left: the last is taken
-            // plainly, for the forces that go with the state.
-            let steps = jump.open(&self.plan, state, left).saturating_sub(1);
-            if steps >= SHORTEST_JUMP {
+            let steps = jump.open(&self.plan, state, SHORTEST_JUMP, left);
+            if steps > 0 {
                 self.counters.jumps += 1;
                 self.counters.jump_steps += steps;
-                return Some(Leap { steps, is_jump: true });
+                return Ok(Leap { steps, window: None });
             }
         }
-        if left < SHORTEST_WINDOW || !self.window.open(&self.plan, state, left) {
-            return None;
-        }
-        let steps = self.window.certified_steps(&self.plan, left);
-        (steps >= SHORTEST_WINDOW).then(|| {
-            self.counters.windows += 1;
-            self.counters.window_steps += steps;
-            Leap { steps, is_jump: false }
-        })
+        let index = self.window.open(&self.plan, state, self.window.lengths(), left)?;
+        let steps = self.window.steps(index);
+        self.counters.windows += 1;
+        self.counters.window_steps += steps;
+        Ok(Leap { steps, window: Some(index) })
     }
 
-    /// Records the next step of the leap that is due, or lands behind it.
+    /// Records the next step of the leap that is due, or lands at its end.
     fn continue_leap(&mut self, leap: Leap) -> Result<(), SimulationError> {
         let from_step = self.plain.state().step;
         if self.recorder.due_step() <= from_step + leap.steps {
-            let into = self.recorder.due_step() - from_step;
+            let due_step = self.recorder.due_step();
+            let into = due_step - from_step;
+            if let (Some(jump), None, true) =
+                (&mut self.jump, leap.window, self.recorder.due_is_load(&self.plan))
+            {
+                let time_s = self.plan.grid.time_s(due_step);
+                let driving_force_n = self.plan.drive.force_n(time_s, jump.sample_first_m(into - 1));
+                self.recorder.record_load(&self.plan, driving_force_n);
+                return Ok(());
+            }
             self.aside.state_mut().clone_from(self.plain.state());
-            let driving_force_n = match &mut self.jump {
-                Some(jump) if leap.is_jump => {
-                    jump.sample(&self.plan, into - 1, self.aside.state_mut());
-                    self.aside.take_step()
-                }
-                _ => {
-                    self.window.evaluate(from_step, into, self.aside.state_mut());
-                    self.window.driving_force_n(&self.plan, from_step, into)
-                }
-            };
+            match (&mut self.jump, leap.window) {
+                (Some(jump), None) => jump.sample(into - 1, self.aside.state_mut()),
+                _ => self.window.sample(&self.plan, into - 1, self.aside.state_mut()),
+            }
+            let mut driving_force_n = 0.0;
+            while self.aside.state().step < due_step {
+                driving_force_n = self.aside.take_step();
+            }
             return self.recorder.record(&self.plan, self.aside.state(), driving_force_n, &[], false);
         }
         self.leap = None;
-        match &mut self.jump {
-            Some(jump) if leap.is_jump => {
-                jump.land(&self.plan, leap.steps, self.plain.state_mut());
-                self.take_plain_step()
-            }
-            _ => {
-                self.window.evaluate(from_step, leap.steps, self.plain.state_mut());
-                Ok(())
-            }
+        match (&mut self.jump, leap.window) {
+            (_, Some(index)) => self.window.land(&self.plan, index, self.plain.state_mut()),
+            (Some(jump), None) => jump.land(leap.steps, self.plain.state_mut()),
+            (None, None) => unreachable!("only a jump has no window"),
         }
+        self.take_plain_step()
     }
 }
 
@@ -160,11 +157,13 @@ impl Solver for Fast {
             let state = self.plain.state();
             let edge_ahead = (state.sliding > 0) != (state.detached > 0);
             if state.single_steps == 0 && !edge_ahead {
-                self.leap = self.open_leap();
-                if self.leap.is_some() {
-                    continue;
+                match self.open_leap() {
+                    Ok(leap) => {
+                        self.leap = Some(leap);
+                        continue;
+                    }
+                    Err(single_steps) => self.plain.state_mut().single_steps = single_steps,
                 }
-                self.plain.state_mut().single_steps = SHORTEST_WINDOW;
             }
             self.take_plain_step()?;
         }

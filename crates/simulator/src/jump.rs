@@ -8,272 +8,236 @@
 //! ```
 //!
 //! with `M` the stiffness of chain, drive and friction springs and `L` the second
-//! difference. What is left, `r = y - y_q`, obeys the homogeneous map, `r(s + i) = A^i r(s)`,
-//! which powers of `A` by repeated squaring carry over any number of steps.
+//! difference. What is left, `r = y - y_q`, obeys the map without forcing: each of its
+//! modal coordinates ([`crate::modes`]) is multiplied by the same number in every step.
 //!
 //! **Certificate.** The force of the quasi-static part on a block is
-//! `k_t (u_q - u_stick)`, linear in time. That of the residue is bounded for all the
-//! jump, mode by mode ([`crate::modes`]), with `velocity sqrt(I(r))` as the largest velocity,
-//! since no step lets `I` grow ([`crate::window`]). A jump ends before their sum
-//! reaches any threshold. Where the modes bound nothing, at critical damping,
-//! `force sqrt(I(r))` does.
+//! `k_t (u_q - u_stick)`, linear in time. No mode grows, so that of the residue is at
+//! most the sum over the modes of the force by a mode of size 1 times the size of its
+//! coordinate now. A jump ends before the sum of both, with the reserve for rounding
+//! of [`crate::window`] and one for what the modes may miss of the residue, reaches any
+//! threshold.
 
 use asperity_model::Plan;
 
-use crate::modes::Modes;
+use crate::modes::{Coordinates, Modes, RESERVE};
 use crate::state::ChainState;
-use crate::sweep::{Pull, Sweeps};
-use crate::window::{Norms, invariant};
+use crate::sweep::Sweeps;
+use crate::window::{Norms, ROUNDING, invariant};
 
-/// Largest chain that is jumped with: beyond, the powers of `A`, which grow as
-/// the square of its size, cost more memory and time than they save.
+/// Largest chain that is jumped with: beyond, modes, which grow as the square of
+/// its size, cost more memory and time than they save.
 pub(crate) const LARGEST_CHAIN: usize = 256;
 
-/// Share of a threshold that the certificate keeps in reserve for rounding.
-const ROUNDING: f64 = 1e-9;
-
-/// The stuck chain's map, and the quasi-static state and residue of one jump.
+/// The stuck chain's modes, and the quasi-static state and residue of one jump.
 #[derive(Debug, Clone)]
 pub(crate) struct Jump {
     sweeps: Sweeps,
     norms: Norms,
-    modes: Option<Modes>,
-    /// `A^(2^p)`, as far as they have been needed; columns one after the other.
-    powers: Vec<Vec<f64>>,
-    /// `A` to the cadence of samples, once it has been needed.
-    cadence: Option<Vec<f64>>,
-    cadence_steps: u64,
+    modes: Modes,
+    stiffness: Stiffness,
     spring: Vec<f64>,
+    /// `eta L v_q`.
+    viscous_n: Vec<f64>,
     /// `b` and `v_q`.
     advance_m: Vec<f64>,
     velocity_m_per_s: Vec<f64>,
-    /// `a` and `r` of the jump that is open.
+    /// `a` and `r` of the jump that is open, and `r` in modal coordinates.
     position_m: Vec<f64>,
     residue: Vec<f64>,
+    coordinates: Coordinates,
     from_step: u64,
-    /// Residue at the last sample, and where that was.
-    sampled: Vec<f64>,
+    /// Coordinates at the last sample, where that was, and how they grow in the
+    /// number of steps that last lay between two.
+    sampled: Coordinates,
     sampled_step: u64,
+    cadence: (u64, Coordinates),
     swing: Vec<f64>,
-    scratch: Vec<f64>,
 }
 
 impl Jump {
-    pub(crate) fn new(plan: &Plan, sweeps: Sweeps) -> Jump {
+    /// `None` for chains too large for it, and for those whose modes do not tell all
+    /// of their states.
+    pub(crate) fn new(plan: &Plan, sweeps: Sweeps) -> Option<Jump> {
         let blocks = plan.blocks;
-        let mut pull = vec![0.0; blocks];
-        pull[0] = plan.drive.force_n(plan.grid.step_s(), 0.0);
-        let advance_m = solve_stuck(plan, pull);
+        if blocks > LARGEST_CHAIN {
+            return None;
+        }
+        let modes = Modes::of(plan, sweeps)?;
+        let stiffness = Stiffness::of(plan);
         let dt = plan.grid.step_s();
-        Jump {
+        let mut advance_m = vec![0.0; blocks];
+        advance_m[0] = plan.drive.force_n(dt, 0.0);
+        stiffness.solve(&mut advance_m);
+        let velocity_m_per_s: Vec<f64> = advance_m.iter().map(|advance| advance / dt).collect();
+        Some(Jump {
             sweeps,
             norms: Norms::of(plan),
-            modes: Modes::of(plan, sweeps),
-            powers: Vec::new(),
-            cadence: None,
-            cadence_steps: plan.recording.sample_every_steps,
+            cadence: (0, modes.growth(0)),
+            modes,
             spring: vec![plan.friction.interfacial_stiffness_n_per_m; blocks],
-            velocity_m_per_s: advance_m.iter().map(|advance| advance / dt).collect(),
+            viscous_n: (0..blocks)
+                .map(|n| {
+                    plan.damping_kg_per_s * asperity_model::initial::neighbour_pull(&velocity_m_per_s, n)
+                })
+                .collect(),
+            stiffness,
+            velocity_m_per_s,
             advance_m,
             position_m: vec![0.0; blocks],
             residue: vec![0.0; 2 * blocks],
+            coordinates: Coordinates::default(),
             from_step: 0,
-            sampled: vec![0.0; 2 * blocks],
+            sampled: Coordinates::default(),
             sampled_step: 0,
             swing: vec![0.0; blocks],
-            scratch: vec![0.0; 2 * blocks],
-        }
+        })
     }
 
     /// Splits a state in which every block is stuck, and gives the largest number
-    /// of steps over which none detaches by the certificate.
-    pub(crate) fn open(&mut self, plan: &Plan, state: &ChainState, most_steps: u64) -> u64 {
+    /// of steps over which none detaches by the certificate, 0 if those are fewer than
+    /// `fewest_steps`.
+    pub(crate) fn open(
+        &mut self,
+        plan: &Plan,
+        state: &ChainState,
+        fewest_steps: u64,
+        most_steps: u64,
+    ) -> u64 {
         let blocks = plan.blocks;
         let kt = plan.friction.interfacial_stiffness_n_per_m;
-        let mut pull: Vec<f64> = state.stick_position_m.iter().map(|stick| kt * stick).collect();
-        for (n, pull) in pull.iter_mut().enumerate() {
-            *pull +=
-                plan.damping_kg_per_s * asperity_model::initial::neighbour_pull(&self.velocity_m_per_s, n);
+        for n in 0..blocks {
+            self.position_m[n] = self.viscous_n[n] + kt * state.stick_position_m[n];
         }
-        pull[0] += plan.drive.force_n(plan.grid.time_s(state.step + 1), 0.0);
-        self.position_m = solve_stuck(plan, pull);
+        self.position_m[0] += plan.drive.force_n(plan.grid.time_s(state.step + 1), 0.0);
+        self.stiffness.solve(&mut self.position_m);
+        // What even the quasi-static part does not allow needs no closer look.
+        self.swing.fill(0.0);
+        if self.certified_steps(plan, state, 0.0) < fewest_steps {
+            return 0;
+        }
         let (u, v) = self.residue.split_at_mut(blocks);
         for n in 0..blocks {
             u[n] = state.displacement_m[n] - self.position_m[n];
             v[n] = state.velocity_m_per_s[n] - self.velocity_m_per_s[n];
         }
-        let norm = invariant(plan, &self.spring, u, v).sqrt();
-        match &mut self.modes {
-            Some(modes) => modes.bound(u, v, self.norms.velocity * norm, most_steps, &mut self.swing),
-            None => self.swing.fill(self.norms.force * norm),
-        }
+        let norm = invariant(plan, self.sweeps, &self.spring, u, v, 1.0).sqrt();
+        self.modes.project(&self.residue, &mut self.coordinates);
+        self.modes.bound(&self.coordinates, &mut self.swing);
         let sweeps = self.sweeps;
-        let rounding = self
-            .norms
-            .force_rounding(sweeps.largest(&state.displacement_m), sweeps.largest(&state.velocity_m_per_s));
+        let reserve = RESERVE * self.norms.force * norm
+            + self.norms.force_rounding(
+                sweeps.largest(&state.displacement_m),
+                sweeps.largest(&state.velocity_m_per_s),
+            );
         self.from_step = state.step;
-        self.sampled.copy_from_slice(&self.residue);
+        self.sampled.clone_from(&self.coordinates);
         self.sampled_step = state.step;
-        (0..blocks)
-            .map(|n| {
-                let threshold = plan.friction.static_threshold_n[n];
-                let room = threshold - ROUNDING * threshold - rounding - self.swing[n];
-                let (force, rate) =
-                    (kt * (self.position_m[n] - state.stick_position_m[n]), kt * self.advance_m[n]);
-                // Written so that what is not a number certifies nothing.
-                let stays = force.abs() < room;
-                if !stays {
-                    return 0;
-                }
-                let steps = if rate > 0.0 { (room - force) / rate } else { (room + force) / -rate };
-                // Casting saturates; without a rate there is no end.
-                if rate == 0.0 { u64::MAX } else { steps as u64 }
-            })
-            .min()
-            .map_or(0, |steps| steps.min(most_steps))
+        let steps = self.certified_steps(plan, state, reserve).min(most_steps);
+        if steps < fewest_steps { 0 } else { steps }
+    }
+
+    /// Steps until the quasi-static force and the swing around it reach a threshold.
+    fn certified_steps(&self, plan: &Plan, state: &ChainState, reserve: f64) -> u64 {
+        let kt = plan.friction.interfacial_stiffness_n_per_m;
+        let mut least = f64::INFINITY;
+        for n in 0..plan.blocks {
+            let threshold = plan.friction.static_threshold_n[n];
+            let room = threshold - ROUNDING * threshold - reserve - self.swing[n];
+            let (force, rate) =
+                (kt * (self.position_m[n] - state.stick_position_m[n]), kt * self.advance_m[n]);
+            // Written so that what is not a number certifies nothing.
+            let stays = force.abs() < room;
+            if !stays {
+                return 0;
+            }
+            let steps = if rate > 0.0 { (room - force) / rate } else { (room + force) / -rate };
+            least = if rate == 0.0 { least } else { least.min(steps) };
+        }
+        // Casting saturates: without a rate there is no end.
+        least as u64
     }
 
     /// Writes displacements and velocities after `into` steps of the jump.
-    pub(crate) fn land(&mut self, plan: &Plan, into: u64, state: &mut ChainState) {
-        let mut residue = std::mem::take(&mut self.residue);
-        self.advance_residue(plan, &mut residue, into);
-        self.compose(into, &residue, state);
-        self.residue = residue;
+    pub(crate) fn land(&mut self, into: u64, state: &mut ChainState) {
+        let mut coordinates = self.coordinates.clone();
+        coordinates.grow_by(&self.modes.growth(into));
+        self.compose(into, &coordinates, state);
     }
 
     /// The same for a sample, which leaves the jump open; samples must come in
     /// the order of time.
-    pub(crate) fn sample(&mut self, plan: &Plan, into: u64, state: &mut ChainState) {
-        let mut residue = std::mem::take(&mut self.sampled);
-        let target = self.from_step + into;
-        let steps = target - self.sampled_step;
-        // Only samples go this way, which rounds differently: where a jump lands
-        // must not depend on what is recorded.
-        if steps == self.cadence_steps && steps > 0 {
-            self.advance_by_cadence(plan, &mut residue);
-        } else {
-            self.advance_residue(plan, &mut residue, steps);
-        }
-        self.sampled_step = target;
-        self.compose(into, &residue, state);
-        self.sampled = residue;
+    pub(crate) fn sample(&mut self, into: u64, state: &mut ChainState) {
+        self.sample_to(into);
+        let sampled = std::mem::take(&mut self.sampled);
+        self.compose(into, &sampled, state);
+        self.sampled = sampled;
     }
 
-    fn compose(&self, into: u64, residue: &[f64], state: &mut ChainState) {
+    /// Only the displacement of block 1 of a sample.
+    pub(crate) fn sample_first_m(&mut self, into: u64) -> f64 {
+        self.sample_to(into);
+        self.position_m[0]
+            + (into as f64 * self.advance_m[0] + self.modes.first_displacement_m(&self.sampled))
+    }
+
+    /// Only samples go from one to the next, which rounds differently: where a jump
+    /// lands must not depend on what is recorded.
+    fn sample_to(&mut self, into: u64) {
+        let target = self.from_step + into;
+        let steps = target - self.sampled_step;
+        if self.cadence.0 != steps {
+            self.cadence = (steps, self.modes.growth(steps));
+        }
+        self.sampled.grow_by(&self.cadence.1);
+        self.sampled_step = target;
+    }
+
+    fn compose(&mut self, into: u64, coordinates: &Coordinates, state: &mut ChainState) {
         let blocks = self.position_m.len();
-        let (u, v) = residue.split_at(blocks);
+        self.modes.compose(coordinates, &mut self.residue);
+        let (u, v) = self.residue.split_at(blocks);
         for n in 0..blocks {
-            state.displacement_m[n] = self.position_m[n] + into as f64 * self.advance_m[n] + u[n];
+            state.displacement_m[n] = self.position_m[n] + (into as f64 * self.advance_m[n] + u[n]);
             state.velocity_m_per_s[n] = self.velocity_m_per_s[n] + v[n];
         }
         state.step = self.from_step + into;
         state.sliding = 0;
     }
-
-    /// From one sample to the next of their cadence, with one matrix.
-    fn advance_by_cadence(&mut self, plan: &Plan, residue: &mut Vec<f64>) {
-        if self.cadence.is_none() {
-            self.cadence = Some(self.power(plan, self.cadence_steps));
-        }
-        if let Some(matrix) = &self.cadence {
-            self.sweeps.multiply(&mut self.scratch, matrix, residue);
-            std::mem::swap(residue, &mut self.scratch);
-        }
-    }
-
-    fn advance_residue(&mut self, plan: &Plan, residue: &mut Vec<f64>, steps: u64) {
-        let mut left = steps;
-        let mut p = 0;
-        while left > 0 {
-            if left & 1 == 1 {
-                self.need_power(plan, p);
-                self.sweeps.multiply(&mut self.scratch, &self.powers[p], residue);
-                std::mem::swap(residue, &mut self.scratch);
-            }
-            left >>= 1;
-            p += 1;
-        }
-    }
-
-    /// `A^steps` as a matrix of its own.
-    fn power(&mut self, plan: &Plan, steps: u64) -> Vec<f64> {
-        let mut product: Option<Vec<f64>> = None;
-        for p in (0..64).filter(|p| steps >> p & 1 == 1) {
-            self.need_power(plan, p);
-            product = Some(match product {
-                None => self.powers[p].clone(),
-                Some(product) => self.product(&self.powers[p], &product),
-            });
-        }
-        product.expect("a cadence is at least one step")
-    }
-
-    fn need_power(&mut self, plan: &Plan, p: usize) {
-        if self.powers.is_empty() {
-            self.powers.push(self.one_step(plan));
-        }
-        while self.powers.len() <= p {
-            let last = self.powers.last().expect("there is the first power");
-            let square = self.product(last, last);
-            self.powers.push(square);
-        }
-    }
-
-    fn product(&self, left: &[f64], right: &[f64]) -> Vec<f64> {
-        let size = self.scratch.len();
-        let mut product = vec![0.0; size * size];
-        for (to, from) in product.chunks_exact_mut(size).zip(right.chunks_exact(size)) {
-            self.sweeps.multiply(to, left, from);
-        }
-        product
-    }
-
-    /// The matrix of one step of the stuck chain without forcing.
-    fn one_step(&self, plan: &Plan) -> Vec<f64> {
-        let blocks = plan.blocks;
-        let dt = plan.grid.step_s();
-        let mut matrix = vec![0.0; 4 * blocks * blocks];
-        let (mut u, mut v, mut tau) = (vec![0.0; blocks], vec![0.0; blocks], vec![0.0; blocks]);
-        let (mut du, mut dv) = (vec![0.0; blocks], vec![0.0; blocks]);
-        for (column, entries) in matrix.chunks_exact_mut(2 * blocks).enumerate() {
-            u.fill(0.0);
-            v.fill(0.0);
-            if column < blocks {
-                u[column] = 1.0
-            } else {
-                v[column - blocks] = 1.0
-            }
-            self.sweeps.pull_of_neighbours(&mut tau, &u, &v, plan.stiffness_n_per_m, plan.damping_kg_per_s);
-            tau[0] += plan.drive.force_n(0.0, u[0]);
-            let pull = Pull { tau: &tau, spring: &self.spring, dt, dt_over_m: dt / plan.block_mass_kg };
-            self.sweeps.differentiate(&mut du, &mut dv, &u, &v, &pull);
-            for n in 0..blocks {
-                entries[n] = u[n] + du[n];
-                entries[blocks + n] = v[n] + dv[n];
-            }
-        }
-        matrix
-    }
 }
 
-/// Solves `M x = pull` for the stuck chain: `M` is tridiagonal and positive
+/// The stuck chain's stiffness `M`, ready to be solved with: tridiagonal and positive
 /// definite, so elimination without pivoting is stable.
-fn solve_stuck(plan: &Plan, mut pull: Vec<f64>) -> Vec<f64> {
-    let (k, kt) = (plan.stiffness_n_per_m, plan.friction.interfacial_stiffness_n_per_m);
-    let last = pull.len() - 1;
-    let diagonal = |n: usize| {
-        let neighbours = if n == 0 || n == last { 1.0 } else { 2.0 };
-        kt + neighbours * k + if n == 0 { plan.drive.stiffness_n_per_m } else { 0.0 }
-    };
-    let mut pivot = vec![diagonal(0)];
-    for n in 1..=last {
-        let factor = k / pivot[n - 1];
-        pivot.push(diagonal(n) - factor * k);
-        pull[n] += factor * pull[n - 1];
+#[derive(Debug, Clone)]
+struct Stiffness {
+    /// `k` over each pivot.
+    factor: Vec<f64>,
+    /// 1 over each pivot.
+    inverse: Vec<f64>,
+}
+
+impl Stiffness {
+    fn of(plan: &Plan) -> Stiffness {
+        let (k, kt) = (plan.stiffness_n_per_m, plan.friction.interfacial_stiffness_n_per_m);
+        let mut inverse: Vec<f64> = Vec::with_capacity(plan.blocks);
+        for n in 0..plan.blocks {
+            let neighbours = if n == 0 || n + 1 == plan.blocks { 1.0 } else { 2.0 };
+            let diagonal = kt + neighbours * k + if n == 0 { plan.drive.stiffness_n_per_m } else { 0.0 };
+            let before = inverse.last().map_or(0.0, |inverse| k * inverse * k);
+            inverse.push(1.0 / (diagonal - before));
+        }
+        Stiffness { factor: inverse.iter().map(|inverse| k * inverse).collect(), inverse }
     }
-    pull[last] /= pivot[last];
-    for n in (0..last).rev() {
-        pull[n] = (pull[n] + k * pull[n + 1]) / pivot[n];
+
+    /// Turns `pull` into the `x` with `M x = pull`.
+    fn solve(&self, pull: &mut [f64]) {
+        let last = pull.len() - 1;
+        for n in 1..=last {
+            pull[n] += self.factor[n - 1] * pull[n - 1];
+        }
+        pull[last] *= self.inverse[last];
+        for n in (0..last).rev() {
+            pull[n] = self.inverse[n] * pull[n] + self.factor[n] * pull[n + 1];
+        }
     }
-    pull
 }

@@ -6,10 +6,11 @@
 //!
 //! [`Plain`] takes every step and reads like the equations; it is the oracle
 //! that [`Fast`] is held against, which computes the same discrete trajectory for
-//! a cost that follows the switches: certified windows (`window.rs`) where no block
+//! a cost that follows the switches: certified windows (`window.rs`, `basis.rs`) where no block
 //! switches, certified jumps (`jump.rs`, `modes.rs`) where all are stuck, plain steps
 //! in between.
 
+mod basis;
 mod counters;
 mod fast;
 mod jump;

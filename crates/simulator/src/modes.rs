@@ -1,242 +1,476 @@
-//! Bounds on how a stuck chain's vibration may swing, mode by mode.
+//! The modes of a stuck chain: coordinates in which its map is a multiplication.
 //!
-//! With `M = k_t + k Lambda + K e_1 e_1'` the stiffness of chain, drive and friction
-//! springs, the damping is `C = eta Lambda = c(M) - (eta K / k) e_1 e_1'` with
-//! `c(mu) = (eta / k)(mu - k_t)`: in the modes of `M` it is diagonal but for the drive's
-//! own spring, which acts as a small force `(eta K / k) v_1` on block 1.
+//! With `M` the stiffness of chain, drive and friction springs and `C` the damping,
+//! a mode's displacements `x` are multiplied by `1 + z` in every step where
 //!
-//! Without that force each mode `(u_j, v_j)` is advanced by a matrix of two rows.
-//! A left eigenvector `(1, w)` with eigenvalue `lambda` gives a coordinate `z = u + w v` that
-//! is multiplied by `lambda` in every step; `|lambda| <= 1` within the stability of the
-//! scheme. A pair of complex ones is one coordinate with `|lambda|^2 = 1 - c dt / m`,
-//! two real ones are two. So `|z|` never grows by itself, and the small force adds
-//! at most its largest kick times the number of steps, or times `1 / (1 - |lambda|)`.
-//! The force on block `n` is `sum_j psi_jn (-(mu_j - k_t) u_j - c_j v_j) + (eta K / k) v_1 [n = 1]`, and
-//! each bracket is at most a constant times `|z|`.
+//! ```text
+//! [z^2 + z (dt / m) C + (1 + z)(dt^2 / m) M] x = 0,
+//! ```
+//!
+//! and its velocities, in units of `1 / dt`, are `z / (1 + z) x`. The matrix is symmetric,
+//! so the coordinate that belongs to the mode is told by `x` as well: it is
+//! `P u + (x - P) v dt` with `P = -(dt^2 / m) M x / z`, over its value on the mode itself.
+//!
+//! The matrix is tridiagonal besides, so its eigenvalues are found without ever
+//! forming it: Ehrlich and Aberth's iteration for all roots at once (Aberth 1973), with
+//! the determinant's logarithmic derivative from its pivots, and eigenvectors from
+//! pivots from both ends that meet where they fit worst (Parlett and Dhillon 1997).
+//!
+//! Nothing rests on that being exact: [`Modes::of`] multiplies modes and coordinates,
+//! which must give the identity to within [`DEFECT`], and refuses the chain if not, as
+//! at critical damping, where two modes become one.
 
 use asperity_model::Plan;
 
 use crate::sweep::Sweeps;
 
-/// Below this distance of a mode's eigenvalues, relative to its turn in a step,
-/// it counts as critical: its coordinates tell too little of it.
-const CRITICAL: f64 = 1e-6;
+/// Largest deviation of modes times coordinates from the identity.
+const DEFECT: f64 = 1e-9;
 
-/// The modes of a stuck chain.
+/// What may be missing of a residue by that, as a share of its norm: a thousand
+/// times more.
+pub(crate) const RESERVE: f64 = 1e-6;
+
+/// Most rounds of the iteration; some ten are usual.
+const MOST_ROUNDS: usize = 100;
+
+/// Most bits of a number of steps.
+const BITS: usize = 64;
+
+/// A complex number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Complex {
+    re: f64,
+    im: f64,
+}
+
+impl Complex {
+    const ZERO: Complex = Complex { re: 0.0, im: 0.0 };
+    const ONE: Complex = Complex { re: 1.0, im: 0.0 };
+
+    fn size(self) -> f64 {
+        self.re.hypot_exact(self.im)
+    }
+
+    fn scaled(self, factor: f64) -> Complex {
+        Complex { re: self.re * factor, im: self.im * factor }
+    }
+}
+
+/// `sqrt(a^2 + b^2)` from operations that are the same everywhere.
+trait Hypot {
+    fn hypot_exact(self, other: f64) -> f64;
+}
+
+impl Hypot for f64 {
+    fn hypot_exact(self, other: f64) -> f64 {
+        let largest = self.abs().max(other.abs());
+        if largest == 0.0 {
+            return 0.0;
+        }
+        let (a, b) = (self / largest, other / largest);
+        largest * (a * a + b * b).sqrt()
+    }
+}
+
+impl std::ops::Add for Complex {
+    type Output = Complex;
+    fn add(self, other: Complex) -> Complex {
+        Complex { re: self.re + other.re, im: self.im + other.im }
+    }
+}
+
+impl std::ops::Sub for Complex {
+    type Output = Complex;
+    fn sub(self, other: Complex) -> Complex {
+        Complex { re: self.re - other.re, im: self.im - other.im }
+    }
+}
+
+impl std::ops::Mul for Complex {
+    type Output = Complex;
+    fn mul(self, other: Complex) -> Complex {
+        Complex { re: self.re * other.re - self.im * other.im, im: self.re * other.im + self.im * other.re }
+    }
+}
+
+impl std::ops::Div for Complex {
+    type Output = Complex;
+    fn div(self, other: Complex) -> Complex {
+        // The numbers here are far from overflow: no scaling is needed.
+        let square = other.re * other.re + other.im * other.im;
+        Complex {
+            re: (self.re * other.re + self.im * other.im) / square,
+            im: (self.im * other.re - self.re * other.im) / square,
+        }
+    }
+}
+
+/// The tridiagonal matrix of a chain as a function of `z`.
+struct Pencil {
+    /// `(dt^2 / m) M` and `(dt / m) C` on the diagonal, and beside it without sign.
+    stiffness: Vec<f64>,
+    damping: Vec<f64>,
+    stiffness_beside: f64,
+    damping_beside: f64,
+}
+
+impl Pencil {
+    fn of(plan: &Plan) -> Pencil {
+        let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
+        let (by_stiffness, by_damping) = (dt * dt / m, dt / m);
+        let neighbours = |n: usize| if n == 0 || n + 1 == plan.blocks { 1.0 } else { 2.0 };
+        let held = |n: usize| {
+            let drive = if n == 0 { plan.drive.stiffness_n_per_m } else { 0.0 };
+            plan.friction.interfacial_stiffness_n_per_m + drive
+        };
+        let k = plan.stiffness_n_per_m;
+        Pencil {
+            stiffness: (0..plan.blocks).map(|n| by_stiffness * (held(n) + neighbours(n) * k)).collect(),
+            damping: (0..plan.blocks).map(|n| by_damping * neighbours(n) * plan.damping_kg_per_s).collect(),
+            stiffness_beside: by_stiffness * k,
+            damping_beside: by_damping * plan.damping_kg_per_s,
+        }
+    }
+
+    fn diagonal(&self, n: usize, z: Complex) -> Complex {
+        z * z + z.scaled(self.damping[n] + self.stiffness[n]) + Complex { re: self.stiffness[n], im: 0.0 }
+    }
+
+    /// How the diagonal changes with `z`.
+    fn diagonal_slope(&self, n: usize, z: Complex) -> Complex {
+        z.scaled(2.0) + Complex { re: self.damping[n] + self.stiffness[n], im: 0.0 }
+    }
+
+    fn beside(&self, z: Complex) -> Complex {
+        z.scaled(-self.damping_beside - self.stiffness_beside)
+            + Complex { re: -self.stiffness_beside, im: 0.0 }
+    }
+
+    /// The logarithmic derivative of the determinant.
+    fn log_slope(&self, z: Complex) -> Complex {
+        let beside = self.beside(z);
+        let square = beside * beside;
+        let square_slope = beside.scaled(-2.0 * (self.damping_beside + self.stiffness_beside));
+        let (mut pivot, mut slope) = (self.diagonal(0, z), self.diagonal_slope(0, z));
+        let mut sum = slope / pivot;
+        for n in 1..self.stiffness.len() {
+            // pivot = diagonal - beside^2 / pivot before
+            let ratio = Complex::ONE / pivot;
+            slope = self.diagonal_slope(n, z) - (square_slope - square * slope * ratio) * ratio;
+            pivot = self.diagonal(n, z) - square * ratio;
+            sum = sum + slope / pivot;
+        }
+        sum
+    }
+
+    /// The vector that the matrix all but annihilates.
+    fn null_vector(&self, z: Complex) -> Vec<Complex> {
+        let blocks = self.stiffness.len();
+        let beside = self.beside(z);
+        let square = beside * beside;
+        let mut below = vec![self.diagonal(0, z)];
+        for n in 1..blocks {
+            below.push(self.diagonal(n, z) - square / below[n - 1]);
+        }
+        let mut above = vec![self.diagonal(blocks - 1, z); blocks];
+        for n in (0..blocks - 1).rev() {
+            above[n] = self.diagonal(n, z) - square / above[n + 1];
+        }
+        let misfit = |n: usize| (below[n] + above[n] - self.diagonal(n, z)).size();
+        let meet = (0..blocks).min_by(|&a, &b| misfit(a).total_cmp(&misfit(b))).unwrap_or(0);
+        let mut x = vec![Complex::ZERO; blocks];
+        x[meet] = Complex::ONE;
+        for n in (0..meet).rev() {
+            x[n] = Complex::ZERO - beside * x[n + 1] / below[n];
+        }
+        for n in meet + 1..blocks {
+            x[n] = Complex::ZERO - beside * x[n - 1] / above[n];
+        }
+        x
+    }
+
+    /// `(dt^2 / m) M x`.
+    fn stiffness_times(&self, x: &[Complex]) -> Vec<Complex> {
+        (0..x.len())
+            .map(|n| {
+                let left = if n > 0 { x[n - 1] } else { Complex::ZERO };
+                let right = if n + 1 < x.len() { x[n + 1] } else { Complex::ZERO };
+                x[n].scaled(self.stiffness[n]) - (left + right).scaled(self.stiffness_beside)
+            })
+            .collect()
+    }
+
+    /// All eigenvalues: those with positive imaginary part, one for each pair, and
+    /// the real ones. `None` if the iteration does not converge to such a set.
+    fn eigenvalues(&self) -> Option<(Vec<Complex>, Vec<f64>)> {
+        let blocks = self.stiffness.len();
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / blocks as f64;
+        // Starts: the free chain's own modes, all held alike.
+        let held =
+            mean(&self.stiffness) - 2.0 * self.stiffness_beside * (blocks as f64 - 1.0) / blocks as f64;
+        let mut roots = Vec::with_capacity(2 * blocks);
+        for j in 0..blocks {
+            let half = std::f64::consts::PI * j as f64 / (2.0 * blocks as f64);
+            let shape = 4.0 * libm::sin(half) * libm::sin(half);
+            let t = held + self.stiffness_beside * shape;
+            let r = t + self.damping_beside * shape;
+            let discriminant = r * r / 4.0 - t;
+            let root = discriminant.abs().sqrt();
+            // Off the axis and off each other, so that they may go either way.
+            let off = Complex { re: 0.0, im: 1e-3 * t.sqrt() };
+            if discriminant.abs() < 0.01 * t {
+                roots.push(Complex { re: -r / 2.0 + root, im: 0.0 } + off);
+                roots.push(Complex { re: -r / 2.0 - root, im: 0.0 } - off);
+            } else if discriminant < 0.0 {
+                roots.push(Complex { re: -r / 2.0, im: root });
+                roots.push(Complex { re: -r / 2.0, im: -root });
+            } else {
+                roots.push(Complex { re: -t / (r / 2.0 + root), im: 0.0 });
+                roots.push(Complex { re: -r / 2.0 - root, im: 0.0 });
+            }
+        }
+        let mut settled = vec![false; roots.len()];
+        for _ in 0..MOST_ROUNDS {
+            let mut moving = false;
+            for i in 0..roots.len() {
+                if settled[i] {
+                    continue;
+                }
+                let z = roots[i];
+                let others = (0..roots.len()).filter(|&j| j != i);
+                let push = others.fold(Complex::ZERO, |sum, j| sum + Complex::ONE / (z - roots[j]));
+                let step = Complex::ONE / (self.log_slope(z) - push);
+                if !(step.re.is_finite() && step.im.is_finite()) {
+                    // On the root itself, the derivative has no value.
+                    settled[i] = true;
+                    continue;
+                }
+                roots[i] = z - step;
+                // Converges cubically: what follows this step is below rounding.
+                settled[i] = step.size() < 1e-9 * z.size();
+                moving |= !settled[i];
+            }
+            if !moving {
+                break;
+            }
+        }
+        if !settled.iter().all(|&settled| settled) {
+            return None;
+        }
+        let is_real = |z: &Complex| z.im.abs() < 1e-9 * z.size();
+        let real: Vec<f64> = roots.iter().filter(|z| is_real(z)).map(|z| z.re).collect();
+        let complex: Vec<Complex> = roots.into_iter().filter(|z| !is_real(z) && z.im > 0.0).collect();
+        (real.len() + 2 * complex.len() == 2 * blocks).then_some((complex, real))
+    }
+}
+
+/// The modes of a plan's stuck chain. Coordinates are complex; the first `pairs` of
+/// them stand for a mode and its conjugate, those behind them are real.
 #[derive(Debug, Clone)]
 pub(crate) struct Modes {
     sweeps: Sweeps,
-    /// `|psi|`, mode by mode.
-    magnitudes: Vec<f64>,
-    /// `psi` by block, to project with.
-    by_block: Vec<f64>,
-    coordinates: Vec<Coordinate>,
-    /// `(eta K / k)`.
-    coupling: f64,
-    projected_u: Vec<f64>,
-    projected_v: Vec<f64>,
-    weights: Vec<f64>,
+    pairs: usize,
+    /// Unit of time in which velocities count as much as displacements.
+    unit_s: f64,
+    /// From a state to real and imaginary parts of coordinates, and back: matrices,
+    /// column by column.
+    to_re: Vec<f64>,
+    to_im: Vec<f64>,
+    from_re: Vec<f64>,
+    from_im: Vec<f64>,
+    /// The first row of the way back.
+    first_re: Vec<f64>,
+    first_im: Vec<f64>,
+    /// Largest force on each block by each mode of size 1, mode by mode.
+    force_n: Vec<f64>,
+    /// `(1 + z)^(2^p) - 1`.
+    powers: Vec<Coordinates>,
+    sizes: Vec<f64>,
+    scratch: Vec<f64>,
+    more_scratch: Vec<f64>,
 }
 
-/// How one mode's coordinates follow from it, and what they bound.
-#[derive(Debug, Clone, Copy)]
-enum Coordinate {
-    /// One complex coordinate `u + (re + i im) v`; `fading` is `1 - |lambda|`.
-    Complex { re: f64, im: f64, fading: f64, gain: f64, kick: f64 },
-    /// Two real ones.
-    Real { w: [f64; 2], fading: [f64; 2], gain: [f64; 2], kick: [f64; 2] },
+/// One complex number per mode.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Coordinates {
+    re: Vec<f64>,
+    im: Vec<f64>,
 }
 
 impl Modes {
-    /// The modes of a plan's chain; `None` where two coordinates of a mode all
-    /// but coincide, at critical damping, and bound nothing.
+    /// The modes of a plan's stuck chain; `None` if they do not span its states
+    /// well enough.
     pub(crate) fn of(plan: &Plan, sweeps: Sweeps) -> Option<Modes> {
         let blocks = plan.blocks;
-        let (k, eta, dt) = (plan.stiffness_n_per_m, plan.damping_kg_per_s, plan.grid.step_s());
-        let (kt, m) = (plan.friction.interfacial_stiffness_n_per_m, plan.block_mass_kg);
-        let mut diagonal: Vec<f64> =
-            (0..blocks).map(|n| kt + if n == 0 || n + 1 == blocks { k } else { 2.0 * k }).collect();
-        diagonal[0] += plan.drive.stiffness_n_per_m;
-        let (values, shapes) = symmetric_tridiagonal(diagonal, vec![-k; blocks - 1])?;
-        let coupling = eta * plan.drive.stiffness_n_per_m / k;
-        let mut coordinates = Vec::with_capacity(blocks);
-        for (j, mu) in values.into_iter().enumerate() {
-            let stiffness = (mu - kt).max(0.0);
-            let (damping, omega2) = (eta / k * stiffness / m, mu / m);
-            // Eigenvalues 1 - x +- root of the two-row matrix, with `root^2 = x^2 - (omega dt)^2`:
-            // written with small numbers throughout, since 1 would swallow their digits.
-            let (rate, turn) = (damping * dt, omega2.sqrt() * dt);
-            let x = (rate + turn * turn) / 2.0;
-            let discriminant = (x - turn) * (x + turn);
-            let root = discriminant.abs().sqrt();
-            if root < CRITICAL * turn {
-                return None;
-            }
-            let w = |offset: f64| (x - turn * turn + offset) / (dt * omega2);
-            let (alpha, beta) = (stiffness, eta / k * stiffness);
-            let push = dt / m * coupling * shapes[j * blocks].abs();
-            let coordinate = if discriminant < 0.0 {
-                let (re, im) = (w(0.0), root / (dt * omega2));
-                let across = (beta - alpha * re) / im;
-                Coordinate::Complex {
-                    re,
-                    im,
-                    fading: rate / (1.0 + (1.0 - rate).sqrt()),
-                    gain: (alpha * alpha + across * across).sqrt(),
-                    kick: push * ((dt + re) * (dt + re) + im * im).sqrt(),
-                }
-            } else {
-                let (w1, w2) = (w(-root), w(root));
-                let across = (beta - alpha * w1) / (w1 - w2);
-                // 1 - |lambda|, whichever sign lambda has.
-                let fading = |lost: f64| lost.min(2.0 - lost);
-                Coordinate::Real {
-                    w: [w1, w2],
-                    fading: [fading(x - root), fading(x + root)],
-                    gain: [(alpha + across).abs(), across.abs()],
-                    kick: [push * (dt + w1).abs(), push * (dt + w2).abs()],
-                }
-            };
-            coordinates.push(coordinate);
-        }
-        let mut by_block = vec![0.0; blocks * blocks];
-        for j in 0..blocks {
-            for n in 0..blocks {
-                by_block[n * blocks + j] = shapes[j * blocks + n];
-            }
-        }
-        Some(Modes {
+        let pencil = Pencil::of(plan);
+        let (complex, real) = pencil.eigenvalues()?;
+        let pairs = complex.len();
+        let values: Vec<Complex> =
+            complex.into_iter().chain(real.into_iter().map(|re| Complex { re, im: 0.0 })).collect();
+        let count = values.len();
+        let dt = plan.grid.step_s();
+        let unit_s = (plan.block_mass_kg
+            / (4.0 * plan.stiffness_n_per_m + plan.friction.interfacial_stiffness_n_per_m))
+            .sqrt();
+        let mut modes = Modes {
             sweeps,
-            magnitudes: shapes.iter().map(|shape| shape.abs()).collect(),
-            by_block,
-            coordinates,
-            coupling,
-            projected_u: vec![0.0; blocks],
-            projected_v: vec![0.0; blocks],
-            weights: vec![0.0; blocks],
+            pairs,
+            unit_s,
+            to_re: vec![0.0; count * 2 * blocks],
+            to_im: vec![0.0; pairs * 2 * blocks],
+            from_re: Vec::with_capacity(count * 2 * blocks),
+            from_im: Vec::with_capacity(pairs * 2 * blocks),
+            first_re: Vec::with_capacity(count),
+            first_im: Vec::with_capacity(pairs),
+            force_n: Vec::with_capacity(count * blocks),
+            powers: Vec::with_capacity(BITS),
+            sizes: vec![0.0; count],
+            scratch: vec![0.0; 2 * blocks],
+            more_scratch: vec![0.0; 2 * blocks],
+        };
+        for (e, &z) in values.iter().enumerate() {
+            let x = pencil.null_vector(z);
+            let by_velocity = z / (Complex::ONE + z);
+            let project: Vec<Complex> =
+                pencil.stiffness_times(&x).into_iter().map(|held| Complex::ZERO - held / z).collect();
+            let own = (0..blocks).fold(Complex::ZERO, |sum, n| {
+                sum + project[n] * x[n] + (x[n] - project[n]) * by_velocity * x[n]
+            });
+            for n in 0..blocks {
+                let (u, v) = (project[n] / own, (x[n] - project[n]).scaled(dt / unit_s) / own);
+                modes.to_re[n * count + e] = u.re;
+                modes.to_re[(blocks + n) * count + e] = v.re;
+                if e < pairs {
+                    modes.to_im[n * pairs + e] = u.im;
+                    modes.to_im[(blocks + n) * pairs + e] = v.im;
+                }
+            }
+            // A pair adds its coordinate's part and the conjugate of it: twice the real one.
+            let times = if e < pairs { 2.0 } else { 1.0 };
+            let velocity: Vec<Complex> = x.iter().map(|x| (*x * by_velocity).scaled(1.0 / dt)).collect();
+            let state = || x.iter().copied().chain(velocity.iter().map(|v| v.scaled(unit_s)));
+            modes.from_re.extend(state().map(|y| times * y.re));
+            modes.first_re.push(times * x[0].re);
+            if e < pairs {
+                modes.from_im.extend(state().map(|y| -times * y.im));
+                modes.first_im.push(-times * x[0].im);
+            }
+            let pull = |y: &[Complex], n: usize| {
+                let left = if n > 0 { y[n - 1] - y[n] } else { Complex::ZERO };
+                left + if n + 1 < blocks { y[n + 1] - y[n] } else { Complex::ZERO }
+            };
+            modes.force_n.extend((0..blocks).map(|n| {
+                let drive = if n == 0 { x[0].scaled(plan.drive.force_n(0.0, 1.0)) } else { Complex::ZERO };
+                let chain = pull(&x, n).scaled(plan.stiffness_n_per_m)
+                    + pull(&velocity, n).scaled(plan.damping_kg_per_s);
+                times * (chain + drive).size()
+            }));
+        }
+        let mut power = Coordinates {
+            re: values.iter().map(|z| z.re).collect(),
+            im: values.iter().map(|z| z.im).collect(),
+        };
+        for _ in 0..BITS {
+            let square = power.clone();
+            power.compound(&square);
+            modes.powers.push(square);
+        }
+        (modes.none_grows() && modes.span_states()).then_some(modes)
+    }
+
+    /// Whether no mode grows, but for rounding.
+    fn none_grows(&self) -> bool {
+        let Coordinates { re, im } = &self.powers[0];
+        // |1 + z|^2 - 1
+        re.iter().zip(im).all(|(re, im)| 2.0 * re + re * re + im * im <= 4.0 * f64::EPSILON)
+    }
+
+    /// Whether modes times coordinates is the identity.
+    fn span_states(&mut self) -> bool {
+        let size = self.scratch.len();
+        let (blocks, unit_s) = (size / 2, self.unit_s);
+        let mut coordinates = Coordinates::default();
+        let mut back = vec![0.0; size];
+        (0..size).all(|column| {
+            let mut state = vec![0.0; size];
+            state[column] = if column < blocks { 1.0 } else { 1.0 / unit_s };
+            self.project(&state, &mut coordinates);
+            self.compose(&coordinates, &mut back);
+            (0..size).all(|row| {
+                let unit = if row < blocks { 1.0 } else { unit_s };
+                (back[row] * unit - f64::from(u8::from(row == column))).abs() < DEFECT
+            })
         })
     }
 
-    /// Writes into `swing` how large the force on each block may become within
-    /// `steps` steps from a residue `u, v`, whose velocity on block 1 never
-    /// exceeds `first_velocity`.
-    pub(crate) fn bound(&mut self, u: &[f64], v: &[f64], first_velocity: f64, steps: u64, swing: &mut [f64]) {
-        self.sweeps.multiply(&mut self.projected_u, &self.by_block, u);
-        self.sweeps.multiply(&mut self.projected_v, &self.by_block, v);
-        let steps = steps as f64;
-        let forced = |kick: f64, fading: f64| {
-            let lasting = if fading > 0.0 { steps.min(1.0 / fading) } else { steps };
-            kick * first_velocity * lasting
-        };
-        for (j, coordinate) in self.coordinates.iter().enumerate() {
-            let (u, v) = (self.projected_u[j], self.projected_v[j]);
-            self.weights[j] = match *coordinate {
-                Coordinate::Complex { re, im, fading, gain, kick } => {
-                    let (x, y) = (u + re * v, im * v);
-                    gain * ((x * x + y * y).sqrt() + forced(kick, fading))
-                }
-                Coordinate::Real { w, fading, gain, kick } => {
-                    (0..2).map(|i| gain[i] * ((u + w[i] * v).abs() + forced(kick[i], fading[i]))).sum()
-                }
-            };
+    /// A state's coordinates; displacements, then velocities.
+    pub(crate) fn project(&mut self, state: &[f64], coordinates: &mut Coordinates) {
+        let blocks = state.len() / 2;
+        self.scratch.copy_from_slice(state);
+        for v in &mut self.scratch[blocks..] {
+            *v *= self.unit_s;
         }
-        self.sweeps.multiply(swing, &self.magnitudes, &self.weights);
-        swing[0] += self.coupling * first_velocity;
+        coordinates.re.resize(self.sizes.len(), 0.0);
+        coordinates.im.resize(self.sizes.len(), 0.0);
+        self.sweeps.multiply(&mut coordinates.re, &self.to_re, &self.scratch);
+        self.sweeps.multiply(&mut coordinates.im[..self.pairs], &self.to_im, &self.scratch);
+    }
+
+    /// The state with these coordinates.
+    pub(crate) fn compose(&mut self, coordinates: &Coordinates, state: &mut [f64]) {
+        let blocks = state.len() / 2;
+        self.sweeps.multiply(&mut self.scratch, &self.from_re, &coordinates.re);
+        self.sweeps.multiply(&mut self.more_scratch, &self.from_im, &coordinates.im[..self.pairs]);
+        for ((y, re), im) in state.iter_mut().zip(&self.scratch).zip(&self.more_scratch) {
+            *y = re + im;
+        }
+        for v in &mut state[blocks..] {
+            *v /= self.unit_s;
+        }
+    }
+
+    /// The displacement of block 1 in it.
+    pub(crate) fn first_displacement_m(&self, coordinates: &Coordinates) -> f64 {
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        dot(&self.first_re, &coordinates.re) + dot(&self.first_im, &coordinates.im[..self.pairs])
+    }
+
+    /// Writes into `swing` how large the force on each block may become from there
+    /// on.
+    pub(crate) fn bound(&mut self, coordinates: &Coordinates, swing: &mut [f64]) {
+        for ((size, re), im) in self.sizes.iter_mut().zip(&coordinates.re).zip(&coordinates.im) {
+            *size = (re * re + im * im).sqrt();
+        }
+        self.sweeps.multiply(swing, &self.force_n, &self.sizes);
+    }
+
+    /// `(1 + z)^steps - 1` of every mode.
+    pub(crate) fn growth(&self, steps: u64) -> Coordinates {
+        let mut growth = Coordinates { re: vec![0.0; self.sizes.len()], im: vec![0.0; self.sizes.len()] };
+        for p in (0..BITS).filter(|p| steps >> p & 1 == 1) {
+            growth.compound(&self.powers[p]);
+        }
+        growth
     }
 }
 
-/// Most iterations that one eigenvalue may take; two or three are usual.
-const MOST_ITERATIONS: usize = 60;
-
-/// Eigenvalues and orthonormal eigenvectors, one after the other, of a symmetric
-/// tridiagonal matrix: QL iteration with implicit shifts (Martin and Wilkinson
-/// 1968). `None` if it does not converge.
-fn symmetric_tridiagonal(mut diagonal: Vec<f64>, mut beside: Vec<f64>) -> Option<(Vec<f64>, Vec<f64>)> {
-    let size = diagonal.len();
-    beside.push(0.0);
-    let mut vectors = vec![0.0; size * size];
-    for n in 0..size {
-        vectors[n * size + n] = 1.0;
-    }
-    for low in 0..size {
-        let mut iterations = 0;
-        loop {
-            // A negligible entry beside the diagonal splits the matrix.
-            let split = (low..size - 1)
-                .find(|&n| beside[n].abs() <= f64::EPSILON * (diagonal[n].abs() + diagonal[n + 1].abs()));
-            let high = split.unwrap_or(size - 1);
-            if high == low {
-                break;
-            }
-            iterations += 1;
-            if iterations > MOST_ITERATIONS {
-                return None;
-            }
-            let half = (diagonal[low + 1] - diagonal[low]) / (2.0 * beside[low]);
-            let root = (half * half + 1.0).sqrt();
-            let mut g = diagonal[high] - diagonal[low] + beside[low] / (half + root.copysign(half));
-            let (mut sine, mut cosine, mut carried) = (1.0, 1.0, 0.0);
-            let mut deflated = false;
-            for n in (low..high).rev() {
-                let f = sine * beside[n];
-                let b = cosine * beside[n];
-                let r = (f * f + g * g).sqrt();
-                beside[n + 1] = r;
-                if r == 0.0 {
-                    diagonal[n + 1] -= carried;
-                    beside[high] = 0.0;
-                    deflated = true;
-                    break;
-                }
-                sine = f / r;
-                cosine = g / r;
-                g = diagonal[n + 1] - carried;
-                let t = (diagonal[n] - g) * sine + 2.0 * cosine * b;
-                carried = sine * t;
-                diagonal[n + 1] = g + carried;
-                g = cosine * t - b;
-                let (lower, upper) = vectors.split_at_mut((n + 1) * size);
-                for (a, b) in lower[n * size..].iter_mut().zip(&mut upper[..size]) {
-                    let (x, y) = (*a, *b);
-                    *b = sine * x + cosine * y;
-                    *a = cosine * x - sine * y;
-                }
-            }
-            if !deflated {
-                diagonal[low] -= carried;
-                beside[low] = g;
-                beside[high] = 0.0;
-            }
+impl Coordinates {
+    /// Of two growths one after the other: `(1 + a)(1 + b) - 1`, without adding to 1.
+    fn compound(&mut self, growth: &Coordinates) {
+        for e in 0..self.re.len() {
+            let (re, im) = (self.re[e], self.im[e]);
+            self.re[e] = re + growth.re[e] + (re * growth.re[e] - im * growth.im[e]);
+            self.im[e] = im + growth.im[e] + (re * growth.im[e] + im * growth.re[e]);
         }
     }
-    Some((diagonal, vectors))
-}
 
-#[cfg(test)]
-mod tests {
-    use super::symmetric_tridiagonal;
-
-    #[test]
-    fn free_chain_has_its_known_spectrum_and_orthonormal_modes() {
-        let size = 37;
-        let diagonal = (0..size).map(|n| if n == 0 || n == size - 1 { 1.0 } else { 2.0 }).collect();
-        let (values, vectors) = symmetric_tridiagonal(diagonal, vec![-1.0; size - 1]).unwrap();
-        let mut sorted = values.clone();
-        sorted.sort_by(f64::total_cmp);
-        for (j, value) in sorted.iter().enumerate() {
-            let expected = 4.0 * (std::f64::consts::PI * j as f64 / (2.0 * size as f64)).sin().powi(2);
-            assert!((value - expected).abs() < 1e-13, "{j}: {value} {expected}");
-        }
-        for a in 0..size {
-            for b in 0..size {
-                let dot: f64 = (0..size).map(|n| vectors[a * size + n] * vectors[b * size + n]).sum();
-                assert!((dot - f64::from(u8::from(a == b))).abs() < 1e-13, "{a} {b}: {dot}");
-            }
-            let x = |n: usize| vectors[a * size + n];
-            for n in 1..size - 1 {
-                let product = 2.0 * x(n) - x(n - 1) - x(n + 1);
-                assert!((product - values[a] * x(n)).abs() < 1e-13);
-            }
+    /// Multiplies by `1 + growth`.
+    pub(crate) fn grow_by(&mut self, growth: &Coordinates) {
+        for e in 0..self.re.len() {
+            let (re, im) = (self.re[e], self.im[e]);
+            self.re[e] = re + (re * growth.re[e] - im * growth.im[e]);
+            self.im[e] = im + (re * growth.im[e] + im * growth.re[e]);
         }
     }
 }

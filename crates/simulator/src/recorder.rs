@@ -33,6 +33,23 @@ impl Recorder {
         self.due_step
     }
 
+    /// Whether the load alone is asked for at that step.
+    pub(crate) fn due_is_load(&self, plan: &Plan) -> bool {
+        let recording = &plan.recording;
+        !is_on_cadence(recording.fields_every_steps, self.due_step)
+            && recording
+                .windows
+                .iter()
+                .all(|window| next_in_window(window, self.due_step - 1) != Some(self.due_step))
+    }
+
+    /// Records that step, in which no block slides, from its driving force alone.
+    pub(crate) fn record_load(&mut self, plan: &Plan, driving_force_n: f64) {
+        let step = self.due_step;
+        self.ready.push_back(load(plan, step, 0, driving_force_n, Vec::new()));
+        self.due_step = next_due(plan, step);
+    }
+
     /// Forgets what is ready, and goes on behind `step`.
     pub(crate) fn continue_after(&mut self, plan: &Plan, step: u64) {
         self.ready.clear();
@@ -68,14 +85,8 @@ impl Recorder {
     ) -> Result<(), SimulationError> {
         check_finite(state)?;
         let step = state.step;
-        self.ready.push_back(Record::Step(StepRecord {
-            step,
-            time_s: plan.grid.time_s(step),
-            driving_force_n,
-            normal_load_n: plan.total_normal_load_n,
-            sliding: state.sliding,
-            switches: switched.iter().map(|&n| switch(plan, state, n)).collect(),
-        }));
+        let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
+        self.ready.push_back(load(plan, step, state.sliding, driving_force_n, switches));
         let recording = &plan.recording;
         if (edge && recording.event_fields) || is_on_cadence(recording.fields_every_steps, step) {
             self.ready.push_back(fields(plan, state));
@@ -88,6 +99,17 @@ impl Recorder {
         self.due_step = next_due(plan, step);
         Ok(())
     }
+}
+
+fn load(plan: &Plan, step: u64, sliding: u32, driving_force_n: f64, switches: Vec<Switch>) -> Record {
+    Record::Step(StepRecord {
+        step,
+        time_s: plan.grid.time_s(step),
+        driving_force_n,
+        normal_load_n: plan.total_normal_load_n,
+        sliding,
+        switches,
+    })
 }
 
 fn is_on_cadence(every: u64, step: u64) -> bool {

@@ -83,9 +83,49 @@ impl Sweeps {
     }
 
     dispatch! {
-        /// The difference behind `u, v` of a chain without forcing, from its `tau`:
-        /// `v' = (tau - spring u) dt / m`, `u' = (v + v') dt`.
-        differentiate(u_next: &mut [f64], v_next: &mut [f64], u: &[f64], v: &[f64], pull: &Pull<'_>)
+        /// The term behind `u, v` in a basis of polynomials of the map without forcing, and
+        /// the guards of `u, v`.
+        next_term(next_u: &mut [f64], next_v: &mut [f64], next_strain: &mut [f64], guard: &mut [f64], term: &Term<'_>)
+    }
+
+    dispatch! {
+        /// `stiffness u + damping v`, with the ends' own values beyond them.
+        strain(result: &mut [f64], u: &[f64], v: &[f64], stiffness: f64, damping: f64)
+    }
+
+    dispatch! {
+        /// Multiplies by a number.
+        scale(values: &mut [f64], by: f64)
+    }
+
+    dispatch! {
+        /// Direction of each sliding block, friction spring of each stuck one, with
+        /// `k_t` and whether sliding is one-way; whether every sliding block has a
+        /// direction that it may keep.
+        sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], law: &[f64; 2]) -> bool
+    }
+
+    dispatch! {
+        /// The change of a state in its next step, from the force `tau` in `guard`, which
+        /// becomes the guard of the state.
+        first_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], held: &Held<'_>)
+    }
+
+    dispatch! {
+        /// The change of that in the next step, velocities in displacement per step, from
+        /// the change of the force in `guard`, which becomes the guard of the first change.
+        second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], second: &Second<'_>)
+    }
+
+    dispatch! {
+        /// Turns sums of terms, in units, into values: adds `now` and `steps` times `rate`.
+        add_course(values: &mut [f64], now: &[f64], rate: &[f64], steps: f64, unit: f64)
+    }
+
+    dispatch! {
+        /// How far each block stays from switching over a window; whether any does
+        /// not, by the bounds.
+        margins(kept: &mut [f64], course: &Course<'_>) -> bool
     }
 
     dispatch! {
@@ -100,13 +140,24 @@ impl Sweeps {
     }
 
     dispatch! {
-        /// `sum_j coefficient_j |term_j|`, the highest first.
-        combine_magnitudes(sum: &mut [f64], terms: &[f64], coefficients: &[f64])
+        /// `sum_j value_j term_j` and `sum_j bound_j |term_j|`, the highest first; the terms
+        /// `pitch` numbers apart.
+        follow(values: &mut [f64], bounds: &mut [f64], terms: &[f64], pitch: usize, coefficients: [&[f64]; 2])
     }
 
     dispatch! {
-        /// `sum_j coefficient_j term_j`, the highest first; the terms one after the other.
-        combine(sum: &mut [f64], terms: &[f64], coefficients: &[f64])
+        /// `sum_j coefficient_j term_j`, the highest first; the terms `pitch` numbers apart.
+        combine(sum: &mut [f64], terms: &[f64], pitch: usize, coefficients: &[f64])
+    }
+
+    dispatch! {
+        /// Steps until the first guard would reach its limit at its present rate.
+        first_crossing(guarded: &Guarded<'_>) -> f64
+    }
+
+    dispatch! {
+        /// The chain's part of `I(u, v)`, with mass, stiffness, damping and time step.
+        invariant(spring: &[f64], u: &[f64], v: &[f64], constants: &[f64; 4]) -> f64
     }
 }
 
@@ -166,48 +217,383 @@ fn advance(u: &mut [f64], v_new: &mut [f64], old: &Blocks<'_>, constants: &Const
     any_switch
 }
 
-/// What a difference of a chain without forcing depends on.
-pub(crate) struct Pull<'a> {
-    pub(crate) tau: &'a [f64],
-    /// Friction spring of each block, 0 for sliding ones.
+/// What a term of a window depends on: the term before it, `u` and `v`, and the one
+/// before that.
+///
+/// Velocities are in displacement per step, and forces in units in which stiffness
+/// and damping turn `u` and `v` into `by` times the change of `v`.
+pub(crate) struct Term<'a> {
+    pub(crate) u: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) before_u: &'a [f64],
+    pub(crate) before_v: &'a [f64],
+    /// `stiffness u + damping v` of each block, between its two neighbours; the ends' own
+    /// values stand again beyond them, which makes them free.
+    pub(crate) strain: &'a [f64],
+    /// Spring of each block: 0 for sliding ones, but for the drive.
     pub(crate) spring: &'a [f64],
+    /// 0 for stuck blocks, whose guard is the force; that of others is the velocity.
+    pub(crate) sigma: &'a [f64],
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
+    /// The drive's part of the first block's spring.
+    pub(crate) drive: f64,
+    /// The next term is `by` times the difference of this one, `stay` times this one
+    /// and `back` times the one before.
+    pub(crate) by: f64,
+    pub(crate) stay: f64,
+    pub(crate) back: f64,
+}
+
+#[inline(always)]
+fn next_term(
+    next_u: &mut [f64],
+    next_v: &mut [f64],
+    next_strain: &mut [f64],
+    guard: &mut [f64],
+    term: &Term<'_>,
+) {
+    let blocks = next_u.len();
+    let (next_v, guard) = (&mut next_v[..blocks], &mut guard[..blocks]);
+    let strain = &term.strain[..blocks + 2];
+    let next_strain = &mut next_strain[..blocks + 2];
+    let (u, v) = (&term.u[..blocks], &term.v[..blocks]);
+    let (before_u, before_v) = (&term.before_u[..blocks], &term.before_v[..blocks]);
+    let (spring, sigma) = (&term.spring[..blocks], &term.sigma[..blocks]);
+    let &Term { stiffness, damping, by, stay, back, .. } = term;
+    for n in 0..blocks {
+        let pull = (strain[n + 2] + strain[n]) - 2.0 * strain[n + 1];
+        let change = pull - spring[n] * u[n];
+        let new_v = change + (stay * v[n] + back * before_v[n]);
+        let new_u = (change + by * v[n]) + (stay * u[n] + back * before_u[n]);
+        next_v[n] = new_v;
+        next_u[n] = new_u;
+        next_strain[n + 1] = stiffness * new_u + damping * new_v;
+        guard[n] = if sigma[n] == 0.0 { pull } else { v[n] };
+    }
+    if sigma[0] == 0.0 {
+        guard[0] -= term.drive * u[0];
+    }
+    next_strain[0] = next_strain[1];
+    next_strain[blocks + 1] = next_strain[blocks];
+}
+
+/// `stiffness u + damping v`, with the ends' own values beyond them.
+#[inline(always)]
+fn strain(result: &mut [f64], u: &[f64], v: &[f64], stiffness: f64, damping: f64) {
+    let blocks = u.len();
+    let (v, result) = (&v[..blocks], &mut result[..blocks + 2]);
+    for n in 0..blocks {
+        result[n + 1] = stiffness * u[n] + damping * v[n];
+    }
+    result[0] = result[1];
+    result[blocks + 1] = result[blocks];
+}
+
+/// Multiplies by a number.
+#[inline(always)]
+fn scale(values: &mut [f64], by: f64) {
+    for value in values {
+        *value *= by;
+    }
+}
+
+#[inline(always)]
+fn sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], law: &[f64; 2]) -> bool {
+    let blocks = sigma.len();
+    let (spring, v, slip) = (&mut spring[..blocks], &v[..blocks], &slip[..blocks]);
+    let &[kt, one_way] = law;
+    let mut directed = true;
+    for n in 0..blocks {
+        let slides = slip[n] != 0.0;
+        let direction = sign(v[n]);
+        directed &= !slides || direction > 0.0 || (one_way == 0.0 && direction != 0.0);
+        sigma[n] = if slides { direction } else { 0.0 };
+        spring[n] = if slides { 0.0 } else { kt };
+    }
+    directed
+}
+
+/// What a state's change in the next step depends on besides the force.
+pub(crate) struct Held<'a> {
+    pub(crate) u: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) anchor: &'a [f64],
+    pub(crate) drag: &'a [f64],
+    pub(crate) spring: &'a [f64],
+    pub(crate) sigma: &'a [f64],
     pub(crate) dt: f64,
     pub(crate) dt_over_m: f64,
 }
 
 #[inline(always)]
-fn differentiate(u_next: &mut [f64], v_next: &mut [f64], u: &[f64], v: &[f64], pull: &Pull<'_>) {
-    let blocks = u_next.len();
-    let (v_next, u, v) = (&mut v_next[..blocks], &u[..blocks], &v[..blocks]);
-    let (tau, spring) = (&pull.tau[..blocks], &pull.spring[..blocks]);
+fn first_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], held: &Held<'_>) {
+    let blocks = d_u.len();
+    let (d_v, guard) = (&mut d_v[..blocks], &mut guard[..blocks]);
+    let &Held { u, v, anchor, drag, spring, sigma, dt, dt_over_m } = held;
+    let (u, v, anchor) = (&u[..blocks], &v[..blocks], &anchor[..blocks]);
+    let (drag, spring, sigma) = (&drag[..blocks], &spring[..blocks], &sigma[..blocks]);
     for n in 0..blocks {
-        v_next[n] = (tau[n] - spring[n] * u[n]) * pull.dt_over_m;
-        u_next[n] = (v[n] + v_next[n]) * pull.dt;
+        let friction = -spring[n] * (u[n] - anchor[n]) - drag[n] * sigma[n];
+        d_v[n] = (guard[n] + friction) * dt_over_m;
+        d_u[n] = (v[n] + d_v[n]) * dt;
+        guard[n] = if sigma[n] == 0.0 { guard[n] } else { v[n] };
+    }
+}
+
+/// What a second difference depends on besides the change of the force.
+pub(crate) struct Second<'a> {
+    pub(crate) u: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) spring: &'a [f64],
+    pub(crate) sigma: &'a [f64],
+    pub(crate) dt: f64,
+    pub(crate) dt_over_m: f64,
+}
+
+#[inline(always)]
+fn second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], second: &Second<'_>) {
+    let blocks = d_u.len();
+    let (d_v, guard) = (&mut d_v[..blocks], &mut guard[..blocks]);
+    let &Second { u, v, spring, sigma, dt, dt_over_m } = second;
+    let (u, v, spring, sigma) = (&u[..blocks], &v[..blocks], &spring[..blocks], &sigma[..blocks]);
+    for n in 0..blocks {
+        let change = (guard[n] - spring[n] * u[n]) * dt_over_m * dt;
+        d_v[n] = change;
+        d_u[n] = v[n] * dt + change;
+        guard[n] = if sigma[n] == 0.0 { guard[n] } else { v[n] };
     }
 }
 
 #[inline(always)]
-fn combine(sum: &mut [f64], terms: &[f64], coefficients: &[f64]) {
+fn add_course(values: &mut [f64], now: &[f64], rate: &[f64], steps: f64, unit: f64) {
+    let (now, rate) = (&now[..values.len()], &rate[..values.len()]);
+    for n in 0..values.len() {
+        values[n] = now[n] + (steps * rate[n] + unit * values[n]);
+    }
+}
+
+/// What bounds keep in reserve for what is left out and for rounding, for one
+/// length of window: of forces of stuck blocks and velocities of sliding ones.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reserve {
+    /// Added to second differences.
+    pub(crate) stuck_bend: f64,
+    pub(crate) sliding_bend: f64,
+    /// Kept from the limit.
+    pub(crate) stuck: f64,
+    pub(crate) sliding: f64,
+    /// Share of a threshold that counts.
+    pub(crate) share: f64,
+}
+
+/// Guards over a window.
+pub(crate) struct Course<'a> {
+    pub(crate) now: &'a [f64],
+    pub(crate) rate: &'a [f64],
+    /// What its end adds to now and the rate.
+    pub(crate) sum: &'a [f64],
+    /// Bound on second differences.
+    pub(crate) bend: &'a [f64],
+    /// Units of these two, for stuck and for sliding blocks.
+    pub(crate) stuck_unit: f64,
+    pub(crate) sliding_unit: f64,
+    pub(crate) sigma: &'a [f64],
+    pub(crate) threshold: &'a [f64],
+    pub(crate) steps: f64,
+    pub(crate) reserve: &'a Reserve,
+}
+
+/// How far a guard stays from its limit on the way from `from` to `to`, by the better
+/// of two bounds: the chord, and the tangent, which ends at `tangent`.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "numbers of one block, in registers")]
+pub(crate) fn margin(
+    from: f64,
+    to: f64,
+    tangent: f64,
+    steps: f64,
+    bend: f64,
+    sigma: f64,
+    threshold: f64,
+    reserve: &Reserve,
+) -> f64 {
+    let stuck = sigma == 0.0;
+    let (more_bend, limit) = if stuck {
+        (reserve.stuck_bend, reserve.share * threshold - reserve.stuck)
+    } else {
+        (reserve.sliding_bend, -reserve.sliding)
+    };
+    // Distance from the limit, but for it: of what is stuck, how little force there
+    // is; of what slides, how much velocity.
+    macro_rules! clear {
+        ($guard:expr) => {
+            if stuck { -$guard.abs() } else { sigma * $guard }
+        };
+    }
+    let sag = (bend + more_bend) * steps * steps / 8.0;
+    let (start, end, straight) = (clear!(from), clear!(to), clear!(tangent) - 4.0 * sag);
+    let chord = if start < end { start } else { end } - sag;
+    let tangent = if start < straight { start } else { straight };
+    limit + if tangent > chord { tangent } else { chord }
+}
+
+#[inline(always)]
+fn margins(kept: &mut [f64], course: &Course<'_>) -> bool {
+    let blocks = kept.len();
+    let &Course { now, rate, sum, bend, stuck_unit, sliding_unit, sigma, threshold, steps, reserve } = course;
+    let (now, rate, sum, bend) = (&now[..blocks], &rate[..blocks], &sum[..blocks], &bend[..blocks]);
+    let (sigma, threshold) = (&sigma[..blocks], &threshold[..blocks]);
+    let mut any = false;
+    for n in 0..blocks {
+        let tangent = now[n] + steps * rate[n];
+        let unit = if sigma[n] == 0.0 { stuck_unit } else { sliding_unit };
+        let (end, bend) = (tangent + unit * sum[n], unit * bend[n]);
+        let margin = margin(now[n], end, tangent, steps, bend, sigma[n], threshold[n], reserve);
+        kept[n] = margin;
+        // Written so that what is not a number is a doubt.
+        let stays = margin > 0.0;
+        any |= !stays;
+    }
+    any
+}
+
+/// Guards of blocks, and where they switch.
+pub(crate) struct Guarded<'a> {
+    pub(crate) now: &'a [f64],
+    pub(crate) rate: &'a [f64],
+    pub(crate) sigma: &'a [f64],
+    /// Thresholds of stuck blocks.
+    pub(crate) limit: &'a [f64],
+}
+
+#[inline(always)]
+fn first_crossing(guarded: &Guarded<'_>) -> f64 {
+    let blocks = guarded.now.len();
+    let (now, rate) = (guarded.now, &guarded.rate[..blocks]);
+    let (sigma, limit) = (&guarded.sigma[..blocks], &guarded.limit[..blocks]);
+    let mut lanes = [f64::INFINITY; 8];
+    for n in 0..blocks {
+        let stuck = sigma[n] == 0.0;
+        let towards = if rate[n] > 0.0 { now[n] } else { -now[n] };
+        let closing = if stuck { rate[n].abs() } else { -sigma[n] * rate[n] };
+        let room = if stuck { limit[n] - towards } else { sigma[n] * now[n] };
+        let steps = if closing > 0.0 { room / closing } else { f64::INFINITY };
+        let least = &mut lanes[n % 8];
+        *least = if steps < *least { steps } else { *least };
+    }
+    lanes.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// `sum_j coefficient_j term_j` of `LANES` blocks from `at` on.
+#[inline(always)]
+fn combined<const LANES: usize>(
+    terms: &[f64],
+    pitch: usize,
+    at: usize,
+    coefficients: &[f64],
+) -> [f64; LANES] {
+    let mut sum = [0.0; LANES];
+    for (j, coefficient) in coefficients.iter().enumerate().rev() {
+        let term = &terms[j * pitch + at..][..LANES];
+        for lane in 0..LANES {
+            sum[lane] += coefficient * term[lane];
+        }
+    }
+    sum
+}
+
+#[inline(always)]
+fn combine(sum: &mut [f64], terms: &[f64], pitch: usize, coefficients: &[f64]) {
     let blocks = sum.len();
-    sum.fill(0.0);
-    for (j, &coefficient) in coefficients.iter().enumerate().rev() {
-        let term = &terms[j * blocks..(j + 1) * blocks];
-        for n in 0..blocks {
-            sum[n] += coefficient * term[n];
+    let mut at = 0;
+    while at + 32 <= blocks {
+        sum[at..at + 32].copy_from_slice(&combined::<32>(terms, pitch, at, coefficients));
+        at += 32;
+    }
+    while at < blocks {
+        if blocks < 8 {
+            sum[at] = combined::<1>(terms, pitch, at, coefficients)[0];
+            at += 1;
+        } else {
+            // The last eight may overlap those before.
+            let from = at.min(blocks - 8);
+            sum[from..from + 8].copy_from_slice(&combined::<8>(terms, pitch, from, coefficients));
+            at += 8;
+        }
+    }
+}
+
+/// The values and bounds of [`Sweeps::follow`] for `LANES` blocks from `at` on.
+#[inline(always)]
+fn followed<const LANES: usize>(
+    values: &mut [f64],
+    bounds: &mut [f64],
+    terms: &[f64],
+    pitch: usize,
+    at: usize,
+    [value, bound]: [&[f64]; 2],
+) {
+    let (mut sum, mut magnitude) = ([0.0; LANES], [0.0; LANES]);
+    for j in (0..value.len().min(bound.len())).rev() {
+        let term = &terms[j * pitch + at..][..LANES];
+        for lane in 0..LANES {
+            sum[lane] += value[j] * term[lane];
+            magnitude[lane] += bound[j] * term[lane].abs();
+        }
+    }
+    values[at..at + LANES].copy_from_slice(&sum);
+    bounds[at..at + LANES].copy_from_slice(&magnitude);
+}
+
+#[inline(always)]
+fn follow(values: &mut [f64], bounds: &mut [f64], terms: &[f64], pitch: usize, coefficients: [&[f64]; 2]) {
+    let blocks = values.len();
+    let mut at = 0;
+    while at + 16 <= blocks {
+        followed::<16>(values, bounds, terms, pitch, at, coefficients);
+        at += 16;
+    }
+    while at < blocks {
+        if blocks < 8 {
+            followed::<1>(values, bounds, terms, pitch, at, coefficients);
+            at += 1;
+        } else {
+            followed::<8>(values, bounds, terms, pitch, at.min(blocks - 8), coefficients);
+            at += 8;
         }
     }
 }
 
 #[inline(always)]
-fn combine_magnitudes(sum: &mut [f64], terms: &[f64], coefficients: &[f64]) {
-    let blocks = sum.len();
-    sum.fill(0.0);
-    for (j, &coefficient) in coefficients.iter().enumerate().rev() {
-        let term = &terms[j * blocks..(j + 1) * blocks];
-        for n in 0..blocks {
-            sum[n] += coefficient * term[n].abs();
-        }
+fn invariant(spring: &[f64], u: &[f64], v: &[f64], constants: &[f64; 4]) -> f64 {
+    let &[mass, k, eta, dt] = constants;
+    let blocks = u.len();
+    let (v, spring) = (&v[..blocks], &spring[..blocks]);
+    macro_rules! own {
+        ($n:expr) => {
+            mass * v[$n] * v[$n] + spring[$n] * u[$n] * (u[$n] - dt * v[$n])
+        };
     }
+    macro_rules! pair {
+        ($n:expr) => {{
+            let (du, dv) = (u[$n + 1] - u[$n], v[$n + 1] - v[$n]);
+            k * du * (du - dt * dv) - 0.5 * dt * eta * dv * dv
+        }};
+    }
+    // Lanes of their own: the order of the sum is the same on every machine.
+    let mut lanes = [0.0; 8];
+    let mut at = 0;
+    while at + 8 < blocks {
+        for (lane, sum) in lanes.iter_mut().enumerate() {
+            *sum += own!(at + lane) + pair!(at + lane);
+        }
+        at += 8;
+    }
+    for n in at..blocks {
+        lanes[n % 8] += own!(n) + if n + 1 < blocks { pair!(n) } else { 0.0 };
+    }
+    lanes.into_iter().sum()
 }
 
 #[inline(always)]

@@ -1,32 +1,28 @@
 //! Windows: many steps at once while no block switches.
 //!
-//! Between two switches one step is an affine map, so the state after `i` steps
-//! is Newton's forward-difference formula, exact once the differences vanish:
+//! Between two switches one step is an affine map. With `y` the state, its
+//! differences `D_1 = y(s+1) - y(s)` and `D_2 = D_1(s+1) - D_1(s)` take up all that is constant
+//! or steady in it (anchors of friction springs, sliding friction, the drive's
+//! advance), and from there on it is linear:
 //!
 //! ```text
-//! y(s + i) = sum_j C(i, j) D_j,    D_0 = y(s),  D_{j+1} = y-difference of D_j
+//! y(s + i) = y(s) + i D_1 + S_i D_2,    S_i = sum_{l<i-1} (i - 1 - l) A^l,
 //! ```
 //!
-//! A difference costs about one plain step. Constants (anchors of friction
-//! springs, sliding friction) enter `D_1` only, the steady drive `D_1` and `D_2`
-//! only; from `D_3` on the map is linear and homogeneous.
+//! with `S_i D_2` a sum of the terms of [`crate::basis`].
 //!
-//! **Certificate.** The same differences bound what happens on the way. The force
-//! that step `s + 1 + i` uses is `sum_j C(i, j) T_j`, so over `0 <= i < k`
-//!
-//! ```text
-//! |tau_n| <= max(|T_0|, |T_0 + (k-1) T_1|) + sum_{j>=2} C(k, j) |T_j|,
-//! ```
-//!
-//! and a sliding block's velocity is at least
-//! `min(|V_0|, |V_0| + k sigma V_1) - sum_{j>=2} C(k, j) |V_j|`, with `sigma` the sign of `V_0`.
+//! **Certificate.** What must not happen is told by one number per block, its guard
+//! `g`: the force `tau_n` while it is stuck, its velocity while it slides. The guard
+//! after `i` steps is the same sum over the guards of the terms, and its second
+//! difference is `A^i D_2`'s, at most `Q = sum_j max_i |c_j(i)| |g(w_j)|`. Between two steps `h`
+//! apart a guard is therefore within `Q h^2 / 8` of the straight line between its
+//! values at both, and, from the window's first step, within `Q i^2 / 2` of its tangent.
 //! A window is taken only as far as every stuck block stays below its threshold
-//! and every sliding block keeps its direction by these bounds.
+//! and every sliding block keeps its direction by one of these bounds: first over
+//! the window as a whole, and, for the few blocks that fail it, part by part.
 //!
-//! **Remainder.** Stopping at `J` differences leaves
-//! `sum_{i<k} C(i, J-1) A^{k-1-i} D_J`. With `M` the chain's stiffness (springs,
-//! drive, friction springs of stuck blocks), `C = eta` times the chain's second
-//! difference, the scheme reads
+//! **Remainder.** With `M` the chain's stiffness (springs, drive, friction springs
+//! of stuck blocks), `C = eta` times the chain's second difference, the scheme reads
 //! `(m - dt C / 2)(v' - v) / dt = -M u - C (v + v') / 2`, and
 //!
 //! ```text
@@ -34,38 +30,28 @@
 //! ```
 //!
 //! changes by `-(dt / 2) (v + v') C (v + v') <= 0` in a step: `A` does not expand
-//! the norm `sqrt(I)`. So the remainder is at most `C(k, J) sqrt(I(D_J))` in it.
+//! the norm `sqrt(I)`, in which [`crate::basis`] bounds what is left out.
 //! With `w = u - dt v / 2`, `I = w M w + v (m - dt C / 2 - dt^2 M / 4) v`, positive
 //! within the stability of the scheme, which gives the bounds of
 //! [`Norms`] on forces and velocities.
 //!
-//! **Rounding.** The plain stepper rounds as well, differently. Both bounds keep
+//! **Rounding.** The plain stepper rounds as well, differently. The bounds keep
 //! [`ROUNDING`] of the threshold and of the largest velocity in reserve, and
-//! [`ROUNDING_ERRORS`] times the rounding of the terms that a force is made of: for
-//! the slider of the thesis 1e-8 N of 2.8 N, where the plain stepper's own forms
-//! differ by 4e-11 N.
+//! [`ROUNDING_ERRORS`] times the rounding of the terms that a force is made of, those
+//! that cancel included: for the slider of the thesis 1e-8 N of 2.8 N, where the
+//! plain stepper's own forms differ by 4e-11 N.
 
 use asperity_model::{Plan, Reattach};
 
+use crate::basis::{Basis, GRID_STEPS, MOST_TERMS};
 use crate::state::ChainState;
-use crate::sweep::{Pull, Sweeps};
+use crate::sweep::{Course, Guarded, Held, Reserve, Second, Sweeps, Term, margin};
 
-/// Most differences that a window is made of.
-pub(crate) const DIFFERENCES: usize = 34;
-
-/// Length of the longest window in units of the time of the fastest mode,
-/// `1 / |A - 1|`: more differences per window against fewer windows.
-const REACH: f64 = 4.0;
-
-/// Fewest differences.
-const FEWEST: usize = 4;
-
-/// Relative size at which the next difference no longer matters: the rounding
-/// error of the state itself.
-const NEGLIGIBLE: f64 = 1e-16;
+/// Size of what is left out of a state, relative to it: a rounding error or two.
+const NEGLIGIBLE: f64 = 4e-16;
 
 /// Share of thresholds and velocities that bounds keep in reserve for rounding.
-const ROUNDING: f64 = 1e-9;
+pub(crate) const ROUNDING: f64 = 1e-9;
 
 /// Rounding errors of the terms of a force that they keep in reserve besides.
 const ROUNDING_ERRORS: f64 = 64.0;
@@ -114,261 +100,437 @@ impl Norms {
     }
 }
 
-/// `I(u, v)` of a difference or a residual of a chain with these stuck blocks.
-pub(crate) fn invariant(plan: &Plan, spring: &[f64], u: &[f64], v: &[f64]) -> f64 {
-    let (k, eta, dt) = (plan.stiffness_n_per_m, plan.damping_kg_per_s, plan.grid.step_s());
-    let mut sum = 0.0;
-    for n in 0..u.len() {
-        let held = spring[n] + if n == 0 { plan.drive.stiffness_n_per_m } else { 0.0 };
-        sum += plan.block_mass_kg * v[n] * v[n] + held * u[n] * (u[n] - dt * v[n]);
-    }
-    for (u, v) in u.windows(2).zip(v.windows(2)) {
-        let (du, dv) = (u[1] - u[0], v[1] - v[0]);
-        sum += k * du * (du - dt * dv) - 0.5 * dt * eta * dv * dv;
-    }
-    sum.max(0.0)
+/// `I(u, v)` of a difference or a residual of a chain with these stuck blocks;
+/// velocities in displacement per `unit_s`.
+pub(crate) fn invariant(
+    plan: &Plan,
+    sweeps: Sweeps,
+    spring: &[f64],
+    u: &[f64],
+    v: &[f64],
+    unit_s: f64,
+) -> f64 {
+    let dt = plan.grid.step_s() / unit_s;
+    let (mass, eta) = (plan.block_mass_kg / (unit_s * unit_s), plan.damping_kg_per_s / unit_s);
+    let drive = plan.drive.stiffness_n_per_m * u[0] * (u[0] - dt * v[0]);
+    let chain = sweeps.invariant(spring, u, v, &[mass, plan.stiffness_n_per_m, eta, dt]);
+    (chain + drive).max(0.0)
 }
 
-/// The differences of a state, and how far they may be trusted.
+/// Rows of one number per block, each row aligned as vector loads like it.
+#[derive(Debug, Clone)]
+struct Rows {
+    values: Vec<f64>,
+    pitch: usize,
+    from: usize,
+}
+
+impl Rows {
+    const ALIGNED_BYTES: usize = 64;
+
+    fn new(blocks: usize, rows: usize) -> Rows {
+        let aligned = Rows::ALIGNED_BYTES / size_of::<f64>();
+        let pitch = blocks.next_multiple_of(aligned);
+        let values = vec![0.0; pitch * rows + aligned];
+        let from = values.as_ptr().align_offset(Rows::ALIGNED_BYTES).min(aligned);
+        Rows { values, pitch, from }
+    }
+
+    /// All rows from the first on.
+    fn all(&self) -> &[f64] {
+        &self.values[self.from..]
+    }
+
+    fn row(&self, row: usize) -> &[f64] {
+        &self.values[self.from + row * self.pitch..][..self.pitch]
+    }
+
+    fn row_mut(&mut self, row: usize) -> &mut [f64] {
+        &mut self.values[self.from + row * self.pitch..][..self.pitch]
+    }
+
+    /// A row, the one before it (itself for the first), and the one behind, to write to.
+    fn around(&mut self, row: usize) -> (&[f64], &[f64], &mut [f64]) {
+        let at = self.from + row * self.pitch;
+        let (known, next) = self.values.split_at_mut(at + self.pitch);
+        let before = if row == 0 { at } else { at - self.pitch };
+        (&known[at..], &known[before..before + self.pitch], &mut next[..self.pitch])
+    }
+}
+
+/// The terms of a state, and how far they may be trusted.
 #[derive(Debug, Clone)]
 pub(crate) struct Window {
     blocks: usize,
     sweeps: Sweeps,
     norms: Norms,
-    /// Longest window that the differences converge over, in steps.
-    reach_steps: u64,
+    basis: Basis,
     /// Friction spring of each block: `k_t` while stuck, 0 while sliding.
     spring: Vec<f64>,
+    /// The same with the drive's, in the units of terms.
+    scaled_spring: Vec<f64>,
     /// Sign of the velocity of each sliding block, 0 for stuck ones.
     sigma: Vec<f64>,
-    /// `D_0, D_1, ...`: displacements, velocities, and forces of the next step.
-    u: Vec<f64>,
-    v: Vec<f64>,
-    tau: Vec<f64>,
-    /// Bounds on what the differences from the second on add.
-    tau_tail: Vec<f64>,
-    v_tail: Vec<f64>,
-    /// How many differences count; the next one bounds the remainder.
-    terms: usize,
-    /// `sqrt(I)` of the first difference left out, and its size relative to the state.
-    remainder: f64,
-    left_out: f64,
-    /// Reserve for the rounding of forces, N.
-    force_rounding: f64,
-    /// How many differences have been taken, for the counters.
+    /// `y(s)` and `D_1`, and their guards, one after the other.
+    first_u: Vec<f64>,
+    first_v: Vec<f64>,
+    first_guard: Vec<f64>,
+    /// `w_0, w_1, ...`: velocities in displacement per step, guards in the units of terms.
+    u: Rows,
+    v: Rows,
+    guard: Rows,
+    /// Strains of the last two terms.
+    strain: [Vec<f64>; 2],
+    /// What the terms add to the guards at the end of the window, and the bounds on
+    /// their second differences.
+    end: Vec<f64>,
+    bend: Vec<f64>,
+    /// How far the whole window keeps each block from switching.
+    margin: Vec<f64>,
+    /// The blocks that the bound over the whole window does not clear.
+    doubtful: Vec<usize>,
+    /// How many terms have been taken, for the counters.
     pub(crate) applications: u64,
 }
 
 impl Window {
     pub(crate) fn new(plan: &Plan, sweeps: Sweeps) -> Window {
-        let (k, eta, dt) = (plan.stiffness_n_per_m, plan.damping_kg_per_s, plan.grid.step_s());
-        let stiffest = 4.0 * k + plan.friction.interfacial_stiffness_n_per_m + plan.drive.stiffness_n_per_m;
-        let fastest = (stiffest / plan.block_mass_kg).sqrt().max(4.0 * eta / plan.block_mass_kg);
         let blocks = plan.blocks;
+        let several = |times: usize| vec![0.0; blocks * times];
+        let rows = || Rows::new(blocks, MOST_TERMS + 1);
         Window {
             blocks,
             sweeps,
             norms: Norms::of(plan),
-            reach_steps: (REACH / (dt * fastest)) as u64,
-            spring: vec![0.0; blocks],
-            sigma: vec![0.0; blocks],
-            u: vec![0.0; blocks * (DIFFERENCES + 2)],
-            v: vec![0.0; blocks * (DIFFERENCES + 2)],
-            tau: vec![0.0; blocks * (DIFFERENCES + 1)],
-            tau_tail: vec![0.0; blocks],
-            v_tail: vec![0.0; blocks],
-            terms: 0,
-            remainder: 0.0,
-            left_out: 0.0,
-            force_rounding: 0.0,
+            basis: Basis::of(plan),
+            spring: several(1),
+            scaled_spring: several(1),
+            sigma: several(1),
+            first_u: several(2),
+            first_v: several(2),
+            first_guard: several(2),
+            u: rows(),
+            v: rows(),
+            guard: rows(),
+            strain: [vec![0.0; blocks + 2], vec![0.0; blocks + 2]],
+            end: several(1),
+            bend: several(1),
+            margin: several(1),
+            doubtful: Vec::new(),
             applications: 0,
         }
     }
 
-    /// Takes the differences of a state. False if a sliding block has no
+    /// How many lengths a window may have.
+    pub(crate) fn lengths(&self) -> usize {
+        self.basis.lengths.len()
+    }
+
+    /// Steps of one of them.
+    pub(crate) fn steps(&self, index: usize) -> u64 {
+        self.basis.lengths[index].steps
+    }
+
+    /// Steps of the shortest window.
+    pub(crate) fn shortest(&self) -> u64 {
+        self.basis.lengths.first().map_or(u64::MAX, |length| length.steps)
+    }
+
+    /// Takes the first differences of a state. False if a sliding block has no
     /// direction that it could keep.
-    pub(crate) fn open(&mut self, plan: &Plan, state: &ChainState, most_steps: u64) -> bool {
+    fn start(&mut self, plan: &Plan, state: &ChainState) -> bool {
+        let blocks = self.blocks;
         let friction = &plan.friction;
         let kt = friction.interfacial_stiffness_n_per_m;
         let one_way = friction.reattach == Reattach::OneWay;
-        for n in 0..self.blocks {
-            let (slides, v) = (state.slip[n] != 0.0, state.velocity_m_per_s[n]);
-            if slides && (v == 0.0 || (one_way && v < 0.0)) {
-                return false;
-            }
-            self.sigma[n] = if slides { v.signum() } else { 0.0 };
-            self.spring[n] = if slides { 0.0 } else { kt };
-        }
-        let blocks = self.blocks;
-        self.u[..blocks].copy_from_slice(&state.displacement_m);
-        self.v[..blocks].copy_from_slice(&state.velocity_m_per_s);
-
         let dt = plan.grid.step_s();
         let dt_over_m = dt / plan.block_mass_kg;
-        let drive = &plan.drive;
-        let k = most_steps.min(self.reach_steps) as f64;
-        let sweeps = self.sweeps;
-        let (u_scale, v_scale) = (sweeps.largest(&self.u[..blocks]), sweeps.largest(&self.v[..blocks]));
-        let mut binomial = 1.0;
-        for j in 0..=DIFFERENCES {
-            let at = j * blocks;
-            let (u, u_next) = self.u[at..at + 2 * blocks].split_at_mut(blocks);
-            let (v, v_next) = self.v[at..at + 2 * blocks].split_at_mut(blocks);
-            let tau = &mut self.tau[at..at + blocks];
-            self.sweeps.pull_of_neighbours(tau, u, v, plan.stiffness_n_per_m, plan.damping_kg_per_s);
-            // The drive point and its steady advance: differences 0 and 1 of the forcing.
-            tau[0] += match j {
-                0 => drive.force_n(plan.grid.time_s(state.step + 1), u[0]),
-                1 => drive.force_n(dt, u[0]),
-                _ => -drive.stiffness_n_per_m * u[0],
-            };
-            if j == 0 {
-                for n in 0..blocks {
-                    let friction = if self.sigma[n] == 0.0 {
-                        -kt * (u[n] - state.stick_position_m[n])
-                    } else {
-                        -friction.dynamic_friction_n[n] * self.sigma[n]
-                    };
-                    v_next[n] = (tau[n] + friction) * dt_over_m;
-                    u_next[n] = (v[n] + v_next[n]) * dt;
-                }
-            } else {
-                let pull = Pull { tau, spring: &self.spring, dt, dt_over_m };
-                self.sweeps.differentiate(u_next, v_next, u, v, &pull);
-            }
-            self.applications += 1;
-            self.terms = j + 1;
-            binomial *= (k - j as f64) / (j + 1) as f64;
-            // Only every second one is looked at, and none of the first: looking
-            // costs half as much as a difference.
-            if j >= FEWEST && j % 2 == 0 {
-                let next_matters = binomial * sweeps.largest(u_next) > NEGLIGIBLE * u_scale
-                    || binomial * sweeps.largest(v_next) > NEGLIGIBLE * v_scale;
-                if !next_matters {
-                    break;
-                }
-            }
+        let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
+        let directed = self.sweeps.sort(
+            &mut self.sigma,
+            &mut self.spring,
+            v,
+            &state.slip,
+            &[kt, f64::from(u8::from(one_way))],
+        );
+        if !directed {
+            return false;
         }
-        let next = self.terms * blocks..(self.terms + 1) * blocks;
-        let relative = |size: f64, scale: f64| if size == 0.0 { 0.0 } else { size / scale };
-        self.left_out = relative(sweeps.largest(&self.u[next.clone()]), u_scale)
-            .max(relative(sweeps.largest(&self.v[next.clone()]), v_scale));
-        self.force_rounding = self.norms.force_rounding(u_scale, v_scale);
-        self.remainder = invariant(plan, &self.spring, &self.u[next.clone()], &self.v[next]).sqrt();
+        let (now_u, d_u) = self.first_u.split_at_mut(blocks);
+        let (now_v, d_v) = self.first_v.split_at_mut(blocks);
+        let (guard, d_guard) = self.first_guard.split_at_mut(blocks);
+        now_u.copy_from_slice(u);
+        now_v.copy_from_slice(v);
+        self.sweeps.pull_of_neighbours(guard, u, v, plan.stiffness_n_per_m, plan.damping_kg_per_s);
+        guard[0] += plan.drive.force_n(plan.grid.time_s(state.step + 1), u[0]);
+        let held = Held {
+            u,
+            v,
+            anchor: &state.stick_position_m,
+            drag: &friction.dynamic_friction_n,
+            spring: &self.spring,
+            sigma: &self.sigma,
+            dt,
+            dt_over_m,
+        };
+        self.sweeps.first_difference(d_u, d_v, guard, &held);
+        // The second difference, with the steady advance of the drive.
+        self.sweeps.pull_of_neighbours(d_guard, d_u, d_v, plan.stiffness_n_per_m, plan.damping_kg_per_s);
+        d_guard[0] += plan.drive.force_n(dt, d_u[0]);
+        let second = Second { u: d_u, v: d_v, spring: &self.spring, sigma: &self.sigma, dt, dt_over_m };
+        self.sweeps.second_difference(
+            &mut self.u.row_mut(0)[..blocks],
+            &mut self.v.row_mut(0)[..blocks],
+            d_guard,
+            &second,
+        );
+        self.applications += 2;
         true
     }
 
-    /// The largest number of steps, up to `most_steps`, over which no block
-    /// switches by the bounds; 0 if there is none.
-    pub(crate) fn certified_steps(&mut self, plan: &Plan, most_steps: u64) -> u64 {
+    /// Steps until the first block would switch if forces and velocities went on as
+    /// they go now.
+    fn foreseen_steps(&self, plan: &Plan) -> f64 {
         let blocks = self.blocks;
-        let v_scale = self.sweeps.largest(&self.v[..blocks]);
-        let mut steps = most_steps.min(self.reach_steps);
-        let mut binomial = binomials(steps, self.terms + 1);
-        // What is left out must not matter to the state either.
-        while steps > 0 && binomial[self.terms] * self.left_out > NEGLIGIBLE {
-            steps -= steps / 8 + 1;
-            binomial = binomials(steps, self.terms + 1);
+        let (now, rate) = self.first_guard.split_at(blocks);
+        let guarded =
+            Guarded { now, rate, sigma: &self.sigma, limit: &plan.friction.static_threshold_n[..blocks] };
+        self.sweeps.first_crossing(&guarded)
+    }
+
+    /// Opens a window of at most `most_steps` steps, of one of the first `longest`
+    /// lengths; the index of its length, if there is one over which no block
+    /// switches by the bounds, or else the steps that are best taken one by one.
+    pub(crate) fn open(
+        &mut self,
+        plan: &Plan,
+        state: &ChainState,
+        longest: usize,
+        most_steps: u64,
+    ) -> Result<usize, u64> {
+        let shortest = self.shortest();
+        if most_steps < shortest {
+            return Err(most_steps);
         }
-        if steps == 0 {
-            return 0;
+        if !self.start(plan, state) {
+            return Err(1);
         }
-        let (from, to) = (2 * blocks, self.terms * blocks);
-        self.sweeps.combine_magnitudes(&mut self.tau_tail, &self.tau[from..to], &binomial[2..self.terms]);
-        self.sweeps.combine_magnitudes(&mut self.v_tail, &self.v[from..to], &binomial[2..self.terms]);
-        for n in 0..blocks {
-            // The tails are those of the longest window, too large for a shorter
-            // one: a block that fits with them fits.
-            let tail = if self.sigma[n] == 0.0 { self.tau_tail[n] } else { self.v_tail[n] };
-            if self.fits_with(plan, n, steps, tail, &binomial, v_scale)
-                || self.fits(plan, n, steps, &binomial, v_scale)
-            {
-                continue;
-            }
-            // The bounds grow with the number of steps: bisect.
-            let (mut low, mut high) = (0, steps);
-            while high - low > 1 + low / 16 {
-                let middle = low + (high - low) / 2;
-                if self.fits(plan, n, middle, &binomials(middle, self.terms + 1), v_scale) {
-                    low = middle;
-                } else {
-                    high = middle;
+        let foreseen = self.foreseen_steps(plan);
+        if foreseen < shortest as f64 {
+            return Err((foreseen as u64).max(1));
+        }
+        let fitting = self.basis.lengths[..longest.max(1)]
+            .partition_point(|length| {
+                length.steps <= most_steps && length.steps as f64 <= FORESIGHT * foreseen
+            })
+            .max(1);
+        let index = fitting - 1;
+        self.take_terms(plan, self.basis.lengths[index].terms);
+        match self.certified(plan, index) {
+            Some(index) => Ok(index),
+            None => Err(shortest),
+        }
+    }
+
+    /// `w_1` to `w_J`, and the guards of all but the last.
+    fn take_terms(&mut self, plan: &Plan, count: usize) {
+        let blocks = self.blocks;
+        let dt = plan.grid.step_s();
+        let Basis { centre, focus, sigma, .. } = self.basis;
+        let by = 2.0 / focus;
+        let unit = by * dt * dt / plan.block_mass_kg;
+        let (stiffness, damping) = (unit * plan.stiffness_n_per_m, unit * plan.damping_kg_per_s / dt);
+        let drive = unit * plan.drive.stiffness_n_per_m;
+        self.scaled_spring.copy_from_slice(&self.spring);
+        self.sweeps.scale(&mut self.scaled_spring, unit);
+        self.scaled_spring[0] += drive;
+        let [strain, next_strain] = &mut self.strain;
+        self.sweeps.strain(strain, &self.u.row(0)[..blocks], &self.v.row(0)[..blocks], stiffness, damping);
+        for j in 0..count {
+            let (u, before_u, next_u) = self.u.around(j);
+            let (v, before_v, next_v) = self.v.around(j);
+            let term = Term {
+                u,
+                v,
+                before_u,
+                before_v,
+                strain,
+                spring: &self.scaled_spring,
+                sigma: &self.sigma,
+                stiffness,
+                damping,
+                drive,
+                by,
+                stay: -by * centre,
+                back: if j == 0 { 0.0 } else { -sigma },
+            };
+            let guard = &mut self.guard.row_mut(j)[..blocks];
+            self.sweeps.next_term(&mut next_u[..blocks], &mut next_v[..blocks], next_strain, guard, &term);
+            if j == 0 {
+                // The first is half of what the others' rule gives.
+                for row in [next_u, next_v, &mut next_strain[..]] {
+                    self.sweeps.scale(row, 0.5);
                 }
             }
-            steps = low;
-            binomial = binomials(steps, self.terms + 1);
-            if steps == 0 {
-                break;
+            std::mem::swap(strain, next_strain);
+        }
+        self.applications += count as u64;
+    }
+
+    /// What turns guards of terms into those of stuck and of sliding blocks.
+    fn units(&self, plan: &Plan) -> (f64, f64) {
+        let dt = plan.grid.step_s();
+        (plan.block_mass_kg / (dt * dt) * self.basis.focus / 2.0, 1.0 / dt)
+    }
+
+    /// The longest of the lengths up to `index` over which no block switches by the
+    /// bounds.
+    fn certified(&mut self, plan: &Plan, mut index: usize) -> Option<usize> {
+        let blocks = self.blocks;
+        let terms = self.basis.lengths[index].terms;
+        let sweeps = self.sweeps;
+        let size = |values: &[f64]| sweeps.largest(values);
+        let (u_scale, v_scale) = (size(&self.first_u[..blocks]), size(&self.first_v[..blocks]));
+        let (du, dv) = (size(&self.first_u[blocks..]), size(&self.first_v[blocks..]));
+        let dt = plan.grid.step_s();
+        let all = terms * self.u.pitch;
+        let (wu, wv) = (size(&self.u.all()[..all]), size(&self.v.all()[..all]) / dt);
+        loop {
+            let length = &self.basis.lengths[index];
+            let (steps, terms) = (length.steps as f64, length.terms);
+            let ends = [terms - 1, terms];
+            let left_out =
+                |w: &Rows| (0..2).map(|i| length.left_out_of_sum[i] * size(w.row(ends[i]))).sum::<f64>();
+            if left_out(&self.u) <= NEGLIGIBLE * u_scale && left_out(&self.v) <= NEGLIGIBLE * v_scale * dt {
+                let norms = ends.map(|j| {
+                    let (u, v) = (&self.u.row(j)[..blocks], &self.v.row(j)[..blocks]);
+                    invariant(plan, sweeps, &self.spring, u, v, dt).sqrt()
+                });
+                let out = |factors: [f64; 2]| factors[0] * norms[0] + factors[1] * norms[1];
+                let (bend, sum) = (out(length.left_out), out(length.left_out_of_sum));
+                // Sizes of what cancels in a state, which its rounding follows.
+                let rounding = self.norms.force_rounding(
+                    u_scale + steps * du + length.largest * wu,
+                    v_scale + steps * dv + length.largest * wv,
+                );
+                let Norms { force, velocity, .. } = self.norms;
+                let reserve = Reserve {
+                    stuck_bend: force * bend,
+                    stuck: force * sum + rounding,
+                    share: 1.0 - ROUNDING,
+                    sliding_bend: velocity * bend,
+                    sliding: velocity * sum + ROUNDING * v_scale + rounding * dt / plan.block_mass_kg * steps,
+                };
+                return self.certified_by(plan, index, &reserve);
+            }
+            // What is left out grows with the length.
+            index = index.checked_sub(1)?;
+        }
+    }
+
+    /// The same, with the reserve that the length needs.
+    fn certified_by(&mut self, plan: &Plan, index: usize, reserve: &Reserve) -> Option<usize> {
+        let blocks = self.blocks;
+        let length = &self.basis.lengths[index];
+        let (now, rate) = self.first_guard.split_at(blocks);
+        self.sweeps.follow(
+            &mut self.end,
+            &mut self.bend,
+            self.guard.all(),
+            self.guard.pitch,
+            [&length.double_sum, &length.whole],
+        );
+        let (stuck_unit, sliding_unit) = self.units(plan);
+        let course = Course {
+            now,
+            rate,
+            sum: &self.end,
+            bend: &self.bend,
+            stuck_unit,
+            sliding_unit,
+            sigma: &self.sigma,
+            threshold: &plan.friction.static_threshold_n,
+            steps: length.steps as f64,
+            reserve,
+        };
+        self.doubtful.clear();
+        if self.sweeps.margins(&mut self.margin, &course) {
+            for (n, margin) in self.margin.iter().enumerate() {
+                let stays = *margin > 0.0;
+                if !stays {
+                    self.doubtful.push(n);
+                }
             }
         }
-        steps
-    }
-
-    /// Whether a block does not switch within so many steps, by the bounds.
-    fn fits(
-        &self,
-        plan: &Plan,
-        n: usize,
-        steps: u64,
-        binomial: &[f64; DIFFERENCES + 2],
-        v_scale: f64,
-    ) -> bool {
-        let terms = if self.sigma[n] == 0.0 { &self.tau } else { &self.v };
-        let tail = (2..self.terms).map(|j| binomial[j] * terms[j * self.blocks + n].abs()).sum();
-        self.fits_with(plan, n, steps, tail, binomial, v_scale)
-    }
-
-    fn fits_with(
-        &self,
-        plan: &Plan,
-        n: usize,
-        steps: u64,
-        tail: f64,
-        binomial: &[f64; DIFFERENCES + 2],
-        v_scale: f64,
-    ) -> bool {
-        let at = |values: &[f64], j: usize| values[j * self.blocks + n];
-        let remainder = binomial[self.terms] * self.remainder;
-        if self.sigma[n] == 0.0 {
-            let threshold = plan.friction.static_threshold_n[n];
-            let first = at(&self.tau, 0);
-            let last = first + (steps as f64 - 1.0) * at(&self.tau, 1);
-            let bound = first.abs().max(last.abs()) + tail + self.norms.force * remainder;
-            bound < threshold - ROUNDING * threshold - self.force_rounding
-        } else {
-            let first = at(&self.v, 0).abs();
-            let last = first + steps as f64 * self.sigma[n] * at(&self.v, 1);
-            let rounding = self.force_rounding * plan.grid.step_s() / plan.block_mass_kg * steps as f64;
-            first.min(last) - tail - self.norms.velocity * remainder > ROUNDING * v_scale + rounding
+        let mut best = Some(index);
+        for i in 0..self.doubtful.len() {
+            best = self.certified_for(plan, self.doubtful[i], best?, reserve);
         }
+        best
     }
 
-    /// Writes the state after `steps` steps of the window into `state`, which
-    /// must be the state that it was opened at or one written before.
-    pub(crate) fn evaluate(&self, from_step: u64, steps: u64, state: &mut ChainState) {
-        let binomial = binomials(steps, self.terms);
-        let before = binomials(steps - 1, self.terms);
-        self.sweeps.combine(&mut state.displacement_m, &self.u, &binomial[..self.terms]);
-        self.sweeps.combine(&mut state.velocity_m_per_s, &self.v, &binomial[..self.terms]);
-        self.sweeps.combine(&mut state.tangential_force_n, &self.tau, &before[..self.terms]);
-        state.step = from_step + steps;
+    /// The longest of the lengths up to `longest` that block `n` is certified for,
+    /// part by part.
+    fn certified_for(&self, plan: &Plan, n: usize, longest: usize, reserve: &Reserve) -> Option<usize> {
+        let blocks = self.blocks;
+        let (now, rate) = (self.first_guard[n], self.first_guard[blocks + n]);
+        let (sigma, threshold) = (self.sigma[n], plan.friction.static_threshold_n[n]);
+        let (stuck_unit, sliding_unit) = self.units(plan);
+        let unit = if sigma == 0.0 { stuck_unit } else { sliding_unit };
+        let (guard, pitch) = (&self.guard.all()[n..], self.guard.pitch);
+        let (mut from, mut from_steps) = (now, 0);
+        let mut best = None;
+        for (index, length) in self.basis.lengths[..=longest].iter().enumerate() {
+            let (mut to, mut bend) = (0.0, 0.0);
+            for j in (0..length.terms).rev() {
+                let guard = guard[j * pitch];
+                to += length.double_sum[j] * guard;
+                bend += length.last[j] * guard.abs();
+            }
+            to = now + length.steps as f64 * rate + unit * to;
+            let steps = (length.steps - from_steps) as f64;
+            // The tangent is known where the window starts.
+            let tangent = if from_steps == 0 { from + steps * rate } else { f64::NAN };
+            let stays = margin(from, to, tangent, steps, unit * bend, sigma, threshold, reserve) > 0.0;
+            if !stays {
+                break;
+            }
+            best = Some(index);
+            (from, from_steps) = (to, length.steps);
+        }
+        best
+    }
+
+    /// Writes displacements and velocities at the end of the window into `state`.
+    pub(crate) fn land(&self, plan: &Plan, index: usize, state: &mut ChainState) {
+        let length = &self.basis.lengths[index];
+        self.compose(plan, length.steps, &length.double_sum, state);
+        state.step += length.steps;
         state.sliding = state.detached;
     }
 
-    /// The driving force that the last of `steps` steps used.
-    pub(crate) fn driving_force_n(&self, plan: &Plan, from_step: u64, steps: u64) -> f64 {
-        let before = binomials(steps - 1, self.terms);
-        let first_m = (0..self.terms).rev().map(|j| before[j] * self.u[j * self.blocks]).sum();
-        plan.drive.force_n(plan.grid.time_s(from_step + steps), first_m)
+    /// The same for a number of steps on the grid of [`GRID_STEPS`], as many as fit
+    /// into `steps`.
+    pub(crate) fn sample(&self, plan: &Plan, steps: u64, state: &mut ChainState) {
+        let steps = steps / GRID_STEPS * GRID_STEPS;
+        let index = self.basis.lengths.partition_point(|length| length.steps < steps);
+        let terms = self.basis.lengths[index].terms;
+        self.compose(plan, steps, &self.basis.double_sum(steps)[..terms], state);
+        state.step += steps;
+    }
+
+    fn compose(&self, plan: &Plan, steps: u64, coefficients: &[f64], state: &mut ChainState) {
+        let parts = [
+            (&mut state.displacement_m, &self.first_u, &self.u, 1.0),
+            (&mut state.velocity_m_per_s, &self.first_v, &self.v, 1.0 / plan.grid.step_s()),
+        ];
+        for (values, first, terms, unit) in parts {
+            self.sweeps.combine(values, terms.all(), terms.pitch, coefficients);
+            let (now, rate) = first.split_at(self.blocks);
+            self.sweeps.add_course(values, now, rate, steps as f64, unit);
+        }
     }
 }
 
-/// `C(steps, j)` for `j = 0 ..`, as many as asked for.
-fn binomials(steps: u64, count: usize) -> [f64; DIFFERENCES + 2] {
-    let mut binomial = [0.0; DIFFERENCES + 2];
-    binomial[0] = 1.0;
-    for j in 1..count.min(DIFFERENCES + 2) {
-        binomial[j] = binomial[j - 1] * (steps as f64 - (j - 1) as f64) / j as f64;
-    }
-    binomial
-}
+/// How much longer than foreseen a window may try to be.
+const FORESIGHT: f64 = 1.5;

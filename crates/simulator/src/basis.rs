@@ -1,0 +1,304 @@
+//! The polynomials of a step's map that windows are made of.
+//!
+//! With `B = A - 1` the part of `k` steps that is linear in the state is a polynomial
+//! of `B`. Powers of `B` are a poor basis for it: their terms grow before they cancel.
+//! Here it is
+//!
+//! ```text
+//! w_0 = w,  w_1 = X w_0,  w_{j+1} = 2 X w_j - sigma w_{j-1},    X = (B - centre) / focus,
+//! ```
+//!
+//! Chebyshev polynomials of an ellipse that holds the eigenvalues of `B`, with foci
+//! `centre +- focus` on the real axis (`sigma = 1`, where damping rules the spectrum)
+//! or `centre +- i focus` beside it (`sigma = -1`, where vibration does; the powers
+//! of `i` are absorbed, so that all is real). A term costs what a power of `B`
+//! costs, and far fewer are needed for the same number of steps.
+//!
+//! **Where the eigenvalues lie.** For an eigenvector `x` of unit length let
+//! `t = dt^2 x*Mx / m` and `r = t + dt x*Cx / m`. Its eigenvalue solves
+//! `z^2 + r z + t = 0`. Stiffness and damping of the chain go together, so all of them,
+//! for any set of stuck blocks, lie on the roots for
+//! `x*Cx = eta L`, `x*Mx = k L + s`, with `0 <= L <= 4` and `0 <= s <= k_t + K`.
+//! The choice of the ellipse only decides how many terms are needed: that they
+//! suffice is certified term by term.
+//!
+//! **Coefficients.** `A^i w = sum_j c_j(i) w_j`, with `c_0(0) = 1` and
+//! `c(i + 1)` from `c(i)` by `A w_j = (1 + centre) w_j + (focus / 2)(w_{j+1} + sigma w_{j-1})`.
+//! What a window needs is `sum_{l<i-1} (i - 1 - l) A^l`, whose coefficients `s_j(i)` are the
+//! same summed up twice.
+//!
+//! **What is left out.** Stopping before `w_J` satisfies the recurrence of the exact
+//! solution but for `(focus / 2)(sigma c_J(i) w_{J-1} - c_{J-1}(i) w_J)` in each step. In a norm
+//! in which `A` does not expand, what is left out of `A^i w` is therefore at most
+//! `(focus / 2) sum_l (|c_J(l)| |w_{J-1}| + |c_{J-1}(l)| |w_J|)`, and out of the double sum the
+//! same summed up twice.
+
+use asperity_model::Plan;
+
+/// Most terms of a window.
+pub(crate) const MOST_TERMS: usize = 48;
+
+/// Coefficients that are followed: those behind the terms are known to be small.
+const FOLLOWED: usize = MOST_TERMS + 16;
+
+/// Steps between two of the numbers of steps that coefficients are kept for.
+pub(crate) const GRID_STEPS: u64 = 16;
+
+/// Longest window: bounds the tables.
+const MOST_STEPS: u64 = 16_384;
+
+/// Ratio of the lengths of windows, about.
+const RATIO: f64 = 1.4;
+
+/// Largest growth, as an exponent, of the terms over that of the map itself: digits
+/// that are lost as they cancel.
+const MOST_GROWTH: f64 = 4.0;
+
+/// Share of the whole that may be left out: the rounding error of a state.
+const NEGLIGIBLE: f64 = 1e-14;
+
+/// One possible length of a window.
+#[derive(Debug, Clone)]
+pub(crate) struct Length {
+    pub(crate) steps: u64,
+    /// How many terms it takes.
+    pub(crate) terms: usize,
+    /// `s_j(steps)`.
+    pub(crate) double_sum: Vec<f64>,
+    /// Largest `|c_j(i)|` for `i` up to `steps`.
+    pub(crate) whole: Vec<f64>,
+    /// The same for `i` between the next shorter length and `steps`.
+    pub(crate) last: Vec<f64>,
+    /// Largest `|s_j(steps)|`.
+    pub(crate) largest: f64,
+    /// What the last term and the one behind it are multiplied with to bound what
+    /// is left out of `A^i w`, for any `i` up to `steps`, and out of its double sum.
+    pub(crate) left_out: [f64; 2],
+    pub(crate) left_out_of_sum: [f64; 2],
+}
+
+/// The basis for a plan, and its coefficients.
+#[derive(Debug, Clone)]
+pub(crate) struct Basis {
+    pub(crate) centre: f64,
+    pub(crate) focus: f64,
+    pub(crate) sigma: f64,
+    /// By ascending number of steps; none if the time step is too coarse for windows.
+    pub(crate) lengths: Vec<Length>,
+    /// `s_j` for every [`GRID_STEPS`]-th number of steps, from 0.
+    double_sums: Vec<[f64; MOST_TERMS]>,
+}
+
+impl Basis {
+    pub(crate) fn of(plan: &Plan) -> Basis {
+        let (ellipse, longest) = Ellipse::best(&spectrum(plan));
+        let mut basis = Basis {
+            centre: ellipse.centre,
+            focus: ellipse.focus,
+            sigma: ellipse.sigma,
+            lengths: Vec::new(),
+            double_sums: Vec::new(),
+        };
+        let mut steps = vec![];
+        let mut next = (longest.min(MOST_STEPS as f64) / GRID_STEPS as f64).floor();
+        while next >= 1.0 {
+            steps.push(next as u64 * GRID_STEPS);
+            next = (next / RATIO).floor().min(next - 1.0);
+        }
+        steps.reverse();
+        basis.tabulate(&steps, &ellipse);
+        basis
+    }
+
+    /// `s_j` of a number of steps on the grid.
+    pub(crate) fn double_sum(&self, steps: u64) -> &[f64; MOST_TERMS] {
+        &self.double_sums[(steps / GRID_STEPS) as usize]
+    }
+
+    /// Follows the coefficients from step to step, and notes what the lengths need.
+    fn tabulate(&mut self, lengths: &[u64], ellipse: &Ellipse) {
+        let mut c = [0.0f64; FOLLOWED];
+        let (mut single, mut double) = ([0.0; FOLLOWED], [0.0; FOLLOWED]);
+        // Sums of |c|, and those summed up once and twice.
+        let mut sums = [[0.0; FOLLOWED]; 3];
+        let (mut whole, mut last) = ([0.0f64; FOLLOWED], [0.0f64; FOLLOWED]);
+        c[0] = 1.0;
+        let mut done = 0;
+        for i in 0..=lengths.last().copied().unwrap_or(0) {
+            // Here `c` is of `i` steps, `double` the double sum of `i` steps.
+            if i % GRID_STEPS == 0 {
+                self.double_sums.push(std::array::from_fn(|j| double[j]));
+            }
+            for j in 0..FOLLOWED {
+                whole[j] = whole[j].max(c[j].abs());
+                last[j] = last[j].max(c[j].abs());
+            }
+            if lengths.get(done) == Some(&i) {
+                let terms = ellipse.terms(i as f64).min(MOST_TERMS);
+                let half = self.focus / 2.0;
+                self.lengths.push(Length {
+                    steps: i,
+                    terms,
+                    double_sum: double[..terms].to_vec(),
+                    whole: whole[..terms].to_vec(),
+                    last: last[..terms].to_vec(),
+                    largest: double[..terms].iter().fold(0.0, |max, s: &f64| max.max(s.abs())),
+                    left_out: [half * sums[0][terms], half * sums[0][terms - 1]],
+                    left_out_of_sum: [half * sums[2][terms], half * sums[2][terms - 1]],
+                });
+                last = c.map(f64::abs);
+                done += 1;
+            }
+            for j in 0..FOLLOWED {
+                sums[2][j] += sums[1][j];
+                sums[1][j] += sums[0][j];
+                sums[0][j] += c[j].abs();
+                double[j] += single[j];
+                single[j] += c[j];
+            }
+            c = self.advance(&c);
+        }
+    }
+
+    /// The coefficients of `A` times a sum of terms.
+    fn advance(&self, c: &[f64; FOLLOWED]) -> [f64; FOLLOWED] {
+        let (stay, half) = (1.0 + self.centre, self.focus / 2.0);
+        let mut next = [0.0; FOLLOWED];
+        for j in 0..FOLLOWED {
+            // `X w_0 = w_1` without the half.
+            let below = match j {
+                0 => 0.0,
+                1 => 2.0 * c[0],
+                _ => c[j - 1],
+            };
+            let above = if j + 1 < FOLLOWED { c[j + 1] } else { 0.0 };
+            next[j] = stay * c[j] + half * (below + self.sigma * above);
+        }
+        next
+    }
+}
+
+/// A point of the complex plane.
+type Point = (f64, f64);
+
+/// Points of `B`'s spectrum (upper half), closely enough.
+fn spectrum(plan: &Plan) -> Vec<Point> {
+    const ALONG: u32 = 64;
+    let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
+    let held = plan.friction.interfacial_stiffness_n_per_m + plan.drive.stiffness_n_per_m;
+    let mut points = Vec::new();
+    for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
+        for along in 0..=ALONG {
+            let x = f64::from(along) / f64::from(ALONG);
+            let l = 4.0 * x * x;
+            let t = dt * dt * (plan.stiffness_n_per_m * l + share * held) / m;
+            let r = t + dt * plan.damping_kg_per_s * l / m;
+            let discriminant = r * r / 4.0 - t;
+            let root = discriminant.abs().sqrt();
+            if discriminant < 0.0 {
+                points.push((-r / 2.0, root));
+            } else {
+                points.push((-r / 2.0 - root, 0.0));
+                points.push((-r / 2.0 + root, 0.0));
+            }
+        }
+    }
+    points
+}
+
+/// An ellipse by its foci, and how far around them the spectrum reaches.
+#[derive(Debug, Clone, Copy)]
+struct Ellipse {
+    centre: f64,
+    focus: f64,
+    sigma: f64,
+    /// Sum of the half axes of the confocal ellipse through the outermost
+    /// eigenvalue, relative to `focus`.
+    rho: f64,
+}
+
+impl Ellipse {
+    /// The ellipse that gets furthest with [`MOST_TERMS`], and how many steps.
+    fn best(spectrum: &[Point]) -> (Ellipse, f64) {
+        let left = spectrum.iter().fold(0.0, |least: f64, point| least.min(point.0));
+        let high = spectrum.iter().fold(0.0, |most: f64, point| most.max(point.1));
+        let size = high.max(-left);
+        let mut best = None;
+        for beyond in [0.0, 0.01, 0.02, 0.05, 0.1, 0.2] {
+            let right = beyond * size;
+            for share in [0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0] {
+                for sigma in [1.0, -1.0] {
+                    let centre = (left + right) / 2.0;
+                    let focus = share * if sigma > 0.0 { (right - left) / 2.0 } else { high };
+                    if focus < 0.1 * size {
+                        continue;
+                    }
+                    let mut ellipse = Ellipse { centre, focus, sigma, rho: 1.0 };
+                    ellipse.rho =
+                        spectrum.iter().fold(1.0, |rho: f64, point| rho.max(ellipse.rho_of(*point)));
+                    let reach = ellipse.reach();
+                    if best.is_none_or(|(_, most)| reach > most) {
+                        best = Some((ellipse, reach));
+                    }
+                }
+            }
+        }
+        best.expect("a chain has stiffness: its spectrum is more than a point")
+    }
+
+    /// Sum of the half axes, relative to the focus, of the confocal ellipse through
+    /// a point: `|x + sqrt(x^2 - 1)|` with `x` the point in units of the foci.
+    fn rho_of(&self, point: Point) -> f64 {
+        let (re, im) = ((point.0 - self.centre) / self.focus, point.1 / self.focus);
+        // Turned, foci on the imaginary axis become real ones.
+        let (re, im) = if self.sigma > 0.0 { (re, im) } else { (im, re) };
+        let axes = ((re + 1.0) * (re + 1.0) + im * im).sqrt() + ((re - 1.0) * (re - 1.0) + im * im).sqrt();
+        // Sum of the distances to the foci is twice the long half axis.
+        let long = (axes / 2.0).max(1.0);
+        long + (long * long - 1.0).max(0.0).sqrt()
+    }
+
+    /// The largest number of steps that [`MOST_TERMS`] suffice for.
+    fn reach(&self) -> f64 {
+        let growth = libm::log(self.farthest(self.rho));
+        let (mut low, mut high) = (1.0f64, if growth > 0.0 { MOST_GROWTH / growth } else { 1e9 });
+        if self.terms(high) <= MOST_TERMS {
+            return high;
+        }
+        while high > 1.02 * low {
+            let middle = (low * high).sqrt();
+            if self.terms(middle) <= MOST_TERMS {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
+    /// The largest `|1 + z|` on a confocal ellipse.
+    fn farthest(&self, rho: f64) -> f64 {
+        let (long, short) = (self.focus * (rho + 1.0 / rho) / 2.0, self.focus * (rho - 1.0 / rho) / 2.0);
+        let (across, up) = if self.sigma > 0.0 { (long, short) } else { (short, long) };
+        // At its vertices, and at points between them.
+        let corner = std::f64::consts::FRAC_1_SQRT_2;
+        [(across, 0.0), (-across, 0.0), (0.0, up), (corner * across, corner * up)]
+            .into_iter()
+            .map(|(x, y)| (1.0 + self.centre + x, y))
+            .fold(0.0, |most: f64, (x, y)| most.max((x * x + y * y).sqrt()))
+    }
+
+    /// How many terms so many steps take, by the decay of the coefficients of
+    /// `(1 + z)^steps`: at most its maximum on a larger confocal ellipse, over `rho^j` of
+    /// that, times the `rho^j` that a term may have grown to.
+    fn terms(&self, steps: f64) -> usize {
+        let mut fewest = f64::INFINITY;
+        let mut log_ratio = 0.1;
+        while log_ratio < 20.0 {
+            let growth = steps * libm::log(self.farthest(self.rho * libm::exp(log_ratio)));
+            fewest = fewest.min((growth - libm::log(NEGLIGIBLE)) / log_ratio);
+            log_ratio *= 1.3;
+        }
+        (fewest.ceil() as usize).max(4)
+    }
+}

@@ -93,7 +93,7 @@ impl Fast {
                 return Ok(Leap { steps, window: None });
             }
         }
-        let index = self.window.open(&self.plan, state, self.window.lengths(), left)?;
+        let index = self.window.open(&self.plan, state, left)?;
         let steps = self.window.steps(index);
         self.counters.windows += 1;
         self.counters.window_steps += steps;

@@ -121,7 +121,7 @@ impl Jump {
             u[n] = state.displacement_m[n] - self.position_m[n];
             v[n] = state.velocity_m_per_s[n] - self.velocity_m_per_s[n];
         }
-        let norm = invariant(plan, self.sweeps, &self.spring, u, v, 1.0).sqrt();
+        let norm = invariant(plan, self.sweeps, &self.spring, u, v).sqrt();
         self.modes.project(&self.residue, &mut self.coordinates);
         self.modes.bound(&self.coordinates, &mut self.swing);
         let sweeps = self.sweeps;

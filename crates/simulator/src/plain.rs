@@ -27,7 +27,10 @@ pub struct Plain {
     state: ChainState,
     recorder: Recorder,
     sweeps: Sweeps,
-    /// Velocities after the step, while those before it are still needed.
+    constants: Constants,
+    /// Displacements and velocities after the step, while those before it are still
+    /// needed.
+    new_displacement_m: Vec<f64>,
     new_velocity_m_per_s: Vec<f64>,
     /// The blocks that switched in the last step, counted from 0, ascending.
     switched: Vec<usize>,
@@ -44,13 +47,22 @@ impl Plain {
     pub(crate) fn with_sweeps(plan: Plan, sweeps: Sweeps) -> Plain {
         let state = ChainState::initial(&plan);
         let recorder = Recorder::new(&plan, &state);
-        let new_velocity_m_per_s = vec![0.0; plan.blocks];
+        let dt = plan.grid.step_s();
         Plain {
+            constants: Constants {
+                k: plan.stiffness_n_per_m,
+                eta: plan.damping_kg_per_s,
+                dt,
+                dt_over_m: dt / plan.block_mass_kg,
+                kt: plan.friction.interfacial_stiffness_n_per_m,
+                two_way: plan.friction.reattach == Reattach::TwoWay,
+            },
+            new_displacement_m: vec![0.0; plan.blocks],
+            new_velocity_m_per_s: vec![0.0; plan.blocks],
             plan,
             state,
             recorder,
             sweeps,
-            new_velocity_m_per_s,
             switched: Vec::new(),
             counters: Counters::default(),
         }
@@ -73,49 +85,36 @@ impl Plain {
 
     /// Takes one step; returns the driving force that it used.
     pub fn take_step(&mut self) -> f64 {
-        self.state.step += 1;
-        self.state.sliding = self.state.detached;
-        let driving_force_n = self.tangential_force();
-        let any_switch = self.advance_blocks();
+        let (plan, state) = (&self.plan, &mut self.state);
+        state.step += 1;
+        state.sliding = state.detached;
+        // The drive is taken at the new time, block 1 where it was.
+        let driving_force_n = plan.drive.force_n(plan.grid.time_s(state.step), state.displacement_m[0]);
+        let old = Blocks {
+            u: &state.displacement_m,
+            v: &state.velocity_m_per_s,
+            u_stick: &state.stick_position_m,
+            slip: &state.slip,
+            threshold: &plan.friction.static_threshold_n,
+            sliding_friction: &plan.friction.dynamic_friction_n,
+            driving_force_n,
+        };
+        let any_switch = self.sweeps.step(
+            &mut self.new_displacement_m,
+            &mut self.new_velocity_m_per_s,
+            &mut state.tangential_force_n,
+            &old,
+            &self.constants,
+        );
+        std::mem::swap(&mut state.displacement_m, &mut self.new_displacement_m);
         self.switched.clear();
         if any_switch {
             self.switch_blocks();
         }
+        std::mem::swap(&mut self.state.velocity_m_per_s, &mut self.new_velocity_m_per_s);
         self.counters.plain_steps += 1;
         self.counters.switches += self.switched.len() as u64;
-        std::mem::swap(&mut self.state.velocity_m_per_s, &mut self.new_velocity_m_per_s);
         driving_force_n
-    }
-
-    /// `tau_n` from the old state, the drive taken at the new time.
-    fn tangential_force(&mut self) -> f64 {
-        let plan = &self.plan;
-        let ChainState { step, displacement_m: u, velocity_m_per_s: v, tangential_force_n: tau, .. } =
-            &mut self.state;
-        self.sweeps.pull_of_neighbours(tau, u, v, plan.stiffness_n_per_m, plan.damping_kg_per_s);
-        let driving_force_n = plan.drive.force_n(plan.grid.time_s(*step), u[0]);
-        tau[0] += driving_force_n;
-        driving_force_n
-    }
-
-    /// Friction, new velocities and positions; whether any block switches.
-    fn advance_blocks(&mut self) -> bool {
-        let plan = &self.plan;
-        let old = Blocks {
-            v: &self.state.velocity_m_per_s,
-            u_stick: &self.state.stick_position_m,
-            slip: &self.state.slip,
-            tau: &self.state.tangential_force_n,
-            threshold: &plan.friction.static_threshold_n,
-            sliding_friction: &plan.friction.dynamic_friction_n,
-        };
-        let constants = Constants {
-            dt: plan.grid.step_s(),
-            dt_over_m: plan.grid.step_s() / plan.block_mass_kg,
-            kt: plan.friction.interfacial_stiffness_n_per_m,
-            two_way: plan.friction.reattach == Reattach::TwoWay,
-        };
-        self.sweeps.advance(&mut self.state.displacement_m, &mut self.new_velocity_m_per_s, &old, &constants)
     }
 
     /// Puts the switches of this step in force for the next.

@@ -78,8 +78,10 @@ impl Sweeps {
     }
 
     dispatch! {
-        /// Friction, new velocities and positions (4.13, 4.14); whether any block switches.
-        advance(u: &mut [f64], v_new: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
+        /// One step: `tau` as [`Sweeps::pull_of_neighbours`] has it and the driving force on
+        /// block 1, friction, new velocities and positions (4.13, 4.14); whether any block
+        /// switches.
+        step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
     }
 
     dispatch! {
@@ -146,6 +148,11 @@ impl Sweeps {
     }
 
     dispatch! {
+        /// `sum_j a_j x_j` and `sum_j b_j |x_j|`, in four lanes.
+        products(x: &[f64], a: &[f64], b: &[f64]) -> [f64; 2]
+    }
+
+    dispatch! {
         /// `sum_j coefficient_j term_j`, the highest first; the terms `pitch` numbers apart.
         combine(sum: &mut [f64], terms: &[f64], pitch: usize, coefficients: &[f64])
     }
@@ -161,17 +168,22 @@ impl Sweeps {
     }
 }
 
-/// What the new velocities and positions depend on, one value per block.
+/// What a step depends on, one value per block.
 pub(crate) struct Blocks<'a> {
+    pub(crate) u: &'a [f64],
     pub(crate) v: &'a [f64],
     pub(crate) u_stick: &'a [f64],
     pub(crate) slip: &'a [f64],
-    pub(crate) tau: &'a [f64],
     pub(crate) threshold: &'a [f64],
     pub(crate) sliding_friction: &'a [f64],
+    /// On block 1.
+    pub(crate) driving_force_n: f64,
 }
 
+#[derive(Debug, Clone)]
 pub(crate) struct Constants {
+    pub(crate) k: f64,
+    pub(crate) eta: f64,
     pub(crate) dt: f64,
     pub(crate) dt_over_m: f64,
     pub(crate) kt: f64,
@@ -190,31 +202,48 @@ fn pull_of_neighbours(tau: &mut [f64], u: &[f64], v: &[f64], k: f64, eta: f64) {
     tau[last] = k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]);
 }
 
-/// New velocities and positions; whether any block switches.
+/// Forces, friction, new velocities and positions; whether any block switches.
 #[inline(always)]
-fn advance(u: &mut [f64], v_new: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool {
-    let &Constants { dt, dt_over_m, kt, two_way } = constants;
-    let blocks = u.len();
-    let v_new = &mut v_new[..blocks];
-    let Blocks { v, u_stick, slip, tau, threshold, sliding_friction } = *old;
-    let (v, u_stick, slip) = (&v[..blocks], &u_stick[..blocks], &slip[..blocks]);
-    let (tau, threshold, sliding_friction) =
-        (&tau[..blocks], &threshold[..blocks], &sliding_friction[..blocks]);
+fn step(
+    u_new: &mut [f64],
+    v_new: &mut [f64],
+    tau: &mut [f64],
+    old: &Blocks<'_>,
+    constants: &Constants,
+) -> bool {
+    let &Constants { k, eta, dt, dt_over_m, kt, two_way } = constants;
+    let blocks = u_new.len();
+    let last = blocks - 1;
+    let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
+    let Blocks { u, v, u_stick, slip, threshold, sliding_friction, driving_force_n } = *old;
+    let (u, v, u_stick, slip) = (&u[..blocks], &v[..blocks], &u_stick[..blocks], &slip[..blocks]);
+    let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
 
-    let mut any_switch = false;
-    for n in 0..blocks {
-        let slides = slip[n] != 0.0;
-        let spring = -kt * (u[n] - u_stick[n]);
-        let drag = -sliding_friction[n] * sign(v[n]);
-        let friction = if slides { drag } else { spring };
+    // As wide as the numbers it is told by: a narrower flag would be packed and unpacked.
+    let mut any_switch = 0u64;
+    macro_rules! block {
+        ($n:expr, $tau:expr) => {
+            let n = $n;
+            tau[n] = $tau;
+            let slides = slip[n] != 0.0;
+            let spring = -kt * (u[n] - u_stick[n]);
+            let drag = -sliding_friction[n] * sign(v[n]);
+            let friction = if slides { drag } else { spring };
 
-        v_new[n] = v[n] + (tau[n] + friction) * dt_over_m;
-        u[n] += v_new[n] * dt;
+            v_new[n] = v[n] + (tau[n] + friction) * dt_over_m;
+            u_new[n] = u[n] + v_new[n] * dt;
 
-        let detaches = tau[n].abs() >= threshold[n];
-        any_switch |= if slides { comes_to_rest(v[n], v_new[n], two_way) } else { detaches };
+            let detaches = tau[n].abs() >= threshold[n];
+            let switches = if slides { comes_to_rest(v[n], v_new[n], two_way) } else { detaches };
+            any_switch |= u64::from(switches);
+        };
     }
-    any_switch
+    block!(0, k * (u[1] - u[0]) + eta * (v[1] - v[0]) + driving_force_n);
+    for n in 1..last {
+        block!(n, k * (u[n + 1] - 2.0 * u[n] + u[n - 1]) + eta * (v[n + 1] - 2.0 * v[n] + v[n - 1]));
+    }
+    block!(last, k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]));
+    any_switch != 0
 }
 
 /// What a term of a window depends on: the term before it, `u` and `v`, and the one
@@ -303,15 +332,16 @@ fn sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], law: &[f
     let blocks = sigma.len();
     let (spring, v, slip) = (&mut spring[..blocks], &v[..blocks], &slip[..blocks]);
     let &[kt, one_way] = law;
-    let mut directed = true;
+    let mut undirected = 0u64;
     for n in 0..blocks {
         let slides = slip[n] != 0.0;
         let direction = sign(v[n]);
-        directed &= !slides || direction > 0.0 || (one_way == 0.0 && direction != 0.0);
         sigma[n] = if slides { direction } else { 0.0 };
         spring[n] = if slides { 0.0 } else { kt };
+        let directed = if one_way != 0.0 { direction > 0.0 } else { direction != 0.0 };
+        undirected |= u64::from(slides & !directed);
     }
-    directed
+    undirected == 0
 }
 
 /// What a state's change in the next step depends on besides the force.
@@ -444,7 +474,7 @@ fn margins(kept: &mut [f64], course: &Course<'_>) -> bool {
     let &Course { now, rate, sum, bend, stuck_unit, sliding_unit, sigma, threshold, steps, reserve } = course;
     let (now, rate, sum, bend) = (&now[..blocks], &rate[..blocks], &sum[..blocks], &bend[..blocks]);
     let (sigma, threshold) = (&sigma[..blocks], &threshold[..blocks]);
-    let mut any = false;
+    let mut any = 0u64;
     for n in 0..blocks {
         let tangent = now[n] + steps * rate[n];
         let unit = if sigma[n] == 0.0 { stuck_unit } else { sliding_unit };
@@ -453,9 +483,9 @@ fn margins(kept: &mut [f64], course: &Course<'_>) -> bool {
         kept[n] = margin;
         // Written so that what is not a number is a doubt.
         let stays = margin > 0.0;
-        any |= !stays;
+        any |= u64::from(!stays);
     }
-    any
+    any != 0
 }
 
 /// Guards of blocks, and where they switch.
@@ -472,17 +502,34 @@ fn first_crossing(guarded: &Guarded<'_>) -> f64 {
     let blocks = guarded.now.len();
     let (now, rate) = (guarded.now, &guarded.rate[..blocks]);
     let (sigma, limit) = (&guarded.sigma[..blocks], &guarded.limit[..blocks]);
-    let mut lanes = [f64::INFINITY; 8];
-    for n in 0..blocks {
-        let stuck = sigma[n] == 0.0;
-        let towards = if rate[n] > 0.0 { now[n] } else { -now[n] };
-        let closing = if stuck { rate[n].abs() } else { -sigma[n] * rate[n] };
-        let room = if stuck { limit[n] - towards } else { sigma[n] * now[n] };
-        let steps = if closing > 0.0 { room / closing } else { f64::INFINITY };
-        let least = &mut lanes[n % 8];
-        *least = if steps < *least { steps } else { *least };
+    macro_rules! steps {
+        ($now:expr, $rate:expr, $sigma:expr, $limit:expr) => {{
+            let stuck = $sigma == 0.0;
+            let towards = if $rate > 0.0 { $now } else { -$now };
+            let closing = if stuck { $rate.abs() } else { -$sigma * $rate };
+            let room = if stuck { $limit - towards } else { $sigma * $now };
+            // Divided in any case: a branch could not be vectorised.
+            let steps = room / closing;
+            if closing > 0.0 { steps } else { f64::INFINITY }
+        }};
     }
-    lanes.into_iter().fold(f64::INFINITY, f64::min)
+    // Lanes of their own, as in `largest`.
+    let mut lanes = [f64::INFINITY; 8];
+    let whole = blocks / 8 * 8;
+    for at in (0..whole).step_by(8) {
+        let (now, rate) = (&now[at..at + 8], &rate[at..at + 8]);
+        let (sigma, limit) = (&sigma[at..at + 8], &limit[at..at + 8]);
+        for lane in 0..8 {
+            let steps = steps!(now[lane], rate[lane], sigma[lane], limit[lane]);
+            lanes[lane] = if steps < lanes[lane] { steps } else { lanes[lane] };
+        }
+    }
+    let mut least = f64::INFINITY;
+    for n in whole..blocks {
+        let steps = steps!(now[n], rate[n], sigma[n], limit[n]);
+        least = if steps < least { steps } else { least };
+    }
+    lanes.into_iter().fold(least, f64::min)
 }
 
 /// `sum_j coefficient_j term_j` of `LANES` blocks from `at` on.
@@ -566,18 +613,38 @@ fn follow(values: &mut [f64], bounds: &mut [f64], terms: &[f64], pitch: usize, c
 }
 
 #[inline(always)]
+fn products(x: &[f64], a: &[f64], b: &[f64]) -> [f64; 2] {
+    let (mut sum, mut magnitude) = ([0.0; 4], [0.0; 4]);
+    let count = a.len().min(b.len()).min(x.len());
+    let whole = count / 4 * 4;
+    for at in (0..whole).step_by(4) {
+        let (x, a, b) = (&x[at..at + 4], &a[at..at + 4], &b[at..at + 4]);
+        for lane in 0..4 {
+            sum[lane] += a[lane] * x[lane];
+            magnitude[lane] += b[lane] * x[lane].abs();
+        }
+    }
+    for j in whole..count {
+        sum[j - whole] += a[j] * x[j];
+        magnitude[j - whole] += b[j] * x[j].abs();
+    }
+    let total = |lanes: [f64; 4]| (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+    [total(sum), total(magnitude)]
+}
+
+#[inline(always)]
 fn invariant(spring: &[f64], u: &[f64], v: &[f64], constants: &[f64; 4]) -> f64 {
     let &[mass, k, eta, dt] = constants;
     let blocks = u.len();
     let (v, spring) = (&v[..blocks], &spring[..blocks]);
     macro_rules! own {
-        ($n:expr) => {
-            mass * v[$n] * v[$n] + spring[$n] * u[$n] * (u[$n] - dt * v[$n])
+        ($u:expr, $v:expr, $spring:expr) => {
+            mass * $v * $v + $spring * $u * ($u - dt * $v)
         };
     }
     macro_rules! pair {
-        ($n:expr) => {{
-            let (du, dv) = (u[$n + 1] - u[$n], v[$n + 1] - v[$n]);
+        ($du:expr, $dv:expr) => {{
+            let (du, dv) = ($du, $dv);
             k * du * (du - dt * dv) - 0.5 * dt * eta * dv * dv
         }};
     }
@@ -585,13 +652,20 @@ fn invariant(spring: &[f64], u: &[f64], v: &[f64], constants: &[f64; 4]) -> f64 
     let mut lanes = [0.0; 8];
     let mut at = 0;
     while at + 8 < blocks {
-        for (lane, sum) in lanes.iter_mut().enumerate() {
-            *sum += own!(at + lane) + pair!(at + lane);
+        let (u, next_u) = (&u[at..at + 8], &u[at + 1..at + 9]);
+        let (v, next_v) = (&v[at..at + 8], &v[at + 1..at + 9]);
+        let spring = &spring[at..at + 8];
+        for lane in 0..8 {
+            let (u, v) = (u[lane], v[lane]);
+            lanes[lane] += own!(u, v, spring[lane]) + pair!(next_u[lane] - u, next_v[lane] - v);
         }
         at += 8;
     }
     for n in at..blocks {
-        lanes[n % 8] += own!(n) + if n + 1 < blocks { pair!(n) } else { 0.0 };
+        lanes[n % 8] += own!(u[n], v[n], spring[n]);
+        if n + 1 < blocks {
+            lanes[n % 8] += pair!(u[n + 1] - u[n], v[n + 1] - v[n]);
+        }
     }
     lanes.into_iter().sum()
 }
@@ -677,24 +751,27 @@ mod tests {
                 let run = |sweeps: Sweeps| {
                     let mut u = noise(1, blocks);
                     let mut v = noise(2, blocks);
-                    let (mut tau, mut v_new) = (vec![0.0; blocks], vec![0.0; blocks]);
+                    let (mut tau, mut u_new, mut v_new) =
+                        (vec![0.0; blocks], vec![0.0; blocks], vec![0.0; blocks]);
                     let (u_stick, sliding_friction) = (noise(3, blocks), noise(4, blocks));
                     let slip: Vec<f64> =
                         noise(5, blocks).iter().map(|x| f64::from(u8::from(*x > 0.0))).collect();
                     let threshold = vec![1e9; blocks];
                     let mut any = Vec::new();
-                    for _ in 0..50 {
-                        sweeps.pull_of_neighbours(&mut tau, &u, &v, 3.7, 0.9);
+                    for step in 0..50 {
                         let old = Blocks {
+                            u: &u,
                             v: &v,
                             u_stick: &u_stick,
                             slip: &slip,
-                            tau: &tau,
                             threshold: &threshold,
                             sliding_friction: &sliding_friction,
+                            driving_force_n: 0.3 * f64::from(step),
                         };
-                        let constants = Constants { dt: 0.01, dt_over_m: 0.013, kt: 2.1, two_way };
-                        any.push(sweeps.advance(&mut u, &mut v_new, &old, &constants));
+                        let constants =
+                            Constants { k: 3.7, eta: 0.9, dt: 0.01, dt_over_m: 0.013, kt: 2.1, two_way };
+                        any.push(sweeps.step(&mut u_new, &mut v_new, &mut tau, &old, &constants));
+                        std::mem::swap(&mut u, &mut u_new);
                         std::mem::swap(&mut v, &mut v_new);
                     }
                     let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();

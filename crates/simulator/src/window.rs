@@ -66,6 +66,8 @@ pub(crate) struct Norms {
     /// Largest sums of stiffness and damping that a force is made of.
     stiffness_n_per_m: f64,
     damping_kg_per_s: f64,
+    mass_kg: f64,
+    half_step_s: f64,
 }
 
 impl Norms {
@@ -88,7 +90,19 @@ impl Norms {
             velocity,
             stiffness_n_per_m: 4.0 * k + kt + drive,
             damping_kg_per_s: 4.0 * eta,
+            mass_kg: plan.block_mass_kg,
+            half_step_s: dt / 2.0,
         }
+    }
+
+    /// `sqrt(I)` of numbers of at most this size, for any set of sliding blocks: with
+    /// `w = u - dt v / 2`, `w M w <= (4 k + k_t + K) |w|^2`, and the velocity part is at most
+    /// `m |v|^2`.
+    fn at_most(&self, blocks: usize, displacement_m: f64, velocity_m_per_s: f64) -> f64 {
+        let position = displacement_m + self.half_step_s * velocity_m_per_s;
+        let square =
+            self.stiffness_n_per_m * position * position + self.mass_kg * velocity_m_per_s * velocity_m_per_s;
+        (blocks as f64 * square).sqrt()
     }
 
     /// How far the rounding of displacements and velocities of this size may
@@ -100,20 +114,11 @@ impl Norms {
     }
 }
 
-/// `I(u, v)` of a difference or a residual of a chain with these stuck blocks;
-/// velocities in displacement per `unit_s`.
-pub(crate) fn invariant(
-    plan: &Plan,
-    sweeps: Sweeps,
-    spring: &[f64],
-    u: &[f64],
-    v: &[f64],
-    unit_s: f64,
-) -> f64 {
-    let dt = plan.grid.step_s() / unit_s;
-    let (mass, eta) = (plan.block_mass_kg / (unit_s * unit_s), plan.damping_kg_per_s / unit_s);
+/// `I(u, v)` of a residue of a chain with these friction springs.
+pub(crate) fn invariant(plan: &Plan, sweeps: Sweeps, spring: &[f64], u: &[f64], v: &[f64]) -> f64 {
+    let (k, eta, dt) = (plan.stiffness_n_per_m, plan.damping_kg_per_s, plan.grid.step_s());
     let drive = plan.drive.stiffness_n_per_m * u[0] * (u[0] - dt * v[0]);
-    let chain = sweeps.invariant(spring, u, v, &[mass, plan.stiffness_n_per_m, eta, dt]);
+    let chain = sweeps.invariant(spring, u, v, &[plan.block_mass_kg, k, eta, dt]);
     (chain + drive).max(0.0)
 }
 
@@ -149,6 +154,7 @@ impl Rows {
         &mut self.values[self.from + row * self.pitch..][..self.pitch]
     }
 
+    #[inline]
     /// A row, the one before it (itself for the first), and the one behind, to write to.
     fn around(&mut self, row: usize) -> (&[f64], &[f64], &mut [f64]) {
         let at = self.from + row * self.pitch;
@@ -221,12 +227,7 @@ impl Window {
         }
     }
 
-    /// How many lengths a window may have.
-    pub(crate) fn lengths(&self) -> usize {
-        self.basis.lengths.len()
-    }
-
-    /// Steps of one of them.
+    /// Steps of a window by the index of its length.
     pub(crate) fn steps(&self, index: usize) -> u64 {
         self.basis.lengths[index].steps
     }
@@ -298,16 +299,10 @@ impl Window {
         self.sweeps.first_crossing(&guarded)
     }
 
-    /// Opens a window of at most `most_steps` steps, of one of the first `longest`
-    /// lengths; the index of its length, if there is one over which no block
-    /// switches by the bounds, or else the steps that are best taken one by one.
-    pub(crate) fn open(
-        &mut self,
-        plan: &Plan,
-        state: &ChainState,
-        longest: usize,
-        most_steps: u64,
-    ) -> Result<usize, u64> {
+    /// Opens a window of at most `most_steps` steps; the index of its length, if there
+    /// is one over which no block switches by the bounds, or else the steps that are
+    /// best taken one by one.
+    pub(crate) fn open(&mut self, plan: &Plan, state: &ChainState, most_steps: u64) -> Result<usize, u64> {
         let shortest = self.shortest();
         if most_steps < shortest {
             return Err(most_steps);
@@ -319,7 +314,9 @@ impl Window {
         if foreseen < shortest as f64 {
             return Err((foreseen as u64).max(1));
         }
-        let fitting = self.basis.lengths[..longest.max(1)]
+        let fitting = self
+            .basis
+            .lengths
             .partition_point(|length| {
                 length.steps <= most_steps && length.steps as f64 <= FORESIGHT * foreseen
             })
@@ -387,31 +384,30 @@ impl Window {
     /// bounds.
     fn certified(&mut self, plan: &Plan, mut index: usize) -> Option<usize> {
         let blocks = self.blocks;
-        let terms = self.basis.lengths[index].terms;
         let sweeps = self.sweeps;
         let size = |values: &[f64]| sweeps.largest(values);
         let (u_scale, v_scale) = (size(&self.first_u[..blocks]), size(&self.first_v[..blocks]));
         let (du, dv) = (size(&self.first_u[blocks..]), size(&self.first_v[blocks..]));
         let dt = plan.grid.step_s();
-        let all = terms * self.u.pitch;
-        let (wu, wv) = (size(&self.u.all()[..all]), size(&self.v.all()[..all]) / dt);
+        let sizes = |j: usize| [size(self.u.row(j)), size(self.v.row(j))];
+        let first = sizes(0);
         loop {
             let length = &self.basis.lengths[index];
             let (steps, terms) = (length.steps as f64, length.terms);
-            let ends = [terms - 1, terms];
+            let ends = [sizes(terms - 1), sizes(terms)];
             let left_out =
-                |w: &Rows| (0..2).map(|i| length.left_out_of_sum[i] * size(w.row(ends[i]))).sum::<f64>();
-            if left_out(&self.u) <= NEGLIGIBLE * u_scale && left_out(&self.v) <= NEGLIGIBLE * v_scale * dt {
-                let norms = ends.map(|j| {
-                    let (u, v) = (&self.u.row(j)[..blocks], &self.v.row(j)[..blocks]);
-                    invariant(plan, sweeps, &self.spring, u, v, dt).sqrt()
-                });
+                [0, 1].map(|part| (0..2).map(|i| length.left_out_of_sum[i] * ends[i][part]).sum::<f64>());
+            if left_out[0] <= NEGLIGIBLE * u_scale && left_out[1] <= NEGLIGIBLE * v_scale * dt {
+                let norms = ends.map(|[u, v]| self.norms.at_most(blocks, u, v / dt));
                 let out = |factors: [f64; 2]| factors[0] * norms[0] + factors[1] * norms[1];
                 let (bend, sum) = (out(length.left_out), out(length.left_out_of_sum));
-                // Sizes of what cancels in a state, which its rounding follows.
+                // Sizes of what cancels in a state, which its rounding follows. Terms grow
+                // or fall along the basis: they are largest at its ends.
+                let largest =
+                    |part: usize| length.largest * first[part].max(ends[0][part]).max(ends[1][part]);
                 let rounding = self.norms.force_rounding(
-                    u_scale + steps * du + length.largest * wu,
-                    v_scale + steps * dv + length.largest * wv,
+                    u_scale + steps * du + largest(0),
+                    v_scale + steps * dv + largest(1) / dt,
                 );
                 let Norms { force, velocity, .. } = self.norms;
                 let reserve = Reserve {
@@ -477,17 +473,16 @@ impl Window {
         let (sigma, threshold) = (self.sigma[n], plan.friction.static_threshold_n[n]);
         let (stuck_unit, sliding_unit) = self.units(plan);
         let unit = if sigma == 0.0 { stuck_unit } else { sliding_unit };
-        let (guard, pitch) = (&self.guard.all()[n..], self.guard.pitch);
+        let terms = self.guard.all()[n..].iter().step_by(self.guard.pitch);
+        let mut guard = [0.0; MOST_TERMS];
+        for (own, term) in guard.iter_mut().zip(terms.take(self.basis.lengths[longest].terms)) {
+            *own = *term;
+        }
         let (mut from, mut from_steps) = (now, 0);
         let mut best = None;
         for (index, length) in self.basis.lengths[..=longest].iter().enumerate() {
-            let (mut to, mut bend) = (0.0, 0.0);
-            for j in (0..length.terms).rev() {
-                let guard = guard[j * pitch];
-                to += length.double_sum[j] * guard;
-                bend += length.last[j] * guard.abs();
-            }
-            to = now + length.steps as f64 * rate + unit * to;
+            let [sum, bend] = self.sweeps.products(&guard, &length.double_sum, &length.last);
+            let to = now + length.steps as f64 * rate + unit * sum;
             let steps = (length.steps - from_steps) as f64;
             // The tangent is known where the window starts.
             let tangent = if from_steps == 0 { from + steps * rate } else { f64::NAN };
@@ -533,4 +528,4 @@ impl Window {
 }
 
 /// How much longer than foreseen a window may try to be.
-const FORESIGHT: f64 = 1.5;
+const FORESIGHT: f64 = 1.25;

@@ -6,10 +6,12 @@
     reason = "stdout belongs to the commands that are run; xtask speaks on stderr"
 )]
 
+mod bench;
 mod ci;
 mod clients;
 mod reproduce;
 mod test;
+mod verify;
 mod workspace;
 
 use std::process::ExitCode;
@@ -27,6 +29,8 @@ use workspace::Failure;
 Examples:
   cargo xtask reproduce-chapter5
   cargo xtask test
+  cargo xtask verify-solver
+  cargo xtask bench
   cargo xtask ci"
 )]
 struct Arguments {
@@ -41,6 +45,10 @@ enum Command {
     ReproduceChapter5(reproduce::ReproduceArguments),
     /// Set up the Python clients of the run log and run all tests.
     Test(test::TestArguments),
+    /// Hold the fast solver against the plain one over all of chapter 5, in both parameter sets.
+    VerifySolver(verify::VerifyArguments),
+    /// Measure how fast it is.
+    Bench(bench::BenchArguments),
     /// Check everything that a change must pass.
     Ci(ci::CiArguments),
 }
@@ -49,6 +57,8 @@ fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::ReproduceChapter5(arguments) => reproduce::command(&arguments),
         Command::Test(arguments) => test::command(&arguments),
+        Command::VerifySolver(arguments) => verify::command(&arguments),
+        Command::Bench(arguments) => bench::command(&arguments),
         Command::Ci(arguments) => ci::command(&arguments),
     };
     match outcome {

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::workspace::{Failure, cargo, program, run, target_folder};
+use crate::workspace::{Failure, asperity, run};
 
-const PIPELINE: &str = "pipelines/chapter5.toml";
+pub(crate) const PIPELINE: &str = "pipelines/chapter5.toml";
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -34,7 +34,7 @@ pub(crate) struct ReproduceArguments {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ParameterSet {
+pub(crate) enum ParameterSet {
     /// What the thesis' program computed.
     AsCoded,
     /// What the thesis' text says.
@@ -42,7 +42,7 @@ enum ParameterSet {
 }
 
 impl ParameterSet {
-    fn word(self) -> &'static str {
+    pub(crate) fn word(self) -> &'static str {
         match self {
             ParameterSet::AsCoded => "as-coded",
             ParameterSet::AsStated => "as-stated",
@@ -58,15 +58,13 @@ impl ParameterSet {
 }
 
 pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
-    run(&mut cargo(&["build", "--package", "asperity-cli", "--locked"]))?;
+    let mut asperity = asperity()?;
     let out = match &arguments.out {
         // What the user writes is meant from where the user stands, not from the root.
         Some(out) => std::path::absolute(out)
             .map_err(|error| Failure::Io { what: format!("find {}", out.display()), error })?,
         None => arguments.parameter_set.unwrap_or(ParameterSet::AsCoded).default_folder().into(),
     };
-    let binary = target_folder().join("debug").join(format!("asperity{}", std::env::consts::EXE_SUFFIX));
-    let mut asperity = program(binary);
     asperity.args(["reproduce", PIPELINE, "--out"]).arg(out);
     if let Some(set) = arguments.parameter_set {
         asperity.arg("--set").arg(format!("parameter_set={}", set.word()));

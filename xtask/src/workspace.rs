@@ -57,6 +57,13 @@ pub(crate) fn cargo(arguments: &[&str]) -> Command {
     command
 }
 
+/// Builds the `asperity` binary, to be run in the root folder.
+pub(crate) fn asperity() -> Result<Command, Failure> {
+    run(&mut cargo(&["build", "--package", "asperity-cli", "--locked"]))?;
+    let name = format!("asperity{}", env::consts::EXE_SUFFIX);
+    Ok(program(target_folder().join("debug").join(name)))
+}
+
 /// Runs a command to its end; its output goes where ours goes.
 pub(crate) fn run(command: &mut Command) -> Result<(), Failure> {
     let status = command.status().map_err(|error| not_started(command, error))?;

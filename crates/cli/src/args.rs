@@ -42,6 +42,9 @@ pub(crate) enum Command {
     /// Run a pipeline: its runs, tables, figures and claims.
     #[cfg(feature = "analysis")]
     Reproduce(ReproduceArguments),
+    /// Hold the fast solver against the plain one, run by run of a pipeline.
+    #[cfg(feature = "analysis")]
+    VerifySolver(VerifySolverArguments),
 }
 
 #[derive(Debug, Subcommand)]
@@ -182,6 +185,42 @@ pub(crate) struct ReproduceArguments {
     /// Which solver takes the steps; both give the same events.
     #[arg(long, value_enum, default_value = "fast")]
     pub(crate) solver: SolverChoice,
+    /// How many runs go on at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<std::num::NonZeroUsize>,
+}
+
+#[cfg(feature = "analysis")]
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity verify-solver pipelines/chapter5.toml
+  asperity verify-solver pipelines/chapter5.toml --set parameter_set=as-stated
+  asperity verify-solver pipelines/chapter5.toml --only default --for-s 0.1
+
+The plain solver takes every step: some ten seconds on one core for each second that is simulated at the step of the
+thesis, times 10. Equal means: every switch in the same step, every event with the same integers, every number within
+1e-9 of the largest of its kind. Where a block comes closer to its switch than rounding reaches, the solvers may
+differ by a step; that is proved by computing the step exactly, and the proof must be listed in --near-ties.")]
+pub(crate) struct VerifySolverArguments {
+    /// The pipeline.
+    #[arg(value_name = "PIPELINE.toml")]
+    pub(crate) pipeline: PathBuf,
+    /// Override one key in every run of the pipeline.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Only this run; may be given many times.
+    #[arg(long, value_name = "RUN")]
+    pub(crate) only: Vec<String>,
+    /// Only the first so many seconds of each run.
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) for_s: Option<f64>,
+    /// Folder of the near ties that are known and proved.
+    #[arg(long, value_name = "FOLDER", default_value = "fixtures/near-ties")]
+    pub(crate) near_ties: PathBuf,
+    /// Folder to write proofs of those that are not listed to.
+    #[arg(long, value_name = "FOLDER", default_value = "out/near-ties")]
+    pub(crate) out: PathBuf,
     /// How many runs go on at once [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<std::num::NonZeroUsize>,

@@ -10,6 +10,8 @@ mod progress;
 mod reproduce;
 mod run;
 mod scenario;
+#[cfg(feature = "analysis")]
+mod verify;
 
 use std::process::ExitCode;
 
@@ -40,5 +42,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments),
         #[cfg(feature = "analysis")]
         Command::Reproduce(arguments) => reproduce::command(&arguments),
+        #[cfg(feature = "analysis")]
+        Command::VerifySolver(arguments) => verify::command(&arguments),
     }
 }

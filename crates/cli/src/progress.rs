@@ -71,16 +71,24 @@ impl RunProgress {
     pub(crate) fn saw(&mut self, item: &Item) {
         match item {
             Item::Event(event) => self.events += u64::from(event.topic == SlipEvent::TOPIC),
-            Item::Record(record) => {
-                self.bar.set_position(record.step());
-                if self.board.on_terminal {
-                    self.bar.set_message(self.status(record.step()));
-                } else if self.last_line.elapsed() > LINE_INTERVAL {
-                    self.last_line = Instant::now();
-                    self.board.line(&format!("{}: {}", self.name, self.status(record.step())));
-                }
-            }
+            Item::Record(record) => self.reached(record.step()),
         }
+    }
+
+    /// Takes note of the last step taken.
+    pub(crate) fn reached(&mut self, step: u64) {
+        self.bar.set_position(step);
+        if self.board.on_terminal {
+            self.bar.set_message(self.status(step));
+        } else if self.last_line.elapsed() > LINE_INTERVAL {
+            self.last_line = Instant::now();
+            self.board.line(&format!("{}: {}", self.name, self.status(step)));
+        }
+    }
+
+    /// Takes the bar away.
+    pub(crate) fn clear(self) {
+        self.bar.finish_and_clear();
     }
 
     fn status(&self, step: u64) -> String {

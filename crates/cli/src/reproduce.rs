@@ -48,27 +48,39 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure>
 }
 
 /// A run of a pipeline, resolved.
-struct Job {
-    name: String,
-    scenario: Scenario,
+pub(crate) struct Job {
+    pub(crate) name: String,
+    pub(crate) scenario: Scenario,
 }
 
-pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
-    let path = arguments.pipeline.display();
-    let text = fs::read_to_string(&arguments.pipeline)
+impl Job {
+    /// Work in block steps.
+    pub(crate) fn cost(&self) -> u64 {
+        Plan::new(&self.scenario).steps * u64::from(self.scenario.slider.blocks)
+    }
+}
+
+/// Reads a pipeline, and resolves its runs with overrides.
+pub(crate) fn read_pipeline(file: &Path, set: &[String]) -> Result<(Pipeline, Vec<Job>), Failure> {
+    let path = file.display();
+    let text = fs::read_to_string(file)
         .map_err(|error| Failure::BadInput(format!("pipeline {path}: {error} (accepted: a TOML file)")))?;
     let pipeline = Pipeline::parse(&text).map_err(|error| Failure::BadInput(format!("{path}: {error}")))?;
-    let jobs: Vec<Job> = pipeline
+    let jobs = pipeline
         .run
         .iter()
         .map(|spec| {
-            let set: Vec<String> = spec.set.iter().chain(&arguments.set).cloned().collect();
+            let set: Vec<String> = spec.set.iter().chain(set).cloned().collect();
             let scenario = scenario::resolve(&spec.scenario, &set)
                 .map_err(|error| Failure::BadInput(format!("{path}: run {}: {error}", spec.name)))?;
             Ok(Job { name: spec.name.clone(), scenario })
         })
         .collect::<Result<_, Failure>>()?;
+    Ok((pipeline, jobs))
+}
 
+pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
+    let (pipeline, jobs) = read_pipeline(&arguments.pipeline, &arguments.set)?;
     let runs_folder = arguments.out.join("runs");
     create_folder(&runs_folder)?;
     let board = Board::new();
@@ -79,20 +91,13 @@ pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
         board.line(&format!("{} runs are there already", done.len()));
     }
     // The longest first, so that no core waits for one at the end.
-    missing.sort_by_key(|job| std::cmp::Reverse(cost(&job.scenario)));
-    let workers =
-        arguments.jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
-    make_runs(&missing, &runs_folder, solver, workers, &board)?;
+    missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));
+    at_once(&missing, arguments.jobs, |job| make_run(job, &runs_folder, solver, &board))?;
 
     board.line("reducing and drawing");
     pipeline.reduce(&runs_folder, &arguments.out).map_err(Failure::failed)?;
     print_where_to_look(&pipeline, &arguments.out)?;
     Ok(())
-}
-
-/// Work of a run in block steps.
-fn cost(scenario: &Scenario) -> u64 {
-    Plan::new(scenario).steps * u64::from(scenario.slider.blocks)
 }
 
 /// Whether a whole log of this scenario, made by this code, is there.
@@ -115,20 +120,18 @@ fn is_done(folder: &Path, job: &Job, solver: SolverKind) -> bool {
     }
 }
 
-/// Makes the runs, several at once. The first failure keeps those that have not
-/// started from starting.
-fn make_runs(
+/// Does something for all jobs, so many at once (one per core if not said). The
+/// first failure keeps those that have not started from starting.
+pub(crate) fn at_once(
     jobs: &[Job],
-    folder: &Path,
-    solver: SolverKind,
-    workers: usize,
-    board: &Board,
+    workers: Option<NonZeroUsize>,
+    each: impl Fn(&Job) -> Result<(), Failure> + Sync,
 ) -> Result<(), Failure> {
+    let workers = workers.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
     let next = AtomicUsize::new(0);
     let work = || {
         while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            make_run(job, folder, solver, board)
-                .inspect_err(|_| next.store(jobs.len(), Ordering::Relaxed))?;
+            each(job).inspect_err(|_| next.store(jobs.len(), Ordering::Relaxed))?;
         }
         Ok(())
     };

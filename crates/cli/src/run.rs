@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use asperity_model::{Plan, Scenario};
-use asperity_record::{EventKind, RECORD_SCHEMA_VERSION, RunHeader};
+use asperity_record::{EventKind, RECORD_SCHEMA_VERSION, RunHeader, SolverReport};
 use asperity_runlog::{Existing, RunWriter, WriteError};
 use asperity_simulator::{Counters, SimulationError, SolverKind};
 use asperity_stream::{Item, StreamError};
@@ -29,7 +29,7 @@ pub(crate) fn command(arguments: &RunArguments) -> Result<(), Failure> {
         execute(&scenario, &arguments.out, Existing::Refuse, arguments.solver.into(), &board, &scenario.name)
             .map_err(Failure::failed)?;
     if arguments.stats {
-        board.line(&format!("{counters:#?}"));
+        board.line(counters.to_string().trim_end());
     }
     Ok(())
 }
@@ -98,7 +98,15 @@ pub(crate) fn execute(
         StreamError::Source(error) => RunError::from(error),
         StreamError::Sink(error) => RunError::from(error),
     })?;
-    writer.finish()?;
+    let counters = solver.counters();
+    let fallbacks = solver.fallbacks();
+    writer.finish(SolverReport {
+        counts: counters.by_name(),
+        fallbacks: fallbacks.iter().map(|&fallback| fallback.to_owned()).collect(),
+    })?;
     progress.finish();
-    Ok(solver.counters())
+    for fallback in fallbacks {
+        board.line(&format!("{name}: {fallback}"));
+    }
+    Ok(counters)
 }

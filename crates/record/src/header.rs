@@ -65,4 +65,17 @@ pub struct RunEnd {
     pub switches: u64,
     /// BLAKE3 hash over topic and payload of every message in order, hexadecimal.
     pub digest: String,
+    /// What the solver's work was made of.
+    pub solver: SolverReport,
+}
+
+/// What a solver's work in a run was made of. Nothing follows from it for the
+/// physics, and none of it is in the digest.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SolverReport {
+    /// Counts by name: steps, jumps, windows, ...
+    pub counts: BTreeMap<String, u64>,
+    /// Shortcuts that it could not take in this run, and what it did instead.
+    pub fallbacks: Vec<String>,
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
-use asperity_record::{RunEnd, RunHeader, RunStatus};
+use asperity_record::{RunEnd, RunHeader, RunStatus, SolverReport};
 
 /// Name of the metadata record that opens a log.
 pub(crate) const RUN: &str = "run";
@@ -11,6 +11,9 @@ pub(crate) const RUN: &str = "run";
 pub(crate) const RUN_END: &str = "run_end";
 
 const MESSAGES: &str = "messages:";
+const SOLVER: &str = "solver:";
+const FALLBACKS: &str = "solver_fallbacks";
+const BETWEEN_FALLBACKS: &str = "; ";
 const COMPLETE: &str = "complete";
 
 /// A metadata record that does not say what it must.
@@ -93,12 +96,14 @@ pub(crate) fn end_to_map(end: &RunEnd) -> BTreeMap<String, String> {
         ("last_step", end.last_step.to_string()),
         ("switches", end.switches.to_string()),
         ("digest", end.digest.clone()),
+        (FALLBACKS, end.solver.fallbacks.join(BETWEEN_FALLBACKS)),
     ]
     .map(|(key, value)| (key.to_owned(), value))
     .into();
     map.extend(
         end.message_counts.iter().map(|(topic, count)| (format!("{MESSAGES}{topic}"), count.to_string())),
     );
+    map.extend(end.solver.counts.iter().map(|(name, count)| (format!("{SOLVER}{name}"), count.to_string())));
     map
 }
 
@@ -107,17 +112,25 @@ pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, Met
     if reader.text("status")? != COMPLETE {
         return Err(reader.invalid("status", "\"complete\""));
     }
-    let mut message_counts = BTreeMap::new();
-    for (key, value) in map {
-        if let Some(topic) = key.strip_prefix(MESSAGES) {
-            let count = value.parse().map_err(|_| reader.invalid(key, "a whole number"))?;
-            message_counts.insert(topic.to_owned(), count);
-        }
-    }
+    let counts_of = |prefix: &str| {
+        map.iter()
+            .filter_map(|(key, value)| Some((key, key.strip_prefix(prefix)?, value)))
+            .map(|(key, name, value)| {
+                let count = value.parse().map_err(|_| reader.invalid(key, "a whole number"))?;
+                Ok((name.to_owned(), count))
+            })
+            .collect::<Result<BTreeMap<String, u64>, MetadataError>>()
+    };
+    let fallbacks = map.get(FALLBACKS).filter(|text| !text.is_empty());
     Ok(RunEnd {
         status: RunStatus::Complete,
         last_step: reader.parse("last_step", "a whole number")?,
-        message_counts,
+        message_counts: counts_of(MESSAGES)?,
+        solver: SolverReport {
+            counts: counts_of(SOLVER)?,
+            fallbacks: fallbacks
+                .map_or(Vec::new(), |text| text.split(BETWEEN_FALLBACKS).map(str::to_owned).collect()),
+        },
         switches: reader.parse("switches", "a whole number")?,
         digest: reader.text("digest")?,
     })

@@ -8,7 +8,7 @@ use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use asperity_record::{Event, EventKind, Record, RunEnd, RunHeader, RunStatus, StepRecord};
+use asperity_record::{Event, EventKind, Record, RunEnd, RunHeader, RunStatus, SolverReport, StepRecord};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, WriteOptions, Writer};
 use serde::Serialize;
@@ -242,11 +242,12 @@ impl RunWriter {
         Ok(())
     }
 
-    /// Closes the log of a complete run and gives it its final name.
+    /// Closes the log of a complete run, with what its solver's work was made of, and
+    /// gives it its final name.
     ///
     /// # Errors
     /// If the file cannot be written or renamed, or the name was taken meanwhile.
-    pub fn finish(mut self) -> Result<RunEnd, WriteError> {
+    pub fn finish(mut self, solver: SolverReport) -> Result<RunEnd, WriteError> {
         let end = RunEnd {
             status: RunStatus::Complete,
             last_step: self.last_step,
@@ -257,6 +258,7 @@ impl RunWriter {
                 .collect(),
             switches: self.switches,
             digest: self.digest.finalize().to_hex().to_string(),
+            solver,
         };
         let metadata = Metadata { name: RUN_END.to_owned(), metadata: metadata::end_to_map(&end) };
         self.writer.write_metadata(&metadata).map_err(|error| self.at(error))?;

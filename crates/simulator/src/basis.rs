@@ -101,7 +101,7 @@ impl Basis {
         };
         let mut steps = vec![];
         let mut next = (longest.min(MOST_STEPS as f64) / GRID_STEPS as f64).floor();
-        while next >= 3.0 {
+        while next >= 1.0 {
             steps.push(next as u64 * GRID_STEPS);
             next = (next / RATIO).floor().min(next - 1.0);
         }

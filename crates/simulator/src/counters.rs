@@ -1,5 +1,8 @@
 //! What the steps of a run were made of.
 
+use std::collections::BTreeMap;
+use std::fmt;
+
 /// Counts of a solver's work.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counters {
@@ -9,12 +12,74 @@ pub struct Counters {
     pub jumps: u64,
     /// Steps that they covered.
     pub jump_steps: u64,
+    /// Times that all blocks were stuck, and no jump was long enough to be worth it.
+    pub refused_jumps: u64,
     /// Windows taken.
     pub windows: u64,
     /// Steps that they covered.
     pub window_steps: u64,
-    /// Differences that were taken for windows, those of refused ones included.
+    /// Times that no window was certified, or none worth it in sight.
+    pub refused_windows: u64,
+    /// Terms that were taken for windows, those of refused ones included; each costs
+    /// less than a plain step.
     pub applications: u64,
     /// Block switches.
     pub switches: u64,
+}
+
+impl Counters {
+    /// Steps that were covered.
+    pub fn steps(&self) -> u64 {
+        self.plain_steps + self.jump_steps + self.window_steps
+    }
+
+    /// All of them by name.
+    pub fn by_name(&self) -> BTreeMap<String, u64> {
+        let Counters {
+            plain_steps,
+            jumps,
+            jump_steps,
+            refused_jumps,
+            windows,
+            window_steps,
+            refused_windows,
+            applications,
+            switches,
+        } = *self;
+        [
+            ("steps", self.steps()),
+            ("plain_steps", plain_steps),
+            ("jumps", jumps),
+            ("jump_steps", jump_steps),
+            ("refused_jumps", refused_jumps),
+            ("windows", windows),
+            ("window_steps", window_steps),
+            ("refused_windows", refused_windows),
+            ("applications", applications),
+            ("switches", switches),
+        ]
+        .map(|(name, count)| (name.to_owned(), count))
+        .into()
+    }
+}
+
+impl fmt::Display for Counters {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let line = |f: &mut fmt::Formatter<'_>, what: &str, count: u64, of: &str| {
+            let text = format!("  {what:<20}{count:>12}  {of}");
+            writeln!(f, "{}", text.trim_end())
+        };
+        let each = |steps: u64, times: u64| match steps.checked_div(times) {
+            Some(mean) => format!("{times} of {mean} on average"),
+            None => String::new(),
+        };
+        line(f, "steps", self.steps(), "")?;
+        line(f, "in jumps", self.jump_steps, &each(self.jump_steps, self.jumps))?;
+        line(f, "in windows", self.window_steps, &each(self.window_steps, self.windows))?;
+        line(f, "one by one", self.plain_steps, "")?;
+        line(f, "block switches", self.switches, "")?;
+        line(f, "applications", self.applications, "of a step's map, for windows")?;
+        line(f, "refused jumps", self.refused_jumps, "fell back to a window")?;
+        line(f, "refused windows", self.refused_windows, "fell back to single steps")
+    }
 }

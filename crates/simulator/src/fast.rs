@@ -10,7 +10,7 @@
 use asperity_model::Plan;
 use asperity_record::Record;
 
-use crate::jump::Jump;
+use crate::jump::{Jump, LARGEST_CHAIN};
 use crate::plain::Plain;
 use crate::recorder::Recorder;
 use crate::state::ChainState;
@@ -92,8 +92,10 @@ impl Fast {
                 self.counters.jump_steps += steps;
                 return Ok(Leap { steps, window: None });
             }
+            self.counters.refused_jumps += 1;
         }
-        let index = self.window.open(&self.plan, state, left)?;
+        let index =
+            self.window.open(&self.plan, state, left).inspect_err(|_| self.counters.refused_windows += 1)?;
         let steps = self.window.steps(index);
         self.counters.windows += 1;
         self.counters.window_steps += steps;
@@ -176,6 +178,21 @@ impl Solver for Fast {
     fn counters(&self) -> Counters {
         let Counters { plain_steps, switches, .. } = self.plain.counters();
         Counters { plain_steps, switches, applications: self.window.applications, ..self.counters }
+    }
+
+    fn fallbacks(&self) -> Vec<&'static str> {
+        let jumps = match self.jump {
+            Some(_) => None,
+            None if self.plan.blocks > LARGEST_CHAIN => {
+                Some("windows instead of jumps: the chain is longer than 256 blocks")
+            }
+            None => Some(
+                "windows instead of jumps: the stuck chain has no full set of modes, or none that doubles can tell apart (critical damping, very soft friction springs)",
+            ),
+        };
+        let windows = (self.window.shortest() == u64::MAX)
+            .then_some("single steps instead of windows: the time step is too long for them");
+        jumps.into_iter().chain(windows).collect()
     }
 
     fn snapshot(&self) -> ChainState {

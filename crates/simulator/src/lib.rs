@@ -12,6 +12,8 @@
 
 mod basis;
 mod counters;
+pub mod equality;
+mod exact;
 mod fast;
 mod jump;
 mod modes;
@@ -22,6 +24,7 @@ mod sweep;
 mod window;
 
 pub use counters::Counters;
+pub use exact::Exact;
 pub use fast::Fast;
 pub use plain::Plain;
 pub use state::ChainState;
@@ -79,6 +82,12 @@ pub trait Solver: Send {
 
     /// What the steps up to now were made of.
     fn counters(&self) -> Counters;
+
+    /// Shortcuts that this solver cannot take in this run at all, and what it does
+    /// instead.
+    fn fallbacks(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
 
     /// Continues from a state. Records not yet handed out are dropped.
     ///

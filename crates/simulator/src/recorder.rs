@@ -20,7 +20,10 @@ pub(crate) struct Recorder {
 impl Recorder {
     /// A recorder at the start of a run, with the initial fields ready.
     pub(crate) fn new(plan: &Plan, initial: &ChainState) -> Recorder {
-        Recorder { due_step: next_due(plan, 0), ready: VecDeque::from([fields(plan, initial)]) }
+        Recorder {
+            due_step: next_due(plan, 0),
+            ready: VecDeque::from([Record::Fields(fields(plan, initial))]),
+        }
     }
 
     /// The next record that is ready to be handed out.
@@ -89,7 +92,7 @@ impl Recorder {
         self.ready.push_back(load(plan, step, state.sliding, driving_force_n, switches));
         let recording = &plan.recording;
         if (edge && recording.event_fields) || is_on_cadence(recording.fields_every_steps, step) {
-            self.ready.push_back(fields(plan, state));
+            self.ready.push_back(Record::Fields(fields(plan, state)));
         }
         for (index, window) in recording.windows.iter().enumerate() {
             if next_in_window(window, step - 1) == Some(step) {
@@ -112,7 +115,7 @@ fn load(plan: &Plan, step: u64, sliding: u32, driving_force_n: f64, switches: Ve
     })
 }
 
-fn is_on_cadence(every: u64, step: u64) -> bool {
+pub(crate) fn is_on_cadence(every: u64, step: u64) -> bool {
     every > 0 && step.is_multiple_of(every)
 }
 
@@ -151,8 +154,9 @@ fn switch(plan: &Plan, state: &ChainState, n: usize) -> Switch {
     }
 }
 
-fn fields(plan: &Plan, state: &ChainState) -> Record {
-    Record::Fields(FieldRecord {
+/// The state of all blocks.
+pub(crate) fn fields(plan: &Plan, state: &ChainState) -> FieldRecord {
+    FieldRecord {
         step: state.step,
         time_s: plan.grid.time_s(state.step),
         displacement_m: state.displacement_m.clone(),
@@ -160,7 +164,7 @@ fn fields(plan: &Plan, state: &ChainState) -> Record {
         tangential_force_n: state.tangential_force_n.clone(),
         stick_position_m: state.stick_position_m.clone(),
         detached: state.slip.iter().map(|&slip| u8::from(slip != 0.0)).collect(),
-    })
+    }
 }
 
 fn window_record(plan: &Plan, state: &ChainState, index: usize, window: &WindowPlan) -> Record {

@@ -1,12 +1,14 @@
 //! The state of a chain between two steps.
 
 use asperity_model::Plan;
+use serde::{Deserialize, Serialize};
 
 /// Everything that the next step depends on, and the last step's forces.
 ///
 /// Structure of arrays, one value per block: the sweeps over them are what a
 /// run spends its time in, and compilers vectorise them in this form.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ChainState {
     /// The last step taken; 0 initially.
     pub step: u64,

@@ -112,6 +112,12 @@ impl Norms {
             * f64::EPSILON
             * (self.stiffness_n_per_m * displacement_m + self.damping_kg_per_s * velocity_m_per_s)
     }
+
+    /// The same for velocities: those of the same energy.
+    pub(crate) fn velocity_rounding(&self, displacement_m: f64, velocity_m_per_s: f64) -> f64 {
+        let rate = (self.stiffness_n_per_m / self.mass_kg).sqrt();
+        ROUNDING_ERRORS * f64::EPSILON * (rate * displacement_m + velocity_m_per_s)
+    }
 }
 
 /// `I(u, v)` of a residue of a chain with these friction springs.

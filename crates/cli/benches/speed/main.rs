@@ -1,0 +1,265 @@
+//! How fast it is, as ratios within one run: `cargo xtask bench`.
+//!
+//! Everything is measured against a plain scalar loop that records nothing
+//! (`scalar.rs`), a few million steps of it just before and after what it is compared
+//! with, since the speed of a shared machine changes from minute to minute.
+
+#![expect(clippy::print_stdout, reason = "the tables are what a benchmark is for")]
+
+mod scalar;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, ExitCode};
+use std::time::Instant;
+
+use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
+use asperity_simulator::{Counters, Fast, Plain, Solver};
+
+const ASPERITY: &str = env!("CARGO_BIN_EXE_asperity");
+
+/// Rounds of each comparison; the median counts.
+const ROUNDS: usize = 5;
+
+/// Steps of the scalar loop in one measurement, for 100 blocks.
+const SCALAR_STEPS: u64 = 2_000_000;
+
+fn main() -> ExitCode {
+    // Cargo hands `--bench` to every benchmark.
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let chapter5 = arguments.iter().any(|argument| argument == "--chapter5");
+    if let Some(unknown) = arguments.iter().find(|argument| *argument != "--chapter5") {
+        println!("unknown argument {unknown} (accepted: --chapter5)");
+        return ExitCode::from(2);
+    }
+    against_c();
+    default_runs();
+    long_chains();
+    if chapter5 {
+        whole_chapter();
+    }
+    ExitCode::SUCCESS
+}
+
+fn plan(set: &[&str]) -> Plan {
+    let text = builtin::find("default").expect("the default scenario is built in");
+    let source =
+        set.iter().fold(ScenarioSource::new("default", text), |source, value| source.with_override(value));
+    Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")))
+}
+
+fn seconds(work: impl FnOnce()) -> f64 {
+    let start = Instant::now();
+    work();
+    start.elapsed().as_secs_f64()
+}
+
+/// Nanoseconds of one step of the scalar loop.
+fn scalar_ns(plan: &Plan) -> f64 {
+    let steps = (SCALAR_STEPS * 100 / plan.blocks as u64).clamp(2_000, 20_000_000);
+    let elapsed_s = seconds(|| {
+        std::hint::black_box(scalar::run(std::hint::black_box(plan), steps));
+    });
+    elapsed_s * 1e9 / steps as f64
+}
+
+/// Nanoseconds of one step of the plain solver.
+fn plain_ns(plan: &Plan) -> f64 {
+    let steps = (SCALAR_STEPS * 100 / plan.blocks as u64).clamp(2_000, 20_000_000);
+    let mut plain = Plain::new(plan.clone());
+    let elapsed_s = seconds(|| {
+        for _ in 0..steps {
+            plain.take_step();
+        }
+    });
+    elapsed_s * 1e9 / steps as f64
+}
+
+/// Seconds of a whole run of the fast solver, and what it was made of.
+fn fast_s(plan: &Plan) -> (f64, Counters) {
+    let mut counters = Counters::default();
+    let elapsed_s = seconds(|| {
+        let mut fast = Fast::new(plan.clone());
+        while fast.next_record().expect("the run stays finite").is_some() {}
+        counters = fast.counters();
+    });
+    (elapsed_s, counters)
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// The median of what `measure` gives, as a multiple of the scalar loop for as many
+/// steps, measured before and after each.
+fn times_scalar(plan: &Plan, mut measure_s: impl FnMut() -> f64) -> f64 {
+    let mut before = scalar_ns(plan);
+    let ratios = (0..ROUNDS).map(|_| {
+        let elapsed_s = measure_s();
+        let after = scalar_ns(plan);
+        let scalar_s = (before + after) / 2.0 * 1e-9 * plan.steps as f64;
+        before = after;
+        scalar_s / elapsed_s
+    });
+    median(ratios.collect())
+}
+
+fn against_c() {
+    println!("## The scalar loop, in Rust and in C\n");
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let program = folder.path().join("scalar");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/speed/scalar.c");
+    let compiled = Command::new("cc").args(["-O3", "-o"]).arg(&program).arg(&source).arg("-lm").status();
+    if !compiled.is_ok_and(|status| status.success()) {
+        println!("skipped: there is no C compiler `cc`\n");
+        return;
+    }
+    println!("| parameter set | Rust over C, time for a step |\n|---|---|");
+    for set in ["as-coded", "as-stated"] {
+        let plan = plan(&[&format!("parameter_set={set}")]);
+        let c_ns = || {
+            let numbers = [
+                plan.stiffness_n_per_m,
+                plan.damping_kg_per_s,
+                plan.friction.interfacial_stiffness_n_per_m,
+                plan.grid.step_s(),
+                plan.block_mass_kg,
+                plan.friction.static_threshold_n[0],
+                plan.friction.dynamic_friction_n[0],
+                plan.drive.stiffness_n_per_m,
+                plan.drive.velocity_m_per_s,
+            ];
+            let output = Command::new(&program)
+                .args([plan.blocks.to_string(), SCALAR_STEPS.to_string()])
+                .args(numbers.map(|number| number.to_string()))
+                .output()
+                .expect("what was just compiled runs");
+            let text = String::from_utf8_lossy(&output.stdout).into_owned();
+            let words: Vec<&str> = text.split_whitespace().collect();
+            let u: f64 = words[1].parse().expect("it prints numbers");
+            let ours = scalar::run(&plan, SCALAR_STEPS).0;
+            assert!((u - ours).abs() <= 1e-9 * ours.abs(), "C has {u}, Rust {ours}");
+            words[0].parse::<f64>().expect("it prints numbers")
+        };
+        let ratios = (0..ROUNDS).map(|_| scalar_ns(&plan) / c_ns()).collect();
+        println!("| {set} | {:.2} |", median(ratios));
+    }
+    println!();
+}
+
+fn default_runs() {
+    println!("## The default run (100 blocks, 5 s in 5e8 steps), times as fast as the scalar loop\n");
+    println!(
+        "| parameter set | plain solver | fast solver | `asperity run --solver fast` | `asperity replay` |\n|---|---|---|---|---|"
+    );
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let mut made_of = Vec::new();
+    for set in ["as-coded", "as-stated"] {
+        let choice = format!("parameter_set={set}");
+        let plan = plan(&[&choice]);
+        let plain = times_scalar(&plan, || plain_ns(&plan) * 1e-9 * plan.steps as f64);
+        let fast = times_scalar(&plan, || {
+            let (elapsed_s, counters) = fast_s(&plan);
+            made_of.push((set, counters));
+            elapsed_s
+        });
+        let log = folder.path().join(format!("{set}.mcap"));
+        let path = log.to_str().expect("temporary folders have plain names");
+        let run = times_scalar(&plan, || {
+            // Gone already in the first round.
+            drop(fs::remove_file(&log));
+            seconds(|| asperity(&["run", "default", "--set", &choice, "--out", path]))
+        });
+        let replay = times_scalar(&plan, || seconds(|| asperity(&["replay", path])));
+        println!("| {set} | {plain:.1} | {fast:.0} | {run:.0} | {replay:.0} |");
+    }
+    made_of.dedup_by_key(|(set, _)| *set);
+    println!("\nWhat the fast runs were made of:\n");
+    for (set, counters) in made_of {
+        println!("{set}\n{counters}");
+    }
+}
+
+fn asperity(arguments: &[&str]) {
+    let output =
+        Command::new(ASPERITY).args(arguments).output().expect("the binary was built with the bench");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Resident memory of this process, in MB; 0 where the system does not tell.
+fn resident_mb() -> f64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok()).map_or(0.0, |kb| kb / 1024.0)
+}
+
+fn long_chains() {
+    println!("## Longer and shorter chains\n");
+    println!(
+        "The slider of the thesis in N blocks, for so long that several precursors run. At 10,000 blocks the time step of\n\
+         1e-8 s is beyond the scheme's stability as stated; 1e-9 s serves both sets there.\n"
+    );
+    println!(
+        "| parameter set | N | time step, s | simulated, s | switches | steps a switch | scalar steps' worth of a switch | \
+         ... of it windows' terms | times as fast as scalar | solver's memory, MB |\n|---|---|---|---|---|---|---|---|---|---|"
+    );
+    let chains = [
+        (10, "1e-8", "5"),
+        (30, "1e-8", "2"),
+        (100, "1e-8", "1"),
+        (300, "1e-8", "0.4"),
+        (1_000, "1e-8", "0.2"),
+        (3_000, "1e-8", "0.06"),
+        (10_000, "1e-9", "0.012"),
+    ];
+    for set in ["as-coded", "as-stated"] {
+        for (blocks, step_s, duration_s) in chains {
+            let plan = plan(&[
+                &format!("parameter_set={set}"),
+                &format!("slider.blocks={blocks}"),
+                &format!("time.step_s={step_s}"),
+                &format!("time.duration_s={duration_s}"),
+                "recording.sample_s=0",
+                "recording.fields_s=0",
+                "recording.event_fields=false",
+            ]);
+            let before_mb = resident_mb();
+            let solver = Fast::new(plan.clone());
+            let memory_mb = resident_mb() - before_mb;
+            drop(solver);
+            let before_ns = scalar_ns(&plan);
+            let (elapsed_s, counters) = fast_s(&plan);
+            let scalar_ns = (before_ns + scalar_ns(&plan)) / 2.0;
+            let switches = counters.switches.max(1) as f64;
+            let steps = plan.steps as f64;
+            println!(
+                "| {set} | {blocks} | {step_s} | {duration_s} | {} | {:.0} | {:.0} | {:.0} | {:.0} | {memory_mb:.1} |",
+                counters.switches,
+                steps / switches,
+                elapsed_s * 1e9 / scalar_ns / switches,
+                counters.applications as f64 / switches,
+                scalar_ns * 1e-9 * steps / elapsed_s,
+            );
+        }
+    }
+    println!();
+}
+
+fn whole_chapter() {
+    println!("## All of Chapter 5, on all cores\n");
+    let root =
+        Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the crate lies in the workspace");
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let out = folder.path().to_str().expect("temporary folders have plain names").to_owned();
+    let plan = plan(&[]);
+    let ratio = times_scalar(&plan, || {
+        let mut command = Command::new(ASPERITY);
+        command.current_dir(root).args(["reproduce", "pipelines/chapter5.toml", "--fresh", "--out", &out]);
+        seconds(|| assert!(command.output().expect("the binary runs").status.success()))
+    });
+    println!(
+        "`asperity reproduce pipelines/chapter5.toml --fresh` takes {:.3} times as long as the scalar loop takes for the default run alone.\n",
+        1.0 / ratio
+    );
+}

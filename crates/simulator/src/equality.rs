@@ -1,0 +1,409 @@
+//! Whether the fast solver does what the plain one does.
+//!
+//! Both run the same plan side by side. Equal means: the same steps in which blocks
+//! switch, the same blocks in the same direction, the same number sliding; and
+//! numbers within [`TOLERANCE`] of the run's largest of their kind, or, in a run that
+//! hardly moves, of what a block reaches as it starts to slip: its threshold, the
+//! stretch `mu_s p / k` of a spring that holds it, the velocity `(mu_s - mu_d) p / sqrt(k m)`.
+//! Velocities may differ by `2 eps u / dt` besides: a displacement that is rounded in
+//! every step moves no more steadily than that.
+//!
+//! A difference is admitted as a near tie only if the step in question, computed
+//! without rounding ([`crate::Exact`]) from the last state before it that both agree on,
+//! leaves the block that one of them saw switching within the reach of rounding. The
+//! comparison then goes on from the plain solver's state.
+
+use asperity_model::Plan;
+use asperity_record::{Direction, FieldRecord, Record, StepRecord};
+use serde::{Deserialize, Serialize};
+
+use crate::recorder::{fields, is_on_cadence};
+use crate::state::ChainState;
+use crate::window::Norms;
+use crate::{Exact, Fast, Plain, SimulationError, Solver};
+
+/// Numbers agree within this share of the largest of their kind in the run.
+pub const TOLERANCE: f64 = 1e-9;
+
+/// A switch that rounding decides.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NearTie {
+    /// The step in which one of the solvers saw it.
+    pub step: u64,
+    /// The block, counted from 1.
+    pub block: u32,
+    /// Which way it switches.
+    pub direction: Direction,
+    /// Whether the plain solver saw it in this step (the fast one did not), or the
+    /// other way round.
+    pub plain_switches: bool,
+    /// How far the exact step is beyond the switch: N of force for one that
+    /// detaches, m/s of velocity for one that attaches.
+    pub beyond: f64,
+    /// How far rounding reaches in a state of that size ([`rounding_reach`]), in the
+    /// same unit.
+    pub reach: f64,
+    /// The last state that both agree on, as the plain solver has it.
+    pub before: ChainState,
+}
+
+/// How far two runs of a plan agree.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Agreement {
+    /// Records that were compared.
+    pub records: u64,
+    /// Block switches among them.
+    pub switches: u64,
+    /// How far each kind of number differs.
+    pub deviations: Vec<Deviation>,
+    /// The differences, all of them admitted.
+    pub near_ties: Vec<NearTie>,
+}
+
+/// How far one kind of number differs between two runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Deviation {
+    /// The kind.
+    pub what: &'static str,
+    /// The largest magnitude of its kind, or the least that counts as such, SI.
+    pub largest: f64,
+    /// The largest difference, as a share of that.
+    pub share: f64,
+}
+
+/// Two runs that do not agree.
+#[derive(Debug, thiserror::Error)]
+pub enum Disagreement {
+    /// A switch that only one of them has, and not by rounding.
+    #[error(
+        "step {step}, block {block}: {what} by the {by} solver alone; computed exactly from step {from_step} it is {beyond:e} beyond its switch, where rounding reaches {reach:e}"
+    )]
+    Switch {
+        /// The step.
+        step: u64,
+        /// The block, counted from 1.
+        block: u32,
+        /// "detaches" or "attaches".
+        what: &'static str,
+        /// The name of the solver that saw it.
+        by: &'static str,
+        /// The last step that both agree on.
+        from_step: u64,
+        /// As in [`NearTie`].
+        beyond: f64,
+        /// As in [`NearTie`].
+        reach: f64,
+    },
+    /// The same switches, but another number of sliding blocks, or no record.
+    #[error("step {step}: the records differ without a switch that explains it")]
+    Records {
+        /// The step.
+        step: u64,
+    },
+    /// Numbers too far apart.
+    #[error("{what}: the runs differ by {deviation:e} of the largest (accepted: {TOLERANCE:e})")]
+    Numbers {
+        /// The kind of number.
+        what: &'static str,
+        /// Its largest deviation.
+        deviation: f64,
+    },
+    /// One of the runs failed.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+}
+
+/// Runs a plan with both solvers and compares them; calls `each` with the plain and
+/// the fast solver's record of every step that is compared (at a near tie twice
+/// the plain one's), and `progress` with the last step.
+///
+/// # Errors
+/// If they disagree, or one of them fails.
+pub fn compare(
+    plan: &Plan,
+    each: impl FnMut(&StepRecord, &StepRecord),
+    progress: impl FnMut(u64),
+) -> Result<Agreement, Disagreement> {
+    let plan = bare(plan);
+    hold(&plan, Plain::new(plan.clone()), Fast::new(plan.clone()), each, progress)
+}
+
+/// The same with solvers at the start.
+fn hold(
+    plan: &Plan,
+    mut plain: Plain,
+    mut fast: Fast,
+    mut each: impl FnMut(&StepRecord, &StepRecord),
+    mut progress: impl FnMut(u64),
+) -> Result<Agreement, Disagreement> {
+    let mut agreement = Agreement::default();
+    let mut numbers = Numbers::of(plan);
+    let mut common = plain.snapshot();
+    let mut of_plain = next_step(plan, &mut plain)?;
+    let mut of_fast = next_step(plan, &mut fast)?;
+    loop {
+        let (left, right) = match (&of_plain, &of_fast) {
+            (None, None) => break,
+            (Some(left), Some(right)) if same(&left.record, &right.record) => (left, right),
+            _ => {
+                let step = [&of_plain, &of_fast].into_iter().flatten().map(|next| next.record.step).min();
+                let step = step.expect("one of them is there");
+                let here = |next: &Option<Next>| {
+                    next.as_ref().map(|next| next.record.clone()).filter(|record| record.step == step)
+                };
+                let tied = here(&of_plain);
+                common = settle(plan, &common, step, tied.as_ref(), here(&of_fast).as_ref(), &mut agreement)?;
+                fast.restore(&common);
+                if let Some(record) = &tied {
+                    each(record, record);
+                    of_plain = next_step(plan, &mut plain)?;
+                }
+                of_fast = next_step(plan, &mut fast)?;
+                continue;
+            }
+        };
+        agreement.records += 1;
+        agreement.switches += left.record.switches.len() as u64;
+        numbers.add(left, right);
+        each(&left.record, &right.record);
+        progress(left.record.step);
+        common = plain.snapshot();
+        of_plain = next_step(plan, &mut plain)?;
+        of_fast = next_step(plan, &mut fast)?;
+    }
+    agreement.deviations = numbers.deviations(plan.grid.step_s());
+    match agreement.deviations.iter().find(|deviation| deviation.share > TOLERANCE) {
+        Some(&Deviation { what, share, .. }) => Err(Disagreement::Numbers { what, deviation: share }),
+        None => Ok(agreement),
+    }
+}
+
+/// The plan with nothing recorded but what must be, switches and the edges of slip
+/// events, and a hundred states between.
+fn bare(plan: &Plan) -> Plan {
+    let mut plan = plan.clone();
+    plan.recording.sample_every_steps = 0;
+    plan.recording.fields_every_steps = (plan.steps / 100).max(1);
+    plan.recording.event_fields = false;
+    plan.recording.windows.clear();
+    plan
+}
+
+/// The next step worth recording, with the state behind it.
+struct Next {
+    record: StepRecord,
+    fields: FieldRecord,
+}
+
+fn next_step(plan: &Plan, solver: &mut impl Solver) -> Result<Option<Next>, SimulationError> {
+    let mut step = None;
+    loop {
+        match (solver.next_record()?, step.take()) {
+            (None, _) => return Ok(None),
+            (Some(Record::Fields(fields)), Some(record)) => return Ok(Some(Next { record, fields })),
+            (Some(Record::Step(record)), _) => {
+                let fields_follow = is_on_cadence(plan.recording.fields_every_steps, record.step);
+                if !fields_follow {
+                    // Recorded for its own sake: the solver stands just behind it.
+                    let fields = fields(plan, &solver.snapshot());
+                    return Ok(Some(Next { record, fields }));
+                }
+                step = Some(record);
+            }
+            // The initial state.
+            _ => {}
+        }
+    }
+}
+
+/// The blocks that switch, and which way.
+fn switches(record: Option<&StepRecord>) -> Vec<(u32, Direction)> {
+    record.map_or(Vec::new(), |record| record.switches.iter().map(|s| (s.block, s.direction)).collect())
+}
+
+fn same(a: &StepRecord, b: &StepRecord) -> bool {
+    a.step == b.step && a.sliding == b.sliding && switches(Some(a)) == switches(Some(b))
+}
+
+/// Proves the differences in a step to be near ties; the plain solver's state after
+/// it.
+fn settle(
+    plan: &Plan,
+    plain: &ChainState,
+    step: u64,
+    of_plain: Option<&StepRecord>,
+    of_fast: Option<&StepRecord>,
+    agreement: &mut Agreement,
+) -> Result<ChainState, Disagreement> {
+    let (by_plain, by_fast) = (switches(of_plain), switches(of_fast));
+    let mut again = Plain::new(plan.clone());
+    again.restore(plain);
+    while again.step() < step {
+        again.take_step();
+    }
+    let after = again.snapshot();
+    let mut exact = Exact::at(plan, plain);
+    exact.advance_to(step);
+    let mut any = false;
+    for (switch, plain_switches) in
+        by_plain.iter().map(|s| (s, true)).chain(by_fast.iter().map(|s| (s, false)))
+    {
+        let both = by_plain.contains(switch) && by_fast.contains(switch);
+        if both {
+            continue;
+        }
+        any = true;
+        let (block, direction) = *switch;
+        let beyond = exact.beyond_switch(block as usize - 1);
+        let reach = rounding_reach(plan, &after, direction);
+        let within = beyond.abs() <= reach;
+        if !within {
+            return Err(Disagreement::Switch {
+                step,
+                block,
+                what: if direction == Direction::Detach { "detaches" } else { "attaches" },
+                by: if plain_switches { "plain" } else { "fast" },
+                from_step: plain.step,
+                beyond,
+                reach,
+            });
+        }
+        agreement.near_ties.push(NearTie {
+            step,
+            block,
+            direction,
+            plain_switches,
+            beyond,
+            reach,
+            before: plain.clone(),
+        });
+    }
+    if !any {
+        return Err(Disagreement::Records { step });
+    }
+    Ok(after)
+}
+
+/// How far the rounding of a state of this size may move what decides a switch.
+pub fn rounding_reach(plan: &Plan, state: &ChainState, direction: Direction) -> f64 {
+    let largest = |values: &[f64]| values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    let norms = Norms::of(plan);
+    let (u, v) = (largest(&state.displacement_m), largest(&state.velocity_m_per_s));
+    match direction {
+        Direction::Detach => norms.force_rounding(u, v),
+        Direction::Attach => norms.velocity_rounding(u, v),
+    }
+}
+
+/// Largest numbers and largest deviations, by kind, over the states of all blocks
+/// at every step that is compared.
+#[derive(Debug)]
+struct Numbers([(f64, f64); 5]);
+
+impl Numbers {
+    const KINDS: [&'static str; 5] =
+        ["driving force", "displacement", "velocity", "tangential force", "stick position"];
+
+    fn of(plan: &Plan) -> Numbers {
+        let friction = &plan.friction;
+        let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(*value));
+        let force_n = most(&friction.static_threshold_n);
+        let released_n = (force_n - most(&friction.dynamic_friction_n)).abs();
+        let stretch_m = force_n / plan.stiffness_n_per_m;
+        let velocity_m_per_s = released_n / (plan.stiffness_n_per_m * plan.block_mass_kg).sqrt();
+        Numbers([force_n, stretch_m, velocity_m_per_s, force_n, stretch_m].map(|least| (least, 0.0)))
+    }
+
+    fn add(&mut self, plain: &Next, fast: &Next) {
+        self.one(0, plain.record.driving_force_n, fast.record.driving_force_n);
+        let (plain, fast) = (&plain.fields, &fast.fields);
+        let pairs = [
+            (&plain.displacement_m, &fast.displacement_m),
+            (&plain.velocity_m_per_s, &fast.velocity_m_per_s),
+            (&plain.tangential_force_n, &fast.tangential_force_n),
+            (&plain.stick_position_m, &fast.stick_position_m),
+        ];
+        for (kind, (plain, fast)) in (1..).zip(pairs) {
+            for (a, b) in plain.iter().zip(fast) {
+                self.one(kind, *a, *b);
+            }
+        }
+    }
+
+    fn one(&mut self, kind: usize, plain: f64, fast: f64) {
+        let (largest, deviation) = &mut self.0[kind];
+        *largest = largest.max(plain.abs());
+        *deviation = deviation.max((plain - fast).abs());
+    }
+
+    fn deviations(&self, dt: f64) -> Vec<Deviation> {
+        let mut all = self.0;
+        let jitter_m_per_s = 2.0 * f64::EPSILON * all[1].0 / dt;
+        all[2].0 = all[2].0.max(jitter_m_per_s / TOLERANCE);
+        let of = |(what, (largest, deviation)): (&'static str, (f64, f64))| Deviation {
+            what,
+            largest,
+            share: if deviation == 0.0 { 0.0 } else { deviation / largest },
+        };
+        Numbers::KINDS.into_iter().zip(all).map(of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_model::{Plan, Scenario, ScenarioSource};
+    use asperity_record::Direction;
+
+    use super::{Disagreement, bare, compare, hold};
+    use crate::{Exact, Fast, Plain};
+
+    fn plan() -> Plan {
+        // Driven a hundred times as fast, for a first detachment within some 60,000 steps.
+        let source = ScenarioSource::new("test", "time.duration_s = 0.0015\ndrive.velocity_m_per_s = 0.01");
+        Plan::new(&Scenario::resolve(&source).unwrap())
+    }
+
+    /// The first detachment: step, block from 0, and the force at it.
+    fn first_detachment(plan: &Plan) -> (u64, usize, f64) {
+        let plan = bare(plan);
+        let mut plain = Plain::new(plan.clone());
+        loop {
+            let record = super::next_step(&plan, &mut plain).unwrap().expect("a block detaches").record;
+            if let Some(switch) = record.switches.first() {
+                return (record.step, switch.block as usize - 1, switch.tangential_force_n);
+            }
+        }
+    }
+
+    #[test]
+    fn thresholds_that_rounding_decides_are_near_ties_and_proved() {
+        let (step, block, force_n) = first_detachment(&plan());
+        let mut ties = 0;
+        for digits in -40..40 {
+            let mut plan = plan();
+            plan.friction.static_threshold_n[block] = force_n * (1.0 + f64::from(digits) * f64::EPSILON);
+            let agreement = compare(&plan, |_, _| {}, |_| {}).unwrap();
+            for tie in &agreement.near_ties {
+                assert_eq!((tie.step, tie.block, tie.direction), (step, block as u32 + 1, Direction::Detach));
+                assert!(tie.beyond.abs() <= tie.reach && tie.reach < 1e-7, "{tie:?}");
+                let mut exact = Exact::at(&plan, &tie.before);
+                exact.advance_to(tie.step);
+                assert_eq!(exact.beyond_switch(block), tie.beyond, "proved again");
+            }
+            ties += agreement.near_ties.len();
+        }
+        assert!(ties > 0, "rounding decides some of these");
+    }
+
+    #[test]
+    fn a_solver_that_is_wrong_is_told_from_one_that_rounds() {
+        let plan = bare(&plan());
+        let (.., force_n) = first_detachment(&plan);
+        // Missed by a step: more than rounding does, less than an eye would see.
+        let mut off = plan.clone();
+        off.friction.static_threshold_n[0] = force_n * (1.0 + 1e-6);
+        let outcome = hold(&plan, Plain::new(plan.clone()), Fast::new(off), |_, _| {}, |_| {});
+        assert!(matches!(outcome, Err(Disagreement::Switch { block: 1, .. })), "{outcome:?}");
+    }
+}

@@ -1,0 +1,182 @@
+//! The stepper without rounding, for the few decisions that rounding makes.
+//!
+//! A block may come so close to its threshold that two solvers, which round
+//! differently, see it switch one step apart. Neither is wrong if the step computed
+//! exactly from a state that they have in common leaves it closer to the threshold
+//! than their rounding reaches. [`Exact`] computes it in pairs of doubles, with 32
+//! digits (Dekker 1971, Knuth 1969): plain steps as in [`crate::Plain`], from the plan's
+//! own doubles, between switches.
+
+use asperity_model::Plan;
+
+use crate::state::ChainState;
+
+/// A number as a sum of two doubles, the second below the rounding of the first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Wide {
+    high: f64,
+    low: f64,
+}
+
+impl Wide {
+    const ZERO: Wide = Wide { high: 0.0, low: 0.0 };
+
+    /// The sum of two doubles, exactly.
+    fn sum(a: f64, b: f64) -> Wide {
+        let high = a + b;
+        let of_b = high - a;
+        Wide { high, low: (a - (high - of_b)) + (b - of_b) }
+    }
+
+    /// The product of two doubles, exactly.
+    fn product(a: f64, b: f64) -> Wide {
+        let split = |x: f64| {
+            let scaled = 134_217_729.0 * x;
+            let upper = scaled - (scaled - x);
+            (upper, x - upper)
+        };
+        let ((a1, a2), (b1, b2)) = (split(a), split(b));
+        let high = a * b;
+        Wide { high, low: ((a1 * b1 - high) + a1 * b2 + a2 * b1) + a2 * b2 }
+    }
+}
+
+impl From<f64> for Wide {
+    fn from(high: f64) -> Wide {
+        Wide { high, low: 0.0 }
+    }
+}
+
+impl std::ops::Neg for Wide {
+    type Output = Wide;
+    fn neg(self) -> Wide {
+        Wide { high: -self.high, low: -self.low }
+    }
+}
+
+impl std::ops::Add for Wide {
+    type Output = Wide;
+    fn add(self, other: Wide) -> Wide {
+        let high = Wide::sum(self.high, other.high);
+        let low = Wide::sum(self.low, other.low);
+        let first = Wide::sum(high.high, high.low + low.high);
+        Wide::sum(first.high, first.low + low.low)
+    }
+}
+
+impl std::ops::Sub for Wide {
+    type Output = Wide;
+    fn sub(self, other: Wide) -> Wide {
+        self + -other
+    }
+}
+
+impl std::ops::Mul<f64> for Wide {
+    type Output = Wide;
+    fn mul(self, factor: f64) -> Wide {
+        let high = Wide::product(self.high, factor);
+        Wide::sum(high.high, high.low + self.low * factor)
+    }
+}
+
+/// A chain between two switches, without rounding.
+#[derive(Debug, Clone)]
+pub struct Exact<'a> {
+    plan: &'a Plan,
+    start: &'a ChainState,
+    step: u64,
+    displacement_m: Vec<Wide>,
+    velocity_m_per_s: Vec<Wide>,
+    /// Sign of each sliding block's velocity at the start.
+    direction: Vec<f64>,
+    tangential_force_n: Vec<Wide>,
+}
+
+impl<'a> Exact<'a> {
+    /// The chain in a state, whose doubles are taken as exact.
+    pub fn at(plan: &'a Plan, state: &'a ChainState) -> Exact<'a> {
+        let wide = |values: &[f64]| values.iter().map(|&value| Wide::from(value)).collect::<Vec<_>>();
+        let sign = |v: f64| if v == 0.0 { 0.0 } else { v.signum() };
+        Exact {
+            plan,
+            start: state,
+            step: state.step,
+            displacement_m: wide(&state.displacement_m),
+            velocity_m_per_s: wide(&state.velocity_m_per_s),
+            direction: state.velocity_m_per_s.iter().map(|&v| sign(v)).collect(),
+            tangential_force_n: vec![Wide::ZERO; plan.blocks],
+        }
+    }
+
+    /// Takes steps up to and including `step`, in which no block switches.
+    pub fn advance_to(&mut self, step: u64) {
+        while self.step < step {
+            self.take_step();
+        }
+    }
+
+    fn take_step(&mut self) {
+        let plan = self.plan;
+        self.step += 1;
+        let (u, v) = (&self.displacement_m, &self.velocity_m_per_s);
+        let last = plan.blocks - 1;
+        let curve = |y: &[Wide], n: usize| {
+            let left = if n > 0 { y[n - 1] - y[n] } else { Wide::ZERO };
+            left + if n < last { y[n + 1] - y[n] } else { Wide::ZERO }
+        };
+        for n in 0..=last {
+            self.tangential_force_n[n] =
+                curve(u, n) * plan.stiffness_n_per_m + curve(v, n) * plan.damping_kg_per_s;
+        }
+        let drive = &plan.drive;
+        let point_m = Wide::product(drive.velocity_m_per_s, plan.grid.time_s(self.step));
+        self.tangential_force_n[0] = self.tangential_force_n[0] + (point_m - u[0]) * drive.stiffness_n_per_m;
+        let dt = plan.grid.step_s();
+        for n in 0..=last {
+            let friction = if self.start.slip[n] != 0.0 {
+                // The velocity may have left 0 since the start.
+                if self.direction[n] == 0.0 && self.velocity_m_per_s[n].high != 0.0 {
+                    self.direction[n] = self.velocity_m_per_s[n].high.signum();
+                }
+                Wide::from(-plan.friction.dynamic_friction_n[n]) * self.direction[n]
+            } else {
+                let stretch = self.displacement_m[n] - self.start.stick_position_m[n].into();
+                stretch * -plan.friction.interfacial_stiffness_n_per_m
+            };
+            let force = self.tangential_force_n[n] + friction;
+            let velocity = self.velocity_m_per_s[n] + force * (dt / plan.block_mass_kg);
+            self.velocity_m_per_s[n] = velocity;
+            self.displacement_m[n] = self.displacement_m[n] + velocity * dt;
+        }
+    }
+
+    /// How far block `n` (counted from 0) is beyond its switch after the last step: of
+    /// a stuck block the force above its threshold, of a sliding one the velocity
+    /// against its direction. What is not negative switches.
+    pub fn beyond_switch(&self, n: usize) -> f64 {
+        if self.start.slip[n] == 0.0 {
+            let tau = self.tangential_force_n[n];
+            let size = if tau.high < 0.0 { -tau } else { tau };
+            (size - self.plan.friction.static_threshold_n[n].into()).high
+        } else {
+            let forward = if self.direction[n] < 0.0 { 1.0 } else { -1.0 };
+            (self.velocity_m_per_s[n] * forward).high
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Wide;
+
+    #[test]
+    fn pairs_keep_twice_the_digits() {
+        let third = Wide::from(1.0 / 3.0);
+        // What 1/3 as a double is off by, which doubles cannot tell.
+        let off = third * 3.0 - Wide::from(1.0);
+        assert_eq!(off.high, -(2f64.powi(-54)));
+        let tiny = Wide::from(1.0) + Wide::from(1e-30);
+        assert_eq!((tiny - Wide::from(1.0)).high, 1e-30);
+        assert_eq!(Wide::product(1.0 + 2f64.powi(-40), 1.0 - 2f64.powi(-40)).low, -(2f64.powi(-80)));
+    }
+}

@@ -1,0 +1,71 @@
+//! The fast solver against the plain one: the beginning of every run of Chapter 5.
+
+#[path = "support/binary.rs"]
+mod binary;
+
+use asperity_runlog::{RunReader, Topics};
+use binary::{asperity, run, succeed, text};
+
+const PIPELINE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../pipelines/chapter5.toml");
+const NEAR_TIES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/near-ties");
+
+fn verify(set: &str) {
+    let set = format!("parameter_set={set}");
+    let choice = ["--near-ties", NEAR_TIES, "--for-s", "0.1", "--set", &set];
+    let table = succeed(&[&["verify-solver", PIPELINE][..], &choice].concat());
+    let switches: u64 = table
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').nth(1).and_then(|count| count.parse::<u64>().ok()).expect("a count"))
+        .sum();
+    assert!(switches > 300, "there is something to compare: {table}");
+}
+
+#[test]
+fn chapter_5_begins_alike_as_coded() {
+    verify("as-coded");
+}
+
+#[test]
+fn chapter_5_begins_alike_as_stated() {
+    verify("as-stated");
+}
+
+#[test]
+fn a_log_says_what_its_run_was_made_of() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    for (blocks, jumps, fallbacks) in [(100, 1, 0), (600, 0, 1)] {
+        let log = folder.path().join(format!("{blocks}.mcap"));
+        let set = format!("slider.blocks={blocks}");
+        run(&["default", "--set", "time.duration_s=0.002", "--set", &set], &log);
+        let mut reader = RunReader::open(&log, Topics::EVENTS).expect("the log opens");
+        while reader.next_item().expect("the log reads").is_some() {}
+        let report = &reader.end().expect("the log was read to its end").solver;
+        assert_eq!(report.counts["steps"], 200_000);
+        assert_eq!(report.counts["jumps"], jumps, "{blocks} blocks: {report:?}");
+        assert_eq!(report.fallbacks.len(), fallbacks, "{blocks} blocks: {report:?}");
+        let parts = ["plain_steps", "jump_steps", "window_steps"].map(|part| report.counts[part]);
+        assert_eq!(parts.into_iter().sum::<u64>(), 200_000);
+    }
+    let log = folder.path().join("stats.mcap");
+    let said =
+        asperity(&["run", "default", "--set", "time.duration_s=0.002", "--stats", "--out", text(&log)]);
+    let said = String::from_utf8_lossy(&said.stderr);
+    assert!(said.contains("in jumps") && said.contains("refused windows"), "{said}");
+}
+
+#[test]
+fn what_cannot_be_verified_is_said() {
+    for (arguments, said) in [
+        (&["--only", "nothing"][..], "--only nothing: no such run"),
+        (&["--for-s", "1e-9"][..], "--for-s 0.000000001 is not a whole number of steps"),
+        (&["--near-ties", "Cargo.toml"][..], "near tie Cargo.toml"),
+    ] {
+        let mut all = vec!["verify-solver", PIPELINE];
+        all.extend(arguments);
+        let outcome = asperity(&all);
+        assert_eq!(outcome.status.code(), Some(2), "{arguments:?}");
+        let stderr = String::from_utf8_lossy(&outcome.stderr);
+        assert!(stderr.contains(said), "{stderr}");
+    }
+}

@@ -5,8 +5,9 @@
 //! numbers within [`TOLERANCE`] of the run's largest of their kind, or, in a run that
 //! hardly moves, of what a block reaches as it starts to slip: its threshold, the
 //! stretch `mu_s p / k` of a spring that holds it, the velocity `(mu_s - mu_d) p / sqrt(k m)`.
-//! Velocities may differ by `2 eps u / dt` besides: a displacement that is rounded in
-//! every step moves no more steadily than that.
+//! Where displacements are large, rounding reaches further than that: velocities may
+//! differ by `2 eps u / dt`, since a displacement that is rounded in every step moves
+//! no more steadily, and forces by [`rounding_reach`].
 //!
 //! A difference is admitted as a near tie only if the step in question, computed
 //! without rounding ([`crate::Exact`]) from the last state before it that both agree on,
@@ -66,7 +67,7 @@ pub struct Agreement {
 pub struct Deviation {
     /// The kind.
     pub what: &'static str,
-    /// The largest magnitude of its kind, or the least that counts as such, SI.
+    /// What counts as the largest magnitude of its kind, SI.
     pub largest: f64,
     /// The largest difference, as a share of that.
     pub share: f64,
@@ -172,7 +173,7 @@ fn hold(
         of_plain = next_step(plan, &mut plain)?;
         of_fast = next_step(plan, &mut fast)?;
     }
-    agreement.deviations = numbers.deviations(plan.grid.step_s());
+    agreement.deviations = numbers.deviations(plan);
     match agreement.deviations.iter().find(|deviation| deviation.share > TOLERANCE) {
         Some(&Deviation { what, share, .. }) => Err(Disagreement::Numbers { what, deviation: share }),
         None => Ok(agreement),
@@ -337,10 +338,12 @@ impl Numbers {
         *deviation = deviation.max((plain - fast).abs());
     }
 
-    fn deviations(&self, dt: f64) -> Vec<Deviation> {
+    fn deviations(&self, plan: &Plan) -> Vec<Deviation> {
         let mut all = self.0;
-        let jitter_m_per_s = 2.0 * f64::EPSILON * all[1].0 / dt;
-        all[2].0 = all[2].0.max(jitter_m_per_s / TOLERANCE);
+        let (u, v) = (all[1].0, all[2].0);
+        let jitter_m_per_s = 2.0 * f64::EPSILON * u / plan.grid.step_s();
+        all[2].0 = v.max(jitter_m_per_s / TOLERANCE);
+        all[3].0 = all[3].0.max(Norms::of(plan).force_rounding(u, v) / TOLERANCE);
         let of = |(what, (largest, deviation)): (&'static str, (f64, f64))| Deviation {
             what,
             largest,

@@ -10,16 +10,13 @@
 use asperity_model::Plan;
 use asperity_record::Record;
 
-use crate::jump::{Jump, LARGEST_CHAIN};
+use crate::jump::Jump;
 use crate::plain::Plain;
 use crate::recorder::Recorder;
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
 use crate::window::Window;
 use crate::{Counters, SimulationError, Solver, SolverKind};
-
-/// Below this many steps windows are cheaper than a jump.
-const SHORTEST_JUMP: u64 = 10_000;
 
 /// Many certified steps, still to be taken.
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +33,7 @@ pub struct Fast {
     plain: Plain,
     recorder: Recorder,
     window: Window,
-    /// For chains small enough for it.
+    /// For chains whose modes are known.
     jump: Option<Jump>,
     /// For what is recorded inside a window or jump.
     aside: Plain,
@@ -85,15 +82,19 @@ impl Fast {
         let left = self.plan.steps - state.step - 1;
         if let Some(jump) = &mut self.jump
             && state.detached == 0
+            && state.step >= state.no_jump_before_step
         {
-            let steps = jump.open(&self.plan, state, SHORTEST_JUMP, left);
+            let steps = jump.open(&self.plan, state, left);
             if steps > 0 {
                 self.counters.jumps += 1;
                 self.counters.jump_steps += steps;
                 return Ok(Leap { steps, window: None });
             }
             self.counters.refused_jumps += 1;
+            let again_step = state.step + jump.patience_steps();
+            self.plain.state_mut().no_jump_before_step = again_step;
         }
+        let state = self.plain.state();
         let index =
             self.window.open(&self.plan, state, left).inspect_err(|_| self.counters.refused_windows += 1)?;
         let steps = self.window.steps(index);
@@ -181,15 +182,9 @@ impl Solver for Fast {
     }
 
     fn fallbacks(&self) -> Vec<&'static str> {
-        let jumps = match self.jump {
-            Some(_) => None,
-            None if self.plan.blocks > LARGEST_CHAIN => {
-                Some("windows instead of jumps: the chain is longer than 256 blocks")
-            }
-            None => Some(
-                "windows instead of jumps: the stuck chain has no full set of modes, or none that doubles can tell apart (critical damping, very soft friction springs)",
-            ),
-        };
+        let jumps = self.jump.is_none().then_some(
+            "windows instead of jumps: the stuck chain has no full set of modes, or none that doubles can tell apart (critical damping, very soft friction springs)",
+        );
         let windows = (self.window.shortest() == u64::MAX)
             .then_some("single steps instead of windows: the time step is too long for them");
         jumps.into_iter().chain(windows).collect()

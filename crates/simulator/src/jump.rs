@@ -17,24 +17,64 @@
 //! coordinate now. A jump ends before the sum of both, with the reserve for rounding
 //! of [`crate::window`] and one for what the modes may miss of the residue, reaches any
 //! threshold.
+//!
+//! Chains too long for stored modes are taken apart into waves ([`crate::waves`]) that
+//! are made anew each time; there, what is missing when the residue is put together
+//! again is counted, and a jump is refused if that is more than rounding.
 
 use asperity_model::Plan;
 
 use crate::modes::{Coordinates, Modes, RESERVE};
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
+use crate::waves::{DEFECT_PER_BLOCK, Waves};
 use crate::window::{Norms, ROUNDING, invariant};
 
-/// Largest chain that is jumped with: beyond, modes, which grow as the square of
-/// its size, cost more memory and time than they save.
-pub(crate) const LARGEST_CHAIN: usize = 256;
+/// Largest chain whose modes are stored: they grow as the square of its length.
+const STORED: usize = 512;
+
+/// Below this many steps windows are cheaper than a jump with stored modes.
+const SHORTEST: u64 = 10_000;
+
+/// The same with waves, which take longer the longer the chain is, in steps per block.
+const SHORTEST_PER_BLOCK: u64 = 30;
+
+/// What part of them to wait where a jump was refused.
+const PATIENCE: u64 = 16;
+
+/// What waves may miss besides their defect: rounding errors of the state.
+const MISSED_OF_STATE: f64 = 4.0 * f64::EPSILON;
+
+/// Where the residue is taken apart.
+#[derive(Debug, Clone)]
+enum Basis {
+    Stored(Modes),
+    Waves(Waves),
+}
+
+impl Basis {
+    fn of(plan: &Plan, sweeps: Sweeps) -> Option<Basis> {
+        if plan.blocks <= STORED {
+            Modes::of(plan, sweeps).map(Basis::Stored)
+        } else {
+            Waves::of(plan, sweeps).map(Basis::Waves)
+        }
+    }
+
+    fn growth(&self, steps: u64) -> Coordinates {
+        match self {
+            Basis::Stored(modes) => modes.growth(steps),
+            Basis::Waves(waves) => waves.growth(steps),
+        }
+    }
+}
 
 /// The stuck chain's modes, and the quasi-static state and residue of one jump.
 #[derive(Debug, Clone)]
 pub(crate) struct Jump {
     sweeps: Sweeps,
     norms: Norms,
-    modes: Modes,
+    basis: Basis,
     stiffness: Stiffness,
     spring: Vec<f64>,
     /// `eta L v_q`.
@@ -45,6 +85,7 @@ pub(crate) struct Jump {
     /// `a` and `r` of the jump that is open, and `r` in modal coordinates.
     position_m: Vec<f64>,
     residue: Vec<f64>,
+    composed: Vec<f64>,
     coordinates: Coordinates,
     from_step: u64,
     /// Coordinates at the last sample, where that was, and how they grow in the
@@ -56,14 +97,10 @@ pub(crate) struct Jump {
 }
 
 impl Jump {
-    /// `None` for chains too large for it, and for those whose modes do not tell all
-    /// of their states.
+    /// `None` for chains whose modes do not tell all of their states.
     pub(crate) fn new(plan: &Plan, sweeps: Sweeps) -> Option<Jump> {
         let blocks = plan.blocks;
-        if blocks > LARGEST_CHAIN {
-            return None;
-        }
-        let modes = Modes::of(plan, sweeps)?;
+        let basis = Basis::of(plan, sweeps)?;
         let stiffness = Stiffness::of(plan);
         let dt = plan.grid.step_s();
         let mut advance_m = vec![0.0; blocks];
@@ -73,8 +110,8 @@ impl Jump {
         Some(Jump {
             sweeps,
             norms: Norms::of(plan),
-            cadence: (0, modes.growth(0)),
-            modes,
+            cadence: (0, basis.growth(0)),
+            basis,
             spring: vec![plan.friction.interfacial_stiffness_n_per_m; blocks],
             viscous_n: (0..blocks)
                 .map(|n| {
@@ -86,6 +123,7 @@ impl Jump {
             advance_m,
             position_m: vec![0.0; blocks],
             residue: vec![0.0; 2 * blocks],
+            composed: vec![0.0; 2 * blocks],
             coordinates: Coordinates::default(),
             from_step: 0,
             sampled: Coordinates::default(),
@@ -94,17 +132,27 @@ impl Jump {
         })
     }
 
+    /// Below this many steps a jump is not worth it.
+    fn shortest_steps(&self) -> u64 {
+        match &self.basis {
+            Basis::Stored(_) => SHORTEST,
+            Basis::Waves(_) => SHORTEST_PER_BLOCK * self.position_m.len() as u64,
+        }
+    }
+
+    /// Steps after which it may be worth trying again where a jump was refused.
+    pub(crate) fn patience_steps(&self) -> u64 {
+        self.shortest_steps() / PATIENCE
+    }
+
     /// Splits a state in which every block is stuck, and gives the largest number
-    /// of steps over which none detaches by the certificate, 0 if those are fewer than
-    /// `fewest_steps`.
-    pub(crate) fn open(
-        &mut self,
-        plan: &Plan,
-        state: &ChainState,
-        fewest_steps: u64,
-        most_steps: u64,
-    ) -> u64 {
+    /// of steps over which none detaches by the certificate, 0 if those are not worth it.
+    pub(crate) fn open(&mut self, plan: &Plan, state: &ChainState, most_steps: u64) -> u64 {
         let blocks = plan.blocks;
+        let fewest_steps = self.shortest_steps();
+        if most_steps < fewest_steps {
+            return 0;
+        }
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         for n in 0..blocks {
             self.position_m[n] = self.viscous_n[n] + kt * state.stick_position_m[n];
@@ -122,14 +170,34 @@ impl Jump {
             v[n] = state.velocity_m_per_s[n] - self.velocity_m_per_s[n];
         }
         let norm = invariant(plan, self.sweeps, &self.spring, u, v).sqrt();
-        self.modes.project(&self.residue, &mut self.coordinates);
-        self.modes.bound(&self.coordinates, &mut self.swing);
         let sweeps = self.sweeps;
-        let reserve = RESERVE * self.norms.force * norm
-            + self.norms.force_rounding(
-                sweeps.largest(&state.displacement_m),
-                sweeps.largest(&state.velocity_m_per_s),
-            );
+        let (u_scale, v_scale) =
+            (sweeps.largest(&state.displacement_m), sweeps.largest(&state.velocity_m_per_s));
+        let missed = match &mut self.basis {
+            Basis::Stored(modes) => {
+                modes.project(&self.residue, &mut self.coordinates);
+                modes.bound(&self.coordinates, &mut self.swing);
+                RESERVE * norm
+            }
+            Basis::Waves(waves) => {
+                waves.project(&self.residue, &mut self.coordinates);
+                waves.compose(&self.coordinates, &mut self.composed, &mut self.swing);
+                let (mut missed_u, mut missed_v) = (0.0f64, 0.0f64);
+                for n in 0..blocks {
+                    missed_u = missed_u.max((self.composed[n] - self.residue[n]).abs());
+                    missed_v = missed_v.max((self.composed[blocks + n] - self.residue[blocks + n]).abs());
+                }
+                let (u, v) = self.residue.split_at(blocks);
+                let defect = DEFECT_PER_BLOCK * blocks as f64;
+                let all_there = missed_u <= MISSED_OF_STATE * u_scale + defect * sweeps.largest(u)
+                    && missed_v <= MISSED_OF_STATE * v_scale + defect * sweeps.largest(v);
+                if !all_there {
+                    return 0;
+                }
+                self.norms.at_most(blocks, missed_u, missed_v)
+            }
+        };
+        let reserve = self.norms.force * missed + self.norms.force_rounding(u_scale, v_scale);
         self.from_step = state.step;
         self.sampled.clone_from(&self.coordinates);
         self.sampled_step = state.step;
@@ -161,7 +229,7 @@ impl Jump {
     /// Writes displacements and velocities after `into` steps of the jump.
     pub(crate) fn land(&mut self, into: u64, state: &mut ChainState) {
         let mut coordinates = self.coordinates.clone();
-        coordinates.grow_by(&self.modes.growth(into));
+        coordinates.grow_by(&self.basis.growth(into));
         self.compose(into, &coordinates, state);
     }
 
@@ -178,7 +246,11 @@ impl Jump {
     pub(crate) fn sample_first_m(&mut self, into: u64) -> f64 {
         self.sample_to(into);
         self.position_m[0]
-            + (into as f64 * self.advance_m[0] + self.modes.first_displacement_m(&self.sampled))
+            + (into as f64 * self.advance_m[0]
+                + match &self.basis {
+                    Basis::Stored(modes) => modes.first_displacement_m(&self.sampled),
+                    Basis::Waves(waves) => waves.first_displacement_m(&self.sampled),
+                })
     }
 
     /// Only samples go from one to the next, which rounds differently: where a jump
@@ -187,7 +259,7 @@ impl Jump {
         let target = self.from_step + into;
         let steps = target - self.sampled_step;
         if self.cadence.0 != steps {
-            self.cadence = (steps, self.modes.growth(steps));
+            self.cadence = (steps, self.basis.growth(steps));
         }
         self.sampled.grow_by(&self.cadence.1);
         self.sampled_step = target;
@@ -195,8 +267,11 @@ impl Jump {
 
     fn compose(&mut self, into: u64, coordinates: &Coordinates, state: &mut ChainState) {
         let blocks = self.position_m.len();
-        self.modes.compose(coordinates, &mut self.residue);
-        let (u, v) = self.residue.split_at(blocks);
+        match &mut self.basis {
+            Basis::Stored(modes) => modes.compose(coordinates, &mut self.composed),
+            Basis::Waves(waves) => waves.compose(coordinates, &mut self.composed, &mut self.swing),
+        }
+        let (u, v) = self.composed.split_at(blocks);
         for n in 0..blocks {
             state.displacement_m[n] = self.position_m[n] + (into as f64 * self.advance_m[n] + u[n]);
             state.velocity_m_per_s[n] = self.velocity_m_per_s[n] + v[n];

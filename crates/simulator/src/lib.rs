@@ -11,6 +11,7 @@
 //! in between.
 
 mod basis;
+mod complex;
 mod counters;
 pub mod equality;
 mod exact;
@@ -21,6 +22,7 @@ mod plain;
 mod recorder;
 mod state;
 mod sweep;
+mod waves;
 mod window;
 
 pub use counters::Counters;

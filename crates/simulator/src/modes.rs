@@ -22,6 +22,7 @@
 
 use asperity_model::Plan;
 
+use crate::complex::Complex;
 use crate::sweep::Sweeps;
 
 /// Largest deviation of modes times coordinates from the identity.
@@ -36,75 +37,6 @@ const MOST_ROUNDS: usize = 100;
 
 /// Most bits of a number of steps.
 const BITS: usize = 64;
-
-/// A complex number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Complex {
-    re: f64,
-    im: f64,
-}
-
-impl Complex {
-    const ZERO: Complex = Complex { re: 0.0, im: 0.0 };
-    const ONE: Complex = Complex { re: 1.0, im: 0.0 };
-
-    fn size(self) -> f64 {
-        self.re.hypot_exact(self.im)
-    }
-
-    fn scaled(self, factor: f64) -> Complex {
-        Complex { re: self.re * factor, im: self.im * factor }
-    }
-}
-
-/// `sqrt(a^2 + b^2)` from operations that are the same everywhere.
-trait Hypot {
-    fn hypot_exact(self, other: f64) -> f64;
-}
-
-impl Hypot for f64 {
-    fn hypot_exact(self, other: f64) -> f64 {
-        let largest = self.abs().max(other.abs());
-        if largest == 0.0 {
-            return 0.0;
-        }
-        let (a, b) = (self / largest, other / largest);
-        largest * (a * a + b * b).sqrt()
-    }
-}
-
-impl std::ops::Add for Complex {
-    type Output = Complex;
-    fn add(self, other: Complex) -> Complex {
-        Complex { re: self.re + other.re, im: self.im + other.im }
-    }
-}
-
-impl std::ops::Sub for Complex {
-    type Output = Complex;
-    fn sub(self, other: Complex) -> Complex {
-        Complex { re: self.re - other.re, im: self.im - other.im }
-    }
-}
-
-impl std::ops::Mul for Complex {
-    type Output = Complex;
-    fn mul(self, other: Complex) -> Complex {
-        Complex { re: self.re * other.re - self.im * other.im, im: self.re * other.im + self.im * other.re }
-    }
-}
-
-impl std::ops::Div for Complex {
-    type Output = Complex;
-    fn div(self, other: Complex) -> Complex {
-        // The numbers here are far from overflow: no scaling is needed.
-        let square = other.re * other.re + other.im * other.im;
-        Complex {
-            re: (self.re * other.re + self.im * other.im) / square,
-            im: (self.im * other.re - self.re * other.im) / square,
-        }
-    }
-}
 
 /// The tridiagonal matrix of a chain as a function of `z`.
 struct Pencil {
@@ -284,8 +216,7 @@ pub(crate) struct Modes {
     first_im: Vec<f64>,
     /// Largest force on each block by each mode of size 1, mode by mode.
     force_n: Vec<f64>,
-    /// `(1 + z)^(2^p) - 1`.
-    powers: Vec<Coordinates>,
+    powers: Powers,
     sizes: Vec<f64>,
     scratch: Vec<f64>,
     more_scratch: Vec<f64>,
@@ -294,8 +225,8 @@ pub(crate) struct Modes {
 /// One complex number per mode.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Coordinates {
-    re: Vec<f64>,
-    im: Vec<f64>,
+    pub(crate) re: Vec<f64>,
+    pub(crate) im: Vec<f64>,
 }
 
 impl Modes {
@@ -324,7 +255,7 @@ impl Modes {
             first_re: Vec::with_capacity(count),
             first_im: Vec::with_capacity(pairs),
             force_n: Vec::with_capacity(count * blocks),
-            powers: Vec::with_capacity(BITS),
+            powers: Powers::of(&values),
             sizes: vec![0.0; count],
             scratch: vec![0.0; 2 * blocks],
             more_scratch: vec![0.0; 2 * blocks],
@@ -367,23 +298,7 @@ impl Modes {
                 times * (chain + drive).size()
             }));
         }
-        let mut power = Coordinates {
-            re: values.iter().map(|z| z.re).collect(),
-            im: values.iter().map(|z| z.im).collect(),
-        };
-        for _ in 0..BITS {
-            let square = power.clone();
-            power.compound(&square);
-            modes.powers.push(square);
-        }
-        (modes.none_grows() && modes.span_states()).then_some(modes)
-    }
-
-    /// Whether no mode grows, but for rounding.
-    fn none_grows(&self) -> bool {
-        let Coordinates { re, im } = &self.powers[0];
-        // |1 + z|^2 - 1
-        re.iter().zip(im).all(|(re, im)| 2.0 * re + re * re + im * im <= 4.0 * f64::EPSILON)
+        (modes.powers.none_grows() && modes.span_states()).then_some(modes)
     }
 
     /// Whether modes times coordinates is the identity.
@@ -447,9 +362,41 @@ impl Modes {
 
     /// `(1 + z)^steps - 1` of every mode.
     pub(crate) fn growth(&self, steps: u64) -> Coordinates {
-        let mut growth = Coordinates { re: vec![0.0; self.sizes.len()], im: vec![0.0; self.sizes.len()] };
+        self.powers.growth(steps)
+    }
+}
+
+/// `(1 + z)^(2^p) - 1` of every mode, for all `p` that a number of steps may need.
+#[derive(Debug, Clone)]
+pub(crate) struct Powers(Vec<Coordinates>);
+
+impl Powers {
+    pub(crate) fn of(values: &[Complex]) -> Powers {
+        let mut power = Coordinates {
+            re: values.iter().map(|z| z.re).collect(),
+            im: values.iter().map(|z| z.im).collect(),
+        };
+        let powers = (0..BITS).map(|_| {
+            let square = power.clone();
+            power.compound(&square);
+            square
+        });
+        Powers(powers.collect())
+    }
+
+    /// Whether no mode grows, but for rounding.
+    pub(crate) fn none_grows(&self) -> bool {
+        let Coordinates { re, im } = &self.0[0];
+        // |1 + z|^2 - 1
+        re.iter().zip(im).all(|(re, im)| 2.0 * re + re * re + im * im <= 4.0 * f64::EPSILON)
+    }
+
+    /// `(1 + z)^steps - 1` of every mode.
+    pub(crate) fn growth(&self, steps: u64) -> Coordinates {
+        let modes = self.0[0].re.len();
+        let mut growth = Coordinates { re: vec![0.0; modes], im: vec![0.0; modes] };
         for p in (0..BITS).filter(|p| steps >> p & 1 == 1) {
-            growth.compound(&self.powers[p]);
+            growth.compound(&self.0[p]);
         }
         growth
     }

@@ -32,6 +32,8 @@ pub struct ChainState {
     /// for many at once: part of the state, so that a restored run is cut up, and
     /// rounds, as the one that it continues.
     pub single_steps: u64,
+    /// The same for jumps: none is tried before this step.
+    pub no_jump_before_step: u64,
 }
 
 impl ChainState {
@@ -58,6 +60,7 @@ impl ChainState {
             tangential_force_n,
             sliding: 0,
             single_steps: 0,
+            no_jump_before_step: 0,
         }
     }
 }

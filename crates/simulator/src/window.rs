@@ -98,7 +98,7 @@ impl Norms {
     /// `sqrt(I)` of numbers of at most this size, for any set of sliding blocks: with
     /// `w = u - dt v / 2`, `w M w <= (4 k + k_t + K) |w|^2`, and the velocity part is at most
     /// `m |v|^2`.
-    fn at_most(&self, blocks: usize, displacement_m: f64, velocity_m_per_s: f64) -> f64 {
+    pub(crate) fn at_most(&self, blocks: usize, displacement_m: f64, velocity_m_per_s: f64) -> f64 {
         let position = displacement_m + self.half_step_s * velocity_m_per_s;
         let square =
             self.stiffness_n_per_m * position * position + self.mass_kg * velocity_m_per_s * velocity_m_per_s;

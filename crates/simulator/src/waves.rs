@@ -1,0 +1,357 @@
+//! The modes of a long stuck chain, in memory that grows as its length.
+//!
+//! All blocks but the first are held alike, so a mode ([`crate::modes`]) is a standing
+//! wave that meets the free end: `x_n = cos q (N - n - 1/2)` with `n` from 0, up to its
+//! size. With `s, kappa, sigma = (dt^2 / m)(k_t, k, K)` and `d = (dt / m) eta`,
+//!
+//! ```text
+//! z^2 + (1 + z) s + (z d + (1 + z) kappa) (2 - 2 cos q) = 0
+//! ```
+//!
+//! tells `z` from `q`, and the driven end which `q` there are:
+//!
+//! ```text
+//! (2 - c) sin qN sin(q / 2) = c cos qN cos(q / 2),    c = (1 + z) sigma / (z d + (1 + z) kappa).
+//! ```
+//!
+//! `c` is small, so the waves are close to those of a free chain, `q = pi j / N`, from
+//! where Newton's method finds each: one for a pair of complex `z`, two for two
+//! real ones. No wave is stored; it is made anew from block to block,
+//! `x_{n-1} = 2 cos q x_n - x_{n+1}`, eight waves at a time.
+//!
+//! Nothing rests on these being all modes, or exact: whoever takes a state apart also
+//! puts it together again, and counts what is missing.
+
+use asperity_model::Plan;
+
+use crate::complex::Complex;
+use crate::modes::{Coordinates, Powers};
+use crate::sweep::{Lanes, Sweeps, WaveSums, Waves8};
+
+const LANES: usize = 8;
+
+/// Largest deviation of a state that is put together again, per block: rounding adds
+/// up along a wave.
+pub(crate) const DEFECT_PER_BLOCK: f64 = 1e-14;
+
+/// Most rounds to find a wave; some six are usual.
+const MOST_ROUNDS: usize = 60;
+
+/// The standing waves of a stuck chain. As in [`crate::modes::Modes`], the first `pairs`
+/// stand for a mode and its conjugate.
+#[derive(Debug, Clone)]
+pub(crate) struct Waves {
+    sweeps: Sweeps,
+    blocks: usize,
+    dt: f64,
+    waves: Vec<Wave>,
+    powers: Powers,
+    scratch: Vec<f64>,
+}
+
+/// One wave.
+#[derive(Debug, Clone, Copy)]
+struct Wave {
+    /// 2 for a pair, 1 for a real one.
+    times: f64,
+    /// `2 cos q`.
+    turn: Complex,
+    /// Displacements to velocities in displacement per step: `z / (1 + z)`.
+    velocity: Complex,
+    /// What the sums over displacements and velocities, and those of the first block,
+    /// are multiplied with to give the coordinate.
+    of_u: Complex,
+    of_v: Complex,
+    of_first_u: Complex,
+    of_first_v: Complex,
+    /// `x` of the first block, and the largest force there by a wave of size 1.
+    first: Complex,
+    first_force_n: f64,
+    /// Force on the other blocks by a wave of size 1, over `|x|`.
+    force_n: f64,
+}
+
+/// `(dt^2 / m)(k_t, k, K)` and `(dt / m) eta`.
+struct Constants {
+    s: f64,
+    kappa: f64,
+    sigma: f64,
+    d: f64,
+}
+
+impl Constants {
+    /// `z` of a wave number: the root of its equation with this sign of the square root.
+    fn root(&self, q: Complex, sign: f64) -> Complex {
+        let (sin, _) = q.scaled(0.5).sin_cos();
+        let shape = (sin * sin).scaled(4.0);
+        let t = shape.scaled(self.kappa) + self.s.into();
+        let half = (t + shape.scaled(self.d)).scaled(0.5);
+        let root = (half * half - t).sqrt();
+        // Of a pair, the one above the axis, on whichever side of it rounding puts the root.
+        let root = if root.im < -root.re { Complex::ZERO - root } else { root };
+        if sign < 0.0 {
+            Complex::ZERO - half - root
+        } else if half.re > 0.0 && root.re > 0.0 {
+            // Without the difference of what is nearly equal.
+            Complex::ZERO - t / (half + root)
+        } else {
+            root - half
+        }
+    }
+
+    /// The wave number near that of the free chain's mode `j`, and its `z`. They depend
+    /// on each other through `c` alone, which hardly changes: in turns, Newton's method
+    /// with `c` as it is, and `c` from the new `z`.
+    fn wave(&self, j: usize, sign: f64, blocks: f64) -> Option<(Complex, Complex)> {
+        let free = std::f64::consts::PI * j as f64 / blocks;
+        let small = self.sigma / self.kappa;
+        // The lowest, which the free chain does not have, from `q^2 N = c`.
+        let guess = if j == 0 { (small / blocks).sqrt() } else { free + small / (free * blocks) };
+        let mut q = Complex::from(guess);
+        let mut z = self.root(q, sign);
+        for _ in 0..MOST_ROUNDS {
+            let grown = Complex::ONE + z;
+            let c = grown.scaled(self.sigma) / (z.scaled(self.d) + grown.scaled(self.kappa));
+            let rest = Complex::from(2.0) - c;
+            let ((sin, cos), (half_sin, half_cos)) = (q.scaled(blocks).sin_cos(), q.scaled(0.5).sin_cos());
+            let misfit = rest * sin * half_sin - c * cos * half_cos;
+            let slope = rest * (cos * half_sin).scaled(blocks)
+                + (rest * sin * half_cos).scaled(0.5)
+                + c * (sin * half_cos).scaled(blocks)
+                + (c * cos * half_sin).scaled(0.5);
+            let step = misfit / slope;
+            q = q - step;
+            let old = z;
+            z = self.root(q, sign);
+            if step.size() <= 1e-14 * q.size() && (z - old).size() <= 1e-11 * z.size() {
+                return Some((q, z));
+            }
+        }
+        None
+    }
+}
+
+impl Waves {
+    /// The waves of a plan's stuck chain; `None` if not all are found, or one grows.
+    pub(crate) fn of(plan: &Plan, sweeps: Sweeps) -> Option<Waves> {
+        let blocks = plan.blocks;
+        let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
+        let constants = Constants {
+            s: dt * dt / m * plan.friction.interfacial_stiffness_n_per_m,
+            kappa: dt * dt / m * plan.stiffness_n_per_m,
+            sigma: dt * dt / m * plan.drive.stiffness_n_per_m,
+            d: dt / m * plan.damping_kg_per_s,
+        };
+        let (mut pairs, mut singles) = (Vec::new(), Vec::new());
+        for j in 0..blocks {
+            let (q, z) = constants.wave(j, 1.0, blocks as f64)?;
+            if z.im.abs() > 1e-9 * z.size() {
+                pairs.push((q, z, 2.0));
+            } else {
+                let (other_q, other) = constants.wave(j, -1.0, blocks as f64)?;
+                singles.extend([(q, z, 1.0), (other_q, other, 1.0)]);
+            }
+        }
+        let found: Vec<(Complex, Complex, f64)> = pairs.into_iter().chain(singles).collect();
+        let powers = Powers::of(&found.iter().map(|(_, z, _)| *z).collect::<Vec<_>>());
+        if !powers.none_grows() {
+            return None;
+        }
+        let zeros = vec![0.0; blocks];
+        let mut waves = Vec::with_capacity(found.len());
+        for eight in found.chunks(LANES) {
+            let mut turn = Lanes::default();
+            for (lane, (q, ..)) in eight.iter().enumerate() {
+                let (_, cos) = q.sin_cos();
+                (turn.re[lane], turn.im[lane]) = (2.0 * cos.re, 2.0 * cos.im);
+            }
+            let mut sums = WaveSums::default();
+            sweeps.wave_sums(&mut sums, &turn, &zeros, &zeros);
+            for (lane, &(_, z, times)) in eight.iter().enumerate() {
+                let of = |lanes: &Lanes| Complex { re: lanes.re[lane], im: lanes.im[lane] };
+                let (x0, x1, square) = (of(&sums.first), of(&sums.second), of(&sums.square));
+                let grown = Complex::ONE + z;
+                let velocity = z / grown;
+                let shape = Complex::from(2.0) - of(&turn);
+                let project = (z + shape.scaled(constants.d)) / grown;
+                let project_first = (z * x0 + (x0 - x1).scaled(constants.d)) / grown;
+                let own = square * (project + (Complex::ONE - project) * velocity)
+                    + project_first * x0
+                    + (x0 - project_first) * velocity * x0;
+                let pull =
+                    Complex::from(plan.stiffness_n_per_m) + velocity.scaled(plan.damping_kg_per_s / dt);
+                waves.push(Wave {
+                    times,
+                    turn: of(&turn),
+                    velocity,
+                    of_u: project / own,
+                    of_v: (Complex::ONE - project) / own,
+                    of_first_u: project_first / own,
+                    of_first_v: (x0 - project_first) / own,
+                    first: x0,
+                    first_force_n: times
+                        * (pull * (x1 - x0) - x0.scaled(plan.drive.stiffness_n_per_m)).size(),
+                    force_n: times * (pull * shape).size(),
+                });
+            }
+        }
+        let mut waves = Waves { sweeps, blocks, dt, waves, powers, scratch: zeros };
+        waves.tell_all(plan).then_some(waves)
+    }
+
+    /// Whether a state without pattern is what it was when it has been taken apart and
+    /// put together again.
+    fn tell_all(&mut self, plan: &Plan) -> bool {
+        let held = 4.0 * plan.stiffness_n_per_m + plan.friction.interfacial_stiffness_n_per_m;
+        let rate = (held / plan.block_mass_kg).sqrt();
+        let mut seed = 1u64;
+        let state: Vec<f64> = (0..2 * self.blocks)
+            .map(|n| {
+                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                let number = (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+                if n < self.blocks { number } else { rate * number }
+            })
+            .collect();
+        let mut coordinates = Coordinates::default();
+        let (mut again, mut swing) = (vec![0.0; 2 * self.blocks], vec![0.0; self.blocks]);
+        self.project(&state, &mut coordinates);
+        self.compose(&coordinates, &mut again, &mut swing);
+        let defect = DEFECT_PER_BLOCK * self.blocks as f64;
+        let units = (0..2 * self.blocks).map(|n| if n < self.blocks { 1.0 } else { rate });
+        state.iter().zip(&again).zip(units).all(|((a, b), unit)| (a - b).abs() <= defect * unit)
+    }
+
+    /// A state's coordinates; displacements, then velocities.
+    pub(crate) fn project(&mut self, state: &[f64], coordinates: &mut Coordinates) {
+        let (u, velocity) = state.split_at(self.blocks);
+        let dt = self.dt;
+        self.scratch.clear();
+        self.scratch.extend(velocity.iter().map(|v| v * dt));
+        let v = &self.scratch;
+        coordinates.re.clear();
+        coordinates.im.clear();
+        let mut sums = WaveSums::default();
+        for eight in self.waves.chunks(LANES) {
+            self.sweeps.wave_sums(&mut sums, &turns(eight), u, v);
+            for (lane, wave) in eight.iter().enumerate() {
+                let of = |lanes: &Lanes| Complex { re: lanes.re[lane], im: lanes.im[lane] };
+                let z = of(&sums.u) * wave.of_u
+                    + of(&sums.v) * wave.of_v
+                    + wave.of_first_u.scaled(u[0])
+                    + wave.of_first_v.scaled(v[0]);
+                coordinates.re.push(z.re);
+                coordinates.im.push(z.im);
+            }
+        }
+    }
+
+    /// The state with these coordinates, and how large the force on each block may
+    /// become from there on.
+    pub(crate) fn compose(&mut self, coordinates: &Coordinates, state: &mut [f64], swing: &mut [f64]) {
+        state.fill(0.0);
+        swing.fill(0.0);
+        let (u, v) = state.split_at_mut(self.blocks);
+        let mut first_swing = 0.0;
+        for (eight, at) in self.waves.chunks(LANES).zip((0..).step_by(LANES)) {
+            let mut waves = Waves8 { turn: turns(eight), ..Waves8::default() };
+            for (lane, wave) in eight.iter().enumerate() {
+                let z = Complex { re: coordinates.re[at + lane], im: coordinates.im[at + lane] };
+                let (of_u, of_v) = (z.scaled(wave.times), (z * wave.velocity).scaled(wave.times / self.dt));
+                (waves.u.re[lane], waves.u.im[lane]) = (of_u.re, of_u.im);
+                (waves.v.re[lane], waves.v.im[lane]) = (of_v.re, of_v.im);
+                waves.force[lane] = z.size() * wave.force_n;
+                first_swing += z.size() * wave.first_force_n;
+            }
+            self.sweeps.add_waves(u, v, swing, &waves);
+        }
+        // The first block is pulled by the drive besides.
+        swing[0] = first_swing;
+    }
+
+    /// The displacement of block 1 in it.
+    pub(crate) fn first_displacement_m(&self, coordinates: &Coordinates) -> f64 {
+        let parts = self.waves.iter().zip(coordinates.re.iter().zip(&coordinates.im));
+        parts.map(|(wave, (re, im))| wave.times * (re * wave.first.re - im * wave.first.im)).sum()
+    }
+
+    /// `(1 + z)^steps - 1` of every mode.
+    pub(crate) fn growth(&self, steps: u64) -> Coordinates {
+        self.powers.growth(steps)
+    }
+}
+
+/// `2 cos q` of up to eight waves; of those that are missing, 0.
+fn turns(waves: &[Wave]) -> Lanes {
+    let mut turn = Lanes::default();
+    for (lane, wave) in waves.iter().enumerate() {
+        (turn.re[lane], turn.im[lane]) = (wave.turn.re, wave.turn.im);
+    }
+    turn
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_model::{Plan, Scenario, ScenarioSource};
+
+    use super::Waves;
+    use crate::modes::{Coordinates, Modes};
+    use crate::sweep::Sweeps;
+
+    #[test]
+    fn waves_tell_all_of_a_state_and_do_what_stored_modes_do() {
+        for set in [
+            &["slider.blocks=99"][..],
+            &["slider.blocks=100", "parameter_set=as-stated"],
+            &["slider.blocks=17", "drive.stiffness_n_per_m=4e6"],
+            &["slider.blocks=3", "friction.interfacial_stiffness_ratio=30"],
+        ] {
+            let source = ScenarioSource::new("test", "");
+            let source = set.iter().fold(source, |source, value| source.with_override(value));
+            let plan = Plan::new(&Scenario::resolve(&source).unwrap());
+            let blocks = plan.blocks;
+            let mut waves = Waves::of(&plan, Sweeps::Baseline).expect("the chain has waves");
+            let mut modes = Modes::of(&plan, Sweeps::Baseline).expect("the chain has modes");
+            // Of block 7's displacement and the last one's velocity, all waves have a part.
+            let mut state = vec![0.0; 2 * blocks];
+            state[6 % blocks] = 1e-9;
+            state[2 * blocks - 1] = 1e-4;
+            let (mut by_waves, mut by_modes) = (Coordinates::default(), Coordinates::default());
+            waves.project(&state, &mut by_waves);
+            modes.project(&state, &mut by_modes);
+            let close = |a: &[f64], b: &[f64], what: &str| {
+                for part in [0..blocks.min(a.len()), blocks.min(a.len())..a.len()] {
+                    let largest = b[part.clone()].iter().fold(0.0, |most: f64, b| most.max(b.abs()));
+                    for (a, b) in a[part.clone()].iter().zip(&b[part]) {
+                        assert!((a - b).abs() <= 1e-10 * largest, "{set:?}, {what}: {a} {b} of {largest}");
+                    }
+                }
+            };
+            let (mut first, mut second) = (vec![0.0; 2 * blocks], vec![0.0; 2 * blocks]);
+            let (mut swing, mut bound) = (vec![0.0; blocks], vec![0.0; blocks]);
+            waves.compose(&by_waves, &mut first, &mut swing);
+            close(&first, &state, "put together again");
+            modes.bound(&by_modes, &mut bound);
+            for (swing, bound) in swing.iter().zip(&bound) {
+                // The sum of real and imaginary part for the magnitude.
+                assert!(*swing >= 0.999 * bound && *swing <= 1.5 * bound, "{set:?}: {swing} {bound}");
+            }
+            by_waves.grow_by(&waves.growth(12_345));
+            by_modes.grow_by(&modes.growth(12_345));
+            waves.compose(&by_waves, &mut first, &mut swing);
+            modes.compose(&by_modes, &mut second);
+            close(&first, &second, "12345 steps on");
+            let u1 = waves.first_displacement_m(&by_waves);
+            close(&[u1], &[first[0]], "block 1");
+        }
+    }
+
+    #[test]
+    fn a_drive_so_stiff_that_it_has_a_wave_of_its_own_is_refused() {
+        let source = ScenarioSource::new("test", "")
+            .with_override("slider.blocks=17")
+            .with_override("drive.stiffness_n_per_m=4e9");
+        let plan = Plan::new(&Scenario::resolve(&source).unwrap());
+        assert!(Waves::of(&plan, Sweeps::Baseline).is_none());
+        assert!(Modes::of(&plan, Sweeps::Baseline).is_some(), "unlike stored modes");
+    }
+}

@@ -1,9 +1,15 @@
-//! The fast solver against the plain one: the beginning of every run of Chapter 5.
+//! The fast solver against the plain one: the beginning of every run of Chapter 5,
+//! and the near ties that are known.
 
 #[path = "support/binary.rs"]
 mod binary;
 
+use std::fs;
+
+use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_runlog::{RunReader, Topics};
+use asperity_simulator::equality::{NearTie, rounding_reach};
+use asperity_simulator::{Exact, Plain, Solver};
 use binary::{asperity, run, succeed, text};
 
 const PIPELINE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../pipelines/chapter5.toml");
@@ -29,6 +35,49 @@ fn chapter_5_begins_alike_as_coded() {
 #[test]
 fn chapter_5_begins_alike_as_stated() {
     verify("as-stated");
+}
+
+#[test]
+fn known_near_ties_are_decided_by_rounding() {
+    for entry in fs::read_dir(NEAR_TIES).expect("the folder is there") {
+        let path = entry.expect("it can be read").path();
+        let proof: serde_json::Value =
+            serde_json::from_str(&fs::read_to_string(&path).expect("it is text")).expect("it is JSON");
+        let scenario = proof["scenario"].as_str().expect("it names its scenario");
+        let scenario = Scenario::resolve(&ScenarioSource::new(text(&path), scenario)).expect("it resolves");
+        assert_eq!(proof["scenario_hash"], scenario.hash());
+        let plan = Plan::new(&scenario);
+        let tie: NearTie = serde_json::from_value(proof["tie"].clone()).expect("it is a near tie");
+        let block = tie.block as usize - 1;
+
+        let mut exact = Exact::at(&plan, &tie.before);
+        exact.advance_to(tie.step);
+        assert_eq!(exact.beyond_switch(block), tie.beyond, "{}", path.display());
+        let mut plain = Plain::new(plan.clone());
+        plain.restore(&tie.before);
+        while plain.step() < tie.step {
+            plain.take_step();
+        }
+        let reach = rounding_reach(&plan, &plain.snapshot(), tie.direction);
+        assert!(tie.beyond.abs() <= reach && tie.reach == reach, "{}", path.display());
+        assert_eq!(plain.switched().contains(&block), tie.plain_switches, "{}", path.display());
+    }
+}
+
+#[test]
+fn a_near_tie_that_is_none_any_more_is_told() {
+    let known = fs::read_dir(NEAR_TIES).expect("the folder is there").next().expect("there is one");
+    let known = fs::read_to_string(known.expect("it can be read").path()).expect("it is text");
+    let mut proof: serde_json::Value = serde_json::from_str(&known).expect("it is JSON");
+    proof["tie"]["step"] = 1000.into();
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    fs::write(folder.path().join("moved.json"), proof.to_string()).expect("it can be written");
+    let run = proof["run"].as_str().expect("it names its run");
+    let choice = ["--only", run, "--for-s", "0.001", "--near-ties", text(folder.path())];
+    let outcome = asperity(&[&["verify-solver", PIPELINE][..], &choice].concat());
+    let stderr = String::from_utf8_lossy(&outcome.stderr);
+    assert_eq!(outcome.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("moved.json: the solvers agree there now"), "{stderr}");
 }
 
 #[test]
@@ -59,6 +108,7 @@ fn what_cannot_be_verified_is_said() {
         (&["--only", "nothing"][..], "--only nothing: no such run"),
         (&["--for-s", "1e-9"][..], "--for-s 0.000000001 is not a whole number of steps"),
         (&["--near-ties", "Cargo.toml"][..], "near tie Cargo.toml"),
+        (&["--near-ties", "nowhere"][..], "near tie nowhere"),
     ] {
         let mut all = vec!["verify-solver", PIPELINE];
         all.extend(arguments);

@@ -14,8 +14,8 @@ Examples:
   cargo xtask verify-solver --parameter-set as-stated
   cargo xtask verify-solver --for-s 0.1
 
-All of it takes 11 thousand million plain steps: half an hour on one core. The tests do the first tenth of a second
-of every run.")]
+All of it takes 11 thousand million plain steps: half an hour on one core, a quarter of an hour on two. The tests do the
+first tenth of a second of every run.")]
 pub(crate) struct VerifyArguments {
     /// Only this reading of the thesis.
     #[arg(long, value_enum, value_name = "SET")]

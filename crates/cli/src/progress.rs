@@ -32,8 +32,13 @@ impl Board {
         }
     }
 
-    /// Starts the progress of a run.
+    /// Starts the progress of a run whose events are counted.
     pub(crate) fn run(&self, name: &str, steps: u64, duration_s: f64) -> RunProgress {
+        RunProgress { events: Some(0), ..self.steps(name, steps, duration_s) }
+    }
+
+    /// Starts the progress of a run of which only the steps are told.
+    pub(crate) fn steps(&self, name: &str, steps: u64, duration_s: f64) -> RunProgress {
         let bar = if self.on_terminal {
             let style = ProgressStyle::with_template("{prefix:20} {bar:30} {msg} {eta} left")
                 .expect("the template is well formed");
@@ -47,7 +52,7 @@ impl Board {
             name: name.to_owned(),
             steps,
             duration_s,
-            events: 0,
+            events: None,
             started: Instant::now(),
             last_line: Instant::now(),
         }
@@ -61,7 +66,7 @@ pub(crate) struct RunProgress {
     name: String,
     steps: u64,
     duration_s: f64,
-    events: u64,
+    events: Option<u64>,
     started: Instant,
     last_line: Instant,
 }
@@ -70,7 +75,11 @@ impl RunProgress {
     /// Takes note of what has just been logged.
     pub(crate) fn saw(&mut self, item: &Item) {
         match item {
-            Item::Event(event) => self.events += u64::from(event.topic == SlipEvent::TOPIC),
+            Item::Event(event) => {
+                if let Some(events) = &mut self.events {
+                    *events += u64::from(event.topic == SlipEvent::TOPIC);
+                }
+            }
             Item::Record(record) => self.reached(record.step()),
         }
     }
@@ -93,7 +102,11 @@ impl RunProgress {
 
     fn status(&self, step: u64) -> String {
         let time_s = self.duration_s * step as f64 / self.steps as f64;
-        format!("{time_s:.3} of {} s, {} slip events", self.duration_s, self.events)
+        let time = format!("{time_s:.3} of {} s", self.duration_s);
+        match self.events {
+            Some(events) => format!("{time}, {events} slip events"),
+            None => time,
+        }
     }
 
     /// Says that the run is over.
@@ -103,7 +116,7 @@ impl RunProgress {
             "{}: {} s simulated, {} slip events, in {:.1} s",
             self.name,
             self.duration_s,
-            self.events,
+            self.events.unwrap_or(0),
             self.started.elapsed().as_secs_f64()
         ));
     }

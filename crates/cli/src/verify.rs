@@ -17,6 +17,9 @@ use crate::progress::Board;
 use crate::reproduce::{Job, at_once, read_pipeline};
 use crate::{detectors, run};
 
+/// Where known near ties are looked for, if nothing else is said.
+const NEAR_TIES: &str = "fixtures/near-ties";
+
 /// A near tie, with all that it takes to prove it again.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -58,7 +61,11 @@ pub(crate) fn command(arguments: &VerifySolverArguments) -> Result<(), Failure> 
     }
     let plans =
         jobs.iter().map(|job| Ok(plan(job, arguments.for_s)?.steps)).collect::<Result<Vec<_>, Failure>>()?;
-    let known = known_ties(&arguments.near_ties)?;
+    let known = match &arguments.near_ties {
+        Some(folder) => known_ties(folder)?,
+        None if Path::new(NEAR_TIES).is_dir() => known_ties(Path::new(NEAR_TIES))?,
+        None => Vec::new(),
+    };
     let board = Board::new();
     board.line(&format!("{} runs, {:e} plain steps", jobs.len(), plans.iter().sum::<u64>() as f64));
     jobs.sort_by_key(|job| std::cmp::Reverse(job.cost()));
@@ -92,7 +99,7 @@ fn plan(job: &Job, for_s: Option<f64>) -> Result<Plan, Failure> {
 fn compare(job: &Job, for_s: Option<f64>, board: &Board) -> Result<Outcome, Failure> {
     let plan = plan(job, for_s)?;
     let mut records: [Vec<StepRecord>; 2] = [Vec::new(), Vec::new()];
-    let mut progress = board.run(&job.name, plan.steps, plan.grid.time_s(plan.steps));
+    let mut progress = board.steps(&job.name, plan.steps, plan.grid.time_s(plan.steps));
     let each = |plain: &StepRecord, fast: &StepRecord| {
         records[0].push(plain.clone());
         records[1].push(fast.clone());
@@ -165,7 +172,8 @@ fn fields(event: &Event) -> Vec<(String, serde_json::Value)> {
     object.into_iter().collect()
 }
 
-/// The proofs in a folder, by file; none if it does not exist.
+/// The proofs in a folder, by file. They say what is known; that it is so is proved
+/// again whenever it is met.
 fn known_ties(folder: &Path) -> Result<Vec<(PathBuf, Proof)>, Failure> {
     let unreadable = |path: &Path, problem: &dyn std::fmt::Display| {
         Failure::BadInput(format!(
@@ -173,11 +181,7 @@ fn known_ties(folder: &Path) -> Result<Vec<(PathBuf, Proof)>, Failure> {
             path.display()
         ))
     };
-    let entries = match fs::read_dir(folder) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(error) => return Err(unreadable(folder, &error)),
-    };
+    let entries = fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
     let mut paths: Vec<PathBuf> = entries
         .map(|entry| entry.map(|entry| entry.path()))
         .collect::<Result<_, _>>()
@@ -255,7 +259,7 @@ fn hold_against_known(
     }
     Err(Failure::Failed(format!(
         "near ties differ from those listed in {}:\n  {}",
-        arguments.near_ties.display(),
+        arguments.near_ties.as_deref().unwrap_or(Path::new(NEAR_TIES)).display(),
         problems.join("\n  ")
     )))
 }

@@ -57,24 +57,36 @@ const MOST_GROWTH: f64 = 4.0;
 /// Share of the whole that may be left out: the rounding error of a state.
 const NEGLIGIBLE: f64 = 1e-14;
 
-/// One possible length of a window.
+/// One possible length of a window. Arrays are by term; a window uses as many of them
+/// as it has taken, whatever its length turns out to be.
 #[derive(Debug, Clone)]
 pub(crate) struct Length {
     pub(crate) steps: u64,
     /// How many terms it takes.
     pub(crate) terms: usize,
     /// `s_j(steps)`.
-    pub(crate) double_sum: Vec<f64>,
+    pub(crate) double_sum: [f64; MOST_TERMS],
     /// Largest `|c_j(i)|` for `i` up to `steps`.
-    pub(crate) whole: Vec<f64>,
+    pub(crate) whole: [f64; MOST_TERMS],
     /// The same for `i` between the next shorter length and `steps`.
-    pub(crate) last: Vec<f64>,
+    pub(crate) last: [f64; MOST_TERMS],
     /// Largest `|s_j(steps)|`.
     pub(crate) largest: f64,
-    /// What the last term and the one behind it are multiplied with to bound what
-    /// is left out of `A^i w`, for any `i` up to `steps`, and out of its double sum.
-    pub(crate) left_out: [f64; 2],
-    pub(crate) left_out_of_sum: [f64; 2],
+    /// `(focus / 2) sum_{l<steps} |c_j(l)|`, and the same summed up twice.
+    sums: [[f64; MOST_TERMS + 1]; 2],
+}
+
+impl Length {
+    /// What the last of `terms` terms and the one behind it are multiplied with to bound
+    /// what is left out of `A^i w`, for any `i` up to `steps`: no less for more steps.
+    pub(crate) fn left_out(&self, terms: usize) -> [f64; 2] {
+        [self.sums[0][terms], self.sums[0][terms - 1]]
+    }
+
+    /// The same for the double sum.
+    pub(crate) fn left_out_of_sum(&self, terms: usize) -> [f64; 2] {
+        [self.sums[1][terms], self.sums[1][terms - 1]]
+    }
 }
 
 /// The basis for a plan, and its coefficients.
@@ -139,12 +151,11 @@ impl Basis {
                 self.lengths.push(Length {
                     steps: i,
                     terms,
-                    double_sum: double[..terms].to_vec(),
-                    whole: whole[..terms].to_vec(),
-                    last: last[..terms].to_vec(),
-                    largest: double[..terms].iter().fold(0.0, |max, s: &f64| max.max(s.abs())),
-                    left_out: [half * sums[0][terms], half * sums[0][terms - 1]],
-                    left_out_of_sum: [half * sums[2][terms], half * sums[2][terms - 1]],
+                    double_sum: std::array::from_fn(|j| double[j]),
+                    whole: std::array::from_fn(|j| whole[j]),
+                    last: std::array::from_fn(|j| last[j]),
+                    largest: double.iter().fold(0.0, |max, s: &f64| max.max(s.abs())),
+                    sums: [0, 2].map(|order| std::array::from_fn(|j| half * sums[order][j])),
                 });
                 last = c.map(f64::abs);
                 done += 1;
@@ -228,7 +239,8 @@ impl Ellipse {
             let right = beyond * size;
             for share in [0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0] {
                 for sigma in [1.0, -1.0] {
-                    let centre = (left + right) / 2.0;
+                    // So that 1 + centre is what it says, without rounding.
+                    let centre = (1.0 + (left + right) / 2.0) - 1.0;
                     let focus = share * if sigma > 0.0 { (right - left) / 2.0 } else { high };
                     if focus < 0.1 * size {
                         continue;

@@ -20,8 +20,8 @@ pub struct Counters {
     pub window_steps: u64,
     /// Times that no window was certified, or none worth it in sight.
     pub refused_windows: u64,
-    /// Terms that were taken for windows, those of refused ones included; each costs
-    /// less than a plain step.
+    /// Differences and terms that were taken for windows, those of refused ones
+    /// included; each costs less than a plain step.
     pub applications: u64,
     /// Block switches.
     pub switches: u64,
@@ -78,8 +78,8 @@ impl fmt::Display for Counters {
         line(f, "in windows", self.window_steps, &each(self.window_steps, self.windows))?;
         line(f, "one by one", self.plain_steps, "")?;
         line(f, "block switches", self.switches, "")?;
-        line(f, "applications", self.applications, "of a step's map, for windows")?;
-        line(f, "refused jumps", self.refused_jumps, "fell back to a window")?;
-        line(f, "refused windows", self.refused_windows, "fell back to single steps")
+        line(f, "applications", self.applications, "of a step's map, to open windows")?;
+        line(f, "refused jumps", self.refused_jumps, "all blocks stuck, but too briefly")?;
+        line(f, "refused windows", self.refused_windows, "single steps instead")
     }
 }

@@ -11,8 +11,9 @@
 //!
 //! A difference is admitted as a near tie only if the step in question, computed
 //! without rounding ([`crate::Exact`]) from the last state before it that both agree on,
-//! leaves the block that one of them saw switching within the reach of rounding. The
-//! comparison then goes on from the plain solver's state.
+//! leaves the block that one of them saw switching within the reach of rounding, and
+//! the other one sees the same switch within [`LATE_STEPS`]. The comparison then goes on
+//! from the plain solver's state.
 
 use asperity_model::Plan;
 use asperity_record::{Direction, FieldRecord, Record, StepRecord};
@@ -25,6 +26,9 @@ use crate::{Exact, Fast, Plain, SimulationError, Solver};
 
 /// Numbers agree within this share of the largest of their kind in the run.
 pub const TOLERANCE: f64 = 1e-9;
+
+/// Steps within which the other solver must see a switch that one of them sees.
+pub const LATE_STEPS: u64 = 1000;
 
 /// A switch that rounding decides.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,6 +43,8 @@ pub struct NearTie {
     /// Whether the plain solver saw it in this step (the fast one did not), or the
     /// other way round.
     pub plain_switches: bool,
+    /// How many steps later the other one saw it.
+    pub late_steps: u64,
     /// How far the exact step is beyond the switch: N of force for one that
     /// detaches, m/s of velocity for one that attaches.
     pub beyond: f64,
@@ -95,6 +101,18 @@ pub enum Disagreement {
         beyond: f64,
         /// As in [`NearTie`].
         reach: f64,
+    },
+    /// A switch at rounding's reach that the other solver does not see soon after.
+    #[error(
+        "step {step}, block {block}: switches by the {by} solver alone, and not within {LATE_STEPS} steps by the other"
+    )]
+    Missed {
+        /// The step.
+        step: u64,
+        /// The block, counted from 1.
+        block: u32,
+        /// The name of the solver that saw it.
+        by: &'static str,
     },
     /// The same switches, but another number of sliding blocks, or no record.
     #[error("step {step}: the records differ without a switch that explains it")]
@@ -154,7 +172,11 @@ fn hold(
                     next.as_ref().map(|next| next.record.clone()).filter(|record| record.step == step)
                 };
                 let tied = here(&of_plain);
-                common = settle(plan, &common, step, tied.as_ref(), here(&of_fast).as_ref(), &mut agreement)?;
+                let coming = [
+                    switches_to_come(plan, &plain, of_plain.as_ref(), step)?,
+                    switches_to_come(plan, &fast, of_fast.as_ref(), step)?,
+                ];
+                common = settle(plan, &common, step, &coming, &mut agreement)?;
                 fast.restore(&common);
                 if let Some(record) = &tied {
                     each(record, record);
@@ -174,7 +196,11 @@ fn hold(
         of_fast = next_step(plan, &mut fast)?;
     }
     agreement.deviations = numbers.deviations(plan);
-    match agreement.deviations.iter().find(|deviation| deviation.share > TOLERANCE) {
+    match agreement
+        .deviations
+        .iter()
+        .find(|deviation| deviation.share.is_nan() || deviation.share > TOLERANCE)
+    {
         Some(&Deviation { what, share, .. }) => Err(Disagreement::Numbers { what, deviation: share }),
         None => Ok(agreement),
     }
@@ -218,13 +244,34 @@ fn next_step(plan: &Plan, solver: &mut impl Solver) -> Result<Option<Next>, Simu
     }
 }
 
-/// The blocks that switch, and which way.
-fn switches(record: Option<&StepRecord>) -> Vec<(u32, Direction)> {
+/// A block that switches, and which way.
+type Turn = (u32, Direction);
+
+/// All of a record.
+fn switches(record: Option<&StepRecord>) -> Vec<Turn> {
     record.map_or(Vec::new(), |record| record.switches.iter().map(|s| (s.block, s.direction)).collect())
 }
 
 fn same(a: &StepRecord, b: &StepRecord) -> bool {
     a.step == b.step && a.sliding == b.sliding && switches(Some(a)) == switches(Some(b))
+}
+
+/// The switches that a solver, which stands behind `next`, sees from `step` on and
+/// within [`LATE_STEPS`].
+fn switches_to_come<S: Solver + Clone>(
+    plan: &Plan,
+    solver: &S,
+    next: Option<&Next>,
+    step: u64,
+) -> Result<Vec<(u64, Turn)>, SimulationError> {
+    let mut solver = solver.clone();
+    let mut coming = Vec::new();
+    let mut record = next.map(|next| next.record.clone());
+    while let Some(known) = record.filter(|record| record.step <= step + LATE_STEPS) {
+        coming.extend(switches(Some(&known)).into_iter().map(|switch| (known.step, switch)));
+        record = next_step(plan, &mut solver)?.map(|next| next.record);
+    }
+    Ok(coming)
 }
 
 /// Proves the differences in a step to be near ties; the plain solver's state after
@@ -233,11 +280,12 @@ fn settle(
     plan: &Plan,
     plain: &ChainState,
     step: u64,
-    of_plain: Option<&StepRecord>,
-    of_fast: Option<&StepRecord>,
+    coming: &[Vec<(u64, Turn)>; 2],
     agreement: &mut Agreement,
 ) -> Result<ChainState, Disagreement> {
-    let (by_plain, by_fast) = (switches(of_plain), switches(of_fast));
+    let here =
+        |of: usize| coming[of].iter().filter(|(at, _)| *at == step).map(|(_, s)| *s).collect::<Vec<_>>();
+    let (by_plain, by_fast) = (here(0), here(1));
     let mut again = Plain::new(plan.clone());
     again.restore(plain);
     while again.step() < step {
@@ -270,11 +318,19 @@ fn settle(
                 reach,
             });
         }
+        let later = &coming[usize::from(plain_switches)];
+        let by = if plain_switches { "plain" } else { "fast" };
+        let (late, _) = later.iter().find(|(_, other)| other == switch).ok_or(Disagreement::Missed {
+            step,
+            block,
+            by,
+        })?;
         agreement.near_ties.push(NearTie {
             step,
             block,
             direction,
             plain_switches,
+            late_steps: late - step,
             beyond,
             reach,
             before: plain.clone(),
@@ -335,7 +391,9 @@ impl Numbers {
     fn one(&mut self, kind: usize, plain: f64, fast: f64) {
         let (largest, deviation) = &mut self.0[kind];
         *largest = largest.max(plain.abs());
-        *deviation = deviation.max((plain - fast).abs());
+        let off = (plain - fast).abs();
+        // What is no number differs from everything.
+        *deviation = if off <= *deviation { *deviation } else { off };
     }
 
     fn deviations(&self, plan: &Plan) -> Vec<Deviation> {

@@ -7,7 +7,7 @@
 //! digits (Dekker 1971, Knuth 1969): plain steps as in [`crate::Plain`], from the plan's
 //! own doubles, between switches.
 
-use asperity_model::Plan;
+use asperity_model::{Plan, Reattach};
 
 use crate::state::ChainState;
 
@@ -87,7 +87,7 @@ pub struct Exact<'a> {
     step: u64,
     displacement_m: Vec<Wide>,
     velocity_m_per_s: Vec<Wide>,
-    /// Sign of each sliding block's velocity at the start.
+    /// Sign of each block's velocity before the last step.
     direction: Vec<f64>,
     tangential_force_n: Vec<Wide>,
 }
@@ -96,14 +96,13 @@ impl<'a> Exact<'a> {
     /// The chain in a state, whose doubles are taken as exact.
     pub fn at(plan: &'a Plan, state: &'a ChainState) -> Exact<'a> {
         let wide = |values: &[f64]| values.iter().map(|&value| Wide::from(value)).collect::<Vec<_>>();
-        let sign = |v: f64| if v == 0.0 { 0.0 } else { v.signum() };
         Exact {
             plan,
             start: state,
             step: state.step,
             displacement_m: wide(&state.displacement_m),
             velocity_m_per_s: wide(&state.velocity_m_per_s),
-            direction: state.velocity_m_per_s.iter().map(|&v| sign(v)).collect(),
+            direction: vec![0.0; plan.blocks],
             tangential_force_n: vec![Wide::ZERO; plan.blocks],
         }
     }
@@ -133,11 +132,9 @@ impl<'a> Exact<'a> {
         self.tangential_force_n[0] = self.tangential_force_n[0] + (point_m - u[0]) * drive.stiffness_n_per_m;
         let dt = plan.grid.step_s();
         for n in 0..=last {
+            let before = self.velocity_m_per_s[n].high;
+            self.direction[n] = if before == 0.0 { 0.0 } else { before.signum() };
             let friction = if self.start.slip[n] != 0.0 {
-                // The velocity may have left 0 since the start.
-                if self.direction[n] == 0.0 && self.velocity_m_per_s[n].high != 0.0 {
-                    self.direction[n] = self.velocity_m_per_s[n].high.signum();
-                }
                 Wide::from(-plan.friction.dynamic_friction_n[n]) * self.direction[n]
             } else {
                 let stretch = self.displacement_m[n] - self.start.stick_position_m[n].into();
@@ -151,23 +148,71 @@ impl<'a> Exact<'a> {
     }
 
     /// How far block `n` (counted from 0) is beyond its switch after the last step: of
-    /// a stuck block the force above its threshold, of a sliding one the velocity
-    /// against its direction. What is not negative switches.
+    /// a stuck block the force above its threshold; of a sliding one the velocity below
+    /// 0, or, by the two-way rule, against its direction before. What is not negative
+    /// switches.
     pub fn beyond_switch(&self, n: usize) -> f64 {
         if self.start.slip[n] == 0.0 {
             let tau = self.tangential_force_n[n];
             let size = if tau.high < 0.0 { -tau } else { tau };
             (size - self.plan.friction.static_threshold_n[n].into()).high
         } else {
-            let forward = if self.direction[n] < 0.0 { 1.0 } else { -1.0 };
-            (self.velocity_m_per_s[n] * forward).high
+            let forward = match self.plan.friction.reattach {
+                Reattach::OneWay => 1.0,
+                Reattach::TwoWay => self.direction[n],
+            };
+            -self.velocity_m_per_s[n].high * forward
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Wide;
+    use asperity_model::{Plan, Scenario, ScenarioSource};
+
+    use super::{Exact, Wide};
+    use crate::{Plain, Solver};
+
+    #[test]
+    fn between_switches_it_does_what_the_plain_stepper_does() {
+        // The first of them slides forward, and detaches moving backwards too.
+        let ringing = ["initial_velocity.amplitude_m_per_s=1", "initial_velocity.mode=1", "time.step_s=1e-6"];
+        let (mut compared, mut switches, mut backwards) = (0, 0, 0);
+        for (set, rule) in [("as-coded", "one-way"), ("as-stated", "one-way"), ("as-coded", "two-way")] {
+            let source = ScenarioSource::new("test", "slider.blocks = 2\ntime.duration_s = 0.1");
+            let source = ringing
+                .iter()
+                .fold(source, |source, value| source.with_override(value))
+                .with_override(&format!("parameter_set={set}"))
+                .with_override(&format!("friction.reattach={rule}"));
+            let plan = Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")));
+            let mut plain = Plain::new(plan.clone());
+            while plain.step() + 20 < plan.steps {
+                let before = plain.snapshot();
+                let mut exact = Exact::at(&plan, &before);
+                for _ in 0..20 {
+                    plain.take_step();
+                    exact.advance_to(plain.step());
+                    let state = plain.state();
+                    compared += 1;
+                    for n in 0..plan.blocks {
+                        let velocity = before.velocity_m_per_s[n];
+                        backwards += usize::from(before.slip[n] != 0.0 && velocity < 0.0);
+                        let off = exact.velocity_m_per_s[n].high - state.velocity_m_per_s[n];
+                        assert!(off.abs() < 1e-12, "{set}, {rule}, step {}, block {n}: {off}", plain.step());
+                        let beyond = exact.beyond_switch(n);
+                        let switched = plain.switched().contains(&n);
+                        assert!((beyond >= 0.0) == switched || beyond.abs() < 1e-9, "{beyond}, {switched}");
+                    }
+                    if !plain.switched().is_empty() {
+                        switches += plain.switched().len();
+                        break;
+                    }
+                }
+            }
+        }
+        assert!(compared > 100_000 && switches > 20 && backwards > 5, "{compared} {switches} {backwards}");
+    }
 
     #[test]
     fn pairs_keep_twice_the_digits() {

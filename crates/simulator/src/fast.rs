@@ -20,10 +20,12 @@ use crate::{Counters, SimulationError, Solver, SolverKind};
 
 /// Many certified steps, still to be taken.
 #[derive(Debug, Clone, Copy)]
-struct Leap {
-    steps: u64,
-    /// Index of the window's length; none for a jump.
-    window: Option<usize>,
+enum Leap {
+    Jump {
+        steps: u64,
+    },
+    /// By the index of the window's length.
+    Window(usize),
 }
 
 /// The solver that takes certified windows where it can.
@@ -88,7 +90,7 @@ impl Fast {
             if steps > 0 {
                 self.counters.jumps += 1;
                 self.counters.jump_steps += steps;
-                return Ok(Leap { steps, window: None });
+                return Ok(Leap::Jump { steps });
             }
             self.counters.refused_jumps += 1;
             let again_step = state.step + jump.patience_steps();
@@ -100,42 +102,54 @@ impl Fast {
         let steps = self.window.steps(index);
         self.counters.windows += 1;
         self.counters.window_steps += steps;
-        Ok(Leap { steps, window: Some(index) })
+        Ok(Leap::Window(index))
     }
 
     /// Records the next step of the leap that is due, or lands at its end.
     fn continue_leap(&mut self, leap: Leap) -> Result<(), SimulationError> {
         let from_step = self.plain.state().step;
-        if self.recorder.due_step() <= from_step + leap.steps {
-            let due_step = self.recorder.due_step();
-            let into = due_step - from_step;
-            if let (Some(jump), None, true) =
-                (&mut self.jump, leap.window, self.recorder.due_is_load(&self.plan))
-            {
-                let time_s = self.plan.grid.time_s(due_step);
-                let driving_force_n = self.plan.drive.force_n(time_s, jump.sample_first_m(into - 1));
-                self.recorder.record_load(&self.plan, driving_force_n);
-                return Ok(());
-            }
-            self.aside.state_mut().clone_from(self.plain.state());
-            match (&mut self.jump, leap.window) {
-                (Some(jump), None) => jump.sample(into - 1, self.aside.state_mut()),
-                _ => self.window.sample(&self.plan, into - 1, self.aside.state_mut()),
-            }
-            let mut driving_force_n = 0.0;
-            while self.aside.state().step < due_step {
-                driving_force_n = self.aside.take_step();
-            }
-            return self.recorder.record(&self.plan, self.aside.state(), driving_force_n, &[], false);
+        let steps = match leap {
+            Leap::Jump { steps } => steps,
+            Leap::Window(index) => self.window.steps(index),
+        };
+        let due_step = self.recorder.due_step();
+        if due_step <= from_step + steps {
+            return self.record_within(leap, due_step - from_step);
         }
         self.leap = None;
-        match (&mut self.jump, leap.window) {
-            (_, Some(index)) => self.window.land(&self.plan, index, self.plain.state_mut()),
-            (Some(jump), None) => jump.land(leap.steps, self.plain.state_mut()),
-            (None, None) => unreachable!("only a jump has no window"),
+        let state = self.plain.state_mut();
+        match leap {
+            Leap::Window(index) => self.window.land(&self.plan, index, state),
+            Leap::Jump { steps } => opened(&mut self.jump).land(steps, state),
         }
         self.take_plain_step()
     }
+
+    /// Records the step that is `into` steps into the leap.
+    fn record_within(&mut self, leap: Leap, into: u64) -> Result<(), SimulationError> {
+        let due_step = self.plain.state().step + into;
+        if matches!(leap, Leap::Jump { .. }) && self.recorder.due_is_load(&self.plan) {
+            let first_m = opened(&mut self.jump).sample_first_m(into - 1);
+            let driving_force_n = self.plan.drive.force_n(self.plan.grid.time_s(due_step), first_m);
+            self.recorder.record_load(&self.plan, driving_force_n);
+            return Ok(());
+        }
+        self.aside.state_mut().clone_from(self.plain.state());
+        match leap {
+            Leap::Window(_) => self.window.sample(&self.plan, into - 1, self.aside.state_mut()),
+            Leap::Jump { .. } => opened(&mut self.jump).sample(into - 1, self.aside.state_mut()),
+        }
+        let mut driving_force_n = 0.0;
+        while self.aside.state().step < due_step {
+            driving_force_n = self.aside.take_step();
+        }
+        self.recorder.record(&self.plan, self.aside.state(), driving_force_n, &[], false)
+    }
+}
+
+/// The jump that a leap was opened with.
+fn opened(jump: &mut Option<Jump>) -> &mut Jump {
+    jump.as_mut().expect("only a solver with jumps opens one")
 }
 
 impl Solver for Fast {

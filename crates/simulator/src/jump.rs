@@ -24,7 +24,7 @@
 
 use asperity_model::Plan;
 
-use crate::modes::{Coordinates, Modes, RESERVE};
+use crate::modes::{Coordinates, Modes};
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
 use crate::waves::{DEFECT_PER_BLOCK, Waves};
@@ -177,7 +177,7 @@ impl Jump {
             Basis::Stored(modes) => {
                 modes.project(&self.residue, &mut self.coordinates);
                 modes.bound(&self.coordinates, &mut self.swing);
-                RESERVE * norm
+                modes.missed() * norm
             }
             Basis::Waves(waves) => {
                 waves.project(&self.residue, &mut self.coordinates);
@@ -197,7 +197,10 @@ impl Jump {
                 self.norms.at_most(blocks, missed_u, missed_v)
             }
         };
-        let reserve = self.norms.force * missed + self.norms.force_rounding(u_scale, v_scale);
+        // Displacements grow on the way.
+        let advance_m = sweeps.largest(&self.advance_m) * most_steps as f64;
+        let reach_m = u_scale.max(sweeps.largest(&self.position_m)) + advance_m;
+        let reserve = self.norms.force * missed + self.norms.force_rounding(reach_m, v_scale);
         self.from_step = state.step;
         self.sampled.clone_from(&self.coordinates);
         self.sampled_step = state.step;

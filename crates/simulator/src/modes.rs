@@ -16,9 +16,10 @@
 //! the determinant's logarithmic derivative from its pivots, and eigenvectors from
 //! pivots from both ends that meet where they fit worst (Parlett and Dhillon 1997).
 //!
-//! Nothing rests on that being exact: [`Modes::of`] multiplies modes and coordinates,
-//! which must give the identity to within [`DEFECT`], and refuses the chain if not, as
-//! at critical damping, where two modes become one.
+//! What is found is checked: every eigenvalue by how far it would still move
+//! ([`SETTLED`]), and modes and coordinates by their product, which must be the
+//! identity to within [`DEFECT`]. A chain that fails is refused, as at critical damping,
+//! where two modes become one.
 
 use asperity_model::Plan;
 
@@ -26,11 +27,11 @@ use crate::complex::Complex;
 use crate::sweep::Sweeps;
 
 /// Largest deviation of modes times coordinates from the identity.
-const DEFECT: f64 = 1e-9;
+const DEFECT: f64 = 1e-11;
 
-/// What may be missing of a residue by that, as a share of its norm: a thousand
-/// times more.
-pub(crate) const RESERVE: f64 = 1e-6;
+/// How far an eigenvalue may still move, as a share of itself: over 10^8 steps, that
+/// turns a mode by no more than rounding turns it in the plain stepper.
+const SETTLED: f64 = 1e-13;
 
 /// Most rounds of the iteration; some ten are usual.
 const MOST_ROUNDS: usize = 100;
@@ -120,6 +121,24 @@ impl Pencil {
             x[n] = Complex::ZERO - beside * x[n - 1] / above[n];
         }
         x
+    }
+
+    /// How far an eigenvalue would still move, by Rayleigh's quotient with its vector.
+    fn correction(&self, z: Complex, x: &[Complex]) -> Complex {
+        let beside = self.beside(z);
+        let beside_slope = Complex::from(-self.damping_beside - self.stiffness_beside);
+        let (mut value, mut slope) = (Complex::ZERO, Complex::ZERO);
+        for n in 0..x.len() {
+            let square = x[n] * x[n];
+            value = value + square * self.diagonal(n, z);
+            slope = slope + square * self.diagonal_slope(n, z);
+            if n > 0 {
+                let product = (x[n] * x[n - 1]).scaled(2.0);
+                value = value + product * beside;
+                slope = slope + product * beside_slope;
+            }
+        }
+        value / slope
     }
 
     /// `(dt^2 / m) M x`.
@@ -216,6 +235,8 @@ pub(crate) struct Modes {
     first_im: Vec<f64>,
     /// Largest force on each block by each mode of size 1, mode by mode.
     force_n: Vec<f64>,
+    /// Largest ratio of the norm `sqrt(I)` to that of numbers, between two states.
+    spread: f64,
     powers: Powers,
     sizes: Vec<f64>,
     scratch: Vec<f64>,
@@ -255,6 +276,10 @@ impl Modes {
             first_re: Vec::with_capacity(count),
             first_im: Vec::with_capacity(pairs),
             force_n: Vec::with_capacity(count * blocks),
+            spread: ((4.0 * plan.stiffness_n_per_m + plan.drive.stiffness_n_per_m)
+                / plan.friction.interfacial_stiffness_n_per_m
+                + 1.0)
+                .sqrt(),
             powers: Powers::of(&values),
             sizes: vec![0.0; count],
             scratch: vec![0.0; 2 * blocks],
@@ -262,6 +287,10 @@ impl Modes {
         };
         for (e, &z) in values.iter().enumerate() {
             let x = pencil.null_vector(z);
+            let settled = pencil.correction(z, &x).size() <= SETTLED * z.size();
+            if !settled {
+                return None;
+            }
             let by_velocity = z / (Complex::ONE + z);
             let project: Vec<Complex> =
                 pencil.stiffness_times(&x).into_iter().map(|held| Complex::ZERO - held / z).collect();
@@ -317,6 +346,12 @@ impl Modes {
                 (back[row] * unit - f64::from(u8::from(row == column))).abs() < DEFECT
             })
         })
+    }
+
+    /// The largest share of a state, in the norm `sqrt(I)`, that its coordinates may
+    /// miss, by the largest deviation that was let through in each of them.
+    pub(crate) fn missed(&self) -> f64 {
+        self.scratch.len() as f64 * DEFECT * self.spread
     }
 
     /// A state's coordinates; displacements, then velocities.

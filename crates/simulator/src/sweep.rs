@@ -1,5 +1,5 @@
-//! The two sweeps over the blocks that a step is made of, compiled for the
-//! instruction sets that a machine may have.
+//! Sweeps over the blocks, which steps, windows and jumps are made of, compiled for
+//! the instruction sets that a machine may have.
 //!
 //! They are functions of slices: from their arguments the compiler knows that
 //! the arrays do not overlap, which it must know to vectorise them. Every block

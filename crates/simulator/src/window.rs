@@ -22,7 +22,7 @@
 //! the window as a whole, and, for the few blocks that fail it, part by part.
 //!
 //! **Remainder.** With `M` the chain's stiffness (springs, drive, friction springs
-//! of stuck blocks), `C = eta` times the chain's second difference, the scheme reads
+//! of stuck blocks) and `C` its damping, `-eta` times the second difference, the scheme reads
 //! `(m - dt C / 2)(v' - v) / dt = -M u - C (v + v') / 2`, and
 //!
 //! ```text
@@ -201,7 +201,9 @@ pub(crate) struct Window {
     margin: Vec<f64>,
     /// The blocks that the bound over the whole window does not clear.
     doubtful: Vec<usize>,
-    /// How many terms have been taken, for the counters.
+    /// How many terms the open window has taken.
+    terms: usize,
+    /// How many differences and terms have been taken, for the counters.
     pub(crate) applications: u64,
 }
 
@@ -229,6 +231,7 @@ impl Window {
             bend: several(1),
             margin: several(1),
             doubtful: Vec::new(),
+            terms: 0,
             applications: 0,
         }
     }
@@ -310,6 +313,9 @@ impl Window {
     /// best taken one by one.
     pub(crate) fn open(&mut self, plan: &Plan, state: &ChainState, most_steps: u64) -> Result<usize, u64> {
         let shortest = self.shortest();
+        if shortest == u64::MAX {
+            return Err(WITHOUT_WINDOWS);
+        }
         if most_steps < shortest {
             return Err(most_steps);
         }
@@ -377,6 +383,7 @@ impl Window {
             }
             std::mem::swap(strain, next_strain);
         }
+        self.terms = count;
         self.applications += count as u64;
     }
 
@@ -396,19 +403,19 @@ impl Window {
         let (du, dv) = (size(&self.first_u[blocks..]), size(&self.first_v[blocks..]));
         let dt = plan.grid.step_s();
         let sizes = |j: usize| [size(self.u.row(j)), size(self.v.row(j))];
-        let first = sizes(0);
+        let terms = self.terms;
+        let (first, ends) = (sizes(0), [sizes(terms - 1), sizes(terms)]);
         loop {
             let length = &self.basis.lengths[index];
-            let (steps, terms) = (length.steps as f64, length.terms);
-            let ends = [sizes(terms - 1), sizes(terms)];
-            let left_out =
-                [0, 1].map(|part| (0..2).map(|i| length.left_out_of_sum[i] * ends[i][part]).sum::<f64>());
+            let steps = length.steps as f64;
+            let factors = length.left_out_of_sum(terms);
+            let left_out = [0, 1].map(|part| (0..2).map(|i| factors[i] * ends[i][part]).sum::<f64>());
             if left_out[0] <= NEGLIGIBLE * u_scale && left_out[1] <= NEGLIGIBLE * v_scale * dt {
                 let norms = ends.map(|[u, v]| self.norms.at_most(blocks, u, v / dt));
                 let out = |factors: [f64; 2]| factors[0] * norms[0] + factors[1] * norms[1];
-                let (bend, sum) = (out(length.left_out), out(length.left_out_of_sum));
+                let (bend, sum) = (out(length.left_out(terms)), out(factors));
                 // Sizes of what cancels in a state, which its rounding follows. Terms grow
-                // or fall along the basis: they are largest at its ends.
+                // or fall along the basis, so their sizes are taken at its ends.
                 let largest =
                     |part: usize| length.largest * first[part].max(ends[0][part]).max(ends[1][part]);
                 let rounding = self.norms.force_rounding(
@@ -425,7 +432,7 @@ impl Window {
                 };
                 return self.certified_by(plan, index, &reserve);
             }
-            // What is left out grows with the length.
+            // With the same terms, less is left out of fewer steps.
             index = index.checked_sub(1)?;
         }
     }
@@ -440,7 +447,7 @@ impl Window {
             &mut self.bend,
             self.guard.all(),
             self.guard.pitch,
-            [&length.double_sum, &length.whole],
+            [&length.double_sum[..self.terms], &length.whole[..self.terms]],
         );
         let (stuck_unit, sliding_unit) = self.units(plan);
         let course = Course {
@@ -481,13 +488,13 @@ impl Window {
         let unit = if sigma == 0.0 { stuck_unit } else { sliding_unit };
         let terms = self.guard.all()[n..].iter().step_by(self.guard.pitch);
         let mut guard = [0.0; MOST_TERMS];
-        for (own, term) in guard.iter_mut().zip(terms.take(self.basis.lengths[longest].terms)) {
+        for (own, term) in guard.iter_mut().zip(terms.take(self.terms)) {
             *own = *term;
         }
         let (mut from, mut from_steps) = (now, 0);
         let mut best = None;
         for (index, length) in self.basis.lengths[..=longest].iter().enumerate() {
-            let [sum, bend] = self.sweeps.products(&guard, &length.double_sum, &length.last);
+            let [sum, bend] = self.sweeps.products(&guard[..self.terms], &length.double_sum, &length.last);
             let to = now + length.steps as f64 * rate + unit * sum;
             let steps = (length.steps - from_steps) as f64;
             // The tangent is known where the window starts.
@@ -505,7 +512,7 @@ impl Window {
     /// Writes displacements and velocities at the end of the window into `state`.
     pub(crate) fn land(&self, plan: &Plan, index: usize, state: &mut ChainState) {
         let length = &self.basis.lengths[index];
-        self.compose(plan, length.steps, &length.double_sum, state);
+        self.compose(plan, length.steps, &length.double_sum[..self.terms], state);
         state.step += length.steps;
         state.sliding = state.detached;
     }
@@ -514,9 +521,7 @@ impl Window {
     /// into `steps`.
     pub(crate) fn sample(&self, plan: &Plan, steps: u64, state: &mut ChainState) {
         let steps = steps / GRID_STEPS * GRID_STEPS;
-        let index = self.basis.lengths.partition_point(|length| length.steps < steps);
-        let terms = self.basis.lengths[index].terms;
-        self.compose(plan, steps, &self.basis.double_sum(steps)[..terms], state);
+        self.compose(plan, steps, &self.basis.double_sum(steps)[..self.terms], state);
         state.step += steps;
     }
 
@@ -533,5 +538,89 @@ impl Window {
     }
 }
 
+/// Single steps at a time where there are no windows: now and then a jump may be
+/// possible.
+const WITHOUT_WINDOWS: u64 = 1000;
+
 /// How much longer than foreseen a window may try to be.
 const FORESIGHT: f64 = 1.25;
+
+#[cfg(test)]
+mod tests {
+    use asperity_model::{Plan, Scenario, ScenarioSource};
+
+    use super::Window;
+    use crate::sweep::Sweeps;
+    use crate::{Plain, Solver};
+
+    /// A chain in which no block switches for long: thresholds out of reach, some
+    /// blocks that slide fast, others that stick.
+    fn free_run(set: &str) -> (Plan, Plain) {
+        let source = ScenarioSource::new("test", "time.duration_s = 1").with_override(set);
+        let mut plan = Plan::new(&Scenario::resolve(&source).unwrap());
+        plan.friction.static_threshold_n.fill(1e9);
+        plan.friction.dynamic_friction_n.fill(0.1);
+        let mut plain = Plain::new(plan.clone());
+        let mut state = plain.snapshot();
+        for n in 0..plan.blocks {
+            // Waves of all lengths.
+            let pattern = ((n * n * 7919) % 101) as f64 / 101.0;
+            state.displacement_m[n] = 1e-6 * pattern;
+            state.velocity_m_per_s[n] = 1e-3 * pattern;
+            if n % 3 == 0 {
+                state.velocity_m_per_s[n] += 10.0;
+                state.slip[n] = 1.0;
+                state.detached += 1;
+            }
+        }
+        plain.restore(&state);
+        (plan, plain)
+    }
+
+    #[test]
+    fn windows_of_every_length_land_where_single_steps_do() {
+        for set in ["parameter_set=as-coded", "parameter_set=as-stated", "slider.relative_damping=0"] {
+            let (plan, start) = free_run(set);
+            let mut window = Window::new(&plan, Sweeps::Baseline);
+            let lengths = window.basis.lengths.len();
+            let mut compared = 0;
+            for opened in 0..lengths {
+                let state = start.snapshot();
+                assert!(window.start(&plan, &state));
+                window.take_terms(&plan, window.basis.lengths[opened].terms);
+                let left_out = |index: usize| {
+                    let length = &window.basis.lengths[index];
+                    let factors = length.left_out_of_sum(window.terms);
+                    [window.terms - 1, window.terms]
+                        .iter()
+                        .zip(factors)
+                        .map(|(&j, factor)| factor * window.sweeps.largest(window.v.row(j)))
+                        .sum::<f64>()
+                };
+                let mut plain = start.clone();
+                'lengths: for index in 0..=opened {
+                    while plain.step() < window.steps(index) {
+                        plain.take_step();
+                        if !plain.switched().is_empty() {
+                            break 'lengths;
+                        }
+                    }
+                    compared += 1;
+                    let mut landed = state.clone();
+                    window.land(&plan, index, &mut landed);
+                    let exact = plain.state();
+                    assert_eq!(landed.step, exact.step);
+                    // In displacement per step, as left_out.
+                    let dt = plan.grid.step_s();
+                    let allowed = 10.0 * left_out(index) + 1e-11 * dt;
+                    for n in 0..plan.blocks {
+                        let off = (landed.velocity_m_per_s[n] - exact.velocity_m_per_s[n]).abs() * dt;
+                        assert!(off <= allowed, "{set}, {index} of {opened}, block {n}: {off} {allowed}");
+                    }
+                    assert!(index == 0 || left_out(index - 1) <= left_out(index), "less for fewer steps");
+                }
+            }
+            assert!(compared > 20, "{set}: {compared}");
+        }
+    }
+}

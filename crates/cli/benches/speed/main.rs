@@ -211,7 +211,7 @@ fn long_chains() {
         (300, "1e-8", "0.4"),
         (1_000, "1e-8", "0.2"),
         (3_000, "1e-8", "0.06"),
-        (10_000, "1e-9", "0.012"),
+        (10_000, "1e-9", "0.004"),
     ];
     for set in ["as-coded", "as-stated"] {
         for (blocks, step_s, duration_s) in chains {

@@ -161,6 +161,12 @@ impl Rows {
     }
 
     #[inline]
+    /// The second row, and one number on either side of it.
+    fn with_image(&mut self, blocks: usize) -> &mut [f64] {
+        let at = self.from + self.pitch - 1;
+        &mut self.values[at..at + blocks + 2]
+    }
+
     /// A row, the one before it (itself for the first), and the one behind, to write to.
     fn around(&mut self, row: usize) -> (&[f64], &[f64], &mut [f64]) {
         let at = self.from + row * self.pitch;
@@ -191,8 +197,9 @@ pub(crate) struct Window {
     u: Rows,
     v: Rows,
     guard: Rows,
-    /// Strains of the last two terms.
-    strain: [Vec<f64>; 2],
+    /// Strains of the last two terms, with their images beyond the ends: the first
+    /// block's stands where rows are aligned.
+    strain: [Rows; 2],
     /// What the terms add to the guards at the end of the window, and the bounds on
     /// their second differences.
     end: Vec<f64>,
@@ -226,7 +233,7 @@ impl Window {
             u: rows(),
             v: rows(),
             guard: rows(),
-            strain: [vec![0.0; blocks + 2], vec![0.0; blocks + 2]],
+            strain: [Rows::new(blocks + 1, 2), Rows::new(blocks + 1, 2)],
             end: several(1),
             bend: several(1),
             margin: several(1),
@@ -353,7 +360,8 @@ impl Window {
         self.scaled_spring.copy_from_slice(&self.spring);
         self.sweeps.scale(&mut self.scaled_spring, unit);
         self.scaled_spring[0] += drive;
-        let [strain, next_strain] = &mut self.strain;
+        let [first, second] = &mut self.strain;
+        let (mut strain, mut next_strain) = (first.with_image(blocks), second.with_image(blocks));
         self.sweeps.strain(strain, &self.u.row(0)[..blocks], &self.v.row(0)[..blocks], stiffness, damping);
         for j in 0..count {
             let (u, before_u, next_u) = self.u.around(j);
@@ -381,7 +389,7 @@ impl Window {
                     self.sweeps.scale(row, 0.5);
                 }
             }
-            std::mem::swap(strain, next_strain);
+            std::mem::swap(&mut strain, &mut next_strain);
         }
         self.terms = count;
         self.applications += count as u64;

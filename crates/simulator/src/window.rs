@@ -161,6 +161,16 @@ impl Rows {
     }
 
     #[inline]
+    /// The first two rows.
+    fn both(&self, blocks: usize) -> (&[f64], &[f64]) {
+        (&self.row(0)[..blocks], &self.row(1)[..blocks])
+    }
+
+    fn both_mut(&mut self, blocks: usize) -> (&mut [f64], &mut [f64]) {
+        let (first, second) = self.values[self.from..].split_at_mut(self.pitch);
+        (&mut first[..blocks], &mut second[..blocks])
+    }
+
     /// The second row, and one number on either side of it.
     fn with_image(&mut self, blocks: usize) -> &mut [f64] {
         let at = self.from + self.pitch - 1;
@@ -190,9 +200,9 @@ pub(crate) struct Window {
     /// Sign of the velocity of each sliding block, 0 for stuck ones.
     sigma: Vec<f64>,
     /// `y(s)` and `D_1`, and their guards, one after the other.
-    first_u: Vec<f64>,
-    first_v: Vec<f64>,
-    first_guard: Vec<f64>,
+    first_u: Rows,
+    first_v: Rows,
+    first_guard: Rows,
     /// `w_0, w_1, ...`: velocities in displacement per step, guards in the units of terms.
     u: Rows,
     v: Rows,
@@ -227,9 +237,9 @@ impl Window {
             spring: several(1),
             scaled_spring: several(1),
             sigma: several(1),
-            first_u: several(2),
-            first_v: several(2),
-            first_guard: several(2),
+            first_u: Rows::new(blocks, 2),
+            first_v: Rows::new(blocks, 2),
+            first_guard: Rows::new(blocks, 2),
             u: rows(),
             v: rows(),
             guard: rows(),
@@ -273,9 +283,9 @@ impl Window {
         if !directed {
             return false;
         }
-        let (now_u, d_u) = self.first_u.split_at_mut(blocks);
-        let (now_v, d_v) = self.first_v.split_at_mut(blocks);
-        let (guard, d_guard) = self.first_guard.split_at_mut(blocks);
+        let (now_u, d_u) = self.first_u.both_mut(blocks);
+        let (now_v, d_v) = self.first_v.both_mut(blocks);
+        let (guard, d_guard) = self.first_guard.both_mut(blocks);
         now_u.copy_from_slice(u);
         now_v.copy_from_slice(v);
         self.sweeps.pull_of_neighbours(guard, u, v, plan.stiffness_n_per_m, plan.damping_kg_per_s);
@@ -309,7 +319,7 @@ impl Window {
     /// they go now.
     fn foreseen_steps(&self, plan: &Plan) -> f64 {
         let blocks = self.blocks;
-        let (now, rate) = self.first_guard.split_at(blocks);
+        let (now, rate) = self.first_guard.both(blocks);
         let guarded =
             Guarded { now, rate, sigma: &self.sigma, limit: &plan.friction.static_threshold_n[..blocks] };
         self.sweeps.first_crossing(&guarded)
@@ -407,8 +417,8 @@ impl Window {
         let blocks = self.blocks;
         let sweeps = self.sweeps;
         let size = |values: &[f64]| sweeps.largest(values);
-        let (u_scale, v_scale) = (size(&self.first_u[..blocks]), size(&self.first_v[..blocks]));
-        let (du, dv) = (size(&self.first_u[blocks..]), size(&self.first_v[blocks..]));
+        let (u_scale, v_scale) = (size(self.first_u.row(0)), size(self.first_v.row(0)));
+        let (du, dv) = (size(self.first_u.row(1)), size(self.first_v.row(1)));
         let dt = plan.grid.step_s();
         let sizes = |j: usize| [size(self.u.row(j)), size(self.v.row(j))];
         let terms = self.terms;
@@ -449,7 +459,7 @@ impl Window {
     fn certified_by(&mut self, plan: &Plan, index: usize, reserve: &Reserve) -> Option<usize> {
         let blocks = self.blocks;
         let length = &self.basis.lengths[index];
-        let (now, rate) = self.first_guard.split_at(blocks);
+        let (now, rate) = self.first_guard.both(blocks);
         self.sweeps.follow(
             &mut self.end,
             &mut self.bend,
@@ -489,8 +499,7 @@ impl Window {
     /// The longest of the lengths up to `longest` that block `n` is certified for,
     /// part by part.
     fn certified_for(&self, plan: &Plan, n: usize, longest: usize, reserve: &Reserve) -> Option<usize> {
-        let blocks = self.blocks;
-        let (now, rate) = (self.first_guard[n], self.first_guard[blocks + n]);
+        let (now, rate) = (self.first_guard.row(0)[n], self.first_guard.row(1)[n]);
         let (sigma, threshold) = (self.sigma[n], plan.friction.static_threshold_n[n]);
         let (stuck_unit, sliding_unit) = self.units(plan);
         let unit = if sigma == 0.0 { stuck_unit } else { sliding_unit };
@@ -540,7 +549,7 @@ impl Window {
         ];
         for (values, first, terms, unit) in parts {
             self.sweeps.combine(values, terms.all(), terms.pitch, coefficients);
-            let (now, rate) = first.split_at(self.blocks);
+            let (now, rate) = first.both(self.blocks);
             self.sweeps.add_course(values, now, rate, steps as f64, unit);
         }
     }

@@ -28,27 +28,29 @@ pub(crate) fn run(plan: &Plan, steps: u64) -> (f64, u64) {
             tau[n] = k * (u[n + 1] - 2.0 * u[n] + u[n - 1]) + eta * (v[n + 1] - 2.0 * v[n] + v[n - 1]);
         }
         tau[last] = k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]);
-        for n in 0..blocks {
-            if slides[n] {
-                let sign = if v[n] > 0.0 {
+        let state = u.iter_mut().zip(v.iter_mut()).zip(stick.iter_mut().zip(slides.iter_mut()));
+        let given = tau.iter().zip(threshold.iter().zip(sliding_friction));
+        for (((u, v), (stick, slides)), (tau, (threshold, sliding_friction))) in state.zip(given) {
+            if *slides {
+                let sign = if *v > 0.0 {
                     1.0
-                } else if v[n] < 0.0 {
+                } else if *v < 0.0 {
                     -1.0
                 } else {
                     0.0
                 };
-                v[n] += (tau[n] - sliding_friction[n] * sign) * dt_over_m;
-                u[n] += v[n] * dt;
-                if v[n] <= 0.0 {
-                    slides[n] = false;
-                    stick[n] = u[n] - tau[n] / kt;
+                *v += (tau - sliding_friction * sign) * dt_over_m;
+                *u += *v * dt;
+                if *v <= 0.0 {
+                    *slides = false;
+                    *stick = *u - tau / kt;
                     switches += 1;
                 }
             } else {
-                v[n] += (tau[n] - kt * (u[n] - stick[n])) * dt_over_m;
-                u[n] += v[n] * dt;
-                if tau[n].abs() >= threshold[n] {
-                    slides[n] = true;
+                *v += (tau - kt * (*u - *stick)) * dt_over_m;
+                *u += *v * dt;
+                if tau.abs() >= *threshold {
+                    *slides = true;
                     switches += 1;
                 }
             }

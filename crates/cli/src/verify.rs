@@ -59,15 +59,14 @@ pub(crate) fn command(arguments: &VerifySolverArguments) -> Result<(), Failure> 
     if !arguments.only.is_empty() {
         jobs.retain(|job| arguments.only.contains(&job.name));
     }
-    let plans =
-        jobs.iter().map(|job| Ok(plan(job, arguments.for_s)?.steps)).collect::<Result<Vec<_>, Failure>>()?;
+    let steps = jobs.iter().map(|job| Ok(plan(job, arguments.for_s)?.steps)).sum::<Result<u64, Failure>>()?;
     let known = match &arguments.near_ties {
         Some(folder) => known_ties(folder)?,
         None if Path::new(NEAR_TIES).is_dir() => known_ties(Path::new(NEAR_TIES))?,
         None => Vec::new(),
     };
     let board = Board::new();
-    board.line(&format!("{} runs, {:e} plain steps", jobs.len(), plans.iter().sum::<u64>() as f64));
+    board.line(&format!("{} runs, {:e} plain steps", jobs.len(), steps as f64));
     jobs.sort_by_key(|job| std::cmp::Reverse(job.cost()));
     let outcomes = Mutex::new(Vec::new());
     at_once(&jobs, arguments.jobs, |job| {

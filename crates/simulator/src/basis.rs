@@ -54,7 +54,8 @@ const RATIO: f64 = 1.4;
 /// that are lost as they cancel.
 const MOST_GROWTH: f64 = 4.0;
 
-/// Share of the whole that may be left out: the rounding error of a state.
+/// Share of what is linear in the state that the terms of a length are chosen to leave
+/// out; what they do leave out is held against the whole state when a window is opened.
 const NEGLIGIBLE: f64 = 1e-14;
 
 /// One possible length of a window. Arrays are by term; a window uses as many of them

@@ -304,6 +304,7 @@ fn settle(
         }
         any = true;
         let (block, direction) = *switch;
+        let by = if plain_switches { "plain" } else { "fast" };
         let beyond = exact.beyond_switch(block as usize - 1);
         let reach = rounding_reach(plan, &after, direction);
         let within = beyond.abs() <= reach;
@@ -312,14 +313,13 @@ fn settle(
                 step,
                 block,
                 what: if direction == Direction::Detach { "detaches" } else { "attaches" },
-                by: if plain_switches { "plain" } else { "fast" },
+                by,
                 from_step: plain.step,
                 beyond,
                 reach,
             });
         }
         let later = &coming[usize::from(plain_switches)];
-        let by = if plain_switches { "plain" } else { "fast" };
         let (late, _) = later.iter().find(|(_, other)| other == switch).ok_or(Disagreement::Missed {
             step,
             block,

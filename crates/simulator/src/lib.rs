@@ -7,7 +7,7 @@
 //! [`Plain`] takes every step and reads like the equations; it is the oracle
 //! that [`Fast`] is held against, which computes the same discrete trajectory for
 //! a cost that follows the switches: certified windows (`window.rs`, `basis.rs`) where no block
-//! switches, certified jumps (`jump.rs`, `modes.rs`) where all are stuck, plain steps
+//! switches, certified jumps (`jump.rs`, `modes.rs`, `waves.rs`) where all are stuck, plain steps
 //! in between.
 
 mod basis;

@@ -19,8 +19,8 @@
 //! real ones. No wave is stored; it is made anew from block to block,
 //! `x_{n-1} = 2 cos q x_n - x_{n+1}`, eight waves at a time.
 //!
-//! Nothing rests on these being all modes, or exact: whoever takes a state apart also
-//! puts it together again, and counts what is missing.
+//! That they are all modes is checked with a state without pattern, and again in every
+//! jump: its residue is put together again, and what is missing counts.
 
 use asperity_model::Plan;
 
@@ -37,8 +37,8 @@ pub(crate) const DEFECT_PER_BLOCK: f64 = 1e-14;
 /// Most rounds to find a wave; some six are usual.
 const MOST_ROUNDS: usize = 60;
 
-/// The standing waves of a stuck chain. As in [`crate::modes::Modes`], the first `pairs`
-/// stand for a mode and its conjugate.
+/// The standing waves of a stuck chain; those of complex `z` stand for their conjugates
+/// too.
 #[derive(Debug, Clone)]
 pub(crate) struct Waves {
     sweeps: Sweeps,

@@ -160,7 +160,6 @@ impl Rows {
         &mut self.values[self.from + row * self.pitch..][..self.pitch]
     }
 
-    #[inline]
     /// The first two rows.
     fn both(&self, blocks: usize) -> (&[f64], &[f64]) {
         (&self.row(0)[..blocks], &self.row(1)[..blocks])
@@ -178,6 +177,7 @@ impl Rows {
     }
 
     /// A row, the one before it (itself for the first), and the one behind, to write to.
+    #[inline]
     fn around(&mut self, row: usize) -> (&[f64], &[f64], &mut [f64]) {
         let at = self.from + row * self.pitch;
         let (known, next) = self.values.split_at_mut(at + self.pitch);

@@ -70,8 +70,14 @@ impl Fast {
     fn take_plain_step(&mut self) -> Result<(), SimulationError> {
         let was_sliding = self.plain.state().sliding > 0;
         let driving_force_n = self.plain.take_step();
-        let left = &mut self.plain.state_mut().single_steps;
-        *left = left.saturating_sub(1);
+        let left = self.plain.state().single_steps;
+        self.plain.state_mut().single_steps = match left {
+            0 | 1 if !self.plain.switched().is_empty() => 1,
+            // What two steps without a switch between them foresee costs a fraction of
+            // opening a window in vain.
+            1 => self.window.refused_by(self.plain.foreseen_steps()).unwrap_or(0),
+            left => left.saturating_sub(1),
+        };
         let (state, switched) = (self.plain.state(), self.plain.switched());
         self.recorder.observe(&self.plan, state, was_sliding, driving_force_n, switched)
     }
@@ -119,7 +125,13 @@ impl Fast {
         self.leap = None;
         let state = self.plain.state_mut();
         match leap {
-            Leap::Window(index) => self.window.land(&self.plan, index, state),
+            Leap::Window(index) => {
+                self.window.land(&self.plan, index, state);
+                if self.window.ends_near_switch(index) {
+                    // This one, and one to foresee from.
+                    state.single_steps = 2;
+                }
+            }
             Leap::Jump { steps } => opened(&mut self.jump).land(steps, state),
         }
         self.take_plain_step()

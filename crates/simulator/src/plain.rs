@@ -17,7 +17,7 @@ use asperity_record::Record;
 
 use crate::recorder::Recorder;
 use crate::state::ChainState;
-use crate::sweep::{Blocks, Constants, Sweeps, comes_to_rest};
+use crate::sweep::{Blocks, Constants, Steps, Sweeps, comes_to_rest};
 use crate::{Counters, SimulationError, Solver, SolverKind};
 
 /// The solver that takes every step.
@@ -32,6 +32,8 @@ pub struct Plain {
     /// needed.
     new_displacement_m: Vec<f64>,
     new_velocity_m_per_s: Vec<f64>,
+    /// Tangential forces of the step before.
+    old_tangential_force_n: Vec<f64>,
     /// The blocks that switched in the last step, counted from 0, ascending.
     switched: Vec<usize>,
     counters: Counters,
@@ -59,6 +61,7 @@ impl Plain {
             },
             new_displacement_m: vec![0.0; plan.blocks],
             new_velocity_m_per_s: vec![0.0; plan.blocks],
+            old_tangential_force_n: vec![0.0; plan.blocks],
             plan,
             state,
             recorder,
@@ -99,6 +102,7 @@ impl Plain {
             sliding_friction: &plan.friction.dynamic_friction_n,
             driving_force_n,
         };
+        std::mem::swap(&mut state.tangential_force_n, &mut self.old_tangential_force_n);
         let any_switch = self.sweeps.step(
             &mut self.new_displacement_m,
             &mut self.new_velocity_m_per_s,
@@ -117,22 +121,38 @@ impl Plain {
         driving_force_n
     }
 
+    /// Steps until the first block would switch, if forces and velocities went on as they
+    /// did from the step before the last to the last, in which none may have switched.
+    pub(crate) fn foreseen_steps(&self) -> f64 {
+        let state = &self.state;
+        let steps = Steps {
+            tau: &state.tangential_force_n,
+            tau_before: &self.old_tangential_force_n,
+            v: &state.velocity_m_per_s,
+            v_before: &self.new_velocity_m_per_s,
+        };
+        self.sweeps.crossing_ahead(&steps, &state.slip, &self.plan.friction.static_threshold_n)
+    }
+
     /// Puts the switches of this step in force for the next.
     fn switch_blocks(&mut self) {
-        let friction = &self.plan.friction;
+        let (friction, blocks) = (&self.plan.friction, self.plan.blocks);
         let two_way = friction.reattach == Reattach::TwoWay;
         let state = &mut self.state;
-        for n in 0..self.plan.blocks {
-            let tau = state.tangential_force_n[n];
-            let slides = state.slip[n] != 0.0;
-            if slides && comes_to_rest(state.velocity_m_per_s[n], self.new_velocity_m_per_s[n], two_way) {
-                state.slip[n] = 0.0;
+        // All of one length, which spares checking every index.
+        let (tau, slip) = (&state.tangential_force_n[..blocks], &mut state.slip[..blocks]);
+        let (v, new_v) = (&state.velocity_m_per_s[..blocks], &self.new_velocity_m_per_s[..blocks]);
+        let threshold = &friction.static_threshold_n[..blocks];
+        for n in 0..blocks {
+            let slides = slip[n] != 0.0;
+            if slides && comes_to_rest(v[n], new_v[n], two_way) {
+                slip[n] = 0.0;
                 state.stick_position_m[n] =
-                    state.displacement_m[n] - tau / friction.interfacial_stiffness_n_per_m;
+                    state.displacement_m[n] - tau[n] / friction.interfacial_stiffness_n_per_m;
                 state.detached -= 1;
                 self.switched.push(n);
-            } else if !slides && tau.abs() >= friction.static_threshold_n[n] {
-                state.slip[n] = 1.0;
+            } else if !slides && tau[n].abs() >= threshold[n] {
+                slip[n] = 1.0;
                 state.detached += 1;
                 self.switched.push(n);
             }

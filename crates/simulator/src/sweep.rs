@@ -84,15 +84,56 @@ impl Sweeps {
         step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
     }
 
-    dispatch! {
-        /// The term behind `u, v` in a basis of polynomials of the map without forcing, and
-        /// the guards of `u, v`.
-        next_term(next_u: &mut [f64], next_v: &mut [f64], next_strain: &mut [f64], guard: &mut [f64], term: &Term<'_>)
-    }
-
-    dispatch! {
-        /// `stiffness u + damping v`, with the ends' own values beyond them.
-        strain(result: &mut [f64], u: &[f64], v: &[f64], stiffness: f64, damping: f64)
+    /// The terms behind the first in a basis of polynomials of the map without forcing, so
+    /// many, and the guards of all but the last.
+    pub(crate) fn terms(
+        self,
+        rows: Terms<'_>,
+        strains: [&mut [f64]; 2],
+        chain: &TermChain<'_>,
+        count: usize,
+    ) {
+        // A term stays a function of its own: only of a function's arguments is it known
+        // that they do not overlap.
+        macro_rules! version {
+            ($(#[$feature:meta])?) => {{
+                $(#[$feature])?
+                #[inline(never)]
+                fn next(
+                    u: &mut [f64],
+                    v: &mut [f64],
+                    strain: &mut [f64],
+                    guard: &mut [f64],
+                    term: &Term<'_>,
+                    chain: &TermChain<'_>,
+                ) {
+                    next_term(u, v, strain, guard, term, chain);
+                }
+                $(#[$feature])?
+                fn all(rows: Terms<'_>, strains: [&mut [f64]; 2], chain: &TermChain<'_>, count: usize) {
+                    terms(rows, strains, chain, count, |u, v, strain, guard, term| {
+                        next(u, v, strain, guard, term, chain);
+                    });
+                }
+                all
+            }};
+        }
+        #[cfg(target_arch = "x86_64")]
+        #[expect(unsafe_code, reason = "only constructed by `available`, which asked the processor")]
+        match self {
+            Sweeps::Baseline => {}
+            Sweeps::Avx2 => {
+                return unsafe { version!(#[target_feature(enable = "avx2")])(rows, strains, chain, count) };
+            }
+            Sweeps::Avx512 => {
+                return unsafe {
+                    version!(#[target_feature(enable = "avx512f,avx512vl,avx512dq")])(
+                        rows, strains, chain, count,
+                    )
+                };
+            }
+        }
+        version!()(rows, strains, chain, count);
     }
 
     dispatch! {
@@ -175,6 +216,11 @@ impl Sweeps {
     }
 
     dispatch! {
+        /// The same from the forces and velocities of two steps.
+        crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64]) -> f64
+    }
+
+    dispatch! {
         /// The chain's part of `I(u, v)`, with mass, stiffness, damping and time step.
         invariant(spring: &[f64], u: &[f64], v: &[f64], constants: &[f64; 4]) -> f64
     }
@@ -239,7 +285,7 @@ fn step(
             tau[n] = $tau;
             let slides = slip[n] != 0.0;
             let spring = -kt * (u[n] - u_stick[n]);
-            let drag = -sliding_friction[n] * sign(v[n]);
+            let drag = if v[n] == 0.0 { 0.0 } else { -sliding_friction[n].copysign(v[n]) };
             let friction = if slides { drag } else { spring };
 
             v_new[n] = v[n] + (tau[n] + friction) * dt_over_m;
@@ -258,19 +304,19 @@ fn step(
     any_switch != 0
 }
 
-/// What a term of a window depends on: the term before it, `u` and `v`, and the one
-/// before that.
+/// Displacements, velocities and guards of the terms of a window, `pitch` numbers apart.
 ///
 /// Velocities are in displacement per step, and forces in units in which stiffness
 /// and damping turn `u` and `v` into `by` times the change of `v`.
-pub(crate) struct Term<'a> {
-    pub(crate) u: &'a [f64],
-    pub(crate) v: &'a [f64],
-    pub(crate) before_u: &'a [f64],
-    pub(crate) before_v: &'a [f64],
-    /// `stiffness u + damping v` of each block, between its two neighbours; the ends' own
-    /// values stand again beyond them, which makes them free.
-    pub(crate) strain: &'a [f64],
+pub(crate) struct Terms<'a> {
+    pub(crate) u: &'a mut [f64],
+    pub(crate) v: &'a mut [f64],
+    pub(crate) guard: &'a mut [f64],
+    pub(crate) pitch: usize,
+}
+
+/// What terms depend on besides the first of them.
+pub(crate) struct TermChain<'a> {
     /// Spring of each block: 0 for sliding ones, but for the drive.
     pub(crate) spring: &'a [f64],
     /// 0 for stuck blocks, whose guard is the force; that of others is the velocity.
@@ -280,10 +326,56 @@ pub(crate) struct Term<'a> {
     /// The drive's part of the first block's spring.
     pub(crate) drive: f64,
     /// The next term is `by` times the difference of this one, `stay` times this one
-    /// and `back` times the one before.
+    /// and `back` times the one before, the first half of that.
     pub(crate) by: f64,
     pub(crate) stay: f64,
     pub(crate) back: f64,
+}
+
+/// `strain` is scratch: the strains of two terms, with a place on either side.
+#[inline(always)]
+fn terms(
+    rows: Terms<'_>,
+    strains: [&mut [f64]; 2],
+    chain: &TermChain<'_>,
+    count: usize,
+    next_term: impl Fn(&mut [f64], &mut [f64], &mut [f64], &mut [f64], &Term<'_>),
+) {
+    let blocks = chain.sigma.len();
+    let Terms { u, v, guard, pitch } = rows;
+    let [mut now, mut next] = strains;
+    strain(now, &u[..blocks], &v[..blocks], chain.stiffness, chain.damping);
+    for j in 0..count {
+        let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
+        let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
+        // The first has none before it: itself, times 0.
+        let before = j.saturating_sub(1) * pitch;
+        let term = Term {
+            u: &known_u[j * pitch..],
+            v: &known_v[j * pitch..],
+            before_u: &known_u[before..],
+            before_v: &known_v[before..],
+            strain: now,
+            half: if j == 0 { 0.5 } else { 1.0 },
+            back: if j == 0 { 0.0 } else { chain.back },
+        };
+        let (next_u, next_v) = (&mut next_u[..blocks], &mut next_v[..blocks]);
+        next_term(next_u, next_v, next, &mut guard[j * pitch..][..blocks], &term);
+        std::mem::swap(&mut now, &mut next);
+    }
+}
+
+/// The term before the next, and the one before that.
+struct Term<'a> {
+    u: &'a [f64],
+    v: &'a [f64],
+    before_u: &'a [f64],
+    before_v: &'a [f64],
+    /// `stiffness u + damping v` of each block, between its two neighbours; the ends' own
+    /// values stand again beyond them, which makes them free.
+    strain: &'a [f64],
+    half: f64,
+    back: f64,
 }
 
 #[inline(always)]
@@ -293,6 +385,7 @@ fn next_term(
     next_strain: &mut [f64],
     guard: &mut [f64],
     term: &Term<'_>,
+    chain: &TermChain<'_>,
 ) {
     let blocks = next_u.len();
     let (next_v, guard) = (&mut next_v[..blocks], &mut guard[..blocks]);
@@ -300,20 +393,21 @@ fn next_term(
     let next_strain = &mut next_strain[..blocks + 2];
     let (u, v) = (&term.u[..blocks], &term.v[..blocks]);
     let (before_u, before_v) = (&term.before_u[..blocks], &term.before_v[..blocks]);
-    let (spring, sigma) = (&term.spring[..blocks], &term.sigma[..blocks]);
-    let &Term { stiffness, damping, by, stay, back, .. } = term;
+    let (spring, sigma) = (&chain.spring[..blocks], &chain.sigma[..blocks]);
+    let &TermChain { stiffness, damping, by, stay, .. } = chain;
+    let &Term { half, back, .. } = term;
     for n in 0..blocks {
         let pull = (strain[n + 2] + strain[n]) - 2.0 * strain[n + 1];
         let change = pull - spring[n] * u[n];
-        let new_v = change + (stay * v[n] + back * before_v[n]);
-        let new_u = (change + by * v[n]) + (stay * u[n] + back * before_u[n]);
+        let new_v = half * (change + (stay * v[n] + back * before_v[n]));
+        let new_u = half * ((change + by * v[n]) + (stay * u[n] + back * before_u[n]));
         next_v[n] = new_v;
         next_u[n] = new_u;
         next_strain[n + 1] = stiffness * new_u + damping * new_v;
         guard[n] = if sigma[n] == 0.0 { pull } else { v[n] };
     }
     if sigma[0] == 0.0 {
-        guard[0] -= term.drive * u[0];
+        guard[0] -= chain.drive * u[0];
     }
     next_strain[0] = next_strain[1];
     next_strain[blocks + 1] = next_strain[blocks];
@@ -511,37 +605,101 @@ pub(crate) struct Guarded<'a> {
 
 #[inline(always)]
 fn first_crossing(guarded: &Guarded<'_>) -> f64 {
-    let blocks = guarded.now.len();
-    let (now, rate) = (guarded.now, &guarded.rate[..blocks]);
-    let (sigma, limit) = (&guarded.sigma[..blocks], &guarded.limit[..blocks]);
-    macro_rules! steps {
-        ($now:expr, $rate:expr, $sigma:expr, $limit:expr) => {{
-            let stuck = $sigma == 0.0;
-            let towards = if $rate > 0.0 { $now } else { -$now };
-            let closing = if stuck { $rate.abs() } else { -$sigma * $rate };
-            let room = if stuck { $limit - towards } else { $sigma * $now };
-            // Divided in any case: a branch could not be vectorised.
-            let steps = room / closing;
-            if closing > 0.0 { steps } else { f64::INFINITY }
-        }};
+    let &Guarded { now, rate, sigma, limit } = guarded;
+    let mut first = Crossing::NEVER;
+    for at in eights(now.len()) {
+        first.or_sooner(&eight(now, at), &eight(rate, at), &eight(sigma, at), &eight(limit, at));
     }
-    // Lanes of their own, as in `largest`.
-    let mut lanes = [f64::INFINITY; 8];
-    let whole = blocks / 8 * 8;
-    for at in (0..whole).step_by(8) {
-        let (now, rate) = (&now[at..at + 8], &rate[at..at + 8]);
-        let (sigma, limit) = (&sigma[at..at + 8], &limit[at..at + 8]);
+    first.steps()
+}
+
+/// Forces and velocities of a step, and of the one before it.
+pub(crate) struct Steps<'a> {
+    pub(crate) tau: &'a [f64],
+    pub(crate) tau_before: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) v_before: &'a [f64],
+}
+
+#[inline(always)]
+fn crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64]) -> f64 {
+    let mut first = Crossing::NEVER;
+    for at in eights(slip.len()) {
+        let (tau, tau_before) = (eight(steps.tau, at), eight(steps.tau_before, at));
+        let (v, v_before) = (eight(steps.v, at), eight(steps.v_before, at));
+        let slip = eight(slip, at);
+        let (mut now, mut rate, mut sigma) = ([0.0; 8], [0.0; 8], [0.0; 8]);
         for lane in 0..8 {
-            let steps = steps!(now[lane], rate[lane], sigma[lane], limit[lane]);
-            lanes[lane] = if steps < lanes[lane] { steps } else { lanes[lane] };
+            now[lane] = if slip[lane] == 0.0 { tau[lane] } else { v[lane] };
+        }
+        for lane in 0..8 {
+            rate[lane] = now[lane] - if slip[lane] == 0.0 { tau_before[lane] } else { v_before[lane] };
+        }
+        for lane in 0..8 {
+            sigma[lane] = slip[lane] * sign(v[lane]);
+        }
+        first.or_sooner(&now, &rate, &sigma, &eight(threshold, at));
+    }
+    first.steps()
+}
+
+/// Where groups of eight begin, the last of which may overlap the one before.
+#[inline(always)]
+fn eights(blocks: usize) -> impl Iterator<Item = usize> {
+    (0..blocks).step_by(8).map(move |at| at.min(blocks.saturating_sub(8)))
+}
+
+/// Eight values from `at` on; zeros behind the last of fewer than eight.
+#[inline(always)]
+fn eight(values: &[f64], at: usize) -> [f64; 8] {
+    match values[at..].first_chunk() {
+        Some(lanes) => *lanes,
+        None => std::array::from_fn(|lane| values.get(at + lane).copied().unwrap_or(0.0)),
+    }
+}
+
+/// The first crossing of each of eight lanes, as the room that is left and how much of
+/// it each step takes: divided only at the end.
+struct Crossing {
+    room: [f64; 8],
+    closing: [f64; 8],
+}
+
+impl Crossing {
+    const NEVER: Crossing = Crossing { room: [f64::INFINITY; 8], closing: [1.0; 8] };
+
+    #[inline(always)]
+    fn or_sooner(&mut self, now: &[f64; 8], rate: &[f64; 8], sigma: &[f64; 8], limit: &[f64; 8]) {
+        let (mut room, mut closing) = ([0.0; 8], [0.0; 8]);
+        // One operation at a time, both alternatives in any case: so it is vectorised.
+        for lane in 0..8 {
+            let (kept, going) = (rate[lane].abs(), -sigma[lane] * rate[lane]);
+            closing[lane] = if sigma[lane] == 0.0 { kept } else { going };
+        }
+        for lane in 0..8 {
+            let towards = if rate[lane] > 0.0 { now[lane] } else { -now[lane] };
+            let (kept, going) = (limit[lane] - towards, sigma[lane] * now[lane]);
+            room[lane] = if sigma[lane] == 0.0 { kept } else { going };
+        }
+        for lane in 0..8 {
+            // Where nothing closes in there is no crossing.
+            room[lane] = if closing[lane] > 0.0 { room[lane] } else { f64::INFINITY };
+            closing[lane] = if closing[lane] > 0.0 { closing[lane] } else { 1.0 };
+        }
+        for lane in 0..8 {
+            let sooner = room[lane] * self.closing[lane] < self.room[lane] * closing[lane];
+            self.room[lane] = if sooner { room[lane] } else { self.room[lane] };
+            self.closing[lane] = if sooner { closing[lane] } else { self.closing[lane] };
         }
     }
-    let mut least = f64::INFINITY;
-    for n in whole..blocks {
-        let steps = steps!(now[n], rate[n], sigma[n], limit[n]);
-        least = if steps < least { steps } else { least };
+
+    fn steps(&self) -> f64 {
+        self.room
+            .iter()
+            .zip(&self.closing)
+            .map(|(room, closing)| room / closing)
+            .fold(f64::INFINITY, f64::min)
     }
-    lanes.into_iter().fold(least, f64::min)
 }
 
 /// `sum_j coefficient_j term_j` of `LANES` blocks from `at` on.

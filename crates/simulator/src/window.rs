@@ -45,7 +45,7 @@ use asperity_model::{Plan, Reattach};
 
 use crate::basis::{Basis, GRID_STEPS, MOST_TERMS};
 use crate::state::ChainState;
-use crate::sweep::{Course, Guarded, Held, Reserve, Second, Sweeps, Term, margin};
+use crate::sweep::{Course, Guarded, Held, Reserve, Second, Sweeps, TermChain, Terms, margin};
 
 /// Size of what is left out of a state, relative to it: a rounding error or two.
 const NEGLIGIBLE: f64 = 4e-16;
@@ -152,6 +152,10 @@ impl Rows {
         &self.values[self.from..]
     }
 
+    fn all_mut(&mut self) -> &mut [f64] {
+        &mut self.values[self.from..]
+    }
+
     fn row(&self, row: usize) -> &[f64] {
         &self.values[self.from + row * self.pitch..][..self.pitch]
     }
@@ -174,15 +178,6 @@ impl Rows {
     fn with_image(&mut self, blocks: usize) -> &mut [f64] {
         let at = self.from + self.pitch - 1;
         &mut self.values[at..at + blocks + 2]
-    }
-
-    /// A row, the one before it (itself for the first), and the one behind, to write to.
-    #[inline]
-    fn around(&mut self, row: usize) -> (&[f64], &[f64], &mut [f64]) {
-        let at = self.from + row * self.pitch;
-        let (known, next) = self.values.split_at_mut(at + self.pitch);
-        let before = if row == 0 { at } else { at - self.pitch };
-        (&known[at..], &known[before..before + self.pitch], &mut next[..self.pitch])
     }
 }
 
@@ -220,6 +215,8 @@ pub(crate) struct Window {
     doubtful: Vec<usize>,
     /// How many terms the open window has taken.
     terms: usize,
+    /// Steps until the first switch, as they were foreseen where it was opened.
+    foreseen_steps: f64,
     /// How many differences and terms have been taken, for the counters.
     pub(crate) applications: u64,
 }
@@ -249,6 +246,7 @@ impl Window {
             margin: several(1),
             doubtful: Vec::new(),
             terms: 0,
+            foreseen_steps: 0.0,
             applications: 0,
         }
     }
@@ -340,8 +338,9 @@ impl Window {
             return Err(1);
         }
         let foreseen = self.foreseen_steps(plan);
-        if foreseen < shortest as f64 {
-            return Err((foreseen as u64).max(1));
+        self.foreseen_steps = foreseen;
+        if let Some(single_steps) = self.refused_by(foreseen) {
+            return Err(single_steps);
         }
         let fitting = self
             .basis
@@ -371,36 +370,19 @@ impl Window {
         self.sweeps.scale(&mut self.scaled_spring, unit);
         self.scaled_spring[0] += drive;
         let [first, second] = &mut self.strain;
-        let (mut strain, mut next_strain) = (first.with_image(blocks), second.with_image(blocks));
-        self.sweeps.strain(strain, &self.u.row(0)[..blocks], &self.v.row(0)[..blocks], stiffness, damping);
-        for j in 0..count {
-            let (u, before_u, next_u) = self.u.around(j);
-            let (v, before_v, next_v) = self.v.around(j);
-            let term = Term {
-                u,
-                v,
-                before_u,
-                before_v,
-                strain,
-                spring: &self.scaled_spring,
-                sigma: &self.sigma,
-                stiffness,
-                damping,
-                drive,
-                by,
-                stay: -by * centre,
-                back: if j == 0 { 0.0 } else { -sigma },
-            };
-            let guard = &mut self.guard.row_mut(j)[..blocks];
-            self.sweeps.next_term(&mut next_u[..blocks], &mut next_v[..blocks], next_strain, guard, &term);
-            if j == 0 {
-                // The first is half of what the others' rule gives.
-                for row in [next_u, next_v, &mut next_strain[..]] {
-                    self.sweeps.scale(row, 0.5);
-                }
-            }
-            std::mem::swap(&mut strain, &mut next_strain);
-        }
+        let chain = TermChain {
+            spring: &self.scaled_spring,
+            sigma: &self.sigma,
+            stiffness,
+            damping,
+            drive,
+            by,
+            stay: -by * centre,
+            back: -sigma,
+        };
+        let pitch = self.u.pitch;
+        let rows = Terms { u: self.u.all_mut(), v: self.v.all_mut(), guard: self.guard.all_mut(), pitch };
+        self.sweeps.terms(rows, [first.with_image(blocks), second.with_image(blocks)], &chain, count);
         self.terms = count;
         self.applications += count as u64;
     }
@@ -526,6 +508,19 @@ impl Window {
         best
     }
 
+    /// The steps that are best taken one by one where a switch is foreseen so soon that no
+    /// window fits in front of it.
+    pub(crate) fn refused_by(&self, foreseen_steps: f64) -> Option<u64> {
+        let shortest = self.shortest();
+        let refused = shortest < u64::MAX && foreseen_steps < shortest as f64;
+        refused.then_some((foreseen_steps as u64).max(1))
+    }
+
+    /// Whether that is to be expected at the end of the open window.
+    pub(crate) fn ends_near_switch(&self, index: usize) -> bool {
+        self.refused_by(self.foreseen_steps - self.steps(index) as f64).is_some()
+    }
+
     /// Writes displacements and velocities at the end of the window into `state`.
     pub(crate) fn land(&self, plan: &Plan, index: usize, state: &mut ChainState) {
         let length = &self.basis.lengths[index];
@@ -560,7 +555,7 @@ impl Window {
 const WITHOUT_WINDOWS: u64 = 1000;
 
 /// How much longer than foreseen a window may try to be.
-const FORESIGHT: f64 = 1.25;
+const FORESIGHT: f64 = 1.1;
 
 #[cfg(test)]
 mod tests {

@@ -46,6 +46,65 @@ fn initial_shear() {
     check("side-beta0225-dt1e-7-coded", 1e-7, &["beta-0225", "--set", "time.step_s=1e-7"]);
 }
 
+#[test]
+fn unloading() {
+    check(
+        "unload-400-100-tend47-dt1e-7-coded",
+        1e-7,
+        &[
+            "default",
+            "--set",
+            "time.step_s=1e-7",
+            "--set",
+            "drive.hold_from_s=2",
+            "--set",
+            "normal_load.schedule_s=[2,4.7]",
+            "--set",
+            "normal_load.schedule_n=[400,100]",
+        ],
+    );
+}
+
+#[test]
+fn top_driven_with_a_tilted_load() {
+    check(
+        "top-n64-theta05-dt1e-7-coded",
+        1e-7,
+        &[
+            "default",
+            "--set",
+            "time.step_s=1e-7",
+            "--set",
+            "drive.kind=top",
+            "--set",
+            "slider.blocks=64",
+            "--set",
+            "normal_load.tilt=0.5",
+        ],
+    );
+}
+
+#[test]
+fn pulled_apart_at_both_ends() {
+    check(
+        "leftright-n41-T4-dt1e-7-coded",
+        1e-7,
+        &[
+            "default",
+            "--set",
+            "time.step_s=1e-7",
+            "--set",
+            "time.duration_s=4",
+            "--set",
+            "drive.kind=left-right",
+            "--set",
+            "friction.reattach=two-way",
+            "--set",
+            "slider.blocks=41",
+        ],
+    );
+}
+
 /// A row of either table; times in steps.
 #[derive(Debug)]
 struct Row {

@@ -139,6 +139,7 @@ mod tests {
             time_s: plan.grid.time_s(onset - 1),
             driving_force_n: 1.0,
             normal_load_n: 400.0,
+            end_forces_n: None,
             sliding: 0,
             switches: blocks.iter().map(|&block| switch(block)).collect(),
         });

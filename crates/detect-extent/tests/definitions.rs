@@ -15,6 +15,7 @@ fn record(step: u64, sliding: u32, load: f64, switches: &[i32]) -> StepRecord {
         time_s: step as f64 / 10.0,
         driving_force_n: load * 100.0,
         normal_load_n: 100.0,
+        end_forces_n: None,
         sliding,
         switches: switches
             .iter()

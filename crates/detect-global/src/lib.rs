@@ -72,6 +72,7 @@ mod tests {
             time_s: step as f64,
             driving_force_n: load_n,
             normal_load_n: 100.0,
+            end_forces_n: None,
             sliding,
             switches: switches
                 .iter()

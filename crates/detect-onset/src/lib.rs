@@ -61,6 +61,7 @@ mod tests {
             time_s: step as f64,
             driving_force_n: 25.0,
             normal_load_n: 100.0,
+            end_forces_n: None,
             sliding,
             switches,
         };

@@ -1,12 +1,15 @@
 //! The chain before its first step.
 
-use crate::Scenario;
+use crate::chain::{SteadyLoading, Stiffness};
 use crate::plan::Springs;
+use crate::{Plan, Scenario};
 
-/// Displacements from the grid, velocities and friction springs at step 0; all
-/// blocks are stuck. One value per block.
+/// Displacements from the grid, velocities and friction springs before the first step;
+/// all blocks are stuck. One value per block.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InitialState {
+    /// The step behind which the run begins: 0, or where it starts loaded.
+    pub step: u64,
     /// `u_n`.
     pub displacement_m: Vec<f64>,
     /// `v_n`.
@@ -18,7 +21,12 @@ pub struct InitialState {
 pub(crate) fn state(scenario: &Scenario, springs: &Springs, normal_load_n: &[f64]) -> InitialState {
     let blocks = normal_load_n.len();
     let k = springs.stiffness_n_per_m;
-    let tau0 = shear_profile(scenario.initial_shear.beta, normal_load_n, springs.spacing_m);
+    let shear = &scenario.initial_shear;
+    let beta = shear.beta + poisson_beta(scenario);
+    let mut tau0 = shear_profile(beta, normal_load_n, springs.spacing_m);
+    for ((tau, ratio), p) in tau0.iter_mut().zip(&shear.profile).zip(normal_load_n) {
+        *tau += ratio * p;
+    }
 
     // Displacements whose spring forces are the profile, from u_1 = 0.
     let mut u = vec![0.0; blocks];
@@ -28,9 +36,9 @@ pub(crate) fn state(scenario: &Scenario, springs: &Springs, normal_load_n: &[f64
     }
 
     // Each friction spring balances what its neighbours pull.
-    let stick_position_m = (0..blocks)
-        .map(|n| u[n] - k * neighbour_pull(&u, n) / springs.interfacial_stiffness_n_per_m)
-        .collect();
+    let kt = springs.interfacial_stiffness_n_per_m;
+    let anchor = |n: usize| if kt > 0.0 { u[n] - k * neighbour_pull(&u, n) / kt } else { u[n] };
+    let stick_position_m = (0..blocks).map(anchor).collect();
 
     let amplitude = scenario.initial_velocity.amplitude_m_per_s;
     let mode = f64::from(scenario.initial_velocity.mode);
@@ -43,7 +51,55 @@ pub(crate) fn state(scenario: &Scenario, springs: &Springs, normal_load_n: &[f64
             amplitude * libm::cos(phase)
         })
         .collect();
-    InitialState { displacement_m: u, velocity_m_per_s, stick_position_m }
+    InitialState { step: 0, displacement_m: u, velocity_m_per_s, stick_position_m }
+}
+
+/// The amplitude of (5.50) that lateral expansion leaves: `4 nu L_z / L_x`.
+///
+/// Under the normal load a slider of Poisson's ratio `nu` would grow along `x` by the strain
+/// `nu F_N / (E L_x L_y)`. Held by friction, it pushes instead, with `nu F_N L_z / L_x` through
+/// its middle, and that is what the friction on either half adds up to: by the profile
+/// of (5.50), `beta F_N / 4`. So the shear follows the load, and the amplitude does not.
+fn poisson_beta(scenario: &Scenario) -> f64 {
+    let slider = &scenario.slider;
+    4.0 * scenario.initial_shear.poisson_ratio * slider.height_m / slider.length_m
+}
+
+/// Share of its threshold that the first block has reached where a run starts loaded.
+const LOADED: f64 = 0.999;
+
+/// Puts the start of a plan to just before the first block would detach: the chain as it
+/// would follow the drive quasi-statically (the part of the stick phase that does not
+/// depend on how it began).
+pub(crate) fn load(plan: &mut Plan) {
+    let stiffness = Stiffness::of(plan);
+    let steady = SteadyLoading::of(plan, &stiffness, true);
+    let anchors = plan.initial.stick_position_m.clone();
+    let mut position_m = vec![0.0; plan.blocks];
+    // From which the first step is taken.
+    steady.position_m(plan, &stiffness, &anchors, plan.drive_point_m(1, u64::MAX), &mut position_m);
+    let kt = plan.friction.interfacial_stiffness_n_per_m;
+    let mut steps = plan.steps as f64 - 1.0;
+    for n in 0..plan.blocks {
+        let (force, rate) = (kt * (position_m[n] - anchors[n]), kt * steady.advance_m[n]);
+        let room = LOADED * plan.friction.static_threshold_n[n];
+        if rate != 0.0 {
+            steps = steps.min(if rate > 0.0 { (room - force) / rate } else { (room + force) / -rate });
+        }
+    }
+    let stop = plan.drive.hold_from_step.unwrap_or(u64::MAX);
+    // Casting saturates: what is overloaded already starts at rest.
+    let step = (steps as u64).min(stop);
+    if step == 0 {
+        return;
+    }
+    let displacement_m = position_m.iter().zip(&steady.advance_m).map(|(a, b)| a + step as f64 * b).collect();
+    plan.initial = InitialState {
+        step,
+        displacement_m,
+        velocity_m_per_s: steady.velocity_m_per_s,
+        stick_position_m: anchors,
+    };
 }
 
 /// `tau0_n = beta p_n (2 x_n / L - 1)` (5.50) at `x_n = (n - 1) a`.
@@ -66,6 +122,41 @@ pub fn neighbour_pull(u: &[f64], n: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use crate::{Plan, Scenario, ScenarioSource};
+
+    fn plan(sets: &[&str]) -> Plan {
+        let source =
+            sets.iter().fold(ScenarioSource::new("test", ""), |source, set| source.with_override(set));
+        Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")))
+    }
+
+    #[test]
+    fn expansion_pushes_through_the_middle_as_much_as_friction_holds() {
+        let plan =
+            plan(&["initial_shear.poisson_ratio=0.35", "normal_load.total_n=800", "slider.blocks=1000"]);
+        let u = &plan.initial.displacement_m;
+        let middle_n = plan.stiffness_n_per_m * (u[500] - u[499]);
+        let expected_n = 0.35 * 800.0 * 0.02 / 0.1;
+        assert!((middle_n / -expected_n - 1.0).abs() < 2e-3, "{middle_n} against {expected_n}");
+    }
+
+    #[test]
+    fn a_profile_from_a_file_is_held_by_the_springs() {
+        let folder = std::env::temp_dir().join(format!("asperity-profile-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("profile.csv");
+        std::fs::write(&path, "x_over_l,tau_over_p\n0,0.2\n0.5,-0.1\n1,0.3\n").unwrap();
+        let set = format!("initial_shear.profile_csv={}", path.display());
+        let plan = plan(&[&set, "slider.blocks=9"]);
+        std::fs::remove_dir_all(&folder).unwrap();
+        for (n, ratio) in [(0, 0.2), (1, 0.125), (4, -0.1), (6, 0.1), (8, 0.3)] {
+            // The last block takes what the others leave.
+            let anchor = plan.initial.stick_position_m[n];
+            let held =
+                plan.friction.interfacial_stiffness_n_per_m * (plan.initial.displacement_m[n] - anchor);
+            let expected = ratio * 400.0 / 9.0;
+            assert!(n == 8 || (held - expected).abs() < 1e-6, "block {n}: {held} against {expected}");
+        }
+    }
 
     #[test]
     fn springs_hold_the_profile_of_5_50() {

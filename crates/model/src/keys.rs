@@ -32,6 +32,8 @@ pub enum Kind {
     Flag,
     /// Any text on one line.
     Text,
+    /// A list of finite numbers within bounds, as long as it says elsewhere or empty.
+    Numbers(Bound, Bound),
 }
 
 /// One end of a range of numbers.
@@ -72,11 +74,13 @@ pub enum Value {
     Text(&'static str),
     /// Of a [`Kind::Flag`].
     Flag(bool),
+    /// Of a [`Kind::Numbers`]: none.
+    NoNumbers,
 }
 
 use self::Default::{BySet, Is, Required};
 use Bound::{Excluding, Including, Open};
-use Kind::{Count, Flag, Number, Text, Word};
+use Kind::{Count, Flag, Number, Numbers, Text, Word};
 
 const POSITIVE: Kind = Number(Excluding(0.0), Open);
 const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
@@ -161,6 +165,16 @@ pub const KEYS: &[Key] = &[
         default: BySet { as_coded: Value::Number(3.162_277_660_168_379_5), as_stated: Value::Number(0.1) },
     },
     Key {
+        path: "friction.law",
+        symbol: "",
+        doc: "How a block sticks and slides: interfacial-springs, Amontons-Coulomb with a spring that \
+              holds a stuck block (5.12-5.15); rigid, without it (2.7): a stuck block does not move; \
+              velocity-weakening, rigid with sliding friction that falls with velocity (Burridge and \
+              Knopoff, 2.4).",
+        kind: Word(&["interfacial-springs", "rigid", "velocity-weakening"]),
+        default: Is(Value::Text("interfacial-springs")),
+    },
+    Key {
         path: "friction.static_coefficient",
         symbol: "mu_s",
         doc: "A stuck block detaches at |tau_n| >= mu_s p_n.",
@@ -190,9 +204,82 @@ pub const KEYS: &[Key] = &[
         default: Is(Value::Text("one-way")),
     },
     Key {
+        path: "friction.weakening_velocity_m_per_s",
+        symbol: "v_c",
+        doc: "Of velocity-weakening: sliding friction is mu_d p / (1 + |v| / v_c) (2.4).",
+        kind: POSITIVE,
+        default: Is(Value::Number(0.1)),
+    },
+    Key {
+        path: "friction.radiation_kg_per_s",
+        symbol: "E",
+        doc: "Of velocity-weakening: damping -E v of a sliding block, as by waves that it radiates (2.4).",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "friction.ageing_coefficient",
+        symbol: "b",
+        doc: "Ageing of interfacial-springs: mu_s grows as mu_s + b ln(1 + t_w / t_0) with the time t_w \
+              for which a block has stuck.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "friction.ageing_time_s",
+        symbol: "t_0",
+        doc: "Time after which ageing sets in.",
+        kind: POSITIVE,
+        default: Is(Value::Number(1.0)),
+    },
+    Key {
+        path: "friction.static_offsets",
+        symbol: "",
+        doc: "What is added to mu_s, block by block; empty for nothing.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "friction.dynamic_offsets",
+        symbol: "",
+        doc: "What is added to mu_d, block by block; empty for nothing.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "friction.static_spread",
+        symbol: "",
+        doc: "Half the width of an even random spread that is added to mu_s, block by block.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "friction.dynamic_spread",
+        symbol: "",
+        doc: "The same for mu_d.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "friction.spread_seed",
+        symbol: "",
+        doc: "Which spread: the same seed gives the same on every machine.",
+        kind: Count(0, 4_294_967_295),
+        default: Is(Value::Count(1)),
+    },
+    Key {
+        path: "drive.kind",
+        symbol: "",
+        doc: "Where the drive pulls: side, block 1 (5.8); top, every block, with K / N each (5.53); \
+              left-right, block 1 backwards and block N forwards, with K each.",
+        kind: Word(&["side", "top", "left-right"]),
+        default: Is(Value::Text("side")),
+    },
+    Key {
         path: "drive.stiffness_n_per_m",
         symbol: "K",
-        doc: "Stiffness of the driving spring on block 1 (5.8).",
+        doc: "Stiffness of the driving spring on block 1 (5.8), of all springs of a top drive together, or of each of \
+              a left-right drive.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(8e5)),
     },
@@ -202,6 +289,36 @@ pub const KEYS: &[Key] = &[
         doc: "Velocity of the drive point.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(1e-4)),
+    },
+    Key {
+        path: "drive.tilt",
+        symbol: "",
+        doc: "Of a top drive: K_n = K / N (1 - tilt (2n - N - 1) / (N - 1)); positive pulls harder where \
+              a side drive would.",
+        kind: Number(Including(-1.0), Including(1.0)),
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "drive.decay_length_m",
+        symbol: "",
+        doc: "Of a top drive: K_n falls along the slider as exp(-x_n / length), all together K, as if \
+              shear came in from the side; 0 for even.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "drive.hold_from_s",
+        symbol: "",
+        doc: "From when on the drive point stands still, a whole number of steps; 0 for never.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "drive.until_load_ratio",
+        symbol: "F_T / F_N",
+        doc: "Load at which the drive point stops and stands still from then on; 0 for never.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.0)),
     },
     Key {
         path: "normal_load.total_n",
@@ -219,12 +336,57 @@ pub const KEYS: &[Key] = &[
         default: Is(Value::Number(0.0)),
     },
     Key {
+        path: "normal_load.schedule_s",
+        symbol: "",
+        doc: "Times of a piecewise-linear course of the total load, ascending, each a whole number of \
+              steps; empty for a constant load (6.1-6.3).",
+        kind: Numbers(Including(0.0), Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "normal_load.schedule_n",
+        symbol: "",
+        doc: "Total loads at these times, the first being total_n; before and behind them the load stays.",
+        kind: Numbers(Including(0.0), Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "normal_load.schedule_from",
+        symbol: "",
+        doc: "What schedule_s counts from: start, of the run; hold, the step in which the drive stops.",
+        kind: Word(&["start", "hold"]),
+        default: Is(Value::Text("start")),
+    },
+    Key {
         path: "initial_shear.beta",
         symbol: "beta",
         doc: "Amplitude of the initial shear profile tau_0 = beta p (2x / L - 1) (5.50), \
               balanced by the friction springs.",
         kind: Number(Open, Open),
         default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "initial_shear.poisson_ratio",
+        symbol: "nu",
+        doc: "Shear that lateral expansion under the normal load leaves in a slider that friction holds: \
+              beta grows by 4 nu L_z / L_x.",
+        kind: Number(Including(0.0), Including(0.5)),
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "initial_shear.profile_csv",
+        symbol: "",
+        doc: "A file of columns x_over_l and tau_over_p, between whose rows an initial shear tau_0 / p is \
+              read off, in addition; without influence once it has been read.",
+        kind: Text,
+        default: Is(Value::Text("")),
+    },
+    Key {
+        path: "initial_shear.profile",
+        symbol: "tau_0 / p",
+        doc: "Initial shear over normal load, block by block, in addition; empty for none.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
     },
     Key {
         path: "initial_velocity.amplitude_m_per_s",
@@ -240,6 +402,15 @@ pub const KEYS: &[Key] = &[
               N - 1 is the shortest wave.",
         kind: Count(0, 99_999),
         default: Is(Value::Count(1)),
+    },
+    Key {
+        path: "time.start",
+        symbol: "",
+        doc: "Where the run begins: at-rest, at time 0; loaded, just before the first block would detach, \
+              from the quasi-static solution of the stuck chain: without the ramp, and without the \
+              vibration that it leaves.",
+        kind: Word(&["at-rest", "loaded"]),
+        default: Is(Value::Text("at-rest")),
     },
     Key {
         path: "time.step_s",
@@ -333,7 +504,7 @@ impl Kind {
     /// Whether a finite number is in range; false for kinds that hold no number.
     pub fn accepts_number(&self, value: f64) -> bool {
         match self {
-            Number(low, high) => {
+            Number(low, high) | Numbers(low, high) => {
                 value.is_finite()
                     && match *low {
                         Open => true,
@@ -380,6 +551,7 @@ impl std::fmt::Display for Kind {
             }
             Flag => f.write_str("true or false"),
             Text => f.write_str("text on one line"),
+            Numbers(low, high) => write!(f, "a list, each {}", Number(*low, *high)),
         }
     }
 }

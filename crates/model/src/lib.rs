@@ -9,21 +9,26 @@
 //! - [`source`]: scenario texts and `--set` overrides as layers, each value with
 //!   the place it was written at, for errors that can point there.
 //! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
+//! - `profile`: initial shear from a CSV file.
 //! - [`builtin`]: the scenarios that come with the program.
 //! - [`plan`]: the [`Plan`]: the numbers of the physics, derived from a scenario.
 //! - [`load`], [`initial`]: normal load per block; displacements, velocities and
 //!   friction springs at the start.
+//! - [`chain`]: the stuck chain at rest or in steady motion.
 //! - [`analytic`]: what the theory predicts.
 
 pub mod analytic;
 pub mod builtin;
+pub mod chain;
 pub mod initial;
 pub mod keys;
 pub mod load;
 pub mod plan;
+mod profile;
 pub mod scenario;
 pub mod source;
 
-pub use plan::{Friction, Plan, Reattach, RecordingPlan, SideDrive, WindowPlan};
+pub use load::LoadCourse;
+pub use plan::{Ageing, Drive, DriveSpring, Friction, Law, Plan, Reattach, RecordingPlan, WindowPlan};
 pub use scenario::{ParameterSet, Scenario};
 pub use source::{ScenarioErrors, ScenarioSource};

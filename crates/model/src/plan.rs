@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::initial::InitialState;
+use crate::load::LoadCourse;
+use crate::scenario::{DriveKind, FrictionLaw, ScheduleFrom, Start};
 use crate::{Scenario, initial, load};
 use asperity_record::TimeGrid;
 
@@ -24,12 +26,14 @@ pub struct Plan {
     pub damping_kg_per_s: f64,
     /// The friction law's numbers.
     pub friction: Friction,
-    /// Total normal load `F_N`.
+    /// Total normal load `F_N` at the start.
     pub total_normal_load_n: f64,
-    /// Normal load per block `p_n` (5.18).
+    /// Normal load per block `p_n` (5.18) at the start.
     pub normal_load_n: Vec<f64>,
-    /// The driving spring on block 1.
-    pub drive: SideDrive,
+    /// How it changes with time, for all blocks alike.
+    pub load_course: LoadCourse,
+    /// The driving springs.
+    pub drive: Drive,
     /// The chain before the first step.
     pub initial: InitialState,
     /// The grid of time steps.
@@ -40,21 +44,51 @@ pub struct Plan {
     pub recording: RecordingPlan,
 }
 
-/// Amontons-Coulomb friction with interfacial springs (section 5.3).
+/// The friction law and its numbers. What is proportional to the normal load is given at
+/// the load of the start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Friction {
-    /// `mu_s`.
+    /// How a block sticks and slides.
+    pub law: Law,
+    /// `mu_s` without offsets.
     pub static_coefficient: f64,
-    /// `mu_d`.
+    /// `mu_d` without offsets.
     pub dynamic_coefficient: f64,
-    /// Stiffness of a stuck block's friction spring, `k_t`.
+    /// Stiffness of a stuck block's friction spring, `k_t`; 0 by the laws that have none.
     pub interfacial_stiffness_n_per_m: f64,
-    /// Static thresholds `mu_s p_n`.
+    /// Static thresholds `mu_s p_n`, of contacts that have not aged.
     pub static_threshold_n: Vec<f64>,
     /// Sliding friction `mu_d p_n`.
     pub dynamic_friction_n: Vec<f64>,
     /// When a sliding block re-attaches.
     pub reattach: Reattach,
+    /// How thresholds grow while a block sticks.
+    pub ageing: Option<Ageing>,
+}
+
+/// How a block sticks and slides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Law {
+    /// Amontons-Coulomb with interfacial springs (section 5.3).
+    Springs,
+    /// A stuck block does not move, and re-attaches, at rest, in the step in which its
+    /// velocity would change sign; sliding friction is
+    /// `-mu_d p sign(v) / (1 + |v| / v_c) - E v` (2.4), or, without these two, (2.7).
+    Rigid {
+        /// `1 / v_c`; 0 for friction that does not depend on velocity.
+        weakening_s_per_m: f64,
+        /// `E`.
+        radiation_kg_per_s: f64,
+    },
+}
+
+/// Logarithmic ageing, `mu_s + b ln(1 + t_w / t_0)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ageing {
+    /// `b p_n`.
+    pub growth_n: Vec<f64>,
+    /// `t_0`.
+    pub time_s: f64,
 }
 
 /// When a sliding block re-attaches.
@@ -67,21 +101,147 @@ pub enum Reattach {
     TwoWay,
 }
 
-/// A spring from block 1 to a point that moves at constant velocity (5.8).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SideDrive {
-    /// `K`.
-    pub stiffness_n_per_m: f64,
-    /// `V`.
+/// Springs from blocks to a point that moves at constant velocity until it stops: (5.8),
+/// (5.53).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drive {
+    /// The springs, by ascending block.
+    pub springs: Vec<DriveSpring>,
+    /// Velocity of the point, `V`.
     pub velocity_m_per_s: f64,
+    /// The step from which on the point stands still, where that is given.
+    pub hold_from_step: Option<u64>,
+    /// The load `F_T / F_N` that stops it, where one does.
+    pub until_load_ratio: Option<f64>,
 }
 
-impl SideDrive {
-    /// `F_X = K (V t - u_1)` (5.8).
+/// A driving spring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveSpring {
+    /// The block, counted from 0.
+    pub block: usize,
+    /// `K_n`.
+    pub stiffness_n_per_m: f64,
+    /// 1 where the point moves forward, -1 where it moves backward.
+    pub direction: f64,
+}
+
+impl DriveSpring {
+    /// `K_n (V t - u_n)` (5.8) with the point at `point_m` from where it started.
     #[inline]
-    pub fn force_n(&self, time_s: f64, first_displacement_m: f64) -> f64 {
-        self.stiffness_n_per_m * (self.velocity_m_per_s * time_s - first_displacement_m)
+    pub fn force_n(&self, point_m: f64, displacement_m: f64) -> f64 {
+        self.stiffness_n_per_m * (self.direction * point_m - displacement_m)
     }
+}
+
+impl Drive {
+    fn of(scenario: &Scenario, blocks: usize, steps: impl Fn(f64) -> u64) -> Drive {
+        let drive = &scenario.drive;
+        let stiffness = drive.stiffness_n_per_m;
+        let spring =
+            |block, stiffness_n_per_m, direction| DriveSpring { block, stiffness_n_per_m, direction };
+        let springs = match drive.kind {
+            DriveKind::Side => vec![spring(0, stiffness, 1.0)],
+            DriveKind::LeftRight => vec![spring(0, stiffness, -1.0), spring(blocks - 1, stiffness, 1.0)],
+            DriveKind::Top => top_stiffness_n_per_m(scenario)
+                .into_iter()
+                .enumerate()
+                .filter(|(_, stiffness)| *stiffness > 0.0)
+                .map(|(block, stiffness)| spring(block, stiffness, 1.0))
+                .collect(),
+        };
+        Drive {
+            springs,
+            velocity_m_per_s: drive.velocity_m_per_s,
+            hold_from_step: (drive.hold_from_s > 0.0).then(|| steps(drive.hold_from_s)),
+            until_load_ratio: (drive.until_load_ratio > 0.0).then_some(drive.until_load_ratio),
+        }
+    }
+
+    /// `K_n` of every block.
+    pub fn stiffness_n_per_m(&self, blocks: usize) -> Vec<f64> {
+        let mut all = vec![0.0; blocks];
+        for spring in &self.springs {
+            all[spring.block] += spring.stiffness_n_per_m;
+        }
+        all
+    }
+
+    /// The largest of them.
+    pub fn stiffest_n_per_m(&self) -> f64 {
+        self.springs.iter().fold(0.0, |most: f64, spring| most.max(spring.stiffness_n_per_m))
+    }
+
+    /// The spring of a drive that pulls at block 1 alone.
+    pub fn only_side(&self) -> Option<&DriveSpring> {
+        match self.springs.as_slice() {
+            [spring] if spring.block == 0 && spring.direction > 0.0 => Some(spring),
+            _ => None,
+        }
+    }
+
+    /// Whether it pulls blocks in opposite directions.
+    pub fn pulls_both_ways(&self) -> bool {
+        self.springs.iter().any(|spring| spring.direction < 0.0)
+    }
+
+    /// Whether it pulls any but the first and the last of so many blocks.
+    pub fn pulls_inside(&self, blocks: usize) -> bool {
+        self.springs.iter().any(|spring| spring.block != 0 && spring.block != blocks - 1)
+    }
+
+    /// Sum of the driving forces, with the point at `point_m` from where it started.
+    pub fn total_force_n(&self, point_m: f64, displacement_m: &[f64]) -> f64 {
+        self.springs.iter().map(|spring| spring.force_n(point_m, displacement_m[spring.block])).sum()
+    }
+}
+
+/// `K_n` of a top drive: `K` in all, spread evenly, with a tilt like that of the normal load
+/// (5.18), or falling exponentially from the end that a side drive would push.
+fn top_stiffness_n_per_m(scenario: &Scenario) -> Vec<f64> {
+    let drive = &scenario.drive;
+    let blocks = scenario.slider.blocks as usize;
+    if drive.decay_length_m == 0.0 {
+        return load::tilted(drive.stiffness_n_per_m, drive.tilt, blocks);
+    }
+    let spacing_m = scenario.slider.length_m / (blocks - 1) as f64;
+    let shares: Vec<f64> =
+        (0..blocks).map(|n| libm::exp(-(n as f64 * spacing_m) / drive.decay_length_m)).collect();
+    let all: f64 = shares.iter().sum();
+    shares.iter().map(|share| drive.stiffness_n_per_m * (share / all)).collect()
+}
+
+/// `mu_s` and `mu_d` of every block, offsets and random spread included.
+pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
+    let friction = &scenario.friction;
+    let blocks = scenario.slider.blocks as usize;
+    let of = |mean: f64, offsets: &[f64], spread: f64, stream: u64| {
+        (0..blocks)
+            .map(|n| {
+                let offset = offsets.get(n).copied().unwrap_or(0.0);
+                let random = if spread == 0.0 {
+                    0.0
+                } else {
+                    spread * evenly(u64::from(friction.spread_seed), stream, n as u64)
+                };
+                mean + offset + random
+            })
+            .collect()
+    };
+    (
+        of(friction.static_coefficient, &friction.static_offsets, friction.static_spread, 0),
+        of(friction.dynamic_coefficient, &friction.dynamic_offsets, friction.dynamic_spread, 1),
+    )
+}
+
+/// A number from -1 to 1 without pattern: SplitMix64's output function of seed, stream and
+/// block.
+fn evenly(seed: u64, stream: u64, block: u64) -> f64 {
+    let mut z = (seed << 33 | stream << 32 | block).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^= z >> 31;
+    (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
 /// When to record what nothing forces to be recorded. Cadences are in steps; 0
@@ -118,11 +278,25 @@ impl Plan {
         let springs = Springs::of(scenario);
         let normal_load_n = load::tilted(scenario.normal_load.total_n, scenario.normal_load.tilt, blocks);
         let friction = &scenario.friction;
-        let scaled = |factor: f64| normal_load_n.iter().map(|p| factor * p).collect();
+        let (mu_s, mu_d) = coefficients(scenario);
+        let scaled = |factors: &[f64]| factors.iter().zip(&normal_load_n).map(|(mu, p)| mu * p).collect();
         let grid = TimeGrid::new(scenario.time.step_s);
         let steps =
             |seconds| grid.whole_steps(seconds).expect("a resolved scenario has whole numbers of steps");
-        Plan {
+        let weakening = friction.law == FrictionLaw::VelocityWeakening;
+        let law = match friction.law {
+            FrictionLaw::InterfacialSprings => Law::Springs,
+            FrictionLaw::Rigid | FrictionLaw::VelocityWeakening => Law::Rigid {
+                weakening_s_per_m: if weakening { 1.0 / friction.weakening_velocity_m_per_s } else { 0.0 },
+                radiation_kg_per_s: if weakening { friction.radiation_kg_per_s } else { 0.0 },
+            },
+        };
+        let ageing = (friction.ageing_coefficient > 0.0).then(|| Ageing {
+            growth_n: normal_load_n.iter().map(|p| friction.ageing_coefficient * p).collect(),
+            time_s: friction.ageing_time_s,
+        });
+        let load = &scenario.normal_load;
+        let mut plan = Plan {
             blocks,
             length_m: scenario.slider.length_m,
             spacing_m: springs.spacing_m,
@@ -130,18 +304,22 @@ impl Plan {
             stiffness_n_per_m: springs.stiffness_n_per_m,
             damping_kg_per_s: springs.damping_kg_per_s,
             friction: Friction {
+                law,
                 static_coefficient: friction.static_coefficient,
                 dynamic_coefficient: friction.dynamic_coefficient,
                 interfacial_stiffness_n_per_m: springs.interfacial_stiffness_n_per_m,
-                static_threshold_n: scaled(friction.static_coefficient),
-                dynamic_friction_n: scaled(friction.dynamic_coefficient),
+                static_threshold_n: scaled(&mu_s),
+                dynamic_friction_n: scaled(&mu_d),
                 reattach: friction.reattach,
+                ageing,
             },
-            total_normal_load_n: scenario.normal_load.total_n,
-            drive: SideDrive {
-                stiffness_n_per_m: scenario.drive.stiffness_n_per_m,
-                velocity_m_per_s: scenario.drive.velocity_m_per_s,
-            },
+            total_normal_load_n: load.total_n,
+            load_course: LoadCourse::new(
+                load.schedule_s.iter().map(|time_s| steps(*time_s)).collect(),
+                load.schedule_n.iter().map(|total_n| total_n / load.total_n).collect(),
+                load.schedule_from == ScheduleFrom::Hold,
+            ),
+            drive: Drive::of(scenario, blocks, steps),
             initial: initial::state(scenario, &springs, &normal_load_n),
             normal_load_n,
             grid,
@@ -162,7 +340,31 @@ impl Plan {
                     })
                     .collect(),
             },
+        };
+        if scenario.time.start == Start::Loaded {
+            initial::load(&mut plan);
         }
+        plan
+    }
+
+    /// How far the drive point has moved by a step, if it stopped in `hold_step` (of a point
+    /// that has not, `u64::MAX`).
+    #[inline]
+    pub fn drive_point_m(&self, step: u64, hold_step: u64) -> f64 {
+        self.drive.velocity_m_per_s * self.grid.time_s(step.min(hold_step))
+    }
+
+    /// The normal load of a step, over that of the start.
+    #[inline]
+    pub fn load_factor(&self, step: u64, hold_step: u64) -> f64 {
+        self.load_course.factor(step, hold_step)
+    }
+
+    /// The last step up to which drive point and load go on as they do in the two steps
+    /// behind `step`; `u64::MAX` if they go on for ever.
+    pub fn steady_until_step(&self, step: u64, hold_step: u64) -> u64 {
+        let stop = if hold_step > step + 1 { hold_step } else { u64::MAX };
+        stop.min(self.load_course.next_knot(step + 1, hold_step))
     }
 
     /// Length over which a stuck chain screens a force on its end,
@@ -192,7 +394,12 @@ impl Springs {
             spacing_m: slider.length_m / gaps,
             block_mass_kg,
             stiffness_n_per_m,
-            interfacial_stiffness_n_per_m: scenario.friction.interfacial_stiffness_ratio * stiffness_n_per_m,
+            interfacial_stiffness_n_per_m: match scenario.friction.law {
+                FrictionLaw::InterfacialSprings => {
+                    scenario.friction.interfacial_stiffness_ratio * stiffness_n_per_m
+                }
+                FrictionLaw::Rigid | FrictionLaw::VelocityWeakening => 0.0,
+            },
             damping_kg_per_s: slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt(),
         }
     }
@@ -207,10 +414,16 @@ impl Springs {
 /// `w^2 = (4 k + k_t + K) / m` and `g = 4 eta / m`.
 pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
     let springs = Springs::of(scenario);
-    let stiffest = (4.0 * springs.stiffness_n_per_m
-        + springs.interfacial_stiffness_n_per_m
-        + scenario.drive.stiffness_n_per_m)
+    let stiffest_drive = match scenario.drive.kind {
+        DriveKind::Top => top_stiffness_n_per_m(scenario).into_iter().fold(0.0, f64::max),
+        DriveKind::Side | DriveKind::LeftRight => scenario.drive.stiffness_n_per_m,
+    };
+    let stiffest = (4.0 * springs.stiffness_n_per_m + springs.interfacial_stiffness_n_per_m + stiffest_drive)
         / springs.block_mass_kg;
-    let damping = 4.0 * springs.damping_kg_per_s / springs.block_mass_kg;
+    let radiation = match scenario.friction.law {
+        FrictionLaw::VelocityWeakening => scenario.friction.radiation_kg_per_s,
+        _ => 0.0,
+    };
+    let damping = (4.0 * springs.damping_kg_per_s + radiation) / springs.block_mass_kg;
     ((damping * damping + 4.0 * stiffest).sqrt() - damping) / stiffest
 }

@@ -73,10 +73,100 @@ pub struct Slider {
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
 pub struct Friction {
+    #[serde(skip_serializing_if = "is_default")]
+    pub law: FrictionLaw,
     pub static_coefficient: f64,
     pub dynamic_coefficient: f64,
     pub interfacial_stiffness_ratio: f64,
     pub reattach: Reattach,
+    #[serde(skip_serializing_if = "is_first_weakening_velocity")]
+    pub weakening_velocity_m_per_s: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub radiation_kg_per_s: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub ageing_coefficient: f64,
+    #[serde(skip_serializing_if = "is_one")]
+    pub ageing_time_s: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub static_offsets: Vec<f64>,
+    #[serde(skip_serializing_if = "is_default")]
+    pub dynamic_offsets: Vec<f64>,
+    #[serde(skip_serializing_if = "is_default")]
+    pub static_spread: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub dynamic_spread: f64,
+    #[serde(skip_serializing_if = "is_first_seed")]
+    pub spread_seed: u32,
+}
+
+/// How a block sticks and slides.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FrictionLaw {
+    /// Amontons-Coulomb with interfacial springs (section 5.3).
+    #[default]
+    InterfacialSprings,
+    /// Rigid Amontons-Coulomb (2.7), Maegawa's.
+    Rigid,
+    /// Burridge and Knopoff's (2.4).
+    VelocityWeakening,
+}
+
+/// Where the drive pulls.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DriveKind {
+    /// Block 1 (5.8).
+    #[default]
+    Side,
+    /// Every block (5.53).
+    Top,
+    /// Block 1 backwards, block N forwards.
+    LeftRight,
+}
+
+/// What the times of a load schedule count from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ScheduleFrom {
+    /// The start of the run.
+    #[default]
+    Start,
+    /// The step in which the drive stops.
+    Hold,
+}
+
+/// Where a run begins.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Start {
+    /// At time 0, at rest.
+    #[default]
+    AtRest,
+    /// Just before the first block would detach.
+    Loaded,
+}
+
+// Keys that came later are left out of the serialised form where they have their
+// defaults: so the hashes of older scenarios stay.
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references")]
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references")]
+fn is_first_seed(value: &u32) -> bool {
+    *value == 1
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references")]
+fn is_first_weakening_velocity(value: &f64) -> bool {
+    *value == 0.1
 }
 
 /// `[drive]`
@@ -84,8 +174,18 @@ pub struct Friction {
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
 pub struct Drive {
+    #[serde(skip_serializing_if = "is_default")]
+    pub kind: DriveKind,
     pub stiffness_n_per_m: f64,
     pub velocity_m_per_s: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub tilt: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub decay_length_m: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub hold_from_s: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub until_load_ratio: f64,
 }
 
 /// `[normal_load]`
@@ -95,6 +195,12 @@ pub struct Drive {
 pub struct NormalLoad {
     pub total_n: f64,
     pub tilt: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub schedule_s: Vec<f64>,
+    #[serde(skip_serializing_if = "is_default")]
+    pub schedule_n: Vec<f64>,
+    #[serde(skip_serializing_if = "is_default")]
+    pub schedule_from: ScheduleFrom,
 }
 
 /// `[initial_shear]`
@@ -103,6 +209,12 @@ pub struct NormalLoad {
 #[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
 pub struct InitialShear {
     pub beta: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub poisson_ratio: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub profile_csv: String,
+    #[serde(skip_serializing_if = "is_default")]
+    pub profile: Vec<f64>,
 }
 
 /// `[initial_velocity]`
@@ -119,6 +231,8 @@ pub struct InitialVelocity {
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
 pub struct Time {
+    #[serde(skip_serializing_if = "is_default")]
+    pub start: Start,
     pub step_s: f64,
     pub duration_s: f64,
 }
@@ -160,10 +274,13 @@ impl Scenario {
         if !errors.is_empty() {
             return Err(ScenarioErrors(errors));
         }
-        let scenario: Scenario = toml::Value::Table(table)
+        let mut scenario: Scenario = toml::Value::Table(table)
             .try_into()
             .expect("a table with every key checked against the key table has the fields of a scenario");
         scenario.check_together(&entries, &mut errors);
+        if errors.is_empty() {
+            scenario.read_profile(&entries, &mut errors);
+        }
         if errors.is_empty() { Ok(scenario) } else { Err(ScenarioErrors(errors)) }
     }
 
@@ -189,11 +306,12 @@ impl Scenario {
                 out.push_str(&format!("\n[{section}]\n"));
                 table = section;
             }
+            let default = key.default_in(self.parameter_set == ParameterSet::AsCoded).map(toml_value);
+            // What is not serialised has its default.
             let found = key.path.split('.').try_fold(&value, |value, part| value.get(part));
-            let found = found.expect("the key table names fields of a scenario");
-            let follows_set = matches!(key.default, keys::Default::BySet { .. })
-                && key.default_in(self.parameter_set == ParameterSet::AsCoded).map(toml_value).as_ref()
-                    == Some(found);
+            let found = found.or(default.as_ref()).expect("the key table names fields of a scenario");
+            let follows_set =
+                matches!(key.default, keys::Default::BySet { .. }) && default.as_ref() == Some(found);
             comment_and_value(&mut out, key, name, found, leave_to_parameter_set && follows_set);
         }
         for window in &self.recording.window {
@@ -243,6 +361,7 @@ impl Scenario {
                 format!("a whole number from 0 to {}", self.slider.blocks - 1),
             );
         }
+        self.check_laws(&mut refuse);
         let longest_s = longest_stable_step_s(self);
         if self.time.step_s >= longest_s {
             refuse(
@@ -269,6 +388,10 @@ impl Scenario {
             steps
         };
         let written = |key: &str| entries.values.get(key);
+        whole("drive.hold_from_s", written("drive.hold_from_s"), self.drive.hold_from_s, true);
+        for time_s in &self.normal_load.schedule_s {
+            whole("normal_load.schedule_s", written("normal_load.schedule_s"), *time_s, true);
+        }
         let steps = whole("time.duration_s", written("time.duration_s"), self.time.duration_s, false);
         whole("recording.sample_s", written("recording.sample_s"), self.recording.sample_s, true);
         whole("recording.fields_s", written("recording.fields_s"), self.recording.fields_s, true);
@@ -301,6 +424,153 @@ impl Scenario {
                     format!("a whole number from {} to {}", window.first_block, self.slider.blocks),
                 );
             }
+        }
+    }
+}
+
+impl Scenario {
+    /// Reads the initial shear from its file, if it is named and has not been read before.
+    fn read_profile(&mut self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
+        let shear = &mut self.initial_shear;
+        if shear.profile_csv.is_empty() || !shear.profile.is_empty() {
+            return;
+        }
+        match crate::profile::read(std::path::Path::new(&shear.profile_csv), self.slider.blocks as usize) {
+            Ok(profile) => shear.profile = profile,
+            Err(problem) => errors.push(ScenarioError {
+                place: entries.place("initial_shear.profile_csv"),
+                key: Some("initial_shear.profile_csv".to_owned()),
+                problem,
+                accepted: Some(crate::profile::ACCEPTED.to_owned()),
+            }),
+        }
+    }
+
+    /// What laws, drives and loads ask of each other; `refuse` takes key, problem and what
+    /// is accepted.
+    fn check_laws(&self, refuse: &mut impl FnMut(&str, String, String)) {
+        let Scenario { friction, drive, normal_load, initial_shear, .. } = self;
+        let blocks = self.slider.blocks as usize;
+        let springs = friction.law == FrictionLaw::InterfacialSprings;
+        if drive.kind == DriveKind::LeftRight && springs && friction.reattach == Reattach::OneWay {
+            refuse(
+                "drive.kind",
+                "left-right pulls block 1 backwards, where the one-way rule would stop it in every step"
+                    .to_owned(),
+                "left-right with friction.reattach = \"two-way\"".to_owned(),
+            );
+        }
+        let top = drive.kind == DriveKind::Top;
+        for (key, value) in [("drive.tilt", drive.tilt), ("drive.decay_length_m", drive.decay_length_m)] {
+            if value != 0.0 && !top {
+                refuse(
+                    key,
+                    format!("{value} has no meaning for this drive"),
+                    "0, or drive.kind = \"top\"".to_owned(),
+                );
+            }
+        }
+        if drive.tilt != 0.0 && drive.decay_length_m != 0.0 {
+            refuse(
+                "drive.tilt",
+                "the springs of a top drive either tilt or decay".to_owned(),
+                "one of them 0".to_owned(),
+            );
+        }
+        if drive.until_load_ratio > 0.0 {
+            if drive.kind == DriveKind::LeftRight {
+                refuse(
+                    "drive.until_load_ratio",
+                    "the forces of a left-right drive add up to nothing".to_owned(),
+                    "0, or another drive.kind".to_owned(),
+                );
+            }
+            if drive.hold_from_s > 0.0 {
+                refuse(
+                    "drive.until_load_ratio",
+                    "the drive stops either at a load or at drive.hold_from_s".to_owned(),
+                    "one of them 0".to_owned(),
+                );
+            }
+        }
+        let (times, loads) = (&normal_load.schedule_s, &normal_load.schedule_n);
+        if times.len() != loads.len() || times.len() == 1 {
+            refuse(
+                "normal_load.schedule_n",
+                format!("{} loads at {} times", loads.len(), times.len()),
+                "as many as normal_load.schedule_s, none or at least 2".to_owned(),
+            );
+        }
+        if let Some(at) = (1..times.len()).find(|&at| times[at] <= times[at - 1]) {
+            refuse(
+                "normal_load.schedule_s",
+                format!("goes from {} to {}", times[at - 1], times[at]),
+                "times that ascend".to_owned(),
+            );
+        }
+        if let Some(first) = loads.first().filter(|first| **first != normal_load.total_n) {
+            refuse(
+                "normal_load.schedule_n",
+                format!("begins with {first}, but the load before it is {}", normal_load.total_n),
+                "a first load of normal_load.total_n".to_owned(),
+            );
+        }
+        let stops = drive.hold_from_s > 0.0 || drive.until_load_ratio > 0.0;
+        if normal_load.schedule_from == ScheduleFrom::Hold && !stops {
+            refuse(
+                "normal_load.schedule_from",
+                "the drive never stops".to_owned(),
+                "\"start\", or drive.hold_from_s or drive.until_load_ratio above 0".to_owned(),
+            );
+        }
+        if friction.ageing_coefficient > 0.0 && !springs {
+            refuse(
+                "friction.ageing_coefficient",
+                format!("{} needs contacts that stick by springs", friction.ageing_coefficient),
+                "0, or friction.law = \"interfacial-springs\"".to_owned(),
+            );
+        }
+        for (key, values) in [
+            ("friction.static_offsets", &friction.static_offsets),
+            ("friction.dynamic_offsets", &friction.dynamic_offsets),
+            ("initial_shear.profile", &initial_shear.profile),
+        ] {
+            if !values.is_empty() && values.len() != blocks {
+                refuse(
+                    key,
+                    format!("{} numbers for {blocks} blocks", values.len()),
+                    format!("{blocks} numbers, or none"),
+                );
+            }
+        }
+        let Friction { static_offsets, dynamic_offsets, static_spread, dynamic_spread, .. } = friction;
+        let even =
+            static_offsets.is_empty() && dynamic_offsets.is_empty() && static_spread + dynamic_spread == 0.0;
+        let fit = [static_offsets, dynamic_offsets]
+            .iter()
+            .all(|values| values.is_empty() || values.len() == blocks);
+        if fit && !even {
+            let (mu_s, mu_d) = crate::plan::coefficients(self);
+            if let Some(n) = (0..blocks).find(|&n| mu_d[n] < 0.0 || mu_d[n] > mu_s[n]) {
+                refuse(
+                    if static_spread + dynamic_spread > 0.0 {
+                        "friction.static_spread"
+                    } else {
+                        "friction.static_offsets"
+                    },
+                    format!("block {} gets mu_s = {} and mu_d = {}", n + 1, mu_s[n], mu_d[n]),
+                    "0 <= mu_d <= mu_s for every block".to_owned(),
+                );
+            }
+        }
+        if self.time.start == Start::Loaded
+            && (!springs || drive.kind == DriveKind::LeftRight || !times.is_empty())
+        {
+            refuse(
+                "time.start",
+                "\"loaded\" knows the stuck chain with interfacial springs under a constant load, driven one way".to_owned(),
+                "\"at-rest\"".to_owned(),
+            );
         }
     }
 }
@@ -397,6 +667,11 @@ fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>
             Some(toml::Value::String(word.clone()))
         }
         (Written::Flag(flag), Kind::Flag) => Some(toml::Value::Boolean(*flag)),
+        (Written::Numbers(values), Kind::Numbers(..))
+            if values.iter().all(|value| key.kind.accepts_number(*value)) =>
+        {
+            Some(toml::Value::Array(values.iter().copied().map(toml::Value::Float).collect()))
+        }
         (Written::Text(text), Kind::Text) if !text.contains(['\n', '\r']) => {
             Some(toml::Value::String(text.clone()))
         }
@@ -419,6 +694,7 @@ fn toml_value(value: Value) -> toml::Value {
         Value::Count(value) => toml::Value::Integer(value as i64),
         Value::Text(text) => toml::Value::String(text.to_owned()),
         Value::Flag(flag) => toml::Value::Boolean(flag),
+        Value::NoNumbers => toml::Value::Array(Vec::new()),
     }
 }
 
@@ -489,27 +765,83 @@ mod tests {
 
     #[test]
     fn key_table_and_fields_agree() {
-        let full = resolve(
+        // A table of every key has every field, and nothing else: what is missing and what is
+        // unknown would be refused alike. Windows are filled in the same way.
+        let entries = ScenarioSource::new(
+            "test.toml",
             "[[recording.window]]\nfrom_s = 0\nto_s = 1\nevery_s = 0.5\nfirst_block = 1\nlast_block = 2\n",
-        )
-        .unwrap();
-        fn leaves(prefix: &str, value: &toml::Value, found: &mut Vec<String>) {
-            for (key, value) in value.as_table().unwrap() {
-                let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
-                match value {
-                    toml::Value::Table(_) => leaves(&path, value, found),
-                    toml::Value::Array(windows) => leaves(&path, &windows[0], found),
-                    _ => found.push(path),
-                }
-            }
+        );
+        let table = fill_in(&entries.entries().unwrap(), &mut Vec::new());
+        for key in KEYS {
+            let mut without = toml::Value::Table(table.clone());
+            let (section, name) = key.path.rsplit_once('.').unwrap_or(("", key.path));
+            let inner = if section.is_empty() { Some(&mut without) } else { without.get_mut(section) };
+            inner.unwrap().as_table_mut().unwrap().remove(name).unwrap();
+            assert!(without.try_into::<Scenario>().is_err(), "{} is no field", key.path);
         }
-        let mut fields = Vec::new();
-        leaves("", &toml::Value::try_from(&full).unwrap(), &mut fields);
-        let mut table: Vec<String> = KEYS.iter().map(|key| key.path.to_owned()).collect();
-        table.extend(WINDOW_KEYS.iter().map(|key| format!("{}.{}", keys::WINDOW, key.path)));
-        fields.sort();
-        table.sort();
-        assert_eq!(fields, table);
+        let full: Scenario = toml::Value::Table(table).try_into().unwrap();
+        let window = toml::Value::try_from(&full.recording.window[0]).unwrap();
+        assert!(
+            window.as_table().unwrap().keys().all(|key| WINDOW_KEYS.iter().any(|known| known.path == key))
+        );
+    }
+
+    /// Logs, proofs and pairs of runs are told by these.
+    #[test]
+    fn hashes_of_scenarios_stay() {
+        let of = |name| resolve(crate::builtin::find(name).unwrap()).unwrap().hash();
+        assert_eq!(of("default"), "a02b6d9960a98472f04dc0082c1424b9518e38931217e464397399565ce363ce");
+        assert_eq!(of("load-on-far-end"), "3c84fe18c5bd2e399941c8fb013ab6ca441dcdc2a7423a2b812bd1246e860d8c");
+    }
+
+    /// One for each check of keys against each other.
+    #[test]
+    fn contradictions_are_refused_with_the_reason() {
+        for (text, expected) in [
+            ("drive.kind = \"left-right\"", "drive.kind: left-right pulls block 1 backwards"),
+            ("drive.tilt = 0.5", "drive.tilt: 0.5 has no meaning for this drive"),
+            ("drive.kind = \"top\"\ndrive.tilt = 0.5\ndrive.decay_length_m = 0.1", "drive.tilt: the springs"),
+            (
+                "drive.until_load_ratio = 0.3\ndrive.hold_from_s = 1",
+                "drive.until_load_ratio: the drive stops either",
+            ),
+            (
+                "drive.until_load_ratio = 0.3\ndrive.kind = \"left-right\"\nfriction.reattach = \"two-way\"",
+                "drive.until_load_ratio: the forces of a left-right drive add up to nothing",
+            ),
+            ("normal_load.schedule_s = [1, 2]", "normal_load.schedule_n: 0 loads at 2 times"),
+            (
+                "normal_load.schedule_s = [2, 1]\nnormal_load.schedule_n = [400, 100]",
+                "normal_load.schedule_s: goes from 2 to 1",
+            ),
+            (
+                "normal_load.schedule_s = [1, 2]\nnormal_load.schedule_n = [300, 100]",
+                "normal_load.schedule_n: begins with 300, but the load before it is 400",
+            ),
+            (
+                "normal_load.schedule_s = [1, 2]\nnormal_load.schedule_n = [400, -1]",
+                "normal_load.schedule_n: [400.0, -1.0] is not accepted",
+            ),
+            (
+                "normal_load.schedule_s = [1e-9, 2]\nnormal_load.schedule_n = [400, 100]",
+                "normal_load.schedule_s: 0.000000001 is no whole number of steps",
+            ),
+            ("normal_load.schedule_from = \"hold\"", "normal_load.schedule_from: the drive never stops"),
+            (
+                "friction.law = \"rigid\"\nfriction.ageing_coefficient = 0.01",
+                "friction.ageing_coefficient: 0.01 needs contacts that stick by springs",
+            ),
+            ("friction.static_offsets = [0.1]", "friction.static_offsets: 1 numbers for 100 blocks"),
+            ("friction.static_spread = 0.5", "friction.static_spread: block"),
+            (
+                "time.start = \"loaded\"\nfriction.law = \"rigid\"",
+                "time.start: \"loaded\" knows the stuck chain",
+            ),
+            ("initial_shear.profile_csv = \"no such file\"", "initial_shear.profile_csv: no such file: "),
+        ] {
+            let errors = resolve(text).unwrap_err().to_string();
+            assert!(errors.contains(expected), "{text}: {errors}");
+        }
     }
 
     #[test]

@@ -99,6 +99,7 @@ pub(crate) enum Written {
     Whole(i64),
     Text(String),
     Flag(bool),
+    Numbers(Vec<f64>),
     /// A value of a type that no key has, as it stands in the text.
     Other(String),
 }
@@ -110,6 +111,7 @@ impl fmt::Display for Written {
             Written::Whole(value) => write!(f, "{value}"),
             Written::Text(value) => write!(f, "{value:?}"),
             Written::Flag(value) => write!(f, "{value}"),
+            Written::Numbers(values) => write!(f, "{values:?}"),
             Written::Other(text) => f.write_str(text),
         }
     }
@@ -167,6 +169,14 @@ fn read(layer: &Layer, value: &Spanned<DeValue<'_>>) -> Written {
             .map_or_else(|_| Written::Other(text()), Written::Whole),
         DeValue::Float(digits) => {
             digits.as_str().parse().map_or_else(|_| Written::Other(text()), Written::Number)
+        }
+        DeValue::Array(values) => {
+            let numbers = values.iter().map(|value| match read(layer, value) {
+                Written::Number(value) => Some(value),
+                Written::Whole(value) => Some(value as f64),
+                _ => None,
+            });
+            numbers.collect::<Option<_>>().map_or_else(|| Written::Other(text()), Written::Numbers)
         }
         _ => Written::Other(text()),
     }

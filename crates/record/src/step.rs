@@ -21,6 +21,9 @@ pub struct StepRecord {
     pub driving_force_n: f64,
     /// Total normal load `F_N` that this step's update used.
     pub normal_load_n: f64,
+    /// The driving forces on the first and the last block, N, where the drive pulls both ways
+    /// and their sum says little.
+    pub end_forces_n: Option<[f64; 2]>,
     /// How many blocks slid in this step, that is, entered it detached.
     pub sliding: u32,
     /// The blocks that detached or re-attached at the end of this step, in

@@ -30,6 +30,12 @@ pub(crate) struct StepMessage {
     pub(crate) driving_force_n: f64,
     /// Total normal load that this step's update used, N.
     pub(crate) normal_load_n: f64,
+    /// Driving force on the first block, N, where the drive pulls both ways.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) first_end_force_n: Option<f64>,
+    /// The same on the last block.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) last_end_force_n: Option<f64>,
     /// The driving force over the normal load.
     pub(crate) ft_fn: f64,
     /// How many blocks slid in this step.
@@ -70,6 +76,8 @@ impl StepMessage {
             time_s: record.time_s,
             driving_force_n: record.driving_force_n,
             normal_load_n: record.normal_load_n,
+            first_end_force_n: record.end_forces_n.map(|ends| ends[0]),
+            last_end_force_n: record.end_forces_n.map(|ends| ends[1]),
             ft_fn: record.load_ratio(),
             sliding: record.sliding,
             switches: record.switches.len() as u32,
@@ -82,6 +90,7 @@ impl StepMessage {
             time_s: self.time_s,
             driving_force_n: self.driving_force_n,
             normal_load_n: self.normal_load_n,
+            end_forces_n: self.first_end_force_n.zip(self.last_end_force_n).map(|(a, b)| [a, b]),
             sliding: self.sliding,
             switches: Vec::new(),
         }

@@ -197,7 +197,7 @@ type Point = (f64, f64);
 fn spectrum(plan: &Plan) -> Vec<Point> {
     const ALONG: u32 = 64;
     let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
-    let held = plan.friction.interfacial_stiffness_n_per_m + plan.drive.stiffness_n_per_m;
+    let held = plan.friction.interfacial_stiffness_n_per_m + plan.drive.stiffest_n_per_m();
     let mut points = Vec::new();
     for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
         for along in 0..=ALONG {

@@ -9,7 +9,7 @@
 
 use asperity_model::{Plan, Reattach};
 
-use crate::state::ChainState;
+use crate::state::{ChainState, aged_threshold_n};
 
 /// A number as a sum of two doubles, the second below the rounding of the first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,15 +127,20 @@ impl<'a> Exact<'a> {
             self.tangential_force_n[n] =
                 curve(u, n) * plan.stiffness_n_per_m + curve(v, n) * plan.damping_kg_per_s;
         }
-        let drive = &plan.drive;
-        let point_m = Wide::product(drive.velocity_m_per_s, plan.grid.time_s(self.step));
-        self.tangential_force_n[0] = self.tangential_force_n[0] + (point_m - u[0]) * drive.stiffness_n_per_m;
+        let moved_s = plan.grid.time_s(self.step.min(self.start.hold_step));
+        let point_m = Wide::product(plan.drive.velocity_m_per_s, moved_s);
+        for spring in &plan.drive.springs {
+            let stretch = point_m * spring.direction - u[spring.block];
+            let tau = &mut self.tangential_force_n[spring.block];
+            *tau = *tau + stretch * spring.stiffness_n_per_m;
+        }
+        let load_factor = plan.load_factor(self.step, self.start.hold_step);
         let dt = plan.grid.step_s();
         for n in 0..=last {
             let before = self.velocity_m_per_s[n].high;
             self.direction[n] = if before == 0.0 { 0.0 } else { before.signum() };
             let friction = if self.start.slip[n] != 0.0 {
-                Wide::from(-plan.friction.dynamic_friction_n[n]) * self.direction[n]
+                Wide::from(-load_factor * plan.friction.dynamic_friction_n[n]) * self.direction[n]
             } else {
                 let stretch = self.displacement_m[n] - self.start.stick_position_m[n].into();
                 stretch * -plan.friction.interfacial_stiffness_n_per_m
@@ -155,7 +160,9 @@ impl<'a> Exact<'a> {
         if self.start.slip[n] == 0.0 {
             let tau = self.tangential_force_n[n];
             let size = if tau.high < 0.0 { -tau } else { tau };
-            (size - self.plan.friction.static_threshold_n[n].into()).high
+            let aged = aged_threshold_n(self.plan, n, &self.start.stuck_since_step, self.step);
+            let factor = self.plan.load_factor(self.step, self.start.hold_step);
+            (size - (factor * aged).into()).high
         } else {
             let forward = match self.plan.friction.reattach {
                 Reattach::OneWay => 1.0,

@@ -7,21 +7,25 @@
 //! cut up depends on the trajectory alone. What is to be recorded inside a window
 //! or jump is evaluated on the side.
 
-use asperity_model::Plan;
+use asperity_model::{Law, Plan};
 use asperity_record::Record;
 
 use crate::jump::Jump;
-use crate::plain::Plain;
+use crate::plain::{Driving, Plain};
 use crate::recorder::Recorder;
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
-use crate::window::Window;
+use crate::window::{ROUNDING, Window};
 use crate::{Counters, SimulationError, Solver, SolverKind};
 
 /// Many certified steps, still to be taken.
 #[derive(Debug, Clone, Copy)]
 enum Leap {
     Jump {
+        steps: u64,
+    },
+    /// Nothing moves, by the laws without friction springs.
+    Rest {
         steps: u64,
     },
     /// By the index of the window's length.
@@ -57,7 +61,7 @@ impl Fast {
         let recorder = Recorder::new(&plan, plain.state());
         Fast {
             window: Window::new(&plan, sweeps),
-            jump: Jump::new(&plan, sweeps),
+            jump: if plan.friction.law == Law::Springs { Jump::new(&plan, sweeps) } else { None },
             aside: plain.clone(),
             plan,
             plain,
@@ -69,7 +73,7 @@ impl Fast {
 
     fn take_plain_step(&mut self) -> Result<(), SimulationError> {
         let was_sliding = self.plain.state().sliding > 0;
-        let driving_force_n = self.plain.take_step();
+        let driving = self.plain.take_step();
         let left = self.plain.state().single_steps;
         self.plain.state_mut().single_steps = match left {
             0 | 1 if !self.plain.switched().is_empty() => 1,
@@ -79,15 +83,29 @@ impl Fast {
             left => left.saturating_sub(1),
         };
         let (state, switched) = (self.plain.state(), self.plain.switched());
-        self.recorder.observe(&self.plan, state, was_sliding, driving_force_n, switched)
+        self.recorder.observe(&self.plan, state, was_sliding, driving, switched)
     }
 
     /// Opens a jump or a window, if one is certified; or else the steps that are best
     /// taken one by one. The step behind it is taken plainly, for the forces that go
     /// with the state.
     fn open_leap(&mut self) -> Result<Leap, u64> {
+        if self.plan.friction.ageing.is_some() {
+            self.plain.state_mut().age(&self.plan);
+        }
         let state = self.plain.state();
-        let left = self.plan.steps - state.step - 1;
+        // Not beyond where drive or load change their course, nor to the last step.
+        let last_step = (self.plan.steps - 1).min(self.plan.steady_until_step(state.step, state.hold_step));
+        let left = last_step - state.step;
+        if self.plan.friction.law != Law::Springs {
+            let steps = rest_steps(&self.plan, state).min(left);
+            if state.detached > 0 || steps == 0 {
+                return Err(1);
+            }
+            self.counters.jumps += 1;
+            self.counters.jump_steps += steps;
+            return Ok(Leap::Rest { steps });
+        }
         if let Some(jump) = &mut self.jump
             && state.detached == 0
             && state.step >= state.no_jump_before_step
@@ -115,7 +133,7 @@ impl Fast {
     fn continue_leap(&mut self, leap: Leap) -> Result<(), SimulationError> {
         let from_step = self.plain.state().step;
         let steps = match leap {
-            Leap::Jump { steps } => steps,
+            Leap::Jump { steps } | Leap::Rest { steps } => steps,
             Leap::Window(index) => self.window.steps(index),
         };
         let due_step = self.recorder.due_step();
@@ -133,6 +151,10 @@ impl Fast {
                 }
             }
             Leap::Jump { steps } => opened(&mut self.jump).land(steps, state),
+            Leap::Rest { steps } => {
+                state.step += steps;
+                state.sliding = 0;
+            }
         }
         self.take_plain_step()
     }
@@ -140,23 +162,70 @@ impl Fast {
     /// Records the step that is `into` steps into the leap.
     fn record_within(&mut self, leap: Leap, into: u64) -> Result<(), SimulationError> {
         let due_step = self.plain.state().step + into;
-        if matches!(leap, Leap::Jump { .. }) && self.recorder.due_is_load(&self.plan) {
+        if matches!(leap, Leap::Jump { .. })
+            && self.recorder.due_is_load(&self.plan)
+            && let Some(spring) = self.plan.drive.only_side()
+        {
+            let hold_step = self.plain.state().hold_step;
             let first_m = opened(&mut self.jump).sample_first_m(into - 1);
-            let driving_force_n = self.plan.drive.force_n(self.plan.grid.time_s(due_step), first_m);
-            self.recorder.record_load(&self.plan, driving_force_n);
+            let total_n = spring.force_n(self.plan.drive_point_m(due_step, hold_step), first_m);
+            self.recorder.record_load(&self.plan, hold_step, Driving { total_n, ends_n: None });
             return Ok(());
         }
         self.aside.state_mut().clone_from(self.plain.state());
         match leap {
             Leap::Window(_) => self.window.sample(&self.plan, into - 1, self.aside.state_mut()),
             Leap::Jump { .. } => opened(&mut self.jump).sample(into - 1, self.aside.state_mut()),
+            Leap::Rest { .. } => self.aside.state_mut().step += into - 1,
         }
-        let mut driving_force_n = 0.0;
+        let mut driving = Driving { total_n: 0.0, ends_n: None };
         while self.aside.state().step < due_step {
-            driving_force_n = self.aside.take_step();
+            driving = self.aside.take_step();
         }
-        self.recorder.record(&self.plan, self.aside.state(), driving_force_n, &[], false)
+        self.recorder.record(&self.plan, self.aside.state(), driving, &[], false)
     }
+}
+
+/// Steps for which a chain stays at rest whose blocks all stick without springs: only the
+/// drive's pull changes, and the thresholds. Nothing moves, so nothing rounds, but these two.
+fn rest_steps(plan: &Plan, state: &ChainState) -> u64 {
+    let advance_m = match state.hold_step > state.step + 1 {
+        true => plan.drive.velocity_m_per_s * plan.grid.step_s(),
+        false => 0.0,
+    };
+    let (step, hold_step) = (state.step + 1, state.hold_step);
+    let factor = plan.load_factor(step, hold_step);
+    let fall = factor - plan.load_factor(step + 1, hold_step);
+    let (mut rates, point_m) = (vec![0.0; plan.blocks], plan.drive_point_m(step, hold_step));
+    // Of the last step, in which the drive pulled a little less.
+    let before_m = plan.drive_point_m(state.step, hold_step);
+    let mut forces = state.tangential_force_n.clone();
+    for spring in &plan.drive.springs {
+        let stretch_m = spring.direction * (point_m - before_m);
+        forces[spring.block] += spring.stiffness_n_per_m * stretch_m;
+        rates[spring.block] = spring.force_n(advance_m, 0.0);
+    }
+    let mut least = f64::INFINITY;
+    for n in 0..plan.blocks {
+        let threshold = plan.friction.static_threshold_n[n];
+        let room = factor * threshold * (1.0 - ROUNDING);
+        let stays = forces[n].abs() < room;
+        if !stays {
+            return 0;
+        }
+        let fall = fall * threshold;
+        for (way, closing) in [(room - forces[n], fall + rates[n]), (room + forces[n], fall - rates[n])] {
+            least = if closing > 0.0 { least.min(way / closing) } else { least };
+        }
+    }
+    if let Some(ratio) = plan.drive.until_load_ratio.filter(|_| hold_step == u64::MAX) {
+        let goal = ratio * plan.total_normal_load_n * factor * (1.0 - ROUNDING);
+        let force = plan.drive.total_force_n(point_m, &state.displacement_m);
+        let rate = plan.drive.total_force_n(advance_m, &vec![0.0; plan.blocks]);
+        least = least.min(((goal - force) / rate).max(0.0));
+    }
+    // Casting saturates: what does not change stays.
+    least as u64
 }
 
 /// The jump that a leap was opened with.
@@ -208,6 +277,11 @@ impl Solver for Fast {
     }
 
     fn fallbacks(&self) -> Vec<&'static str> {
+        if self.plan.friction.law != Law::Springs {
+            return vec![
+                "single steps while any block slides: friction without springs has no windows; at rest the run jumps all the same",
+            ];
+        }
         let jumps = self.jump.is_none().then_some(
             "windows instead of jumps: the stuck chain has no full set of modes, or none that doubles can tell apart (critical damping, very soft friction springs)",
         );

@@ -4,11 +4,12 @@
 //! Its quasi-static solution advances by the same displacement every step,
 //!
 //! ```text
-//! u_q(s + i) = a + i b,  v_q = b / dt,  M a = k_t u_stick + eta L v_q + e_1 K V t(s + 1),  M b = e_1 K V dt,
+//! u_q(s + i) = a + i b,  v_q = b / dt,
+//! M a = k_t u_stick + eta L v_q + sum_n e_n K_n X(s + 1),  M b = sum_n e_n K_n V dt,
 //! ```
 //!
-//! with `M` the stiffness of chain, drive and friction springs and `L` the second
-//! difference. What is left, `r = y - y_q`, obeys the map without forcing: each of its
+//! with `M` the stiffness of chain, drive and friction springs, `L` the second
+//! difference and `X` the drive point, whose velocity `V` is 0 once it is held. What is left, `r = y - y_q`, obeys the map without forcing: each of its
 //! modal coordinates ([`crate::modes`]) is multiplied by the same number in every step.
 //!
 //! **Certificate.** The force of the quasi-static part on a block is
@@ -23,6 +24,7 @@
 //! again is counted, and a jump is refused if that is more than rounding.
 
 use asperity_model::Plan;
+use asperity_model::chain::{SteadyLoading, Stiffness};
 
 use crate::modes::{Coordinates, Modes};
 use crate::state::ChainState;
@@ -77,11 +79,9 @@ pub(crate) struct Jump {
     basis: Basis,
     stiffness: Stiffness,
     spring: Vec<f64>,
-    /// `eta L v_q`.
-    viscous_n: Vec<f64>,
-    /// `b` and `v_q`.
-    advance_m: Vec<f64>,
-    velocity_m_per_s: Vec<f64>,
+    /// `b` and `v_q` while the drive point moves, while it stands, and which it is.
+    loading: [SteadyLoading; 2],
+    moves: bool,
     /// `a` and `r` of the jump that is open, and `r` in modal coordinates.
     position_m: Vec<f64>,
     residue: Vec<f64>,
@@ -102,25 +102,15 @@ impl Jump {
         let blocks = plan.blocks;
         let basis = Basis::of(plan, sweeps)?;
         let stiffness = Stiffness::of(plan);
-        let dt = plan.grid.step_s();
-        let mut advance_m = vec![0.0; blocks];
-        advance_m[0] = plan.drive.force_n(dt, 0.0);
-        stiffness.solve(&mut advance_m);
-        let velocity_m_per_s: Vec<f64> = advance_m.iter().map(|advance| advance / dt).collect();
         Some(Jump {
             sweeps,
             norms: Norms::of(plan),
             cadence: (0, basis.growth(0)),
             basis,
             spring: vec![plan.friction.interfacial_stiffness_n_per_m; blocks],
-            viscous_n: (0..blocks)
-                .map(|n| {
-                    plan.damping_kg_per_s * asperity_model::initial::neighbour_pull(&velocity_m_per_s, n)
-                })
-                .collect(),
+            loading: [false, true].map(|moves| SteadyLoading::of(plan, &stiffness, moves)),
+            moves: true,
             stiffness,
-            velocity_m_per_s,
-            advance_m,
             position_m: vec![0.0; blocks],
             residue: vec![0.0; 2 * blocks],
             composed: vec![0.0; 2 * blocks],
@@ -153,21 +143,21 @@ impl Jump {
         if most_steps < fewest_steps {
             return 0;
         }
-        let kt = plan.friction.interfacial_stiffness_n_per_m;
-        for n in 0..blocks {
-            self.position_m[n] = self.viscous_n[n] + kt * state.stick_position_m[n];
-        }
-        self.position_m[0] += plan.drive.force_n(plan.grid.time_s(state.step + 1), 0.0);
-        self.stiffness.solve(&mut self.position_m);
+        self.moves = state.hold_step > state.step + 1;
+        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
+        let loading = &self.loading[usize::from(self.moves)];
+        loading.position_m(plan, &self.stiffness, &state.stick_position_m, point_m, &mut self.position_m);
         // What even the quasi-static part does not allow needs no closer look.
         self.swing.fill(0.0);
-        if self.certified_steps(plan, state, 0.0) < fewest_steps {
+        let least = self.certified_steps(plan, state, 0.0);
+        if least.min(self.steps_to_load(plan, state, 0.0)) < fewest_steps {
             return 0;
         }
+        let velocity_m_per_s = &self.loading[usize::from(self.moves)].velocity_m_per_s;
         let (u, v) = self.residue.split_at_mut(blocks);
         for n in 0..blocks {
             u[n] = state.displacement_m[n] - self.position_m[n];
-            v[n] = state.velocity_m_per_s[n] - self.velocity_m_per_s[n];
+            v[n] = state.velocity_m_per_s[n] - velocity_m_per_s[n];
         }
         let norm = invariant(plan, self.sweeps, &self.spring, u, v).sqrt();
         let sweeps = self.sweeps;
@@ -198,35 +188,67 @@ impl Jump {
             }
         };
         // Displacements grow on the way.
-        let advance_m = sweeps.largest(&self.advance_m) * most_steps as f64;
+        let advance_m = sweeps.largest(&self.loading[usize::from(self.moves)].advance_m) * most_steps as f64;
         let reach_m = u_scale.max(sweeps.largest(&self.position_m)) + advance_m;
         let reserve = self.norms.force * missed + self.norms.force_rounding(reach_m, v_scale);
         self.from_step = state.step;
         self.sampled.clone_from(&self.coordinates);
         self.sampled_step = state.step;
-        let steps = self.certified_steps(plan, state, reserve).min(most_steps);
+        let rounding = self.norms.force_rounding(reach_m, v_scale) * blocks as f64;
+        let swing = self.norms.drive * (norm + missed) + rounding;
+        let steps = self
+            .certified_steps(plan, state, reserve)
+            .min(self.steps_to_load(plan, state, swing))
+            .min(most_steps);
         if steps < fewest_steps { 0 } else { steps }
     }
 
     /// Steps until the quasi-static force and the swing around it reach a threshold.
     fn certified_steps(&self, plan: &Plan, state: &ChainState, reserve: f64) -> u64 {
         let kt = plan.friction.interfacial_stiffness_n_per_m;
+        let advance_m = &self.loading[usize::from(self.moves)].advance_m;
+        let thresholds = state.least_threshold_n(plan);
+        let factor = plan.load_factor(state.step + 1, state.hold_step);
+        let factor_rate = plan.load_factor(state.step + 2, state.hold_step) - factor;
         let mut least = f64::INFINITY;
         for n in 0..plan.blocks {
-            let threshold = plan.friction.static_threshold_n[n];
+            let threshold = factor * thresholds[n];
             let room = threshold - ROUNDING * threshold - reserve - self.swing[n];
-            let (force, rate) =
-                (kt * (self.position_m[n] - state.stick_position_m[n]), kt * self.advance_m[n]);
+            let (force, rate) = (kt * (self.position_m[n] - state.stick_position_m[n]), kt * advance_m[n]);
             // Written so that what is not a number certifies nothing.
             let stays = force.abs() < room;
             if !stays {
                 return 0;
             }
-            let steps = if rate > 0.0 { (room - force) / rate } else { (room + force) / -rate };
-            least = if rate == 0.0 { least } else { least.min(steps) };
+            // Towards either side; the threshold may come down to meet the force.
+            let fall = -factor_rate * thresholds[n];
+            for (way, closing) in [(room - force, rate + fall), (room + force, fall - rate)] {
+                least = if closing > 0.0 { least.min(way / closing) } else { least };
+            }
         }
         // Casting saturates: without a rate there is no end.
         least as u64
+    }
+
+    /// Steps until the quasi-static driving force and the swing around it reach the load that
+    /// stops the drive.
+    fn steps_to_load(&self, plan: &Plan, state: &ChainState, swing: f64) -> u64 {
+        let Some(ratio) = plan.drive.until_load_ratio.filter(|_| state.hold_step == u64::MAX) else {
+            return u64::MAX;
+        };
+        let advance_m = &self.loading[usize::from(self.moves)].advance_m;
+        let goal = ratio * plan.total_normal_load_n * plan.load_factor(state.step + 1, state.hold_step);
+        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
+        let force = plan.drive.total_force_n(point_m, &self.position_m);
+        let rate = plan.drive.total_force_n(plan.drive.velocity_m_per_s * plan.grid.step_s(), advance_m);
+        let room = goal * (1.0 - ROUNDING) - swing - force;
+        if room <= 0.0 {
+            0
+        } else if rate > 0.0 {
+            (room / rate) as u64
+        } else {
+            u64::MAX
+        }
     }
 
     /// Writes displacements and velocities after `into` steps of the jump.
@@ -249,7 +271,7 @@ impl Jump {
     pub(crate) fn sample_first_m(&mut self, into: u64) -> f64 {
         self.sample_to(into);
         self.position_m[0]
-            + (into as f64 * self.advance_m[0]
+            + (into as f64 * self.loading[usize::from(self.moves)].advance_m[0]
                 + match &self.basis {
                     Basis::Stored(modes) => modes.first_displacement_m(&self.sampled),
                     Basis::Waves(waves) => waves.first_displacement_m(&self.sampled),
@@ -275,47 +297,12 @@ impl Jump {
             Basis::Waves(waves) => waves.compose(coordinates, &mut self.composed, &mut self.swing),
         }
         let (u, v) = self.composed.split_at(blocks);
+        let SteadyLoading { advance_m, velocity_m_per_s, .. } = &self.loading[usize::from(self.moves)];
         for n in 0..blocks {
-            state.displacement_m[n] = self.position_m[n] + (into as f64 * self.advance_m[n] + u[n]);
-            state.velocity_m_per_s[n] = self.velocity_m_per_s[n] + v[n];
+            state.displacement_m[n] = self.position_m[n] + (into as f64 * advance_m[n] + u[n]);
+            state.velocity_m_per_s[n] = velocity_m_per_s[n] + v[n];
         }
         state.step = self.from_step + into;
         state.sliding = 0;
-    }
-}
-
-/// The stuck chain's stiffness `M`, ready to be solved with: tridiagonal and positive
-/// definite, so elimination without pivoting is stable.
-#[derive(Debug, Clone)]
-struct Stiffness {
-    /// `k` over each pivot.
-    factor: Vec<f64>,
-    /// 1 over each pivot.
-    inverse: Vec<f64>,
-}
-
-impl Stiffness {
-    fn of(plan: &Plan) -> Stiffness {
-        let (k, kt) = (plan.stiffness_n_per_m, plan.friction.interfacial_stiffness_n_per_m);
-        let mut inverse: Vec<f64> = Vec::with_capacity(plan.blocks);
-        for n in 0..plan.blocks {
-            let neighbours = if n == 0 || n + 1 == plan.blocks { 1.0 } else { 2.0 };
-            let diagonal = kt + neighbours * k + if n == 0 { plan.drive.stiffness_n_per_m } else { 0.0 };
-            let before = inverse.last().map_or(0.0, |inverse| k * inverse * k);
-            inverse.push(1.0 / (diagonal - before));
-        }
-        Stiffness { factor: inverse.iter().map(|inverse| k * inverse).collect(), inverse }
-    }
-
-    /// Turns `pull` into the `x` with `M x = pull`.
-    fn solve(&self, pull: &mut [f64]) {
-        let last = pull.len() - 1;
-        for n in 1..=last {
-            pull[n] += self.factor[n - 1] * pull[n - 1];
-        }
-        pull[last] *= self.inverse[last];
-        for n in (0..last).rev() {
-            pull[n] = self.inverse[n] * pull[n] + self.factor[n] * pull[n + 1];
-        }
     }
 }

@@ -53,10 +53,8 @@ impl Pencil {
         let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
         let (by_stiffness, by_damping) = (dt * dt / m, dt / m);
         let neighbours = |n: usize| if n == 0 || n + 1 == plan.blocks { 1.0 } else { 2.0 };
-        let held = |n: usize| {
-            let drive = if n == 0 { plan.drive.stiffness_n_per_m } else { 0.0 };
-            plan.friction.interfacial_stiffness_n_per_m + drive
-        };
+        let drive = plan.drive.stiffness_n_per_m(plan.blocks);
+        let held = |n: usize| plan.friction.interfacial_stiffness_n_per_m + drive[n];
         let k = plan.stiffness_n_per_m;
         Pencil {
             stiffness: (0..plan.blocks).map(|n| by_stiffness * (held(n) + neighbours(n) * k)).collect(),
@@ -276,7 +274,7 @@ impl Modes {
             first_re: Vec::with_capacity(count),
             first_im: Vec::with_capacity(pairs),
             force_n: Vec::with_capacity(count * blocks),
-            spread: ((4.0 * plan.stiffness_n_per_m + plan.drive.stiffness_n_per_m)
+            spread: ((4.0 * plan.stiffness_n_per_m + plan.drive.stiffest_n_per_m())
                 / plan.friction.interfacial_stiffness_n_per_m
                 + 1.0)
                 .sqrt(),
@@ -285,6 +283,7 @@ impl Modes {
             scratch: vec![0.0; 2 * blocks],
             more_scratch: vec![0.0; 2 * blocks],
         };
+        let driven = plan.drive.stiffness_n_per_m(blocks);
         for (e, &z) in values.iter().enumerate() {
             let x = pencil.null_vector(z);
             let settled = pencil.correction(z, &x).size() <= SETTLED * z.size();
@@ -321,7 +320,7 @@ impl Modes {
                 left + if n + 1 < blocks { y[n + 1] - y[n] } else { Complex::ZERO }
             };
             modes.force_n.extend((0..blocks).map(|n| {
-                let drive = if n == 0 { x[0].scaled(plan.drive.force_n(0.0, 1.0)) } else { Complex::ZERO };
+                let drive = x[n].scaled(-driven[n]);
                 let chain = pull(&x, n).scaled(plan.stiffness_n_per_m)
                     + pull(&velocity, n).scaled(plan.damping_kg_per_s);
                 times * (chain + drive).size()

@@ -12,12 +12,12 @@
 //!    rest re-attaches at `u_stick,n = u_n - tau_n / k_t` (5.15), with the new
 //!    position, this step's `tau_n`, and its velocity kept.
 
-use asperity_model::{Plan, Reattach};
+use asperity_model::{Law, Plan, Reattach};
 use asperity_record::Record;
 
 use crate::recorder::Recorder;
-use crate::state::ChainState;
-use crate::sweep::{Blocks, Constants, Steps, Sweeps, comes_to_rest};
+use crate::state::{ChainState, aged_threshold_n};
+use crate::sweep::{Blocks, Constants, Steps, Sweeps, comes_to_rest, stops};
 use crate::{Counters, SimulationError, Solver, SolverKind};
 
 /// The solver that takes every step.
@@ -34,9 +34,25 @@ pub struct Plain {
     new_velocity_m_per_s: Vec<f64>,
     /// Tangential forces of the step before.
     old_tangential_force_n: Vec<f64>,
+    /// Driving force on each block in the last step.
+    driving_force_n: Vec<f64>,
+    /// Thresholds, no less than these, and sliding friction in the last step, and the load
+    /// factor that they are for.
+    threshold_n: Vec<f64>,
+    sliding_friction_n: Vec<f64>,
+    load_factor: f64,
     /// The blocks that switched in the last step, counted from 0, ascending.
     switched: Vec<usize>,
     counters: Counters,
+}
+
+/// What the drive does in one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Driving {
+    /// Sum of the forces on all blocks, N.
+    pub total_n: f64,
+    /// The forces on the first and the last block where the drive pulls both ways.
+    pub ends_n: Option<[f64; 2]>,
 }
 
 impl Plain {
@@ -58,7 +74,19 @@ impl Plain {
                 dt_over_m: dt / plan.block_mass_kg,
                 kt: plan.friction.interfacial_stiffness_n_per_m,
                 two_way: plan.friction.reattach == Reattach::TwoWay,
+                weakening: match plan.friction.law {
+                    Law::Springs => 0.0,
+                    Law::Rigid { weakening_s_per_m, .. } => weakening_s_per_m,
+                },
+                radiation: match plan.friction.law {
+                    Law::Springs => 0.0,
+                    Law::Rigid { radiation_kg_per_s, .. } => radiation_kg_per_s,
+                },
             },
+            driving_force_n: vec![0.0; plan.blocks],
+            threshold_n: plan.friction.static_threshold_n.clone(),
+            sliding_friction_n: plan.friction.dynamic_friction_n.clone(),
+            load_factor: 1.0,
             new_displacement_m: vec![0.0; plan.blocks],
             new_velocity_m_per_s: vec![0.0; plan.blocks],
             old_tangential_force_n: vec![0.0; plan.blocks],
@@ -86,30 +114,46 @@ impl Plain {
         &self.switched
     }
 
-    /// Takes one step; returns the driving force that it used.
-    pub fn take_step(&mut self) -> f64 {
+    /// Takes one step; returns the driving forces that it used.
+    pub fn take_step(&mut self) -> Driving {
+        self.state.step += 1;
+        self.state.sliding = self.state.detached;
+        self.follow_load();
         let (plan, state) = (&self.plan, &mut self.state);
-        state.step += 1;
-        state.sliding = state.detached;
-        // The drive is taken at the new time, block 1 where it was.
-        let driving_force_n = plan.drive.force_n(plan.grid.time_s(state.step), state.displacement_m[0]);
+        // The drive is taken at the new time, the blocks where they were.
+        let point_m = plan.drive_point_m(state.step, state.hold_step);
+        let mut total_n = 0.0;
+        for spring in &plan.drive.springs {
+            let force_n = spring.force_n(point_m, state.displacement_m[spring.block]);
+            self.driving_force_n[spring.block] = force_n;
+            total_n += force_n;
+        }
+        let driving = Driving {
+            total_n,
+            ends_n: plan
+                .drive
+                .pulls_both_ways()
+                .then(|| [self.driving_force_n[0], self.driving_force_n[plan.blocks - 1]]),
+        };
         let old = Blocks {
             u: &state.displacement_m,
             v: &state.velocity_m_per_s,
             u_stick: &state.stick_position_m,
             slip: &state.slip,
-            threshold: &plan.friction.static_threshold_n,
-            sliding_friction: &plan.friction.dynamic_friction_n,
-            driving_force_n,
+            threshold: &self.threshold_n,
+            sliding_friction: &self.sliding_friction_n,
+            driving_force: &self.driving_force_n,
         };
         std::mem::swap(&mut state.tangential_force_n, &mut self.old_tangential_force_n);
-        let any_switch = self.sweeps.step(
-            &mut self.new_displacement_m,
-            &mut self.new_velocity_m_per_s,
-            &mut state.tangential_force_n,
-            &old,
-            &self.constants,
-        );
+        let new = (&mut self.new_displacement_m[..], &mut self.new_velocity_m_per_s[..]);
+        let (tau, constants) = (&mut state.tangential_force_n[..], &self.constants);
+        let any_switch = match plan.friction.law {
+            Law::Springs if plan.drive.pulls_inside(plan.blocks) => {
+                self.sweeps.step_driven_everywhere(new.0, new.1, tau, &old, constants)
+            }
+            Law::Springs => self.sweeps.step(new.0, new.1, tau, &old, constants),
+            Law::Rigid { .. } => self.sweeps.rigid_step(new.0, new.1, tau, &old, constants),
+        };
         std::mem::swap(&mut state.displacement_m, &mut self.new_displacement_m);
         self.switched.clear();
         if any_switch {
@@ -118,7 +162,36 @@ impl Plain {
         std::mem::swap(&mut self.state.velocity_m_per_s, &mut self.new_velocity_m_per_s);
         self.counters.plain_steps += 1;
         self.counters.switches += self.switched.len() as u64;
-        driving_force_n
+        self.stop_at_load(total_n);
+        driving
+    }
+
+    /// Brings thresholds and sliding friction to the load of the step.
+    fn follow_load(&mut self) {
+        let (plan, state) = (&self.plan, &self.state);
+        let factor = plan.load_factor(state.step, state.hold_step);
+        let ages = plan.friction.ageing.is_some();
+        if factor == self.load_factor && !ages {
+            return;
+        }
+        self.load_factor = factor;
+        let scale = |to: &mut [f64], from: &[f64]| {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = factor * from;
+            }
+        };
+        scale(&mut self.threshold_n, state.least_threshold_n(plan));
+        scale(&mut self.sliding_friction_n, &plan.friction.dynamic_friction_n);
+    }
+
+    /// Stops the drive point where the load has been reached that it is to be driven to.
+    fn stop_at_load(&mut self, total_n: f64) {
+        let (plan, state) = (&self.plan, &mut self.state);
+        let Some(ratio) = plan.drive.until_load_ratio.filter(|_| state.hold_step == u64::MAX) else { return };
+        let normal_load_n = plan.total_normal_load_n * self.load_factor;
+        if total_n >= ratio * normal_load_n {
+            state.hold_step = state.step;
+        }
     }
 
     /// Steps until the first block would switch, if forces and velocities went on as they
@@ -131,7 +204,9 @@ impl Plain {
             v: &state.velocity_m_per_s,
             v_before: &self.new_velocity_m_per_s,
         };
-        self.sweeps.crossing_ahead(&steps, &state.slip, &self.plan.friction.static_threshold_n)
+        let next = self.plan.load_factor(state.step + 1, state.hold_step);
+        let decline = if next == self.load_factor { 0.0 } else { 1.0 - next / self.load_factor };
+        self.sweeps.crossing_ahead(&steps, &state.slip, &self.threshold_n, decline)
     }
 
     /// Puts the switches of this step in force for the next.
@@ -141,17 +216,41 @@ impl Plain {
         let state = &mut self.state;
         // All of one length, which spares checking every index.
         let (tau, slip) = (&state.tangential_force_n[..blocks], &mut state.slip[..blocks]);
-        let (v, new_v) = (&state.velocity_m_per_s[..blocks], &self.new_velocity_m_per_s[..blocks]);
-        let threshold = &friction.static_threshold_n[..blocks];
+        let (v, new_v) = (&state.velocity_m_per_s[..blocks], &mut self.new_velocity_m_per_s[..blocks]);
+        let threshold = &self.threshold_n[..blocks];
+        let rigid = friction.law != Law::Springs;
         for n in 0..blocks {
             let slides = slip[n] != 0.0;
-            if slides && comes_to_rest(v[n], new_v[n], two_way) {
+            if slides {
+                let rests =
+                    if rigid { stops(v[n], new_v[n]) } else { comes_to_rest(v[n], new_v[n], two_way) };
+                if !rests {
+                    continue;
+                }
                 slip[n] = 0.0;
-                state.stick_position_m[n] =
-                    state.displacement_m[n] - tau[n] / friction.interfacial_stiffness_n_per_m;
+                state.stick_position_m[n] = if rigid {
+                    // It stays where it was before the step that would have turned it round.
+                    new_v[n] = 0.0;
+                    state.displacement_m[n] = self.new_displacement_m[n];
+                    state.displacement_m[n]
+                } else {
+                    state.displacement_m[n] - tau[n] / friction.interfacial_stiffness_n_per_m
+                };
+                if friction.ageing.is_some() {
+                    state.stuck_since_step[n] = state.step;
+                    state.aged_threshold_n[n] = friction.static_threshold_n[n];
+                }
                 state.detached -= 1;
                 self.switched.push(n);
-            } else if !slides && tau[n].abs() >= threshold[n] {
+            } else if tau[n].abs() >= threshold[n] {
+                if friction.ageing.is_some() {
+                    // The threshold that was known may be behind.
+                    let aged = aged_threshold_n(&self.plan, n, &state.stuck_since_step, state.step);
+                    state.aged_threshold_n[n] = aged;
+                    if tau[n].abs() < self.load_factor * aged {
+                        continue;
+                    }
+                }
                 slip[n] = 1.0;
                 state.detached += 1;
                 self.switched.push(n);
@@ -174,9 +273,9 @@ impl Solver for Plain {
                 return Ok(None);
             }
             let was_sliding = self.state.sliding > 0;
-            let driving_force_n = self.take_step();
+            let driving = self.take_step();
             let Plain { plan, state, recorder, switched, .. } = self;
-            recorder.observe(plan, state, was_sliding, driving_force_n, switched)?;
+            recorder.observe(plan, state, was_sliding, driving, switched)?;
         }
     }
 
@@ -195,6 +294,7 @@ impl Solver for Plain {
     fn restore(&mut self, state: &ChainState) {
         assert_eq!(state.displacement_m.len(), self.plan.blocks, "the state of a chain of another size");
         self.state = state.clone();
+        self.load_factor = f64::NAN;
         self.switched.clear();
         self.recorder.continue_after(&self.plan, state.step);
     }

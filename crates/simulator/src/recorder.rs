@@ -7,6 +7,7 @@ use asperity_model::{Plan, WindowPlan};
 use asperity_record::{Direction, FieldRecord, Record, StepRecord, Switch, WindowRecord};
 
 use crate::SimulationError;
+use crate::plain::Driving;
 use crate::state::ChainState;
 
 /// Turns states worth recording into records, and knows the next step at which
@@ -21,7 +22,7 @@ impl Recorder {
     /// A recorder at the start of a run, with the initial fields ready.
     pub(crate) fn new(plan: &Plan, initial: &ChainState) -> Recorder {
         Recorder {
-            due_step: next_due(plan, 0),
+            due_step: next_due(plan, initial.step),
             ready: VecDeque::from([Record::Fields(fields(plan, initial))]),
         }
     }
@@ -47,9 +48,9 @@ impl Recorder {
     }
 
     /// Records that step, in which no block slides, from its driving force alone.
-    pub(crate) fn record_load(&mut self, plan: &Plan, driving_force_n: f64) {
+    pub(crate) fn record_load(&mut self, plan: &Plan, hold_step: u64, driving: Driving) {
         let step = self.due_step;
-        self.ready.push_back(load(plan, step, 0, driving_force_n, Vec::new()));
+        self.ready.push_back(load(plan, step, hold_step, 0, driving, Vec::new()));
         self.due_step = next_due(plan, step);
     }
 
@@ -66,12 +67,12 @@ impl Recorder {
         plan: &Plan,
         state: &ChainState,
         was_sliding: bool,
-        driving_force_n: f64,
+        driving: Driving,
         switched: &[usize],
     ) -> Result<(), SimulationError> {
         let edge = was_sliding != (state.sliding > 0);
         if edge || !switched.is_empty() || state.step == self.due_step {
-            self.record(plan, state, driving_force_n, switched, edge)?;
+            self.record(plan, state, driving, switched, edge)?;
         }
         Ok(())
     }
@@ -82,14 +83,14 @@ impl Recorder {
         &mut self,
         plan: &Plan,
         state: &ChainState,
-        driving_force_n: f64,
+        driving: Driving,
         switched: &[usize],
         edge: bool,
     ) -> Result<(), SimulationError> {
         check_finite(state)?;
         let step = state.step;
         let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
-        self.ready.push_back(load(plan, step, state.sliding, driving_force_n, switches));
+        self.ready.push_back(load(plan, step, state.hold_step, state.sliding, driving, switches));
         let recording = &plan.recording;
         if (edge && recording.event_fields) || is_on_cadence(recording.fields_every_steps, step) {
             self.ready.push_back(Record::Fields(fields(plan, state)));
@@ -104,12 +105,20 @@ impl Recorder {
     }
 }
 
-fn load(plan: &Plan, step: u64, sliding: u32, driving_force_n: f64, switches: Vec<Switch>) -> Record {
+fn load(
+    plan: &Plan,
+    step: u64,
+    hold_step: u64,
+    sliding: u32,
+    driving: Driving,
+    switches: Vec<Switch>,
+) -> Record {
     Record::Step(StepRecord {
         step,
         time_s: plan.grid.time_s(step),
-        driving_force_n,
-        normal_load_n: plan.total_normal_load_n,
+        driving_force_n: driving.total_n,
+        end_forces_n: driving.ends_n,
+        normal_load_n: plan.total_normal_load_n * plan.load_factor(step, hold_step),
         sliding,
         switches,
     })
@@ -150,7 +159,7 @@ fn switch(plan: &Plan, state: &ChainState, n: usize) -> Switch {
         velocity_m_per_s: state.velocity_m_per_s[n],
         tangential_force_n: state.tangential_force_n[n],
         stick_position_m: state.stick_position_m[n],
-        threshold_n: plan.friction.static_threshold_n[n],
+        threshold_n: state.threshold_n(plan, n),
     }
 }
 

@@ -34,6 +34,21 @@ pub struct ChainState {
     pub single_steps: u64,
     /// The same for jumps: none is tried before this step.
     pub no_jump_before_step: u64,
+    /// The step in which the drive point stopped or will stop; `u64::MAX` for none that is
+    /// known.
+    #[serde(default = "never")]
+    pub hold_step: u64,
+    /// Where contacts age, the step in which each block stuck last.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stuck_since_step: Vec<u64>,
+    /// Where contacts age, what the threshold of each stuck block is no less than, at the
+    /// load of the start.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub aged_threshold_n: Vec<f64>,
+}
+
+fn never() -> u64 {
+    u64::MAX
 }
 
 impl ChainState {
@@ -41,17 +56,21 @@ impl ChainState {
     pub fn initial(plan: &Plan) -> ChainState {
         let initial = &plan.initial;
         let u = &initial.displacement_m;
-        let tangential_force_n = (0..plan.blocks)
+        let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
+        let point_m = plan.drive_point_m(initial.step, hold_step);
+        let mut tangential_force_n: Vec<f64> = (0..plan.blocks)
             .map(|n| {
-                let drive = if n == 0 { plan.drive.force_n(0.0, u[0]) } else { 0.0 };
                 plan.stiffness_n_per_m * asperity_model::initial::neighbour_pull(u, n)
                     + plan.damping_kg_per_s
                         * asperity_model::initial::neighbour_pull(&initial.velocity_m_per_s, n)
-                    + drive
             })
             .collect();
+        for spring in &plan.drive.springs {
+            tangential_force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
+        }
+        let ages = plan.friction.ageing.is_some();
         ChainState {
-            step: 0,
+            step: initial.step,
             displacement_m: u.clone(),
             velocity_m_per_s: initial.velocity_m_per_s.clone(),
             stick_position_m: initial.stick_position_m.clone(),
@@ -61,6 +80,45 @@ impl ChainState {
             sliding: 0,
             single_steps: 0,
             no_jump_before_step: 0,
+            hold_step,
+            stuck_since_step: if ages { vec![initial.step; plan.blocks] } else { Vec::new() },
+            aged_threshold_n: if ages { plan.friction.static_threshold_n.clone() } else { Vec::new() },
+        }
+    }
+
+    /// What no threshold of a stuck block is below, at the load of the start.
+    pub(crate) fn least_threshold_n<'a>(&'a self, plan: &'a Plan) -> &'a [f64] {
+        if plan.friction.ageing.is_some() {
+            &self.aged_threshold_n
+        } else {
+            &plan.friction.static_threshold_n
+        }
+    }
+
+    /// The static threshold of block `n` (counted from 0) in the step that led to this state,
+    /// of a block that has detached since that which it had reached.
+    pub(crate) fn threshold_n(&self, plan: &Plan, n: usize) -> f64 {
+        aged_threshold_n(plan, n, &self.stuck_since_step, self.step)
+            * plan.load_factor(self.step, self.hold_step)
+    }
+
+    /// Brings the thresholds that are known up to the step that comes next: none can be
+    /// below in what follows.
+    pub(crate) fn age(&mut self, plan: &Plan) {
+        for n in 0..self.aged_threshold_n.len() {
+            self.aged_threshold_n[n] = aged_threshold_n(plan, n, &self.stuck_since_step, self.step + 1);
+        }
+    }
+}
+
+/// `(mu_s + b ln(1 + t_w / t_0)) p_n` at the load of the start.
+pub(crate) fn aged_threshold_n(plan: &Plan, n: usize, stuck_since_step: &[u64], step: u64) -> f64 {
+    let young = plan.friction.static_threshold_n[n];
+    match &plan.friction.ageing {
+        None => young,
+        Some(ageing) => {
+            let waited_s = (step - stuck_since_step[n]) as f64 * plan.grid.step_s();
+            young + ageing.growth_n[n] * libm::log1p(waited_s / ageing.time_s)
         }
     }
 }

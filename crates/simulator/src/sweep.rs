@@ -78,10 +78,26 @@ impl Sweeps {
     }
 
     dispatch! {
-        /// One step: `tau` as [`Sweeps::pull_of_neighbours`] has it and the driving force on
-        /// block 1, friction, new velocities and positions (4.13, 4.14); whether any block
-        /// switches.
+        /// One step: `tau` as [`Sweeps::pull_of_neighbours`] has it and the driving forces on
+        /// the first and the last block, friction, new velocities and positions (4.13, 4.14);
+        /// whether any block may switch.
         step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
+    }
+
+    dispatch! {
+        /// The same with driving forces on all blocks.
+        step_driven_everywhere(
+            u_new: &mut [f64],
+            v_new: &mut [f64],
+            tau: &mut [f64],
+            old: &Blocks<'_>,
+            constants: &Constants
+        ) -> bool
+    }
+
+    dispatch! {
+        /// The same by the laws without friction springs: stuck blocks do not move.
+        rigid_step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
     }
 
     /// The terms behind the first in a basis of polynomials of the map without forcing, so
@@ -216,8 +232,9 @@ impl Sweeps {
     }
 
     dispatch! {
-        /// The same from the forces and velocities of two steps.
-        crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64]) -> f64
+        /// The same from the forces and velocities of two steps; thresholds fall by the share
+        /// `decline` in each.
+        crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64], decline: f64) -> f64
     }
 
     dispatch! {
@@ -234,8 +251,7 @@ pub(crate) struct Blocks<'a> {
     pub(crate) slip: &'a [f64],
     pub(crate) threshold: &'a [f64],
     pub(crate) sliding_friction: &'a [f64],
-    /// On block 1.
-    pub(crate) driving_force_n: f64,
+    pub(crate) driving_force: &'a [f64],
 }
 
 #[derive(Debug, Clone)]
@@ -246,6 +262,9 @@ pub(crate) struct Constants {
     pub(crate) dt_over_m: f64,
     pub(crate) kt: f64,
     pub(crate) two_way: bool,
+    /// `1 / v_c` and `E`, of the laws without friction springs.
+    pub(crate) weakening: f64,
+    pub(crate) radiation: f64,
 }
 
 /// `k (u_{n+1} - 2 u_n + u_{n-1}) + eta (v_{n+1} - 2 v_n + v_{n-1})`, free ends.
@@ -269,13 +288,36 @@ fn step(
     old: &Blocks<'_>,
     constants: &Constants,
 ) -> bool {
-    let &Constants { k, eta, dt, dt_over_m, kt, two_way } = constants;
+    take_step::<false>(u_new, v_new, tau, old, constants)
+}
+
+#[inline(always)]
+fn step_driven_everywhere(
+    u_new: &mut [f64],
+    v_new: &mut [f64],
+    tau: &mut [f64],
+    old: &Blocks<'_>,
+    constants: &Constants,
+) -> bool {
+    take_step::<true>(u_new, v_new, tau, old, constants)
+}
+
+#[inline(always)]
+fn take_step<const EVERYWHERE: bool>(
+    u_new: &mut [f64],
+    v_new: &mut [f64],
+    tau: &mut [f64],
+    old: &Blocks<'_>,
+    constants: &Constants,
+) -> bool {
+    let &Constants { k, eta, dt, dt_over_m, kt, two_way, .. } = constants;
     let blocks = u_new.len();
     let last = blocks - 1;
     let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
-    let Blocks { u, v, u_stick, slip, threshold, sliding_friction, driving_force_n } = *old;
+    let Blocks { u, v, u_stick, slip, threshold, sliding_friction, driving_force } = *old;
     let (u, v, u_stick, slip) = (&u[..blocks], &v[..blocks], &u_stick[..blocks], &slip[..blocks]);
     let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
+    let driving_force = &driving_force[..blocks];
 
     // As wide as the numbers it is told by: a narrower flag would be packed and unpacked.
     let mut any_switch = 0u64;
@@ -296,11 +338,45 @@ fn step(
             any_switch |= u64::from(switches);
         };
     }
-    block!(0, k * (u[1] - u[0]) + eta * (v[1] - v[0]) + driving_force_n);
+    block!(0, k * (u[1] - u[0]) + eta * (v[1] - v[0]) + driving_force[0]);
     for n in 1..last {
-        block!(n, k * (u[n + 1] - 2.0 * u[n] + u[n - 1]) + eta * (v[n + 1] - 2.0 * v[n] + v[n - 1]));
+        let pull = k * (u[n + 1] - 2.0 * u[n] + u[n - 1]) + eta * (v[n + 1] - 2.0 * v[n] + v[n - 1]);
+        block!(n, if EVERYWHERE { pull + driving_force[n] } else { pull });
     }
-    block!(last, k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]));
+    block!(last, k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]) + driving_force[last]);
+    any_switch != 0
+}
+
+#[inline(always)]
+fn rigid_step(
+    u_new: &mut [f64],
+    v_new: &mut [f64],
+    tau: &mut [f64],
+    old: &Blocks<'_>,
+    constants: &Constants,
+) -> bool {
+    let &Constants { k, eta, dt, dt_over_m, weakening, radiation, .. } = constants;
+    let blocks = u_new.len();
+    pull_of_neighbours(tau, old.u, old.v, k, eta);
+    let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
+    let Blocks { u, v, slip, threshold, sliding_friction, driving_force, .. } = *old;
+    let (u, v, slip) = (&u[..blocks], &v[..blocks], &slip[..blocks]);
+    let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
+    let driving_force = &driving_force[..blocks];
+    let mut any_switch = 0u64;
+    for n in 0..blocks {
+        tau[n] += driving_force[n];
+        let slides = slip[n] != 0.0;
+        let drag = if v[n] == 0.0 { 0.0 } else { -sliding_friction[n].copysign(v[n]) };
+        let friction = drag / (1.0 + v[n].abs() * weakening) - radiation * v[n];
+        // What is stuck is held by just as much as pulls.
+        let force = if slides { tau[n] + friction } else { 0.0 };
+        v_new[n] = v[n] + force * dt_over_m;
+        u_new[n] = u[n] + v_new[n] * dt;
+        let detaches = tau[n].abs() >= threshold[n];
+        let switches = if slides { stops(v[n], v_new[n]) } else { detaches };
+        any_switch |= u64::from(switches);
+    }
     any_switch != 0
 }
 
@@ -323,8 +399,8 @@ pub(crate) struct TermChain<'a> {
     pub(crate) sigma: &'a [f64],
     pub(crate) stiffness: f64,
     pub(crate) damping: f64,
-    /// The drive's part of the first block's spring.
-    pub(crate) drive: f64,
+    /// The drive's part of the springs, by block.
+    pub(crate) driven: &'a [(usize, f64)],
     /// The next term is `by` times the difference of this one, `stay` times this one
     /// and `back` times the one before, the first half of that.
     pub(crate) by: f64,
@@ -406,8 +482,10 @@ fn next_term(
         next_strain[n + 1] = stiffness * new_u + damping * new_v;
         guard[n] = if sigma[n] == 0.0 { pull } else { v[n] };
     }
-    if sigma[0] == 0.0 {
-        guard[0] -= chain.drive * u[0];
+    for &(n, drive) in chain.driven {
+        if sigma[n] == 0.0 {
+            guard[n] -= drive * u[n];
+        }
     }
     next_strain[0] = next_strain[1];
     next_strain[blocks + 1] = next_strain[blocks];
@@ -535,13 +613,16 @@ pub(crate) struct Course<'a> {
     pub(crate) stuck_unit: f64,
     pub(crate) sliding_unit: f64,
     pub(crate) sigma: &'a [f64],
+    /// Thresholds at the start, and what they are at the end over that.
     pub(crate) threshold: &'a [f64],
+    pub(crate) decline: f64,
     pub(crate) steps: f64,
     pub(crate) reserve: &'a Reserve,
 }
 
 /// How far a guard stays from its limit on the way from `from` to `to`, by the better
-/// of two bounds: the chord, and the tangent, which ends at `tangent`.
+/// of two bounds: the chord, and the tangent, which ends at `tangent`. The threshold goes
+/// straight from the first to the second.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "numbers of one block, in registers")]
 pub(crate) fn margin(
@@ -551,24 +632,23 @@ pub(crate) fn margin(
     steps: f64,
     bend: f64,
     sigma: f64,
-    threshold: f64,
+    [threshold, last_threshold]: [f64; 2],
     reserve: &Reserve,
 ) -> f64 {
     let stuck = sigma == 0.0;
-    let (more_bend, limit) = if stuck {
-        (reserve.stuck_bend, reserve.share * threshold - reserve.stuck)
-    } else {
-        (reserve.sliding_bend, -reserve.sliding)
-    };
-    // Distance from the limit, but for it: of what is stuck, how little force there
-    // is; of what slides, how much velocity.
+    let (more_bend, limit) =
+        if stuck { (reserve.stuck_bend, -reserve.stuck) } else { (reserve.sliding_bend, -reserve.sliding) };
+    let (first, last) = (reserve.share * threshold, reserve.share * last_threshold);
+    // Distance from the limit, but for the reserve: of what is stuck, how much force is
+    // missing; of what slides, how much velocity there is.
     macro_rules! clear {
-        ($guard:expr) => {
-            if stuck { -$guard.abs() } else { sigma * $guard }
+        ($limit:expr, $guard:expr) => {
+            if stuck { $limit - $guard.abs() } else { sigma * $guard }
         };
     }
     let sag = (bend + more_bend) * steps * steps / 8.0;
-    let (start, end, straight) = (clear!(from), clear!(to), clear!(tangent) - 4.0 * sag);
+    let (start, end) = (clear!(first, from), clear!(last, to));
+    let straight = clear!(last, tangent) - 4.0 * sag;
     let chord = if start < end { start } else { end } - sag;
     let tangent = if start < straight { start } else { straight };
     limit + if tangent > chord { tangent } else { chord }
@@ -577,7 +657,8 @@ pub(crate) fn margin(
 #[inline(always)]
 fn margins(kept: &mut [f64], course: &Course<'_>) -> bool {
     let blocks = kept.len();
-    let &Course { now, rate, sum, bend, stuck_unit, sliding_unit, sigma, threshold, steps, reserve } = course;
+    let &Course { now, rate, sum, bend, stuck_unit, sliding_unit, sigma, threshold, decline, steps, reserve } =
+        course;
     let (now, rate, sum, bend) = (&now[..blocks], &rate[..blocks], &sum[..blocks], &bend[..blocks]);
     let (sigma, threshold) = (&sigma[..blocks], &threshold[..blocks]);
     let mut any = 0u64;
@@ -585,7 +666,8 @@ fn margins(kept: &mut [f64], course: &Course<'_>) -> bool {
         let tangent = now[n] + steps * rate[n];
         let unit = if sigma[n] == 0.0 { stuck_unit } else { sliding_unit };
         let (end, bend) = (tangent + unit * sum[n], unit * bend[n]);
-        let margin = margin(now[n], end, tangent, steps, bend, sigma[n], threshold[n], reserve);
+        let thresholds = [threshold[n], threshold[n] * decline];
+        let margin = margin(now[n], end, tangent, steps, bend, sigma[n], thresholds, reserve);
         kept[n] = margin;
         // Written so that what is not a number is a doubt.
         let stays = margin > 0.0;
@@ -599,14 +681,15 @@ pub(crate) struct Guarded<'a> {
     pub(crate) now: &'a [f64],
     pub(crate) rate: &'a [f64],
     pub(crate) sigma: &'a [f64],
-    /// Thresholds of stuck blocks.
+    /// Thresholds of stuck blocks, and the share of them by which they fall in a step.
     pub(crate) limit: &'a [f64],
+    pub(crate) decline: f64,
 }
 
 #[inline(always)]
 fn first_crossing(guarded: &Guarded<'_>) -> f64 {
-    let &Guarded { now, rate, sigma, limit } = guarded;
-    let mut first = Crossing::NEVER;
+    let &Guarded { now, rate, sigma, limit, decline } = guarded;
+    let mut first = Crossing::never(decline);
     for at in eights(now.len()) {
         first.or_sooner(&eight(now, at), &eight(rate, at), &eight(sigma, at), &eight(limit, at));
     }
@@ -622,8 +705,8 @@ pub(crate) struct Steps<'a> {
 }
 
 #[inline(always)]
-fn crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64]) -> f64 {
-    let mut first = Crossing::NEVER;
+fn crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64], decline: f64) -> f64 {
+    let mut first = Crossing::never(decline);
     for at in eights(slip.len()) {
         let (tau, tau_before) = (eight(steps.tau, at), eight(steps.tau_before, at));
         let (v, v_before) = (eight(steps.v, at), eight(steps.v_before, at));
@@ -663,21 +746,27 @@ fn eight(values: &[f64], at: usize) -> [f64; 8] {
 struct Crossing {
     room: [f64; 8],
     closing: [f64; 8],
+    decline: f64,
 }
 
 impl Crossing {
-    const NEVER: Crossing = Crossing { room: [f64::INFINITY; 8], closing: [1.0; 8] };
+    fn never(decline: f64) -> Crossing {
+        Crossing { room: [f64::INFINITY; 8], closing: [1.0; 8], decline }
+    }
 
     #[inline(always)]
     fn or_sooner(&mut self, now: &[f64; 8], rate: &[f64; 8], sigma: &[f64; 8], limit: &[f64; 8]) {
         let (mut room, mut closing) = ([0.0; 8], [0.0; 8]);
         // One operation at a time, both alternatives in any case: so it is vectorised.
         for lane in 0..8 {
-            let (kept, going) = (rate[lane].abs(), -sigma[lane] * rate[lane]);
+            let kept = rate[lane].abs() + limit[lane] * self.decline;
+            let going = -sigma[lane] * rate[lane];
             closing[lane] = if sigma[lane] == 0.0 { kept } else { going };
         }
         for lane in 0..8 {
-            let towards = if rate[lane] > 0.0 { now[lane] } else { -now[lane] };
+            let by_rate = if rate[lane] > 0.0 { now[lane] } else { -now[lane] };
+            // Where thresholds come down it may be met on either side.
+            let towards = if self.decline == 0.0 { by_rate } else { now[lane].abs() };
             let (kept, going) = (limit[lane] - towards, sigma[lane] * now[lane]);
             room[lane] = if sigma[lane] == 0.0 { kept } else { going };
         }
@@ -993,6 +1082,13 @@ fn sign(velocity: f64) -> f64 {
     }
 }
 
+/// Whether a sliding block re-attaches by the laws without friction springs: where its
+/// velocity would change sign.
+#[inline]
+pub(crate) fn stops(velocity: f64, new_velocity: f64) -> bool {
+    new_velocity * velocity < 0.0
+}
+
 /// Whether a sliding block re-attaches, by the one-way or the two-way rule.
 #[inline]
 pub(crate) fn comes_to_rest(velocity: f64, new_velocity: f64, two_way: bool) -> bool {
@@ -1036,11 +1132,24 @@ mod tests {
                             slip: &slip,
                             threshold: &threshold,
                             sliding_friction: &sliding_friction,
-                            driving_force_n: 0.3 * f64::from(step),
+                            driving_force: &noise(6 + step, blocks),
                         };
-                        let constants =
-                            Constants { k: 3.7, eta: 0.9, dt: 0.01, dt_over_m: 0.013, kt: 2.1, two_way };
-                        any.push(sweeps.step(&mut u_new, &mut v_new, &mut tau, &old, &constants));
+                        let constants = Constants {
+                            k: 3.7,
+                            eta: 0.9,
+                            dt: 0.01,
+                            dt_over_m: 0.013,
+                            kt: 2.1,
+                            two_way,
+                            weakening: 0.7,
+                            radiation: 0.3,
+                        };
+                        let take = match step % 3 {
+                            0 => Sweeps::step,
+                            1 => Sweeps::step_driven_everywhere,
+                            _ => Sweeps::rigid_step,
+                        };
+                        any.push(take(sweeps, &mut u_new, &mut v_new, &mut tau, &old, &constants));
                         std::mem::swap(&mut u, &mut u_new);
                         std::mem::swap(&mut v, &mut v_new);
                     }

@@ -136,10 +136,11 @@ impl Waves {
     pub(crate) fn of(plan: &Plan, sweeps: Sweeps) -> Option<Waves> {
         let blocks = plan.blocks;
         let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
+        let drive_n_per_m = plan.drive.only_side()?.stiffness_n_per_m;
         let constants = Constants {
             s: dt * dt / m * plan.friction.interfacial_stiffness_n_per_m,
             kappa: dt * dt / m * plan.stiffness_n_per_m,
-            sigma: dt * dt / m * plan.drive.stiffness_n_per_m,
+            sigma: dt * dt / m * drive_n_per_m,
             d: dt / m * plan.damping_kg_per_s,
         };
         let (mut pairs, mut singles) = (Vec::new(), Vec::new());
@@ -189,8 +190,7 @@ impl Waves {
                     of_first_u: project_first / own,
                     of_first_v: (x0 - project_first) / own,
                     first: x0,
-                    first_force_n: times
-                        * (pull * (x1 - x0) - x0.scaled(plan.drive.stiffness_n_per_m)).size(),
+                    first_force_n: times * (pull * (x1 - x0) - x0.scaled(drive_n_per_m)).size(),
                     force_n: times * (pull * shape).size(),
                 });
             }

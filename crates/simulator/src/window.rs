@@ -63,6 +63,8 @@ pub(crate) struct Norms {
     pub(crate) force: f64,
     /// `|v_n| <= velocity * sqrt(I)` for every block, in (m/s) / sqrt(J).
     pub(crate) velocity: f64,
+    /// `|sum_n K_n u_n| <= drive * sqrt(I)`, in N / sqrt(J).
+    pub(crate) drive: f64,
     /// Largest sums of stiffness and damping that a force is made of.
     stiffness_n_per_m: f64,
     damping_kg_per_s: f64,
@@ -80,7 +82,8 @@ impl Norms {
     /// and a row of a second difference has length `sqrt(6)`.
     pub(crate) fn of(plan: &Plan) -> Norms {
         let (k, eta, dt) = (plan.stiffness_n_per_m, plan.damping_kg_per_s, plan.grid.step_s());
-        let (kt, drive) = (plan.friction.interfacial_stiffness_n_per_m, plan.drive.stiffness_n_per_m);
+        let (kt, drive) = (plan.friction.interfacial_stiffness_n_per_m, plan.drive.stiffest_n_per_m());
+        let all = plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum::<f64>();
         let inertia = plan.block_mass_kg - 2.0 * dt * eta - dt * dt * (4.0 * k + kt + drive) / 4.0;
         assert!(inertia > 0.0, "the time step is within the stability of the scheme");
         let velocity = 1.0 / inertia.sqrt();
@@ -88,6 +91,8 @@ impl Norms {
         Norms {
             force: (2.0 * k + drive).sqrt() + row * velocity,
             velocity,
+            // `u = w + dt v / 2`, and `(sum K_n w_n)^2 <= (sum K_n) w M w`.
+            drive: all.sqrt() + dt / 2.0 * all * velocity,
             stiffness_n_per_m: 4.0 * k + kt + drive,
             damping_kg_per_s: 4.0 * eta,
             mass_kg: plan.block_mass_kg,
@@ -123,7 +128,10 @@ impl Norms {
 /// `I(u, v)` of a residue of a chain with these friction springs.
 pub(crate) fn invariant(plan: &Plan, sweeps: Sweeps, spring: &[f64], u: &[f64], v: &[f64]) -> f64 {
     let (k, eta, dt) = (plan.stiffness_n_per_m, plan.damping_kg_per_s, plan.grid.step_s());
-    let drive = plan.drive.stiffness_n_per_m * u[0] * (u[0] - dt * v[0]);
+    let driven = plan.drive.springs.iter();
+    let drive: f64 = driven
+        .map(|spring| spring.stiffness_n_per_m * u[spring.block] * (u[spring.block] - dt * v[spring.block]))
+        .sum();
     let chain = sweeps.invariant(spring, u, v, &[plan.block_mass_kg, k, eta, dt]);
     (chain + drive).max(0.0)
 }
@@ -181,6 +189,32 @@ impl Rows {
     }
 }
 
+/// One guard: its value and rate where a window starts, what it is of, and the unit of its
+/// terms.
+struct Alone {
+    now: f64,
+    rate: f64,
+    sigma: f64,
+    threshold: f64,
+    unit: f64,
+}
+
+/// How the normal load goes on, over that of the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Load {
+    /// In a window's first step.
+    factor: f64,
+    /// By how much it changes in every step.
+    rate: f64,
+}
+
+impl Load {
+    /// What it is so many steps behind the first, over what it is there.
+    fn decline(&self, steps: f64) -> f64 {
+        if self.rate == 0.0 { 1.0 } else { (self.factor + self.rate * steps) / self.factor }
+    }
+}
+
 /// The terms of a state, and how far they may be trusted.
 #[derive(Debug, Clone)]
 pub(crate) struct Window {
@@ -192,6 +226,13 @@ pub(crate) struct Window {
     spring: Vec<f64>,
     /// The same with the drive's, in the units of terms.
     scaled_spring: Vec<f64>,
+    /// The drive's part of them.
+    driven: Vec<(usize, f64)>,
+    /// Thresholds and sliding friction at the load of the window's first step, where the
+    /// load or the contacts' age changes them, and how the load goes on.
+    threshold: Vec<f64>,
+    sliding_friction: Vec<f64>,
+    load: Load,
     /// Sign of the velocity of each sliding block, 0 for stuck ones.
     sigma: Vec<f64>,
     /// `y(s)` and `D_1`, and their guards, one after the other.
@@ -233,6 +274,10 @@ impl Window {
             basis: Basis::of(plan),
             spring: several(1),
             scaled_spring: several(1),
+            driven: plan.drive.springs.iter().map(|spring| (spring.block, 0.0)).collect(),
+            threshold: plan.friction.static_threshold_n.clone(),
+            sliding_friction: plan.friction.dynamic_friction_n.clone(),
+            load: Load { factor: 1.0, rate: 0.0 },
             sigma: several(1),
             first_u: Rows::new(blocks, 2),
             first_v: Rows::new(blocks, 2),
@@ -271,6 +316,7 @@ impl Window {
         let dt = plan.grid.step_s();
         let dt_over_m = dt / plan.block_mass_kg;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
+        self.follow_load(plan, state);
         let directed = self.sweeps.sort(
             &mut self.sigma,
             &mut self.spring,
@@ -287,21 +333,34 @@ impl Window {
         now_u.copy_from_slice(u);
         now_v.copy_from_slice(v);
         self.sweeps.pull_of_neighbours(guard, u, v, plan.stiffness_n_per_m, plan.damping_kg_per_s);
-        guard[0] += plan.drive.force_n(plan.grid.time_s(state.step + 1), u[0]);
+        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
+        for spring in &plan.drive.springs {
+            guard[spring.block] += spring.force_n(point_m, u[spring.block]);
+        }
         let held = Held {
             u,
             v,
             anchor: &state.stick_position_m,
-            drag: &friction.dynamic_friction_n,
+            drag: &self.sliding_friction,
             spring: &self.spring,
             sigma: &self.sigma,
             dt,
             dt_over_m,
         };
         self.sweeps.first_difference(d_u, d_v, guard, &held);
-        // The second difference, with the steady advance of the drive.
+        // The second difference, with the steady advance of drive and load.
         self.sweeps.pull_of_neighbours(d_guard, d_u, d_v, plan.stiffness_n_per_m, plan.damping_kg_per_s);
-        d_guard[0] += plan.drive.force_n(dt, d_u[0]);
+        let advance_m = if state.hold_step > state.step + 1 { plan.drive.velocity_m_per_s * dt } else { 0.0 };
+        for spring in &plan.drive.springs {
+            d_guard[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
+        }
+        if self.load.rate != 0.0 {
+            for ((guard, friction), sigma) in
+                d_guard.iter_mut().zip(&friction.dynamic_friction_n).zip(&self.sigma)
+            {
+                *guard -= self.load.rate * friction * sigma;
+            }
+        }
         let second = Second { u: d_u, v: d_v, spring: &self.spring, sigma: &self.sigma, dt, dt_over_m };
         self.sweeps.second_difference(
             &mut self.u.row_mut(0)[..blocks],
@@ -313,13 +372,38 @@ impl Window {
         true
     }
 
+    /// Brings thresholds and sliding friction to the load of the step that comes next.
+    fn follow_load(&mut self, plan: &Plan, state: &ChainState) {
+        let ages = plan.friction.ageing.is_some();
+        if plan.load_course.is_constant() && !ages {
+            return;
+        }
+        let (factor, next) = (
+            plan.load_factor(state.step + 1, state.hold_step),
+            plan.load_factor(state.step + 2, state.hold_step),
+        );
+        self.load = Load { factor, rate: next - factor };
+        let scale = |to: &mut [f64], from: &[f64]| {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = factor * from;
+            }
+        };
+        scale(&mut self.threshold, state.least_threshold_n(plan));
+        scale(&mut self.sliding_friction, &plan.friction.dynamic_friction_n);
+    }
+
     /// Steps until the first block would switch if forces and velocities went on as
     /// they go now.
-    fn foreseen_steps(&self, plan: &Plan) -> f64 {
+    fn foreseen_steps(&self) -> f64 {
         let blocks = self.blocks;
         let (now, rate) = self.first_guard.both(blocks);
-        let guarded =
-            Guarded { now, rate, sigma: &self.sigma, limit: &plan.friction.static_threshold_n[..blocks] };
+        let guarded = Guarded {
+            now,
+            rate,
+            sigma: &self.sigma,
+            limit: &self.threshold[..blocks],
+            decline: -self.load.rate / self.load.factor,
+        };
         self.sweeps.first_crossing(&guarded)
     }
 
@@ -337,7 +421,7 @@ impl Window {
         if !self.start(plan, state) {
             return Err(1);
         }
-        let foreseen = self.foreseen_steps(plan);
+        let foreseen = self.foreseen_steps();
         self.foreseen_steps = foreseen;
         if let Some(single_steps) = self.refused_by(foreseen) {
             return Err(single_steps);
@@ -351,7 +435,7 @@ impl Window {
             .max(1);
         let index = fitting - 1;
         self.take_terms(plan, self.basis.lengths[index].terms);
-        match self.certified(plan, index) {
+        match self.certified(plan, state, index) {
             Some(index) => Ok(index),
             None => Err(shortest),
         }
@@ -365,17 +449,19 @@ impl Window {
         let by = 2.0 / focus;
         let unit = by * dt * dt / plan.block_mass_kg;
         let (stiffness, damping) = (unit * plan.stiffness_n_per_m, unit * plan.damping_kg_per_s / dt);
-        let drive = unit * plan.drive.stiffness_n_per_m;
         self.scaled_spring.copy_from_slice(&self.spring);
         self.sweeps.scale(&mut self.scaled_spring, unit);
-        self.scaled_spring[0] += drive;
+        for ((n, drive), spring) in self.driven.iter_mut().zip(&plan.drive.springs) {
+            *drive = unit * spring.stiffness_n_per_m;
+            self.scaled_spring[*n] += *drive;
+        }
         let [first, second] = &mut self.strain;
         let chain = TermChain {
             spring: &self.scaled_spring,
             sigma: &self.sigma,
             stiffness,
             damping,
-            drive,
+            driven: &self.driven,
             by,
             stay: -by * centre,
             back: -sigma,
@@ -395,7 +481,7 @@ impl Window {
 
     /// The longest of the lengths up to `index` over which no block switches by the
     /// bounds.
-    fn certified(&mut self, plan: &Plan, mut index: usize) -> Option<usize> {
+    fn certified(&mut self, plan: &Plan, state: &ChainState, mut index: usize) -> Option<usize> {
         let blocks = self.blocks;
         let sweeps = self.sweeps;
         let size = |values: &[f64]| sweeps.largest(values);
@@ -422,7 +508,19 @@ impl Window {
                     u_scale + steps * du + largest(0),
                     v_scale + steps * dv + largest(1) / dt,
                 );
-                let Norms { force, velocity, .. } = self.norms;
+                let Norms { force, velocity, drive, .. } = self.norms;
+                if let Some(ratio) = plan.drive.until_load_ratio.filter(|_| state.hold_step == u64::MAX) {
+                    let reserve = Reserve {
+                        stuck_bend: drive * bend,
+                        stuck: drive * sum + rounding * plan.blocks as f64,
+                        share: 1.0 - ROUNDING,
+                        sliding_bend: 0.0,
+                        sliding: 0.0,
+                    };
+                    index = self.certified_for_load(plan, state, ratio, index, &reserve)?;
+                }
+                let length = &self.basis.lengths[index];
+                let steps = length.steps as f64;
                 let reserve = Reserve {
                     stuck_bend: force * bend,
                     stuck: force * sum + rounding,
@@ -458,7 +556,8 @@ impl Window {
             stuck_unit,
             sliding_unit,
             sigma: &self.sigma,
-            threshold: &plan.friction.static_threshold_n,
+            threshold: &self.threshold,
+            decline: self.load.decline(length.steps as f64),
             steps: length.steps as f64,
             reserve,
         };
@@ -481,15 +580,60 @@ impl Window {
     /// The longest of the lengths up to `longest` that block `n` is certified for,
     /// part by part.
     fn certified_for(&self, plan: &Plan, n: usize, longest: usize, reserve: &Reserve) -> Option<usize> {
-        let (now, rate) = (self.first_guard.row(0)[n], self.first_guard.row(1)[n]);
-        let (sigma, threshold) = (self.sigma[n], plan.friction.static_threshold_n[n]);
         let (stuck_unit, sliding_unit) = self.units(plan);
-        let unit = if sigma == 0.0 { stuck_unit } else { sliding_unit };
         let terms = self.guard.all()[n..].iter().step_by(self.guard.pitch);
         let mut guard = [0.0; MOST_TERMS];
         for (own, term) in guard.iter_mut().zip(terms.take(self.terms)) {
             *own = *term;
         }
+        let alone = Alone {
+            now: self.first_guard.row(0)[n],
+            rate: self.first_guard.row(1)[n],
+            sigma: self.sigma[n],
+            threshold: self.threshold[n],
+            unit: if self.sigma[n] == 0.0 { stuck_unit } else { sliding_unit },
+        };
+        self.certified_alone(&alone, &guard, longest, reserve)
+    }
+
+    /// The longest of the lengths up to `longest` over which the sum of the driving forces
+    /// stays below the load at which the drive is to stop.
+    fn certified_for_load(
+        &self,
+        plan: &Plan,
+        state: &ChainState,
+        ratio: f64,
+        longest: usize,
+        reserve: &Reserve,
+    ) -> Option<usize> {
+        let springs = &plan.drive.springs;
+        let pull = |row: &[f64]| -springs.iter().map(|s| s.stiffness_n_per_m * row[s.block]).sum::<f64>();
+        let mut guard = [0.0; MOST_TERMS];
+        for (j, own) in guard.iter_mut().enumerate().take(self.terms) {
+            *own = pull(self.u.row(j));
+        }
+        let dt = plan.grid.step_s();
+        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
+        let alone = Alone {
+            now: plan.drive.total_force_n(point_m, self.first_u.row(0)),
+            rate: plan.drive.total_force_n(plan.drive.velocity_m_per_s * dt, self.first_u.row(1)),
+            sigma: 0.0,
+            threshold: ratio * plan.total_normal_load_n * self.load.factor,
+            unit: 1.0,
+        };
+        self.certified_alone(&alone, &guard, longest, reserve)
+    }
+
+    /// The longest of the lengths up to `longest` over which one guard, whose terms are
+    /// given, stays clear of its limit, part by part.
+    fn certified_alone(
+        &self,
+        alone: &Alone,
+        guard: &[f64; MOST_TERMS],
+        longest: usize,
+        reserve: &Reserve,
+    ) -> Option<usize> {
+        let &Alone { now, rate, sigma, threshold, unit } = alone;
         let (mut from, mut from_steps) = (now, 0);
         let mut best = None;
         for (index, length) in self.basis.lengths[..=longest].iter().enumerate() {
@@ -498,7 +642,9 @@ impl Window {
             let steps = (length.steps - from_steps) as f64;
             // The tangent is known where the window starts.
             let tangent = if from_steps == 0 { from + steps * rate } else { f64::NAN };
-            let stays = margin(from, to, tangent, steps, unit * bend, sigma, threshold, reserve) > 0.0;
+            let thresholds =
+                [from_steps, length.steps].map(|steps| threshold * self.load.decline(steps as f64));
+            let stays = margin(from, to, tangent, steps, unit * bend, sigma, thresholds, reserve) > 0.0;
             if !stays {
                 break;
             }

@@ -13,6 +13,7 @@ fn step(step: u64) -> Record {
         time_s: step as f64,
         driving_force_n: 0.0,
         normal_load_n: 1.0,
+        end_forces_n: None,
         sliding: 0,
         switches: Vec::new(),
     })

@@ -127,7 +127,7 @@ fn against_c() {
                 plan.block_mass_kg,
                 plan.friction.static_threshold_n[0],
                 plan.friction.dynamic_friction_n[0],
-                plan.drive.stiffness_n_per_m,
+                plan.drive.stiffest_n_per_m(),
                 plan.drive.velocity_m_per_s,
             ];
             let output = Command::new(&program)

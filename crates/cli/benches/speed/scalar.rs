@@ -34,12 +34,13 @@ pub(crate) fn run(plan: &Plan, steps: u64) -> (f64, u64) {
         sliding_friction: plan.friction.dynamic_friction_n[0],
     };
     let (mut u, mut v) = (plan.initial.displacement_m.clone(), plan.initial.velocity_m_per_s.clone());
+    let drive_n_per_m = plan.drive.stiffest_n_per_m();
     let mut tau = vec![0.0; plan.blocks];
     let mut friction: Vec<Block> =
         plan.initial.stick_position_m.iter().map(|&stick| Block { stick, slides: false }).collect();
     let mut switches = 0;
     for step in 1..=steps {
-        let drive = plan.drive.stiffness_n_per_m * (plan.drive.velocity_m_per_s * (step as f64 * dt) - u[0]);
+        let drive = drive_n_per_m * (plan.drive.velocity_m_per_s * (step as f64 * dt) - u[0]);
         add_up_forces(&mut tau, &u, &v, &constants);
         tau[0] += drive;
         switches += move_blocks(&mut u, &mut v, &mut friction, &tau, &constants);

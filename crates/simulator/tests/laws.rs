@@ -1,0 +1,381 @@
+//! Every drive, load, friction law and start: the fast solver against the plain one, and
+//! each against something that is known without either.
+
+use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
+use asperity_record::{Record, StepRecord};
+use asperity_simulator::{Fast, Plain, Solver, equality};
+
+/// A short chain that is driven fast, so that a short run has many events.
+const SHORT: [&str; 4] =
+    ["slider.blocks=24", "time.step_s=1e-7", "time.duration_s=0.2", "drive.velocity_m_per_s=2e-3"];
+
+fn plan(sets: &[&str]) -> Plan {
+    let text = builtin::find("default").expect("a built-in scenario");
+    let source = SHORT
+        .iter()
+        .chain(sets)
+        .fold(ScenarioSource::new("default", text), |source, assignment| source.with_override(assignment));
+    Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")))
+}
+
+fn records(mut solver: impl Solver) -> Vec<Record> {
+    std::iter::from_fn(|| solver.next_record().unwrap()).collect()
+}
+
+fn steps(records: &[Record]) -> Vec<&StepRecord> {
+    records
+        .iter()
+        .filter_map(|record| if let Record::Step(step) = record { Some(step) } else { None })
+        .collect()
+}
+
+/// Steps, blocks and directions of all switches.
+fn switches(records: &[Record]) -> Vec<(u64, u32, String)> {
+    let of = |record: &StepRecord| {
+        let switches = record.switches.iter();
+        switches.map(|s| (record.step, s.block, format!("{:?}", s.direction))).collect::<Vec<_>>()
+    };
+    steps(records).into_iter().flat_map(of).collect()
+}
+
+const TWO_WAY: &str = "friction.reattach=two-way";
+const HOLD: &str = "drive.hold_from_s=0.08";
+const UNLOAD_S: &str = "normal_load.schedule_s=[0.08,0.12,0.15,0.2]";
+const UNLOAD_N: &str = "normal_load.schedule_n=[400,250,250,100]";
+
+#[test]
+fn the_fast_solver_does_what_the_plain_one_does_by_every_law_and_drive() {
+    let cases: &[&[&str]] = &[
+        &["drive.kind=top", "normal_load.tilt=0.5"],
+        &["drive.kind=top", "drive.tilt=0.8"],
+        &["drive.kind=top", "drive.decay_length_m=0.02"],
+        &["drive.kind=left-right", TWO_WAY],
+        &[HOLD],
+        &[HOLD, UNLOAD_S, UNLOAD_N],
+        &[HOLD, UNLOAD_S, UNLOAD_N, "normal_load.tilt=0.7", "drive.kind=top"],
+        &[HOLD, UNLOAD_S, UNLOAD_N, "drive.kind=left-right", TWO_WAY],
+        &["normal_load.schedule_s=[0.02,0.1]", "normal_load.schedule_n=[400,700]"],
+        &["drive.until_load_ratio=0.2"],
+        &[
+            "drive.until_load_ratio=0.2",
+            "normal_load.schedule_from=hold",
+            "normal_load.schedule_s=[0.01,0.1]",
+            "normal_load.schedule_n=[400,50]",
+        ],
+        &["friction.ageing_coefficient=0.02", "friction.ageing_time_s=1e-3"],
+        &["friction.ageing_coefficient=0.02", "friction.ageing_time_s=1e-3", HOLD, UNLOAD_S, UNLOAD_N],
+        &["friction.static_spread=0.1", "friction.dynamic_spread=0.1", "friction.spread_seed=7"],
+        &["initial_shear.poisson_ratio=0.35"],
+        &["time.start=loaded"],
+        &["time.start=loaded", "initial_shear.beta=0.225", "drive.kind=top", "drive.decay_length_m=0.02"],
+        &["friction.law=rigid"],
+        &["friction.law=rigid", HOLD, UNLOAD_S, UNLOAD_N],
+        &["friction.law=rigid", "drive.until_load_ratio=0.2"],
+        &["friction.law=velocity-weakening", "friction.weakening_velocity_m_per_s=0.05"],
+        &[
+            "friction.law=velocity-weakening",
+            "friction.radiation_kg_per_s=3",
+            "drive.kind=top",
+            "normal_load.tilt=0.3",
+        ],
+    ];
+    let (mut all, mut leaps) = (0, 0);
+    for sets in cases {
+        for parameters in ["parameter_set=as-coded", "parameter_set=as-stated"] {
+            let plan = plan(&[sets, &[parameters][..]].concat());
+            let agreement = equality::compare(&plan, |_, _| {}, |_| {})
+                .unwrap_or_else(|error| panic!("{sets:?}, {parameters}: {error}"));
+            assert_eq!(agreement.near_ties, [], "{sets:?}, {parameters}");
+            assert!(agreement.switches >= 10, "{sets:?}, {parameters}: {} switches", agreement.switches);
+            all += agreement.switches;
+            let mut fast = Fast::new(plan.clone());
+            while fast.next_record().unwrap().is_some() {}
+            let counters = fast.counters();
+            // Friction without springs takes single steps while anything slides.
+            let rigid = sets.iter().any(|set| set.starts_with("friction.law"));
+            let few = plan.steps / if rigid { 1 } else { 4 };
+            assert!(counters.plain_steps < few, "{sets:?}, {parameters}: {counters}");
+            leaps += counters.jumps;
+        }
+    }
+    assert!(all > 10_000 && leaps > 500, "{all} switches, {leaps} jumps");
+}
+
+#[test]
+fn a_top_drive_that_falls_off_at_once_is_a_side_drive() {
+    let side = records(Plain::new(plan(&[])));
+    let falling = plan(&["drive.kind=top", "drive.decay_length_m=1e-6"]);
+    assert_eq!(records(Plain::new(falling)), side);
+}
+
+#[test]
+fn a_schedule_that_changes_nothing_changes_nothing() {
+    let constant = records(Plain::new(plan(&[])));
+    let even = ["normal_load.schedule_s=[0.01,0.05,0.1]", "normal_load.schedule_n=[400,400,400]"];
+    assert_eq!(records(Plain::new(plan(&even))), constant);
+}
+
+#[test]
+fn ageing_at_no_rate_changes_nothing() {
+    let young = switches(&records(Plain::new(plan(&[]))));
+    // A rate that thresholds cannot tell from none, by the way of one that they can.
+    assert_eq!(switches(&records(Plain::new(plan(&["friction.ageing_coefficient=1e-300"])))), young);
+    assert_ne!(switches(&records(Plain::new(plan(&["friction.ageing_coefficient=1e-3"])))), young);
+}
+
+#[test]
+fn a_contact_has_aged_by_the_logarithm_of_its_time_at_rest() {
+    let plan = plan(&["friction.ageing_coefficient=0.05", "friction.ageing_time_s=1e-4"]);
+    let records = records(Plain::new(plan.clone()));
+    let mut since = vec![0; plan.blocks];
+    let mut held = 0;
+    for record in steps(&records) {
+        for switch in &record.switches {
+            let n = switch.block as usize - 1;
+            let p = plan.normal_load_n[n];
+            let waited_s = (record.step - since[n]) as f64 * 1e-7;
+            if switch.direction == asperity_record::Direction::Detach {
+                let aged = (0.7 + 0.05 * (1.0 + waited_s / 1e-4).ln()) * p;
+                assert!((switch.threshold_n / aged - 1.0).abs() < 1e-12, "{switch:?}, {waited_s} s");
+                assert!(switch.tangential_force_n.abs() >= switch.threshold_n);
+                held += 1;
+            } else {
+                since[n] = record.step;
+            }
+        }
+    }
+    assert!(held > 50, "{held}");
+}
+
+/// Two blocks without springs to hold them: what the first must feel before it moves, and
+/// how it moves then, is a line of algebra.
+#[test]
+fn a_rigid_block_waits_for_its_threshold_and_slides_as_an_oscillator() {
+    let sets = [
+        "friction.law=rigid",
+        "slider.blocks=2",
+        "slider.relative_damping=0",
+        "normal_load.tilt=-0.9",
+        "drive.velocity_m_per_s=1e-3",
+    ];
+    let plan = plan(&sets);
+    let mut plain = Plain::new(plan.clone());
+    let (threshold_n, drive_n_per_m) = (plan.friction.static_threshold_n[0], 8e5);
+    let detaches_s = threshold_n / (drive_n_per_m * 1e-3);
+    let before = (detaches_s / 1e-7).floor() as u64 - 1;
+    while plain.step() < before {
+        plain.take_step();
+    }
+    assert_eq!(plain.state().displacement_m, [0.0, 0.0]);
+    assert_eq!(plain.state().detached, 0);
+    // Then (k + K) u + m u'' = K V t - mu_d p, from rest at the threshold.
+    let stiffness = plan.stiffness_n_per_m + drive_n_per_m;
+    let rate = (stiffness / plan.block_mass_kg).sqrt();
+    let drop_m = (threshold_n - plan.friction.dynamic_friction_n[0]) / stiffness;
+    let creep_m_per_s = drive_n_per_m * 1e-3 / stiffness;
+    let from = plain.step();
+    while plain.state().detached == 0 {
+        plain.take_step();
+    }
+    let start = plain.step();
+    assert!(start - from <= 3, "{start} {from}");
+    let half = (std::f64::consts::PI / rate / 1e-7 / 2.0) as u64;
+    while plain.step() < start + half {
+        plain.take_step();
+    }
+    let t = half as f64 * 1e-7;
+    let expected = drop_m * (1.0 - (rate * t).cos()) + creep_m_per_s * (t - (rate * t).sin() / rate);
+    let found = plain.state().displacement_m[0];
+    assert!((found / expected - 1.0).abs() < 0.02, "{found} and {expected}");
+}
+
+/// With friction springs ever stiffer, when and how far blocks first slip becomes what it is
+/// without them.
+#[test]
+fn ever_stiffer_friction_springs_become_rigid() {
+    let first = |sets: &[&str]| {
+        let plan =
+            plan(&[&["slider.blocks=8", "drive.velocity_m_per_s=1e-3", "time.step_s=2e-8"], sets].concat());
+        let records = records(Fast::new(plan));
+        let steps = steps(&records);
+        let first = steps.iter().find(|record| !record.switches.is_empty()).expect("a block detaches");
+        (first.time_s, first.driving_force_n)
+    };
+    let rigid = first(&["friction.law=rigid"]);
+    let mut last = f64::INFINITY;
+    for ratio in ["3", "30", "300"] {
+        let springs = first(&[&format!("friction.interfacial_stiffness_ratio={ratio}"), "time.step_s=2e-8"]);
+        let off = (springs.1 / rigid.1 - 1.0).abs();
+        assert!(off < last / 3.0, "k_t / k = {ratio}: {off} after {last}");
+        last = off;
+    }
+    assert!(last < 5e-3, "{last}");
+}
+
+/// (2.5, 2.6): what the drive puts in goes into motion, springs, radiation and friction.
+#[test]
+fn burridge_and_knopoffs_energy_balance_holds() {
+    let plan = plan(&[
+        "friction.law=velocity-weakening",
+        "friction.weakening_velocity_m_per_s=0.02",
+        "friction.radiation_kg_per_s=2",
+        "slider.relative_damping=0",
+        "drive.kind=top",
+        "normal_load.tilt=0.4",
+        "drive.velocity_m_per_s=2e-2",
+        "time.step_s=2e-8",
+        "time.duration_s=0.05",
+    ]);
+    let dt = plan.grid.step_s();
+    let mut plain = Plain::new(plan.clone());
+    let energy_j = |plain: &Plain| {
+        let state = plain.state();
+        let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
+        let point_m = plan.drive_point_m(state.step, u64::MAX);
+        let kinetic: f64 = v.iter().map(|v| 0.5 * plan.block_mass_kg * v * v).sum();
+        let between: f64 = u.windows(2).map(|u| 0.5 * plan.stiffness_n_per_m * (u[1] - u[0]).powi(2)).sum();
+        let leaves = plan.drive.springs.iter();
+        let leaves: f64 = leaves.map(|s| 0.5 * s.stiffness_n_per_m * (point_m - u[s.block]).powi(2)).sum();
+        kinetic + between + leaves
+    };
+    let (mut work_j, mut friction_j, mut radiated_j) = (0.0, 0.0, 0.0);
+    let start_j = energy_j(&plain);
+    for _ in 0..plan.steps {
+        work_j += plain.take_step().total_n * plan.drive.velocity_m_per_s * dt;
+        let state = plain.state();
+        for (n, v) in state.velocity_m_per_s.iter().enumerate() {
+            let drag = plan.friction.dynamic_friction_n[n] / (1.0 + v.abs() / 0.02);
+            friction_j += drag * v.abs() * dt;
+            radiated_j += 2.0 * v * v * dt;
+        }
+    }
+    let gained_j = energy_j(&plain) - start_j;
+    let missing_j = work_j - friction_j - radiated_j - gained_j;
+    assert!(friction_j > 0.2 * work_j && radiated_j > 1e-3 * work_j, "{work_j} {friction_j} {radiated_j}");
+    assert!(missing_j.abs() < 5e-3 * work_j, "{missing_j} of {work_j} J are missing");
+}
+
+#[test]
+fn an_even_top_drive_slips_all_at_once_at_the_static_coefficient() {
+    let plan = plan(&["drive.kind=top", "time.duration_s=0.3"]);
+    let records = records(Fast::new(plan.clone()));
+    let steps = steps(&records);
+    let first = steps.iter().find(|record| !record.switches.is_empty()).expect("it slips");
+    assert_eq!(first.switches.len(), plan.blocks);
+    // mu_s F_N = K V t, but for what the friction springs have given way.
+    assert!((first.load_ratio() - 0.7).abs() < 1e-3, "{}", first.load_ratio());
+    let stretched = 1.0 + 8e5 / 24.0 / plan.friction.interfacial_stiffness_n_per_m;
+    let expected_s = 0.7 * 400.0 / (8e5 * 2e-3) * stretched;
+    assert!((first.time_s / expected_s - 1.0).abs() < 1e-3, "{} and {expected_s}", first.time_s);
+}
+
+#[test]
+fn both_ends_mirror_each_other() {
+    let plan = plan(&["drive.kind=left-right", TWO_WAY, "time.duration_s=0.05"]);
+    let records = records(Fast::new(plan.clone()));
+    let last = plan.blocks - 1;
+    let mut seen = 0;
+    for record in steps(&records) {
+        let [first, other] = record.end_forces_n.expect("both ends are driven");
+        assert!((first + other).abs() < 1e-6 && record.driving_force_n == first + other, "{first} {other}");
+        seen += record.switches.len();
+        for switch in &record.switches {
+            let mirrored = (last + 2) as u32 - switch.block;
+            assert!(record.switches.iter().any(|other| other.block == mirrored), "{record:?}");
+        }
+    }
+    assert!(seen >= 10, "{seen}");
+}
+
+#[test]
+fn the_drive_stops_where_its_load_is_reached_and_the_load_falls_from_there() {
+    let plan = plan(&[
+        "drive.until_load_ratio=0.25",
+        "normal_load.schedule_from=hold",
+        "normal_load.schedule_s=[0.01,0.05]",
+        "normal_load.schedule_n=[400,200]",
+    ]);
+    let mut plain = Plain::new(plan.clone());
+    let (mut before, mut stopped) = (0.0, None);
+    for _ in 0..plan.steps {
+        let total_n = plain.take_step().total_n;
+        if stopped.is_none() && plain.state().hold_step < u64::MAX {
+            assert!(before < 100.0 && total_n >= 100.0, "{before} {total_n}");
+            stopped = Some(plain.step());
+        }
+        before = total_n;
+    }
+    let stopped = stopped.expect("the load is reached");
+    for (behind_s, factor) in [(0.0, 1.0), (0.01, 1.0), (0.03, 0.75), (0.05, 0.5), (0.06, 0.5)] {
+        let step = stopped + (behind_s / 1e-7f64).round() as u64;
+        assert!((plan.load_factor(step, stopped) - factor).abs() < 1e-12, "{behind_s} s");
+        assert_eq!(plan.drive_point_m(step, stopped), plan.drive_point_m(stopped, stopped));
+    }
+}
+
+/// Section 7.3: started loaded, a run has the same first slips as one with its ramp, a little
+/// apart in time, because the ramp leaves the chain vibrating.
+#[test]
+fn a_loaded_start_slips_as_the_ramp_does() {
+    let sets = ["slider.blocks=40", "drive.velocity_m_per_s=1e-4", "time.duration_s=0.6"];
+    let onsets = |start: &str| {
+        let plan = plan(&[&sets[..], &[start]].concat());
+        let begins = plan.initial.step;
+        let records = records(Fast::new(plan));
+        let mut blocks = Vec::new();
+        for (step, block, direction) in switches(&records) {
+            if direction == "Detach" && !blocks.iter().any(|(_, known)| *known == block) {
+                blocks.push((step, block));
+            }
+        }
+        (begins, blocks)
+    };
+    let (from_rest, ramp) = onsets("time.start=at-rest");
+    let (from_loaded, loaded) = onsets("time.start=loaded");
+    assert_eq!(from_rest, 0);
+    assert!(from_loaded > 100_000, "{from_loaded}");
+    let in_both = ramp.len().min(loaded.len());
+    assert!(in_both > 5, "{in_both}");
+    for ((a, block), (b, other)) in ramp.iter().zip(&loaded) {
+        assert_eq!(block, other);
+        let apart_s = a.abs_diff(*b) as f64 * 1e-7;
+        assert!(apart_s < 5e-3, "block {block}: {apart_s} s apart");
+    }
+}
+
+/// What a restored run does must not depend on where it was cut, whatever the state holds.
+#[test]
+fn a_restored_run_goes_on_to_the_bit() {
+    for sets in [
+        &["drive.until_load_ratio=0.1", "normal_load.schedule_from=hold", UNLOAD_S, UNLOAD_N][..],
+        &["friction.ageing_coefficient=0.02", "friction.ageing_time_s=1e-3"],
+        &["friction.law=rigid", HOLD, UNLOAD_S, UNLOAD_N],
+    ] {
+        let plan = plan(&[sets, &["recording.sample_s=0", "recording.fields_s=0"][..]].concat());
+        let whole = records(Fast::new(plan.clone()));
+        for share in [0.1, 0.45, 0.8] {
+            let until = (plan.steps as f64 * share) as u64;
+            let mut first = Fast::new(plan.clone());
+            let mut cut = 0;
+            while first.step() < until && first.next_record().unwrap().is_some() {
+                cut += 1;
+            }
+            // What is ready but not handed out yet belongs to the first part.
+            let at = first.step();
+            let mut second = Fast::new(plan.clone());
+            second.restore(&first.snapshot());
+            let rest = records(second);
+            let expected: Vec<&Record> =
+                whole.iter().skip(cut).filter(|record| step_of(record) > at).collect();
+            assert_eq!(rest.iter().collect::<Vec<_>>(), expected, "{sets:?}, cut at {at}");
+        }
+    }
+}
+
+fn step_of(record: &Record) -> u64 {
+    match record {
+        Record::Step(step) => step.step,
+        Record::Fields(fields) => fields.step,
+        Record::Window(window) => window.step,
+    }
+}

@@ -54,6 +54,22 @@ fn every_command_has_help() {
 }
 
 #[test]
+fn a_load_that_is_never_reached_is_told() {
+    let folder = folder();
+    let log = folder.path().join("run.mcap");
+    let sets = ["time.duration_s=0.01", "drive.until_load_ratio=0.5"];
+    let mut arguments = vec!["run", "default", "--out", text(&log)];
+    arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
+    let Output { status, stderr, .. } = asperity(&arguments);
+    assert!(status.success());
+    let stderr = String::from_utf8(stderr).expect("the binary writes UTF-8");
+    assert!(stderr.contains("default: F_T/F_N never reached 0.5 (drive.until_load_ratio)"), "{stderr}");
+    let mut reader = asperity_runlog::RunReader::open(&log, asperity_runlog::Topics::EVENTS).unwrap();
+    while reader.next_item().unwrap().is_some() {}
+    assert_eq!(reader.end().unwrap().status, asperity_record::RunStatus::LoadNotReached);
+}
+
+#[test]
 fn bad_arguments_are_bad_input() {
     for arguments in [&["jump"][..], &["run"], &["run", "default"], &["events", "--format", "xml", "a.mcap"]]
     {

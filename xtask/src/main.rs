@@ -28,6 +28,7 @@ use workspace::Failure;
     after_help = "\
 Examples:
   cargo xtask reproduce-chapter5
+  cargo xtask reproduce-all
   cargo xtask test
   cargo xtask verify-solver
   cargo xtask bench
@@ -43,6 +44,18 @@ enum Command {
     /// Make the runs, tables, figures and claims of chapter 5.
     #[command(name = "reproduce-chapter5")]
     ReproduceChapter5(reproduce::ReproduceArguments),
+    /// The same for chapter 6, unloading.
+    #[command(name = "reproduce-chapter6")]
+    ReproduceChapter6(reproduce::ReproduceArguments),
+    /// The same for appendix A, damping.
+    #[command(name = "reproduce-appendix-a")]
+    ReproduceAppendixA(reproduce::ReproduceArguments),
+    /// The same for the studies that section 1.2 sets out to make.
+    #[command(name = "reproduce-goals")]
+    ReproduceGoals(reproduce::ReproduceArguments),
+    /// All of these, the study of top-driven sliders and that of the number of blocks.
+    #[command(name = "reproduce-all")]
+    ReproduceAll(reproduce::ReproduceArguments),
     /// Set up the Python clients of the run log and run all tests.
     Test(test::TestArguments),
     /// Hold the fast solver against the plain one over all of chapter 5, in both parameter sets.
@@ -55,7 +68,11 @@ enum Command {
 
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
-        Command::ReproduceChapter5(arguments) => reproduce::command(&arguments),
+        Command::ReproduceChapter5(arguments) => reproduce::command(&arguments, &[reproduce::CHAPTER5]),
+        Command::ReproduceChapter6(arguments) => reproduce::command(&arguments, &[reproduce::CHAPTER6]),
+        Command::ReproduceAppendixA(arguments) => reproduce::command(&arguments, &[reproduce::APPENDIX_A]),
+        Command::ReproduceGoals(arguments) => reproduce::command(&arguments, &[reproduce::GOALS]),
+        Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
         Command::Test(arguments) => test::command(&arguments),
         Command::VerifySolver(arguments) => verify::command(&arguments),
         Command::Bench(arguments) => bench::command(&arguments),

@@ -1,25 +1,39 @@
-//! `cargo xtask reproduce-chapter5`: builds the binary and hands it the pipeline.
+//! `cargo xtask reproduce-...`: builds the binary and hands it one pipeline or all.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
 use crate::workspace::{Failure, asperity, run};
 
-pub(crate) const PIPELINE: &str = "pipelines/chapter5.toml";
+/// The pipelines, each `pipelines/NAME.toml`.
+pub(crate) const CHAPTER5: &str = "chapter5";
+pub(crate) const CHAPTER6: &str = "chapter6";
+pub(crate) const APPENDIX_A: &str = "appendix-a";
+pub(crate) const GOALS: &str = "goals";
+const TOP_DRIVEN: &str = "top-driven";
+const RESOLUTION: &str = "resolution";
+
+/// All of them, in the order in which `reproduce-all` runs them.
+pub(crate) const ALL: [&str; 6] = [CHAPTER5, CHAPTER6, APPENDIX_A, GOALS, TOP_DRIVEN, RESOLUTION];
+
+/// Where a pipeline stands, from the root of the workspace.
+pub(crate) fn pipeline(name: &str) -> String {
+    format!("pipelines/{name}.toml")
+}
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
   cargo xtask reproduce-chapter5
-  cargo xtask reproduce-chapter5 --parameter-set as-stated
-  cargo xtask reproduce-chapter5 --out /tmp/chapter5 --fresh --jobs 1
+  cargo xtask reproduce-chapter6 --parameter-set as-stated
+  cargo xtask reproduce-all --out /tmp/all --fresh --jobs 1
 
 Runs that are in the folder already are used again when their scenario and the code are the same.")]
 pub(crate) struct ReproduceArguments {
-    /// Folder for runs, tables and figures
-    /// [default: out/chapter5, or out/chapter5-as-stated for that set].
+    /// Folder for runs, tables and figures; of reproduce-all, for one such folder each
+    /// [default: out/NAME, or out/NAME-as-stated for that set].
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Which reading of the thesis to run; its figures come from as-coded.
@@ -48,32 +62,38 @@ impl ParameterSet {
             ParameterSet::AsStated => "as-stated",
         }
     }
-
-    fn default_folder(self) -> &'static str {
-        match self {
-            ParameterSet::AsCoded => "out/chapter5",
-            ParameterSet::AsStated => "out/chapter5-as-stated",
-        }
-    }
 }
 
-pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
-    let mut asperity = asperity()?;
-    let out = match &arguments.out {
-        // What the user writes is meant from where the user stands, not from the root.
-        Some(out) => std::path::absolute(out)
-            .map_err(|error| Failure::Io { what: format!("find {}", out.display()), error })?,
-        None => arguments.parameter_set.unwrap_or(ParameterSet::AsCoded).default_folder().into(),
+/// Runs these pipelines, one after the other: each uses all cores.
+pub(crate) fn command(arguments: &ReproduceArguments, names: &[&str]) -> Result<(), Failure> {
+    let set = arguments.parameter_set;
+    // What the user writes is meant from where the user stands, not from the root.
+    let given = match &arguments.out {
+        Some(out) => Some(
+            std::path::absolute(out)
+                .map_err(|error| Failure::Io { what: format!("find {}", out.display()), error })?,
+        ),
+        None => None,
     };
-    asperity.args(["reproduce", PIPELINE, "--out"]).arg(out);
-    if let Some(set) = arguments.parameter_set {
-        asperity.arg("--set").arg(format!("parameter_set={}", set.word()));
+    for name in names {
+        let out = match &given {
+            Some(out) if names.len() == 1 => out.clone(),
+            Some(out) => out.join(name),
+            None if set == Some(ParameterSet::AsStated) => Path::new("out").join(format!("{name}-as-stated")),
+            None => Path::new("out").join(name),
+        };
+        let mut asperity = asperity()?;
+        asperity.args(["reproduce", &pipeline(name), "--out"]).arg(out);
+        if let Some(set) = set {
+            asperity.arg("--set").arg(format!("parameter_set={}", set.word()));
+        }
+        if arguments.fresh {
+            asperity.arg("--fresh");
+        }
+        if let Some(jobs) = arguments.jobs {
+            asperity.arg("--jobs").arg(jobs.to_string());
+        }
+        run(&mut asperity)?;
     }
-    if arguments.fresh {
-        asperity.arg("--fresh");
-    }
-    if let Some(jobs) = arguments.jobs {
-        asperity.arg("--jobs").arg(jobs.to_string());
-    }
-    run(&mut asperity)
+    Ok(())
 }

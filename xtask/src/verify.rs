@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 
 use clap::Args;
 
-use crate::reproduce::{PIPELINE, ParameterSet};
+use crate::reproduce::{ALL, CHAPTER5, ParameterSet, pipeline};
 use crate::workspace::{Failure, asperity, run};
 
 #[derive(Debug, Args)]
@@ -23,6 +23,9 @@ pub(crate) struct VerifyArguments {
     /// Only the first so many seconds of each run.
     #[arg(long, value_name = "SECONDS")]
     for_s: Option<f64>,
+    /// Which runs: those of this pipeline.
+    #[arg(long, value_name = "NAME", default_value = CHAPTER5, value_parser = ALL)]
+    pipeline: String,
     /// How many runs go on at once [default: one per core].
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
@@ -36,7 +39,9 @@ pub(crate) fn command(arguments: &VerifyArguments) -> Result<(), Failure> {
     for set in sets {
         eprintln!("==> {}", set.word());
         let mut asperity = asperity()?;
-        asperity.args(["verify-solver", PIPELINE, "--set"]).arg(format!("parameter_set={}", set.word()));
+        asperity
+            .args(["verify-solver", &pipeline(&arguments.pipeline), "--set"])
+            .arg(format!("parameter_set={}", set.word()));
         if let Some(seconds) = arguments.for_s {
             asperity.arg("--for-s").arg(seconds.to_string());
         }

@@ -89,7 +89,7 @@ pub fn precursors(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Resu
 /// If polars refuses.
 pub fn load_curve(run: &RunData) -> Result<DataFrame, AnalysisError> {
     let records = &run.steps;
-    frame(vec![
+    let mut columns = vec![
         steps("step", records.iter().map(|record| record.step)),
         numbers("time_s", records.iter().map(|record| record.time_s)),
         numbers("driving_force_n", records.iter().map(|record| record.driving_force_n)),
@@ -97,7 +97,16 @@ pub fn load_curve(run: &RunData) -> Result<DataFrame, AnalysisError> {
         numbers("ft_fn", records.iter().map(|record| record.load_ratio())),
         counts("sliding", records.iter().map(|record| record.sliding)),
         counts("switches", records.iter().map(|record| record.switches.len() as u32)),
-    ])
+    ];
+    // Where the drive pulls both ways its sum says little.
+    for (end, name) in ["first_end_force_n", "last_end_force_n"].into_iter().enumerate() {
+        let forces: Option<Vec<f64>> =
+            records.iter().map(|record| record.end_forces_n.map(|ends| ends[end])).collect();
+        if let Some(forces) = forces.filter(|forces| !forces.is_empty()) {
+            columns.push(numbers(name, forces.into_iter()));
+        }
+    }
+    frame(columns)
 }
 
 /// How well the precursors of a run follow a length law; in units of `F_T / F_N`.

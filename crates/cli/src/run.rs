@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use asperity_model::{Plan, Scenario};
-use asperity_record::{EventKind, RECORD_SCHEMA_VERSION, RunHeader, SolverReport};
+use asperity_record::{EventKind, RECORD_SCHEMA_VERSION, RunHeader, RunStatus, SolverReport};
 use asperity_runlog::{Existing, RunWriter, WriteError};
 use asperity_simulator::{Counters, SimulationError, SolverKind};
 use asperity_stream::{Item, StreamError};
@@ -100,11 +100,19 @@ pub(crate) fn execute(
     })?;
     let counters = solver.counters();
     let fallbacks = solver.fallbacks();
-    writer.finish(SolverReport {
+    let never_stopped = plan.drive.until_load_ratio.filter(|_| solver.snapshot().hold_step == u64::MAX);
+    let status = if never_stopped.is_some() { RunStatus::LoadNotReached } else { RunStatus::Complete };
+    let report = SolverReport {
         counts: counters.by_name(),
         fallbacks: fallbacks.iter().map(|&fallback| fallback.to_owned()).collect(),
-    })?;
+    };
+    writer.finish(status, report)?;
     progress.finish();
+    if let Some(ratio) = never_stopped {
+        board.line(&format!(
+            "{name}: F_T/F_N never reached {ratio} (drive.until_load_ratio): the drive never stopped; the log says so as its status"
+        ));
+    }
     for fallback in fallbacks {
         board.line(&format!("{name}: {fallback}"));
     }

@@ -49,6 +49,8 @@ impl RunHeader {
 pub enum RunStatus {
     /// All steps were taken.
     Complete,
+    /// The same, but the load at which the drive was to stop was never reached.
+    LoadNotReached,
 }
 
 /// What a run says of itself once it is over. Only a log that holds this is whole.

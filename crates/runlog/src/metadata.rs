@@ -14,7 +14,6 @@ const MESSAGES: &str = "messages:";
 const SOLVER: &str = "solver:";
 const FALLBACKS: &str = "solver_fallbacks";
 const BETWEEN_FALLBACKS: &str = "; ";
-const COMPLETE: &str = "complete";
 
 /// A metadata record that does not say what it must.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -89,10 +88,18 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
     Ok(header)
 }
 
+const STATUSES: [RunStatus; 2] = [RunStatus::Complete, RunStatus::LoadNotReached];
+
+fn status_word(status: RunStatus) -> &'static str {
+    match status {
+        RunStatus::Complete => "complete",
+        RunStatus::LoadNotReached => "load-not-reached",
+    }
+}
+
 pub(crate) fn end_to_map(end: &RunEnd) -> BTreeMap<String, String> {
-    let RunStatus::Complete = end.status;
     let mut map: BTreeMap<String, String> = [
-        ("status", COMPLETE.to_owned()),
+        ("status", status_word(end.status).to_owned()),
         ("last_step", end.last_step.to_string()),
         ("switches", end.switches.to_string()),
         ("digest", end.digest.clone()),
@@ -109,9 +116,9 @@ pub(crate) fn end_to_map(end: &RunEnd) -> BTreeMap<String, String> {
 
 pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, MetadataError> {
     let reader = Reader { record: RUN_END, map };
-    if reader.text("status")? != COMPLETE {
-        return Err(reader.invalid("status", "\"complete\""));
-    }
+    let word = reader.text("status")?;
+    let status = STATUSES.into_iter().find(|status| status_word(*status) == word);
+    let status = status.ok_or_else(|| reader.invalid("status", "\"complete\" or \"load-not-reached\""))?;
     let counts_of = |prefix: &str| {
         map.iter()
             .filter_map(|(key, value)| Some((key, key.strip_prefix(prefix)?, value)))
@@ -123,7 +130,7 @@ pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, Met
     };
     let fallbacks = map.get(FALLBACKS).filter(|text| !text.is_empty());
     Ok(RunEnd {
-        status: RunStatus::Complete,
+        status,
         last_step: reader.parse("last_step", "a whole number")?,
         message_counts: counts_of(MESSAGES)?,
         solver: SolverReport {

@@ -242,14 +242,14 @@ impl RunWriter {
         Ok(())
     }
 
-    /// Closes the log of a complete run, with what its solver's work was made of, and
-    /// gives it its final name.
+    /// Closes the log of a run that took all its steps, with how it ended and what its
+    /// solver's work was made of, and gives it its final name.
     ///
     /// # Errors
     /// If the file cannot be written or renamed, or the name was taken meanwhile.
-    pub fn finish(mut self, solver: SolverReport) -> Result<RunEnd, WriteError> {
+    pub fn finish(mut self, status: RunStatus, solver: SolverReport) -> Result<RunEnd, WriteError> {
         let end = RunEnd {
-            status: RunStatus::Complete,
+            status,
             last_step: self.last_step,
             message_counts: self
                 .channels

@@ -82,6 +82,18 @@ pub enum Law {
     },
 }
 
+impl Law {
+    /// Whether a step is an affine map as long as no block switches.
+    pub fn is_affine(self) -> bool {
+        match self {
+            Law::Springs => true,
+            Law::Rigid { weakening_s_per_m, radiation_kg_per_s } => {
+                weakening_s_per_m == 0.0 && radiation_kg_per_s == 0.0
+            }
+        }
+    }
+}
+
 /// Logarithmic ageing, `mu_s + b ln(1 + t_w / t_0)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ageing {

@@ -123,6 +123,11 @@ impl Basis {
         basis
     }
 
+    /// No basis, for maps that are not affine.
+    pub(crate) fn none() -> Basis {
+        Basis { centre: 0.0, focus: 0.0, sigma: 1.0, lengths: Vec::new(), double_sums: Vec::new() }
+    }
+
     /// `s_j` of a number of steps on the grid.
     pub(crate) fn double_sum(&self, steps: u64) -> &[f64; MOST_TERMS] {
         &self.double_sums[(steps / GRID_STEPS) as usize]

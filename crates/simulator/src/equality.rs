@@ -15,7 +15,7 @@
 //! the other one sees the same switch within [`LATE_STEPS`]. The comparison then goes on
 //! from the plain solver's state.
 
-use asperity_model::{Law, Plan};
+use asperity_model::Plan;
 use asperity_record::{Direction, FieldRecord, Record, StepRecord};
 use serde::{Deserialize, Serialize};
 
@@ -286,8 +286,8 @@ fn settle(
     let here =
         |of: usize| coming[of].iter().filter(|(at, _)| *at == step).map(|(_, s)| *s).collect::<Vec<_>>();
     let (by_plain, by_fast) = (here(0), here(1));
-    if plan.friction.law != Law::Springs {
-        // By the laws without friction springs only what both take plainly moves.
+    if !plan.friction.law.is_affine() {
+        // Only what both take plainly moves.
         return Err(Disagreement::Records { step });
     }
     let mut again = Plain::new(plan.clone());

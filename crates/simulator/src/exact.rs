@@ -7,7 +7,7 @@
 //! digits (Dekker 1971, Knuth 1969): plain steps as in [`crate::Plain`], from the plan's
 //! own doubles, between switches.
 
-use asperity_model::{Plan, Reattach};
+use asperity_model::{Law, Plan, Reattach};
 
 use crate::state::{ChainState, aged_threshold_n};
 
@@ -139,7 +139,11 @@ impl<'a> Exact<'a> {
         for n in 0..=last {
             let before = self.velocity_m_per_s[n].high;
             self.direction[n] = if before == 0.0 { 0.0 } else { before.signum() };
-            let friction = if self.start.slip[n] != 0.0 {
+            let slides = self.start.slip[n] != 0.0;
+            if !slides && plan.friction.law != Law::Springs {
+                continue;
+            }
+            let friction = if slides {
                 Wide::from(-load_factor * plan.friction.dynamic_friction_n[n]) * self.direction[n]
             } else {
                 let stretch = self.displacement_m[n] - self.start.stick_position_m[n].into();
@@ -164,9 +168,9 @@ impl<'a> Exact<'a> {
             let factor = self.plan.load_factor(self.step, self.start.hold_step);
             (size - (factor * aged).into()).high
         } else {
-            let forward = match self.plan.friction.reattach {
-                Reattach::OneWay => 1.0,
-                Reattach::TwoWay => self.direction[n],
+            let forward = match (self.plan.friction.law, self.plan.friction.reattach) {
+                (Law::Springs, Reattach::OneWay) => 1.0,
+                (Law::Springs, Reattach::TwoWay) | (Law::Rigid { .. }, _) => self.direction[n],
             };
             -self.velocity_m_per_s[n].high * forward
         }

@@ -97,9 +97,9 @@ impl Fast {
         // Not beyond where drive or load change their course, nor to the last step.
         let last_step = (self.plan.steps - 1).min(self.plan.steady_until_step(state.step, state.hold_step));
         let left = last_step - state.step;
-        if self.plan.friction.law != Law::Springs {
+        if self.plan.friction.law != Law::Springs && state.detached == 0 {
             let steps = rest_steps(&self.plan, state).min(left);
-            if state.detached > 0 || steps == 0 {
+            if steps == 0 {
                 return Err(1);
             }
             self.counters.jumps += 1;
@@ -277,10 +277,14 @@ impl Solver for Fast {
     }
 
     fn fallbacks(&self) -> Vec<&'static str> {
-        if self.plan.friction.law != Law::Springs {
+        if !self.plan.friction.law.is_affine() {
             return vec![
-                "single steps while any block slides: friction without springs has no windows; at rest the run jumps all the same",
+                "single steps while any block slides: friction that depends on velocity has no windows; at rest the run jumps all the same",
             ];
+        }
+        if self.plan.friction.law != Law::Springs {
+            // A chain that rests needs no modes to jump.
+            return Vec::new();
         }
         let jumps = self.jump.is_none().then_some(
             "windows instead of jumps: the stuck chain has no full set of modes, or none that doubles can tell apart (critical damping, very soft friction springs)",

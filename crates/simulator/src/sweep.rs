@@ -123,7 +123,11 @@ impl Sweeps {
                     term: &Term<'_>,
                     chain: &TermChain<'_>,
                 ) {
-                    next_term(u, v, strain, guard, term, chain);
+                    if chain.rigid {
+                        next_term::<true>(u, v, strain, guard, term, chain);
+                    } else {
+                        next_term::<false>(u, v, strain, guard, term, chain);
+                    }
                 }
                 $(#[$feature])?
                 fn all(rows: Terms<'_>, strains: [&mut [f64]; 2], chain: &TermChain<'_>, count: usize) {
@@ -397,6 +401,8 @@ pub(crate) struct TermChain<'a> {
     pub(crate) spring: &'a [f64],
     /// 0 for stuck blocks, whose guard is the force; that of others is the velocity.
     pub(crate) sigma: &'a [f64],
+    /// Whether stuck blocks do not move at all.
+    pub(crate) rigid: bool,
     pub(crate) stiffness: f64,
     pub(crate) damping: f64,
     /// The drive's part of the springs, by block.
@@ -455,7 +461,7 @@ struct Term<'a> {
 }
 
 #[inline(always)]
-fn next_term(
+fn next_term<const RIGID: bool>(
     next_u: &mut [f64],
     next_v: &mut [f64],
     next_strain: &mut [f64],
@@ -474,7 +480,10 @@ fn next_term(
     let &Term { half, back, .. } = term;
     for n in 0..blocks {
         let pull = (strain[n + 2] + strain[n]) - 2.0 * strain[n + 1];
-        let change = pull - spring[n] * u[n];
+        let mut change = pull - spring[n] * u[n];
+        if RIGID {
+            change = if sigma[n] == 0.0 { 0.0 } else { change };
+        }
         let new_v = half * (change + (stay * v[n] + back * before_v[n]));
         let new_u = half * ((change + by * v[n]) + (stay * u[n] + back * before_u[n]));
         next_v[n] = new_v;

@@ -35,13 +35,16 @@
 //! within the stability of the scheme, which gives the bounds of
 //! [`Norms`] on forces and velocities.
 //!
+//! Without friction springs a stuck block does not move: `M` and `C` are then those of the
+//! sliding blocks alone, parts of the chain's, and the same holds.
+//!
 //! **Rounding.** The plain stepper rounds as well, differently. The bounds keep
 //! [`ROUNDING`] of the threshold and of the largest velocity in reserve, and
 //! [`ROUNDING_ERRORS`] times the rounding of the terms that a force is made of, those
 //! that cancel included: for the slider of the thesis 1e-8 N of 2.8 N, where the
 //! plain stepper's own forms differ by 4e-11 N.
 
-use asperity_model::{Plan, Reattach};
+use asperity_model::{Law, Plan, Reattach};
 
 use crate::basis::{Basis, GRID_STEPS, MOST_TERMS};
 use crate::state::ChainState;
@@ -122,6 +125,15 @@ impl Norms {
     pub(crate) fn velocity_rounding(&self, displacement_m: f64, velocity_m_per_s: f64) -> f64 {
         let rate = (self.stiffness_n_per_m / self.mass_kg).sqrt();
         ROUNDING_ERRORS * f64::EPSILON * (rate * displacement_m + velocity_m_per_s)
+    }
+}
+
+/// By the laws without friction springs: what is stuck does not move.
+fn hold_stuck(sigma: &[f64], u: &mut [f64], v: &mut [f64]) {
+    for (sigma, (u, v)) in sigma.iter().zip(u.iter_mut().zip(v)) {
+        if *sigma == 0.0 {
+            (*u, *v) = (0.0, 0.0);
+        }
     }
 }
 
@@ -271,7 +283,7 @@ impl Window {
             blocks,
             sweeps,
             norms: Norms::of(plan),
-            basis: Basis::of(plan),
+            basis: if plan.friction.law.is_affine() { Basis::of(plan) } else { Basis::none() },
             spring: several(1),
             scaled_spring: several(1),
             driven: plan.drive.springs.iter().map(|spring| (spring.block, 0.0)).collect(),
@@ -312,7 +324,9 @@ impl Window {
         let blocks = self.blocks;
         let friction = &plan.friction;
         let kt = friction.interfacial_stiffness_n_per_m;
-        let one_way = friction.reattach == Reattach::OneWay;
+        let rigid = friction.law != Law::Springs;
+        // Without springs a block stops where its velocity changes sign, whichever it is.
+        let one_way = friction.reattach == Reattach::OneWay && !rigid;
         let dt = plan.grid.step_s();
         let dt_over_m = dt / plan.block_mass_kg;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
@@ -348,6 +362,9 @@ impl Window {
             dt_over_m,
         };
         self.sweeps.first_difference(d_u, d_v, guard, &held);
+        if rigid {
+            hold_stuck(&self.sigma, d_u, d_v);
+        }
         // The second difference, with the steady advance of drive and load.
         self.sweeps.pull_of_neighbours(d_guard, d_u, d_v, plan.stiffness_n_per_m, plan.damping_kg_per_s);
         let advance_m = if state.hold_step > state.step + 1 { plan.drive.velocity_m_per_s * dt } else { 0.0 };
@@ -362,12 +379,11 @@ impl Window {
             }
         }
         let second = Second { u: d_u, v: d_v, spring: &self.spring, sigma: &self.sigma, dt, dt_over_m };
-        self.sweeps.second_difference(
-            &mut self.u.row_mut(0)[..blocks],
-            &mut self.v.row_mut(0)[..blocks],
-            d_guard,
-            &second,
-        );
+        let (first_u, first_v) = (&mut self.u.row_mut(0)[..blocks], &mut self.v.row_mut(0)[..blocks]);
+        self.sweeps.second_difference(first_u, first_v, d_guard, &second);
+        if rigid {
+            hold_stuck(&self.sigma, first_u, first_v);
+        }
         self.applications += 2;
         true
     }
@@ -459,6 +475,7 @@ impl Window {
         let chain = TermChain {
             spring: &self.scaled_spring,
             sigma: &self.sigma,
+            rigid: plan.friction.law != Law::Springs,
             stiffness,
             damping,
             driven: &self.driven,

@@ -42,6 +42,7 @@ fn every_command_has_help() {
         &["run"],
         &["events"],
         &["replay"],
+        &["check"],
     ];
     if cfg!(feature = "analysis") {
         commands.extend([&["reduce"][..], &["reproduce"]]);

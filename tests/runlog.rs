@@ -216,3 +216,39 @@ fn no_damage_goes_unseen() {
     }
     assert!(unseen.is_empty(), "damage that went unseen:\n{}", unseen.join("\n"));
 }
+
+/// `asperity check` tells a log that ends early from one that is damaged, and never calls
+/// either whole.
+#[test]
+fn check_tells_whole_from_incomplete_from_damaged() {
+    let log = Log::make();
+    let verdict = |path: &Path| {
+        let output = binary::asperity(&["check", text(path)]);
+        let said = String::from_utf8(output.stdout).expect("the binary writes UTF-8");
+        (output.status.code(), said)
+    };
+    let (code, said) = verdict(&log.path);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(
+        said.contains(": whole: ") && said.contains("28 slip events, up to step 12000000 (1.2 s)"),
+        "{said}"
+    );
+    let other = log.folder.path().join("other.mcap");
+    let bytes = &log.bytes;
+    for length in (0..bytes.len()).step_by(bytes.len() / 20) {
+        fs::write(&other, &bytes[..length]).expect("the folder can be written");
+        let (code, said) = verdict(&other);
+        assert!(code == Some(1) && said.contains(": incomplete: "), "cut to {length}: {said}");
+    }
+    for place in (100..bytes.len() - 100).step_by(bytes.len() / 20) {
+        let mut copy = bytes.clone();
+        copy[place] ^= 1 << (place % 8);
+        fs::write(&other, &copy).expect("the folder can be written");
+        let (code, said) = verdict(&other);
+        assert!(code == Some(1) || code == Some(2), "byte {place}: {said}");
+        assert!(!said.contains(": whole: "), "byte {place}: {said}");
+    }
+    // Of several the worst counts.
+    let output = binary::asperity(&["check", text(&log.path), text(&other)]);
+    assert_eq!(output.status.code(), Some(2));
+}

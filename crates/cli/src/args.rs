@@ -16,6 +16,7 @@ Examples:
   asperity scenario show default > mine.toml
   asperity run mine.toml --out mine.mcap
   asperity events mine.mcap --format csv > events.csv
+  asperity check mine.mcap
   asperity reduce mine.mcap --out mine/
 
 Exit codes: 0 success; 1 it could not be done, or a replay gave other events; 2 bad input, nothing written."
@@ -34,6 +35,8 @@ pub(crate) enum Command {
     Run(RunArguments),
     /// Print the slip events of a run.
     Events(EventsArguments),
+    /// Say whether run logs are whole, incomplete or damaged, and up to where they are sound.
+    Check(CheckArguments),
     /// Send the records of a run through the detectors again and compare.
     Replay(ReplayArguments),
     /// Make tables and figures of one run.
@@ -125,6 +128,22 @@ pub(crate) struct EventsArguments {
     /// How to print the table.
     #[arg(long, value_enum, default_value = "csv")]
     pub(crate) format: TableFormat,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity check run.mcap
+  asperity check out/chapter5/runs/*.mcap
+
+Reads every byte: the file's structure and checksums, every message against its schema, the order of steps and their times,
+that all numbers are finite, that switches fit the blocks' states, that the events are those which the step records give, and
+that counts and digest are what the log's end says. Exit codes: 0 all whole; 1 some incomplete, but sound up to where they
+end; 2 some damaged, or no run logs.")]
+pub(crate) struct CheckArguments {
+    /// The run logs.
+    #[arg(value_name = "RUN.mcap", required = true)]
+    pub(crate) runs: Vec<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -31,6 +31,9 @@ pub(crate) enum Failure {
     /// Anything that went wrong after the input was found good.
     #[error("{0}")]
     Failed(String),
+    /// What there is to say has been said; only the code is left.
+    #[error("")]
+    Said(Code),
     /// Standard output could not be written.
     #[error("failed to write to standard output: {0}")]
     Output(#[from] io::Error),
@@ -49,6 +52,7 @@ impl Failure {
         match self {
             Failure::BadInput(_) => Code::BadInput,
             Failure::Failed(_) | Failure::Output(_) => Code::Failed,
+            Failure::Said(code) => *code,
         }
     }
 

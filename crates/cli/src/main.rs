@@ -2,6 +2,7 @@
 //! in the libraries.
 
 mod args;
+mod check;
 mod detectors;
 mod events;
 mod exit;
@@ -37,6 +38,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Scenario(command) => scenario::command(command),
         Command::Run(arguments) => run::command(&arguments),
         Command::Events(arguments) => events::command(&arguments),
+        Command::Check(arguments) => check::command(&arguments),
         Command::Replay(arguments) => events::replay_command(&arguments),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments),

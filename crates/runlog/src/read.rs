@@ -105,6 +105,13 @@ pub enum LogProblem {
     },
 }
 
+impl LogProblem {
+    /// Whether the file only ends too early: what stands before is as it was written.
+    pub fn is_early_end(&self) -> bool {
+        matches!(self, LogProblem::NoEnd | LogProblem::Mcap(mcap::McapError::UnexpectedEof))
+    }
+}
+
 /// Which messages to decode. All are read and checked in any case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Topics {

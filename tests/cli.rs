@@ -55,6 +55,38 @@ fn every_command_has_help() {
 }
 
 #[test]
+fn many_runs_are_replayed_at_once_to_tables_of_their_own() {
+    let folder = folder();
+    let logs: Vec<_> = ["0.06", "0.08", "0.1"]
+        .map(|duration| {
+            let log = folder.path().join(format!("run-{duration}.mcap"));
+            let set = format!("time.duration_s={duration}");
+            binary::run(&["default", "--set", "time.step_s=1e-7", "--set", &set], &log);
+            log
+        })
+        .to_vec();
+    let out = folder.path().join("replayed");
+    let paths: Vec<&str> = logs.iter().map(|log| text(log)).collect();
+    let said = succeed(&[&["replay"], &paths[..], &["--out", text(&out)]].concat());
+    assert_eq!(said.lines().filter(|line| line.ends_with("the same as logged")).count(), 3, "{said}");
+    for log in &logs {
+        let name = log.file_stem().unwrap().to_string_lossy();
+        let table = fs::read_to_string(out.join(format!("{name}.events.csv"))).unwrap();
+        assert_eq!(table, succeed(&["events", text(log)]));
+        assert!(table.lines().count() > 1, "{table}");
+    }
+    // Nothing is overwritten; one table is of one run.
+    assert!(fail(&["replay", paths[0], "--out", text(&out)], 2).contains("would be written twice"));
+    assert!(fail(&["replay", paths[0], paths[1], "--format", "csv"], 2).contains("--format prints"));
+    // What cannot be read does not keep the others.
+    let damaged = folder.path().join("damaged.mcap");
+    fs::write(&damaged, "no log").unwrap();
+    let output = asperity(&["replay", text(&damaged), paths[1]]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("the same as logged"));
+}
+
+#[test]
 fn a_load_that_is_never_reached_is_told() {
     let folder = folder();
     let log = folder.path().join("run.mcap");

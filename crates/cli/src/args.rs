@@ -150,14 +150,21 @@ pub(crate) struct CheckArguments {
 #[command(after_help = "\
 Examples:
   asperity replay run.mcap
-  asperity replay run.mcap --format csv > replayed.csv")]
+  asperity replay run.mcap --format csv > replayed.csv
+  asperity replay out/chapter5/runs/*.mcap --out replayed")]
 pub(crate) struct ReplayArguments {
-    /// The run log.
-    #[arg(value_name = "RUN.mcap")]
-    pub(crate) run: PathBuf,
-    /// Print the slip events of the replay instead of the verdict.
+    /// The run logs.
+    #[arg(value_name = "RUN.mcap", required = true)]
+    pub(crate) runs: Vec<PathBuf>,
+    /// Print the slip events of the replay instead of the verdict; of one run.
     #[arg(long, value_enum)]
     pub(crate) format: Option<TableFormat>,
+    /// Folder to write the slip events of each run to, as NAME.events.csv.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) out: Option<PathBuf>,
+    /// How many runs are replayed at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<std::num::NonZeroUsize>,
 }
 
 #[cfg(feature = "analysis")]

@@ -1,31 +1,89 @@
 //! `asperity events` and `asperity replay`: slip events out of a log, as they
 //! were found and as the detectors find them now.
 
+use std::fs::File;
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use asperity_record::{Event, EventPayload, SlipEvent};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 use asperity_stream::{Item, StreamError};
 
 use crate::args::{EventsArguments, ReplayArguments, TableFormat};
+use crate::at_once::at_once;
 use crate::detectors;
-use crate::exit::Failure;
+use crate::exit::{self, Code, Failure};
 
 pub(crate) fn command(arguments: &EventsArguments) -> Result<(), Failure> {
     let events = logged(&arguments.run).map_err(Failure::failed)?;
-    print(&slip_events(&events)?, arguments.format)
+    write(&slip_events(&events)?, arguments.format, io::stdout().lock())
 }
 
 pub(crate) fn replay_command(arguments: &ReplayArguments) -> Result<(), Failure> {
-    let before = logged(&arguments.run).map_err(Failure::failed)?;
-    let now = replay(&arguments.run).map_err(Failure::failed)?;
-    if let Some(format) = arguments.format {
-        print(&slip_events(&now)?, format)?;
+    if let (Some(_), [_, other, ..]) = (arguments.format, &arguments.runs[..]) {
+        return Err(Failure::BadInput(format!(
+            "--format prints the events of one run, and {} is another (accepted: one run, or --out FOLDER)",
+            other.display()
+        )));
     }
-    let run = arguments.run.display();
+    let tables = match &arguments.out {
+        Some(out) => table_paths(&arguments.runs, out)?,
+        None => Vec::new(),
+    };
+    let jobs: Vec<(usize, &PathBuf)> = arguments.runs.iter().enumerate().collect();
+    let differing = AtomicUsize::new(0);
+    at_once(&jobs, arguments.jobs, |&(number, run)| {
+        match replay_one(run, arguments.format, tables.get(number).map(PathBuf::as_path)) {
+            // Of many, the others are replayed all the same.
+            Err(Failure::Failed(problem)) if jobs.len() > 1 => {
+                differing.fetch_add(1, Ordering::Relaxed);
+                exit::report(&Failure::Failed(problem));
+                Ok(())
+            }
+            outcome => outcome,
+        }
+    })?;
+    if differing.into_inner() > 0 { Err(Failure::Said(Code::Failed)) } else { Ok(()) }
+}
+
+/// Where the events of each run go: `NAME.events.csv`, each name once.
+fn table_paths(runs: &[PathBuf], out: &Path) -> Result<Vec<PathBuf>, Failure> {
+    std::fs::create_dir_all(out)
+        .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", out.display())))?;
+    let mut paths: Vec<PathBuf> = Vec::new();
+    for run in runs {
+        let name = run.file_stem().unwrap_or_default().to_string_lossy();
+        let path = out.join(format!("{name}.events.csv"));
+        if path.exists() || paths.contains(&path) {
+            return Err(Failure::BadInput(format!(
+                "{} would be written twice (accepted: an empty folder, runs of different names)",
+                path.display()
+            )));
+        }
+        paths.push(path);
+    }
+    Ok(paths)
+}
+
+fn replay_one(run: &Path, format: Option<TableFormat>, table: Option<&Path>) -> Result<(), Failure> {
+    let before = logged(run).map_err(Failure::failed)?;
+    let now = replay(run).map_err(Failure::failed)?;
+    if let Some(path) = table {
+        // Under its name only when it is whole.
+        let partial = path.with_extension("csv.partial");
+        let written = File::create(&partial).map_err(Failure::Output).and_then(|file| {
+            write(&slip_events(&now)?, TableFormat::Csv, file)?;
+            Ok(std::fs::rename(&partial, path)?)
+        });
+        written.map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))?;
+    }
+    if let Some(format) = format {
+        write(&slip_events(&now)?, format, io::stdout().lock())?;
+    }
+    let run = run.display();
     if before == now {
-        if arguments.format.is_none() {
+        if format.is_none() {
             let events = slip_events(&now)?.len();
             writeln!(io::stdout().lock(), "{run}: {events} slip events, the same as logged")?;
         }
@@ -87,8 +145,8 @@ fn slip_events(events: &[Event]) -> Result<Vec<SlipEvent>, Failure> {
         .map_err(|error| Failure::Failed(format!("an event of {} cannot be read: {error}", SlipEvent::TOPIC)))
 }
 
-fn print(events: &[SlipEvent], format: TableFormat) -> Result<(), Failure> {
-    let mut out = io::BufWriter::new(io::stdout().lock());
+fn write(events: &[SlipEvent], format: TableFormat, out: impl Write) -> Result<(), Failure> {
+    let mut out = io::BufWriter::new(out);
     match format {
         TableFormat::Csv => {
             // The header by hand: it must stand there without events as well.

@@ -2,6 +2,7 @@
 //! in the libraries.
 
 mod args;
+mod at_once;
 mod check;
 mod detectors;
 mod events;

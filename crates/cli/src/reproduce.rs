@@ -2,10 +2,7 @@
 
 use std::fs;
 use std::io::{self, Write};
-use std::num::NonZeroUsize;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 
 use asperity_analysis::pipeline::Pipeline;
 use asperity_analysis::precursors::PrecursorRules;
@@ -17,6 +14,7 @@ use asperity_runlog::{Existing, RunReader, Topics};
 use asperity_simulator::SolverKind;
 
 use crate::args::{ReduceArguments, ReproduceArguments};
+use crate::at_once::at_once;
 use crate::exit::Failure;
 use crate::progress::Board;
 use crate::{run, scenario};
@@ -118,31 +116,6 @@ fn is_done(folder: &Path, job: &Job, solver: SolverKind) -> bool {
             Err(_) => return false,
         }
     }
-}
-
-/// Does something for all jobs, so many at once (one per core if not said). The
-/// first failure keeps those that have not started from starting.
-pub(crate) fn at_once(
-    jobs: &[Job],
-    workers: Option<NonZeroUsize>,
-    each: impl Fn(&Job) -> Result<(), Failure> + Sync,
-) -> Result<(), Failure> {
-    let workers = workers.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
-    let next = AtomicUsize::new(0);
-    let work = || {
-        while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            each(job).inspect_err(|_| next.store(jobs.len(), Ordering::Relaxed))?;
-        }
-        Ok(())
-    };
-    thread::scope(|scope| {
-        let threads: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
-        let outcomes: Vec<Result<(), Failure>> = threads
-            .into_iter()
-            .map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-            .collect();
-        outcomes.into_iter().collect()
-    })
 }
 
 fn make_run(job: &Job, folder: &Path, solver: SolverKind, board: &Board) -> Result<(), Failure> {

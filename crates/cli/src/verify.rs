@@ -12,9 +12,10 @@ use asperity_simulator::equality::{self, Agreement, NearTie, TOLERANCE};
 use serde::{Deserialize, Serialize};
 
 use crate::args::VerifySolverArguments;
+use crate::at_once::at_once;
 use crate::exit::Failure;
 use crate::progress::Board;
-use crate::reproduce::{Job, at_once, read_pipeline};
+use crate::reproduce::{Job, read_pipeline};
 use crate::{detectors, run};
 
 /// Where known near ties are looked for, if nothing else is said.

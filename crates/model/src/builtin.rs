@@ -32,4 +32,9 @@ scenarios![
     "friction-055-030",
     "first-precursor",
     "ring-down",
+    "loaded-start",
+    "rigid-contacts",
+    "velocity-weakening",
+    "scattered-friction",
+    "ageing-contacts",
 ];

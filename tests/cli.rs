@@ -54,6 +54,42 @@ fn every_command_has_help() {
     assert!(succeed(&["--version"]).starts_with("asperity "));
 }
 
+/// The first signal closes the log, which says that it was interrupted and never bears its
+/// final name.
+#[cfg(unix)]
+#[test]
+fn signals_close_the_log_soundly() {
+    for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
+        let folder = folder();
+        let log = folder.path().join("run.mcap");
+        let mut child = Command::new(env!("CARGO_BIN_EXE_asperity"))
+            .args(["run", "default", "--solver", "plain", "--out", text(&log)])
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary starts");
+        let partial = folder.path().join("run.mcap.partial");
+        while !partial.exists() {
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status();
+        assert!(sent.expect("there is a kill").success());
+        assert_eq!(child.wait().expect("it ends").code(), Some(code));
+        let mut said = String::new();
+        std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut said).unwrap();
+        assert!(said.contains("default: interrupted; ") && !said.contains("error"), "{said}");
+        assert!(!log.exists());
+        let output = asperity(&["check", text(&partial)]);
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(
+            said.contains(": incomplete: ") && said.contains("the run was interrupted after step"),
+            "{said}"
+        );
+        assert!(fail(&["events", text(&partial)], 1).contains("the run was interrupted after step"));
+    }
+}
+
 #[test]
 fn many_runs_are_replayed_at_once_to_tables_of_their_own() {
     let folder = folder();

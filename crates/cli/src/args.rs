@@ -19,7 +19,8 @@ Examples:
   asperity check mine.mcap
   asperity reduce mine.mcap --out mine/
 
-Exit codes: 0 success; 1 it could not be done, or a replay gave other events; 2 bad input, nothing written."
+Exit codes: 0 success; 1 it could not be done, or a replay gave other events; 2 bad input, nothing written;
+130 and 143 interrupted by SIGINT and SIGTERM, the log closed as RUN.mcap.partial. A second signal stops at once."
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]

@@ -14,6 +14,10 @@ pub(crate) enum Code {
     /// What was asked makes no sense: unknown names, bad scenarios, an output
     /// that exists. Nothing was written.
     BadInput = 2,
+    /// SIGINT stopped it; the log that was open is closed, and says so.
+    Interrupted = 130,
+    /// The same by SIGTERM.
+    Terminated = 143,
 }
 
 impl From<Code> for ExitCode {

@@ -7,6 +7,7 @@ mod check;
 mod detectors;
 mod events;
 mod exit;
+mod interrupt;
 mod progress;
 #[cfg(feature = "analysis")]
 mod reproduce;

@@ -16,6 +16,7 @@ use asperity_simulator::SolverKind;
 use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::at_once::at_once;
 use crate::exit::Failure;
+use crate::interrupt;
 use crate::progress::Board;
 use crate::{run, scenario};
 
@@ -81,6 +82,7 @@ pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
     let (pipeline, jobs) = read_pipeline(&arguments.pipeline, &arguments.set)?;
     let runs_folder = arguments.out.join("runs");
     create_folder(&runs_folder)?;
+    interrupt::install()?;
     let board = Board::new();
     let solver = SolverKind::from(arguments.solver);
     let (done, mut missing): (Vec<Job>, Vec<Job>) =
@@ -92,6 +94,9 @@ pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
     missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));
     at_once(&missing, arguments.jobs, |job| make_run(job, &runs_folder, solver, &board))?;
 
+    if let Some(code) = interrupt::code() {
+        return Err(Failure::Said(code));
+    }
     board.line("reducing and drawing");
     pipeline.reduce(&runs_folder, &arguments.out).map_err(Failure::failed)?;
     print_where_to_look(&pipeline, &arguments.out)?;
@@ -124,7 +129,7 @@ fn make_run(job: &Job, folder: &Path, solver: SolverKind, board: &Board) -> Resu
     // or is to be made afresh.
     run::execute(&job.scenario, &path, Existing::Replace, solver, board, &job.name)
         .map(|_counters| ())
-        .map_err(|error| Failure::Failed(format!("run {}: {error}", job.name)))
+        .map_err(|error| error.into_failure(board, &format!("run {}", job.name)))
 }
 
 fn create_folder(folder: &Path) -> Result<(), Failure> {

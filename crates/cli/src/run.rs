@@ -1,16 +1,17 @@
 //! `asperity run`: simulator, detectors and log writer, joined by the stream.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use asperity_model::{Plan, Scenario};
 use asperity_record::{EventKind, RECORD_SCHEMA_VERSION, RunHeader, RunStatus, SolverReport};
-use asperity_runlog::{Existing, RunWriter, WriteError};
+use asperity_runlog::{Existing, RunWriter, WriteError, partial_path};
 use asperity_simulator::{Counters, SimulationError, SolverKind};
 use asperity_stream::{Item, StreamError};
 
 use crate::args::RunArguments;
 use crate::detectors;
-use crate::exit::Failure;
+use crate::exit::{Code, Failure};
+use crate::interrupt;
 use crate::progress::{Board, RunProgress};
 
 /// Hash over the sources that shape a run, from the build script.
@@ -24,10 +25,11 @@ pub(crate) fn command(arguments: &RunArguments) -> Result<(), Failure> {
             arguments.out.display()
         )));
     }
+    interrupt::install()?;
     let board = Board::new();
     let counters =
         execute(&scenario, &arguments.out, Existing::Refuse, arguments.solver.into(), &board, &scenario.name)
-            .map_err(Failure::failed)?;
+            .map_err(|error| error.into_failure(&board, &scenario.name))?;
     if arguments.stats {
         board.line(counters.to_string().trim_end());
     }
@@ -41,6 +43,27 @@ pub(crate) enum RunError {
     Simulation(#[from] SimulationError),
     #[error("failed to write the log: {0}")]
     Write(#[from] WriteError),
+    #[error("interrupted; {} holds what there is", .1.display())]
+    Interrupted(Code, PathBuf),
+}
+
+impl RunError {
+    /// What the command makes of it; an interruption is told and is no error.
+    pub(crate) fn into_failure(self, board: &Board, name: &str) -> Failure {
+        match self {
+            RunError::Interrupted(code, _) => {
+                board.line(&format!("{name}: {self}"));
+                Failure::Said(code)
+            }
+            other => Failure::Failed(format!("{name}: {other}")),
+        }
+    }
+}
+
+/// Why records stopped coming.
+enum Stop {
+    Simulation(SimulationError),
+    Signal(Code),
 }
 
 /// What a run of this scenario by this program is called in its log.
@@ -82,8 +105,11 @@ pub(crate) fn execute(
     let mut writer = RunWriter::create(out, existing, &header, &scenario.to_commented_toml(), &kinds)?;
     let mut progress: RunProgress = board.run(name, plan.steps, scenario.time.duration_s);
 
-    asperity_stream::run(
-        || solver.next_record(),
+    let outcome = asperity_stream::run(
+        || match interrupt::code() {
+            Some(code) => Err(Stop::Signal(code)),
+            None => solver.next_record().map_err(Stop::Simulation),
+        },
         detectors,
         |item| {
             match &item {
@@ -93,11 +119,13 @@ pub(crate) fn execute(
             progress.saw(&item);
             Ok(())
         },
-    )
-    .map_err(|error: StreamError<SimulationError, WriteError>| match error {
-        StreamError::Source(error) => RunError::from(error),
-        StreamError::Sink(error) => RunError::from(error),
-    })?;
+    );
+    let interrupted = match outcome {
+        Ok(()) => None,
+        Err(StreamError::Source(Stop::Signal(code))) => Some(code),
+        Err(StreamError::Source(Stop::Simulation(error))) => return Err(error.into()),
+        Err(StreamError::Sink(error)) => return Err(RunError::Write(error)),
+    };
     let counters = solver.counters();
     let fallbacks = solver.fallbacks();
     let never_stopped = plan.drive.until_load_ratio.filter(|_| solver.snapshot().hold_step == u64::MAX);
@@ -106,6 +134,10 @@ pub(crate) fn execute(
         counts: counters.by_name(),
         fallbacks: fallbacks.iter().map(|&fallback| fallback.to_owned()).collect(),
     };
+    if let Some(code) = interrupted {
+        writer.finish(RunStatus::Interrupted, report)?;
+        return Err(RunError::Interrupted(code, partial_path(out)));
+    }
     writer.finish(status, report)?;
     progress.finish();
     if let Some(ratio) = never_stopped {

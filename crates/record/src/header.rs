@@ -51,6 +51,8 @@ pub enum RunStatus {
     Complete,
     /// The same, but the load at which the drive was to stop was never reached.
     LoadNotReached,
+    /// A signal stopped the run early; what it holds is sound.
+    Interrupted,
 }
 
 /// What a run says of itself once it is over. Only a log that holds this is whole.

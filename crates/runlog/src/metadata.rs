@@ -88,12 +88,13 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
     Ok(header)
 }
 
-const STATUSES: [RunStatus; 2] = [RunStatus::Complete, RunStatus::LoadNotReached];
+const STATUSES: [RunStatus; 3] = [RunStatus::Complete, RunStatus::LoadNotReached, RunStatus::Interrupted];
 
 fn status_word(status: RunStatus) -> &'static str {
     match status {
         RunStatus::Complete => "complete",
         RunStatus::LoadNotReached => "load-not-reached",
+        RunStatus::Interrupted => "interrupted",
     }
 }
 
@@ -118,7 +119,8 @@ pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, Met
     let reader = Reader { record: RUN_END, map };
     let word = reader.text("status")?;
     let status = STATUSES.into_iter().find(|status| status_word(*status) == word);
-    let status = status.ok_or_else(|| reader.invalid("status", "\"complete\" or \"load-not-reached\""))?;
+    let status = status
+        .ok_or_else(|| reader.invalid("status", "\"complete\", \"load-not-reached\" or \"interrupted\""))?;
     let counts_of = |prefix: &str| {
         map.iter()
             .filter_map(|(key, value)| Some((key, key.strip_prefix(prefix)?, value)))

@@ -6,7 +6,9 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use asperity_record::{Direction, Event, RECORD_SCHEMA_VERSION, Record, RunEnd, RunHeader, StepRecord};
+use asperity_record::{
+    Direction, Event, RECORD_SCHEMA_VERSION, Record, RunEnd, RunHeader, RunStatus, StepRecord,
+};
 use mcap::records::Record as Raw;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde::de::DeserializeOwned;
@@ -93,6 +95,9 @@ pub enum LogProblem {
     /// The file ends before the run does.
     #[error("no metadata `{RUN_END}`: the run did not finish, or the file was cut off")]
     NoEnd,
+    /// A signal stopped the run.
+    #[error("the run was interrupted after step {0}")]
+    Interrupted(u64),
     /// The content is not what `run_end` says.
     #[error("metadata `{RUN_END}` says {what} {promised}, the file has {found}")]
     EndMismatch {
@@ -108,7 +113,10 @@ pub enum LogProblem {
 impl LogProblem {
     /// Whether the file only ends too early: what stands before is as it was written.
     pub fn is_early_end(&self) -> bool {
-        matches!(self, LogProblem::NoEnd | LogProblem::Mcap(mcap::McapError::UnexpectedEof))
+        matches!(
+            self,
+            LogProblem::NoEnd | LogProblem::Interrupted(_) | LogProblem::Mcap(mcap::McapError::UnexpectedEof)
+        )
     }
 }
 
@@ -393,13 +401,17 @@ impl RunReader {
             let found = self.counts.get(topic).copied().unwrap_or(0);
             mismatch(&format!("messages of {topic}:"), count.to_string(), found.to_string())?;
         }
-        let steps = self.header.as_ref().map_or(0, |header| header.steps);
-        mismatch("the last step:", end.last_step.to_string(), steps.to_string())?;
+        let interrupted = end.status == RunStatus::Interrupted;
+        if !interrupted {
+            let steps = self.header.as_ref().map_or(0, |header| header.steps);
+            mismatch("the last step:", end.last_step.to_string(), steps.to_string())?;
+        }
         if self.topics.steps {
             mismatch("the last step:", end.last_step.to_string(), self.last_step.to_string())?;
         }
         mismatch("switches:", end.switches.to_string(), self.switches.to_string())?;
-        mismatch("digest:", end.digest.clone(), self.digest.finalize().to_hex().to_string())
+        mismatch("digest:", end.digest.clone(), self.digest.finalize().to_hex().to_string())?;
+        if interrupted { Err(LogProblem::Interrupted(end.last_step)) } else { Ok(()) }
     }
 }
 

@@ -242,8 +242,9 @@ impl RunWriter {
         Ok(())
     }
 
-    /// Closes the log of a run that took all its steps, with how it ended and what its
-    /// solver's work was made of, and gives it its final name.
+    /// Closes the log, with how the run ended and what its solver's work was made of. That
+    /// of a run that took all its steps gets its final name; that of one that was interrupted
+    /// stays under its [`partial_path`].
     ///
     /// # Errors
     /// If the file cannot be written or renamed, or the name was taken meanwhile.
@@ -268,6 +269,9 @@ impl RunWriter {
         let path = self.path.clone();
         let file = self.writer.into_inner().into_inner().map_err(|error| io_error(error.into_error()))?;
         file.sync_all().map_err(io_error)?;
+        if status == RunStatus::Interrupted {
+            return Ok(end);
+        }
         if self.existing == Existing::Refuse && path.exists() {
             return Err(WriteError::Exists(path));
         }

@@ -2,7 +2,7 @@
 
 use crate::chain::{SteadyLoading, Stiffness};
 use crate::plan::Springs;
-use crate::{Plan, Scenario};
+use crate::{Drive, Plan, Scenario};
 
 /// Displacements from the grid, velocities and friction springs before the first step;
 /// all blocks are stuck. One value per block.
@@ -18,7 +18,12 @@ pub struct InitialState {
     pub stick_position_m: Vec<f64>,
 }
 
-pub(crate) fn state(scenario: &Scenario, springs: &Springs, normal_load_n: &[f64]) -> InitialState {
+pub(crate) fn state(
+    scenario: &Scenario,
+    springs: &Springs,
+    drive: &Drive,
+    normal_load_n: &[f64],
+) -> InitialState {
     let blocks = normal_load_n.len();
     let k = springs.stiffness_n_per_m;
     let shear = &scenario.initial_shear;
@@ -36,8 +41,13 @@ pub(crate) fn state(scenario: &Scenario, springs: &Springs, normal_load_n: &[f64
     }
 
     // Each friction spring balances what its neighbours pull.
+    // And what the drive pulls, which measures its springs from the grid too.
     let kt = springs.interfacial_stiffness_n_per_m;
-    let anchor = |n: usize| if kt > 0.0 { u[n] - k * neighbour_pull(&u, n) / kt } else { u[n] };
+    let mut pull: Vec<f64> = (0..blocks).map(|n| k * neighbour_pull(&u, n)).collect();
+    for spring in &drive.springs {
+        pull[spring.block] += spring.force_n(0.0, u[spring.block]);
+    }
+    let anchor = |n: usize| if kt > 0.0 { u[n] - pull[n] / kt } else { u[n] };
     let stick_position_m = (0..blocks).map(anchor).collect();
 
     let amplitude = scenario.initial_velocity.amplitude_m_per_s;
@@ -83,12 +93,14 @@ pub(crate) fn load(plan: &mut Plan) {
     for n in 0..plan.blocks {
         let (force, rate) = (kt * (position_m[n] - anchors[n]), kt * steady.advance_m[n]);
         let room = LOADED * plan.friction.static_threshold_n[n];
+        if force.abs() >= room {
+            return;
+        }
         if rate != 0.0 {
             steps = steps.min(if rate > 0.0 { (room - force) / rate } else { (room + force) / -rate });
         }
     }
     let stop = plan.drive.hold_from_step.unwrap_or(u64::MAX);
-    // Casting saturates: what is overloaded already starts at rest.
     let step = (steps as u64).min(stop);
     if step == 0 {
         return;

@@ -347,7 +347,7 @@ pub const KEYS: &[Key] = &[
         path: "normal_load.schedule_n",
         symbol: "",
         doc: "Total loads at these times, the first being total_n; before and behind them the load stays.",
-        kind: Numbers(Including(0.0), Open),
+        kind: Numbers(Excluding(0.0), Open),
         default: Is(Value::NoNumbers),
     },
     Key {
@@ -376,7 +376,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "initial_shear.profile_csv",
         symbol: "",
-        doc: "A file of columns x_over_l and tau_over_p, between whose rows an initial shear tau_0 / p is \
+        doc: "A file of columns x_over_l and tau_over_p, from the current folder, between whose rows an initial shear tau_0 / p is \
               read off, in addition; without influence once it has been read.",
         kind: Text,
         default: Is(Value::Text("")),

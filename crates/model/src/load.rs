@@ -58,6 +58,18 @@ impl LoadCourse {
         start + (end - start) * ((at - from) as f64 / (to - from) as f64)
     }
 
+    /// By how much the factor changes in each step behind `step`, up to the next knot. Not the
+    /// difference of two factors: many steps would multiply their rounding.
+    pub fn rate(&self, step: u64, hold_step: u64) -> f64 {
+        let Some(origin) = self.origin(hold_step) else { return 0.0 };
+        let at = step.saturating_sub(origin);
+        let behind = self.knots.partition_point(|(knot, _)| *knot <= at);
+        match (behind.checked_sub(1).map(|before| self.knots[before]), self.knots.get(behind)) {
+            (Some((from, start)), Some((to, end))) => (end - start) / (to - from) as f64,
+            _ => 0.0,
+        }
+    }
+
     /// The first knot behind a step; `u64::MAX` if there is none.
     pub fn next_knot(&self, step: u64, hold_step: u64) -> u64 {
         let Some(origin) = self.origin(hold_step) else { return u64::MAX };
@@ -77,6 +89,11 @@ mod tests {
         assert_eq!(
             [at(0), at(10), at(15), at(20), at(30), at(45), at(50), at(99)],
             [1.0, 1.0, 0.75, 0.5, 0.5, 0.375, 0.25, 0.25]
+        );
+        let rate = |step| course.rate(step, u64::MAX);
+        assert_eq!(
+            [rate(9), rate(10), rate(19), rate(20), rate(49), rate(50)],
+            [0.0, -0.05, -0.05, 0.0, -0.025, 0.0]
         );
         let next = |step| course.next_knot(step, u64::MAX);
         assert_eq!([next(0), next(10), next(49), next(50)], [10, 20, 50, u64::MAX]);

@@ -249,7 +249,7 @@ pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
 /// A number from -1 to 1 without pattern: SplitMix64's output function of seed, stream and
 /// block.
 fn evenly(seed: u64, stream: u64, block: u64) -> f64 {
-    let mut z = (seed << 33 | stream << 32 | block).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mut z = (seed << 32 | stream << 31 | block).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^= z >> 31;
@@ -308,6 +308,7 @@ impl Plan {
             time_s: friction.ageing_time_s,
         });
         let load = &scenario.normal_load;
+        let drive = Drive::of(scenario, blocks, steps);
         let mut plan = Plan {
             blocks,
             length_m: scenario.slider.length_m,
@@ -331,8 +332,8 @@ impl Plan {
                 load.schedule_n.iter().map(|total_n| total_n / load.total_n).collect(),
                 load.schedule_from == ScheduleFrom::Hold,
             ),
-            drive: Drive::of(scenario, blocks, steps),
-            initial: initial::state(scenario, &springs, &normal_load_n),
+            initial: initial::state(scenario, &springs, &drive, &normal_load_n),
+            drive,
             normal_load_n,
             grid,
             steps: steps(scenario.time.duration_s),
@@ -383,6 +384,46 @@ impl Plan {
     /// `l_0 = a sqrt(k / k_t)`: (5.39), where the thesis misplaces the root.
     pub fn screening_length_m(&self) -> f64 {
         self.spacing_m * (self.stiffness_n_per_m / self.friction.interfacial_stiffness_n_per_m).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Plan, Scenario, ScenarioSource};
+
+    fn stiffness(set: &str) -> Vec<f64> {
+        let source =
+            ScenarioSource::new("test", "drive.kind = \"top\"\nslider.blocks = 5").with_override(set);
+        let plan = Plan::new(&Scenario::resolve(&source).unwrap());
+        plan.drive.stiffness_n_per_m(5)
+    }
+
+    #[test]
+    fn top_drives_share_out_the_stiffness() {
+        assert_eq!(stiffness("drive.tilt=0"), [1.6e5; 5]);
+        let tilted = stiffness("drive.tilt=0.5");
+        assert_eq!((tilted[0], tilted[2], tilted[4]), (2.4e5, 1.6e5, 0.8e5));
+        let falling = stiffness("drive.decay_length_m=0.025");
+        assert!((falling.iter().sum::<f64>() / 8e5 - 1.0).abs() < 1e-12);
+        assert!((falling[1] / falling[0] - (-1.0f64).exp()).abs() < 1e-12, "{falling:?}");
+    }
+
+    #[test]
+    fn seeds_and_coefficients_have_spreads_of_their_own() {
+        let spread = |seed: u32| {
+            let set = format!("friction.spread_seed={seed}");
+            let source =
+                ScenarioSource::new("test", "friction.static_spread=0.1\nfriction.dynamic_spread=0.1");
+            super::coefficients(&Scenario::resolve(&source.with_override(&set)).unwrap())
+        };
+        let (mu_s, mu_d) = spread(1);
+        assert!(mu_s.iter().all(|mu| (0.6..=0.8).contains(mu)));
+        let mean = mu_s.iter().sum::<f64>() / 100.0;
+        assert!((mean - 0.7).abs() < 0.02, "{mean}");
+        assert!(mu_s.iter().zip(&mu_d).any(|(s, d)| (s - d - 0.25).abs() > 0.05));
+        for other in [2, 1 << 31, (1 << 31) + 1, u32::MAX] {
+            assert_ne!(spread(other).0, mu_s, "seed {other}");
+        }
     }
 }
 

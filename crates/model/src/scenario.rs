@@ -281,6 +281,9 @@ impl Scenario {
         if errors.is_empty() {
             scenario.read_profile(&entries, &mut errors);
         }
+        if errors.is_empty() {
+            scenario.check_start(&entries, &mut errors);
+        }
         if errors.is_empty() { Ok(scenario) } else { Err(ScenarioErrors(errors)) }
     }
 
@@ -328,7 +331,9 @@ impl Scenario {
     /// BLAKE3 over everything that influences a run or its log, hexadecimal;
     /// name and summary do not.
     pub fn hash(&self) -> String {
-        let anonymous = Scenario { name: String::new(), summary: String::new(), ..self.clone() };
+        let mut anonymous = Scenario { name: String::new(), summary: String::new(), ..self.clone() };
+        // What was read from it stands beside it.
+        anonymous.initial_shear.profile_csv.clear();
         let canonical =
             serde_json::to_vec(&anonymous).expect("a scenario is plain tables, numbers and texts");
         blake3::hash(&canonical).to_hex().to_string()
@@ -429,6 +434,27 @@ impl Scenario {
 }
 
 impl Scenario {
+    /// A loaded start needs a load that the run comes to.
+    fn check_start(&self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
+        if self.time.start == Start::AtRest {
+            return;
+        }
+        let plan = crate::Plan::new(self);
+        let problem = if plan.initial.step == 0 {
+            "a block is beyond its threshold before the drive moves"
+        } else if plan.initial.step + 1 >= plan.steps {
+            "no block comes to its threshold within the run"
+        } else {
+            return;
+        };
+        errors.push(ScenarioError {
+            place: entries.place("time.start"),
+            key: Some("time.start".to_owned()),
+            problem: format!("\"loaded\", but {problem}"),
+            accepted: Some("\"at-rest\", or a drive that brings the first slip".to_owned()),
+        });
+    }
+
     /// Reads the initial shear from its file, if it is named and has not been read before.
     fn read_profile(&mut self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
         let shear = &mut self.initial_shear;
@@ -501,11 +527,13 @@ impl Scenario {
                 "as many as normal_load.schedule_s, none or at least 2".to_owned(),
             );
         }
-        if let Some(at) = (1..times.len()).find(|&at| times[at] <= times[at - 1]) {
+        let grid = TimeGrid::new(self.time.step_s);
+        let step = |at: usize| grid.nearest_step(times[at]);
+        if let Some(at) = (1..times.len()).find(|&at| step(at) <= step(at - 1)) {
             refuse(
                 "normal_load.schedule_s",
                 format!("goes from {} to {}", times[at - 1], times[at]),
-                "times that ascend".to_owned(),
+                "times that ascend, by at least time.step_s".to_owned(),
             );
         }
         if let Some(first) = loads.first().filter(|first| **first != normal_load.total_n) {
@@ -552,18 +580,40 @@ impl Scenario {
         if fit && !even {
             let (mu_s, mu_d) = crate::plan::coefficients(self);
             if let Some(n) = (0..blocks).find(|&n| mu_d[n] < 0.0 || mu_d[n] > mu_s[n]) {
+                let key = [
+                    ("friction.static_offsets", static_offsets.is_empty()),
+                    ("friction.dynamic_offsets", dynamic_offsets.is_empty()),
+                    ("friction.static_spread", *static_spread == 0.0),
+                    ("friction.dynamic_spread", true),
+                ];
+                let key = key
+                    .into_iter()
+                    .find(|(_, unused)| !unused)
+                    .map_or("friction.dynamic_spread", |key| key.0);
                 refuse(
-                    if static_spread + dynamic_spread > 0.0 {
-                        "friction.static_spread"
-                    } else {
-                        "friction.static_offsets"
-                    },
+                    key,
                     format!("block {} gets mu_s = {} and mu_d = {}", n + 1, mu_s[n], mu_d[n]),
                     "0 <= mu_d <= mu_s for every block".to_owned(),
                 );
             }
         }
+        let moves = self.initial_velocity.amplitude_m_per_s != 0.0;
+        if moves && !springs {
+            refuse(
+                "initial_velocity.amplitude_m_per_s",
+                "blocks that stick without springs do not move".to_owned(),
+                "0, or friction.law = \"interfacial-springs\"".to_owned(),
+            );
+        }
         if self.time.start == Start::Loaded
+            && (moves || drive.until_load_ratio > 0.0 || friction.ageing_coefficient > 0.0)
+        {
+            refuse(
+                "time.start",
+                "\"loaded\" leaves out the ramp, on which initial velocities die away, contacts age and the drive may stop at a load".to_owned(),
+                "\"at-rest\", or none of these".to_owned(),
+            );
+        } else if self.time.start == Start::Loaded
             && (!springs || drive.kind == DriveKind::LeftRight || !times.is_empty())
         {
             refuse(
@@ -833,6 +883,31 @@ mod tests {
             ),
             ("friction.static_offsets = [0.1]", "friction.static_offsets: 1 numbers for 100 blocks"),
             ("friction.static_spread = 0.5", "friction.static_spread: block"),
+            (
+                "time.start = \"loaded\"\nfriction.ageing_coefficient = 0.01",
+                "time.start: \"loaded\" leaves out the ramp",
+            ),
+            (
+                "time.start = \"loaded\"\ndrive.velocity_m_per_s = 0",
+                "time.start: \"loaded\", but no block comes to its threshold within the run",
+            ),
+            (
+                "time.start = \"loaded\"\ninitial_shear.beta = -0.8",
+                "time.start: \"loaded\", but a block is beyond its threshold before the drive moves",
+            ),
+            (
+                "friction.law = \"rigid\"\ninitial_velocity.amplitude_m_per_s = 0.1",
+                "initial_velocity.amplitude_m_per_s: blocks that stick without springs do not move",
+            ),
+            (
+                "normal_load.schedule_s = [1, 1.000000000000001]\nnormal_load.schedule_n = [400, 100]",
+                "normal_load.schedule_s: goes from 1 to 1.000000000000001",
+            ),
+            (
+                "normal_load.schedule_s = [1, 2]\nnormal_load.schedule_n = [400, 0]",
+                "normal_load.schedule_n: [400.0, 0.0] is not accepted",
+            ),
+            ("friction.dynamic_spread = 0.3", "friction.dynamic_spread: block"),
             (
                 "time.start = \"loaded\"\nfriction.law = \"rigid\"",
                 "time.start: \"loaded\" knows the stuck chain",

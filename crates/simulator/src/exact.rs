@@ -87,6 +87,8 @@ pub struct Exact<'a> {
     step: u64,
     displacement_m: Vec<Wide>,
     velocity_m_per_s: Vec<Wide>,
+    /// The step in which the drive stopped.
+    hold_step: u64,
     /// Sign of each block's velocity before the last step.
     direction: Vec<f64>,
     tangential_force_n: Vec<Wide>,
@@ -100,6 +102,7 @@ impl<'a> Exact<'a> {
             plan,
             start: state,
             step: state.step,
+            hold_step: state.hold_step,
             displacement_m: wide(&state.displacement_m),
             velocity_m_per_s: wide(&state.velocity_m_per_s),
             direction: vec![0.0; plan.blocks],
@@ -127,14 +130,21 @@ impl<'a> Exact<'a> {
             self.tangential_force_n[n] =
                 curve(u, n) * plan.stiffness_n_per_m + curve(v, n) * plan.damping_kg_per_s;
         }
-        let moved_s = plan.grid.time_s(self.step.min(self.start.hold_step));
+        let moved_s = plan.grid.time_s(self.step.min(self.hold_step));
         let point_m = Wide::product(plan.drive.velocity_m_per_s, moved_s);
+        let mut total_n = 0.0;
         for spring in &plan.drive.springs {
             let stretch = point_m * spring.direction - u[spring.block];
             let tau = &mut self.tangential_force_n[spring.block];
             *tau = *tau + stretch * spring.stiffness_n_per_m;
+            total_n += (stretch * spring.stiffness_n_per_m).high;
         }
-        let load_factor = plan.load_factor(self.step, self.start.hold_step);
+        let load_factor = plan.load_factor(self.step, self.hold_step);
+        if let Some(ratio) = plan.drive.until_load_ratio.filter(|_| self.hold_step == u64::MAX)
+            && total_n >= ratio * plan.total_normal_load_n * load_factor
+        {
+            self.hold_step = self.step;
+        }
         let dt = plan.grid.step_s();
         for n in 0..=last {
             let before = self.velocity_m_per_s[n].high;
@@ -165,7 +175,7 @@ impl<'a> Exact<'a> {
             let tau = self.tangential_force_n[n];
             let size = if tau.high < 0.0 { -tau } else { tau };
             let aged = aged_threshold_n(self.plan, n, &self.start.stuck_since_step, self.step);
-            let factor = self.plan.load_factor(self.step, self.start.hold_step);
+            let factor = self.plan.load_factor(self.step, self.hold_step);
             (size - (factor * aged).into()).high
         } else {
             let forward = match (self.plan.friction.law, self.plan.friction.reattach) {

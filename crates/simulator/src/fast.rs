@@ -195,7 +195,7 @@ fn rest_steps(plan: &Plan, state: &ChainState) -> u64 {
     };
     let (step, hold_step) = (state.step + 1, state.hold_step);
     let factor = plan.load_factor(step, hold_step);
-    let fall = factor - plan.load_factor(step + 1, hold_step);
+    let fall = -plan.load_course.rate(step, hold_step);
     let (mut rates, point_m) = (vec![0.0; plan.blocks], plan.drive_point_m(step, hold_step));
     // Of the last step, in which the drive pulled a little less.
     let before_m = plan.drive_point_m(state.step, hold_step);
@@ -222,7 +222,11 @@ fn rest_steps(plan: &Plan, state: &ChainState) -> u64 {
         let goal = ratio * plan.total_normal_load_n * factor * (1.0 - ROUNDING);
         let force = plan.drive.total_force_n(point_m, &state.displacement_m);
         let rate = plan.drive.total_force_n(advance_m, &vec![0.0; plan.blocks]);
-        least = least.min(((goal - force) / rate).max(0.0));
+        let closing = rate + fall * ratio * plan.total_normal_load_n;
+        if force >= goal {
+            return 0;
+        }
+        least = if closing > 0.0 { least.min((goal - force) / closing) } else { least };
     }
     // Casting saturates: what does not change stays.
     least as u64

@@ -209,7 +209,7 @@ impl Jump {
         let advance_m = &self.loading[usize::from(self.moves)].advance_m;
         let thresholds = state.least_threshold_n(plan);
         let factor = plan.load_factor(state.step + 1, state.hold_step);
-        let factor_rate = plan.load_factor(state.step + 2, state.hold_step) - factor;
+        let factor_rate = plan.load_course.rate(state.step + 1, state.hold_step);
         let mut least = f64::INFINITY;
         for n in 0..plan.blocks {
             let threshold = factor * thresholds[n];
@@ -237,15 +237,17 @@ impl Jump {
             return u64::MAX;
         };
         let advance_m = &self.loading[usize::from(self.moves)].advance_m;
-        let goal = ratio * plan.total_normal_load_n * plan.load_factor(state.step + 1, state.hold_step);
+        let (step, hold_step) = (state.step + 1, state.hold_step);
+        let goal = ratio * plan.total_normal_load_n * plan.load_factor(step, hold_step);
+        let fall = -ratio * plan.total_normal_load_n * plan.load_course.rate(step, hold_step);
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
         let force = plan.drive.total_force_n(point_m, &self.position_m);
         let rate = plan.drive.total_force_n(plan.drive.velocity_m_per_s * plan.grid.step_s(), advance_m);
-        let room = goal * (1.0 - ROUNDING) - swing - force;
+        let (room, closing) = (goal * (1.0 - ROUNDING) - swing - force, rate + fall);
         if room <= 0.0 {
             0
-        } else if rate > 0.0 {
-            (room / rate) as u64
+        } else if closing > 0.0 {
+            (room / closing) as u64
         } else {
             u64::MAX
         }

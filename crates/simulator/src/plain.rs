@@ -34,8 +34,13 @@ pub struct Plain {
     new_velocity_m_per_s: Vec<f64>,
     /// Tangential forces of the step before.
     old_tangential_force_n: Vec<f64>,
-    /// Driving force on each block in the last step.
+    /// Driving force on each block in the last step; whether the drive pulls both ways, and
+    /// whether it pulls any but the ends.
     driving_force_n: Vec<f64>,
+    pulls_both_ways: bool,
+    pulls_inside: bool,
+    /// Whether thresholds or sliding friction change with time.
+    loads_change: bool,
     /// Thresholds, no less than these, and sliding friction in the last step, and the load
     /// factor that they are for.
     threshold_n: Vec<f64>,
@@ -84,6 +89,9 @@ impl Plain {
                 },
             },
             driving_force_n: vec![0.0; plan.blocks],
+            pulls_both_ways: plan.drive.pulls_both_ways(),
+            pulls_inside: plan.drive.pulls_inside(plan.blocks),
+            loads_change: !plan.load_course.is_constant() || plan.friction.ageing.is_some(),
             threshold_n: plan.friction.static_threshold_n.clone(),
             sliding_friction_n: plan.friction.dynamic_friction_n.clone(),
             load_factor: 1.0,
@@ -118,7 +126,9 @@ impl Plain {
     pub fn take_step(&mut self) -> Driving {
         self.state.step += 1;
         self.state.sliding = self.state.detached;
-        self.follow_load();
+        if self.loads_change {
+            self.follow_load();
+        }
         let (plan, state) = (&self.plan, &mut self.state);
         // The drive is taken at the new time, the blocks where they were.
         let point_m = plan.drive_point_m(state.step, state.hold_step);
@@ -130,9 +140,8 @@ impl Plain {
         }
         let driving = Driving {
             total_n,
-            ends_n: plan
-                .drive
-                .pulls_both_ways()
+            ends_n: self
+                .pulls_both_ways
                 .then(|| [self.driving_force_n[0], self.driving_force_n[plan.blocks - 1]]),
         };
         let old = Blocks {
@@ -148,7 +157,7 @@ impl Plain {
         let new = (&mut self.new_displacement_m[..], &mut self.new_velocity_m_per_s[..]);
         let (tau, constants) = (&mut state.tangential_force_n[..], &self.constants);
         let any_switch = match plan.friction.law {
-            Law::Springs if plan.drive.pulls_inside(plan.blocks) => {
+            Law::Springs if self.pulls_inside => {
                 self.sweeps.step_driven_everywhere(new.0, new.1, tau, &old, constants)
             }
             Law::Springs => self.sweeps.step(new.0, new.1, tau, &old, constants),
@@ -204,8 +213,11 @@ impl Plain {
             v: &state.velocity_m_per_s,
             v_before: &self.new_velocity_m_per_s,
         };
-        let next = self.plan.load_factor(state.step + 1, state.hold_step);
-        let decline = if next == self.load_factor { 0.0 } else { 1.0 - next / self.load_factor };
+        let decline = if self.loads_change {
+            1.0 - self.plan.load_factor(state.step + 1, state.hold_step) / self.load_factor
+        } else {
+            0.0
+        };
         self.sweeps.crossing_ahead(&steps, &state.slip, &self.threshold_n, decline)
     }
 
@@ -294,7 +306,10 @@ impl Solver for Plain {
     fn restore(&mut self, state: &ChainState) {
         assert_eq!(state.displacement_m.len(), self.plan.blocks, "the state of a chain of another size");
         self.state = state.clone();
-        self.load_factor = f64::NAN;
+        if self.loads_change {
+            // Of no step: thresholds are to be brought to the next one's in any case.
+            self.load_factor = f64::NAN;
+        }
         self.switched.clear();
         self.recorder.continue_after(&self.plan, state.step);
     }

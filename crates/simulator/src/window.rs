@@ -394,11 +394,8 @@ impl Window {
         if plan.load_course.is_constant() && !ages {
             return;
         }
-        let (factor, next) = (
-            plan.load_factor(state.step + 1, state.hold_step),
-            plan.load_factor(state.step + 2, state.hold_step),
-        );
-        self.load = Load { factor, rate: next - factor };
+        let factor = plan.load_factor(state.step + 1, state.hold_step);
+        self.load = Load { factor, rate: plan.load_course.rate(state.step + 1, state.hold_step) };
         let scale = |to: &mut [f64], from: &[f64]| {
             for (to, from) in to.iter_mut().zip(from) {
                 *to = factor * from;

@@ -62,6 +62,20 @@ fn the_fast_solver_does_what_the_plain_one_does_by_every_law_and_drive() {
             "normal_load.schedule_s=[0.01,0.1]",
             "normal_load.schedule_n=[400,50]",
         ],
+        // The load at which the drive stops falls while the chain rests.
+        &[
+            "drive.until_load_ratio=0.04",
+            "normal_load.schedule_s=[0,0.04]",
+            "normal_load.schedule_n=[400,300]",
+        ],
+        &[
+            "friction.law=rigid",
+            "drive.until_load_ratio=0.02",
+            "normal_load.schedule_s=[0,0.04,0.2]",
+            "normal_load.schedule_n=[400,300,3]",
+        ],
+        // A load that all but drops at once.
+        &[HOLD, "normal_load.schedule_s=[0.08,0.0800001]", "normal_load.schedule_n=[400,60]"],
         &["friction.ageing_coefficient=0.02", "friction.ageing_time_s=1e-3"],
         &["friction.ageing_coefficient=0.02", "friction.ageing_time_s=1e-3", HOLD, UNLOAD_S, UNLOAD_N],
         &["friction.static_spread=0.1", "friction.dynamic_spread=0.1", "friction.spread_seed=7"],
@@ -86,7 +100,7 @@ fn the_fast_solver_does_what_the_plain_one_does_by_every_law_and_drive() {
             let agreement = equality::compare(&plan, |_, _| {}, |_| {})
                 .unwrap_or_else(|error| panic!("{sets:?}, {parameters}: {error}"));
             assert_eq!(agreement.near_ties, [], "{sets:?}, {parameters}");
-            assert!(agreement.switches >= 10, "{sets:?}, {parameters}: {} switches", agreement.switches);
+            assert!(agreement.switches >= 2, "{sets:?}, {parameters}: {} switches", agreement.switches);
             all += agreement.switches;
             let mut fast = Fast::new(plan.clone());
             while fast.next_record().unwrap().is_some() {}
@@ -98,6 +112,62 @@ fn the_fast_solver_does_what_the_plain_one_does_by_every_law_and_drive() {
         }
     }
     assert!(all > 10_000 && leaps > 500, "{all} switches, {leaps} jumps");
+}
+
+/// Rounding of a load's rate, times all the steps of a jump, is more than bounds keep in
+/// reserve.
+#[test]
+fn a_slow_ramp_does_not_drift_over_a_long_jump() {
+    for law in ["interfacial-springs", "rigid"] {
+        let plan = plan(&[
+            &format!("friction.law={law}"),
+            "slider.blocks=4",
+            "time.step_s=1e-8",
+            "time.duration_s=1.91",
+            "drive.velocity_m_per_s=0",
+            "initial_shear.beta=0.45",
+            "normal_load.schedule_s=[0,2]",
+            "normal_load.schedule_n=[400,250]",
+        ]);
+        let agreement =
+            equality::compare(&plan, |_, _| {}, |_| {}).unwrap_or_else(|error| panic!("{law}: {error}"));
+        assert!(agreement.switches > 0 && agreement.near_ties.is_empty(), "{law}: {agreement:?}");
+    }
+}
+
+/// Thresholds and sliding friction are those of the load in the step, whatever else is
+/// tested against each other here.
+#[test]
+fn friction_follows_the_load() {
+    let plan = plan(&[HOLD, UNLOAD_S, UNLOAD_N]);
+    let dt = plan.grid.step_s();
+    let mut plain = Plain::new(plan.clone());
+    let (mut slid, mut detached) = (0, 0);
+    while plain.step() < plan.steps {
+        let before = plain.snapshot();
+        plain.take_step();
+        let state = plain.state();
+        let t = plan.grid.time_s(state.step);
+        let load_n = match t {
+            t if t <= 0.08 => 400.0,
+            t if t <= 0.12 => 400.0 - 150.0 * (t - 0.08) / 0.04,
+            t if t <= 0.15 => 250.0,
+            t => 250.0 - 150.0 * (t - 0.15) / 0.05,
+        };
+        let p = load_n / plan.blocks as f64;
+        for n in 0..plan.blocks {
+            let (v, tau) = (before.velocity_m_per_s[n], state.tangential_force_n[n]);
+            if before.slip[n] != 0.0 && v > 0.0 {
+                let friction = (state.velocity_m_per_s[n] - v) * plan.block_mass_kg / dt - tau;
+                assert!((friction + 0.45 * p).abs() < 1e-6, "step {}: {friction} at {p}", state.step);
+                slid += u32::from(t > 0.08);
+            } else if before.slip[n] == 0.0 {
+                assert_eq!(state.slip[n] != 0.0, tau.abs() >= 0.7 * p * (1.0 - 1e-12), "step {}", state.step);
+                detached += u32::from(t > 0.08 && state.slip[n] != 0.0);
+            }
+        }
+    }
+    assert!(slid > 10_000 && detached > 10, "{slid} {detached}");
 }
 
 #[test]
@@ -186,6 +256,15 @@ fn a_rigid_block_waits_for_its_threshold_and_slides_as_an_oscillator() {
     let expected = drop_m * (1.0 - (rate * t).cos()) + creep_m_per_s * (t - (rate * t).sin() / rate);
     let found = plain.state().displacement_m[0];
     assert!((found / expected - 1.0).abs() < 0.02, "{found} and {expected}");
+    // It stays where it was before the step that would have turned it round, at rest.
+    let mut before = plain.snapshot();
+    while plain.state().slip[0] != 0.0 {
+        before = plain.snapshot();
+        plain.take_step();
+    }
+    assert!(before.velocity_m_per_s[0] > 0.0);
+    assert_eq!(plain.state().velocity_m_per_s[0], 0.0);
+    assert_eq!(plain.state().displacement_m[0], before.displacement_m[0]);
 }
 
 /// With friction springs ever stiffer, when and how far blocks first slip becomes what it is
@@ -273,6 +352,12 @@ fn both_ends_mirror_each_other() {
     let plan = plan(&["drive.kind=left-right", TWO_WAY, "time.duration_s=0.05"]);
     let records = records(Fast::new(plan.clone()));
     let last = plan.blocks - 1;
+    let end = records
+        .iter()
+        .rev()
+        .find_map(|record| if let Record::Fields(fields) = record { Some(fields) } else { None });
+    let u = &end.expect("states are recorded").displacement_m;
+    assert!(u[0] < 0.0 && u[last] > 0.0, "apart, not together: {u:?}");
     let mut seen = 0;
     for record in steps(&records) {
         let [first, other] = record.end_forces_n.expect("both ends are driven");
@@ -349,8 +434,10 @@ fn a_restored_run_goes_on_to_the_bit() {
         &["drive.until_load_ratio=0.1", "normal_load.schedule_from=hold", UNLOAD_S, UNLOAD_N][..],
         &["friction.ageing_coefficient=0.02", "friction.ageing_time_s=1e-3"],
         &["friction.law=rigid", HOLD, UNLOAD_S, UNLOAD_N],
+        // Cut inside windows and jumps as well, at whose start the state then stands.
+        &["recording.sample_s=1.3e-4", HOLD, UNLOAD_S, UNLOAD_N],
     ] {
-        let plan = plan(&[sets, &["recording.sample_s=0", "recording.fields_s=0"][..]].concat());
+        let plan = plan(&[sets, &["recording.fields_s=0"][..]].concat());
         let whole = records(Fast::new(plan.clone()));
         for share in [0.1, 0.45, 0.8] {
             let until = (plan.steps as f64 * share) as u64;
@@ -359,13 +446,13 @@ fn a_restored_run_goes_on_to_the_bit() {
             while first.step() < until && first.next_record().unwrap().is_some() {
                 cut += 1;
             }
-            // What is ready but not handed out yet belongs to the first part.
+            // What the first part has handed out from inside a leap comes again.
             let at = first.step();
+            assert!(cut > 0);
             let mut second = Fast::new(plan.clone());
             second.restore(&first.snapshot());
             let rest = records(second);
-            let expected: Vec<&Record> =
-                whole.iter().skip(cut).filter(|record| step_of(record) > at).collect();
+            let expected: Vec<&Record> = whole.iter().filter(|record| step_of(record) > at).collect();
             assert_eq!(rest.iter().collect::<Vec<_>>(), expected, "{sets:?}, cut at {at}");
         }
     }

@@ -1,7 +1,7 @@
 //! Single numbers read off a run, for claims to be held against.
 
 use asperity_model::analytic::{self, LengthLaw};
-use asperity_record::FieldRecord;
+use asperity_record::{Direction, FieldRecord, SlipEvent, StepRecord};
 use serde::Deserialize;
 
 use crate::precursors::{self, Precursor, PrecursorRules};
@@ -50,6 +50,45 @@ pub enum Measure {
     OnsetProfileError,
     /// Root mean square deviation of a mode's velocity from (5.28), over its amplitude.
     RingDownError,
+    /// Onset of the first global slip, s.
+    FirstGlobalSlipTime,
+    /// Largest displacement of any block in the states recorded, mm.
+    LargestDisplacementMm,
+    /// Largest `F_T / F_N`.
+    LargestLoadRatio,
+    /// Mean of `F_T / F_N` over time from the first global slip to the end, over `mu_d`.
+    MeanAfterGlobalSlip,
+    /// How far the middle between the extrema of `F_T / F_N` in a global slip is from
+    /// `mu_d`, over `mu_d`; the largest of all global slips.
+    GlobalSlipMiddleError,
+    /// Extent of the largest drop of `F_T / F_N` in a global slip.
+    LargestDrop,
+    /// The middle of that drop.
+    LargestDropMiddle,
+    /// How far `F_T / F_N` sags below the chord of the longest flank between two slip
+    /// events before the drive is held: the mean over time, over the rise. 0 for a
+    /// straight flank, 1/6 for a parabola that begins level.
+    SagBeforeHold,
+    /// The same after the drive is held.
+    SagAfterHold,
+    /// Largest change of `F_T` on that flank, over its mean.
+    ForceChangeAfterHold,
+    /// Root mean square of the residuals against the length law that the scenario calls
+    /// for, over `mu_d`, of the precursors before the drive is held.
+    ResidualBeforeHold,
+    /// The same of those after it, the first global slip included.
+    ResidualAfterHold,
+    /// How long the slip event within the dense window that is nearest in length to what is
+    /// claimed lasts, over the time in which sound crosses it, `n sqrt(m / k)`.
+    EventOverCrossing,
+    /// The same for the median of all slip events of five blocks or more.
+    MedianEventOverCrossing,
+    /// How often blocks re-attached in the run, all blocks together.
+    Reattachments,
+    /// Share of the velocities in the dense window, during that event, that are positive.
+    ForwardShare,
+    /// Lowest of these velocities over the highest.
+    LowestVelocity,
 }
 
 impl Measure {
@@ -80,6 +119,48 @@ impl Measure {
             Measure::InitialShearError => initial_shear_error(run),
             Measure::OnsetProfileError => onset_profile_error(run),
             Measure::RingDownError => ring_down_error(run),
+            Measure::FirstGlobalSlipTime => Some(run.first_global_slip()?.onset_s),
+            Measure::LargestDisplacementMm => run
+                .fields
+                .iter()
+                .flat_map(|record| &record.displacement_m)
+                .copied()
+                .reduce(f64::max)
+                .map(|u| u * 1e3),
+            Measure::LargestLoadRatio => run.steps.iter().map(StepRecord::load_ratio).reduce(f64::max),
+            Measure::MeanAfterGlobalSlip => {
+                let from = run.first_global_slip()?.onset_step;
+                let records = &run.steps[run.steps.partition_point(|record| record.step < from)..];
+                Some(mean_in_time(records, StepRecord::load_ratio)? / mu_d)
+            }
+            Measure::GlobalSlipMiddleError => {
+                largest(global_slips(run).map(|slip| (slip.ft_fn_max + slip.ft_fn_min) / 2.0 / mu_d - 1.0))
+            }
+            Measure::LargestDrop => largest_drop(run).map(|slip| slip.ft_fn_max - slip.ft_fn_min),
+            Measure::LargestDropMiddle => {
+                largest_drop(run).map(|slip| (slip.ft_fn_max + slip.ft_fn_min) / 2.0)
+            }
+            Measure::SagBeforeHold => sag(longest_flank(run, Side::BeforeHold)?),
+            Measure::SagAfterHold => sag(longest_flank(run, Side::AfterHold)?),
+            Measure::ForceChangeAfterHold => force_change(longest_flank(run, Side::AfterHold)?),
+            Measure::ResidualBeforeHold => residual_beside_hold(run, Side::BeforeHold),
+            Measure::ResidualAfterHold => residual_beside_hold(run, Side::AfterHold),
+            Measure::EventOverCrossing => over_crossing(run, event_in_window(run, near?)?),
+            Measure::MedianEventOverCrossing => median_over_crossing(run),
+            Measure::Reattachments => {
+                let switches = run.steps.iter().flat_map(|record| &record.switches);
+                Some(switches.filter(|switch| switch.direction == Direction::Attach).count() as f64)
+            }
+            Measure::ForwardShare => {
+                let velocities = velocities_in_event(run, near?)?;
+                let forward = velocities.iter().filter(|&&velocity| velocity > 0.0).count();
+                Some(forward as f64 / velocities.len() as f64)
+            }
+            Measure::LowestVelocity => {
+                let velocities = velocities_in_event(run, near?)?;
+                let highest = velocities.iter().copied().reduce(f64::max)?;
+                Some(velocities.into_iter().reduce(f64::min)? / highest)
+            }
         }
     }
 }
@@ -113,9 +194,137 @@ pub fn nearest_precursor(run: &RunData, blocks: f64) -> Option<Precursor<'_>> {
 pub fn front_profile(run: &RunData, blocks: f64) -> Option<(Precursor<'_>, Vec<f64>)> {
     let precursor = nearest_precursor(run, blocks)?;
     let fields = run.fields_at(precursor.end.end_step?)?;
-    let profile =
-        fields.tangential_force_n.iter().zip(&run.plan.normal_load_n).map(|(tau, p)| tau / p).collect();
+    // The load of that step, which need not be that of the start.
+    let record = run.steps.iter().find(|record| record.step == fields.step)?;
+    let factor = record.normal_load_n / run.plan.total_normal_load_n;
+    let loads = run.plan.normal_load_n.iter().map(|p| p * factor);
+    let profile = fields.tangential_force_n.iter().zip(loads).map(|(tau, p)| tau / p).collect();
     Some((precursor, profile))
+}
+
+/// One side of the step from which on the drive is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    BeforeHold,
+    AfterHold,
+}
+
+impl Side {
+    /// Whether steps from the first to the second lie wholly on this side; `None`
+    /// if the drive is never held.
+    fn holds(self, run: &RunData, (from, to): (u64, u64)) -> Option<bool> {
+        let hold = run.plan.drive.hold_from_step?;
+        Some(match self {
+            Side::BeforeHold => to < hold,
+            Side::AfterHold => from >= hold,
+        })
+    }
+}
+
+/// The step records of the longest rest between two slip events on one side of the hold;
+/// after it, of those in which the normal load falls, or rises, evenly.
+fn longest_flank(run: &RunData, side: Side) -> Option<&[StepRecord]> {
+    let hold_step = run.plan.drive.hold_from_step?;
+    let mut longest: Option<(u64, u64)> = None;
+    for pair in run.slips.windows(2) {
+        let Some(from) = pair[0].end_step else { continue };
+        let to = pair[1].onset_step - 1;
+        let is_even = run.plan.load_course.next_knot(from, hold_step) >= to
+            && run.plan.load_factor(from, hold_step) != run.plan.load_factor(to, hold_step);
+        if side == Side::AfterHold && !is_even {
+            continue;
+        }
+        let is_longer = longest.is_none_or(|(start, end)| to - from > end - start);
+        if side.holds(run, (from, to))? && is_longer {
+            longest = Some((from, to));
+        }
+    }
+    let (from, to) = longest?;
+    let first = run.steps.partition_point(|record| record.step < from);
+    let behind = run.steps.partition_point(|record| record.step <= to);
+    Some(&run.steps[first..behind])
+}
+
+/// Mean of what step records hold, linear between them.
+fn mean_in_time(records: &[StepRecord], of: impl Fn(&StepRecord) -> f64) -> Option<f64> {
+    let (first, last) = (records.first()?, records.last()?);
+    let area: f64 = records
+        .windows(2)
+        .map(|pair| (pair[1].time_s - pair[0].time_s) * (of(&pair[0]) + of(&pair[1])) / 2.0)
+        .sum();
+    (last.time_s > first.time_s).then(|| area / (last.time_s - first.time_s))
+}
+
+fn sag(flank: &[StepRecord]) -> Option<f64> {
+    let (first, last) = (flank.first()?.load_ratio(), flank.last()?.load_ratio());
+    let mean = mean_in_time(flank, StepRecord::load_ratio)?;
+    (last != first).then(|| ((first + last) / 2.0 - mean) / (last - first))
+}
+
+fn force_change(flank: &[StepRecord]) -> Option<f64> {
+    let forces = flank.iter().map(|record| record.driving_force_n);
+    let mean = mean_in_time(flank, |record| record.driving_force_n)?;
+    Some((forces.clone().reduce(f64::max)? - forces.reduce(f64::min)?) / mean)
+}
+
+/// The global slips that have ended.
+fn global_slips(run: &RunData) -> impl Iterator<Item = &SlipEvent> {
+    run.slips.iter().filter(|slip| slip.is_global(run.header.blocks) && !slip.open)
+}
+
+fn largest_drop(run: &RunData) -> Option<&SlipEvent> {
+    let extent = |slip: &SlipEvent| slip.ft_fn_max - slip.ft_fn_min;
+    global_slips(run).max_by(|a, b| extent(a).total_cmp(&extent(b)))
+}
+
+fn residual_beside_hold(run: &RunData, side: Side) -> Option<f64> {
+    let rules = PrecursorRules::default();
+    let points = tables::precursor_points(run, LengthLaw::natural(&run.scenario), &rules);
+    let mut squares = Vec::new();
+    for (precursor, point) in precursors::find(run, &rules).iter().zip(points) {
+        let onset = precursor.start.onset_step;
+        if side.holds(run, (onset, onset))? {
+            squares.push((point.ft_fn - point.predicted).powi(2));
+        }
+    }
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    (!squares.is_empty()).then(|| mean.sqrt() / run.plan.friction.dynamic_coefficient)
+}
+
+/// The slip event that begins within the first dense window and is nearest in length to
+/// so many blocks; the earliest of equals.
+pub fn event_in_window(run: &RunData, blocks: f64) -> Option<&SlipEvent> {
+    let window = run.plan.recording.windows.first()?;
+    let distance = |slip: &&SlipEvent| (f64::from(slip.last_block) - blocks).abs();
+    run.slips
+        .iter()
+        .filter(|slip| (window.from_step..=window.to_step).contains(&slip.onset_step))
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}
+
+/// Duration of a slip event over the time in which sound crosses its blocks.
+fn over_crossing(run: &RunData, event: &SlipEvent) -> Option<f64> {
+    let per_block_s = (run.plan.block_mass_kg / run.plan.stiffness_n_per_m).sqrt();
+    Some((event.end_s? - event.onset_s) / (f64::from(event.blocks_slipped) * per_block_s))
+}
+
+/// Fewest blocks of an event that counts for the median: shorter ones are mostly chatter.
+const FEWEST_BLOCKS: u32 = 5;
+
+fn median_over_crossing(run: &RunData) -> Option<f64> {
+    let events = run.slips.iter().filter(|slip| slip.blocks_slipped >= FEWEST_BLOCKS);
+    let mut all: Vec<f64> = events.filter_map(|slip| over_crossing(run, slip)).collect();
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied()
+}
+
+/// Velocities of all blocks of the dense window, while that event lasts.
+fn velocities_in_event(run: &RunData, blocks: f64) -> Option<Vec<f64>> {
+    let event = event_in_window(run, blocks)?;
+    let steps = event.onset_step..event.end_step?;
+    let records = run.windows.iter().filter(|record| record.window == 0 && steps.contains(&record.step));
+    let velocities: Vec<f64> = records.flat_map(|record| &record.velocity_m_per_s).copied().collect();
+    (!velocities.is_empty()).then_some(velocities)
 }
 
 fn rising_share(run: &RunData) -> Option<f64> {

@@ -32,4 +32,11 @@ scenarios![
     "friction-055-030",
     "first-precursor",
     "ring-down",
+    "unload-400",
+    "unload-600",
+    "unload-800",
+    "unload-400-beta-045",
+    "unload-400-beta-0225",
+    "unload-comparison",
+    "damping-event",
 ];

@@ -52,8 +52,9 @@ pub struct Claim {
     /// A run whose value is taken off: the claim is about the difference.
     pub minus: Option<String>,
     /// Runs that differ from the run in what should not matter, the time step say: a
-    /// number stated then agrees if it lies within the spread of all of them, give or
-    /// take what is allowed of any number.
+    /// number stated is then held against the spread of all of them, give or take what is
+    /// allowed of any number. To lie in it says no more than that nothing speaks against
+    /// it, and is not counted as agreement.
     #[serde(default)]
     pub spread: Vec<String>,
     /// The same runs with the parameter set `as-stated`, where the claim is to be held
@@ -121,7 +122,7 @@ impl Claim {
         }
         let spreads = [Some(&self.spread), self.as_stated.as_ref().map(|runs| &runs.spread)];
         if let Some(run) = spreads.into_iter().flatten().flatten().next().filter(|_| self.stated.is_none()) {
-            return Err(format!("spread: {run} is not accepted without stated"));
+            return Err(format!("spread: {run} is not accepted without stated (accepted: no runs)"));
         }
         Ok(())
     }
@@ -147,7 +148,7 @@ pub struct Judgement {
     pub deviation: Option<f64>,
     /// The rule in words.
     pub rule: String,
-    /// `agrees`, `differs` or `not reached`.
+    /// `agrees`, `differs`, `not reached`, or `in the spread` where no more can be said.
     pub verdict: &'static str,
 }
 
@@ -203,6 +204,7 @@ fn judge_in(claim: &Claim, of: &Runs, runs: &BTreeMap<String, RunData>) -> Judge
         (None, None, None) => ("none".to_owned(), None),
     };
     let verdict = match holds {
+        Some(true) if !of.spread.is_empty() => "in the spread",
         Some(true) => "agrees",
         Some(false) => "differs",
         None => "not reached",
@@ -276,9 +278,13 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, R
             let of_kind = outcomes.iter().filter(|outcome| outcome.claim.kind == kind);
             of_kind.filter(|outcome| outcome.own.verdict == verdict).count()
         };
+        let spread = match count("in the spread") {
+            0 => String::new(),
+            some => format!(", {some} in a spread"),
+        };
         writeln!(
             page,
-            "- *{}* ({meaning}): {} agree, {} differ, {} not reached.",
+            "- *{}* ({meaning}): {} agree, {} differ, {} not reached{spread}.",
             kind.word(),
             count("agrees"),
             count("differs"),
@@ -359,12 +365,73 @@ fn measure_name(measure: Measure) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::half_last_digit;
+    use std::collections::BTreeMap;
+
+    use super::{Claim, half_last_digit, judge, markdown, table};
+    use crate::made_up;
 
     #[test]
     fn half_a_digit_is_read_off_the_text() {
         assert_eq!(half_last_digit("17"), 0.5);
         assert!((half_last_digit("3.55") - 0.005).abs() < 1e-15);
         assert!((half_last_digit("0.225") - 0.0005).abs() < 1e-15);
+    }
+
+    fn claim(rest: &str) -> Claim {
+        let text = format!("about = \"a\"\nquote = \"q\"\nmeasure = \"first-global-slip-time\"\n{rest}");
+        toml::from_str(&text).unwrap()
+    }
+
+    #[test]
+    fn spreads_differences_and_second_runs_are_judged() {
+        let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);
+        let runs = BTreeMap::from([
+            ("early".to_owned(), global(10_000_000)),
+            ("late".to_owned(), global(20_000_000)),
+            ("none".to_owned(), made_up::run("", &[(1, 2, &[1])])),
+        ]);
+        let claims = [
+            claim("run = \"early\"\nstated = \"1.5\""),
+            claim("run = \"early\"\nspread = [\"late\", \"none\"]\nstated = \"1.5\""),
+            claim("run = \"early\"\nspread = [\"late\"]\nstated = \"2.03\""),
+            claim("run = \"early\"\nspread = [\"late\"]\nstated = \"2.1\""),
+            claim(
+                "run = \"late\"\nminus = \"early\"\nat_least = 0\nas_stated = { run = \"early\", minus = \"late\" }",
+            ),
+            claim("run = \"late\"\nminus = \"none\"\nat_least = 0"),
+        ];
+        let outcomes = judge(&claims, &runs);
+        let verdicts: Vec<&str> = outcomes.iter().map(|outcome| outcome.own.verdict).collect();
+        assert_eq!(
+            verdicts,
+            ["differs", "in the spread", "in the spread", "differs", "agrees", "not reached"]
+        );
+        assert_eq!(outcomes[1].own.rule, "within 2 % of 1.0000 to 2.0000, the spread of 2 runs");
+        assert_eq!(outcomes[4].own.ours, Some(1.0));
+        let second = outcomes[4].as_stated.as_ref().unwrap();
+        assert_eq!((second.ours, second.verdict), (Some(-1.0), "differs"));
+
+        assert!(table(&outcomes).unwrap().column("as_stated_verdict").is_ok());
+        let page = markdown("title", &outcomes, &runs);
+        assert!(page.contains("1 agree, 2 differ, 1 not reached, 2 in a spread."), "{page}");
+        assert!(page.contains("| late minus early |"), "{page}");
+        assert!(page.contains(" -1.0000, **differs** |"), "{page}");
+        // Without second runs neither has a column for them.
+        assert!(table(&outcomes[..4]).unwrap().column("as_stated_verdict").is_err());
+        assert!(!markdown("title", &outcomes[..4], &runs).contains("as-stated"));
+    }
+
+    #[test]
+    fn claims_that_cannot_be_judged_are_refused() {
+        let refused = |rest: &str| claim(rest).check().unwrap_err();
+        assert_eq!(
+            refused("run = \"r\"\nstated = \"two\""),
+            "stated: \"two\" is not a number (accepted: a number in quotes)"
+        );
+        assert_eq!(refused("run = \"r\""), "needs exactly one of stated, at_most and at_least");
+        assert_eq!(
+            refused("run = \"r\"\nspread = [\"x\"]\nat_most = 1"),
+            "spread: x is not accepted without stated (accepted: no runs)"
+        );
     }
 }

@@ -71,8 +71,11 @@ pub enum Measure {
     SagBeforeHold,
     /// The same after the drive is held.
     SagAfterHold,
-    /// Largest change of `F_T` on that flank, over its mean.
-    ForceChangeAfterHold,
+    /// Largest deviation of that flank from the parabola through its ends and its middle,
+    /// over its rise.
+    ParabolaErrorAfterHold,
+    /// The same from the hyperbola that a constant `F_T` makes of a falling `F_N`.
+    HyperbolaErrorAfterHold,
     /// Root mean square of the residuals against the length law that the scenario calls
     /// for, over `mu_d`, of the precursors before the drive is held.
     ResidualBeforeHold,
@@ -142,7 +145,8 @@ impl Measure {
             }
             Measure::SagBeforeHold => sag(longest_flank(run, Side::BeforeHold)?),
             Measure::SagAfterHold => sag(longest_flank(run, Side::AfterHold)?),
-            Measure::ForceChangeAfterHold => force_change(longest_flank(run, Side::AfterHold)?),
+            Measure::ParabolaErrorAfterHold => parabola_error(longest_flank(run, Side::AfterHold)?),
+            Measure::HyperbolaErrorAfterHold => hyperbola_error(longest_flank(run, Side::AfterHold)?),
             Measure::ResidualBeforeHold => residual_beside_hold(run, Side::BeforeHold),
             Measure::ResidualAfterHold => residual_beside_hold(run, Side::AfterHold),
             Measure::EventOverCrossing => over_crossing(run, event_in_window(run, near?)?),
@@ -261,10 +265,25 @@ fn sag(flank: &[StepRecord]) -> Option<f64> {
     (last != first).then(|| ((first + last) / 2.0 - mean) / (last - first))
 }
 
-fn force_change(flank: &[StepRecord]) -> Option<f64> {
-    let forces = flank.iter().map(|record| record.driving_force_n);
-    let mean = mean_in_time(flank, |record| record.driving_force_n)?;
-    Some((forces.clone().reduce(f64::max)? - forces.reduce(f64::min)?) / mean)
+fn parabola_error(flank: &[StepRecord]) -> Option<f64> {
+    let point = |record: &StepRecord| (record.time_s, record.load_ratio());
+    let ((t0, y0), (t1, y1), (t2, y2)) =
+        (point(flank.first()?), point(flank.get(flank.len() / 2)?), point(flank.last()?));
+    // Lagrange's form; it needs three points in time.
+    let parabola = |t: f64| {
+        y0 * (t - t1) * (t - t2) / ((t0 - t1) * (t0 - t2))
+            + y1 * (t - t0) * (t - t2) / ((t1 - t0) * (t1 - t2))
+            + y2 * (t - t0) * (t - t1) / ((t2 - t0) * (t2 - t1))
+    };
+    let has_three = t0 < t1 && t1 < t2 && y2 != y0;
+    largest(flank.iter().map(point).map(|(t, y)| (y - parabola(t)) / (y2 - y0))).filter(|_| has_three)
+}
+
+fn hyperbola_error(flank: &[StepRecord]) -> Option<f64> {
+    let force_n = flank.first()?.driving_force_n;
+    let rise = flank.last()?.load_ratio() - flank.first()?.load_ratio();
+    let deviation = |record: &StepRecord| (record.load_ratio() - force_n / record.normal_load_n) / rise;
+    largest(flank.iter().map(deviation)).filter(|_| rise != 0.0)
 }
 
 /// The global slips that have ended.
@@ -390,4 +409,134 @@ fn ring_down_error(run: &RunData) -> Option<f64> {
     let points = ring_down(run);
     let squares: f64 = points.iter().map(|(_, simulated, theory)| (simulated - theory).powi(2)).sum();
     (!points.is_empty()).then(|| (squares / points.len() as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{FieldRecord, StepRecord};
+
+    use super::{Measure, front_profile};
+    use crate::made_up;
+    use crate::run_data::RunData;
+
+    /// Slips before and after a hold at 1 s, in steps of 1e-7 s; the load falls from 400 N at
+    /// 1 s to 100 N at 4 s.
+    fn unloaded() -> RunData {
+        let toml = "drive.hold_from_s = 1.0\n\
+                    normal_load.schedule_s = [1.0, 4.0]\n\
+                    normal_load.schedule_n = [400.0, 100.0]";
+        let mut run = made_up::run(
+            toml,
+            &[
+                (2_000_000, 2_000_100, &[1]),
+                (8_000_000, 8_000_100, &[1, 2]),
+                (12_000_000, 12_000_100, &[2]),
+                (20_000_000, 20_000_100, &[1, 2, 3]),
+                (40_000_000, 40_000_100, &[1, 2, 3]),
+            ],
+        );
+        // Between slips the drive pulls evenly up to the hold and stands still after it.
+        let between = (0..450).map(|n| {
+            let step = n * 100_000 + 50_000;
+            StepRecord {
+                step,
+                time_s: run.plan.grid.time_s(step),
+                driving_force_n: 80.0 * run.plan.grid.time_s(step.min(10_000_000)),
+                normal_load_n: 400.0 * run.plan.load_factor(step, 10_000_000),
+                end_forces_n: None,
+                sliding: 0,
+                switches: Vec::new(),
+            }
+        });
+        run.steps = between.collect();
+        run
+    }
+
+    #[test]
+    fn flanks_are_straight_while_driven_and_hyperbolas_once_held() {
+        let run = unloaded();
+        assert!(Measure::SagBeforeHold.of(&run, None).unwrap().abs() < 1e-9);
+        // From 2 s, 300 N, to 4 s, 100 N, F_X / F_N goes as 1 / F_N. With r = 3 its mean is
+        // ln r / (r - 1) of its end; half its rise less that, over its rise.
+        let expected = ((1.0 / 3.0 + 1.0) / 2.0 - 3f64.ln() / 2.0) / (1.0 - 1.0 / 3.0);
+        let sag = Measure::SagAfterHold.of(&run, None).unwrap();
+        assert!((sag - expected).abs() < 2e-3, "{sag} {expected}");
+        assert!(Measure::HyperbolaErrorAfterHold.of(&run, None).unwrap() < 1e-12);
+        assert!(Measure::ParabolaErrorAfterHold.of(&run, None).unwrap() > 0.02);
+    }
+
+    #[test]
+    fn flanks_with_a_pause_in_the_unloading_do_not_count() {
+        let mut run = unloaded();
+        let toml = "drive.hold_from_s = 1.0\n\
+                    normal_load.schedule_s = [1.0, 2.5, 3.0, 4.0]\n\
+                    normal_load.schedule_n = [400.0, 300.0, 300.0, 100.0]";
+        run.plan = made_up::run(toml, &[]).plan;
+        // The flank from 2 s to 4 s has knots; the longest left is that from 1.2 s to 2 s.
+        let sag = Measure::SagAfterHold.of(&run, None).unwrap();
+        let expected = {
+            let r: f64 = 380.0 / 300.0;
+            ((1.0 / r + 1.0) / 2.0 - r.ln() / (r - 1.0)) / (1.0 - 1.0 / r)
+        };
+        assert!((sag - expected).abs() < 2e-3, "{sag} {expected}");
+    }
+
+    #[test]
+    fn global_slips_are_timed_and_their_middle_held_against_the_coefficient() {
+        let mut run = unloaded();
+        assert_eq!(Measure::FirstGlobalSlipTime.of(&run, None), Some(2.0));
+        (run.slips[3].ft_fn_min, run.slips[3].ft_fn_max) = (0.4, 0.5);
+        (run.slips[4].ft_fn_min, run.slips[4].ft_fn_max) = (0.2, 0.7);
+        assert!(Measure::GlobalSlipMiddleError.of(&run, None).unwrap() < 1e-12);
+        assert!((Measure::LargestDrop.of(&run, None).unwrap() - 0.5).abs() < 1e-12);
+        assert!((Measure::LargestDropMiddle.of(&run, None).unwrap() - 0.45).abs() < 1e-12);
+        // One that is still going on has no extrema yet.
+        run.slips[4].open = true;
+        assert!((Measure::LargestDrop.of(&run, None).unwrap() - 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn residuals_are_split_at_the_hold() {
+        let mut run = unloaded();
+        // (5.57) asks for mu_d L_p / L: 0.15, 0.3 and 0.45.
+        for (slip, load) in [(0, 0.15), (1, 0.3), (3, 0.54)] {
+            run.slips[slip].ft_fn_onset = load;
+        }
+        assert!(Measure::ResidualBeforeHold.of(&run, None).unwrap() < 1e-12);
+        assert!((Measure::ResidualAfterHold.of(&run, None).unwrap() - 0.2).abs() < 1e-12);
+        assert_eq!(Measure::ResidualAfterHold.of(&made_up::run("", &[(1, 2, &[1])]), None), None);
+    }
+
+    #[test]
+    fn events_are_timed_in_crossings() {
+        let toml = "[[recording.window]]\nfrom_s = 0.1\nto_s = 0.9\nevery_s = 1e-3\n\
+                    first_block = 1\nlast_block = 1";
+        let run = made_up::run(toml, &[(500_000, 900_000, &[1]), (2_000_000, 2_500_000, &[1, 2])]);
+        let crossing_s = 2.0 * (run.plan.block_mass_kg / run.plan.stiffness_n_per_m).sqrt();
+        let ours = Measure::EventOverCrossing.of(&run, Some(2.0)).unwrap();
+        assert!((ours * crossing_s - 0.05).abs() < 1e-12);
+        // The one before the window is nearer in length, but outside.
+        assert_eq!(Measure::EventOverCrossing.of(&run, Some(1.0)), Some(ours));
+    }
+
+    #[test]
+    fn fronts_are_over_the_load_of_their_step() {
+        let mut run = unloaded();
+        let step = run.slips[3].end_step.unwrap();
+        let record = StepRecord { step, normal_load_n: 300.0, ..run.steps[0].clone() };
+        let at = run.steps.partition_point(|record| record.step < step);
+        run.steps.insert(at, record);
+        run.fields.push(FieldRecord {
+            step,
+            time_s: run.plan.grid.time_s(step),
+            displacement_m: vec![0.0; 3],
+            velocity_m_per_s: vec![0.0; 3],
+            tangential_force_n: vec![45.0; 3],
+            stick_position_m: vec![0.0; 3],
+            detached: vec![0; 3],
+        });
+        let (_, profile) = front_profile(&run, 3.0).unwrap();
+        // 100 N on each of three blocks, not the 133 N of the start.
+        assert!(profile.iter().all(|ratio| (ratio - 0.45).abs() < 1e-12), "{profile:?}");
+    }
 }

@@ -25,6 +25,9 @@ pub(crate) struct Velocities {
 const BEFORE: f64 = 0.08;
 const BEHIND: f64 = 0.42;
 
+/// An axis that long or longer has whole numbers at its ticks.
+const WHOLE: f64 = 20.0;
+
 impl Figure for Velocities {
     fn file(&self) -> &str {
         &self.file
@@ -94,7 +97,7 @@ impl Figure for Velocities {
         let lower = Panel {
             title: String::new(),
             x: Axis::new(&format!("t − t_0 ({unit})"), from, to),
-            y: Axis::new("blocks sliding", 0.0, most * 1.12),
+            y: Axis::new("blocks sliding", 0.0, (most * 1.12).max(WHOLE)),
             series: vec![Series {
                 label: String::new(),
                 points: sliding,

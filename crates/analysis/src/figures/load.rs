@@ -61,7 +61,7 @@ impl Figure for Load {
         let (headroom, legend) = if run.plan.load_course.is_constant() {
             (1.12, Corner::BottomRight)
         } else {
-            (1.5, Corner::TopLeft)
+            (1.42, Corner::TopLeft)
         };
         let upper = Panel {
             title: self.title.clone(),

@@ -209,3 +209,130 @@ fn pipelines_repeat_reuse_and_repair() {
         assert!(Made::in_folder(&one) == made, "a damaged log was not made again");
     }
 }
+
+/// Ten blocks, driven and then unloaded until they slip as a whole, with a dense window; in both
+/// parameter sets and with a second time step. All figures that such runs allow.
+const UNLOADING: &str = r#"
+title = "Short unloading"
+first_global_slips = ["coded", "stated"]
+
+[[run]]
+name = "coded"
+scenario = "ten-blocks"
+set = [
+  "time.step_s=2e-7", "time.duration_s=1.6", "normal_load.total_n=400",
+  "drive.hold_from_s=1.0", "normal_load.schedule_s=[1.0, 1.6]", "normal_load.schedule_n=[400.0, 40.0]",
+  "recording.window=[{ from_s = 0.0, to_s = 1.6, every_s = 1e-4, first_block = 1, last_block = 5 }]",
+]
+
+[[run]]
+name = "stated"
+scenario = "ten-blocks"
+set = [
+  "parameter_set=as-stated",
+  "time.step_s=2e-7", "time.duration_s=1.6", "normal_load.total_n=400",
+  "drive.hold_from_s=1.0", "normal_load.schedule_s=[1.0, 1.6]", "normal_load.schedule_n=[400.0, 40.0]",
+]
+
+[[figure.loads]]
+file = "loads.png"
+run = "coded"
+
+[[figure.load]]
+file = "load.png"
+run = "coded"
+sliding = true
+
+[[figure.lengths]]
+file = "lengths.png"
+law = "eq-5.57"
+series = [{ run = "coded", label = "N = 10" }]
+
+[[figure.displacement]]
+file = "displacement.png"
+run = "coded"
+blocks = [1, 5, 10]
+
+[[figure.velocities]]
+file = "velocities.png"
+run = "coded"
+blocks = 10
+
+[[figure.spread]]
+file = "spread.png"
+[[figure.spread.panel]]
+label = "N = 10"
+stated_s = 1.4
+series = [{ label = "coded", runs = ["coded"] }, { label = "stated", runs = ["stated"] }]
+
+[[claim]]
+about = "first global slip"
+quote = "it comes after the hold"
+run = "coded"
+measure = "first-global-slip-time"
+at_least = 1.0
+as_stated = { run = "stated" }
+"#;
+
+#[test]
+fn unloading_is_drawn_and_claimed_in_both_parameter_sets() {
+    let folder = folder();
+    let pipeline = folder.path().join("pipeline.toml");
+    fs::write(&pipeline, UNLOADING).expect("the folder can be written");
+    let out = folder.path().join("out");
+    reproduce(&pipeline, &out, "2");
+    let figures = contents(&out.join("figures"));
+    let names: Vec<&str> = figures.keys().map(String::as_str).collect();
+    assert_eq!(
+        names,
+        ["displacement.png", "lengths.png", "load.png", "loads.png", "spread.png", "velocities.png"]
+    );
+    let tables = contents(&out.join("tables"));
+    let text = |name: &str| String::from_utf8(tables[name].clone()).expect("tables are UTF-8");
+    let claims = text("claims.csv");
+    assert!(claims.lines().next().is_some_and(|header| header.ends_with("as_stated_rule,as_stated_verdict")));
+    assert!(claims.trim_end().ends_with("at least 1,agrees"), "{claims}");
+    // The load of the step, not that of the start.
+    let slips = text("first-global-slips.csv");
+    let row: BTreeMap<&str, &str> = {
+        let mut lines = slips.lines();
+        let header = lines.next().expect("the table has a header").split(',');
+        header.zip(lines.next().expect("the table has rows").split(',')).collect()
+    };
+    let number = |name: &str| row[name].parse::<f64>().expect("the column holds numbers");
+    let expected_n = 400.0 - 600.0 * (number("onset_s") - 1.0);
+    assert!((number("normal_load_onset_n") - expected_n).abs() < 1e-6, "{slips}");
+}
+
+#[test]
+fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
+    let folder = folder();
+    let refused = |from: &str, to: &str| {
+        let pipeline = folder.path().join("pipeline.toml");
+        fs::write(&pipeline, UNLOADING.replace(from, to)).expect("the folder can be written");
+        let out = folder.path().join("out");
+        let output = asperity(&["reproduce", text(&pipeline), "--out", text(&out)]);
+        assert!(!output.status.success());
+        String::from_utf8(output.stderr).expect("the binary writes UTF-8")
+    };
+    let known = "(accepted: coded, stated)";
+    for (from, to) in [
+        ("as_stated = { run = \"stated\" }", "as_stated = { run = \"missing\" }"),
+        ("at_least = 1.0\n", "at_least = 1.0\nminus = \"missing\"\n"),
+        ("first_global_slips = [\"coded\", ", "first_global_slips = [\"missing\", "),
+        ("runs = [\"stated\"]", "runs = [\"missing\"]"),
+    ] {
+        let error = refused(from, to);
+        assert!(error.contains(&format!("there is no run missing {known}")), "{error}");
+    }
+    let error = refused("at_least = 1.0\n", "at_least = 1.0\nspread = [\"stated\"]\n");
+    assert!(
+        error.contains("claim about first global slip: spread: stated is not accepted without stated"),
+        "{error}"
+    );
+    let error = refused("blocks = [1, 5, 10]", "blocks = [1, 11]");
+    assert!(
+        error.contains("figure displacement.png: blocks: 11 is not in run coded (accepted: 1 to 10)"),
+        "{error}"
+    );
+}

@@ -49,6 +49,17 @@ pub struct Claim {
     pub quote: String,
     /// The run to measure.
     pub run: String,
+    /// A run whose value is taken off: the claim is about the difference.
+    pub minus: Option<String>,
+    /// Runs that differ from the run in what should not matter, the time step say: a
+    /// number stated is then held against the spread of all of them, give or take what is
+    /// allowed of any number. To lie in it says no more than that nothing speaks against
+    /// it, and is not counted as agreement.
+    #[serde(default)]
+    pub spread: Vec<String>,
+    /// The same runs with the parameter set `as-stated`, where the claim is to be held
+    /// against them as well.
+    pub as_stated: Option<Runs>,
     /// What to measure in it.
     pub measure: Measure,
     /// What an agreement is worth.
@@ -73,18 +84,71 @@ pub struct Claim {
     pub note: String,
 }
 
+/// What a claim is measured in.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Runs {
+    /// The run to measure.
+    pub run: String,
+    /// A run whose value is taken off.
+    pub minus: Option<String>,
+    /// Runs that differ from the run in what should not matter.
+    #[serde(default)]
+    pub spread: Vec<String>,
+}
+
+impl Claim {
+    /// All runs that it speaks of.
+    pub(crate) fn runs(&self) -> impl Iterator<Item = &str> {
+        let second = self.as_stated.as_ref();
+        let own = [Some(&self.run), self.minus.as_ref()].into_iter().flatten().chain(&self.spread);
+        let others = second.into_iter().flat_map(|runs| {
+            [Some(&runs.run), runs.minus.as_ref()].into_iter().flatten().chain(&runs.spread)
+        });
+        own.chain(others).map(String::as_str)
+    }
+
+    /// Checks that the claim can be judged.
+    ///
+    /// # Errors
+    /// In words: key, value and what would be accepted.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        if let Some(text) = self.stated.as_ref().filter(|text| text.parse::<f64>().is_err()) {
+            return Err(format!("stated: {text:?} is not a number (accepted: a number in quotes)"));
+        }
+        let rules = [self.stated.is_some(), self.at_most.is_some(), self.at_least.is_some()];
+        if rules.iter().filter(|&&given| given).count() != 1 {
+            return Err("needs exactly one of stated, at_most and at_least".to_owned());
+        }
+        let spreads = [Some(&self.spread), self.as_stated.as_ref().map(|runs| &runs.spread)];
+        if let Some(run) = spreads.into_iter().flatten().flatten().next().filter(|_| self.stated.is_none()) {
+            return Err(format!("spread: {run} is not accepted without stated (accepted: no runs)"));
+        }
+        Ok(())
+    }
+}
+
 /// A claim, measured.
 #[derive(Debug, Clone)]
 pub struct Outcome<'a> {
     /// The claim.
     pub claim: &'a Claim,
+    /// Measured in its own runs.
+    pub own: Judgement,
+    /// Measured in those with the parameter set `as-stated`, where it names them.
+    pub as_stated: Option<Judgement>,
+}
+
+/// What was measured, and how it stands to what is claimed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judgement {
     /// What was measured; `None` where the run does not have it.
     pub ours: Option<f64>,
     /// Ours minus stated.
     pub deviation: Option<f64>,
     /// The rule in words.
     pub rule: String,
-    /// `agrees`, `differs` or `not reached`.
+    /// `agrees`, `differs`, `not reached`, or `in the spread` where no more can be said.
     pub verdict: &'static str,
 }
 
@@ -93,33 +157,59 @@ pub fn judge<'a>(claims: &'a [Claim], runs: &BTreeMap<String, RunData>) -> Vec<O
     claims
         .iter()
         .map(|claim| {
-            let stated: Option<f64> = claim.stated.as_ref().and_then(|text| text.parse().ok());
-            let ours = runs.get(&claim.run).and_then(|run| claim.measure.of(run, claim.near.or(stated)));
-            let deviation = ours.zip(stated).map(|(ours, stated)| ours - stated);
-            let (rule, holds): (String, Option<bool>) = match (stated, claim.at_most, claim.at_least) {
-                (Some(stated), ..) => {
-                    let digit = half_last_digit(claim.stated.as_deref().unwrap_or_default());
-                    let relative = TOLERANCE * stated.abs();
-                    let (tolerance, rule) = if claim.approximate && digit > relative {
-                        (digit, "half the last digit given")
-                    } else {
-                        (relative, "2 %")
-                    };
-                    let holds = deviation.map(|deviation| deviation.abs() <= tolerance);
-                    (format!("within {tolerance:.4}, {rule}"), holds)
-                }
-                (None, Some(limit), _) => (format!("at most {limit}"), ours.map(|ours| ours <= limit)),
-                (None, None, Some(limit)) => (format!("at least {limit}"), ours.map(|ours| ours >= limit)),
-                (None, None, None) => ("none".to_owned(), None),
-            };
-            let verdict = match holds {
-                Some(true) => "agrees",
-                Some(false) => "differs",
-                None => "not reached",
-            };
-            Outcome { claim, ours, deviation, rule, verdict }
+            let own =
+                Runs { run: claim.run.clone(), minus: claim.minus.clone(), spread: claim.spread.clone() };
+            let as_stated = claim.as_stated.as_ref().map(|second| judge_in(claim, second, runs));
+            Outcome { claim, own: judge_in(claim, &own, runs), as_stated }
         })
         .collect()
+}
+
+fn judge_in(claim: &Claim, of: &Runs, runs: &BTreeMap<String, RunData>) -> Judgement {
+    let stated: Option<f64> = claim.stated.as_ref().and_then(|text| text.parse().ok());
+    let measure = |name: &String| claim.measure.of(runs.get(name)?, claim.near.or(stated));
+    let difference = |name: &String| match &of.minus {
+        None => measure(name),
+        Some(other) => Some(measure(name)? - measure(other)?),
+    };
+    let ours = difference(&of.run);
+    let deviation = ours.zip(stated).map(|(ours, stated)| ours - stated);
+    let (rule, holds): (String, Option<bool>) = match (stated, claim.at_most, claim.at_least) {
+        (Some(stated), ..) if !of.spread.is_empty() => {
+            let tolerance = TOLERANCE * stated.abs();
+            let all: Vec<f64> = std::iter::once(&of.run).chain(&of.spread).filter_map(difference).collect();
+            let low = all.iter().copied().reduce(f64::min);
+            let high = all.iter().copied().reduce(f64::max);
+            match low.zip(high) {
+                None => ("within the spread of runs, of which none has it".to_owned(), None),
+                Some((low, high)) => (
+                    format!("within 2 % of {low:.4} to {high:.4}, the spread of {} runs", all.len()),
+                    Some((low - tolerance..=high + tolerance).contains(&stated)),
+                ),
+            }
+        }
+        (Some(stated), ..) => {
+            let digit = half_last_digit(claim.stated.as_deref().unwrap_or_default());
+            let relative = TOLERANCE * stated.abs();
+            let (tolerance, rule) = if claim.approximate && digit > relative {
+                (digit, "half the last digit given")
+            } else {
+                (relative, "2 %")
+            };
+            let holds = deviation.map(|deviation| deviation.abs() <= tolerance);
+            (format!("within {tolerance:.4}, {rule}"), holds)
+        }
+        (None, Some(limit), _) => (format!("at most {limit}"), ours.map(|ours| ours <= limit)),
+        (None, None, Some(limit)) => (format!("at least {limit}"), ours.map(|ours| ours >= limit)),
+        (None, None, None) => ("none".to_owned(), None),
+    };
+    let verdict = match holds {
+        Some(true) if !of.spread.is_empty() => "in the spread",
+        Some(true) => "agrees",
+        Some(false) => "differs",
+        None => "not reached",
+    };
+    Judgement { ours, deviation, rule, verdict }
 }
 
 /// Half a unit of the last digit of a decimal number as written.
@@ -139,19 +229,30 @@ pub fn table(outcomes: &[Outcome<'_>]) -> Result<DataFrame, AnalysisError> {
     let numbers = |name: &str, value: &dyn Fn(&Outcome<'_>) -> Option<f64>| -> Column {
         Series::new(name.into(), outcomes.iter().map(value).collect::<Vec<Option<f64>>>()).into()
     };
-    Ok(DataFrame::new_infer_height(vec![
+    let mut columns = vec![
         texts("about", &|outcome| outcome.claim.about.clone()),
         texts("run", &|outcome| outcome.claim.run.clone()),
         texts("quote", &|outcome| outcome.claim.quote.clone()),
         texts("measure", &|outcome| measure_name(outcome.claim.measure)),
         texts("stated", &|outcome| outcome.claim.stated.clone().unwrap_or_default()),
-        numbers("ours", &|outcome| outcome.ours),
-        numbers("deviation", &|outcome| outcome.deviation),
-        texts("rule", &|outcome| outcome.rule.clone()),
-        texts("verdict", &|outcome| outcome.verdict.to_owned()),
+        numbers("ours", &|outcome| outcome.own.ours),
+        numbers("deviation", &|outcome| outcome.own.deviation),
+        texts("rule", &|outcome| outcome.own.rule.clone()),
+        texts("verdict", &|outcome| outcome.own.verdict.to_owned()),
         texts("kind", &|outcome| outcome.claim.kind.word().to_owned()),
         texts("note", &|outcome| outcome.claim.note.clone()),
-    ])?)
+    ];
+    if outcomes.iter().any(|outcome| outcome.as_stated.is_some()) {
+        let second = |outcome: &Outcome<'_>, text: &dyn Fn(&Judgement) -> String| {
+            outcome.as_stated.as_ref().map_or(String::new(), text)
+        };
+        columns.extend([
+            numbers("as_stated_ours", &|outcome| outcome.as_stated.as_ref()?.ours),
+            texts("as_stated_rule", &|outcome| second(outcome, &|found| found.rule.clone())),
+            texts("as_stated_verdict", &|outcome| second(outcome, &|found| found.verdict.to_owned())),
+        ]);
+    }
+    Ok(DataFrame::new_infer_height(columns)?)
 }
 
 /// The claims as a page of Markdown, headed by what the runs were.
@@ -175,11 +276,15 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, R
     ] {
         let count = |verdict| {
             let of_kind = outcomes.iter().filter(|outcome| outcome.claim.kind == kind);
-            of_kind.filter(|outcome| outcome.verdict == verdict).count()
+            of_kind.filter(|outcome| outcome.own.verdict == verdict).count()
+        };
+        let spread = match count("in the spread") {
+            0 => String::new(),
+            some => format!(", {some} in a spread"),
         };
         writeln!(
             page,
-            "- *{}* ({meaning}): {} agree, {} differ, {} not reached.",
+            "- *{}* ({meaning}): {} agree, {} differ, {} not reached{spread}.",
             kind.word(),
             count("agrees"),
             count("differs"),
@@ -188,10 +293,24 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, R
         .expect("writing to a string cannot fail");
     }
     page.push_str(
-        "\nDeviations are ours minus stated. Limits of claims that the source makes in words are ours.\n\n\
-         | about | run | the source says | measured | stated | ours | deviation | rule | verdict | kind |\n\
-         |---|---|---|---|---|---|---|---|---|---|\n",
+        "\nDeviations are ours minus stated. Limits of claims that the source makes in words are ours.\n",
     );
+    let has_second = outcomes.iter().any(|outcome| outcome.as_stated.is_some());
+    let (heading, line) = if has_second {
+        page.push_str(
+            "The column \"as-stated\" holds the same claim against runs with that parameter set, the values of \
+             the source's text; the columns before it are of the run named.\n",
+        );
+        (" as-stated |", "---|")
+    } else {
+        ("", "")
+    };
+    writeln!(
+        page,
+        "\n| about | run | the source says | measured | stated | ours | deviation | rule | verdict | kind |{heading}\n\
+         |---|---|---|---|---|---|---|---|---|---|{line}"
+    )
+    .expect("writing to a string cannot fail");
     let number = |value: Option<f64>| match value {
         None => "-".to_owned(),
         Some(value) if value != 0.0 && value.abs() < 1e-3 => format!("{value:.1e}"),
@@ -201,18 +320,30 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, R
     for outcome in outcomes {
         let claim = outcome.claim;
         let note = if claim.note.is_empty() { String::new() } else { format!(" ({})", claim.note) };
+        let run = match &claim.minus {
+            None => claim.run.clone(),
+            Some(other) => format!("{} minus {other}", claim.run),
+        };
+        let second = match &outcome.as_stated {
+            None if has_second => " - |".to_owned(),
+            None => String::new(),
+            // Its rule is another one only where it is a spread.
+            Some(found) if found.rule == outcome.own.rule => {
+                format!(" {}, **{}** |", number(found.ours), found.verdict)
+            }
+            Some(found) => format!(" {}, {}, **{}** |", number(found.ours), found.rule, found.verdict),
+        };
         writeln!(
             page,
-            "| {} | {} | {} | {} | {} | {} | {} | {} | **{}**{note} | {} |",
+            "| {} | {run} | {} | {} | {} | {} | {} | {} | **{}**{note} | {} |{second}",
             claim.about,
-            claim.run,
             claim.quote.replace('|', "\\|"),
             measure_name(claim.measure),
             claim.stated.as_deref().unwrap_or("-"),
-            number(outcome.ours),
-            signed(outcome.deviation),
-            outcome.rule,
-            outcome.verdict,
+            number(outcome.own.ours),
+            signed(outcome.own.deviation),
+            outcome.own.rule,
+            outcome.own.verdict,
             claim.kind.word()
         )
         .expect("writing to a string cannot fail");
@@ -234,12 +365,73 @@ fn measure_name(measure: Measure) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::half_last_digit;
+    use std::collections::BTreeMap;
+
+    use super::{Claim, half_last_digit, judge, markdown, table};
+    use crate::made_up;
 
     #[test]
     fn half_a_digit_is_read_off_the_text() {
         assert_eq!(half_last_digit("17"), 0.5);
         assert!((half_last_digit("3.55") - 0.005).abs() < 1e-15);
         assert!((half_last_digit("0.225") - 0.0005).abs() < 1e-15);
+    }
+
+    fn claim(rest: &str) -> Claim {
+        let text = format!("about = \"a\"\nquote = \"q\"\nmeasure = \"first-global-slip-time\"\n{rest}");
+        toml::from_str(&text).unwrap()
+    }
+
+    #[test]
+    fn spreads_differences_and_second_runs_are_judged() {
+        let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);
+        let runs = BTreeMap::from([
+            ("early".to_owned(), global(10_000_000)),
+            ("late".to_owned(), global(20_000_000)),
+            ("none".to_owned(), made_up::run("", &[(1, 2, &[1])])),
+        ]);
+        let claims = [
+            claim("run = \"early\"\nstated = \"1.5\""),
+            claim("run = \"early\"\nspread = [\"late\", \"none\"]\nstated = \"1.5\""),
+            claim("run = \"early\"\nspread = [\"late\"]\nstated = \"2.03\""),
+            claim("run = \"early\"\nspread = [\"late\"]\nstated = \"2.1\""),
+            claim(
+                "run = \"late\"\nminus = \"early\"\nat_least = 0\nas_stated = { run = \"early\", minus = \"late\" }",
+            ),
+            claim("run = \"late\"\nminus = \"none\"\nat_least = 0"),
+        ];
+        let outcomes = judge(&claims, &runs);
+        let verdicts: Vec<&str> = outcomes.iter().map(|outcome| outcome.own.verdict).collect();
+        assert_eq!(
+            verdicts,
+            ["differs", "in the spread", "in the spread", "differs", "agrees", "not reached"]
+        );
+        assert_eq!(outcomes[1].own.rule, "within 2 % of 1.0000 to 2.0000, the spread of 2 runs");
+        assert_eq!(outcomes[4].own.ours, Some(1.0));
+        let second = outcomes[4].as_stated.as_ref().unwrap();
+        assert_eq!((second.ours, second.verdict), (Some(-1.0), "differs"));
+
+        assert!(table(&outcomes).unwrap().column("as_stated_verdict").is_ok());
+        let page = markdown("title", &outcomes, &runs);
+        assert!(page.contains("1 agree, 2 differ, 1 not reached, 2 in a spread."), "{page}");
+        assert!(page.contains("| late minus early |"), "{page}");
+        assert!(page.contains(" -1.0000, **differs** |"), "{page}");
+        // Without second runs neither has a column for them.
+        assert!(table(&outcomes[..4]).unwrap().column("as_stated_verdict").is_err());
+        assert!(!markdown("title", &outcomes[..4], &runs).contains("as-stated"));
+    }
+
+    #[test]
+    fn claims_that_cannot_be_judged_are_refused() {
+        let refused = |rest: &str| claim(rest).check().unwrap_err();
+        assert_eq!(
+            refused("run = \"r\"\nstated = \"two\""),
+            "stated: \"two\" is not a number (accepted: a number in quotes)"
+        );
+        assert_eq!(refused("run = \"r\""), "needs exactly one of stated, at_most and at_least");
+        assert_eq!(
+            refused("run = \"r\"\nspread = [\"x\"]\nat_most = 1"),
+            "spread: x is not accepted without stated (accepted: no runs)"
+        );
     }
 }

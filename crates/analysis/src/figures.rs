@@ -4,13 +4,17 @@
 //! it, and a way to draw it. To add one: a module, and a line in `kinds!`.
 
 mod damping;
+mod displacement;
 mod front;
 mod initial_shear;
 mod lengths;
 mod load;
+mod loads;
 mod onset;
 mod plot;
+mod spread;
 mod text;
+mod velocities;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -55,6 +59,8 @@ macro_rules! kinds {
 kinds! {
     /// Velocities of one mode under several dampings.
     "damping" damping: damping::Damping,
+    /// Displacement of chosen blocks against time.
+    "displacement" displacement: displacement::Displacement,
     /// `tau / p` along the slider after a precursor.
     "front" front: front::Front,
     /// Initial shear profiles.
@@ -63,8 +69,14 @@ kinds! {
     "lengths" lengths: lengths::Lengths,
     /// Load against time.
     "load" load: load::Load,
+    /// Normal load and driving force against time.
+    "loads" loads: loads::Loads,
     /// `tau` along the slider when the first precursor starts.
     "onset" onset: onset::Onset,
+    /// First global slip against the time step.
+    "spread" spread: spread::Spread,
+    /// Velocities of some blocks through a slip event.
+    "velocities" velocities: velocities::Velocities,
 }
 
 impl Figures {
@@ -103,8 +115,12 @@ fn run_names(labelled: &[Labelled]) -> Vec<&str> {
     labelled.iter().map(|labelled| labelled.run.as_str()).collect()
 }
 
+/// What the legend calls the dynamic coefficient, where the figure does not say: chapter 5
+/// of the thesis writes `mu_k`, chapter 6 `mu_d`.
+const DYNAMIC: &str = "μ_k";
+
 /// The friction coefficients as lines across a figure.
-fn coefficient_lines(run: &RunData, to_x: f64) -> [Series; 2] {
+fn coefficient_lines(run: &RunData, to_x: f64, dynamic: &str) -> [Series; 2] {
     let friction = &run.plan.friction;
     let line = |label: &str, mu: f64, look: Look| Series {
         label: label.to_owned(),
@@ -113,7 +129,7 @@ fn coefficient_lines(run: &RunData, to_x: f64) -> [Series; 2] {
     };
     [
         line("μ_s", friction.static_coefficient, Look::Line(Dash::Dashed, BLUE)),
-        line("μ_k", friction.dynamic_coefficient, Look::Line(Dash::DotDashed, RED)),
+        line(dynamic, friction.dynamic_coefficient, Look::Line(Dash::DotDashed, RED)),
     ]
 }
 

@@ -13,6 +13,8 @@
 
 pub mod claims;
 pub mod figures;
+#[cfg(test)]
+mod made_up;
 pub mod measure;
 mod parallel;
 pub mod pipeline;

@@ -1,7 +1,7 @@
 //! Single numbers read off a run, for claims to be held against.
 
 use asperity_model::analytic::{self, LengthLaw};
-use asperity_record::FieldRecord;
+use asperity_record::{Direction, FieldRecord, SlipEvent, StepRecord};
 use serde::Deserialize;
 
 use crate::precursors::{self, Precursor, PrecursorRules};
@@ -50,6 +50,48 @@ pub enum Measure {
     OnsetProfileError,
     /// Root mean square deviation of a mode's velocity from (5.28), over its amplitude.
     RingDownError,
+    /// Onset of the first global slip, s.
+    FirstGlobalSlipTime,
+    /// Largest displacement of any block in the states recorded, mm.
+    LargestDisplacementMm,
+    /// Largest `F_T / F_N`.
+    LargestLoadRatio,
+    /// Mean of `F_T / F_N` over time from the first global slip to the end, over `mu_d`.
+    MeanAfterGlobalSlip,
+    /// How far the middle between the extrema of `F_T / F_N` in a global slip is from
+    /// `mu_d`, over `mu_d`; the largest of all global slips.
+    GlobalSlipMiddleError,
+    /// Extent of the largest drop of `F_T / F_N` in a global slip.
+    LargestDrop,
+    /// The middle of that drop.
+    LargestDropMiddle,
+    /// How far `F_T / F_N` sags below the chord of the longest flank between two slip
+    /// events before the drive is held: the mean over time, over the rise. 0 for a
+    /// straight flank, 1/6 for a parabola that begins level.
+    SagBeforeHold,
+    /// The same after the drive is held.
+    SagAfterHold,
+    /// Largest deviation of that flank from the parabola through its ends and its middle,
+    /// over its rise.
+    ParabolaErrorAfterHold,
+    /// The same from the hyperbola that a constant `F_T` makes of a falling `F_N`.
+    HyperbolaErrorAfterHold,
+    /// Root mean square of the residuals against the length law that the scenario calls
+    /// for, over `mu_d`, of the precursors before the drive is held.
+    ResidualBeforeHold,
+    /// The same of those after it, the first global slip included.
+    ResidualAfterHold,
+    /// How long the slip event within the dense window that is nearest in length to what is
+    /// claimed lasts, over the time in which sound crosses it, `n sqrt(m / k)`.
+    EventOverCrossing,
+    /// The same for the median of all slip events of five blocks or more.
+    MedianEventOverCrossing,
+    /// How often blocks re-attached in the run, all blocks together.
+    Reattachments,
+    /// Share of the velocities in the dense window, during that event, that are positive.
+    ForwardShare,
+    /// Lowest of these velocities over the highest.
+    LowestVelocity,
 }
 
 impl Measure {
@@ -80,6 +122,49 @@ impl Measure {
             Measure::InitialShearError => initial_shear_error(run),
             Measure::OnsetProfileError => onset_profile_error(run),
             Measure::RingDownError => ring_down_error(run),
+            Measure::FirstGlobalSlipTime => Some(run.first_global_slip()?.onset_s),
+            Measure::LargestDisplacementMm => run
+                .fields
+                .iter()
+                .flat_map(|record| &record.displacement_m)
+                .copied()
+                .reduce(f64::max)
+                .map(|u| u * 1e3),
+            Measure::LargestLoadRatio => run.steps.iter().map(StepRecord::load_ratio).reduce(f64::max),
+            Measure::MeanAfterGlobalSlip => {
+                let from = run.first_global_slip()?.onset_step;
+                let records = &run.steps[run.steps.partition_point(|record| record.step < from)..];
+                Some(mean_in_time(records, StepRecord::load_ratio)? / mu_d)
+            }
+            Measure::GlobalSlipMiddleError => {
+                largest(global_slips(run).map(|slip| (slip.ft_fn_max + slip.ft_fn_min) / 2.0 / mu_d - 1.0))
+            }
+            Measure::LargestDrop => largest_drop(run).map(|slip| slip.ft_fn_max - slip.ft_fn_min),
+            Measure::LargestDropMiddle => {
+                largest_drop(run).map(|slip| (slip.ft_fn_max + slip.ft_fn_min) / 2.0)
+            }
+            Measure::SagBeforeHold => sag(longest_flank(run, Side::BeforeHold)?),
+            Measure::SagAfterHold => sag(longest_flank(run, Side::AfterHold)?),
+            Measure::ParabolaErrorAfterHold => parabola_error(longest_flank(run, Side::AfterHold)?),
+            Measure::HyperbolaErrorAfterHold => hyperbola_error(longest_flank(run, Side::AfterHold)?),
+            Measure::ResidualBeforeHold => residual_beside_hold(run, Side::BeforeHold),
+            Measure::ResidualAfterHold => residual_beside_hold(run, Side::AfterHold),
+            Measure::EventOverCrossing => over_crossing(run, event_in_window(run, near?)?),
+            Measure::MedianEventOverCrossing => median_over_crossing(run),
+            Measure::Reattachments => {
+                let switches = run.steps.iter().flat_map(|record| &record.switches);
+                Some(switches.filter(|switch| switch.direction == Direction::Attach).count() as f64)
+            }
+            Measure::ForwardShare => {
+                let velocities = velocities_in_event(run, near?)?;
+                let forward = velocities.iter().filter(|&&velocity| velocity > 0.0).count();
+                Some(forward as f64 / velocities.len() as f64)
+            }
+            Measure::LowestVelocity => {
+                let velocities = velocities_in_event(run, near?)?;
+                let highest = velocities.iter().copied().reduce(f64::max)?;
+                Some(velocities.into_iter().reduce(f64::min)? / highest)
+            }
         }
     }
 }
@@ -113,9 +198,152 @@ pub fn nearest_precursor(run: &RunData, blocks: f64) -> Option<Precursor<'_>> {
 pub fn front_profile(run: &RunData, blocks: f64) -> Option<(Precursor<'_>, Vec<f64>)> {
     let precursor = nearest_precursor(run, blocks)?;
     let fields = run.fields_at(precursor.end.end_step?)?;
-    let profile =
-        fields.tangential_force_n.iter().zip(&run.plan.normal_load_n).map(|(tau, p)| tau / p).collect();
+    // The load of that step, which need not be that of the start.
+    let record = run.steps.iter().find(|record| record.step == fields.step)?;
+    let factor = record.normal_load_n / run.plan.total_normal_load_n;
+    let loads = run.plan.normal_load_n.iter().map(|p| p * factor);
+    let profile = fields.tangential_force_n.iter().zip(loads).map(|(tau, p)| tau / p).collect();
     Some((precursor, profile))
+}
+
+/// One side of the step from which on the drive is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    BeforeHold,
+    AfterHold,
+}
+
+impl Side {
+    /// Whether steps from the first to the second lie wholly on this side; `None`
+    /// if the drive is never held.
+    fn holds(self, run: &RunData, (from, to): (u64, u64)) -> Option<bool> {
+        let hold = run.plan.drive.hold_from_step?;
+        Some(match self {
+            Side::BeforeHold => to < hold,
+            Side::AfterHold => from >= hold,
+        })
+    }
+}
+
+/// The step records of the longest rest between two slip events on one side of the hold;
+/// after it, of those in which the normal load falls, or rises, evenly.
+fn longest_flank(run: &RunData, side: Side) -> Option<&[StepRecord]> {
+    let hold_step = run.plan.drive.hold_from_step?;
+    let mut longest: Option<(u64, u64)> = None;
+    for pair in run.slips.windows(2) {
+        let Some(from) = pair[0].end_step else { continue };
+        let to = pair[1].onset_step - 1;
+        let is_even = run.plan.load_course.next_knot(from, hold_step) >= to
+            && run.plan.load_factor(from, hold_step) != run.plan.load_factor(to, hold_step);
+        if side == Side::AfterHold && !is_even {
+            continue;
+        }
+        let is_longer = longest.is_none_or(|(start, end)| to - from > end - start);
+        if side.holds(run, (from, to))? && is_longer {
+            longest = Some((from, to));
+        }
+    }
+    let (from, to) = longest?;
+    let first = run.steps.partition_point(|record| record.step < from);
+    let behind = run.steps.partition_point(|record| record.step <= to);
+    Some(&run.steps[first..behind])
+}
+
+/// Mean of what step records hold, linear between them.
+fn mean_in_time(records: &[StepRecord], of: impl Fn(&StepRecord) -> f64) -> Option<f64> {
+    let (first, last) = (records.first()?, records.last()?);
+    let area: f64 = records
+        .windows(2)
+        .map(|pair| (pair[1].time_s - pair[0].time_s) * (of(&pair[0]) + of(&pair[1])) / 2.0)
+        .sum();
+    (last.time_s > first.time_s).then(|| area / (last.time_s - first.time_s))
+}
+
+fn sag(flank: &[StepRecord]) -> Option<f64> {
+    let (first, last) = (flank.first()?.load_ratio(), flank.last()?.load_ratio());
+    let mean = mean_in_time(flank, StepRecord::load_ratio)?;
+    (last != first).then(|| ((first + last) / 2.0 - mean) / (last - first))
+}
+
+fn parabola_error(flank: &[StepRecord]) -> Option<f64> {
+    let point = |record: &StepRecord| (record.time_s, record.load_ratio());
+    let ((t0, y0), (t1, y1), (t2, y2)) =
+        (point(flank.first()?), point(flank.get(flank.len() / 2)?), point(flank.last()?));
+    // Lagrange's form; it needs three points in time.
+    let parabola = |t: f64| {
+        y0 * (t - t1) * (t - t2) / ((t0 - t1) * (t0 - t2))
+            + y1 * (t - t0) * (t - t2) / ((t1 - t0) * (t1 - t2))
+            + y2 * (t - t0) * (t - t1) / ((t2 - t0) * (t2 - t1))
+    };
+    let has_three = t0 < t1 && t1 < t2 && y2 != y0;
+    largest(flank.iter().map(point).map(|(t, y)| (y - parabola(t)) / (y2 - y0))).filter(|_| has_three)
+}
+
+fn hyperbola_error(flank: &[StepRecord]) -> Option<f64> {
+    let force_n = flank.first()?.driving_force_n;
+    let rise = flank.last()?.load_ratio() - flank.first()?.load_ratio();
+    let deviation = |record: &StepRecord| (record.load_ratio() - force_n / record.normal_load_n) / rise;
+    largest(flank.iter().map(deviation)).filter(|_| rise != 0.0)
+}
+
+/// The global slips that have ended.
+fn global_slips(run: &RunData) -> impl Iterator<Item = &SlipEvent> {
+    run.slips.iter().filter(|slip| slip.is_global(run.header.blocks) && !slip.open)
+}
+
+fn largest_drop(run: &RunData) -> Option<&SlipEvent> {
+    let extent = |slip: &SlipEvent| slip.ft_fn_max - slip.ft_fn_min;
+    global_slips(run).max_by(|a, b| extent(a).total_cmp(&extent(b)))
+}
+
+fn residual_beside_hold(run: &RunData, side: Side) -> Option<f64> {
+    let rules = PrecursorRules::default();
+    let points = tables::precursor_points(run, LengthLaw::natural(&run.scenario), &rules);
+    let mut squares = Vec::new();
+    for (precursor, point) in precursors::find(run, &rules).iter().zip(points) {
+        let onset = precursor.start.onset_step;
+        if side.holds(run, (onset, onset))? {
+            squares.push((point.ft_fn - point.predicted).powi(2));
+        }
+    }
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    (!squares.is_empty()).then(|| mean.sqrt() / run.plan.friction.dynamic_coefficient)
+}
+
+/// The slip event that begins within the first dense window and is nearest in length to
+/// so many blocks; the earliest of equals.
+pub fn event_in_window(run: &RunData, blocks: f64) -> Option<&SlipEvent> {
+    let window = run.plan.recording.windows.first()?;
+    let distance = |slip: &&SlipEvent| (f64::from(slip.last_block) - blocks).abs();
+    run.slips
+        .iter()
+        .filter(|slip| (window.from_step..=window.to_step).contains(&slip.onset_step))
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}
+
+/// Duration of a slip event over the time in which sound crosses its blocks.
+fn over_crossing(run: &RunData, event: &SlipEvent) -> Option<f64> {
+    let per_block_s = (run.plan.block_mass_kg / run.plan.stiffness_n_per_m).sqrt();
+    Some((event.end_s? - event.onset_s) / (f64::from(event.blocks_slipped) * per_block_s))
+}
+
+/// Fewest blocks of an event that counts for the median: shorter ones are mostly chatter.
+const FEWEST_BLOCKS: u32 = 5;
+
+fn median_over_crossing(run: &RunData) -> Option<f64> {
+    let events = run.slips.iter().filter(|slip| slip.blocks_slipped >= FEWEST_BLOCKS);
+    let mut all: Vec<f64> = events.filter_map(|slip| over_crossing(run, slip)).collect();
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied()
+}
+
+/// Velocities of all blocks of the dense window, while that event lasts.
+fn velocities_in_event(run: &RunData, blocks: f64) -> Option<Vec<f64>> {
+    let event = event_in_window(run, blocks)?;
+    let steps = event.onset_step..event.end_step?;
+    let records = run.windows.iter().filter(|record| record.window == 0 && steps.contains(&record.step));
+    let velocities: Vec<f64> = records.flat_map(|record| &record.velocity_m_per_s).copied().collect();
+    (!velocities.is_empty()).then_some(velocities)
 }
 
 fn rising_share(run: &RunData) -> Option<f64> {
@@ -181,4 +409,134 @@ fn ring_down_error(run: &RunData) -> Option<f64> {
     let points = ring_down(run);
     let squares: f64 = points.iter().map(|(_, simulated, theory)| (simulated - theory).powi(2)).sum();
     (!points.is_empty()).then(|| (squares / points.len() as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{FieldRecord, StepRecord};
+
+    use super::{Measure, front_profile};
+    use crate::made_up;
+    use crate::run_data::RunData;
+
+    /// Slips before and after a hold at 1 s, in steps of 1e-7 s; the load falls from 400 N at
+    /// 1 s to 100 N at 4 s.
+    fn unloaded() -> RunData {
+        let toml = "drive.hold_from_s = 1.0\n\
+                    normal_load.schedule_s = [1.0, 4.0]\n\
+                    normal_load.schedule_n = [400.0, 100.0]";
+        let mut run = made_up::run(
+            toml,
+            &[
+                (2_000_000, 2_000_100, &[1]),
+                (8_000_000, 8_000_100, &[1, 2]),
+                (12_000_000, 12_000_100, &[2]),
+                (20_000_000, 20_000_100, &[1, 2, 3]),
+                (40_000_000, 40_000_100, &[1, 2, 3]),
+            ],
+        );
+        // Between slips the drive pulls evenly up to the hold and stands still after it.
+        let between = (0..450).map(|n| {
+            let step = n * 100_000 + 50_000;
+            StepRecord {
+                step,
+                time_s: run.plan.grid.time_s(step),
+                driving_force_n: 80.0 * run.plan.grid.time_s(step.min(10_000_000)),
+                normal_load_n: 400.0 * run.plan.load_factor(step, 10_000_000),
+                end_forces_n: None,
+                sliding: 0,
+                switches: Vec::new(),
+            }
+        });
+        run.steps = between.collect();
+        run
+    }
+
+    #[test]
+    fn flanks_are_straight_while_driven_and_hyperbolas_once_held() {
+        let run = unloaded();
+        assert!(Measure::SagBeforeHold.of(&run, None).unwrap().abs() < 1e-9);
+        // From 2 s, 300 N, to 4 s, 100 N, F_X / F_N goes as 1 / F_N. With r = 3 its mean is
+        // ln r / (r - 1) of its end; half its rise less that, over its rise.
+        let expected = ((1.0 / 3.0 + 1.0) / 2.0 - 3f64.ln() / 2.0) / (1.0 - 1.0 / 3.0);
+        let sag = Measure::SagAfterHold.of(&run, None).unwrap();
+        assert!((sag - expected).abs() < 2e-3, "{sag} {expected}");
+        assert!(Measure::HyperbolaErrorAfterHold.of(&run, None).unwrap() < 1e-12);
+        assert!(Measure::ParabolaErrorAfterHold.of(&run, None).unwrap() > 0.02);
+    }
+
+    #[test]
+    fn flanks_with_a_pause_in_the_unloading_do_not_count() {
+        let mut run = unloaded();
+        let toml = "drive.hold_from_s = 1.0\n\
+                    normal_load.schedule_s = [1.0, 2.5, 3.0, 4.0]\n\
+                    normal_load.schedule_n = [400.0, 300.0, 300.0, 100.0]";
+        run.plan = made_up::run(toml, &[]).plan;
+        // The flank from 2 s to 4 s has knots; the longest left is that from 1.2 s to 2 s.
+        let sag = Measure::SagAfterHold.of(&run, None).unwrap();
+        let expected = {
+            let r: f64 = 380.0 / 300.0;
+            ((1.0 / r + 1.0) / 2.0 - r.ln() / (r - 1.0)) / (1.0 - 1.0 / r)
+        };
+        assert!((sag - expected).abs() < 2e-3, "{sag} {expected}");
+    }
+
+    #[test]
+    fn global_slips_are_timed_and_their_middle_held_against_the_coefficient() {
+        let mut run = unloaded();
+        assert_eq!(Measure::FirstGlobalSlipTime.of(&run, None), Some(2.0));
+        (run.slips[3].ft_fn_min, run.slips[3].ft_fn_max) = (0.4, 0.5);
+        (run.slips[4].ft_fn_min, run.slips[4].ft_fn_max) = (0.2, 0.7);
+        assert!(Measure::GlobalSlipMiddleError.of(&run, None).unwrap() < 1e-12);
+        assert!((Measure::LargestDrop.of(&run, None).unwrap() - 0.5).abs() < 1e-12);
+        assert!((Measure::LargestDropMiddle.of(&run, None).unwrap() - 0.45).abs() < 1e-12);
+        // One that is still going on has no extrema yet.
+        run.slips[4].open = true;
+        assert!((Measure::LargestDrop.of(&run, None).unwrap() - 0.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn residuals_are_split_at_the_hold() {
+        let mut run = unloaded();
+        // (5.57) asks for mu_d L_p / L: 0.15, 0.3 and 0.45.
+        for (slip, load) in [(0, 0.15), (1, 0.3), (3, 0.54)] {
+            run.slips[slip].ft_fn_onset = load;
+        }
+        assert!(Measure::ResidualBeforeHold.of(&run, None).unwrap() < 1e-12);
+        assert!((Measure::ResidualAfterHold.of(&run, None).unwrap() - 0.2).abs() < 1e-12);
+        assert_eq!(Measure::ResidualAfterHold.of(&made_up::run("", &[(1, 2, &[1])]), None), None);
+    }
+
+    #[test]
+    fn events_are_timed_in_crossings() {
+        let toml = "[[recording.window]]\nfrom_s = 0.1\nto_s = 0.9\nevery_s = 1e-3\n\
+                    first_block = 1\nlast_block = 1";
+        let run = made_up::run(toml, &[(500_000, 900_000, &[1]), (2_000_000, 2_500_000, &[1, 2])]);
+        let crossing_s = 2.0 * (run.plan.block_mass_kg / run.plan.stiffness_n_per_m).sqrt();
+        let ours = Measure::EventOverCrossing.of(&run, Some(2.0)).unwrap();
+        assert!((ours * crossing_s - 0.05).abs() < 1e-12);
+        // The one before the window is nearer in length, but outside.
+        assert_eq!(Measure::EventOverCrossing.of(&run, Some(1.0)), Some(ours));
+    }
+
+    #[test]
+    fn fronts_are_over_the_load_of_their_step() {
+        let mut run = unloaded();
+        let step = run.slips[3].end_step.unwrap();
+        let record = StepRecord { step, normal_load_n: 300.0, ..run.steps[0].clone() };
+        let at = run.steps.partition_point(|record| record.step < step);
+        run.steps.insert(at, record);
+        run.fields.push(FieldRecord {
+            step,
+            time_s: run.plan.grid.time_s(step),
+            displacement_m: vec![0.0; 3],
+            velocity_m_per_s: vec![0.0; 3],
+            tangential_force_n: vec![45.0; 3],
+            stick_position_m: vec![0.0; 3],
+            detached: vec![0; 3],
+        });
+        let (_, profile) = front_profile(&run, 3.0).unwrap();
+        // 100 N on each of three blocks, not the 133 N of the start.
+        assert!(profile.iter().all(|ratio| (ratio - 0.45).abs() < 1e-12), "{profile:?}");
+    }
 }

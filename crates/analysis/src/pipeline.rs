@@ -20,6 +20,9 @@ pub struct Pipeline {
     pub title: String,
     /// The runs.
     pub run: Vec<RunSpec>,
+    /// Runs whose first global slips are set side by side in a table.
+    #[serde(default)]
+    pub first_global_slips: Vec<String>,
     /// The precursor tables, one per run and length law.
     #[serde(default)]
     pub precursors: Vec<PrecursorSpec>,
@@ -81,7 +84,8 @@ impl Pipeline {
             .precursors
             .iter()
             .map(|spec| spec.run.as_str())
-            .chain(pipeline.claim.iter().map(|claim| claim.run.as_str()))
+            .chain(pipeline.first_global_slips.iter().map(String::as_str))
+            .chain(pipeline.claim.iter().flat_map(Claim::runs))
             .chain(pipeline.figure.runs());
         for run in spoken_of {
             if !names.contains(run) {
@@ -93,16 +97,7 @@ impl Pipeline {
             spec.rules.check().map_err(|error| format!("precursors of {}: {error}", spec.run))?;
         }
         for claim in &pipeline.claim {
-            if claim.stated.as_ref().is_some_and(|text| text.parse::<f64>().is_err()) {
-                return Err(format!("claim about {}: stated is not a number", claim.about));
-            }
-            let rules = [claim.stated.is_some(), claim.at_most.is_some(), claim.at_least.is_some()];
-            if rules.iter().filter(|&&given| given).count() != 1 {
-                return Err(format!(
-                    "claim about {}: needs exactly one of stated, at_most and at_least",
-                    claim.about
-                ));
-            }
+            claim.check().map_err(|error| format!("claim about {}: {error}", claim.about))?;
         }
         Ok(pipeline)
     }
@@ -135,6 +130,10 @@ impl Pipeline {
         }
         if !held.is_empty() {
             table_file::write(&table_folder, "residuals", &mut tables::residual_table(&held)?)?;
+        }
+        if !self.first_global_slips.is_empty() {
+            let all: Vec<&RunData> = self.first_global_slips.iter().map(|run| &runs[run]).collect();
+            table_file::write(&table_folder, "first-global-slips", &mut tables::first_global_slips(&all)?)?;
         }
         if !self.claim.is_empty() {
             let outcomes = claims::judge(&self.claim, &runs);

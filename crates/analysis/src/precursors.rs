@@ -114,73 +114,12 @@ fn distinct_blocks(run: &RunData, onset_step: u64, end_step: u64) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use asperity_model::{Plan, Scenario, ScenarioSource};
-    use asperity_record::{Direction, RunHeader, SlipEvent, StepRecord, Switch};
-
     use super::{PrecursorRules, find};
+    use crate::made_up;
     use crate::run_data::RunData;
 
-    /// A run of three blocks and these slip events: onset and end step, blocks.
     fn run(events: &[(u64, u64, &[u32])]) -> RunData {
-        let source = ScenarioSource::new("test", "slider.blocks = 3\ntime.step_s = 1e-7");
-        let scenario = Scenario::resolve(&source).unwrap();
-        let plan = Plan::new(&scenario);
-        let switch = |block: u32| Switch {
-            block,
-            direction: Direction::Detach,
-            displacement_m: 0.0,
-            velocity_m_per_s: 0.0,
-            tangential_force_n: 0.0,
-            stick_position_m: 0.0,
-            threshold_n: 0.0,
-        };
-        let steps = events.iter().map(|&(onset, _, blocks)| StepRecord {
-            step: onset - 1,
-            time_s: plan.grid.time_s(onset - 1),
-            driving_force_n: 1.0,
-            normal_load_n: 400.0,
-            end_forces_n: None,
-            sliding: 0,
-            switches: blocks.iter().map(|&block| switch(block)).collect(),
-        });
-        let slips = events.iter().zip(0..).map(|(&(onset, end, blocks), event)| SlipEvent {
-            onset_s: plan.grid.time_s(onset),
-            end_s: Some(plan.grid.time_s(end)),
-            first_block: *blocks.iter().min().unwrap(),
-            last_block: *blocks.iter().max().unwrap(),
-            max_sliding: blocks.len() as u32,
-            ft_fn_onset: 0.1,
-            ft_fn_end: Some(0.1),
-            event,
-            onset_step: onset,
-            end_step: Some(end),
-            blocks_slipped: blocks.len() as u32,
-            nucleation_block: blocks[0],
-            ft_fn_min: 0.1,
-            ft_fn_max: 0.1,
-            open: false,
-        });
-        RunData {
-            name: "test".to_owned(),
-            header: RunHeader {
-                record_schema_version: 1,
-                scenario: "test".to_owned(),
-                scenario_hash: String::new(),
-                run_id: String::new(),
-                code_version: String::new(),
-                parameter_set: "as-coded".to_owned(),
-                solver: "plain".to_owned(),
-                blocks: 3,
-                time_step_s: plan.grid.step_s(),
-                steps: plan.steps,
-            },
-            steps: steps.collect(),
-            slips: slips.collect(),
-            scenario,
-            plan,
-            fields: Vec::new(),
-            windows: Vec::new(),
-        }
+        made_up::run("", events)
     }
 
     fn found(run: &RunData, min_blocks: u32, merge_gap_s: f64) -> Vec<(u64, u32, u32, u32)> {

@@ -159,6 +159,31 @@ pub fn residual_table(runs: &[(&RunData, LengthLaw, PrecursorRules)]) -> Result<
     ])
 }
 
+/// The first global slips of several runs beside what tells the runs apart.
+///
+/// # Errors
+/// If polars refuses.
+pub fn first_global_slips(runs: &[&RunData]) -> Result<DataFrame, AnalysisError> {
+    let slips: Vec<_> = runs.iter().map(|run| run.first_global_slip()).collect();
+    let loads = runs.iter().zip(&slips).map(|(run, slip)| {
+        let onset = (*slip)?.onset_step;
+        run.steps.iter().find(|record| record.step == onset).map(|record| record.normal_load_n)
+    });
+    let global = |run: &RunData| run.slips.iter().filter(|slip| slip.is_global(run.header.blocks)).count();
+    frame(vec![
+        column("run", runs.iter().map(|run| run.name.clone()).collect::<Vec<_>>()),
+        column("parameter_set", runs.iter().map(|run| run.header.parameter_set.clone()).collect::<Vec<_>>()),
+        numbers("step_s", runs.iter().map(|run| run.header.time_step_s)),
+        numbers("duration_s", runs.iter().map(|run| run.plan.grid.time_s(run.header.steps))),
+        numbers("normal_load_start_n", runs.iter().map(|run| run.plan.total_normal_load_n)),
+        numbers("beta", runs.iter().map(|run| run.scenario.initial_shear.beta)),
+        gaps("onset_s", slips.iter().map(|slip| slip.map(|slip| slip.onset_s))),
+        gaps("ft_fn_onset", slips.iter().map(|slip| slip.map(|slip| slip.ft_fn_onset))),
+        gaps("normal_load_onset_n", loads),
+        counts("global_slips", runs.iter().map(|run| global(run) as u32)),
+    ])
+}
+
 fn frame(columns: Vec<Column>) -> Result<DataFrame, AnalysisError> {
     Ok(DataFrame::new_infer_height(columns)?)
 }

@@ -37,4 +37,11 @@ scenarios![
     "velocity-weakening",
     "scattered-friction",
     "ageing-contacts",
+    "unload-400",
+    "unload-600",
+    "unload-800",
+    "unload-400-beta-045",
+    "unload-400-beta-0225",
+    "unload-comparison",
+    "damping-event",
 ];

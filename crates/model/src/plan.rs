@@ -387,46 +387,6 @@ impl Plan {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use crate::{Plan, Scenario, ScenarioSource};
-
-    fn stiffness(set: &str) -> Vec<f64> {
-        let source =
-            ScenarioSource::new("test", "drive.kind = \"top\"\nslider.blocks = 5").with_override(set);
-        let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-        plan.drive.stiffness_n_per_m(5)
-    }
-
-    #[test]
-    fn top_drives_share_out_the_stiffness() {
-        assert_eq!(stiffness("drive.tilt=0"), [1.6e5; 5]);
-        let tilted = stiffness("drive.tilt=0.5");
-        assert_eq!((tilted[0], tilted[2], tilted[4]), (2.4e5, 1.6e5, 0.8e5));
-        let falling = stiffness("drive.decay_length_m=0.025");
-        assert!((falling.iter().sum::<f64>() / 8e5 - 1.0).abs() < 1e-12);
-        assert!((falling[1] / falling[0] - (-1.0f64).exp()).abs() < 1e-12, "{falling:?}");
-    }
-
-    #[test]
-    fn seeds_and_coefficients_have_spreads_of_their_own() {
-        let spread = |seed: u32| {
-            let set = format!("friction.spread_seed={seed}");
-            let source =
-                ScenarioSource::new("test", "friction.static_spread=0.1\nfriction.dynamic_spread=0.1");
-            super::coefficients(&Scenario::resolve(&source.with_override(&set)).unwrap())
-        };
-        let (mu_s, mu_d) = spread(1);
-        assert!(mu_s.iter().all(|mu| (0.6..=0.8).contains(mu)));
-        let mean = mu_s.iter().sum::<f64>() / 100.0;
-        assert!((mean - 0.7).abs() < 0.02, "{mean}");
-        assert!(mu_s.iter().zip(&mu_d).any(|(s, d)| (s - d - 0.25).abs() > 0.05));
-        for other in [2, 1 << 31, (1 << 31) + 1, u32::MAX] {
-            assert_ne!(spread(other).0, mu_s, "seed {other}");
-        }
-    }
-}
-
 /// The chain's constants, needed before there is a plan.
 pub(crate) struct Springs {
     pub(crate) spacing_m: f64,
@@ -479,4 +439,44 @@ pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
     };
     let damping = (4.0 * springs.damping_kg_per_s + radiation) / springs.block_mass_kg;
     ((damping * damping + 4.0 * stiffest).sqrt() - damping) / stiffest
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Plan, Scenario, ScenarioSource};
+
+    fn stiffness(set: &str) -> Vec<f64> {
+        let source =
+            ScenarioSource::new("test", "drive.kind = \"top\"\nslider.blocks = 5").with_override(set);
+        let plan = Plan::new(&Scenario::resolve(&source).unwrap());
+        plan.drive.stiffness_n_per_m(5)
+    }
+
+    #[test]
+    fn top_drives_share_out_the_stiffness() {
+        assert_eq!(stiffness("drive.tilt=0"), [1.6e5; 5]);
+        let tilted = stiffness("drive.tilt=0.5");
+        assert_eq!((tilted[0], tilted[2], tilted[4]), (2.4e5, 1.6e5, 0.8e5));
+        let falling = stiffness("drive.decay_length_m=0.025");
+        assert!((falling.iter().sum::<f64>() / 8e5 - 1.0).abs() < 1e-12);
+        assert!((falling[1] / falling[0] - (-1.0f64).exp()).abs() < 1e-12, "{falling:?}");
+    }
+
+    #[test]
+    fn seeds_and_coefficients_have_spreads_of_their_own() {
+        let spread = |seed: u32| {
+            let set = format!("friction.spread_seed={seed}");
+            let source =
+                ScenarioSource::new("test", "friction.static_spread=0.1\nfriction.dynamic_spread=0.1");
+            super::coefficients(&Scenario::resolve(&source.with_override(&set)).unwrap())
+        };
+        let (mu_s, mu_d) = spread(1);
+        assert!(mu_s.iter().all(|mu| (0.6..=0.8).contains(mu)));
+        let mean = mu_s.iter().sum::<f64>() / 100.0;
+        assert!((mean - 0.7).abs() < 0.02, "{mean}");
+        assert!(mu_s.iter().zip(&mu_d).any(|(s, d)| (s - d - 0.25).abs() > 0.05));
+        for other in [2, 1 << 31, (1 << 31) + 1, u32::MAX] {
+            assert_ne!(spread(other).0, mu_s, "seed {other}");
+        }
+    }
 }

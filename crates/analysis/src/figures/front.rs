@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 
 use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet};
-use super::{Figure, coefficient_lines, find};
+use super::{DYNAMIC, Figure, coefficient_lines, find};
 use crate::measure::front_profile;
 use crate::run_data::RunData;
 
@@ -40,7 +40,7 @@ impl Figure for Front {
             title: String::new(),
             x: Axis::new("block n", 0.0, last),
             y: Axis::new("τ_n/p_n", lowest, highest),
-            series: Vec::from_iter(coefficient_lines(run, last).into_iter().chain([
+            series: Vec::from_iter(coefficient_lines(run, last, DYNAMIC).into_iter().chain([
                 Series {
                     label: format!("front, block {}", precursor.last_block),
                     points: vec![(tip, lowest), (tip, highest)],

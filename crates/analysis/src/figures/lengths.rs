@@ -1,14 +1,17 @@
 //! `L_p / L` against `F_T / F_N`: precursors as marks, the length law as a line
-//! (Figures 5.9, 5.12, 5.21 to 5.24).
+//! (Figures 5.9, 5.12, 5.21 to 5.24, 6.13, 6.15, 6.17, 6.19, 6.21).
+//!
+//! The laws are for a slider that is being driven. Where the drive is held, precursors
+//! after that bear another mark, and the line is dashed beyond the load reached by then.
 
 use std::collections::BTreeMap;
 
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use serde::Deserialize;
 
-use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
+use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Marker, Panel, Series, Sheet, nth};
 use super::{Figure, Labelled, run_names};
-use crate::precursors::PrecursorRules;
+use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
 use crate::tables;
 
@@ -54,8 +57,14 @@ impl Figure for Lengths {
                 .map(|point| (point.ft_fn, point.lp_l))
                 .collect();
             longest = law.iter().chain(&points).fold(longest, |longest, (load, _)| longest.max(*load));
-            series.push(Series { label: labelled.label.clone(), points, look: Look::Marks(marker, color) });
-            series.push(Series { label: labelled.label.clone(), points: law, look: Look::Line(dash, color) });
+            match run.plan.drive.hold_from_step {
+                None => {
+                    let label = || labelled.label.clone();
+                    series.push(Series { label: label(), points, look: Look::Marks(marker, color) });
+                    series.push(Series { label: label(), points: law, look: Look::Line(dash, color) });
+                }
+                Some(hold_step) => series.extend(beside_hold(run, hold_step, &points, &law)),
+            }
         }
         // Curves first, so that marks lie on top of them.
         let mut drawn = series.clone();
@@ -69,4 +78,26 @@ impl Figure for Lengths {
             note: format!("marks: simulated, lines: eq. ({})", self.law.equation()),
         })))
     }
+}
+
+/// The precursors before the drive is held and after it, and the law up to the load reached
+/// by then and beyond it.
+fn beside_hold(run: &RunData, hold_step: u64, points: &[(f64, f64)], law: &[(f64, f64)]) -> [Series; 4] {
+    let found = precursors::find(run, &PrecursorRules::default());
+    let (before, after): (Vec<_>, Vec<_>) =
+        found.iter().zip(points).partition(|(precursor, _)| precursor.start.onset_step < hold_step);
+    let marks = |found: Vec<(_, &(f64, f64))>| found.into_iter().map(|(_, point)| *point).collect();
+    let at_hold = run.steps.partition_point(|record| record.step <= hold_step);
+    let reached = at_hold.checked_sub(1).map_or(0.0, |index| run.steps[index].load_ratio());
+    let end = law.partition_point(|(load, _)| *load <= reached);
+    let (valid, beyond) = (law[..end].to_vec(), law[end.saturating_sub(1)..].to_vec());
+    let hold_s = run.plan.grid.time_s(hold_step);
+    let series = |label: String, points: Vec<(f64, f64)>, look: Look| Series { label, points, look };
+    let (while_driven, once_held) = (format!("driven, t < {hold_s} s"), format!("held, t ≥ {hold_s} s"));
+    [
+        series(while_driven.clone(), marks(before), Look::Marks(Marker::Circle, INK)),
+        series(once_held.clone(), marks(after), Look::Marks(Marker::Triangle, BLUE)),
+        series(while_driven, valid, Look::Line(Dash::Solid, INK)),
+        series(once_held, beyond, Look::Line(Dash::Dashed, BLUE)),
+    ]
 }

@@ -1,12 +1,12 @@
 //! `F_X / F_N` against time with the friction coefficients, and the number of
-//! sliding blocks beneath (Figures 5.13, 5.15 to 5.18).
+//! sliding blocks beneath (Figures 5.13, 5.15 to 5.18, 6.5, 6.8 to 6.12).
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
 use super::plot::{Axis, Corner, Dash, INK, Look, Panel, Series, Sheet};
-use super::{Figure, coefficient_lines, find};
+use super::{DYNAMIC, Figure, coefficient_lines, find};
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]
@@ -18,11 +18,24 @@ pub(crate) struct Load {
     title: String,
     /// Whether to show the number of sliding blocks beneath.
     sliding: bool,
+    /// What the legend calls the dynamic coefficient.
+    #[serde(default = "dynamic")]
+    dynamic: String,
+}
+
+fn dynamic() -> String {
+    DYNAMIC.to_owned()
 }
 
 impl Load {
     pub(super) fn of_run(file: &str, run: &str) -> Load {
-        Load { file: file.to_owned(), run: run.to_owned(), title: String::new(), sliding: true }
+        Load {
+            file: file.to_owned(),
+            run: run.to_owned(),
+            title: String::new(),
+            sliding: true,
+            dynamic: dynamic(),
+        }
     }
 }
 
@@ -43,16 +56,21 @@ impl Figure for Load {
             run.steps.iter().map(|record| (record.time_s, record.load_ratio())).collect();
         let lowest = load.iter().fold(0.0f64, |low, (_, ratio)| low.min(*ratio));
         let highest = load.iter().fold(mu_s, |high, (_, ratio)| high.max(*ratio));
+        // While the normal load falls the curve swings across the whole panel, and the
+        // legend needs room of its own above it.
+        let (headroom, legend) = if run.plan.load_course.is_constant() {
+            (1.12, Corner::BottomRight)
+        } else {
+            (1.42, Corner::TopLeft)
+        };
         let upper = Panel {
             title: self.title.clone(),
             x: Axis::new(if self.sliding { "" } else { "t (s)" }, 0.0, duration_s),
-            y: Axis::new("F_X/F_N", lowest * 1.1, highest * 1.12),
-            series: Vec::from_iter(coefficient_lines(run, duration_s).into_iter().chain([Series {
-                label: "F_X/F_N".to_owned(),
-                points: load,
-                look: Look::Line(Dash::Solid, INK),
-            }])),
-            legend: Corner::BottomRight,
+            y: Axis::new("F_X/F_N", lowest * 1.1, highest * headroom),
+            series: Vec::from_iter(coefficient_lines(run, duration_s, &self.dynamic).into_iter().chain([
+                Series { label: "F_X/F_N".to_owned(), points: load, look: Look::Line(Dash::Solid, INK) },
+            ])),
+            legend,
             note: String::new(),
         };
         if !self.sliding {

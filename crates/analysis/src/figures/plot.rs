@@ -23,14 +23,16 @@ pub(super) const INK: RGBColor = BLACK;
 pub(super) const BLUE: RGBColor = RGBColor(0, 90, 181);
 pub(super) const RED: RGBColor = RGBColor(200, 60, 0);
 pub(super) const GREY: RGBColor = RGBColor(130, 130, 130);
+const GREEN: RGBColor = RGBColor(0, 120, 90);
 
 /// Look of the series number `index` of a figure that holds several of a kind.
 pub(super) fn nth(index: usize) -> (Marker, Dash, RGBColor) {
-    const LOOKS: [(Marker, Dash, RGBColor); 4] = [
+    const LOOKS: [(Marker, Dash, RGBColor); 5] = [
         (Marker::Circle, Dash::Solid, INK),
         (Marker::Triangle, Dash::Dashed, BLUE),
         (Marker::Square, Dash::Dotted, RED),
         (Marker::Cross, Dash::DotDashed, GREY),
+        (Marker::Diamond, Dash::LongDashed, GREEN),
     ];
     LOOKS[index % LOOKS.len()]
 }
@@ -41,6 +43,7 @@ pub(super) enum Dash {
     Dashed,
     Dotted,
     DotDashed,
+    LongDashed,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +52,7 @@ pub(super) enum Marker {
     Triangle,
     Square,
     Cross,
+    Diamond,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -298,6 +302,7 @@ fn stroke(
         Dash::Dashed => &[26.0, 16.0],
         Dash::Dotted => &[6.0, 12.0],
         Dash::DotDashed => &[40.0, 12.0, 6.0, 12.0],
+        Dash::LongDashed => &[60.0, 16.0],
     };
     dashes(&path, pattern).iter().try_for_each(|piece| polyline(root, piece, color, width))
 }
@@ -364,6 +369,7 @@ fn mark(root: &Area<'_>, (x, y): (i32, i32), marker: Marker, color: RGBColor) ->
             (x + r - 1, y + r - 1),
             (x - r + 1, y + r - 1),
         ],
+        Marker::Diamond => vec![(x, y - r - 3), (x + r, y), (x, y + r + 3), (x - r, y)],
         Marker::Cross => {
             stroke(root, vec![(x - r, y - r), (x + r, y + r)], Dash::Solid, color, LINE_WIDTH)?;
             return stroke(root, vec![(x - r, y + r), (x + r, y - r)], Dash::Solid, color, LINE_WIDTH);
@@ -399,8 +405,11 @@ fn formatter(axis: &Axis) -> impl Fn(&f64) -> String + use<> {
     }
 }
 
+/// Powers of ten that would be long in full are written as `1e-8`.
 fn decade(exponent: i32) -> String {
-    if exponent >= 0 {
+    if exponent < -4 {
+        format!("1e\u{2212}{}", -exponent)
+    } else if exponent >= 0 {
         format!("{}", 10f64.powi(exponent))
     } else {
         format!("{:.*}", -exponent as usize, 10f64.powi(exponent))

@@ -1,0 +1,50 @@
+//! Normal load and driving force against time, in one plot (Figures 6.3, 6.14, 6.16, 6.18,
+//! 6.20, 6.22).
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::plot::{Axis, BLUE, Corner, Dash, Look, Panel, RED, Series, Sheet};
+use super::{Figure, find};
+use crate::run_data::RunData;
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Loads {
+    file: String,
+    run: String,
+    #[serde(default)]
+    title: String,
+}
+
+impl Figure for Loads {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        vec![&self.run]
+    }
+
+    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let run = find(runs, &self.run)?;
+        let normal: Vec<(f64, f64)> =
+            run.steps.iter().map(|record| (record.time_s, record.normal_load_n)).collect();
+        let driving: Vec<(f64, f64)> =
+            run.steps.iter().map(|record| (record.time_s, record.driving_force_n)).collect();
+        let both = || normal.iter().chain(&driving).map(|(_, force_n)| *force_n);
+        let (lowest, highest) = (both().fold(0.0, f64::min), both().fold(0.0, f64::max));
+        Ok(Sheet::Single(Box::new(Panel {
+            title: self.title.clone(),
+            x: Axis::new("t (s)", 0.0, run.plan.grid.time_s(run.header.steps)),
+            y: Axis::new("force (N)", lowest * 1.1, highest * 1.12),
+            series: vec![
+                Series { label: "F_N".to_owned(), points: normal, look: Look::Line(Dash::Dashed, BLUE) },
+                Series { label: "F_X".to_owned(), points: driving, look: Look::Line(Dash::Solid, RED) },
+            ],
+            legend: Corner::TopRight,
+            note: String::new(),
+        })))
+    }
+}

@@ -1,0 +1,105 @@
+//! When the slider first slips as a whole, against the time step, beside the value that the
+//! source gives: how far such a time is an outcome of the parameters, and how far it is one
+//! draw among many.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::plot::{Axis, Corner, Dash, Look, Panel, RED, Series, Sheet, nth};
+use super::{Figure, find};
+use crate::run_data::RunData;
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Spread {
+    file: String,
+    panel: Vec<Case>,
+}
+
+/// Runs of one case.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Case {
+    label: String,
+    /// The time that the source gives, s.
+    stated_s: f64,
+    series: Vec<Steps>,
+}
+
+/// Runs that differ in the time step alone.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Steps {
+    label: String,
+    runs: Vec<String>,
+}
+
+impl Figure for Spread {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        let series = self.panel.iter().flat_map(|case| &case.series);
+        series.flat_map(|steps| &steps.runs).map(String::as_str).collect()
+    }
+
+    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let mut all = Vec::new();
+        for name in self.runs() {
+            let run = find(runs, name)?;
+            let slip = run.first_global_slip();
+            let slip = slip.ok_or_else(|| format!("run {name} has no slip of the whole slider"))?;
+            all.push((run.header.time_step_s.log10(), slip.onset_s));
+        }
+        if all.is_empty() {
+            return Err("panel: there are no runs to show".to_owned());
+        }
+        let stated = || self.panel.iter().map(|case| case.stated_s);
+        let low = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
+        let high = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::NEG_INFINITY, f64::max);
+        // The same axes for all cases; room above for the legend.
+        let x = Axis::decades(
+            "Δt (s)",
+            low(&mut all.iter().map(|(step, _)| *step)) - 0.3,
+            high(&mut all.iter().map(|(step, _)| *step)) + 0.3,
+        );
+        let (lowest, highest) = (
+            low(&mut all.iter().map(|(_, time)| *time).chain(stated())),
+            high(&mut all.iter().map(|(_, time)| *time).chain(stated())),
+        );
+        let span = (highest - lowest).max(0.1 * highest);
+        let y = Axis::new("t of first global slip (s)", lowest - 0.1 * span, highest + 0.45 * span);
+        let mut drawn = all.iter();
+        let panels = self
+            .panel
+            .iter()
+            .map(|case| {
+                let mut series = vec![Series {
+                    label: "thesis".to_owned(),
+                    points: vec![(x.from, case.stated_s), (x.to, case.stated_s)],
+                    look: Look::Line(Dash::Dashed, RED),
+                }];
+                for (index, steps) in case.series.iter().enumerate() {
+                    let (marker, _, color) = nth(index);
+                    let points = drawn.by_ref().take(steps.runs.len()).copied().collect();
+                    series.push(Series {
+                        label: steps.label.clone(),
+                        points,
+                        look: Look::Marks(marker, color),
+                    });
+                }
+                Panel {
+                    title: case.label.clone(),
+                    x: x.clone(),
+                    y: y.clone(),
+                    series,
+                    legend: Corner::TopRight,
+                    note: String::new(),
+                }
+            })
+            .collect();
+        Ok(Sheet::Grid(panels))
+    }
+}

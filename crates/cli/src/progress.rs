@@ -96,6 +96,7 @@ impl RunProgress {
     }
 
     /// Takes the bar away.
+    #[cfg(feature = "analysis")]
     pub(crate) fn clear(self) {
         self.bar.finish_and_clear();
     }

@@ -49,6 +49,9 @@ pub struct Claim {
     pub quote: String,
     /// The run to measure.
     pub run: String,
+    /// A run to measure against: what counts is the value in `run` less that in
+    /// this one, for claims about trends.
+    pub against: Option<String>,
     /// What to measure in it.
     pub measure: Measure,
     /// What an agreement is worth.
@@ -62,7 +65,7 @@ pub struct Claim {
     /// source speaks in words.
     pub stated: Option<String>,
     /// For measures that look for the nearest precursor: its number of blocks,
-    /// where that is not the number claimed.
+    /// where that is not the number claimed; for those taken at a load, `F_T / F_N`.
     pub near: Option<f64>,
     /// Where the source speaks in words: the largest value that bears it out.
     pub at_most: Option<f64>,
@@ -71,6 +74,16 @@ pub struct Claim {
     /// What a reader should know of the outcome.
     #[serde(default)]
     pub note: String,
+}
+
+impl Claim {
+    /// The run, or the difference of runs, in words.
+    fn runs(&self) -> String {
+        match &self.against {
+            None => self.run.clone(),
+            Some(against) => format!("{} less {against}", self.run),
+        }
+    }
 }
 
 /// A claim, measured.
@@ -94,7 +107,12 @@ pub fn judge<'a>(claims: &'a [Claim], runs: &BTreeMap<String, RunData>) -> Vec<O
         .iter()
         .map(|claim| {
             let stated: Option<f64> = claim.stated.as_ref().and_then(|text| text.parse().ok());
-            let ours = runs.get(&claim.run).and_then(|run| claim.measure.of(run, claim.near.or(stated)));
+            let of =
+                |name: &String| runs.get(name).and_then(|run| claim.measure.of(run, claim.near.or(stated)));
+            let ours = match &claim.against {
+                None => of(&claim.run),
+                Some(against) => of(&claim.run).zip(of(against)).map(|(value, other)| value - other),
+            };
             let deviation = ours.zip(stated).map(|(ours, stated)| ours - stated);
             let (rule, holds): (String, Option<bool>) = match (stated, claim.at_most, claim.at_least) {
                 (Some(stated), ..) => {
@@ -141,7 +159,7 @@ pub fn table(outcomes: &[Outcome<'_>]) -> Result<DataFrame, AnalysisError> {
     };
     Ok(DataFrame::new_infer_height(vec![
         texts("about", &|outcome| outcome.claim.about.clone()),
-        texts("run", &|outcome| outcome.claim.run.clone()),
+        texts("run", &|outcome| outcome.claim.runs()),
         texts("quote", &|outcome| outcome.claim.quote.clone()),
         texts("measure", &|outcome| measure_name(outcome.claim.measure)),
         texts("stated", &|outcome| outcome.claim.stated.clone().unwrap_or_default()),
@@ -205,7 +223,7 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, R
             page,
             "| {} | {} | {} | {} | {} | {} | {} | {} | **{}**{note} | {} |",
             claim.about,
-            claim.run,
+            claim.runs(),
             claim.quote.replace('|', "\\|"),
             measure_name(claim.measure),
             claim.stated.as_deref().unwrap_or("-"),
@@ -221,7 +239,7 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, R
 }
 
 /// A measure in words: its name with spaces.
-fn measure_name(measure: Measure) -> String {
+pub(crate) fn measure_name(measure: Measure) -> String {
     let mut words = String::new();
     for letter in format!("{measure:?}").chars() {
         if letter.is_uppercase() && !words.is_empty() {

@@ -4,12 +4,16 @@
 //! it, and a way to draw it. To add one: a module, and a line in `kinds!`.
 
 mod damping;
+mod forces;
 mod front;
 mod initial_shear;
 mod lengths;
 mod load;
 mod onset;
 mod plot;
+mod slipped;
+mod stress;
+mod study;
 mod text;
 
 use std::collections::BTreeMap;
@@ -65,6 +69,14 @@ kinds! {
     "load" load: load::Load,
     /// `tau` along the slider when the first precursor starts.
     "onset" onset: onset::Onset,
+    /// `F_T`, `F_N`, `mu_s F_N` and `mu_d F_N` against time.
+    "forces" forces: forces::Forces,
+    /// Share of the blocks that slid against the load, wherever slip began.
+    "slipped" slipped: slipped::Slipped,
+    /// `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants.
+    "stress" stress: stress::Stress,
+    /// One number per run against a parameter.
+    "study" study: study::StudyFigure,
 }
 
 impl Figures {

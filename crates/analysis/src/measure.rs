@@ -1,7 +1,7 @@
 //! Single numbers read off a run, for claims to be held against.
 
 use asperity_model::analytic::{self, LengthLaw};
-use asperity_record::FieldRecord;
+use asperity_record::{FieldRecord, StepRecord};
 use serde::Deserialize;
 
 use crate::precursors::{self, Precursor, PrecursorRules};
@@ -50,11 +50,34 @@ pub enum Measure {
     OnsetProfileError,
     /// Root mean square deviation of a mode's velocity from (5.28), over its amplitude.
     RingDownError,
+    /// Number of precursors before the first global slip.
+    PrecursorCount,
+    /// `L_p / L` of the longest of them; 0 without any.
+    LongestPrecursor,
+    /// `L_p / L` of the longest precursor that has come up to a load `F_T / F_N`.
+    LengthAtLoad,
+    /// `F_T / F_N` at the onset of the first slip event.
+    LoadAtFirstSlip,
+    /// Onset of the first slip of the whole slider, s.
+    FirstGlobalSlipOnset,
+    /// Number of slips of the whole slider.
+    GlobalSlipCount,
+    /// Share of the blocks that slid in the first slip event.
+    FirstSlipShare,
+    /// `F_T / F_N` over time up to the first slip event, 1/s.
+    SlopeToFirstSlip,
+    /// Root mean square of the residuals against the quasi-static balance, over `mu_d`.
+    #[serde(rename = "residual-rms-balance")]
+    ResidualBalance,
+    /// Deviation of the load at the first slip event from what a decaying drive
+    /// predicts, over the prediction.
+    DecayingDriveOnsetError,
 }
 
 impl Measure {
     /// Measures a run; `None` where the run does not have what it takes. `near`
-    /// is a number of blocks, for measures that look for the nearest precursor.
+    /// is a number of blocks, for measures that look for the nearest precursor, or
+    /// the load `F_T / F_N` for those that are taken at one.
     pub fn of(self, run: &RunData, near: Option<f64>) -> Option<f64> {
         let mu_d = run.plan.friction.dynamic_coefficient;
         match self {
@@ -80,6 +103,25 @@ impl Measure {
             Measure::InitialShearError => initial_shear_error(run),
             Measure::OnsetProfileError => onset_profile_error(run),
             Measure::RingDownError => ring_down_error(run),
+            Measure::PrecursorCount => Some(before_global_slip(run).count() as f64),
+            Measure::LongestPrecursor => {
+                Some(before_global_slip(run).map(|(_, length)| length).fold(0.0, f64::max))
+            }
+            Measure::LengthAtLoad => length_at_load(run, near?),
+            Measure::LoadAtFirstSlip => Some(run.slips.first()?.ft_fn_onset),
+            Measure::FirstGlobalSlipOnset => Some(run.first_global_slip()?.onset_s),
+            Measure::GlobalSlipCount => {
+                Some(run.slips.iter().filter(|slip| slip.is_global(run.header.blocks)).count() as f64)
+            }
+            Measure::FirstSlipShare => {
+                Some(f64::from(run.slips.first()?.blocks_slipped) / f64::from(run.header.blocks))
+            }
+            Measure::SlopeToFirstSlip => {
+                let first = run.slips.first()?;
+                Some(first.ft_fn_onset / first.onset_s)
+            }
+            Measure::ResidualBalance => residual(run, LengthLaw::Balance),
+            Measure::DecayingDriveOnsetError => decaying_drive_onset_error(run),
         }
     }
 }
@@ -154,6 +196,63 @@ fn onset_profile_error(run: &RunData) -> Option<f64> {
         let screening_m = run.plan.screening_length_m();
         (force - analytic::stuck_tangential_force(tau[0], 0.0, distance_m, screening_m)) / tau[0]
     }))
+}
+
+/// `F_T / F_N` and `L_p / L` of every precursor before the first global slip.
+fn before_global_slip(run: &RunData) -> impl Iterator<Item = (f64, f64)> {
+    let blocks = run.header.blocks;
+    precursors::find(run, &PrecursorRules::default())
+        .into_iter()
+        .filter(move |precursor| precursor.blocks_slipped < blocks)
+        .map(move |precursor| (precursor.start.ft_fn_onset, precursor.length_ratio(blocks)))
+}
+
+fn length_at_load(run: &RunData, load_ratio: f64) -> Option<f64> {
+    let precursors = precursors::find(run, &PrecursorRules::default());
+    let reached = precursors.iter().take_while(|precursor| precursor.start.ft_fn_onset <= load_ratio);
+    // A run that ends below the load says nothing about it.
+    time_to_reach(run, load_ratio)?;
+    Some(reached.map(|precursor| precursor.length_ratio(run.header.blocks)).fold(0.0, f64::max))
+}
+
+fn decaying_drive_onset_error(run: &RunData) -> Option<f64> {
+    let (plan, decay_m) = (&run.plan, run.scenario.drive.decay_length_m);
+    let (mu_s, screening_m) = (plan.friction.static_coefficient, plan.screening_length_m());
+    let predicted = analytic::decaying_drive_onset(mu_s, decay_m, screening_m, plan.length_m);
+    (decay_m > 0.0).then_some((run.slips.first()?.ft_fn_onset / predicted - 1.0).abs())
+}
+
+/// The sum of the magnitudes of all driving forces over the normal load: `F_T / F_N`
+/// where all pull one way.
+pub fn pull_ratio(record: &StepRecord) -> f64 {
+    let pull_n = record.end_forces_n.map_or(record.driving_force_n, |ends| ends[0].abs() + ends[1].abs());
+    pull_n / record.normal_load_n
+}
+
+/// Pull ratio and share of the blocks that slid, for every slip event in which more
+/// blocks slid than in any before, wherever it began, up to the first global slip.
+pub fn growing_slips(run: &RunData) -> Vec<(f64, f64)> {
+    let mut most = 0;
+    let mut grown = Vec::new();
+    for slip in &run.slips {
+        if slip.blocks_slipped <= most {
+            continue;
+        }
+        most = slip.blocks_slipped;
+        if let Some(record) = record_at(run, slip.onset_step) {
+            grown.push((pull_ratio(record), f64::from(most) / f64::from(run.header.blocks)));
+        }
+        if most == run.header.blocks {
+            break;
+        }
+    }
+    grown
+}
+
+/// The last step record up to a step, or the first one where the step is before it.
+pub fn record_at(run: &RunData, step: u64) -> Option<&StepRecord> {
+    let behind = run.steps.partition_point(|record| record.step <= step);
+    run.steps.get(behind.saturating_sub(1))
 }
 
 fn largest(deviations: impl Iterator<Item = f64>) -> Option<f64> {

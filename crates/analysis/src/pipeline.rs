@@ -10,6 +10,7 @@ use crate::claims::{self, Claim};
 use crate::figures::Figures;
 use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
+use crate::study::Study;
 use crate::{AnalysisError, parallel, table_file, tables};
 
 /// A pipeline, as written.
@@ -23,6 +24,9 @@ pub struct Pipeline {
     /// The precursor tables, one per run and length law.
     #[serde(default)]
     pub precursors: Vec<PrecursorSpec>,
+    /// The tables of numbers against a parameter.
+    #[serde(default)]
+    pub study: Vec<Study>,
     /// The figures, by kind.
     #[serde(default)]
     pub figure: Figures,
@@ -82,6 +86,8 @@ impl Pipeline {
             .iter()
             .map(|spec| spec.run.as_str())
             .chain(pipeline.claim.iter().map(|claim| claim.run.as_str()))
+            .chain(pipeline.claim.iter().filter_map(|claim| claim.against.as_deref()))
+            .chain(pipeline.study.iter().flat_map(|study| study.runs.iter().map(String::as_str)))
             .chain(pipeline.figure.runs());
         for run in spoken_of {
             if !names.contains(run) {
@@ -129,12 +135,15 @@ impl Pipeline {
         let mut held: Vec<(&RunData, LengthLaw, PrecursorRules)> = Vec::new();
         for PrecursorSpec { run, law, rules } in &self.precursors {
             let run = &runs[run];
-            let name = format!("{}.precursors-eq-{}", run.name, law.equation());
+            let name = format!("{}.precursors-{}", run.name, law.file_word());
             table_file::write(&table_folder, &name, &mut tables::precursors(run, *law, rules)?)?;
             held.push((run, *law, *rules));
         }
         if !held.is_empty() {
             table_file::write(&table_folder, "residuals", &mut tables::residual_table(&held)?)?;
+        }
+        for study in &self.study {
+            table_file::write(&table_folder, &format!("study-{}", study.name), &mut study.table(&runs)?)?;
         }
         if !self.claim.is_empty() {
             let outcomes = claims::judge(&self.claim, &runs);

@@ -32,4 +32,12 @@ scenarios![
     "friction-055-030",
     "first-precursor",
     "ring-down",
+    "top-driven",
+    "left-right-driven",
+    "unloading",
+    "unloading-ageing",
+    "unloading-poisson",
+    "unloading-desired-load",
+    "unloading-top-driven",
+    "unloading-top-driven-poisson",
 ];

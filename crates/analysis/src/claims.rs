@@ -252,7 +252,32 @@ pub(crate) fn measure_name(measure: Measure) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::half_last_digit;
+    use std::collections::BTreeMap;
+
+    use super::{Claim, half_last_digit, judge};
+    use crate::precursors::tests::{EVENTS, run};
+
+    #[test]
+    fn a_trend_is_the_difference_of_two_runs() {
+        let claim = |limit: &str| -> Claim {
+            let text = format!(
+                "about = \"a\"\nquote = \"b\"\nrun = \"many\"\nagainst = \"few\"\n\
+                 measure = \"precursor-count\"\n{limit}"
+            );
+            toml::from_str(&text).unwrap()
+        };
+        let runs = BTreeMap::from([("many".to_owned(), run(&EVENTS)), ("few".to_owned(), run(&EVENTS[5..]))]);
+        let claims = [
+            claim("at_least = 1"),
+            claim("at_most = 0"),
+            Claim { run: "gone".to_owned(), ..claim("at_least = 1") },
+        ];
+        let outcomes = judge(&claims, &runs);
+        assert_eq!(outcomes[0].ours, Some(3.0));
+        let verdicts: Vec<&str> = outcomes.iter().map(|outcome| outcome.verdict).collect();
+        assert_eq!(verdicts, ["agrees", "differs", "not reached"]);
+        assert_eq!(claims[0].runs(), "many less few");
+    }
 
     #[test]
     fn half_a_digit_is_read_off_the_text() {

@@ -281,3 +281,61 @@ fn ring_down_error(run: &RunData) -> Option<f64> {
     let squares: f64 = points.iter().map(|(_, simulated, theory)| (simulated - theory).powi(2)).sum();
     (!points.is_empty()).then(|| (squares / points.len() as f64).sqrt())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Measure, growing_slips, pull_ratio, record_at};
+    use crate::precursors::tests::{EVENTS, run};
+
+    #[test]
+    fn precursors_are_counted_and_measured_before_the_first_global_slip() {
+        let run = run(&EVENTS);
+        let of = |measure: Measure| measure.of(&run, None);
+        // Blocks 1, 1-2 and 1-3 with one of them at rest; then all three, twice.
+        assert_eq!(of(Measure::PrecursorCount), Some(3.0));
+        assert_eq!(of(Measure::LongestPrecursor), Some(1.0));
+        assert_eq!(of(Measure::GlobalSlipCount), Some(2.0));
+        assert_eq!(of(Measure::FirstGlobalSlipOnset), Some(run.plan.grid.time_s(500)));
+        assert_eq!(of(Measure::FirstSlipShare), Some(1.0 / 3.0));
+        assert_eq!(of(Measure::LoadAtFirstSlip), Some(0.1));
+        let slope = 0.1 / run.plan.grid.time_s(100);
+        assert_eq!(of(Measure::SlopeToFirstSlip), Some(slope));
+    }
+
+    #[test]
+    fn a_run_without_events_has_no_precursors_and_no_first_slip() {
+        let run = run(&[]);
+        assert_eq!(Measure::PrecursorCount.of(&run, None), Some(0.0));
+        assert_eq!(Measure::LongestPrecursor.of(&run, None), Some(0.0));
+        assert_eq!(Measure::LoadAtFirstSlip.of(&run, None), None);
+        assert_eq!(Measure::FirstGlobalSlipOnset.of(&run, None), None);
+    }
+
+    #[test]
+    fn length_at_a_load_is_that_of_the_longest_precursor_up_to_it() {
+        let mut run = run(&EVENTS);
+        for (slip, load) in run.slips.iter_mut().zip([0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6]) {
+            slip.ft_fn_onset = load;
+        }
+        for (record, load) in run.steps.iter_mut().zip([0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6]) {
+            record.driving_force_n = load * record.normal_load_n;
+        }
+        let at = |load| Measure::LengthAtLoad.of(&run, Some(load));
+        assert_eq!([at(0.05), at(0.15), at(0.35)], [Some(0.0), Some(1.0 / 3.0), Some(2.0 / 3.0)]);
+        // The run never came to such a load.
+        assert_eq!(at(0.7), None);
+    }
+
+    #[test]
+    fn both_ends_count_with_the_current_load() {
+        let mut run = run(&EVENTS);
+        run.steps[1].end_forces_n = Some([-30.0, 20.0]);
+        run.steps[1].normal_load_n = 100.0;
+        assert_eq!(pull_ratio(&run.steps[1]), 0.5);
+        // Events 0, 1 and 5 are each larger than all before; records lie a step before onsets.
+        let grown = growing_slips(&run);
+        assert_eq!(grown, [(0.0025, 1.0 / 3.0), (0.5, 2.0 / 3.0), (0.0025, 1.0)]);
+        assert_eq!(record_at(&run, 250).unwrap().step, 199);
+        assert_eq!(record_at(&run, 0).unwrap().step, 99);
+    }
+}

@@ -113,7 +113,7 @@ fn distinct_blocks(run: &RunData, onset_step: u64, end_step: u64) -> u32 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
     use asperity_record::{Direction, RunHeader, SlipEvent, StepRecord, Switch};
 
@@ -121,7 +121,7 @@ mod tests {
     use crate::run_data::RunData;
 
     /// A run of three blocks and these slip events: onset and end step, blocks.
-    fn run(events: &[(u64, u64, &[u32])]) -> RunData {
+    pub(crate) fn run(events: &[(u64, u64, &[u32])]) -> RunData {
         let source = ScenarioSource::new("test", "slider.blocks = 3\ntime.step_s = 1e-7");
         let scenario = Scenario::resolve(&source).unwrap();
         let plan = Plan::new(&scenario);
@@ -190,7 +190,7 @@ mod tests {
             .collect()
     }
 
-    const EVENTS: [(u64, u64, &[u32]); 7] = [
+    pub(crate) const EVENTS: [(u64, u64, &[u32]); 7] = [
         (100, 101, &[1]),
         (200, 210, &[1, 2]),
         (300, 310, &[1]),

@@ -75,3 +75,40 @@ pub fn parameter(run: &RunData, key: &str) -> Result<f64, String> {
         format!("parameter {key:?} is not accepted (accepted: a scenario key that holds a number)")
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::{Study, parameter};
+    use crate::precursors::tests::{EVENTS, run};
+
+    #[test]
+    fn a_study_has_a_row_per_run_and_a_column_per_measure() {
+        let runs = BTreeMap::from([("a".to_owned(), run(&EVENTS)), ("b".to_owned(), run(&[]))]);
+        let study: Study = toml::from_str(
+            "name = \"s\"\nparameter = \"slider.blocks\"\nruns = [\"b\", \"a\"]\n\
+             measures = [\"precursor-count\", \"residual-rms-5.57\"]",
+        )
+        .unwrap();
+        let table = study.table(&runs).unwrap();
+        let names: Vec<&str> = table.get_column_names().into_iter().map(|name| name.as_str()).collect();
+        assert_eq!(
+            names,
+            ["run", "parameter_set", "time_step_s", "slider.blocks", "precursor_count", "residual_linear"]
+        );
+        let counts = table.column("precursor_count").unwrap().f64().unwrap().to_vec();
+        assert_eq!(counts, [Some(0.0), Some(3.0)]);
+    }
+
+    #[test]
+    fn a_parameter_is_read_from_the_scenario_or_refused_by_name() {
+        let run = run(&EVENTS);
+        assert_eq!(parameter(&run, "slider.blocks"), Ok(3.0));
+        assert_eq!(parameter(&run, "drive.decay_length_m"), Ok(0.0));
+        assert_eq!(
+            parameter(&run, "drive.kind").unwrap_err(),
+            "parameter \"drive.kind\" is not accepted (accepted: a scenario key that holds a number)"
+        );
+    }
+}

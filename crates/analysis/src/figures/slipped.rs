@@ -42,19 +42,27 @@ impl Figure for Slipped {
         if let Some(first) = self.series.first() {
             let mu_d = first.find(runs)?.plan.friction.dynamic_coefficient;
             let line = Series {
-                label: "F_T = μ_d F_N times share".to_owned(),
+                label: "F_T/F_N = μ_d × share".to_owned(),
                 points: vec![(0.0, 0.0), (mu_d, 1.0)],
                 look: Look::Line(Dash::Dashed, GREY),
             };
             highest = highest.max(mu_d);
             series.insert(0, line);
         }
+        // In whichever corner hides fewer marks.
+        let marks = |corner: &dyn Fn(f64, f64) -> bool| {
+            let points = series.iter().skip(1).flat_map(|series| &series.points);
+            points.filter(|(load, share)| corner(load / highest, *share)).count()
+        };
+        let upper = marks(&|load, share| load < 0.5 && share > 0.6);
+        let lower = marks(&|load, share| load > 0.5 && share < 0.5);
+        let legend = if upper < lower { Corner::TopLeft } else { Corner::BottomRight };
         Ok(Sheet::Single(Box::new(Panel {
             title: self.title.clone(),
             x: Axis::new("F_T/F_N", 0.0, highest * 1.06),
             y: Axis::new("share of blocks that slid", 0.0, 1.08),
             series,
-            legend: Corner::BottomRight,
+            legend,
             note: String::new(),
         })))
     }

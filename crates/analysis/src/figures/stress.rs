@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet};
 use super::{Figure, find};
-use crate::measure::record_at;
+use crate::measure::{pull_ratio, record_at};
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]
@@ -57,23 +57,43 @@ fn panel(run: &RunData, fields: &FieldRecord) -> Result<Panel, String> {
         along(&friction.dynamic_friction_n, course),
         along(&fields.tangential_force_n, 1.0),
     ];
+    // Where blocks slip backwards as well, thresholds lie on both sides.
+    let backwards = fields.tangential_force_n.iter().fold(0.0f64, |low, tau| low.min(*tau));
+    let mirrored = -backwards > 0.5 * friction.dynamic_friction_n[0] * course;
     let values = || curves.iter().flatten().map(|(_, force)| *force);
     let (lowest, highest) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
+    let lowest = if mirrored { lowest.min(-highest) } else { lowest };
     let [threshold, sliding, tau] = curves;
+    let below = |points: &[(f64, f64)]| points.iter().map(|(x, force)| (*x, -force)).collect();
+    let mut series = Vec::new();
+    for (label, points, look) in [
+        ("μ_s p_n", threshold, Look::Line(Dash::Dashed, BLUE)),
+        ("μ_d p_n", sliding, Look::Line(Dash::DotDashed, RED)),
+    ] {
+        if mirrored {
+            series.push(Series { label: String::new(), points: below(&points), look });
+        }
+        series.push(Series {
+            label: if mirrored { format!("±{label}") } else { label.to_owned() },
+            points,
+            look,
+        });
+    }
+    series.push(Series { label: "τ_n".to_owned(), points: tau, look: Look::Line(Dash::Solid, INK) });
     Ok(Panel {
         title: format!(
             "t = {:.3} s, F_N = {:.1} N, F_T/F_N = {:.3}",
             fields.time_s,
             record.normal_load_n,
-            record.load_ratio()
+            pull_ratio(record)
         ),
         x: Axis::new("x (mm)", 0.0, run.plan.length_m * 1e3),
-        y: Axis::new("force per block (N)", lowest * 1.15, highest * 1.35),
-        series: vec![
-            Series { label: "μ_s p_n".to_owned(), points: threshold, look: Look::Line(Dash::Dashed, BLUE) },
-            Series { label: "μ_d p_n".to_owned(), points: sliding, look: Look::Line(Dash::DotDashed, RED) },
-            Series { label: "τ_n".to_owned(), points: tau, look: Look::Line(Dash::Solid, INK) },
-        ],
+        y: Axis::new(
+            "force per block (N)",
+            lowest - 0.08 * (highest - lowest),
+            highest + 0.42 * (highest - lowest),
+        ),
+        series,
         legend: Corner::TopRight,
         note: String::new(),
     })

@@ -82,10 +82,11 @@ fn panel(run: &RunData, fields: &FieldRecord) -> Result<Panel, String> {
     series.push(Series { label: "τ_n".to_owned(), points: tau, look: Look::Line(Dash::Solid, INK) });
     Ok(Panel {
         title: format!(
-            "t = {:.3} s, F_N = {:.1} N, F_T/F_N = {:.3}",
+            "t = {:.3} s, F_N = {:.1} N, F_T/F_N = {:.3}{}",
             fields.time_s,
             record.normal_load_n,
-            pull_ratio(record)
+            pull_ratio(record),
+            if record.end_forces_n.is_some() { ", both ends added" } else { "" }
         ),
         x: Axis::new("x (mm)", 0.0, run.plan.length_m * 1e3),
         y: Axis::new(

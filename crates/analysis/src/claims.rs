@@ -352,7 +352,7 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, R
 }
 
 /// A measure in words: its name with spaces.
-fn measure_name(measure: Measure) -> String {
+pub(crate) fn measure_name(measure: Measure) -> String {
     let mut words = String::new();
     for letter in format!("{measure:?}").chars() {
         if letter.is_uppercase() && !words.is_empty() {

@@ -5,6 +5,7 @@
 
 mod damping;
 mod displacement;
+mod forces;
 mod front;
 mod initial_shear;
 mod lengths;
@@ -12,7 +13,10 @@ mod load;
 mod loads;
 mod onset;
 mod plot;
+mod slipped;
 mod spread;
+mod stress;
+mod study;
 mod text;
 mod velocities;
 
@@ -77,6 +81,14 @@ kinds! {
     "spread" spread: spread::Spread,
     /// Velocities of some blocks through a slip event.
     "velocities" velocities: velocities::Velocities,
+    /// `F_T`, `F_N`, `mu_s F_N` and `mu_d F_N` against time.
+    "forces" forces: forces::Forces,
+    /// Share of the blocks that slid against the load, wherever slip began.
+    "slipped" slipped: slipped::Slipped,
+    /// `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants.
+    "stress" stress: stress::Stress,
+    /// One number per run against a parameter.
+    "study" study: study::StudyFigure,
 }
 
 impl Figures {
@@ -152,4 +164,80 @@ pub fn draw_overview(run: RunData, folder: &Path) -> Result<(), AnalysisError> {
         ..Figures::default()
     };
     figures.draw(&BTreeMap::from([(name, run)]), folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use asperity_record::FieldRecord;
+
+    use super::plot::{Panel, Sheet};
+    use super::{Figure, Figures};
+    use crate::precursors::tests::{EVENTS, run};
+    use crate::run_data::RunData;
+
+    /// A run with a state whose load has fallen to a quarter.
+    fn runs() -> BTreeMap<String, RunData> {
+        let mut run = run(&EVENTS);
+        for record in &mut run.steps[3..] {
+            record.normal_load_n = 100.0;
+        }
+        run.fields = vec![FieldRecord {
+            step: 450,
+            time_s: run.plan.grid.time_s(450),
+            displacement_m: vec![0.0; 3],
+            velocity_m_per_s: vec![0.0; 3],
+            tangential_force_n: vec![1.0, 2.0, 3.0],
+            stick_position_m: vec![0.0; 3],
+            detached: vec![0; 3],
+        }];
+        BTreeMap::from([("a".to_owned(), run)])
+    }
+
+    fn sheet(text: &str) -> Result<Sheet, String> {
+        let figures: Figures = toml::from_str(text).unwrap();
+        let all: Vec<&dyn Figure> = figures.all();
+        assert_eq!((all.len(), all[0].file(), all[0].runs()), (1, "f.png", vec!["a"]));
+        all[0].sheet(&runs())
+    }
+
+    fn single(text: &str) -> Panel {
+        match sheet(text).unwrap() {
+            Sheet::Single(panel) => *panel,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn stress_and_forces_take_the_load_of_the_instant() {
+        let panel = single("[[stress]]\nfile = \"f.png\"\nrun = \"a\"\nat_s = [4e-5]");
+        // mu_s p_n with 100 N on three blocks.
+        assert!((panel.series[0].points[0].1 - 0.7 * 100.0 / 3.0).abs() < 1e-12);
+        assert_eq!(panel.series[2].points, [(0.0, 1.0), (50.0, 2.0), (100.0, 3.0)]);
+        assert!(panel.title.contains("F_N = 100.0 N"), "{}", panel.title);
+
+        let panel = single("[[forces]]\nfile = \"f.png\"\nrun = \"a\"");
+        let loads: Vec<f64> = panel.series[0].points.iter().map(|(_, load)| *load).collect();
+        assert_eq!(loads, [400.0, 400.0, 400.0, 100.0, 100.0, 100.0, 100.0]);
+        assert!((panel.series[1].points[6].1 - 70.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn slipped_and_study_show_one_mark_per_event_and_run() {
+        let panel = single("[[slipped]]\nfile = \"f.png\"\nseries = [{ run = \"a\", label = \"A\" }]");
+        assert_eq!(panel.series[1].points.len(), 3);
+        let study = "[[study]]\nfile = \"f.png\"\nparameter = \"slider.blocks\"\nparameter_label = \"N\"\n\
+                     measure = \"precursor-count\"\nmeasure_label = \"count\"\nlogarithmic = true\n\
+                     series = [{ label = \"A\", runs = [\"a\"] }]";
+        assert_eq!(single(study).series[1].points, [(3f64.log10(), 3.0)]);
+        let refused = sheet(&study.replace("slider.blocks", "normal_load.tilt")).unwrap_err();
+        assert_eq!(refused, "normal_load.tilt of run a is 0: no place on a logarithmic axis");
+    }
+
+    #[test]
+    fn an_interval_without_records_is_refused() {
+        let refused = sheet("[[forces]]\nfile = \"f.png\"\nrun = \"a\"\nfrom_s = 7\nto_s = 8").unwrap_err();
+        assert_eq!(refused, "run test has no records from 7 s to 8 s");
+    }
 }

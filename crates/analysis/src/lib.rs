@@ -8,6 +8,7 @@
 //! - [`table_file`]: a table as CSV and Parquet.
 //! - [`measure`]: single numbers read off a run.
 //! - [`claims`]: what a text claims beside what was measured, and the verdict.
+//! - [`study`]: such numbers against a parameter.
 //! - [`figures`]: drawn with plotters and an embedded font.
 //! - [`pipeline`]: the TOML that says which runs, tables, figures and claims.
 
@@ -20,6 +21,7 @@ mod parallel;
 pub mod pipeline;
 pub mod precursors;
 pub mod run_data;
+pub mod study;
 pub mod table_file;
 pub mod tables;
 

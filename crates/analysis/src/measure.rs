@@ -92,11 +92,32 @@ pub enum Measure {
     ForwardShare,
     /// Lowest of these velocities over the highest.
     LowestVelocity,
+    /// Number of precursors before the first global slip.
+    PrecursorCount,
+    /// `L_p / L` of the longest of them; 0 without any.
+    LongestPrecursor,
+    /// `L_p / L` of the longest precursor that has come up to a load `F_T / F_N`.
+    LengthAtLoad,
+    /// `F_T / F_N` at the onset of the first slip event.
+    LoadAtFirstSlip,
+    /// Number of slips of the whole slider.
+    GlobalSlipCount,
+    /// Share of the blocks that slid in the first slip event.
+    FirstSlipShare,
+    /// `F_T / F_N` over time up to the first slip event, 1/s.
+    SlopeToFirstSlip,
+    /// Root mean square of the residuals against the quasi-static balance, over `mu_d`.
+    #[serde(rename = "residual-rms-balance")]
+    ResidualBalance,
+    /// Deviation of the load at the first slip event from what a decaying drive
+    /// predicts, over the prediction.
+    DecayingDriveOnsetError,
 }
 
 impl Measure {
     /// Measures a run; `None` where the run does not have what it takes. `near`
-    /// is a number of blocks, for measures that look for the nearest precursor.
+    /// is a number of blocks, for measures that look for the nearest precursor, or
+    /// the load `F_T / F_N` for those that are taken at one.
     pub fn of(self, run: &RunData, near: Option<f64>) -> Option<f64> {
         let mu_d = run.plan.friction.dynamic_coefficient;
         match self {
@@ -165,6 +186,24 @@ impl Measure {
                 let highest = velocities.iter().copied().reduce(f64::max)?;
                 Some(velocities.into_iter().reduce(f64::min)? / highest)
             }
+            Measure::PrecursorCount => Some(before_global_slip(run).count() as f64),
+            Measure::LongestPrecursor => {
+                Some(before_global_slip(run).map(|(_, length)| length).fold(0.0, f64::max))
+            }
+            Measure::LengthAtLoad => length_at_load(run, near?),
+            Measure::LoadAtFirstSlip => Some(run.slips.first()?.ft_fn_onset),
+            Measure::GlobalSlipCount => {
+                Some(run.slips.iter().filter(|slip| slip.is_global(run.header.blocks)).count() as f64)
+            }
+            Measure::FirstSlipShare => {
+                Some(f64::from(run.slips.first()?.blocks_slipped) / f64::from(run.header.blocks))
+            }
+            Measure::SlopeToFirstSlip => {
+                let first = run.slips.first()?;
+                Some(first.ft_fn_onset / first.onset_s)
+            }
+            Measure::ResidualBalance => residual(run, LengthLaw::Balance),
+            Measure::DecayingDriveOnsetError => decaying_drive_onset_error(run),
         }
     }
 }
@@ -384,6 +423,63 @@ fn onset_profile_error(run: &RunData) -> Option<f64> {
     }))
 }
 
+/// `F_T / F_N` and `L_p / L` of every precursor before the first global slip.
+fn before_global_slip(run: &RunData) -> impl Iterator<Item = (f64, f64)> {
+    let blocks = run.header.blocks;
+    precursors::find(run, &PrecursorRules::default())
+        .into_iter()
+        .filter(move |precursor| precursor.blocks_slipped < blocks)
+        .map(move |precursor| (precursor.start.ft_fn_onset, precursor.length_ratio(blocks)))
+}
+
+fn length_at_load(run: &RunData, load_ratio: f64) -> Option<f64> {
+    let precursors = precursors::find(run, &PrecursorRules::default());
+    let reached = precursors.iter().take_while(|precursor| precursor.start.ft_fn_onset <= load_ratio);
+    // A run that ends below the load says nothing about it.
+    time_to_reach(run, load_ratio)?;
+    Some(reached.map(|precursor| precursor.length_ratio(run.header.blocks)).fold(0.0, f64::max))
+}
+
+fn decaying_drive_onset_error(run: &RunData) -> Option<f64> {
+    let (plan, decay_m) = (&run.plan, run.scenario.drive.decay_length_m);
+    let (mu_s, screening_m) = (plan.friction.static_coefficient, plan.screening_length_m());
+    let predicted = analytic::decaying_drive_onset(mu_s, decay_m, screening_m, plan.length_m);
+    (decay_m > 0.0).then_some((run.slips.first()?.ft_fn_onset / predicted - 1.0).abs())
+}
+
+/// The sum of the magnitudes of all driving forces over the normal load: `F_T / F_N`
+/// where all pull one way.
+pub fn pull_ratio(record: &StepRecord) -> f64 {
+    let pull_n = record.end_forces_n.map_or(record.driving_force_n, |ends| ends[0].abs() + ends[1].abs());
+    pull_n / record.normal_load_n
+}
+
+/// Pull ratio and share of the blocks that slid, for every slip event in which more
+/// blocks slid than in any before, wherever it began, up to the first global slip.
+pub fn growing_slips(run: &RunData) -> Vec<(f64, f64)> {
+    let mut most = 0;
+    let mut grown = Vec::new();
+    for slip in &run.slips {
+        if slip.blocks_slipped <= most {
+            continue;
+        }
+        most = slip.blocks_slipped;
+        if let Some(record) = record_at(run, slip.onset_step) {
+            grown.push((pull_ratio(record), f64::from(most) / f64::from(run.header.blocks)));
+        }
+        if most == run.header.blocks {
+            break;
+        }
+    }
+    grown
+}
+
+/// The last step record up to a step, or the first one where the step is before it.
+pub fn record_at(run: &RunData, step: u64) -> Option<&StepRecord> {
+    let behind = run.steps.partition_point(|record| record.step <= step);
+    run.steps.get(behind.saturating_sub(1))
+}
+
 fn largest(deviations: impl Iterator<Item = f64>) -> Option<f64> {
     deviations.map(f64::abs).reduce(f64::max)
 }
@@ -415,8 +511,9 @@ fn ring_down_error(run: &RunData) -> Option<f64> {
 mod tests {
     use asperity_record::{FieldRecord, StepRecord};
 
-    use super::{Measure, front_profile};
+    use super::{Measure, front_profile, growing_slips, pull_ratio, record_at};
     use crate::made_up;
+    use crate::precursors::tests::{EVENTS, run};
     use crate::run_data::RunData;
 
     /// Slips before and after a hold at 1 s, in steps of 1e-7 s; the load falls from 400 N at
@@ -538,5 +635,57 @@ mod tests {
         let (_, profile) = front_profile(&run, 3.0).unwrap();
         // 100 N on each of three blocks, not the 133 N of the start.
         assert!(profile.iter().all(|ratio| (ratio - 0.45).abs() < 1e-12), "{profile:?}");
+    }
+
+    #[test]
+    fn precursors_are_counted_and_measured_before_the_first_global_slip() {
+        let run = run(&EVENTS);
+        let of = |measure: Measure| measure.of(&run, None);
+        // Blocks 1, 1-2 and 1-3 with one of them at rest; then all three, twice.
+        assert_eq!(of(Measure::PrecursorCount), Some(3.0));
+        assert_eq!(of(Measure::LongestPrecursor), Some(1.0));
+        assert_eq!(of(Measure::GlobalSlipCount), Some(2.0));
+        assert_eq!(of(Measure::FirstGlobalSlipTime), Some(run.plan.grid.time_s(500)));
+        assert_eq!(of(Measure::FirstSlipShare), Some(1.0 / 3.0));
+        assert_eq!(of(Measure::LoadAtFirstSlip), Some(0.1));
+        let slope = 0.1 / run.plan.grid.time_s(100);
+        assert_eq!(of(Measure::SlopeToFirstSlip), Some(slope));
+    }
+
+    #[test]
+    fn a_run_without_events_has_no_precursors_and_no_first_slip() {
+        let run = run(&[]);
+        assert_eq!(Measure::PrecursorCount.of(&run, None), Some(0.0));
+        assert_eq!(Measure::LongestPrecursor.of(&run, None), Some(0.0));
+        assert_eq!(Measure::LoadAtFirstSlip.of(&run, None), None);
+        assert_eq!(Measure::FirstGlobalSlipTime.of(&run, None), None);
+    }
+
+    #[test]
+    fn length_at_a_load_is_that_of_the_longest_precursor_up_to_it() {
+        let mut run = run(&EVENTS);
+        for (slip, load) in run.slips.iter_mut().zip([0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6]) {
+            slip.ft_fn_onset = load;
+        }
+        for (record, load) in run.steps.iter_mut().zip([0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6]) {
+            record.driving_force_n = load * record.normal_load_n;
+        }
+        let at = |load| Measure::LengthAtLoad.of(&run, Some(load));
+        assert_eq!([at(0.05), at(0.15), at(0.35)], [Some(0.0), Some(1.0 / 3.0), Some(2.0 / 3.0)]);
+        // The run never came to such a load.
+        assert_eq!(at(0.7), None);
+    }
+
+    #[test]
+    fn both_ends_count_with_the_current_load() {
+        let mut run = run(&EVENTS);
+        run.steps[1].end_forces_n = Some([-30.0, 20.0]);
+        run.steps[1].normal_load_n = 100.0;
+        assert_eq!(pull_ratio(&run.steps[1]), 0.5);
+        // Events 0, 1 and 5 are each larger than all before; records lie a step before onsets.
+        let grown = growing_slips(&run);
+        assert_eq!(grown, [(0.0025, 1.0 / 3.0), (0.5, 2.0 / 3.0), (0.0025, 1.0)]);
+        assert_eq!(record_at(&run, 250).unwrap().step, 199);
+        assert_eq!(record_at(&run, 0).unwrap().step, 99);
     }
 }

@@ -10,6 +10,7 @@ use crate::claims::{self, Claim};
 use crate::figures::Figures;
 use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
+use crate::study::Study;
 use crate::{AnalysisError, parallel, table_file, tables};
 
 /// A pipeline, as written.
@@ -26,6 +27,9 @@ pub struct Pipeline {
     /// The precursor tables, one per run and length law.
     #[serde(default)]
     pub precursors: Vec<PrecursorSpec>,
+    /// The tables of numbers against a parameter.
+    #[serde(default)]
+    pub study: Vec<Study>,
     /// The figures, by kind.
     #[serde(default)]
     pub figure: Figures,
@@ -86,6 +90,7 @@ impl Pipeline {
             .map(|spec| spec.run.as_str())
             .chain(pipeline.first_global_slips.iter().map(String::as_str))
             .chain(pipeline.claim.iter().flat_map(Claim::runs))
+            .chain(pipeline.study.iter().flat_map(|study| study.runs.iter().map(String::as_str)))
             .chain(pipeline.figure.runs());
         for run in spoken_of {
             if !names.contains(run) {
@@ -124,7 +129,7 @@ impl Pipeline {
         let mut held: Vec<(&RunData, LengthLaw, PrecursorRules)> = Vec::new();
         for PrecursorSpec { run, law, rules } in &self.precursors {
             let run = &runs[run];
-            let name = format!("{}.precursors-eq-{}", run.name, law.equation());
+            let name = format!("{}.precursors-{}", run.name, law.file_word());
             table_file::write(&table_folder, &name, &mut tables::precursors(run, *law, rules)?)?;
             held.push((run, *law, *rules));
         }
@@ -134,6 +139,9 @@ impl Pipeline {
         if !self.first_global_slips.is_empty() {
             let all: Vec<&RunData> = self.first_global_slips.iter().map(|run| &runs[run]).collect();
             table_file::write(&table_folder, "first-global-slips", &mut tables::first_global_slips(&all)?)?;
+        }
+        for study in &self.study {
+            table_file::write(&table_folder, &format!("study-{}", study.name), &mut study.table(&runs)?)?;
         }
         if !self.claim.is_empty() {
             let outcomes = claims::judge(&self.claim, &runs);

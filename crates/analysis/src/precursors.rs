@@ -113,12 +113,13 @@ fn distinct_blocks(run: &RunData, onset_step: u64, end_step: u64) -> u32 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::{PrecursorRules, find};
     use crate::made_up;
     use crate::run_data::RunData;
 
-    fn run(events: &[(u64, u64, &[u32])]) -> RunData {
+    /// A run of three blocks and these slip events: onset and end step, blocks.
+    pub(crate) fn run(events: &[(u64, u64, &[u32])]) -> RunData {
         made_up::run("", events)
     }
 
@@ -129,7 +130,7 @@ mod tests {
             .collect()
     }
 
-    const EVENTS: [(u64, u64, &[u32]); 7] = [
+    pub(crate) const EVENTS: [(u64, u64, &[u32]); 7] = [
         (100, 101, &[1]),
         (200, 210, &[1, 2]),
         (300, 310, &[1]),

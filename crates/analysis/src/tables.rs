@@ -75,7 +75,7 @@ pub fn precursors(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Resu
         counts("blocks_slipped", found.iter().map(|precursor| precursor.blocks_slipped)),
         numbers("lp_l", points.iter().map(|point| point.lp_l)),
         numbers("ft_fn", points.iter().map(|point| point.ft_fn)),
-        column("law", vec![format!("({})", law.equation()); points.len()]),
+        column("law", vec![law.table_word(); points.len()]),
         numbers("ft_fn_law", points.iter().map(|point| point.predicted)),
         numbers("residual", points.iter().map(|point| point.ft_fn - point.predicted)),
         counts("min_blocks", found.iter().map(|_| rules.min_blocks)),
@@ -144,7 +144,7 @@ pub fn residual_table(runs: &[(&RunData, LengthLaw, PrecursorRules)]) -> Result<
         runs.iter().map(|(run, law, rules)| residuals(run, *law, rules)).collect();
     frame(vec![
         column("run", runs.iter().map(|(run, ..)| run.name.clone()).collect::<Vec<_>>()),
-        column("law", runs.iter().map(|(_, law, _)| format!("({})", law.equation())).collect::<Vec<_>>()),
+        column("law", runs.iter().map(|(_, law, _)| law.table_word()).collect::<Vec<_>>()),
         counts("precursors", all.iter().map(|found| found.map_or(0, |found| found.count as u32))),
         gaps("rms", all.iter().map(|found| found.map(|found| found.rms))),
         gaps("max", all.iter().map(|found| found.map(|found| found.max))),

@@ -4,7 +4,7 @@
 //! load, unless a unit says otherwise. Transcendental functions come from the
 //! `libm` crate, so that tables are the same bytes on every machine.
 
-use crate::Plan;
+use crate::{Plan, initial};
 
 /// Which prediction of `F_T / F_N` at a precursor length a table is held against.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -18,13 +18,18 @@ pub enum LengthLaw {
     /// (5.57), the straight line.
     #[serde(rename = "eq-5.57")]
     Linear,
+    /// The balance of a front that any drive feeds, [`balance_load_ratio`]; not an equation of the thesis.
+    #[serde(rename = "balance")]
+    Balance,
 }
 
 impl LengthLaw {
-    /// The law that a scenario calls for: with initial shear (5.52), with a tilted
-    /// load (5.22), else the straight line (5.57).
+    /// The law that a scenario calls for: for a drive from the top the balance, with
+    /// initial shear (5.52), with a tilted load (5.22), else the straight line (5.57).
     pub fn natural(scenario: &crate::Scenario) -> LengthLaw {
-        if scenario.initial_shear.beta != 0.0 {
+        if scenario.drive.kind == crate::DriveKind::Top {
+            LengthLaw::Balance
+        } else if initial::beta(scenario) != 0.0 {
             LengthLaw::InitialShear
         } else if scenario.normal_load.tilt != 0.0 {
             LengthLaw::Tilted
@@ -33,12 +38,37 @@ impl LengthLaw {
         }
     }
 
-    /// The equation's number, as in `5.22`.
+    /// The equation's number, as in `5.22`, or the name of what has none.
     pub fn equation(self) -> &'static str {
         match self {
             LengthLaw::Tilted => "5.22",
             LengthLaw::InitialShear => "5.52",
             LengthLaw::Linear => "5.57",
+            LengthLaw::Balance => "balance",
+        }
+    }
+
+    /// What a table calls it.
+    pub fn table_word(self) -> String {
+        match self {
+            LengthLaw::Balance => self.equation().to_owned(),
+            _ => format!("({})", self.equation()),
+        }
+    }
+
+    /// What a file name calls it.
+    pub fn file_word(self) -> String {
+        match self {
+            LengthLaw::Balance => self.equation().to_owned(),
+            _ => format!("eq-{}", self.equation()),
+        }
+    }
+
+    /// What a legend calls it.
+    pub fn label(self) -> String {
+        match self {
+            LengthLaw::Balance => "quasi-static balance".to_owned(),
+            _ => format!("eq. ({})", self.equation()),
         }
     }
 
@@ -48,6 +78,41 @@ impl LengthLaw {
             LengthLaw::Tilted => tilted_load_ratio(parameters.mu_d, parameters.theta, x),
             LengthLaw::InitialShear => initial_shear_load_ratio(parameters, x),
             LengthLaw::Linear => parameters.mu_d * x,
+            LengthLaw::Balance => balance_load_ratio(parameters, x),
+        }
+    }
+}
+
+/// How a drive spreads its force along the slider while displacements are small
+/// beside the travel of the drive point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DriveShare {
+    /// All of it on the driven end.
+    End,
+    /// Along the whole slider, with this tilt towards the driven end.
+    Tilted(f64),
+    /// Falling from the driven end over this length, over slider length.
+    Decaying(f64),
+}
+
+impl DriveShare {
+    fn of(scenario: &crate::Scenario) -> DriveShare {
+        let drive = &scenario.drive;
+        match drive.kind {
+            crate::DriveKind::Side | crate::DriveKind::LeftRight => DriveShare::End,
+            crate::DriveKind::Top if drive.decay_length_m > 0.0 => {
+                DriveShare::Decaying(drive.decay_length_m / scenario.slider.length_m)
+            }
+            crate::DriveKind::Top => DriveShare::Tilted(drive.tilt),
+        }
+    }
+
+    /// Share of the driving force that acts on the first `x` of the slider.
+    fn behind(self, x: f64) -> f64 {
+        match self {
+            DriveShare::End => 1.0,
+            DriveShare::Tilted(tilt) => x * (1.0 + tilt * (1.0 - x)),
+            DriveShare::Decaying(length) => (1.0 - libm::exp(-x / length)) / (1.0 - libm::exp(-1.0 / length)),
         }
     }
 }
@@ -61,10 +126,12 @@ pub struct LengthLawParameters {
     pub mu_d: f64,
     /// Tilt of the normal load.
     pub theta: f64,
-    /// Amplitude of the initial shear.
+    /// Amplitude of the initial shear, that of Poisson's expansion included.
     pub beta: f64,
     /// Screening length over slider length, `l_0 / L`.
     pub screening: f64,
+    /// Where the drive acts.
+    pub drive: DriveShare,
 }
 
 impl LengthLawParameters {
@@ -75,8 +142,9 @@ impl LengthLawParameters {
             mu_s: plan.friction.static_coefficient,
             mu_d: plan.friction.dynamic_coefficient,
             theta: scenario.normal_load.tilt,
-            beta: scenario.initial_shear.beta,
+            beta: initial::beta(scenario),
             screening: plan.screening_length_m() / plan.length_m,
+            drive: DriveShare::of(scenario),
         }
     }
 }
@@ -84,6 +152,30 @@ impl LengthLawParameters {
 /// `mu_k x (1 + theta (1 - x))` (5.22).
 pub fn tilted_load_ratio(mu_d: f64, theta: f64, x: f64) -> f64 {
     mu_d * x * (1.0 + theta * (1.0 - x))
+}
+
+/// `mu_k P(x) / D(x)`, with the shares `P` of the normal load and `D` of the driving
+/// force on the first `x` of the slider.
+///
+/// What has slid carries sliding friction, and what is still stuck holds the part of
+/// the drive that acts on it, so the drive behind the front balances the friction
+/// there. A drive at the end alone gives (5.22) and (5.57); an even drive and load
+/// give `mu_k` at every length: nothing stops a front. Screening (5.39), initial
+/// shear and the relief of driving springs by slip are left out.
+pub fn balance_load_ratio(parameters: &LengthLawParameters, x: f64) -> f64 {
+    // The limit of small x, where both shares vanish.
+    let x = x.max(1e-9);
+    tilted_load_ratio(parameters.mu_d, parameters.theta, x) / parameters.drive.behind(x)
+}
+
+/// `F_T / F_N` at which the first block of an evenly loaded slider detaches under a
+/// top drive that falls off over `decay_length_m` from it:
+/// `mu_s (d + l0) / L (1 - exp(-L / d))`.
+///
+/// From `kt u - k a^2 u'' = K_n V t` with a free end at `x = 0` and `l0` as in (5.39),
+/// for a slider much longer than `l0`.
+pub fn decaying_drive_onset(mu_s: f64, decay_length_m: f64, screening_length_m: f64, length_m: f64) -> f64 {
+    mu_s * (decay_length_m + screening_length_m) / length_m * (1.0 - libm::exp(-length_m / decay_length_m))
 }
 
 /// (5.52): sliding friction behind the tip, a decay from `alpha p` with
@@ -158,8 +250,14 @@ pub fn mode_shape(mode: u32, blocks: u32) -> f64 {
 mod tests {
     use super::*;
 
-    const DEFAULT: LengthLawParameters =
-        LengthLawParameters { mu_s: 0.7, mu_d: 0.45, theta: 0.0, beta: 0.0, screening: 1.0 / 99.0 };
+    const DEFAULT: LengthLawParameters = LengthLawParameters {
+        mu_s: 0.7,
+        mu_d: 0.45,
+        theta: 0.0,
+        beta: 0.0,
+        screening: 1.0 / 99.0,
+        drive: DriveShare::End,
+    };
 
     /// (5.48) with its missing parentheses, integrated by Simpson's rule.
     fn integrated(p: &LengthLawParameters, lp: f64) -> f64 {
@@ -196,6 +294,33 @@ mod tests {
         for law in [LengthLaw::Tilted, LengthLaw::InitialShear, LengthLaw::Linear] {
             assert!((law.load_ratio(&p, 1.0) - 0.45).abs() < 1e-15, "{law:?}");
         }
+    }
+
+    #[test]
+    fn the_balance_is_the_known_laws_for_a_drive_at_the_end_and_flat_for_an_even_one() {
+        for theta in [-0.8333, 0.0, 0.5] {
+            let p = LengthLawParameters { theta, ..DEFAULT };
+            for x in [0.1, 0.5, 1.0] {
+                let tilted = tilted_load_ratio(0.45, theta, x);
+                assert!((balance_load_ratio(&p, x) - tilted).abs() < 1e-15);
+                // A drive that falls as the load does feeds every length alike.
+                let top = LengthLawParameters { drive: DriveShare::Tilted(theta), ..p };
+                assert!((balance_load_ratio(&top, x) - 0.45).abs() < 1e-14);
+            }
+        }
+        let at = |length: f64, x: f64| {
+            balance_load_ratio(&LengthLawParameters { drive: DriveShare::Decaying(length), ..DEFAULT }, x)
+        };
+        // Short decay: a drive at the end. Long decay: an even one.
+        assert!((at(1e-3, 0.3) - 0.135).abs() < 1e-12 && (at(1e4, 0.3) - 0.45).abs() < 1e-4);
+        assert!((at(0.2, 1.0) - 0.45).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_decaying_drive_detaches_block_1_where_worked_out_by_hand() {
+        // 0.7 * 0.11 * (1 - e^-10), and the even drive's 0.7 for a very long decay.
+        assert!((decaying_drive_onset(0.7, 0.01, 0.001, 0.1) - 0.076_996_504_2).abs() < 1e-9);
+        assert!((decaying_drive_onset(0.7, 1e3, 0.001, 0.1) - 0.7).abs() < 1e-4);
     }
 
     #[test]

@@ -44,4 +44,12 @@ scenarios![
     "unload-400-beta-0225",
     "unload-comparison",
     "damping-event",
+    "top-driven",
+    "left-right-driven",
+    "unloading",
+    "unloading-ageing",
+    "unloading-poisson",
+    "unloading-desired-load",
+    "unloading-top-driven",
+    "unloading-top-driven-poisson",
 ];

@@ -27,8 +27,7 @@ pub(crate) fn state(
     let blocks = normal_load_n.len();
     let k = springs.stiffness_n_per_m;
     let shear = &scenario.initial_shear;
-    let beta = shear.beta + poisson_beta(scenario);
-    let mut tau0 = shear_profile(beta, normal_load_n, springs.spacing_m);
+    let mut tau0 = shear_profile(beta(scenario), normal_load_n, springs.spacing_m);
     for ((tau, ratio), p) in tau0.iter_mut().zip(&shear.profile).zip(normal_load_n) {
         *tau += ratio * p;
     }
@@ -62,6 +61,11 @@ pub(crate) fn state(
         })
         .collect();
     InitialState { step: 0, displacement_m: u, velocity_m_per_s, stick_position_m }
+}
+
+/// The amplitude of (5.50), from both its sources.
+pub(crate) fn beta(scenario: &Scenario) -> f64 {
+    scenario.initial_shear.beta + poisson_beta(scenario)
 }
 
 /// The amplitude of (5.50) that lateral expansion leaves: `4 nu L_z / L_x`.

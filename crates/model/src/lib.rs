@@ -30,5 +30,5 @@ pub mod source;
 
 pub use load::LoadCourse;
 pub use plan::{Ageing, Drive, DriveSpring, Friction, Law, Plan, Reattach, RecordingPlan, WindowPlan};
-pub use scenario::{ParameterSet, Scenario};
+pub use scenario::{DriveKind, ParameterSet, Scenario};
 pub use source::{ScenarioErrors, ScenarioSource};

@@ -75,7 +75,7 @@ impl Figure for Lengths {
             y: Axis::new("L_p/L", 0.0, 1.08),
             series: drawn,
             legend: Corner::BottomRight,
-            note: format!("marks: simulated, lines: eq. ({})", self.law.equation()),
+            note: format!("marks: simulated, lines: {}", self.law.label()),
         })))
     }
 }

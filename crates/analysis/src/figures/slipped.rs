@@ -1,0 +1,69 @@
+//! Share of the blocks that slid against the load, for events larger than all
+//! before them, wherever they began: for drives from the top and from both ends,
+//! where fronts need not start at block 1.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
+use super::{Figure, Labelled, run_names};
+use crate::measure::growing_slips;
+use crate::run_data::RunData;
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Slipped {
+    file: String,
+    #[serde(default)]
+    title: String,
+    series: Vec<Labelled>,
+}
+
+impl Figure for Slipped {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        run_names(&self.series)
+    }
+
+    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let mut series = Vec::new();
+        let mut highest: f64 = 0.0;
+        for (index, labelled) in self.series.iter().enumerate() {
+            let run = labelled.find(runs)?;
+            let (marker, _, color) = nth(index);
+            let points = growing_slips(run);
+            highest = points.iter().fold(highest, |highest, (load, _)| highest.max(*load));
+            series.push(Series { label: labelled.label.clone(), points, look: Look::Marks(marker, color) });
+        }
+        if let Some(first) = self.series.first() {
+            let mu_d = first.find(runs)?.plan.friction.dynamic_coefficient;
+            let line = Series {
+                label: "F_T/F_N = μ_d × share".to_owned(),
+                points: vec![(0.0, 0.0), (mu_d, 1.0)],
+                look: Look::Line(Dash::Dashed, GREY),
+            };
+            highest = highest.max(mu_d);
+            series.insert(0, line);
+        }
+        // In whichever corner hides fewer marks.
+        let marks = |corner: &dyn Fn(f64, f64) -> bool| {
+            let points = series.iter().skip(1).flat_map(|series| &series.points);
+            points.filter(|(load, share)| corner(load / highest, *share)).count()
+        };
+        let upper = marks(&|load, share| load < 0.5 && share > 0.6);
+        let lower = marks(&|load, share| load > 0.5 && share < 0.5);
+        let legend = if upper < lower { Corner::TopLeft } else { Corner::BottomRight };
+        Ok(Sheet::Single(Box::new(Panel {
+            title: self.title.clone(),
+            x: Axis::new("F_T/F_N", 0.0, highest * 1.06),
+            y: Axis::new("share of blocks that slid", 0.0, 1.08),
+            series,
+            legend,
+            note: String::new(),
+        })))
+    }
+}

@@ -1,0 +1,101 @@
+//! `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants, with the
+//! normal load of the instant.
+
+use std::collections::BTreeMap;
+
+use asperity_record::FieldRecord;
+use serde::Deserialize;
+
+use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet};
+use super::{Figure, find};
+use crate::measure::{pull_ratio, record_at};
+use crate::run_data::RunData;
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Stress {
+    file: String,
+    run: String,
+    /// One panel per instant; the recorded state nearest to it is shown.
+    at_s: Vec<f64>,
+}
+
+impl Figure for Stress {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        vec![&self.run]
+    }
+
+    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let run = find(runs, &self.run)?;
+        let mut panels = Vec::new();
+        for at_s in &self.at_s {
+            let distance = |fields: &&FieldRecord| (fields.time_s - at_s).abs();
+            let fields = run.fields.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            let fields =
+                fields.ok_or_else(|| format!("run {} has no fields to show at {at_s} s", run.name))?;
+            panels.push(panel(run, fields)?);
+        }
+        Ok(if panels.len() == 1 { Sheet::Single(Box::new(panels.remove(0))) } else { Sheet::Grid(panels) })
+    }
+}
+
+fn panel(run: &RunData, fields: &FieldRecord) -> Result<Panel, String> {
+    let record =
+        record_at(run, fields.step).ok_or_else(|| format!("run {} has no step records", run.name))?;
+    let course = record.normal_load_n / run.plan.total_normal_load_n;
+    let along = |values: &[f64], factor: f64| -> Vec<(f64, f64)> {
+        let position_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
+        values.iter().enumerate().map(|(n, value)| (position_mm(n), factor * value)).collect()
+    };
+    let friction = &run.plan.friction;
+    let curves = [
+        along(&friction.static_threshold_n, course),
+        along(&friction.dynamic_friction_n, course),
+        along(&fields.tangential_force_n, 1.0),
+    ];
+    // Where blocks slip backwards as well, thresholds lie on both sides.
+    let backwards = fields.tangential_force_n.iter().fold(0.0f64, |low, tau| low.min(*tau));
+    let mirrored = -backwards > 0.5 * friction.dynamic_friction_n[0] * course;
+    let values = || curves.iter().flatten().map(|(_, force)| *force);
+    let (lowest, highest) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
+    let lowest = if mirrored { lowest.min(-highest) } else { lowest };
+    let [threshold, sliding, tau] = curves;
+    let below = |points: &[(f64, f64)]| points.iter().map(|(x, force)| (*x, -force)).collect();
+    let mut series = Vec::new();
+    for (label, points, look) in [
+        ("μ_s p_n", threshold, Look::Line(Dash::Dashed, BLUE)),
+        ("μ_d p_n", sliding, Look::Line(Dash::DotDashed, RED)),
+    ] {
+        if mirrored {
+            series.push(Series { label: String::new(), points: below(&points), look });
+        }
+        series.push(Series {
+            label: if mirrored { format!("±{label}") } else { label.to_owned() },
+            points,
+            look,
+        });
+    }
+    series.push(Series { label: "τ_n".to_owned(), points: tau, look: Look::Line(Dash::Solid, INK) });
+    Ok(Panel {
+        title: format!(
+            "t = {:.3} s, F_N = {:.1} N, F_T/F_N = {:.3}{}",
+            fields.time_s,
+            record.normal_load_n,
+            pull_ratio(record),
+            if record.end_forces_n.is_some() { ", both ends added" } else { "" }
+        ),
+        x: Axis::new("x (mm)", 0.0, run.plan.length_m * 1e3),
+        y: Axis::new(
+            "force per block (N)",
+            lowest - 0.08 * (highest - lowest),
+            highest + 0.42 * (highest - lowest),
+        ),
+        series,
+        legend: Corner::TopRight,
+        note: String::new(),
+    })
+}

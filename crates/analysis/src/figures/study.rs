@@ -1,0 +1,102 @@
+//! One number per run against a parameter that the runs differ in.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
+use super::{Figure, find};
+use crate::measure::Measure;
+use crate::run_data::RunData;
+use crate::study::parameter;
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StudyFigure {
+    file: String,
+    /// The scenario key that the runs differ in, and what the axis calls it.
+    parameter: String,
+    parameter_label: String,
+    /// What is measured, and what the axis calls it.
+    measure: Measure,
+    measure_label: String,
+    /// Whether the parameter's axis is logarithmic, with a label at every decade.
+    #[serde(default)]
+    logarithmic: bool,
+    /// What the parameter is multiplied by for the axis, as 1000 for millimetres.
+    #[serde(default = "one")]
+    parameter_factor: f64,
+    series: Vec<Runs>,
+}
+
+/// Runs that belong together, and what the legend calls them.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Runs {
+    label: String,
+    runs: Vec<String>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl Figure for StudyFigure {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        self.series.iter().flat_map(|series| series.runs.iter().map(String::as_str)).collect()
+    }
+
+    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let mut drawn = Vec::new();
+        for (index, series) in self.series.iter().enumerate() {
+            let (marker, dash, color) = nth(index);
+            let mut points = Vec::new();
+            for name in &series.runs {
+                let run = find(runs, name)?;
+                let at = parameter(run, &self.parameter)? * self.parameter_factor;
+                if self.logarithmic && at <= 0.0 {
+                    return Err(format!(
+                        "{} of run {name} is {at}: no place on a logarithmic axis",
+                        self.parameter
+                    ));
+                }
+                let at = if self.logarithmic { at.log10() } else { at };
+                // A run without such a number leaves a gap.
+                points.extend(self.measure.of(run, None).map(|value| (at, value)));
+            }
+            let line = Look::Line(dash, color);
+            drawn.push(Series { label: series.label.clone(), points: points.clone(), look: line });
+            drawn.push(Series { label: series.label.clone(), points, look: Look::Marks(marker, color) });
+        }
+        let all = || drawn.iter().flat_map(|series| series.points.iter().copied());
+        if all().next().is_none() {
+            return Err(format!("no run has a {:?}", self.measure));
+        }
+        let range = |values: &dyn Fn((f64, f64)) -> f64| {
+            all()
+                .map(values)
+                .fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)))
+        };
+        let (left, right) = range(&|point| point.0);
+        let (bottom, top) = range(&|point| point.1);
+        let margin = 0.06 * (right - left).max(1e-9);
+        let x = if self.logarithmic {
+            Axis::decades(&self.parameter_label, (left - margin).floor(), (right + margin).ceil())
+        } else {
+            Axis::new(&self.parameter_label, left - margin, right + margin)
+        };
+        let height = (top - bottom.min(0.0)).max(1e-9);
+        Ok(Sheet::Single(Box::new(Panel {
+            title: String::new(),
+            x,
+            y: Axis::new(&self.measure_label, bottom.min(0.0), top + 0.3 * height),
+            series: drawn,
+            legend: Corner::TopRight,
+            note: String::new(),
+        })))
+    }
+}

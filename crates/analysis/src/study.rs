@@ -1,0 +1,114 @@
+//! Single numbers of several runs against a parameter that they differ in.
+
+use std::collections::BTreeMap;
+
+use polars::prelude::{Column, DataFrame, NamedFrom, Series};
+use serde::Deserialize;
+
+use crate::AnalysisError;
+use crate::claims::measure_name;
+use crate::measure::Measure;
+use crate::run_data::RunData;
+
+/// A table with one row per run, as the pipeline has it.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Study {
+    /// Its name, for the file.
+    pub name: String,
+    /// The scenario key that the runs differ in.
+    pub parameter: String,
+    /// The runs, in the order of the rows.
+    pub runs: Vec<String>,
+    /// What to measure.
+    pub measures: Vec<Measure>,
+}
+
+impl Study {
+    /// The table: run, parameter set, time step, parameter, measures.
+    ///
+    /// # Errors
+    /// If a run has no such parameter, or polars refuses.
+    pub fn table(&self, runs: &BTreeMap<String, RunData>) -> Result<DataFrame, AnalysisError> {
+        let members: Vec<&RunData> = self.runs.iter().map(|name| &runs[name]).collect();
+        let values = members
+            .iter()
+            .map(|run| {
+                parameter(run, &self.parameter).map_err(|problem| AnalysisError::Run {
+                    run: run.name.clone(),
+                    problem: format!("study {}: {problem}", self.name),
+                })
+            })
+            .collect::<Result<Vec<f64>, AnalysisError>>()?;
+        let texts = |name: &str, value: &dyn Fn(&RunData) -> String| -> Column {
+            Series::new(name.into(), members.iter().map(|run| value(run)).collect::<Vec<String>>()).into()
+        };
+        let mut columns = vec![
+            texts("run", &|run| run.name.clone()),
+            texts("parameter_set", &|run| run.header.parameter_set.clone()),
+            Series::new(
+                "time_step_s".into(),
+                members.iter().map(|run| run.header.time_step_s).collect::<Vec<f64>>(),
+            )
+            .into(),
+            Series::new(self.parameter.as_str().into(), values).into(),
+        ];
+        for measure in &self.measures {
+            let measured: Vec<Option<f64>> = members.iter().map(|run| measure.of(run, None)).collect();
+            columns.push(Series::new(measure_name(*measure).replace(' ', "_").into(), measured).into());
+        }
+        Ok(DataFrame::new_infer_height(columns)?)
+    }
+}
+
+/// The value of a numerical scenario key of a run; in words, if it has none.
+pub fn parameter(run: &RunData, key: &str) -> Result<f64, String> {
+    let text = run.scenario.to_commented_toml();
+    let scenario: toml::Table = toml::from_str(&text).map_err(|error| error.to_string())?;
+    let mut value = Some(&toml::Value::Table(scenario)).cloned();
+    for part in key.split('.') {
+        value = value.and_then(|value| value.get(part).cloned());
+    }
+    let number =
+        value.and_then(|value| value.as_float().or_else(|| value.as_integer().map(|count| count as f64)));
+    number.ok_or_else(|| {
+        format!("parameter {key:?} is not accepted (accepted: a scenario key that holds a number)")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::{Study, parameter};
+    use crate::precursors::tests::{EVENTS, run};
+
+    #[test]
+    fn a_study_has_a_row_per_run_and_a_column_per_measure() {
+        let runs = BTreeMap::from([("a".to_owned(), run(&EVENTS)), ("b".to_owned(), run(&[]))]);
+        let study: Study = toml::from_str(
+            "name = \"s\"\nparameter = \"slider.blocks\"\nruns = [\"b\", \"a\"]\n\
+             measures = [\"precursor-count\", \"residual-rms-5.57\"]",
+        )
+        .unwrap();
+        let table = study.table(&runs).unwrap();
+        let names: Vec<&str> = table.get_column_names().into_iter().map(|name| name.as_str()).collect();
+        assert_eq!(
+            names,
+            ["run", "parameter_set", "time_step_s", "slider.blocks", "precursor_count", "residual_linear"]
+        );
+        let counts = table.column("precursor_count").unwrap().f64().unwrap().to_vec();
+        assert_eq!(counts, [Some(0.0), Some(3.0)]);
+    }
+
+    #[test]
+    fn a_parameter_is_read_from_the_scenario_or_refused_by_name() {
+        let run = run(&EVENTS);
+        assert_eq!(parameter(&run, "slider.blocks"), Ok(3.0));
+        assert_eq!(parameter(&run, "drive.decay_length_m"), Ok(0.0));
+        assert_eq!(
+            parameter(&run, "drive.kind").unwrap_err(),
+            "parameter \"drive.kind\" is not accepted (accepted: a scenario key that holds a number)"
+        );
+    }
+}

@@ -17,7 +17,7 @@ use asperity_record::Record;
 
 use crate::recorder::Recorder;
 use crate::state::{ChainState, aged_threshold_n};
-use crate::sweep::{Blocks, Constants, Steps, Sweeps, comes_to_rest, stops};
+use crate::sweep::{After, Blocks, Constants, Steps, Sweeps};
 use crate::{Counters, SimulationError, Solver, SolverKind};
 
 /// The solver that takes every step.
@@ -46,6 +46,8 @@ pub struct Plain {
     threshold_n: Vec<f64>,
     sliding_friction_n: Vec<f64>,
     load_factor: f64,
+    /// The blocks that may switch, as bits.
+    marks: Vec<u64>,
     /// The blocks that switched in the last step, counted from 0, ascending.
     switched: Vec<usize>,
     counters: Counters,
@@ -95,6 +97,7 @@ impl Plain {
             threshold_n: plan.friction.static_threshold_n.clone(),
             sliding_friction_n: plan.friction.dynamic_friction_n.clone(),
             load_factor: 1.0,
+            marks: vec![0; plan.blocks.div_ceil(64)],
             new_displacement_m: vec![0.0; plan.blocks],
             new_velocity_m_per_s: vec![0.0; plan.blocks],
             old_tangential_force_n: vec![0.0; plan.blocks],
@@ -223,48 +226,53 @@ impl Plain {
 
     /// Puts the switches of this step in force for the next.
     fn switch_blocks(&mut self) {
-        let (friction, blocks) = (&self.plan.friction, self.plan.blocks);
-        let two_way = friction.reattach == Reattach::TwoWay;
-        let state = &mut self.state;
-        // All of one length, which spares checking every index.
-        let (tau, slip) = (&state.tangential_force_n[..blocks], &mut state.slip[..blocks]);
-        let (v, new_v) = (&state.velocity_m_per_s[..blocks], &mut self.new_velocity_m_per_s[..blocks]);
-        let threshold = &self.threshold_n[..blocks];
+        let (plan, state) = (&self.plan, &mut self.state);
+        let friction = &plan.friction;
         let rigid = friction.law != Law::Springs;
-        for n in 0..blocks {
-            let slides = slip[n] != 0.0;
-            if slides {
-                let rests =
-                    if rigid { stops(v[n], new_v[n]) } else { comes_to_rest(v[n], new_v[n], two_way) };
-                if !rests {
-                    continue;
-                }
-                slip[n] = 0.0;
-                state.stick_position_m[n] = if rigid {
-                    // It stays where it was before the step that would have turned it round.
-                    new_v[n] = 0.0;
-                    state.displacement_m[n] = self.new_displacement_m[n];
-                    state.displacement_m[n]
-                } else {
-                    state.displacement_m[n] - tau[n] / friction.interfacial_stiffness_n_per_m
-                };
-                if friction.ageing.is_some() {
-                    state.stuck_since_step[n] = state.step;
-                    state.aged_threshold_n[n] = friction.static_threshold_n[n];
-                }
-                state.detached -= 1;
-                self.switched.push(n);
-            } else if tau[n].abs() >= threshold[n] {
-                if friction.ageing.is_some() {
-                    // The threshold that was known may be behind.
-                    let aged = aged_threshold_n(&self.plan, n, &state.stuck_since_step, state.step);
-                    state.aged_threshold_n[n] = aged;
-                    if tau[n].abs() < self.load_factor * aged {
-                        continue;
+        let after = After {
+            slip: &state.slip,
+            v: &state.velocity_m_per_s,
+            v_new: &self.new_velocity_m_per_s,
+            tau: &state.tangential_force_n,
+            threshold: &self.threshold_n,
+            two_way: friction.reattach == Reattach::TwoWay,
+            rigid,
+        };
+        self.sweeps.switching(&mut self.marks, &after);
+        for group in 0..self.marks.len() {
+            let mut mark = self.marks[group];
+            while mark != 0 {
+                let n = group * 64 + mark.trailing_zeros() as usize;
+                mark &= mark - 1;
+                let tau = state.tangential_force_n[n];
+                if state.slip[n] != 0.0 {
+                    state.slip[n] = 0.0;
+                    if rigid {
+                        // It stays where it was before the step that would have turned it round.
+                        self.new_velocity_m_per_s[n] = 0.0;
+                        state.displacement_m[n] = self.new_displacement_m[n];
+                        state.stick_position_m[n] = state.displacement_m[n];
+                    } else {
+                        state.stick_position_m[n] =
+                            state.displacement_m[n] - tau / friction.interfacial_stiffness_n_per_m;
                     }
+                    if friction.ageing.is_some() {
+                        state.stuck_since_step[n] = state.step;
+                        state.aged_threshold_n[n] = friction.static_threshold_n[n];
+                    }
+                    state.detached -= 1;
+                } else {
+                    if friction.ageing.is_some() {
+                        // The threshold that was known may be behind.
+                        let aged = aged_threshold_n(plan, n, &state.stuck_since_step, state.step);
+                        state.aged_threshold_n[n] = aged;
+                        if tau.abs() < self.load_factor * aged {
+                            continue;
+                        }
+                    }
+                    state.slip[n] = 1.0;
+                    state.detached += 1;
                 }
-                slip[n] = 1.0;
-                state.detached += 1;
                 self.switched.push(n);
             }
         }

@@ -100,6 +100,12 @@ impl Sweeps {
         rigid_step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
     }
 
+    dispatch! {
+        /// Sets the bit of every block that switches in a step, or may where contacts age: 64
+        /// blocks to a number.
+        switching(marks: &mut [u64], after: &After<'_>)
+    }
+
     /// The terms behind the first in a basis of polynomials of the map without forcing, so
     /// many, and the guards of all but the last.
     pub(crate) fn terms(
@@ -382,6 +388,37 @@ fn rigid_step(
         any_switch |= u64::from(switches);
     }
     any_switch != 0
+}
+
+/// A step that has been taken, but for its switches.
+pub(crate) struct After<'a> {
+    pub(crate) slip: &'a [f64],
+    /// Before the step and after it.
+    pub(crate) v: &'a [f64],
+    pub(crate) v_new: &'a [f64],
+    pub(crate) tau: &'a [f64],
+    pub(crate) threshold: &'a [f64],
+    pub(crate) two_way: bool,
+    pub(crate) rigid: bool,
+}
+
+#[inline(always)]
+fn switching(marks: &mut [u64], after: &After<'_>) {
+    let &After { slip, v, v_new, tau, threshold, two_way, rigid } = after;
+    for (group, mark) in marks.iter_mut().enumerate() {
+        let from = group * 64;
+        let to = slip.len().min(from + 64);
+        let (slip, v, v_new) = (&slip[from..to], &v[from..to], &v_new[from..to]);
+        let (tau, threshold) = (&tau[from..to], &threshold[from..to]);
+        let mut bits = 0u64;
+        for n in 0..slip.len() {
+            let slides = slip[n] != 0.0;
+            let rests = if rigid { stops(v[n], v_new[n]) } else { comes_to_rest(v[n], v_new[n], two_way) };
+            let detaches = tau[n].abs() >= threshold[n];
+            bits |= u64::from((slides & rests) | (!slides & detaches)) << n;
+        }
+        *mark = bits;
+    }
 }
 
 /// Displacements, velocities and guards of the terms of a window, `pitch` numbers apart.

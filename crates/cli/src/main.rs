@@ -7,6 +7,7 @@ mod check;
 mod detectors;
 mod events;
 mod exit;
+mod export;
 mod interrupt;
 mod progress;
 #[cfg(feature = "analysis")]
@@ -42,6 +43,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Events(arguments) => events::command(&arguments),
         Command::Check(arguments) => check::command(&arguments),
         Command::Replay(arguments) => events::replay_command(&arguments),
+        Command::Export(arguments) => export::command(&arguments),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments),
         #[cfg(feature = "analysis")]

@@ -99,9 +99,9 @@ fn export_one(run: &PathBuf, request: &Request, to: ExportFormat, board: &Board)
 fn failure(error: ExportError) -> Failure {
     match error {
         ExportError::UnknownTopic { .. } | ExportError::EmptyRange { .. } => Failure::bad_input(error),
-        ExportError::Exists(_) => {
-            Failure::BadInput(format!("{error}; nothing was written (accepted: another folder, or --replace)"))
-        }
+        ExportError::Exists(_) => Failure::BadInput(format!(
+            "{error}; nothing of this run was written (accepted: another folder, or --replace)"
+        )),
         ExportError::Log(_) | ExportError::Write { .. } => Failure::failed(error),
     }
 }

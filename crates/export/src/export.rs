@@ -57,14 +57,16 @@ pub enum ExportError {
         accepted: String,
     },
     /// No time lies between the bounds.
-    #[error("no time is from {from_s} s on and before {to_s} s (accepted: from 0 or more, to more than that)")]
+    #[error(
+        "no time is from {from_s} s on and before {to_s} s (accepted: from 0 or more, to more than that)"
+    )]
     EmptyRange {
         /// The lower bound.
         from_s: f64,
         /// The upper bound.
         to_s: f64,
     },
-    /// The name of a file is taken; nothing was written.
+    /// The name of a file is taken; none has been written.
     #[error("{} exists already", .0.display())]
     Exists(PathBuf),
     /// A file cannot be written.
@@ -306,7 +308,10 @@ impl<'a> Export<'a> {
     /// Writes the rows of those tables that have so many.
     fn flush(&mut self, rows: usize) -> Result<(), ExportError> {
         let format = self.format;
-        self.tables.iter_mut().filter(|table| table.batch.rows() >= rows).try_for_each(|table| table.flush(format))
+        self.tables
+            .iter_mut()
+            .filter(|table| table.batch.rows() >= rows)
+            .try_for_each(|table| table.flush(format))
     }
 
     fn finish(&mut self, ran: &Ran) -> Result<Vec<(PathBuf, Option<u64>)>, ExportError> {
@@ -331,8 +336,8 @@ impl<'a> Export<'a> {
             to_s: about.to_s,
             tables: self.tables.iter().map(TableEntry::of).collect(),
         };
-        let manifest = serde_json::to_string_pretty(&manifest)
-            .expect("texts and finite numbers can always be JSON");
+        let manifest =
+            serde_json::to_string_pretty(&manifest).expect("texts and finite numbers can always be JSON");
         for table in &mut self.tables {
             if let Some(writer) = table.writer.take() {
                 let path = &table.path;
@@ -341,7 +346,8 @@ impl<'a> Export<'a> {
             }
         }
         let manifest_path = self.manifest_path();
-        write_whole(&partial(&manifest_path), &manifest).map_err(|error| write_error(&manifest_path, error))?;
+        write_whole(&partial(&manifest_path), &manifest)
+            .map_err(|error| write_error(&manifest_path, error))?;
         let mut files: Vec<(PathBuf, Option<u64>)> =
             self.tables.iter().map(|table| (table.path.clone(), Some(table.rows))).collect();
         files.push((manifest_path, None));
@@ -443,7 +449,10 @@ impl TableEntry {
             file: table.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             topic: table.layout.topic,
             rows: table.rows,
-            columns: columns.iter().map(|column| ColumnEntry { name: column.name, unit: column.unit }).collect(),
+            columns: columns
+                .iter()
+                .map(|column| ColumnEntry { name: column.name, unit: column.unit })
+                .collect(),
         }
     }
 }
@@ -468,7 +477,8 @@ mod tests {
 
     #[test]
     fn only_what_is_asked_for_is_decoded() {
-        let topics = |names: &[&str]| wanted(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
+        let topics =
+            |names: &[&str]| wanted(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
         assert!(topics(&[]).steps && topics(&[]).fields && topics(&[]).windows && topics(&[]).events);
         assert!(topics(&["/fields"]).steps && topics(&["/fields"]).fields && !topics(&["/switch"]).fields);
         assert!(topics(&["/events/slip"]).events && !topics(&["/events/slip"]).windows);

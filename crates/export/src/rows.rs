@@ -1,6 +1,8 @@
 //! Records and events as rows, with the doubles of the log as they are.
 
-use asperity_record::{Direction, FieldRecord, GlobalSlip, Onset, SlipEvent, StepRecord, Switch, WindowRecord};
+use asperity_record::{
+    Direction, FieldRecord, GlobalSlip, Onset, SlipEvent, StepRecord, Switch, WindowRecord,
+};
 
 use crate::batch::{Batch, Cell};
 

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use binary::{succeed, text};
-use clients::{Python, find, said, script};
+use clients::{Python, file, find, said};
 use serde_json::{Map, Value, json};
 
 /// A range of time in which the small run has several messages of both topics, s
@@ -37,7 +37,7 @@ impl Node {
 
     fn read_log(&self, log: &Path, from_ns: &str, to_ns: &str) -> Output {
         Command::new("node")
-            .arg(script("node/read_log.cjs"))
+            .arg(file("tests/clients/node/read_log.cjs"))
             .args([text(&self.0), text(log), from_ns, to_ns])
             .output()
             .expect("node starts")
@@ -59,8 +59,8 @@ struct Logs {
 impl Logs {
     fn make() -> Logs {
         let folder = folder();
-        let file = |name: &str| folder.path().join(name);
-        let (whole, cut, flipped) = (file("run.mcap"), file("cut.mcap"), file("flipped.mcap"));
+        let log = |name: &str| folder.path().join(name);
+        let (whole, cut, flipped) = (log("run.mcap"), log("cut.mcap"), log("flipped.mcap"));
         small::run(&whole);
         let mut bytes = fs::read(&whole).expect("the log can be read");
         fs::write(&cut, &bytes[..bytes.len() / 2]).expect("the folder can be written");
@@ -153,7 +153,8 @@ fn python_reads_logs_and_tables() {
     let logs = Logs::make();
     let tables = logs.folder.path().join("tables");
     succeed(&["reduce", text(&logs.whole), "--out", text(&tables)]);
-    let output = python.run(&[text(&script("check.py")), text(&logs.whole), text(&tables)]);
+    let output =
+        python.program("python", &[text(&file("tests/clients/check.py")), text(&logs.whole), text(&tables)]);
     assert!(output.status.success(), "{}", said(&output));
 }
 
@@ -161,7 +162,10 @@ fn python_reads_logs_and_tables() {
 fn mcap_reads_by_topic_and_time() {
     let Some(python) = Python::find() else { return };
     let logs = Logs::make();
-    let read = |log: &Path| python.run(&[text(&script("read_log.py")), text(log), SLICE[0].1, SLICE[1].1]);
+    let read = |log: &Path| {
+        python
+            .program("python", &[text(&file("tests/clients/read_log.py")), text(log), SLICE[0].1, SLICE[1].1])
+    };
     let output = read(&logs.whole);
     assert!(output.status.success(), "{}", said(&output));
     assert_read(&parsed(&output), &logs.whole);
@@ -279,13 +283,13 @@ fn rerun_checks_and_converts() {
 fn data_frames_read_what_is_exported_to_the_bit() {
     let Some(python) = Python::find() else { return };
     let logs = Logs::make();
-    let mut arguments = vec![script("exported.py"), logs.whole.clone()];
+    let mut arguments = vec![file("tests/clients/exported.py"), logs.whole.clone()];
     for format in ["parquet", "csv", "ndjson"] {
         let out = logs.folder.path().join(format);
         succeed(&["export", text(&logs.whole), "--to", format, "--out", text(&out)]);
         arguments.push(out);
     }
-    let output = python.run(&arguments.iter().map(|path| text(path)).collect::<Vec<_>>());
+    let output = python.program("python", &arguments.iter().map(|path| text(path)).collect::<Vec<_>>());
     assert!(output.status.success(), "{}", said(&output));
 }
 
@@ -328,7 +332,9 @@ fn clients_read_what_a_killed_run_has_left() {
         assert_streamed(&node.read_log(&killed, "0", "1"));
     }
     let Some(python) = python else { return };
-    assert_streamed(&python.run(&[text(&script("read_log.py")), text(&killed), "0", "1"]));
+    assert_streamed(
+        &python.program("python", &[text(&file("tests/clients/read_log.py")), text(&killed), "0", "1"]),
+    );
 
     // These say that something is wrong ...
     let rerun = |arguments: &[&str]| python.program("rerun", arguments);
@@ -380,7 +386,7 @@ fn clients_that_give_metadata_tell_an_interrupted_run() {
         assert_eq!(parsed(&output)["status"], "interrupted", "{}", said(&output));
     }
     let Some(python) = python else { return };
-    let output = python.run(&[text(&script("read_log.py")), text(&log), "0", "1"]);
+    let output = python.program("python", &[text(&file("tests/clients/read_log.py")), text(&log), "0", "1"]);
     assert_eq!(parsed(&output)["status"], "interrupted", "{}", said(&output));
     let metadata = python.program("pymcap-cli", &["get", "metadata", text(&log), "--name", "run_end"]);
     assert!(said(&metadata).contains("interrupted"), "{}", said(&metadata));

@@ -19,9 +19,9 @@ pub(crate) fn find(variable: &str, name: &str) -> Option<PathBuf> {
     None
 }
 
-/// A script of the folder `tests/clients`.
-pub(crate) fn script(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/clients").join(name)
+/// A file of this repository.
+pub(crate) fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name)
 }
 
 /// What a program said and how it ended.
@@ -32,7 +32,7 @@ pub(crate) fn said(output: &Output) -> String {
 
 /// The environment of Python with the clients.
 pub(crate) struct Python {
-    interpreter: PathBuf,
+    pub(crate) interpreter: PathBuf,
     /// Settings of the clients go here: the user's are none of our business.
     home: tempfile::TempDir,
 }
@@ -48,19 +48,14 @@ impl Python {
         Some(python)
     }
 
-    /// Runs the interpreter.
-    pub(crate) fn run(&self, arguments: &[&str]) -> Output {
-        self.command(&self.interpreter).args(arguments).output().expect("the interpreter starts")
-    }
-
-    /// Runs a program that came with a package.
+    /// Runs a program of this environment, such as `python`, or one that came with a package.
     pub(crate) fn program(&self, name: &str, arguments: &[&str]) -> Output {
         let path = self.interpreter.with_file_name(name);
         self.command(&path).args(arguments).output().expect("the program starts")
     }
 
     /// A program of this environment that keeps its settings to itself.
-    fn command(&self, program: &Path) -> Command {
+    pub(crate) fn command(&self, program: &Path) -> Command {
         let mut command = Command::new(program);
         for (variable, folder) in
             [("XDG_CONFIG_HOME", "config"), ("XDG_DATA_HOME", "data"), ("XDG_CACHE_HOME", "cache")]

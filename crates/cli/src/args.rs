@@ -77,11 +77,17 @@ pub(crate) struct ScenarioChoice {
 #[command(after_help = "\
 Examples:
   asperity run default --out default.mcap
-  asperity run mine.toml --out mine.mcap --set time.duration_s=0.5 --set normal_load.tilt=-0.5")]
+  asperity run mine.toml --out mine.mcap --set time.duration_s=0.5 --set normal_load.tilt=-0.5
+  asperity run long.toml --out long.mcap --resume
+
+Until it is whole the log stands at RUN.mcap.partial. About once a second it takes down the solver's whole state, and with
+--resume a run that was killed, or ran out of disk, goes on from the last one; it ends with the same records and events as
+one that was never interrupted. With --resume, a run that is whole already is left as it is, and one that was never begun is
+begun, so that a batch job can be given the same line again and again.")]
 pub(crate) struct RunArguments {
     #[command(flatten)]
     pub(crate) choice: ScenarioChoice,
-    /// The log to write; must not exist.
+    /// The log to write; must not exist, but for --resume.
     #[arg(long, value_name = "RUN.mcap")]
     pub(crate) out: PathBuf,
     /// Which solver takes the steps; both give the same events.
@@ -90,6 +96,12 @@ pub(crate) struct RunArguments {
     /// Say on stderr what the run was made of.
     #[arg(long)]
     pub(crate) stats: bool,
+    /// Go on with the run that RUN.mcap.partial is of; begin it if there is none.
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Least time of work between two states that are taken down to go on from, s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0)]
+    pub(crate) checkpoint_s: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

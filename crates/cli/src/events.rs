@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use asperity_record::{Event, EventPayload, SlipEvent};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
-use asperity_stream::{Item, StreamError};
+use asperity_stream::{Given, Item, StreamError};
 
 use crate::args::{EventsArguments, ReplayArguments, TableFormat};
 use crate::at_once::at_once;
@@ -120,7 +120,7 @@ fn replay(path: &Path) -> Result<Vec<Event>, LogError> {
     let outcome = asperity_stream::run(
         || {
             Ok(reader.next_item()?.map(|item| match item {
-                LogItem::Record(record) => record,
+                LogItem::Record(record) => Given::Record(record),
                 LogItem::Event(_) => unreachable!("only step records were asked for"),
             }))
         },

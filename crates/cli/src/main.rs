@@ -11,6 +11,7 @@ mod interrupt;
 mod progress;
 #[cfg(feature = "analysis")]
 mod reproduce;
+mod resume;
 mod run;
 mod scenario;
 #[cfg(feature = "analysis")]

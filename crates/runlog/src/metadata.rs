@@ -64,6 +64,11 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
     .into()
 }
 
+/// The version of the format that a log is written in.
+pub(crate) fn version(run: &BTreeMap<String, String>) -> Result<u32, MetadataError> {
+    Reader { record: RUN, map: run }.parse("record_schema_version", "a whole number")
+}
+
 pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeader, MetadataError> {
     let map = Reader { record: RUN, map };
     let header = RunHeader {
@@ -88,13 +93,15 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
     Ok(header)
 }
 
-const STATUSES: [RunStatus; 3] = [RunStatus::Complete, RunStatus::LoadNotReached, RunStatus::Interrupted];
+const STATUSES: [RunStatus; 4] =
+    [RunStatus::Complete, RunStatus::LoadNotReached, RunStatus::Interrupted, RunStatus::Salvaged];
 
 fn status_word(status: RunStatus) -> &'static str {
     match status {
         RunStatus::Complete => "complete",
         RunStatus::LoadNotReached => "load-not-reached",
         RunStatus::Interrupted => "interrupted",
+        RunStatus::Salvaged => "salvaged",
     }
 }
 
@@ -119,8 +126,9 @@ pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, Met
     let reader = Reader { record: RUN_END, map };
     let word = reader.text("status")?;
     let status = STATUSES.into_iter().find(|status| status_word(*status) == word);
-    let status = status
-        .ok_or_else(|| reader.invalid("status", "\"complete\", \"load-not-reached\" or \"interrupted\""))?;
+    let status = status.ok_or_else(|| {
+        reader.invalid("status", "\"complete\", \"load-not-reached\", \"interrupted\" or \"salvaged\"")
+    })?;
     let counts_of = |prefix: &str| {
         map.iter()
             .filter_map(|(key, value)| Some((key, key.strip_prefix(prefix)?, value)))

@@ -15,7 +15,8 @@ use serde::de::DeserializeOwned;
 
 use crate::messages::{EVENTS, FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
 use crate::metadata::{self, MetadataError, RUN, RUN_END};
-use crate::write::digest_message;
+use crate::versions;
+use crate::write::{CHECKPOINT, SCENARIO, digest_message};
 
 /// No record of ours comes near this; a length beyond it is damage, and must
 /// not be allocated.
@@ -46,8 +47,10 @@ pub enum LogProblem {
     /// Not a run log of ours.
     #[error("no metadata `{RUN}` before the first message: not a run log of asperity")]
     NoHeader,
-    /// Written by a later version.
-    #[error("written with record schema {0}; this program reads version {RECORD_SCHEMA_VERSION}")]
+    /// Written by a later version, or by none.
+    #[error(
+        "written with version {0} of the format; this program reads versions 1 to {RECORD_SCHEMA_VERSION}: a newer one is needed"
+    )]
     Version(u32),
     /// A message that is not what its topic promises.
     #[error("message {sequence} of {topic} cannot be read: {error}")]
@@ -138,6 +141,10 @@ impl Topics {
     pub const ALL: Topics = Topics { steps: true, fields: true, windows: true, events: true };
     /// What detectors see.
     pub const STEPS: Topics = Topics { steps: true, fields: false, windows: false, events: false };
+    /// Nothing: only whether the log is sound, and its last checkpoint.
+    pub const NONE: Topics = Topics { steps: false, fields: false, windows: false, events: false };
+    /// What a solver gave.
+    pub const RECORDS: Topics = Topics { steps: true, fields: true, windows: true, events: false };
     /// What detectors emitted.
     pub const EVENTS: Topics = Topics { steps: false, fields: false, windows: false, events: true };
 }
@@ -160,6 +167,7 @@ pub struct RunReader {
     channels: BTreeMap<u16, String>,
     header: Option<RunHeader>,
     scenario_toml: String,
+    checkpoint: Option<String>,
     end: Option<RunEnd>,
     /// A step record whose switches are still being read, and how many it promises.
     open_step: Option<(StepRecord, u32)>,
@@ -194,6 +202,7 @@ impl RunReader {
             channels: BTreeMap::new(),
             header: None,
             scenario_toml: String::new(),
+            checkpoint: None,
             end: None,
             open_step: None,
             detached: Vec::new(),
@@ -223,6 +232,12 @@ impl RunReader {
     /// The resolved scenario, as TOML.
     pub fn scenario_toml(&self) -> &str {
         &self.scenario_toml
+    }
+
+    /// The state of the last checkpoint in what has been read, as JSON; whatever it needs of
+    /// the log stands before it.
+    pub fn checkpoint(&self) -> Option<&str> {
+        self.checkpoint.as_deref()
     }
 
     /// How the run ended; known once [`RunReader::next_item`] has given `None`.
@@ -284,18 +299,20 @@ impl RunReader {
                 if self.header.is_some() {
                     return Err(LogProblem::Misplaced("there are two metadata `run`"));
                 }
+                versions::check(&metadata.metadata)?;
                 let header = metadata::header_from_map(&metadata.metadata)?;
-                if header.record_schema_version != RECORD_SCHEMA_VERSION {
-                    return Err(LogProblem::Version(header.record_schema_version));
-                }
                 self.detached = vec![false; header.blocks as usize];
                 self.header = Some(header);
             }
             Raw::Metadata(metadata) if metadata.name == RUN_END => {
                 self.end = Some(metadata::end_from_map(&metadata.metadata)?);
             }
-            Raw::Attachment { header, data, .. } if header.name == "scenario.toml" => {
+            Raw::Attachment { header, data, .. } if header.name == SCENARIO => {
                 self.scenario_toml = String::from_utf8_lossy(&data).into_owned();
+            }
+            Raw::Attachment { header, data, .. } if header.name == CHECKPOINT => {
+                self.close_step()?;
+                self.checkpoint = Some(String::from_utf8_lossy(&data).into_owned());
             }
             // Channels come once before the messages and again in the summary.
             Raw::Channel(channel) => {

@@ -38,6 +38,8 @@ pub(crate) enum Command {
     Events(EventsArguments),
     /// Say whether run logs are whole, incomplete or damaged, and up to where they are sound.
     Check(CheckArguments),
+    /// Put together what is left of a damaged log.
+    Salvage(SalvageArguments),
     /// Send the records of a run through the detectors again and compare.
     Replay(ReplayArguments),
     /// Make tables and figures of one run.
@@ -157,6 +159,25 @@ pub(crate) struct CheckArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
     pub(crate) runs: Vec<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity salvage damaged.mcap --out salvaged.mcap
+  asperity check salvaged.mcap
+
+Keeps every record that something vouches for, before and behind the damage: chunks and attachments by their checksums, the
+header by the scenario, each message by its schema, each step by having all its switches. Says what was lost: bytes, messages
+of each topic, steps. The new log has the status `salvaged`, so no command takes it for whole. An unfinished log of a run is
+better gone on with (asperity run --resume), and a run whose scenario is known better made again.")]
+pub(crate) struct SalvageArguments {
+    /// The damaged log.
+    #[arg(value_name = "DAMAGED.mcap")]
+    pub(crate) run: PathBuf,
+    /// The log to write; must not exist.
+    #[arg(long, value_name = "RUN.mcap")]
+    pub(crate) out: PathBuf,
 }
 
 #[derive(Debug, Args)]

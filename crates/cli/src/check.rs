@@ -103,6 +103,10 @@ impl Seen {
         let mut detectors = detectors::all(&header);
         let mut held = Some(Held::default());
         while let Some(item) = reader.next_item()? {
+            if reader.has_gap() {
+                // What is missing may have been the beginning of an event.
+                held = None;
+            }
             match item {
                 LogItem::Event(event) => {
                     self.slips += u64::from(event.topic == SlipEvent::TOPIC);

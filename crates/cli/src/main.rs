@@ -16,6 +16,7 @@ mod replay;
 mod reproduce;
 mod resume;
 mod run;
+mod salvage;
 mod scenario;
 #[cfg(feature = "analysis")]
 mod verify;
@@ -45,6 +46,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Run(arguments) => run::command(&arguments),
         Command::Events(arguments) => events::command(&arguments),
         Command::Check(arguments) => check::command(&arguments),
+        Command::Salvage(arguments) => salvage::command(&arguments),
         Command::Replay(arguments) => replay::command(&arguments),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments),

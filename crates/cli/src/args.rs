@@ -164,7 +164,15 @@ pub(crate) struct CheckArguments {
 Examples:
   asperity replay run.mcap
   asperity replay run.mcap --format csv > replayed.csv
-  asperity replay out/chapter5/runs/*.mcap --out replayed")]
+  asperity replay out/chapter5/runs/*.mcap --out replayed
+  asperity replay run.mcap --detectors settings.toml --out merged
+
+A settings file says what is to differ from a live run; all of it may be left out:
+  detectors = [\"onset\", \"extent\", \"global\"]   # which of them
+  merge_gap_s = 1e-4                          # events no farther apart are one
+  min_blocks = 2                              # events of fewer distinct blocks are left out
+With other settings the events are other ones, and nothing is compared. --out writes NAME.onsets.csv, NAME.events.csv and
+NAME.global-slips.csv for each run, and replay.json with the settings and what was replayed.")]
 pub(crate) struct ReplayArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
@@ -172,9 +180,12 @@ pub(crate) struct ReplayArguments {
     /// Print the slip events of the replay instead of the verdict; of one run.
     #[arg(long, value_enum)]
     pub(crate) format: Option<TableFormat>,
-    /// Folder to write the slip events of each run to, as NAME.events.csv.
+    /// Folder to write tables of each run's events to; must not exist or be empty.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) out: Option<PathBuf>,
+    /// Which detectors look, and by which rules [default: those of a live run].
+    #[arg(long, value_name = "SETTINGS.toml")]
+    pub(crate) detectors: Option<PathBuf>,
     /// How many runs are replayed at once [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<std::num::NonZeroUsize>,

@@ -97,7 +97,6 @@ impl RunProgress {
     }
 
     /// Takes the bar away.
-    #[cfg(feature = "analysis")]
     pub(crate) fn clear(self) {
         self.bar.finish_and_clear();
     }

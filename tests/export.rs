@@ -376,6 +376,30 @@ fn what_is_sound_of_a_log_that_is_not_whole_is_exported() {
     assert_eq!(asperity(&[&["export", text(&log)], &slice[..]].concat()).status.code(), Some(1));
 }
 
+/// Logs of every version of the format are exported, with the events that they had then.
+#[test]
+fn logs_of_old_versions_and_salvaged_ones_are_exported() {
+    let logs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs");
+    let folder = folder();
+    for version in ["v1", "v2"] {
+        let out = folder.path().join(version);
+        export(&logs.join(version).join("complete.mcap"), "csv", &out, &[]);
+        let read = |path: PathBuf| fs::read_to_string(path).expect("the file is there");
+        assert_eq!(
+            read(out.join("complete.events.slip.csv")),
+            read(logs.join(version).join("complete.events.csv"))
+        );
+    }
+    // A salvaged log has gaps, and must not pass for a whole one.
+    let log = folder.path().join("run.mcap");
+    fs::copy(logs.join("v2/salvaged.mcap"), &log).expect("the folder can be written");
+    let out = folder.path().join("salvaged");
+    let (said, expected) = export_in_part(&log, &out);
+    assert!(expected.of_topic("/step").len() > 10);
+    assert!(said.contains(", with gaps: it was salvaged from a damaged log"), "{said}");
+    assert_eq!(manifest(&out)["log"]["state"], "salvaged");
+}
+
 #[test]
 fn files_that_are_there_are_kept_unless_told() {
     let folder = folder();

@@ -89,9 +89,13 @@ fn export_one(run: &PathBuf, request: &Request, to: ExportFormat, board: &Board)
     match ran {
         Ran { problem: None, .. } => Ok(()),
         Ran { problem: Some(problem), state, last_step, last_s } => Err(Failure::Failed(format!(
-            "{}: exported up to step {last_step} ({last_s} s), where the log {}: {problem}",
+            "{}: exported up to step {last_step} ({last_s} s), {}: {problem}",
             run.display(),
-            if state == State::Incomplete { "ends" } else { "is damaged" }
+            match state {
+                State::Whole | State::Incomplete => "where the log ends",
+                State::Salvaged => "with gaps",
+                State::Damaged => "where the log is damaged",
+            }
         ))),
     }
 }

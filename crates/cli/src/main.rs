@@ -5,14 +5,19 @@ mod args;
 mod at_once;
 mod check;
 mod detectors;
+mod event_table;
 mod events;
 mod exit;
 mod export;
+mod held;
 mod interrupt;
 mod progress;
+mod replay;
 #[cfg(feature = "analysis")]
 mod reproduce;
+mod resume;
 mod run;
+mod salvage;
 mod scenario;
 #[cfg(feature = "analysis")]
 mod verify;
@@ -42,7 +47,8 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Run(arguments) => run::command(&arguments),
         Command::Events(arguments) => events::command(&arguments),
         Command::Check(arguments) => check::command(&arguments),
-        Command::Replay(arguments) => events::replay_command(&arguments),
+        Command::Salvage(arguments) => salvage::command(&arguments),
+        Command::Replay(arguments) => replay::command(&arguments),
         Command::Export(arguments) => export::command(&arguments),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments),

@@ -81,6 +81,7 @@ impl RunProgress {
                 }
             }
             Item::Record(record) => self.reached(record.step()),
+            Item::Checkpoint(_) => {}
         }
     }
 

@@ -13,7 +13,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use asperity_record::{Event, EventPayload, GlobalSlip, Onset, Record, RunHeader, SlipEvent};
-use asperity_runlog::{LogError, LogItem, RunReader, Topics};
+use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 use serde::Serialize;
 
 use crate::batch::Batch;
@@ -191,7 +191,17 @@ impl<'a> Export<'a> {
     ///
     /// # Errors
     /// If a file cannot be written. None has its final name then.
-    pub fn run(mut self, mut progress: impl FnMut(u64)) -> Result<Report, ExportError> {
+    pub fn run(mut self, progress: impl FnMut(u64)) -> Result<Report, ExportError> {
+        self.read(progress).inspect_err(|_| {
+            // A part of a table is of no use to anybody, and may fill the disk. If it cannot be
+            // removed either, the first problem is the one to tell.
+            for path in self.tables.iter().map(|table| &table.path).chain([&self.manifest_path()]) {
+                fs::remove_file(partial(path)).ok();
+            }
+        })
+    }
+
+    fn read(&mut self, mut progress: impl FnMut(u64)) -> Result<Report, ExportError> {
         let mut ran = Ran { state: State::Whole, last_step: 0, last_s: 0.0, problem: None };
         loop {
             match self.reader.next_item() {
@@ -211,7 +221,11 @@ impl<'a> Export<'a> {
                     }
                 }
                 Err(LogError { problem, .. }) => {
-                    ran.state = if problem.is_early_end() { State::Incomplete } else { State::Damaged };
+                    ran.state = match &problem {
+                        LogProblem::Salvaged => State::Salvaged,
+                        problem if problem.is_early_end() => State::Incomplete,
+                        _ => State::Damaged,
+                    };
                     ran.problem = Some(problem.to_string());
                     break;
                 }
@@ -219,7 +233,7 @@ impl<'a> Export<'a> {
         }
         ran.last_s = self.header().time_grid().time_s(ran.last_step);
         let files = self.finish(&ran)?;
-        Ok(Report { files, ran, left_out: self.left_out })
+        Ok(Report { files, ran, left_out: std::mem::take(&mut self.left_out) })
     }
 
     /// The inner error is what is wrong with the log, the outer one with a file.

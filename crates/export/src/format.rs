@@ -55,6 +55,8 @@ pub enum State {
     Whole,
     /// It ends before its run does.
     Incomplete,
+    /// It is what was left of a damaged one, and lacks what was not.
+    Salvaged,
     /// It is damaged, and what follows the damage is left out.
     Damaged,
 }
@@ -65,6 +67,7 @@ impl State {
         match self {
             State::Whole => "whole",
             State::Incomplete => "incomplete",
+            State::Salvaged => "salvaged",
             State::Damaged => "damaged",
         }
     }

@@ -191,7 +191,7 @@ const fn word(name: &'static str) -> Column {
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::SlipEvent;
+    use asperity_record::{EventPayload, GlobalSlip, Onset, SlipEvent};
 
     use super::{Kind, layouts};
 
@@ -213,11 +213,15 @@ mod tests {
     }
 
     #[test]
-    fn slip_events_are_the_raw_event_table() {
+    fn events_have_the_columns_of_their_tables() {
         let layouts = layouts(false);
-        let slip = layouts.iter().find(|layout| layout.topic == "/events/slip").unwrap();
-        let names: Vec<&str> = slip.columns.iter().map(|column| column.name).collect();
-        assert_eq!(names, SlipEvent::COLUMNS);
-        assert_eq!(slip.file_part(), "events.slip");
+        let names = |topic: &str| {
+            let layout = layouts.iter().find(|layout| layout.topic == topic).unwrap();
+            layout.columns.iter().map(|column| column.name).collect::<Vec<_>>()
+        };
+        assert_eq!(names(Onset::TOPIC), Onset::COLUMNS);
+        assert_eq!(names(SlipEvent::TOPIC), SlipEvent::COLUMNS);
+        assert_eq!(names(GlobalSlip::TOPIC), GlobalSlip::COLUMNS);
+        assert_eq!(layouts[5].file_part(), "events.slip");
     }
 }

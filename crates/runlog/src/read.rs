@@ -1,25 +1,33 @@
 //! Reading a run log, from its first byte to its last, with every checksum
 //! checked and memory bounded by a chunk.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use asperity_record::{
-    Direction, Event, RECORD_SCHEMA_VERSION, Record, RunEnd, RunHeader, RunStatus, StepRecord,
+    Direction, Event, FieldRecord, RECORD_SCHEMA_VERSION, Record, RunEnd, RunHeader, RunStatus, StepRecord,
+    WindowRecord,
 };
-use mcap::records::Record as Raw;
+use mcap::records::{MessageHeader, Record as Raw};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde::de::DeserializeOwned;
 
+use crate::agree;
+use crate::chunk::{Chunk, RECORD_HEAD_BYTES};
+use crate::layout::Layout;
 use crate::messages::{EVENTS, FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
-use crate::metadata::{self, MetadataError, RUN, RUN_END};
-use crate::write::digest_message;
+use crate::metadata::{self, MetadataError, RUN, RUN_END, SALVAGE};
+use crate::versions;
+use crate::write::{CHECKPOINT, SCENARIO, digest_message};
 
-/// No record of ours comes near this; a length beyond it is damage, and must
-/// not be allocated.
-const LONGEST_RECORD_BYTES: usize = 1 << 30;
+/// No record of ours comes near this: the state of the longest chain is ten million bytes. A
+/// length beyond it is damage, and must not be allocated.
+pub(crate) const LONGEST_RECORD_BYTES: usize = 1 << 26;
+
+/// Most that is made room for at once: a length is only believed as far as there are bytes.
+const LONGEST_READ_BYTES: usize = 1 << 20;
 
 /// A run log that cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -40,14 +48,91 @@ pub enum LogProblem {
     /// Not an MCAP file, or a damaged one.
     #[error("not a whole MCAP file: {0}")]
     Mcap(#[from] mcap::McapError),
+    /// A record that cannot be read.
+    #[error("the record at byte {at} cannot be read: {error}")]
+    Record {
+        /// Where in the file it begins, or the chunk that it is in.
+        at: u64,
+        /// Why.
+        error: mcap::McapError,
+    },
+    /// A record that reaches over the end of a file that was not cut off.
+    #[error("the record at byte {0} claims to be longer than the rest of the file, which has its end")]
+    Overlong(u64),
+    /// A message on a channel that nothing announced.
+    #[error("a message of channel {0}, which nothing announced")]
+    UnknownChannel(u16),
+    /// A channel that is announced for two topics.
+    #[error("channel {id} is that of {topic} and of {other}")]
+    ChannelReused {
+        /// The channel.
+        id: u16,
+        /// What it was announced for first.
+        topic: String,
+        /// What it is announced for then.
+        other: String,
+    },
+    /// A topic on two channels.
+    #[error("{0} has two channels")]
+    TopicTwice(String),
+    /// A message that is missing, or there twice.
+    #[error("message {found} of {topic} stands where number {expected} must")]
+    Number {
+        /// The topic.
+        topic: String,
+        /// The number that it must have.
+        expected: u32,
+        /// The number that it has.
+        found: u32,
+    },
+    /// A text that is none.
+    #[error("attachment `{0}` is not UTF-8")]
+    NotText(&'static str),
+    /// A time in the file that is not that of the message's step.
+    #[error(
+        "{topic}: the message of step {step} stands at {found_ns} ns, not at {}",
+        expected_ns.map_or("any time that a file can give".to_owned(), |ns| format!("{ns} ns"))
+    )]
+    LogTime {
+        /// The topic.
+        topic: String,
+        /// The step.
+        step: u64,
+        /// The time that the message has in the file.
+        found_ns: u64,
+        /// The time of its step.
+        expected_ns: Option<u64>,
+    },
+    /// A message that says two things which cannot both be.
+    #[error("step {step}: {what}")]
+    Contradiction {
+        /// The step.
+        step: u64,
+        /// What it says.
+        what: String,
+    },
+    /// An array that has not one value per block.
+    #[error("step {step}: {key} has {found} values, not {expected}")]
+    ArrayLength {
+        /// The step.
+        step: u64,
+        /// The array.
+        key: &'static str,
+        /// How many values it has.
+        found: usize,
+        /// How many it must have.
+        expected: usize,
+    },
     /// Header or end do not say what they must.
     #[error(transparent)]
     Metadata(#[from] MetadataError),
     /// Not a run log of ours.
     #[error("no metadata `{RUN}` before the first message: not a run log of asperity")]
     NoHeader,
-    /// Written by a later version.
-    #[error("written with record schema {0}; this program reads version {RECORD_SCHEMA_VERSION}")]
+    /// Written by a later version, or by none.
+    #[error(
+        "written with version {0} of the format; this program reads versions 1 to {RECORD_SCHEMA_VERSION}: a newer one is needed"
+    )]
     Version(u32),
     /// A message that is not what its topic promises.
     #[error("message {sequence} of {topic} cannot be read: {error}")]
@@ -98,6 +183,9 @@ pub enum LogProblem {
     /// A signal stopped the run.
     #[error("the run was interrupted after step {0}")]
     Interrupted(u64),
+    /// The log is what was left of a damaged one.
+    #[error("it was salvaged from a damaged log; metadata `{SALVAGE}` says what is missing")]
+    Salvaged,
     /// The content is not what `run_end` says.
     #[error("metadata `{RUN_END}` says {what} {promised}, the file has {found}")]
     EndMismatch {
@@ -111,11 +199,22 @@ pub enum LogProblem {
 }
 
 impl LogProblem {
+    /// The same, with where in the file it is.
+    fn at(self, at: u64) -> LogProblem {
+        match self {
+            LogProblem::Mcap(error) => LogProblem::Record { at, error },
+            other => other,
+        }
+    }
+
     /// Whether the file only ends too early: what stands before is as it was written.
     pub fn is_early_end(&self) -> bool {
         matches!(
             self,
-            LogProblem::NoEnd | LogProblem::Interrupted(_) | LogProblem::Mcap(mcap::McapError::UnexpectedEof)
+            LogProblem::NoEnd
+                | LogProblem::Interrupted(_)
+                | LogProblem::Salvaged
+                | LogProblem::Mcap(mcap::McapError::UnexpectedEof)
         )
     }
 }
@@ -138,6 +237,10 @@ impl Topics {
     pub const ALL: Topics = Topics { steps: true, fields: true, windows: true, events: true };
     /// What detectors see.
     pub const STEPS: Topics = Topics { steps: true, fields: false, windows: false, events: false };
+    /// Nothing: only whether the log is sound, and its last checkpoint.
+    pub const NONE: Topics = Topics { steps: false, fields: false, windows: false, events: false };
+    /// What a solver gave.
+    pub const RECORDS: Topics = Topics { steps: true, fields: true, windows: true, events: false };
     /// What detectors emitted.
     pub const EVENTS: Topics = Topics { steps: false, fields: false, windows: false, events: true };
 }
@@ -151,21 +254,53 @@ pub enum LogItem {
     Event(Event),
 }
 
+/// How far a salvaged log can be relied on: its messages bear the numbers that they had.
+#[derive(Default)]
+struct Salvage {
+    /// The number of the next message of each topic.
+    expected: BTreeMap<String, u32>,
+    /// Whether messages are missing before what is read now.
+    has_gap: bool,
+    /// Whether switches are missing since the state of all blocks was last known.
+    is_state_unknown: bool,
+}
+
+impl Salvage {
+    fn take(&mut self, topic: &str, sequence: u32) {
+        let expected = self.expected.entry(topic.to_owned()).or_insert(0);
+        if sequence != *expected {
+            self.has_gap = true;
+            self.is_state_unknown = true;
+        }
+        *expected = sequence.saturating_add(1);
+    }
+}
+
 /// Reads one run log.
 pub struct RunReader {
     path: PathBuf,
     source: BufReader<File>,
     reader: LinearReader,
+    /// Where the next record begins, and that which is being read.
+    next_at: u64,
+    at: u64,
+    /// What is left of the chunk that is being read.
+    chunk: Chunk,
+    layout: Layout,
     topics: Topics,
-    channels: BTreeMap<u16, String>,
     header: Option<RunHeader>,
     scenario_toml: String,
+    checkpoint: Option<String>,
+    /// For a salvaged log, what may be missing from it.
+    salvage: Option<Salvage>,
     end: Option<RunEnd>,
     /// A step record whose switches are still being read, and how many it promises.
     open_step: Option<(StepRecord, u32)>,
     detached: Vec<bool>,
     detached_count: u32,
     last_step: u64,
+    /// The step of the last record of any kind.
+    record_step: u64,
     ready: VecDeque<LogItem>,
     counts: BTreeMap<String, u64>,
     switches: u64,
@@ -182,7 +317,7 @@ impl RunReader {
         let at = |problem: LogProblem| LogError { path: path.to_owned(), problem };
         let file = File::open(path).map_err(|error| at(error.into()))?;
         let options = LinearReaderOptions::default()
-            .with_prevalidate_chunk_crcs(true)
+            .with_emit_chunks(true)
             .with_validate_data_section_crc(true)
             .with_validate_summary_section_crc(true)
             .with_record_length_limit(LONGEST_RECORD_BYTES);
@@ -190,15 +325,21 @@ impl RunReader {
             path: path.to_owned(),
             source: BufReader::with_capacity(1 << 16, file),
             reader: LinearReader::new_with_options(options),
+            next_at: mcap::MAGIC.len() as u64,
+            at: 0,
+            chunk: Chunk::default(),
+            layout: Layout::default(),
             topics,
-            channels: BTreeMap::new(),
             header: None,
             scenario_toml: String::new(),
+            checkpoint: None,
+            salvage: None,
             end: None,
             open_step: None,
             detached: Vec::new(),
             detached_count: 0,
             last_step: 0,
+            record_step: 0,
             ready: VecDeque::new(),
             counts: BTreeMap::new(),
             switches: 0,
@@ -206,7 +347,7 @@ impl RunReader {
             finished: false,
         };
         // Header and scenario stand before the first channel.
-        while reader.channels.is_empty() && !reader.finished {
+        while !reader.layout.has_channels() && !reader.finished {
             reader.advance().map_err(at)?;
         }
         match &reader.header {
@@ -223,6 +364,18 @@ impl RunReader {
     /// The resolved scenario, as TOML.
     pub fn scenario_toml(&self) -> &str {
         &self.scenario_toml
+    }
+
+    /// The state of the last checkpoint in what has been read, as JSON; whatever it needs of
+    /// the log stands before it.
+    pub fn checkpoint(&self) -> Option<&str> {
+        self.checkpoint.as_deref()
+    }
+
+    /// Whether records or events are missing between the last item and those before it, as
+    /// may be in a log that was salvaged. Detectors cannot see past that.
+    pub fn has_gap(&self) -> bool {
+        self.salvage.as_ref().is_some_and(|salvage| salvage.has_gap)
     }
 
     /// How the run ended; known once [`RunReader::next_item`] has given `None`.
@@ -249,6 +402,13 @@ impl RunReader {
     /// Reads one MCAP record.
     fn advance(&mut self) -> Result<(), LogProblem> {
         loop {
+            if let Some((opcode, body)) = self.chunk.next_record().map_err(|problem| problem.at(self.at))? {
+                let raw = parse(opcode, body, self.at)?;
+                if matches!(raw, Raw::Chunk { .. }) {
+                    return Err(LogProblem::Misplaced("there is a chunk in a chunk"));
+                }
+                return self.take(raw);
+            }
             let raw = match self.reader.next_event() {
                 None => {
                     self.finished = true;
@@ -260,8 +420,9 @@ impl RunReader {
                     return self.check_end();
                 }
                 Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
+                    let buffer = self.reader.insert(wanted.min(LONGEST_READ_BYTES));
                     let read = loop {
-                        match self.source.read(self.reader.insert(wanted)) {
+                        match self.source.read(buffer) {
                             Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
                             other => break other?,
                         }
@@ -270,81 +431,124 @@ impl RunReader {
                     continue;
                 }
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                    mcap::parse_record(opcode, data)?.into_owned()
+                    self.at = self.next_at;
+                    self.next_at += (RECORD_HEAD_BYTES + data.len()) as u64;
+                    parse(opcode, data, self.at)?
                 }
-                Some(Err(error)) => return Err(error.into()),
+                Some(Err(mcap::McapError::UnexpectedEof)) => return Err(self.early_end()),
+                Some(Err(error)) => return Err(LogProblem::from(error).at(self.next_at)),
             };
+            if let Raw::Chunk { header, data } = &raw {
+                self.layout.take(&raw)?;
+                self.chunk = Chunk::open(header, data).map_err(|problem| problem.at(self.at))?;
+                continue;
+            }
             return self.take(raw);
         }
     }
 
+    /// What it means that the file ends inside a record: it was cut off, or the record lies
+    /// about its length. A file that was cut off does not end as a whole one.
+    fn early_end(&mut self) -> LogProblem {
+        let mut last = [0; mcap::MAGIC.len()];
+        let back = SeekFrom::End(-(last.len() as i64));
+        let read = self.source.seek(back).and_then(|at| self.source.read_exact(&mut last).map(|()| at));
+        match read {
+            Ok(at) if at > self.next_at && last == mcap::MAGIC => LogProblem::Overlong(self.next_at),
+            _ => mcap::McapError::UnexpectedEof.into(),
+        }
+    }
+
     fn take(&mut self, raw: Raw<'static>) -> Result<(), LogProblem> {
+        self.layout.take(&raw)?;
         match raw {
             Raw::Metadata(metadata) if metadata.name == RUN => {
-                if self.header.is_some() {
-                    return Err(LogProblem::Misplaced("there are two metadata `run`"));
-                }
+                versions::check(&metadata.metadata)?;
                 let header = metadata::header_from_map(&metadata.metadata)?;
-                if header.record_schema_version != RECORD_SCHEMA_VERSION {
-                    return Err(LogProblem::Version(header.record_schema_version));
-                }
                 self.detached = vec![false; header.blocks as usize];
                 self.header = Some(header);
             }
+            Raw::Metadata(metadata) if metadata.name == SALVAGE => self.salvage = Some(Salvage::default()),
             Raw::Metadata(metadata) if metadata.name == RUN_END => {
                 self.end = Some(metadata::end_from_map(&metadata.metadata)?);
             }
-            Raw::Attachment { header, data, .. } if header.name == "scenario.toml" => {
-                self.scenario_toml = String::from_utf8_lossy(&data).into_owned();
+            Raw::Attachment { header, data, .. } if header.name == SCENARIO => {
+                self.scenario_toml = text(SCENARIO, data)?;
             }
-            // Channels come once before the messages and again in the summary.
+            Raw::Attachment { header, data, .. } if header.name == CHECKPOINT => {
+                self.close_step()?;
+                self.checkpoint = Some(text(CHECKPOINT, data)?);
+            }
             Raw::Channel(channel) => {
-                self.counts.entry(channel.topic.clone()).or_insert(0);
-                self.channels.insert(channel.id, channel.topic);
+                self.counts.entry(channel.topic).or_insert(0);
             }
             Raw::Message { header, data } => {
-                if self.header.is_none() {
-                    return Err(LogProblem::NoHeader);
-                }
-                let topic = self.channels.get(&header.channel_id).cloned().unwrap_or_default();
+                let topic = self.layout.topic(header.channel_id).unwrap_or_default().to_owned();
                 digest_message(&mut self.digest, &topic, &data);
                 *self.counts.entry(topic.clone()).or_insert(0) += 1;
-                self.message(topic, header.sequence, &data)?;
+                self.message(topic, &header, &data)?;
             }
             _ => {}
         }
         Ok(())
     }
 
-    fn message(&mut self, topic: String, sequence: u32, data: &[u8]) -> Result<(), LogProblem> {
+    fn message(&mut self, topic: String, head: &MessageHeader, data: &[u8]) -> Result<(), LogProblem> {
+        let sequence = head.sequence;
+        if let Some(salvage) = &mut self.salvage {
+            salvage.take(&topic, sequence);
+        }
         if topic == SWITCH {
             self.switches += 1;
-            return if self.topics.steps { self.switch(decode(&topic, sequence, data)?) } else { Ok(()) };
+            return if self.topics.steps {
+                self.switch(decode(&topic, sequence, data)?, head)
+            } else {
+                Ok(())
+            };
         }
         self.close_step()?;
+        let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
+        let timed = |step| agree::time(header, &topic, step, head.log_time);
         match topic.as_str() {
             STEP if self.topics.steps => {
                 let message: StepMessage = decode(&topic, sequence, data)?;
-                if message.sliding != self.detached_count {
+                timed(message.step)?;
+                agree::step(&message)?;
+                if message.sliding != self.detached_count && !self.is_state_unknown() {
                     let StepMessage { step, sliding: promised, .. } = message;
                     return Err(LogProblem::Sliding { step, promised, found: self.detached_count });
                 }
                 self.last_step = message.step;
+                self.record_step = message.step;
                 let promised = message.switches;
                 self.open_step = Some((message.into_record(), promised));
                 if promised == 0 {
                     self.close_step()?;
                 }
             }
-            FIELDS if self.topics.fields => {
-                let record = decode(&topic, sequence, data)?;
-                self.ready.push_back(LogItem::Record(Record::Fields(record)));
+            FIELDS if self.topics.fields || (self.topics.steps && self.is_state_unknown()) => {
+                let record: FieldRecord = decode(&topic, sequence, data)?;
+                timed(record.step)?;
+                let blocks = header.blocks;
+                self.learn_state(&record);
+                agree::fields(&record, blocks, self.topics.steps.then_some(&self.detached[..]))?;
+                self.record_step = record.step;
+                if self.topics.fields {
+                    self.ready.push_back(LogItem::Record(Record::Fields(record)));
+                }
             }
             WINDOW if self.topics.windows => {
-                let record = decode(&topic, sequence, data)?;
+                let record: WindowRecord = decode(&topic, sequence, data)?;
+                timed(record.step)?;
+                agree::window(&record, header.blocks)?;
+                self.record_step = record.step;
                 self.ready.push_back(LogItem::Record(Record::Window(record)));
             }
             _ if self.topics.events && topic.starts_with(EVENTS) => {
+                // An event stands at the time of the record before it.
+                if self.topics == Topics::ALL {
+                    timed(self.record_step)?;
+                }
                 let invalid = |error| LogProblem::Message { topic: topic.clone(), sequence, error };
                 let payload = std::str::from_utf8(data)
                     .map_err(|error| invalid(serde::de::Error::custom(error)))?
@@ -356,13 +560,34 @@ impl RunReader {
         Ok(())
     }
 
-    fn switch(&mut self, message: SwitchMessage) -> Result<(), LogProblem> {
+    fn is_state_unknown(&self) -> bool {
+        self.salvage.as_ref().is_some_and(|salvage| salvage.is_state_unknown)
+    }
+
+    /// Takes from a record of all blocks what the switches that are missing would have said.
+    fn learn_state(&mut self, record: &FieldRecord) {
+        if let Some(salvage) = self.salvage.as_mut().filter(|salvage| salvage.is_state_unknown)
+            && record.detached.len() == self.detached.len()
+        {
+            salvage.is_state_unknown = false;
+            self.detached = record.detached.iter().map(|&detached| detached != 0).collect();
+            self.detached_count = self.detached.iter().filter(|&&detached| detached).count() as u32;
+        }
+    }
+
+    fn switch(&mut self, message: SwitchMessage, head: &MessageHeader) -> Result<(), LogProblem> {
+        let is_state_unknown = self.is_state_unknown();
         let Some((record, promised)) = &mut self.open_step else {
             return Err(LogProblem::Switches { step: message.step, promised: 0, found: 1 });
         };
+        agree::switch(record, &message)?;
+        if let Some(header) = &self.header {
+            agree::time(header, SWITCH, message.step, head.log_time)?;
+        }
         let (step, block, direction) = (message.step, message.block, message.direction);
         let is_detached = (block as usize).checked_sub(1).and_then(|n| self.detached.get_mut(n));
         match is_detached {
+            Some(_) if is_state_unknown => {}
             Some(is_detached) if *is_detached != (direction == Direction::Detach) => {
                 *is_detached = !*is_detached;
                 match direction {
@@ -397,12 +622,23 @@ impl RunReader {
                 Err(LogProblem::EndMismatch { what: what.to_owned(), promised, found })
             }
         };
-        for (topic, count) in &end.message_counts {
-            let found = self.counts.get(topic).copied().unwrap_or(0);
-            mismatch(&format!("messages of {topic}:"), count.to_string(), found.to_string())?;
+        // A salvaged log keeps the numbers that its messages had.
+        if end.status != RunStatus::Salvaged {
+            self.layout.check_numbers()?;
+        }
+        let topics: BTreeSet<&String> = end.message_counts.keys().chain(self.counts.keys()).collect();
+        for topic in topics {
+            let count = |counts: &BTreeMap<String, u64>| {
+                counts.get(topic).map_or("nothing".to_owned(), ToString::to_string)
+            };
+            mismatch(&format!("messages of {topic}:"), count(&end.message_counts), count(&self.counts))?;
+        }
+        let salvaged = end.status == RunStatus::Salvaged;
+        if salvaged != self.salvage.is_some() {
+            return Err(LogProblem::Misplaced("metadata `salvage` and the status `salvaged` go together"));
         }
         let interrupted = end.status == RunStatus::Interrupted;
-        if !interrupted {
+        if !interrupted && !salvaged {
             let steps = self.header.as_ref().map_or(0, |header| header.steps);
             mismatch("the last step:", end.last_step.to_string(), steps.to_string())?;
         }
@@ -411,7 +647,11 @@ impl RunReader {
         }
         mismatch("switches:", end.switches.to_string(), self.switches.to_string())?;
         mismatch("digest:", end.digest.clone(), self.digest.finalize().to_hex().to_string())?;
-        if interrupted { Err(LogProblem::Interrupted(end.last_step)) } else { Ok(()) }
+        match end.status {
+            RunStatus::Interrupted => Err(LogProblem::Interrupted(end.last_step)),
+            RunStatus::Salvaged => Err(LogProblem::Salvaged),
+            RunStatus::Complete | RunStatus::LoadNotReached => Ok(()),
+        }
     }
 }
 
@@ -421,4 +661,31 @@ fn decode<T: DeserializeOwned>(topic: &str, sequence: u32, data: &[u8]) -> Resul
         sequence,
         error,
     })
+}
+
+/// A record out of its bytes.
+fn parse(opcode: u8, body: &[u8], at: u64) -> Result<Raw<'static>, LogProblem> {
+    // The library takes the checksum off the end of an attachment before it looks whether
+    // there is room for one.
+    if opcode == mcap::records::op::ATTACHMENT && !has_room_for_checksum(body) {
+        return Err(LogProblem::Record { at, error: mcap::McapError::UnexpectedEof });
+    }
+    match mcap::parse_record(opcode, body) {
+        Ok(raw) => Ok(raw.into_owned()),
+        Err(error) => Err(LogProblem::Record { at, error }),
+    }
+}
+
+/// Whether an attachment's checksum lies behind the lengths of its name, type and data.
+fn has_room_for_checksum(body: &[u8]) -> bool {
+    let text_end = |at: usize| {
+        let length = body.get(at..at + 4)?;
+        Some(at + 4 + u32::from_le_bytes(length.try_into().ok()?) as usize)
+    };
+    // Two times, name, media type, length of the data, data, checksum.
+    text_end(16).and_then(text_end).is_some_and(|end| end + 8 + 4 <= body.len())
+}
+
+fn text(name: &'static str, data: std::borrow::Cow<'_, [u8]>) -> Result<String, LogProblem> {
+    String::from_utf8(data.into_owned()).map_err(|_| LogProblem::NotText(name))
 }

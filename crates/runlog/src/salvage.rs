@@ -12,7 +12,7 @@
 //! where something is missing. Messages keep their numbers, so any reader sees the gaps.
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
 
@@ -27,7 +27,7 @@ use crate::messages::{FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
 use crate::metadata::{self, RUN, RUN_END};
 use crate::read::{LogProblem, RunReader, Topics};
 use crate::versions;
-use crate::write::{CHECKPOINT, Existing, RunWriter, SCENARIO, WriteError};
+use crate::write::{CHECKPOINT, Existing, RunWriter, SCENARIO, WriteError, partial_path};
 
 /// A log that nothing could be made of.
 #[derive(Debug, thiserror::Error)]
@@ -151,7 +151,30 @@ pub fn salvage(
 
     let scenario = found.scenario.unwrap_or_default();
     let mut writer = RunWriter::create(output, Existing::Refuse, &header, &scenario, events)?;
-    writer.salvaged(&salvaged)?;
+    let report = found.end.map_or(SolverReport::default(), |end| end.solver);
+    let written = writer
+        .salvaged(&salvaged)
+        .map_err(SalvageError::from)
+        .and_then(|()| write_pieces(input, events, &rejected, &mut writer))
+        .and_then(|()| Ok(writer.finish(RunStatus::Salvaged, report)?));
+    match written {
+        Ok(_end) => Ok(salvaged),
+        Err(error) => {
+            // It can be made again from what is still there, and may fill the disk.
+            fs::remove_file(partial_path(output)).ok();
+            Err(error)
+        }
+    }
+}
+
+/// Writes what the first walk found to be good.
+fn write_pieces(
+    input: &Path,
+    events: &[EventKind],
+    rejected: &[u64],
+    writer: &mut RunWriter,
+) -> Result<(), SalvageError> {
+    let read_error = |error| SalvageError::Read { path: input.display().to_string(), error };
     let mut walk = Walk::new(events);
     let mut pieces = Pieces::open(input).map_err(read_error)?;
     while let Some(piece) = pieces.next().map_err(read_error)? {
@@ -174,9 +197,7 @@ pub fn salvage(
             _ => {}
         }
     }
-    let report = found.end.map_or(SolverReport::default(), |end| end.solver);
-    writer.finish(RunStatus::Salvaged, report)?;
-    Ok(salvaged)
+    Ok(())
 }
 
 fn is_whole(path: &Path) -> bool {

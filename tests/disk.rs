@@ -114,6 +114,7 @@ fn tables_and_figures_on_a_full_disk_are_whole_or_not_there() {
         head -c 1040000 /dev/zero > filled
         $ASPERITY replay "$KEEP/whole.mcap" --out replayed; echo "replay: $?"
         $ASPERITY salvage "$KEEP/damaged.mcap" --out salvaged.mcap; echo "salvage: $?"
+        $ASPERITY export "$KEEP/whole.mcap" --to csv --out exported; echo "export: $?"
         test "$HAS_REDUCE" = 1 && { $ASPERITY reduce "$KEEP/whole.mcap" --out reduced; echo "reduce: $?"; }
         find . -type f -empty; find . -name '*.partial'
     "#;
@@ -124,8 +125,8 @@ fn tables_and_figures_on_a_full_disk_are_whole_or_not_there() {
     let Some(output) = on_a_small_disk(folder.path(), &with_reduce) else { return };
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
-    let commands: &[&str] =
-        if cfg!(feature = "analysis") { &["replay", "salvage", "reduce"] } else { &["replay", "salvage"] };
+    let mut commands = vec!["replay", "salvage", "export"];
+    commands.extend(cfg!(feature = "analysis").then_some("reduce"));
     let expected: Vec<String> = commands.iter().map(|command| format!("{command}: 1")).collect();
     assert_eq!(said.lines().collect::<Vec<_>>(), expected, "{errors}");
     assert_eq!(errors.matches("No space left on device").count(), commands.len(), "{errors}");

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use asperity_export::format::{Format, State};
@@ -59,7 +59,7 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
     Ok(requests)
 }
 
-fn export_one(run: &PathBuf, request: &Request, to: ExportFormat, board: &Board) -> Result<(), Failure> {
+fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) -> Result<(), Failure> {
     let format: &dyn Format = match to {
         #[cfg(feature = "analysis")]
         ExportFormat::Parquet => &asperity_analysis::parquet_tables::Parquet,

@@ -3,10 +3,10 @@
 //! In reading order:
 //!
 //! - [`layout`]: which columns each topic's table has, and why arrays become rows.
-//! - [`rows`]: what of a record goes into which row.
+//! - `rows`: what of a record goes into which row.
 //! - [`batch`]: some rows, by columns; what is held in memory at a time.
-//! - [`format`]: what a file format must do.
-//! - [`comma`] and [`lines`]: CSV and NDJSON. Parquet needs polars, so it is in
+//! - [`mod@format`]: what a file format must do.
+//! - `comma` and `lines`: CSV and NDJSON. Parquet needs polars, so it is in
 //!   `asperity-analysis`, and looks like these from here.
 //! - [`export`]: from the log to the files.
 

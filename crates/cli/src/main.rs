@@ -17,6 +17,7 @@ mod reproduce;
 mod resume;
 mod run;
 mod scenario;
+mod text_file;
 #[cfg(feature = "analysis")]
 mod verify;
 

@@ -98,7 +98,9 @@ impl Layout {
             (Record::Message { .. } | Record::Metadata(_) | Record::Attachment { .. }, Summary) => {
                 misplaced("there are messages, metadata or attachments behind the end of the data")
             }
-            (Record::Chunk { .. }, Ended | Summary) => misplaced("there is a chunk behind metadata `run_end`"),
+            (Record::Chunk { .. }, Ended | Summary) => {
+                misplaced("there is a chunk behind metadata `run_end`")
+            }
             (Record::Message { .. } | Record::Channel(_), Run) if !self.has_scenario => {
                 misplaced("there is no attachment `scenario.toml` before the first channel")
             }
@@ -162,11 +164,8 @@ impl Layout {
     fn message(&mut self, id: u16, sequence: u32) -> Result<(), LogProblem> {
         let channel = self.channels.get_mut(&id).ok_or(LogProblem::UnknownChannel(id))?;
         if sequence != channel.messages && self.gap.is_none() {
-            self.gap = Some(Gap {
-                topic: channel.topic.clone(),
-                expected: channel.messages,
-                found: sequence,
-            });
+            self.gap =
+                Some(Gap { topic: channel.topic.clone(), expected: channel.messages, found: sequence });
         }
         channel.messages = channel.messages.wrapping_add(1);
         Ok(())

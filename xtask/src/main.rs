@@ -9,6 +9,7 @@
 mod bench;
 mod ci;
 mod clients;
+mod fuzz;
 mod reproduce;
 mod test;
 mod verify;
@@ -32,6 +33,7 @@ Examples:
   cargo xtask test
   cargo xtask verify-solver
   cargo xtask bench
+  cargo xtask fuzz --for-s 600
   cargo xtask ci"
 )]
 struct Arguments {
@@ -62,6 +64,8 @@ enum Command {
     VerifySolver(verify::VerifyArguments),
     /// Measure how fast it is.
     Bench(bench::BenchArguments),
+    /// Look for inputs that do harm; needs cargo-fuzz.
+    Fuzz(fuzz::FuzzArguments),
     /// Check everything that a change must pass.
     Ci(ci::CiArguments),
 }
@@ -76,6 +80,7 @@ fn main() -> ExitCode {
         Command::Test(arguments) => test::command(&arguments),
         Command::VerifySolver(arguments) => verify::command(&arguments),
         Command::Bench(arguments) => bench::command(&arguments),
+        Command::Fuzz(arguments) => fuzz::command(&arguments),
         Command::Ci(arguments) => ci::command(&arguments),
     };
     match outcome {

@@ -97,6 +97,11 @@ impl Figures {
         self.all().into_iter().flat_map(|figure| figure.runs())
     }
 
+    /// The files that the figures are written to.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &str> {
+        self.all().into_iter().map(|figure| figure.file())
+    }
+
     /// Draws all figures into a folder.
     pub(crate) fn draw(&self, runs: &BTreeMap<String, RunData>, folder: &Path) -> Result<(), AnalysisError> {
         parallel::try_map(&self.all(), |figure| {

@@ -98,6 +98,17 @@ impl Pipeline {
                 return Err(format!("there is no run {run} (accepted: {})", known.join(", ")));
             }
         }
+        // Files that it names are written into the folder that it is given, and nowhere else.
+        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+        for (what, name) in (pipeline.study.iter().map(|study| ("study name", study.name.as_str())))
+            .chain(pipeline.figure.files().map(|file| ("figure file", file)))
+        {
+            if name.is_empty() || name.starts_with('.') || !name.chars().all(plain) {
+                return Err(format!(
+                    "{what} {name:?} is no file name (accepted: letters, digits, -, _ and dots inside)"
+                ));
+            }
+        }
         for spec in &pipeline.precursors {
             spec.rules.check().map_err(|error| format!("precursors of {}: {error}", spec.run))?;
         }

@@ -40,6 +40,14 @@ impl RunData {
         let source =
             ScenarioSource::new(format!("{}: scenario.toml", path.display()), reader.scenario_toml());
         let scenario = Scenario::resolve(&source).map_err(|errors| understood(errors.to_string()))?;
+        // What is read by block and step from here on is that of the header.
+        if scenario.hash() != reader.header().scenario_hash {
+            return Err(understood(format!(
+                "scenario.toml has the hash {}, metadata `run` says {}",
+                scenario.hash(),
+                reader.header().scenario_hash
+            )));
+        }
         let mut data = RunData {
             name: name.to_owned(),
             header: reader.header().clone(),

@@ -3,14 +3,15 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource};
 use asperity_record::{EventPayload, Record, RunHeader, SlipEvent};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 
 use crate::args::CheckArguments;
 use crate::detectors;
-use crate::exit::{Code, Failure};
+use crate::exit::{self, Code, Failure};
 use crate::held::{Difference, Held};
-use crate::run::CODE_VERSION;
+use crate::run::{self, CODE_VERSION};
 
 /// What a log is worth, from best to worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -41,6 +42,7 @@ pub(crate) fn command(arguments: &CheckArguments) -> Result<(), Failure> {
             Ok(()) => (Verdict::Whole, seen.summary()),
             Err(problem) => (problem.verdict(), format!("{}: {problem}", seen.summary())),
         };
+        let what = exit::shortened(&what);
         writeln!(io::stdout().lock(), "{}: {}: {what}", run.display(), verdict.word())?;
         worst = worst.max(verdict);
     }
@@ -64,6 +66,10 @@ enum Problem {
     NotFinite { step: u64, what: &'static str },
     #[error("its steps give {0}")]
     Events(#[from] Difference),
+    #[error("scenario.toml cannot be read: {0}")]
+    Scenario(ScenarioErrors),
+    #[error("scenario.toml is of a run with {key} {expected}, metadata `run` says {found}")]
+    OtherScenario { key: &'static str, found: String, expected: String },
 }
 
 impl Problem {
@@ -100,6 +106,9 @@ impl Seen {
     fn read(&mut self, run: &Path) -> Result<(), Problem> {
         let mut reader = RunReader::open(run, Topics::ALL)?;
         let header = reader.header().clone();
+        if header.code_version == CODE_VERSION {
+            scenario_is_of(&header, reader.scenario_toml())?;
+        }
         let mut detectors = detectors::all(&header);
         let mut held = Some(Held::default());
         while let Some(item) = reader.next_item()? {
@@ -174,6 +183,31 @@ impl Seen {
         (self.last_step, self.last_s) = (step, time_s);
         Ok(())
     }
+}
+
+/// That a log's scenario is that of its header. Only of this version is it certain what a
+/// scenario means.
+fn scenario_is_of(header: &RunHeader, text: &str) -> Result<(), Problem> {
+    let scenario =
+        Scenario::resolve(&ScenarioSource::new("scenario.toml", text)).map_err(Problem::Scenario)?;
+    let of = run::header(&scenario, &Plan::new(&scenario), &header.solver);
+    let values = |header: &RunHeader| {
+        [
+            ("scenario_hash", header.scenario_hash.clone()),
+            ("scenario", header.scenario.clone()),
+            ("parameter_set", header.parameter_set.clone()),
+            ("blocks", header.blocks.to_string()),
+            ("time_step_s", format!("{:e}", header.time_step_s)),
+            ("steps", header.steps.to_string()),
+            ("run_id", header.run_id.clone()),
+        ]
+    };
+    for ((key, expected), (_, found)) in values(&of).into_iter().zip(values(header)) {
+        if found != expected {
+            return Err(Problem::OtherScenario { key, found, expected });
+        }
+    }
+    Ok(())
 }
 
 /// What in a record is no finite number, if anything.

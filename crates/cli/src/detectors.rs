@@ -4,7 +4,6 @@
 //! A live run has them all, with rules that leave nothing out; a replay may choose, by a
 //! settings file.
 
-use std::fs;
 use std::path::Path;
 
 use asperity_detect::{Detector, SlipRules};
@@ -16,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
 use crate::exit::Failure;
+use crate::text_file;
 
 type Start = fn(u32, SlipRules) -> Box<dyn Detector>;
 
@@ -67,7 +67,7 @@ struct Written {
 impl Settings {
     /// Reads a settings file; what it leaves out is as in a live run.
     pub(crate) fn read(file: &Path) -> Result<Settings, Failure> {
-        let text = fs::read_to_string(file).map_err(|error| {
+        let text = text_file::read(file).map_err(|error| {
             Failure::BadInput(format!("--detectors {}: {error} (accepted: a TOML file)", file.display()))
         })?;
         Settings::parse(&text).map_err(|(place, problem)| {

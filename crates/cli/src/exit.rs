@@ -1,5 +1,6 @@
 //! Exit codes and failures: one place where an outcome becomes a number.
 
+use std::borrow::Cow;
 use std::io;
 use std::process::ExitCode;
 
@@ -69,7 +70,43 @@ impl Failure {
 /// Says on stderr why the command did not succeed.
 #[expect(clippy::print_stderr, reason = "the one place where failures are printed")]
 pub(crate) fn report(failure: &Failure) {
-    for line in failure.to_string().lines() {
-        eprintln!("error: {line}");
+    let text = failure.to_string();
+    let mut lines = text.lines();
+    for line in lines.by_ref().take(MOST_LINES) {
+        eprintln!("error: {}", shortened(line));
+    }
+    match lines.count() {
+        0 => {}
+        more => eprintln!("error: and {more} lines more"),
+    }
+}
+
+/// Most lines, and most characters of a line, of what is said of one failure: errors quote
+/// what they refuse, and that may be a file of one line.
+const MOST_LINES: usize = 100;
+const MOST_CHARACTERS: usize = 2000;
+
+/// A line without its middle, if it is too long to be read.
+pub(crate) fn shortened(line: &str) -> Cow<'_, str> {
+    let count = line.chars().count();
+    if count <= MOST_CHARACTERS {
+        return line.into();
+    }
+    let kept = MOST_CHARACTERS / 2;
+    let start: String = line.chars().take(kept).collect();
+    let end: String = line.chars().skip(count - kept).collect();
+    format!("{start} [{} characters] {end}", count - 2 * kept).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shortened;
+
+    #[test]
+    fn a_line_that_nobody_could_read_loses_its_middle() {
+        assert_eq!(shortened("as it is"), "as it is");
+        let long = shortened(&format!("a{}z", "\u{e9}".repeat(10_000_000))).into_owned();
+        assert!(long.starts_with("a\u{e9}") && long.ends_with("\u{e9}z"), "{long}");
+        assert!(long.contains("[9998002 characters]") && long.chars().count() < 2100, "{}", long.len());
     }
 }

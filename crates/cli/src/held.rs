@@ -4,9 +4,17 @@ use std::collections::VecDeque;
 
 use asperity_record::Event;
 
+/// How much more of one than of the other is kept: far more than records and events ever are
+/// apart in a log that a run wrote.
+const MOST_AHEAD_BYTES: usize = 64 << 20;
+
 /// Both, but for those that agree.
 #[derive(Debug, Default)]
 pub(crate) struct Held {
+    /// What is kept of both.
+    bytes: usize,
+    /// Where they part, if that was seen from how far one is ahead.
+    parted: Option<Difference>,
     logged: VecDeque<Event>,
     found: VecDeque<Event>,
     agreed: usize,
@@ -27,20 +35,44 @@ pub(crate) struct Difference {
 impl Held {
     /// Takes an event out of the log.
     pub(crate) fn logged(&mut self, event: Event) {
-        self.logged.push_back(event);
+        self.keep(size(&event), |held| held.logged.push_back(event));
     }
 
     /// Takes an event that a detector found.
     pub(crate) fn found(&mut self, event: Event) {
-        self.found.push_back(event);
+        self.keep(size(&event), |held| held.found.push_back(event));
+    }
+
+    /// Takes an event, and gives up once so many have come that the other will not.
+    fn keep(&mut self, bytes: usize, push: impl FnOnce(&mut Held)) {
+        if self.parted.is_some() {
+            return;
+        }
+        self.bytes += bytes;
+        push(self);
+        if self.bytes > MOST_AHEAD_BYTES
+            && let Err(difference) = self
+                .agree()
+                .and_then(|()| if self.bytes > MOST_AHEAD_BYTES { Err(self.difference()) } else { Ok(()) })
+        {
+            *self = Held { parted: Some(difference), ..Held::default() };
+        }
     }
 
     /// Lets go of those that agree.
     pub(crate) fn compare(&mut self) -> Result<(), Difference> {
+        match self.parted.clone() {
+            Some(difference) => Err(difference),
+            None => self.agree(),
+        }
+    }
+
+    fn agree(&mut self) -> Result<(), Difference> {
         while let (Some(logged), Some(found)) = (self.logged.front(), self.found.front()) {
             if logged != found {
                 return Err(self.difference());
             }
+            self.bytes -= size(logged) + size(found);
             self.logged.pop_front();
             self.found.pop_front();
             self.agreed += 1;
@@ -60,6 +92,10 @@ impl Held {
         };
         Difference { number: self.agreed, logged: told(self.logged.front()), found: told(self.found.front()) }
     }
+}
+
+fn size(event: &Event) -> usize {
+    std::mem::size_of::<Event>() + event.topic.len() + event.payload.len()
 }
 
 #[cfg(test)]
@@ -83,5 +119,18 @@ mod tests {
         {
             assert_eq!(hold(logged, found).unwrap_err().number, 1);
         }
+    }
+
+    /// A log of nothing but events, which a chunk of a few bytes can unpack to, filled the
+    /// memory.
+    #[test]
+    fn events_without_steps_are_not_kept_for_ever() {
+        let event = Event { topic: "/events/slip".to_owned(), payload: "x".repeat(1 << 20) };
+        let mut held = Held::default();
+        let told = (0..100).find(|_| {
+            held.logged(event.clone());
+            held.compare().is_err()
+        });
+        assert_eq!(told, Some(63));
     }
 }

@@ -19,6 +19,7 @@ mod resume;
 mod run;
 mod salvage;
 mod scenario;
+mod text_file;
 #[cfg(feature = "analysis")]
 mod verify;
 

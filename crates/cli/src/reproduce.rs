@@ -19,7 +19,7 @@ use crate::exit::Failure;
 use crate::interrupt;
 use crate::progress::Board;
 use crate::run::Task;
-use crate::{run, scenario};
+use crate::{run, scenario, text_file};
 
 pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure> {
     let out = &arguments.out;
@@ -56,14 +56,14 @@ pub(crate) struct Job {
 impl Job {
     /// Work in block steps.
     pub(crate) fn cost(&self) -> u64 {
-        Plan::new(&self.scenario).steps * u64::from(self.scenario.slider.blocks)
+        Plan::new(&self.scenario).steps.saturating_mul(u64::from(self.scenario.slider.blocks))
     }
 }
 
 /// Reads a pipeline, and resolves its runs with overrides.
 pub(crate) fn read_pipeline(file: &Path, set: &[String]) -> Result<(Pipeline, Vec<Job>), Failure> {
     let path = file.display();
-    let text = fs::read_to_string(file)
+    let text = text_file::read(file)
         .map_err(|error| Failure::BadInput(format!("pipeline {path}: {error} (accepted: a TOML file)")))?;
     let pipeline = Pipeline::parse(&text).map_err(|error| Failure::BadInput(format!("{path}: {error}")))?;
     let jobs = pipeline

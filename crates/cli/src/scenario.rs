@@ -1,12 +1,13 @@
 //! `asperity scenario`, and finding a scenario by name or path.
 
-use std::fs;
 use std::io::{self, Write};
+use std::path::Path;
 
 use asperity_model::{Scenario, ScenarioSource, builtin};
 
 use crate::args::{ScenarioChoice, ScenarioCommand};
 use crate::exit::Failure;
+use crate::text_file;
 
 pub(crate) fn command(command: ScenarioCommand) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
@@ -37,7 +38,7 @@ pub(crate) fn resolve(name: &str, set: &[String]) -> Result<Scenario, Failure> {
         Some(text) => ScenarioSource::new(format!("built-in {name}"), text),
         None => ScenarioSource::new(
             name,
-            fs::read_to_string(name).map_err(|error| {
+            text_file::read(Path::new(name)).map_err(|error| {
                 let names: Vec<&str> = builtin::all().map(|(name, _)| name).collect();
                 Failure::BadInput(format!(
                     "scenario {name}: neither a file that can be read ({error}) nor a built-in scenario \
@@ -48,5 +49,11 @@ pub(crate) fn resolve(name: &str, set: &[String]) -> Result<Scenario, Failure> {
         ),
     };
     let source = set.iter().fold(source, |source, assignment| source.with_override(assignment));
-    Scenario::resolve(&source).map_err(Failure::bad_input)
+    Scenario::resolve(&source).map_err(|mut errors| {
+        // What was left at its default stands nowhere, but what it contradicts stands here.
+        for error in errors.0.iter_mut().filter(|error| error.place.is_none()) {
+            error.place = Some(name.to_owned());
+        }
+        Failure::bad_input(errors)
+    })
 }

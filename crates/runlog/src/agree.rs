@@ -1,7 +1,12 @@
 //! What messages of a log must say alike: two of them, or one of them twice. A writer cannot
 //! get it wrong; who reads one of the two should be able to rely on it.
 
-use asperity_record::{FieldRecord, RunHeader, StepRecord, WindowRecord};
+use mcap::records::MessageHeader;
+
+use asperity_record::{
+    EventPayload, FieldRecord, GlobalSlip, Onset, RunHeader, SlipEvent, StepRecord, WindowRecord,
+};
+use serde::de::IgnoredAny;
 
 use crate::messages::{StepMessage, SwitchMessage};
 use crate::read::LogProblem;
@@ -15,16 +20,24 @@ pub(crate) fn time_ns(header: &RunHeader, step: u64) -> Option<u64> {
     }
 }
 
-/// A message's time in the file, and its step.
+/// A message's times in the file, and its step.
 ///
 /// # Errors
 /// If the one is not that of the other.
-pub(crate) fn time(header: &RunHeader, topic: &str, step: u64, found_ns: u64) -> Result<(), LogProblem> {
-    if time_ns(header, step) == Some(found_ns) {
+pub(crate) fn time(
+    header: &RunHeader,
+    topic: &str,
+    step: u64,
+    head: &MessageHeader,
+) -> Result<(), LogProblem> {
+    let expected_ns = time_ns(header, step);
+    let Some(found_ns) =
+        [head.log_time, head.publish_time].into_iter().find(|found_ns| Some(*found_ns) != expected_ns)
+    else {
         return Ok(());
-    }
+    };
     let topic = topic.to_owned();
-    Err(LogProblem::LogTime { topic, step, found_ns, expected_ns: time_ns(header, step) })
+    Err(LogProblem::LogTime { topic, step, found_ns, expected_ns })
 }
 
 /// A step's ratio of loads, and the loads; the forces at both ends, of which there are two
@@ -119,6 +132,57 @@ pub(crate) fn window(record: &WindowRecord, blocks: u32) -> Result<(), LogProble
         let what =
             format!("a window of {expected} blocks from block {} of a chain of {blocks}", record.first_block);
         return Err(LogProblem::Contradiction { step, what });
+    }
+    Ok(())
+}
+
+/// An event of a chain of so many blocks: that it is what its topic promises, and of blocks
+/// and steps that there are.
+///
+/// # Errors
+/// In words, if it is not.
+pub(crate) fn event(topic: &str, payload: &str, blocks: u32) -> Result<(), serde_json::Error> {
+    let wrong = |what: String| Err(serde::de::Error::custom(what));
+    let in_chain = |block: u32| (1..=blocks).contains(&block);
+    if topic == SlipEvent::TOPIC {
+        let slip: SlipEvent = serde_json::from_str(payload)?;
+        let SlipEvent { first_block, last_block, nucleation_block, blocks_slipped, max_sliding, .. } = slip;
+        if !in_chain(first_block) || !in_chain(last_block) || last_block < first_block {
+            return wrong(format!("blocks {first_block} to {last_block} of a chain of {blocks}"));
+        }
+        if !(first_block..=last_block).contains(&nucleation_block) {
+            return wrong(format!(
+                "nucleation at block {nucleation_block}, outside {first_block} to {last_block}"
+            ));
+        }
+        let most = last_block - first_block + 1;
+        for (key, count) in [("blocks_slipped", blocks_slipped), ("max_sliding", max_sliding)] {
+            if !(1..=most).contains(&count) {
+                return wrong(format!("{key} = {count} between blocks {first_block} and {last_block}"));
+            }
+        }
+        if slip.end_step.is_some_and(|end| end <= slip.onset_step) {
+            return wrong(format!(
+                "it ends in step {:?} and begins in step {}",
+                slip.end_step, slip.onset_step
+            ));
+        }
+        if slip.open != slip.end_step.is_none() || slip.open != slip.end_s.is_none() {
+            return wrong(format!("open = {}, and it ends in step {:?}", slip.open, slip.end_step));
+        }
+    } else if topic == Onset::TOPIC {
+        let onset: Onset = serde_json::from_str(payload)?;
+        let Onset { nucleation_block, nucleation_blocks, .. } = onset;
+        if !in_chain(nucleation_block) || !in_chain(nucleation_blocks) {
+            return wrong(format!(
+                "{nucleation_blocks} blocks from block {nucleation_block} of a chain of {blocks}"
+            ));
+        }
+    } else if topic == GlobalSlip::TOPIC {
+        serde_json::from_str::<GlobalSlip>(payload)?;
+    } else {
+        // Of a detector that is not known here: JSON it must be all the same.
+        serde_json::from_str::<IgnoredAny>(payload)?;
     }
     Ok(())
 }

@@ -20,6 +20,7 @@
 mod agree;
 mod chunk;
 mod layout;
+mod lengths;
 mod messages;
 mod metadata;
 mod read;

@@ -17,6 +17,7 @@ use serde::de::DeserializeOwned;
 use crate::agree;
 use crate::chunk::{Chunk, RECORD_HEAD_BYTES};
 use crate::layout::Layout;
+use crate::lengths;
 use crate::messages::{EVENTS, FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
 use crate::metadata::{self, MetadataError, RUN, RUN_END, SALVAGE};
 use crate::versions;
@@ -55,6 +56,14 @@ pub enum LogProblem {
         at: u64,
         /// Why.
         error: mcap::McapError,
+    },
+    /// A record that has no room for what it says it holds.
+    #[error("the record at byte {at}, of the kind 0x{opcode:02x}, holds a length that reaches over its end")]
+    InnerLength {
+        /// Where in the file it begins, or the chunk that it is in.
+        at: u64,
+        /// Its kind.
+        opcode: u8,
     },
     /// A record that reaches over the end of a file that was not cut off.
     #[error("the record at byte {0} claims to be longer than the rest of the file, which has its end")]
@@ -508,7 +517,7 @@ impl RunReader {
         }
         self.close_step()?;
         let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
-        let timed = |step| agree::time(header, &topic, step, head.log_time);
+        let timed = |step| agree::time(header, &topic, step, head);
         match topic.as_str() {
             STEP if self.topics.steps => {
                 let message: StepMessage = decode(&topic, sequence, data)?;
@@ -553,6 +562,7 @@ impl RunReader {
                 let payload = std::str::from_utf8(data)
                     .map_err(|error| invalid(serde::de::Error::custom(error)))?
                     .to_owned();
+                agree::event(&topic, &payload, header.blocks).map_err(invalid)?;
                 self.ready.push_back(LogItem::Event(Event { topic, payload }));
             }
             _ => {}
@@ -582,7 +592,7 @@ impl RunReader {
         };
         agree::switch(record, &message)?;
         if let Some(header) = &self.header {
-            agree::time(header, SWITCH, message.step, head.log_time)?;
+            agree::time(header, SWITCH, message.step, head)?;
         }
         let (step, block, direction) = (message.step, message.block, message.direction);
         let is_detached = (block as usize).checked_sub(1).and_then(|n| self.detached.get_mut(n));
@@ -665,25 +675,13 @@ fn decode<T: DeserializeOwned>(topic: &str, sequence: u32, data: &[u8]) -> Resul
 
 /// A record out of its bytes.
 fn parse(opcode: u8, body: &[u8], at: u64) -> Result<Raw<'static>, LogProblem> {
-    // The library takes the checksum off the end of an attachment before it looks whether
-    // there is room for one.
-    if opcode == mcap::records::op::ATTACHMENT && !has_room_for_checksum(body) {
-        return Err(LogProblem::Record { at, error: mcap::McapError::UnexpectedEof });
+    if !lengths::fit(opcode, body) {
+        return Err(LogProblem::InnerLength { at, opcode });
     }
     match mcap::parse_record(opcode, body) {
         Ok(raw) => Ok(raw.into_owned()),
         Err(error) => Err(LogProblem::Record { at, error }),
     }
-}
-
-/// Whether an attachment's checksum lies behind the lengths of its name, type and data.
-fn has_room_for_checksum(body: &[u8]) -> bool {
-    let text_end = |at: usize| {
-        let length = body.get(at..at + 4)?;
-        Some(at + 4 + u32::from_le_bytes(length.try_into().ok()?) as usize)
-    };
-    // Two times, name, media type, length of the data, data, checksum.
-    text_end(16).and_then(text_end).is_some_and(|end| end + 8 + 4 <= body.len())
 }
 
 fn text(name: &'static str, data: std::borrow::Cow<'_, [u8]>) -> Result<String, LogProblem> {

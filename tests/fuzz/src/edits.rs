@@ -2,14 +2,48 @@
 //! fuzzer that knows nothing of MCAP reaches what stands behind checksums, lengths and
 //! digest with every input.
 
-use crate::parts::{MESSAGE_HEAD, Packing, Part, correct_end, op, put_together};
+use mcap::records::op;
+
+use super::parts::{MESSAGE_HEAD, Packing, Part, correct_end, put_together};
 
 /// What stands at the borders of what a value may be.
 const VALUES: [&str; 36] = [
-    "0", "1", "-1", "2", "0.5", "-0.0", "1e-320", "1e308", "1e999", "-1e999", "255", "256", "65536",
-    "2147483648", "4294967295", "4294967296", "9007199254740993", "9223372036854775807",
-    "18446744073709551615", "18446744073709551616", "null", "true", "\"\"", "\"detach\"", "\"attach\"", "[]",
-    "[1]", "{}", "NaN", "Infinity", "complete", "interrupted", "salvaged", "100000", "", "1e-8",
+    "0",
+    "1",
+    "-1",
+    "2",
+    "0.5",
+    "-0.0",
+    "1e-320",
+    "1e308",
+    "1e999",
+    "-1e999",
+    "255",
+    "256",
+    "65536",
+    "2147483648",
+    "4294967295",
+    "4294967296",
+    "9007199254740993",
+    "9223372036854775807",
+    "18446744073709551615",
+    "18446744073709551616",
+    "null",
+    "true",
+    "\"\"",
+    "\"detach\"",
+    "\"attach\"",
+    "[]",
+    "[1]",
+    "{}",
+    "NaN",
+    "Infinity",
+    "complete",
+    "interrupted",
+    "salvaged",
+    "100000",
+    "",
+    "1e-8",
 ];
 
 /// The bytes of an input, taken from the front; 0 when they are used up.
@@ -147,9 +181,8 @@ fn value(part: &mut Part, script: &mut Script<'_>) {
     let starts: Vec<usize> =
         (1..payload.len()).filter(|&at| matches!(payload[at - 1], b':' | b',' | b'[')).collect();
     let Some(&start) = starts.get(chosen % starts.len().max(1)) else { return };
-    let end = (start..payload.len())
-        .find(|&at| matches!(payload[at], b',' | b'}' | b']'))
-        .unwrap_or(payload.len());
+    let end =
+        (start..payload.len()).find(|&at| matches!(payload[at], b',' | b'}' | b']')).unwrap_or(payload.len());
     let mut changed = payload[..start].to_vec();
     changed.extend(value.as_bytes());
     changed.extend(&payload[end..]);

@@ -4,22 +4,8 @@
 
 use std::collections::BTreeMap;
 
+use mcap::records::op;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader};
-
-/// Opcodes of MCAP, as far as logs are made of them.
-pub mod op {
-    #![expect(missing_docs, reason = "the names are those of the format")]
-    pub const HEADER: u8 = 0x01;
-    pub const FOOTER: u8 = 0x02;
-    pub const SCHEMA: u8 = 0x03;
-    pub const CHANNEL: u8 = 0x04;
-    pub const MESSAGE: u8 = 0x05;
-    pub const CHUNK: u8 = 0x06;
-    pub const MESSAGE_INDEX: u8 = 0x07;
-    pub const ATTACHMENT: u8 = 0x09;
-    pub const METADATA: u8 = 0x0c;
-    pub const DATA_END: u8 = 0x0f;
-}
 
 /// How long a message's head is: channel, sequence, two times.
 pub const MESSAGE_HEAD: usize = 2 + 4 + 8 + 8;
@@ -93,13 +79,7 @@ impl Part {
     }
 
     /// A chunk that says what it is told to say.
-    pub fn chunk_of(
-        uncompressed: u64,
-        crc: u32,
-        compression: &str,
-        compressed: u64,
-        records: &[u8],
-    ) -> Part {
+    pub fn chunk_of(uncompressed: u64, crc: u32, compression: &str, compressed: u64, records: &[u8]) -> Part {
         let mut body = vec![0; 16];
         body.extend(uncompressed.to_le_bytes());
         body.extend(crc.to_le_bytes());
@@ -138,6 +118,13 @@ impl Part {
     pub fn channel_id(&self) -> Option<u16> {
         let known = self.opcode == op::MESSAGE || self.opcode == op::CHANNEL;
         Some(u16::from_le_bytes(self.body.get(..2).filter(|_| known)?.try_into().ok()?))
+    }
+
+    /// What is in an attachment.
+    pub fn attached(&self) -> Option<&[u8]> {
+        let (_, name_end) = text_at(&self.body, 16).filter(|_| self.opcode == op::ATTACHMENT)?;
+        let (_, type_end) = text_at(&self.body, name_end)?;
+        self.body.get(type_end + 8..self.body.len().checked_sub(4)?)
     }
 
     /// What a message says.

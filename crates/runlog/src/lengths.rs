@@ -1,0 +1,115 @@
+//! The lengths inside a record, looked at before the record is parsed. The MCAP library makes
+//! room for a text of four thousand million bytes because the record says that it has one,
+//! and takes a checksum off the end of an attachment that has no room for it.
+
+use mcap::records::op;
+
+/// What follows what in a record, as far as lengths go.
+#[derive(Debug, Clone, Copy)]
+enum Field {
+    /// So many bytes.
+    Fixed(usize),
+    /// Four bytes of length, and so many bytes.
+    Bytes,
+    /// The same, and in these bytes pairs of such.
+    Pairs,
+    /// Eight bytes of length, and so many bytes.
+    LongBytes,
+}
+
+use Field::{Bytes, Fixed, LongBytes, Pairs};
+
+/// The fields of a record of our kinds; of others nothing is known and nothing read.
+fn fields(opcode: u8) -> &'static [Field] {
+    match opcode {
+        op::HEADER => &[Bytes, Bytes],
+        op::FOOTER => &[Fixed(20)],
+        op::SCHEMA => &[Fixed(2), Bytes, Bytes, Bytes],
+        op::CHANNEL => &[Fixed(4), Bytes, Bytes, Pairs],
+        op::MESSAGE => &[Fixed(22)],
+        op::CHUNK => &[Fixed(28), Bytes, LongBytes],
+        op::MESSAGE_INDEX => &[Fixed(2), Bytes],
+        op::CHUNK_INDEX => &[Fixed(32), Bytes, Fixed(8), Bytes, Fixed(16)],
+        op::ATTACHMENT => &[Fixed(16), Bytes, Bytes, LongBytes, Fixed(4)],
+        op::ATTACHMENT_INDEX => &[Fixed(40), Bytes, Bytes],
+        op::STATISTICS => &[Fixed(42), Bytes],
+        op::METADATA => &[Bytes, Pairs],
+        op::METADATA_INDEX => &[Fixed(16), Bytes],
+        op::SUMMARY_OFFSET => &[Fixed(17)],
+        op::DATA_END => &[Fixed(4)],
+        _ => &[],
+    }
+}
+
+/// Whether a record has room for all that it says it has.
+pub(crate) fn fit(opcode: u8, body: &[u8]) -> bool {
+    let mut rest = body;
+    fields(opcode).iter().all(|field| skip(*field, &mut rest))
+}
+
+/// Leaves a field behind, if there is as much.
+fn skip(field: Field, rest: &mut &[u8]) -> bool {
+    let taken = match field {
+        Fixed(length) => take(length, rest),
+        Bytes | Pairs => number(4, rest).and_then(|length| take(length, rest)),
+        LongBytes => number(8, rest).and_then(|length| take(length, rest)),
+    };
+    match (field, taken) {
+        (_, None) => false,
+        (Pairs, Some(mut inside)) => {
+            while !inside.is_empty() {
+                if !skip(Bytes, &mut inside) || !skip(Bytes, &mut inside) {
+                    return false;
+                }
+            }
+            true
+        }
+        _ => true,
+    }
+}
+
+/// A length of four or eight bytes.
+fn number(bytes: usize, rest: &mut &[u8]) -> Option<usize> {
+    let mut number = [0; 8];
+    number[..bytes].copy_from_slice(take(bytes, rest)?);
+    usize::try_from(u64::from_le_bytes(number)).ok()
+}
+
+fn take<'a>(length: usize, rest: &mut &'a [u8]) -> Option<&'a [u8]> {
+    let (taken, behind) = rest.split_at_checked(length)?;
+    *rest = behind;
+    Some(taken)
+}
+
+#[cfg(test)]
+mod tests {
+    use mcap::records::op;
+
+    use super::fit;
+
+    #[test]
+    fn no_length_inside_a_record_reaches_over_its_end() {
+        let pair = [&1u32.to_le_bytes()[..], b"k", &1u32.to_le_bytes(), b"v"].concat();
+        let map = [&(pair.len() as u32).to_le_bytes()[..], &pair].concat();
+        let metadata = [&3u32.to_le_bytes()[..], b"run", &map].concat();
+        assert!(fit(op::METADATA, &metadata));
+        // Extensions of the format go behind what there is.
+        assert!(fit(op::METADATA, &[&metadata[..], b"more"].concat()));
+        for length in 0..metadata.len() {
+            assert!(!fit(op::METADATA, &metadata[..length]), "cut to {length} bytes");
+        }
+        for at in (0..metadata.len()).filter(|at| ![4, 5, 6, 15, 20].contains(at)) {
+            let mut longer = metadata.clone();
+            longer[at] |= 0x80;
+            assert!(!fit(op::METADATA, &longer), "byte {at}");
+        }
+    }
+
+    /// The library panics at these: it looks for the checksum in front of the data.
+    #[test]
+    fn an_attachment_has_room_for_its_checksum() {
+        let body = [&[0; 16][..], &0u32.to_le_bytes(), &0u32.to_le_bytes(), &0u64.to_le_bytes()].concat();
+        assert!(!fit(op::ATTACHMENT, &body));
+        assert!(fit(op::ATTACHMENT, &[&body[..], &[0; 4]].concat()));
+    }
+}

@@ -1,0 +1,323 @@
+//! What the `asperity` command makes of files that nobody wrote, or that somebody wrote to do
+//! harm: an error that names the file and says what is wrong with it, within bounds of memory
+//! and time, and never a panic.
+//!
+//! `fixtures/hostile` holds such files: logs made by `support/forgeries.rs`, which says of
+//! each what is wrong with it and what is to be said of it, and texts. Where they are made
+//! anew, `ASPERITY_UPDATE_FIXTURES=1` has the test write them. `found` holds the inputs that
+//! fuzzing brought to light, and `corpus` those by which it gets everywhere soonest.
+
+#[path = "support/binary.rs"]
+mod binary;
+#[path = "support/forgeries.rs"]
+mod forgeries;
+#[path = "fuzz/src/lib.rs"]
+#[expect(unreachable_pub, reason = "the fuzzers have it as a crate of its own")]
+mod laws;
+#[path = "support/small.rs"]
+mod small;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use binary::text;
+use forgeries::{Forge, Forgery, Verdict};
+
+/// What a command may take, of address space: a debug build maps 0.2 GB before it does
+/// anything, and every thread reserves some.
+const MEMORY_KB: u32 = 600_000;
+
+/// What it may take of time, on a machine that does other things as well.
+const TIME: Duration = Duration::from_secs(120);
+
+fn fixtures() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/hostile")
+}
+
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    let mut files: Vec<PathBuf> =
+        entries.map(|entry| entry.expect("the folder can be read").path()).collect();
+    files.sort();
+    files
+}
+
+struct Outcome {
+    code: Option<i32>,
+    out: String,
+    err: String,
+}
+
+/// Runs the command within its bounds, in a folder of its own. What it says goes through
+/// files: a pipe that nobody empties would stop it.
+fn bounded(folder: &Path, arguments: &[&str]) -> Outcome {
+    let file = |name: &str| fs::File::create(folder.join(name)).expect("the folder can be written");
+    let mut child = Command::new("sh")
+        .args(["-c", &format!("ulimit -v {MEMORY_KB}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_asperity")])
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .stdout(file("stdout"))
+        .stderr(file("stderr"))
+        .spawn()
+        .expect("sh starts");
+    let started = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("it is ours") {
+            break status;
+        }
+        if started.elapsed() > TIME {
+            child.kill().expect("it is ours");
+            panic!("asperity {} was not done after {TIME:?}", arguments.join(" "));
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    let said = |name: &str| {
+        let bytes = fs::read(folder.join(name)).expect("it was just written");
+        String::from_utf8(bytes).expect("the binary writes UTF-8")
+    };
+    Outcome { code: status.code(), out: said("stdout"), err: said("stderr") }
+}
+
+/// Runs the command over a file, which it must refuse, naming the file and what is wrong.
+fn refused(folder: &Path, arguments: &[&str], file: &Path) -> String {
+    let Outcome { code, out, err } = bounded(folder, arguments);
+    let said = if arguments[0] == "check" { out } else { err.clone() };
+    let place = text(file);
+    let what = said.split_once(place).map(|(_, what)| what.trim_matches([':', ' ', '\n']));
+    let short: String = said.chars().take(1000).collect();
+    let command = arguments.join(" ");
+    assert!(matches!(code, Some(1 | 2)), "asperity {command}: code {code:?}\n{short}");
+    assert!(what.is_some_and(|what| what.len() > 10), "asperity {command} says not where and what: {short}");
+    assert!(!err.contains("panicked") && !err.contains("RUST_BACKTRACE"), "asperity {command}: {err}");
+    assert!(said.len() < 20_000, "asperity {command} says {} bytes: {short}", said.len());
+    said
+}
+
+/// Has all commands that read logs read one, which they must refuse or, if it may be, read.
+fn read_by_all(file: &Path, must_refuse: bool) {
+    let scratch = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = scratch.path();
+    let mut commands = vec![
+        vec!["events", text(file)],
+        vec!["events", "--format", "json", text(file)],
+        vec!["replay", text(file)],
+    ];
+    if cfg!(feature = "analysis") {
+        commands.push(vec!["reduce", text(file), "--out", "reduced"]);
+    }
+    for arguments in commands {
+        if must_refuse || bounded(folder, &arguments).code != Some(0) {
+            fs::remove_dir_all(folder.join("reduced")).ok();
+            refused(folder, &arguments, file);
+        }
+    }
+}
+
+/// Holds what `check` says of forgeries against what it must say, all at once.
+fn judged(forgeries: &[Forgery]) {
+    let scratch = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = scratch.path();
+    let mut arguments = vec!["check".to_owned()];
+    for forgery in forgeries {
+        let file = folder.join(format!("{}.mcap", forgery.name));
+        fs::write(&file, &forgery.bytes).expect("the folder can be written");
+        arguments.push(text(&file).to_owned());
+    }
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let Outcome { out, err, .. } = bounded(folder, &arguments);
+    let mut wrong = Vec::new();
+    for (number, forgery) in forgeries.iter().enumerate() {
+        let file = arguments[number + 1];
+        let start = out.find(&format!("{file}: ")).unwrap_or_else(|| panic!("{file}: nothing said\n{err}"));
+        let next = arguments.get(number + 2).and_then(|next| out.find(&format!("{next}: ")));
+        let said = out[start + file.len() + 2..next.unwrap_or(out.len())].trim_end();
+        let verdict = format!("{}: ", forgery.verdict.word());
+        if !said.starts_with(&verdict) || !forgery.says.split('|').any(|says| said.contains(says)) {
+            let told: String = said.chars().take(300).collect();
+            wrong.push(format!(
+                "{} ({}): not {verdict}{}, but {told}",
+                forgery.name, forgery.what, forgery.says
+            ));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert_eq!(err, "");
+}
+
+/// The beginning of a golden log, taken apart.
+fn golden() -> Vec<laws::parts::Part> {
+    let log = fixtures().join("../logs/v2/complete.mcap");
+    let bytes = fs::read(&log).unwrap_or_else(|error| panic!("{}: {error}", log.display()));
+    let sound = laws::parts::beginning(&laws::parts::take_apart(&bytes), 60);
+    forgeries::thinned(&sound.expect("all blocks come to rest in it"))
+}
+
+#[test]
+fn check_tells_every_forgery_of_a_log_by_what_is_wrong() {
+    let scratch = tempfile::tempdir().expect("a temporary folder can be made");
+    let path = scratch.path().join("small.mcap");
+    small::run(&path);
+    let sound = laws::parts::take_apart(&fs::read(&path).expect("it was just written"));
+    judged(&Forge::all(&sound));
+}
+
+/// The files in the repository are what the code that explains them makes.
+#[test]
+fn committed_forgeries_are_those_that_are_made() {
+    let folder = fixtures().join("logs");
+    let all = Forge::all(&golden());
+    // Only where the program is that which made the log are its events held against the steps.
+    let (events, others): (Vec<Forgery>, Vec<Forgery>) = all
+        .into_iter()
+        .partition(|forgery| matches!(forgery.name, "event-other" | "event-lost" | "scenario-other"));
+    assert_eq!(events.len(), 3);
+    let mut list = String::from("file,verdict,says,what\n");
+    for Forgery { name, what, verdict, says, .. } in &others {
+        list += &format!("{name}.mcap,{},\"{}\",\"{what}\"\n", verdict.word(), says.replace('"', "\"\""));
+    }
+    if std::env::var_os("ASPERITY_UPDATE_FIXTURES").is_some() {
+        fs::remove_dir_all(&folder).ok();
+        fs::create_dir_all(&folder).expect("the repository can be written");
+        for Forgery { name, bytes, .. } in &others {
+            fs::write(folder.join(format!("{name}.mcap")), bytes).expect("the repository can be written");
+        }
+        fs::write(fixtures().join("logs.csv"), &list).expect("the repository can be written");
+    }
+    let names: BTreeSet<PathBuf> =
+        others.iter().map(|forgery| folder.join(format!("{}.mcap", forgery.name))).collect();
+    assert_eq!(names, files(&folder).into_iter().collect());
+    for Forgery { name, bytes, .. } in &others {
+        let committed = fs::read(folder.join(format!("{name}.mcap"))).expect("it was just listed");
+        assert!(committed == *bytes, "{name}.mcap is not what the code makes");
+    }
+    let committed = fs::read_to_string(fixtures().join("logs.csv")).expect("the list can be read");
+    assert_eq!(committed, list);
+    judged(&others);
+    for Forgery { name, verdict, consistent, .. } in &others {
+        // Of messages that agree with the end a command sees no more than what it reads.
+        let must_refuse = *verdict != Verdict::Whole && !consistent;
+        read_by_all(&folder.join(format!("{name}.mcap")), must_refuse);
+    }
+}
+
+/// Texts: each folder with the command that reads it.
+#[test]
+fn hostile_texts_are_refused_with_place_and_reason() {
+    let scratch = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = scratch.path();
+    for file in files(&fixtures().join("scenarios")) {
+        refused(folder, &["scenario", "show", text(&file)], &file);
+        refused(folder, &["run", text(&file), "--out", "never.mcap"], &file);
+        assert!(!folder.join("never.mcap").exists());
+    }
+    for file in files(&fixtures().join("profiles")) {
+        let set = format!("initial_shear.profile_csv={}", text(&file));
+        refused(folder, &["scenario", "show", "default", "--set", &set], &file);
+    }
+    for file in files(&fixtures().join("settings")) {
+        let log = fixtures().join("../logs/v2/complete.mcap");
+        refused(folder, &["replay", text(&log), "--detectors", text(&file)], &file);
+    }
+    if cfg!(feature = "analysis") {
+        for file in files(&fixtures().join("pipelines")) {
+            refused(folder, &["reproduce", text(&file), "--out", "never"], &file);
+            assert!(!folder.join("never").exists());
+        }
+    }
+}
+
+/// Too large to keep: made here.
+#[test]
+fn large_texts_are_refused_within_bounds() {
+    let scratch = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = scratch.path();
+    let large: [(&str, String); 6] = [
+        ("line.toml", format!("name = \"{}", "x".repeat(10_000_000))),
+        ("value.toml", format!("slider.blocks = {}\n", "9".repeat(10_000_000))),
+        ("nested-lists.toml", format!("name = {}", "[".repeat(1_000_000))),
+        ("nested-tables.toml", format!("name = {}", "{a=".repeat(1_000_000))),
+        ("nested-keys.toml", format!("{}a = 1", "a.".repeat(1_000_000))),
+        ("many-errors.toml", "[[recording.window]]\nfrom_s = -1\n".repeat(1000)),
+    ];
+    for (name, content) in large {
+        let file = folder.join(name);
+        fs::write(&file, content).expect("the folder can be written");
+        refused(folder, &["scenario", "show", text(&file)], &file);
+        if cfg!(feature = "analysis") {
+            refused(folder, &["reproduce", text(&file), "--out", "never"], &file);
+        }
+    }
+    let endless = Path::new("/dev/zero");
+    if endless.exists() {
+        refused(folder, &["scenario", "show", text(endless)], endless);
+        refused(folder, &["check", text(endless)], endless);
+    }
+}
+
+/// A log of messages that unpack to more than there is memory for is read in bounds.
+#[test]
+fn what_unpacks_to_much_is_read_in_bounds() {
+    use laws::parts::{Packing, Part, correct_end, put_together};
+    use mcap::records::op;
+    let scratch = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = scratch.path();
+    let mut parts = golden();
+    let event = parts
+        .iter()
+        .find(|part| {
+            part.opcode == op::MESSAGE && part.payload().is_some_and(|text| text.starts_with(b"{\"onset_s\""))
+        })
+        .cloned()
+        .expect("it has a slip event");
+    // Ten chunks, each of which unpacks to fifty million bytes of slip events.
+    let mut records = Vec::new();
+    while records.len() < 50_000_000 {
+        event.put(&mut records);
+    }
+    let packed = zstd::bulk::compress(&records, 1).expect("it compresses");
+    let crc = crc32fast::hash(&records);
+    let chunk = Part::chunk_of(records.len() as u64, crc, "zstd", packed.len() as u64, &packed);
+    let at = parts.len() - 1;
+    parts.splice(at..at, std::iter::repeat_n(chunk, 10));
+    correct_end(&mut parts);
+    let file = folder.join("bomb.mcap");
+    let bytes = put_together(&parts, Packing::USUAL);
+    assert!(bytes.len() < 5_000_000);
+    fs::write(&file, bytes).expect("the folder can be written");
+    refused(folder, &["check", text(&file)], &file);
+    refused(folder, &["replay", text(&file)], &file);
+    refused(folder, &["events", text(&file)], &file);
+}
+
+/// What fuzzing found, and the inputs that reach the most, through the same functions.
+#[test]
+fn what_fuzzing_found_stays_mended() {
+    let targets: [(&str, fn(&[u8])); 5] = [
+        ("log_bytes", laws::log_bytes),
+        ("log_edits", laws::log_edits),
+        ("metadata", laws::metadata),
+        ("scenario", laws::scenario),
+        ("profile", laws::profile),
+    ];
+    let mut targets = targets.to_vec();
+    #[cfg(feature = "analysis")]
+    targets.extend([("pipeline", laws::pipeline as fn(&[u8])), ("tables", laws::tables)]);
+    let mut read = 0;
+    for kept in ["found", "corpus"] {
+        for (target, law) in &targets {
+            let folder = fixtures().join(kept).join(target);
+            if !folder.is_dir() {
+                continue;
+            }
+            for file in files(&folder) {
+                law(&fs::read(&file).expect("it was just listed"));
+                read += 1;
+            }
+        }
+    }
+    assert!(read > 1, "{read} inputs are kept");
+}

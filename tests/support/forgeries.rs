@@ -1,0 +1,846 @@
+//! Logs that nobody wrote, made of one that was: each with what is wrong with it and what
+//! `asperity check` must say of it.
+
+use std::collections::BTreeMap;
+
+use mcap::records::op;
+
+use crate::laws::parts::{Packing, Part, correct_end, put_together};
+
+/// What `check` calls it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// Nothing in it is changed that is read.
+    Whole,
+    /// It ends too early, and is sound up to there.
+    Incomplete,
+    /// Something in it is not as it must be.
+    Damaged,
+}
+
+impl Verdict {
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Verdict::Whole => "whole",
+            Verdict::Incomplete => "incomplete",
+            Verdict::Damaged => "damaged",
+        }
+    }
+}
+
+/// One of them.
+pub(crate) struct Forgery {
+    /// Its file's name, without extension.
+    pub(crate) name: &'static str,
+    /// What is wrong with it.
+    pub(crate) what: &'static str,
+    /// What it is to be called.
+    pub(crate) verdict: Verdict,
+    /// What is to be said of it; one of several, where it depends on what is looked at first.
+    pub(crate) says: &'static str,
+    /// Whether its end agrees with its messages, so that only what is read of them can tell.
+    pub(crate) consistent: bool,
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// A sound log, and what is made of it.
+pub(crate) struct Forge {
+    sound: Vec<Part>,
+    made: Vec<Forgery>,
+}
+
+use Verdict::{Damaged, Incomplete, Whole};
+
+impl Forge {
+    /// All forgeries of a sound log, taken apart. It must have messages on `/step`, `/switch`,
+    /// `/fields` and `/events/slip`.
+    pub(crate) fn all(sound: &[Part]) -> Vec<Forgery> {
+        let mut forge = Forge { sound: sound.to_vec(), made: Vec::new() };
+        forge.harmless();
+        forge.cut();
+        forge.lengths();
+        forge.layout();
+        forge.header();
+        forge.end();
+        forge.messages();
+        forge.order();
+        forge.events();
+        forge.made
+    }
+
+    /// A file as it is.
+    fn file(
+        &mut self,
+        name: &'static str,
+        what: &'static str,
+        verdict: Verdict,
+        says: &'static str,
+        bytes: Vec<u8>,
+    ) {
+        self.made.push(Forgery { name, what, verdict, says, consistent: false, bytes });
+    }
+
+    /// A file of changed records; `run_end` is made to agree with the messages.
+    fn parts(
+        &mut self,
+        name: &'static str,
+        what: &'static str,
+        says: &'static str,
+        change: impl FnOnce(&mut Vec<Part>),
+    ) {
+        let mut parts = self.sound.clone();
+        change(&mut parts);
+        correct_end(&mut parts);
+        let bytes = put_together(&parts, Packing::USUAL);
+        self.made.push(Forgery { name, what, verdict: Damaged, says, consistent: true, bytes });
+    }
+
+    /// A file of changed records; `run_end` stays as it was.
+    fn parts_only(
+        &mut self,
+        name: &'static str,
+        what: &'static str,
+        verdict: Verdict,
+        says: &'static str,
+        change: impl FnOnce(&mut Vec<Part>),
+    ) {
+        let mut parts = self.sound.clone();
+        change(&mut parts);
+        self.file(name, what, verdict, says, put_together(&parts, Packing::USUAL));
+    }
+
+    /// A file whose metadata says something else.
+    fn says(
+        &mut self,
+        name: &'static str,
+        record: &str,
+        key: &str,
+        value: Option<&str>,
+        what: &'static str,
+        says: &'static str,
+    ) {
+        self.parts_only(name, what, Damaged, says, |parts| {
+            let at = named(parts, record);
+            let mut map = parts[at].map().expect("it is metadata");
+            match value {
+                Some(value) => map.insert(key.to_owned(), value.to_owned()),
+                None => map.remove(key),
+            };
+            parts[at] = Part::metadata(record, &map);
+        });
+    }
+
+    /// A file of which one message says something else; the first on that topic that says what
+    /// is to be replaced.
+    fn message(
+        &mut self,
+        name: &'static str,
+        topic: &str,
+        old: &str,
+        new: &str,
+        what: &'static str,
+        says: &'static str,
+    ) {
+        self.parts(name, what, says, |parts| {
+            let at = messages(parts, topic)
+                .into_iter()
+                .find(|&at| payload(&parts[at]).contains(old))
+                .unwrap_or_else(|| panic!("{name}: no message of {topic} has {old}"));
+            let text = payload(&parts[at]).replacen(old, new, 1);
+            parts[at] = parts[at].with_payload(text.as_bytes());
+        });
+    }
+
+    /// A file of which the first message on a topic is another.
+    fn payload(&mut self, name: &'static str, what: &'static str, says: &'static str, payload: &[u8]) {
+        self.parts(name, what, says, |parts| {
+            let at = messages(parts, "/step")[0];
+            parts[at] = parts[at].with_payload(payload);
+        });
+    }
+
+    fn harmless(&mut self) {
+        self.parts_only(
+            "harmless-repacked",
+            "the same records in other chunks, without compression",
+            Whole,
+            "up to step",
+            |_| {},
+        );
+        self.parts_only(
+            "harmless-unknown-kind",
+            "a record of a kind that MCAP leaves to programs of their own",
+            Whole,
+            "up to step",
+            |parts| parts.insert(1, Part::new(0x80, *b"anything")),
+        );
+        self.parts_only("harmless-empty-chunk", "a chunk without records", Whole, "up to step", |parts| {
+            let at = named(parts, "run_end");
+            parts.insert(at, Part::chunk(&[]));
+        });
+    }
+
+    fn cut(&mut self) {
+        let whole = put_together(&self.sound, Packing::USUAL);
+        let chunked = put_together(&self.sound, Packing { per_chunk: 20, ..Packing::USUAL });
+        let end = b"run_end";
+        let run_end = whole.windows(end.len()).rposition(|bytes| bytes == end).expect("it has an end") - 13;
+        self.file("cut-empty", "no bytes at all", Incomplete, "ended in the middle of a record", Vec::new());
+        let cut = |bytes: &[u8], length: usize| bytes[..length].to_vec();
+        self.file("cut-in-magic", "four bytes", Incomplete, "ended in the middle", cut(&whole, 4));
+        self.file("cut-behind-magic", "eight bytes", Incomplete, "ended in the middle", cut(&whole, 8));
+        self.file("cut-in-chunk", "its first half", Incomplete, "middle", cut(&chunked, chunked.len() / 2));
+        self.file(
+            "cut-before-run-end",
+            "all of its messages and no more",
+            Incomplete,
+            "ended in the middle of a record",
+            cut(&whole, run_end),
+        );
+        self.parts_only(
+            "cut-and-closed",
+            "cut off before `run_end`, and an end of an MCAP file put behind",
+            Incomplete,
+            "no metadata `run_end`",
+            |parts| {
+                parts.pop();
+            },
+        );
+        self.parts_only(
+            "cut-in-run-and-closed",
+            "cut off between messages, and an end of an MCAP file put behind",
+            Incomplete,
+            "no metadata `run_end`",
+            |parts| parts.truncate(parts.len() - 30),
+        );
+        self.file(
+            "cut-end-magic",
+            "without its last byte",
+            Incomplete,
+            "middle",
+            cut(&whole, whole.len() - 1),
+        );
+        self.file(
+            "two-files",
+            "a log behind a log",
+            Damaged,
+            "behind the end of the MCAP file",
+            whole.repeat(2),
+        );
+        let text = b"step,time_s\n1,0.5\n".to_vec();
+        self.file("no-mcap", "another kind of file", Damaged, "Bad magic", text);
+        let mut zeros = whole.clone();
+        zeros[run_end - 400..run_end - 200].fill(0);
+        self.file("zeros", "a piece of it overwritten with zeros", Damaged, "CRC failed", zeros);
+        let mut bytes = whole;
+        let place = bytes.len() / 2;
+        bytes[place] ^= 0x10;
+        self.file("flipped-bit", "one bit of a message flipped", Damaged, "CRC failed", bytes);
+    }
+
+    fn lengths(&mut self) {
+        let head = |opcode: u8, length: u64| [&[opcode][..], &length.to_le_bytes()].concat();
+        let whole = put_together(&self.sound, Packing::USUAL);
+        for (name, length, says) in [
+            ("length-of-record-2-63", 1 << 63, "exceeds limit"),
+            ("length-of-record-2-64", u64::MAX, "exceeds limit"),
+            ("length-of-record-over-the-end", 1 << 20, "claims to be longer than the rest of the file"),
+        ] {
+            let bytes = [&whole[..8], &head(op::HEADER, length), &whole[17..]].concat();
+            self.file(name, "its first record claims to be longer than it is", Damaged, says, bytes);
+        }
+        let small = |parts: &mut Vec<Part>, part: Part| parts.insert(3, part);
+        self.parts_only(
+            "chunk-claims-2-63",
+            "a chunk that claims to unpack to 2^63 bytes",
+            Damaged,
+            "length exceeds limit",
+            |parts| small(parts, Part::chunk_of(1 << 63, 1, "zstd", 4, b"abcd")),
+        );
+        self.parts_only(
+            "chunk-claims-to-hold-2-63",
+            "a chunk that claims to hold 2^63 bytes",
+            Damaged,
+            "holds a length that reaches over its end",
+            |parts| small(parts, Part::chunk_of(4, 1, "zstd", 1 << 63, b"abcd")),
+        );
+        let bomb = zstd::bulk::compress(&vec![0; 30_000_000], 19).expect("zeros compress");
+        self.parts_only(
+            "chunk-unpacks-to-more",
+            "a chunk that claims 1000 bytes and unpacks to 30 million",
+            Damaged,
+            "Error during decompression",
+            |parts| small(parts, Part::chunk_of(1000, 1, "zstd", bomb.len() as u64, &bomb)),
+        );
+        let bomb = zstd::bulk::compress(&vec![0; 100_000_000], 19).expect("zeros compress");
+        self.parts_only(
+            "chunk-of-100-million-zeros",
+            "a chunk that unpacks to as much as it claims, which is more than any ever had",
+            Damaged,
+            "length exceeds limit",
+            |parts| small(parts, Part::chunk_of(100_000_000, 1, "zstd", bomb.len() as u64, &bomb)),
+        );
+        let bomb = zstd::bulk::compress(&vec![0; 54_000_000], 19).expect("zeros compress");
+        let crc = crc32fast::hash(&vec![0; 54_000_000]);
+        self.parts_only(
+            "chunk-of-54-million-zeros",
+            "a chunk of six million records of no kind and no length",
+            Damaged,
+            "there are two MCAP headers",
+            |parts| {
+                let chunk = Part::chunk_of(54_000_000, crc, "zstd", bomb.len() as u64, &bomb);
+                small(parts, chunk);
+                parts.insert(4, parts[0].clone());
+            },
+        );
+        self.parts_only(
+            "chunk-not-zstd",
+            "a chunk that does not unpack",
+            Damaged,
+            "Error during decompression",
+            |parts| small(parts, Part::chunk_of(100, 1, "zstd", 4, b"abcd")),
+        );
+        self.parts_only(
+            "chunk-of-another-compression",
+            "a chunk of a compression that does not exist",
+            Damaged,
+            "Unsupported compression format `shrunk`",
+            |parts| small(parts, Part::chunk_of(4, 1, "shrunk", 4, b"abcd")),
+        );
+        self.parts_only(
+            "chunk-without-checksum",
+            "a chunk whose checksum is said not to have been made",
+            Damaged,
+            "Chunk CRC failed",
+            |parts| small(parts, Part::chunk_of(4, 0, "", 4, b"abcd")),
+        );
+        let over = head(op::MESSAGE, 1000);
+        self.parts_only(
+            "chunk-record-over-its-end",
+            "a message that claims to be longer than its chunk, which is not compressed",
+            Damaged,
+            "Chunk ended in the middle of a record",
+            |parts| small(parts, Part::chunk_of(9, crc32fast::hash(&over), "", 9, &over)),
+        );
+        self.parts_only("chunk-in-chunk", "a chunk in a chunk", Damaged, "a chunk in a chunk", |parts| {
+            small(parts, Part::chunk(&[Part::chunk(&[])]));
+        });
+        self.parts_only(
+            "text-of-4-gb",
+            "metadata whose name claims to be 2^32 - 1 bytes long",
+            Damaged,
+            "holds a length that reaches over its end",
+            |parts| small(parts, Part::new(op::METADATA, [0xff; 12])),
+        );
+        let attachment = Part::attachment("a", b"");
+        self.parts_only(
+            "attachment-without-checksum",
+            "an attachment that ends before its checksum",
+            Damaged,
+            "holds a length that reaches over its end",
+            |parts| small(parts, Part::new(op::ATTACHMENT, &attachment.body[..attachment.body.len() - 4])),
+        );
+        let mut huge = attachment.body.clone();
+        huge[25..33].copy_from_slice(&(1u64 << 62).to_le_bytes());
+        self.parts_only(
+            "attachment-of-2-62",
+            "an attachment that claims 2^62 bytes of data",
+            Damaged,
+            "holds a length that reaches over its end",
+            |parts| small(parts, Part::new(op::ATTACHMENT, huge)),
+        );
+        self.parts_only(
+            "index-of-nonsense",
+            "an index of messages that claims 2^32 - 1 bytes",
+            Damaged,
+            "holds a length that reaches over its end",
+            |parts| small(parts, Part::new(op::MESSAGE_INDEX, [0, 0, 0xff, 0xff, 0xff, 0xff])),
+        );
+    }
+
+    fn layout(&mut self) {
+        let of = |parts: &Vec<Part>, name: &str| parts[named(parts, name)].clone();
+        self.parts_only(
+            "two-logs-in-one",
+            "the records of a log behind those of a log",
+            Damaged,
+            "two MCAP headers",
+            |parts| {
+                let again = parts.clone();
+                parts.extend(again);
+            },
+        );
+        self.parts_only("two-runs", "two metadata `run`", Damaged, "two metadata `run`", |parts| {
+            let run = of(parts, "run");
+            parts.insert(2, run);
+        });
+        self.parts_only("two-ends", "two metadata `run_end`", Damaged, "two metadata `run_end`", |parts| {
+            let end = of(parts, "run_end");
+            parts.push(end);
+        });
+        self.parts(
+            "end-before-messages",
+            "metadata `run_end`, all true, before the messages",
+            "behind metadata `run_end`",
+            |parts| {
+                let end = parts.remove(named(parts, "run_end"));
+                let at = messages(parts, "/step")[0];
+                parts.insert(at, end);
+            },
+        );
+        self.parts(
+            "messages-before-header",
+            "a message before metadata `run`",
+            "no metadata `run` before the first message",
+            |parts| {
+                let run = parts.remove(named(parts, "run"));
+                let at = messages(parts, "/step")[1];
+                parts.insert(at, run);
+            },
+        );
+        self.parts_only(
+            "no-run",
+            "no metadata `run`",
+            Damaged,
+            "no metadata `run` before the first message",
+            |parts| {
+                parts.remove(named(parts, "run"));
+            },
+        );
+        self.parts_only("no-mcap-header", "no MCAP header", Damaged, "no MCAP header", |parts| {
+            parts.remove(0);
+        });
+        self.parts_only(
+            "no-scenario",
+            "no scenario, which would be taken for the default one",
+            Damaged,
+            "no attachment `scenario.toml`",
+            |parts| {
+                parts.remove(named(parts, "scenario.toml"));
+            },
+        );
+        self.parts_only(
+            "two-scenarios",
+            "two scenarios",
+            Damaged,
+            "two attachments `scenario.toml`",
+            |parts| {
+                let other = Part::attachment("scenario.toml", b"slider.blocks = 7");
+                parts.insert(3, other);
+            },
+        );
+        self.parts_only(
+            "scenario-not-text",
+            "a scenario that is no UTF-8",
+            Damaged,
+            "attachment `scenario.toml` is not UTF-8",
+            |parts| {
+                let at = named(parts, "scenario.toml");
+                parts[at] = Part::attachment("scenario.toml", b"name = \"\xff\"");
+            },
+        );
+        self.parts(
+            "channel-reused",
+            "a channel that becomes that of another topic",
+            "and of /fields",
+            |parts| {
+                let steps = messages(parts, "/step");
+                let id = parts[steps[0]].channel_id().expect("it is a message");
+                parts.insert(steps[3], Part::channel(id, 1, "/fields"));
+            },
+        );
+        self.parts("topic-twice", "a topic on two channels", "/step has two channels", |parts| {
+            let steps = messages(parts, "/step");
+            parts.insert(steps[3], Part::channel(77, 1, "/step"));
+        });
+        self.parts(
+            "channel-unknown",
+            "a message on a channel that nothing announced",
+            "a message of channel 77, which nothing announced",
+            |parts| {
+                let at = messages(parts, "/step")[3];
+                parts[at].body[..2].copy_from_slice(&77u16.to_le_bytes());
+            },
+        );
+        let data = |sound: &[Part]| {
+            let file = put_together(sound, Packing::USUAL);
+            // Data end, footer, magic.
+            (file[..file.len() - 13 - 29 - 8].to_vec(), file[file.len() - 13 - 29 - 8..].to_vec())
+        };
+        let (records, rest) = data(&self.sound);
+        let with = |between: &[Part], behind: &[Part]| {
+            let mut file = records.clone();
+            file.extend(&rest[..13]);
+            between.iter().for_each(|part| part.put(&mut file));
+            file.extend(&rest[13..13 + 29]);
+            behind.iter().for_each(|part| part.put(&mut file));
+            file.extend(&rest[13 + 29..]);
+            file
+        };
+        let step = self.sound[messages(&self.sound, "/step")[0]].clone();
+        let twice = with(&[Part::new(op::DATA_END, [0; 4])], &[]);
+        let behind_data = with(std::slice::from_ref(&step), &[]);
+        let behind_footer = with(&[], &[step]);
+        let no_data_end = [&records[..], &rest[13..]].concat();
+        self.file("data-ends-twice", "two ends of the data", Damaged, "the data ends twice", twice);
+        self.file(
+            "message-behind-data",
+            "a message behind the end of the data",
+            Damaged,
+            "behind the end of the data",
+            behind_data,
+        );
+        self.file(
+            "message-behind-footer",
+            "a message behind the footer",
+            Damaged,
+            "Bad magic",
+            behind_footer,
+        );
+        self.file(
+            "no-data-end",
+            "no end of the data, so that its checksum is not looked at",
+            Damaged,
+            "a footer before the end of the data",
+            no_data_end,
+        );
+    }
+
+    fn header(&mut self) {
+        let whole = "metadata `run` has";
+        self.says("run-without-blocks", "run", "blocks", None, "no number of blocks", "lacks the key blocks");
+        for (name, key, value) in [
+            ("run-blocks-4294967295", "blocks", "4294967295"),
+            ("run-blocks-1", "blocks", "1"),
+            ("run-blocks-minus-1", "blocks", "-1"),
+            ("run-blocks-text", "blocks", "many"),
+            ("run-step-0", "time_step_s", "0"),
+            ("run-step-minus-1", "time_step_s", "-1"),
+            ("run-step-nan", "time_step_s", "NaN"),
+            ("run-step-infinite", "time_step_s", "inf"),
+            ("run-steps-2-64", "steps", "18446744073709551616"),
+            ("run-steps-minus-1", "steps", "-1"),
+            ("run-version-text", "record_schema_version", "two"),
+        ] {
+            self.says(name, "run", key, Some(value), "a header that no run has", whole);
+        }
+        let version = "with version";
+        let newer = "a version of the format that there is not";
+        self.says("run-version-0", "run", "record_schema_version", Some("0"), newer, version);
+        self.says("run-version-99", "run", "record_schema_version", Some("99"), newer, version);
+        let times = "stands at|metadata `run` says";
+        let other = "a time step that is not that of the messages";
+        let from = self.made.len();
+        self.says("run-step-1e-320", "run", "time_step_s", Some("1e-320"), other, times);
+        self.says("run-step-1e308", "run", "time_step_s", Some("1e308"), other, times);
+        let ends = "says the last step|metadata `run` says";
+        let steps = "more steps than it took";
+        self.says("run-steps-most", "run", "steps", Some("18446744073709551615"), steps, ends);
+        let fewer = "fewer blocks than it has states of";
+        self.says(
+            "run-blocks-fewer",
+            "run",
+            "blocks",
+            Some("3"),
+            fewer,
+            "values, not 3|metadata `run` says 3",
+        );
+        self.made[from..].iter_mut().for_each(|forgery| forgery.consistent = true);
+    }
+
+    fn end(&mut self) {
+        let what = "an end that is not that of the messages";
+        self.says("end-status", "run_end", "status", Some("splendid"), what, "has status = \"splendid\"");
+        self.says("end-switches", "run_end", "switches", Some("7"), what, "says switches: 7");
+        self.says("end-digest", "run_end", "digest", Some("00"), what, "says digest: 00");
+        self.says("end-last-step", "run_end", "last_step", Some("7"), what, "says the last step: 7");
+        self.says("end-count", "run_end", "messages:/step", Some("7"), what, "says messages of /step: 7");
+        self.says(
+            "end-count-text",
+            "run_end",
+            "messages:/step",
+            Some("x"),
+            what,
+            "which is not a whole number",
+        );
+        let missing = "an end that is silent on a topic";
+        self.says(
+            "end-without-count",
+            "run_end",
+            "messages:/fields",
+            None,
+            missing,
+            "says messages of /fields: nothing",
+        );
+        let more = "an end that counts a topic which is not there";
+        self.says(
+            "end-with-count",
+            "run_end",
+            "messages:/more",
+            Some("0"),
+            more,
+            "says messages of /more: 0, the file has nothing",
+        );
+        self.says("end-without-digest", "run_end", "digest", None, "no digest", "lacks the key digest");
+    }
+
+    fn messages(&mut self) {
+        let read = "message 0 of /step cannot be read";
+        self.payload("message-empty", "a message of no bytes", read, b"");
+        self.payload("message-not-json", "a message that is no JSON", read, b"step 1 at 0.5 s");
+        self.payload("message-null", "a message that is null", read, b"null");
+        self.payload("message-list", "a message that is a list", read, b"[1,2,3]");
+        self.payload("message-not-text", "a message that is no UTF-8", read, b"{\"step\":\xff}");
+        let deep = [vec![b'['; 1000], vec![b']'; 1000]].concat();
+        self.payload("message-nested", "a message nested 1000 deep", read, &deep);
+        let what = "a step that is not as its schema says";
+        for (name, old, new) in [
+            ("message-missing-field", "\"sliding\":0,", ""),
+            ("message-extra-field", "\"sliding\":0,", "\"sliding\":0,\"more\":1,"),
+            ("message-field-twice", "\"sliding\":0,", "\"sliding\":0,\"sliding\":0,"),
+            ("message-wrong-type", "\"sliding\":0", "\"sliding\":\"0\""),
+            ("message-negative-count", "\"sliding\":0", "\"sliding\":-1"),
+            ("message-too-large", "\"sliding\":0", "\"sliding\":4294967296"),
+            ("message-nan", "\"driving_force_n\":", "\"driving_force_n\":NaN,\"x\":"),
+            ("message-infinity", "\"driving_force_n\":", "\"driving_force_n\":Infinity,\"x\":"),
+            ("message-1e999", "\"driving_force_n\":", "\"driving_force_n\":1e999,\"x\":"),
+            ("message-null-number", "\"driving_force_n\":", "\"driving_force_n\":null,\"x\":"),
+        ] {
+            self.message(name, "/step", old, new, what, "of /step cannot be read");
+        }
+        self.message(
+            "ratio",
+            "/step",
+            "\"ft_fn\":",
+            "\"ft_fn\":1",
+            "a ratio not of its loads",
+            "but its loads give",
+        );
+        let ends = "a force on one end alone";
+        let end = "\"first_end_force_n\":1.0,\"ft_fn\":";
+        self.message("one-end", "/step", "\"ft_fn\":", end, ends, "a force on one end and none on the other");
+        let short = "states of fewer blocks than there are";
+        self.parts("fields-short", short, "displacement_m has 1 values", |parts| {
+            change(parts, "/fields", |message| message["displacement_m"] = serde_json::json!([0.0]));
+        });
+        let detached = "states that say of a stuck block that it slides";
+        self.parts("fields-detached", detached, "but its switches leave it stuck", |parts| {
+            change(parts, "/fields", |message| message["detached"][0] = 1.into());
+        });
+        let window = |first: u32| {
+            format!(
+                "{{\"window\":0,\"step\":0,\"time_s\":0.0,\"sliding\":0,\"first_block\":{first},\
+                 \"displacement_m\":[0.0,0.0],\"velocity_m_per_s\":[0.0,0.0],\"tangential_force_n\":[0.0,0.0]}}"
+            )
+        };
+        for (name, first) in [("window-from-block-0", 0), ("window-beyond-the-chain", 100_000)] {
+            let what = "states of blocks that the chain does not have";
+            self.parts(name, what, "a window of 2 blocks from block", |parts| {
+                let channel =
+                    parts.iter().find(|part| part.opcode == op::CHANNEL && part.name() == Some("/window"));
+                let id = channel.and_then(Part::channel_id).expect("windows have a channel");
+                let at = messages(parts, "/step")[0];
+                parts.insert(at, Part::message(id, 0, 0, window(first).as_bytes()));
+            });
+        }
+        self.parts(
+            "file-time",
+            "a message that stands at another time in the file",
+            "stands at 7 ns",
+            |parts| {
+                let at = messages(parts, "/step")[2];
+                parts[at].body[6..14].copy_from_slice(&7u64.to_le_bytes());
+            },
+        );
+        self.parts("message-number", "a message out of its number", "where number 2 must", |parts| {
+            let at = messages(parts, "/step")[2];
+            parts[at].body[2..6].copy_from_slice(&9u32.to_le_bytes());
+        });
+    }
+
+    fn order(&mut self) {
+        self.parts("message-lost", "a sample is missing, and counts and digest agree", "must", |parts| {
+            let at = messages(parts, "/step")[1];
+            parts.remove(at);
+        });
+        self.parts("chunk-twice", "the same messages twice, and counts and digest agree", "step", |parts| {
+            let (from, to) = (messages(parts, "/step")[0], messages(parts, "/step")[3]);
+            let again = parts[from..to].to_vec();
+            parts.splice(to..to, again);
+            renumber(parts);
+        });
+        self.parts(
+            "chunks-swapped",
+            "messages in another order, and counts and digest agree",
+            "step",
+            |parts| {
+                let steps = messages(parts, "/step");
+                let (first, second, third) = (steps[0], steps[2], steps[4]);
+                let moved: Vec<Part> = parts.drain(first..second).collect();
+                let at = third - (second - first);
+                parts.splice(at..at, moved);
+                renumber(parts);
+            },
+        );
+        let what = "a switch that no block can make";
+        self.parts("switch-block-0", what, "block 0 cannot", |parts| {
+            change(parts, "/switch", |message| message["block"] = 0.into());
+        });
+        self.parts("switch-block-beyond", what, "block 4294967295 cannot", |parts| {
+            change(parts, "/switch", |message| message["block"] = u32::MAX.into());
+        });
+        self.parts("switch-attach-stuck", what, "cannot Attach", |parts| {
+            change(parts, "/switch", |message| message["direction"] = "attach".into());
+        });
+        self.parts("switch-of-another-step", "a switch of another step", "says it is of step 1,", |parts| {
+            change(parts, "/switch", |message| message["step"] = 1.into());
+        });
+        self.parts(
+            "switch-without-step",
+            "a switch behind no step",
+            "promises 0 switches and has 1",
+            |parts| {
+                let from = messages(parts, "/switch")[0];
+                let switch = parts[from].clone();
+                let at = messages(parts, "/step")[1];
+                parts.insert(at, switch);
+            },
+        );
+        self.parts(
+            "switches-promised",
+            "a step that promises 2^32 - 1 switches",
+            "promises 4294967295",
+            |parts| {
+                change(parts, "/step", |message| message["switches"] = u32::MAX.into());
+            },
+        );
+        self.parts("sliding", "a step in which other blocks slide than switched", "say", |parts| {
+            change(parts, "/step", |message| message["sliding"] = 1.into());
+        });
+    }
+
+    /// Events are only held against the steps where the same program found them.
+    fn events(&mut self) {
+        let payload = |parts: &Vec<Part>| payload(&parts[messages(parts, "/events/slip")[0]]).to_owned();
+        self.parts("event-not-json", "an event that is no JSON", "event", |parts| {
+            let at = messages(parts, "/events/slip")[0];
+            parts[at] = parts[at].with_payload(b"a slip");
+        });
+        self.parts("event-not-text", "an event that is no UTF-8", "cannot be read", |parts| {
+            let at = messages(parts, "/events/slip")[0];
+            parts[at] = parts[at].with_payload(b"\xff\xff");
+        });
+        self.parts("event-other", "an event that is not that of its steps", "other events", |parts| {
+            let at = messages(parts, "/events/slip")[0];
+            let text = payload(parts).replacen("\"ft_fn_onset\":", "\"ft_fn_onset\":1", 1);
+            parts[at] = parts[at].with_payload(text.as_bytes());
+        });
+        self.parts(
+            "event-lost",
+            "an event is missing, and counts and digest agree",
+            "other events",
+            |parts| {
+                let at = messages(parts, "/events/slip")[0];
+                parts.remove(at);
+                renumber(parts);
+            },
+        );
+        self.parts_only("scenario-other", "the scenario of another run", Damaged, "scenario.toml", |parts| {
+            let at = named(parts, "scenario.toml");
+            parts[at] = Part::attachment("scenario.toml", b"slider.blocks = 7\n");
+        });
+    }
+}
+
+/// Gives the messages the numbers that they must have.
+fn renumber(parts: &mut [Part]) {
+    let mut next: BTreeMap<u16, u32> = BTreeMap::new();
+    for part in parts.iter_mut().filter(|part| part.opcode == op::MESSAGE) {
+        let number = next.entry(part.channel_id().expect("it is a message")).or_insert(0);
+        part.body[2..6].copy_from_slice(&number.to_le_bytes());
+        *number += 1;
+    }
+}
+
+/// A small log of a sound one, to be kept: of the samples between slips only the first few,
+/// of scenario and schemas only what is read.
+pub(crate) fn thinned(sound: &[Part]) -> Vec<Part> {
+    let steps = messages(sound, "/step");
+    let states = messages(sound, "/fields");
+    let number = |part: &Part, key: &str| {
+        let message: serde_json::Value = serde_json::from_str(payload(part)).expect("messages are JSON");
+        message[key].as_u64().unwrap_or(0)
+    };
+    let mut thin = Vec::new();
+    let (mut samples, mut slid, mut step) = (0, false, 0);
+    for (at, part) in sound.iter().enumerate() {
+        if steps.contains(&at) {
+            let slides = number(part, "sliding") + number(part, "switches") > 0;
+            samples += 1;
+            if !slides && !slid && samples > 8 && Some(&at) != steps.last() {
+                continue;
+            }
+            (slid, step) = (slides, number(part, "step"));
+        }
+        if states.contains(&at) && number(part, "step") != step {
+            continue;
+        }
+        thin.push(match (part.opcode, part.name()) {
+            (op::SCHEMA, _) => Part::new(op::SCHEMA, small_schema(&part.body)),
+            (op::ATTACHMENT, Some("scenario.toml")) => {
+                let mut text = String::new();
+                let scenario =
+                    String::from_utf8_lossy(part.attached().expect("it is an attachment")).into_owned();
+                for line in scenario.lines().filter(|line| !line.starts_with('#') && !line.is_empty()) {
+                    text += line;
+                    text += "\n";
+                }
+                Part::attachment("scenario.toml", text.as_bytes())
+            }
+            _ => part.clone(),
+        });
+    }
+    renumber(&mut thin);
+    correct_end(&mut thin);
+    thin
+}
+
+/// A schema with its number and name, that says nothing.
+fn small_schema(body: &[u8]) -> Vec<u8> {
+    let mut small = body[..2].to_vec();
+    for text in ["", "jsonschema", "{}"] {
+        small.extend((text.len() as u32).to_le_bytes());
+        small.extend(text.as_bytes());
+    }
+    small
+}
+
+/// Where a record of that name is.
+fn named(parts: &[Part], name: &str) -> usize {
+    parts.iter().position(|part| part.name() == Some(name)).unwrap_or_else(|| panic!("no record {name}"))
+}
+
+/// Where the messages of a topic are.
+fn messages(parts: &[Part], topic: &str) -> Vec<usize> {
+    let id = parts
+        .iter()
+        .find(|part| part.opcode == op::CHANNEL && part.name() == Some(topic))
+        .and_then(Part::channel_id)
+        .unwrap_or_else(|| panic!("no channel of {topic}"));
+    (0..parts.len())
+        .filter(|&at| parts[at].opcode == op::MESSAGE && parts[at].channel_id() == Some(id))
+        .collect()
+}
+
+fn payload(part: &Part) -> &str {
+    part.payload().and_then(|bytes| std::str::from_utf8(bytes).ok()).expect("messages are text")
+}
+
+/// Changes the first message of a topic.
+fn change(parts: &mut [Part], topic: &str, change: impl FnOnce(&mut serde_json::Value)) {
+    let at = messages(parts, topic)[0];
+    let mut message: serde_json::Value =
+        serde_json::from_str(payload(&parts[at])).expect("messages are JSON");
+    change(&mut message);
+    parts[at] = parts[at].with_payload(message.to_string().as_bytes());
+}

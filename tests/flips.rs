@@ -8,6 +8,7 @@ mod small;
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 
 use asperity_record::{RunEnd, RunHeader};
@@ -128,10 +129,12 @@ fn of_a_thousand_flipped_bits_every_one_is_seen_or_changes_nothing() {
             }
         }
     }
-    println!(
+    writeln!(
+        std::io::stdout(),
         "{FLIPS} bits flipped in {} bytes, by kind of record: {flipped:x?}; called {verdicts:?}",
         bytes.len()
-    );
+    )
+    .expect("it is open");
     assert!(unseen.is_empty(), "called whole and read otherwise:\n{}", unseen.join("\n"));
     assert_eq!(verdicts.values().sum::<usize>(), FLIPS);
 }

@@ -296,7 +296,8 @@ fn what_unpacks_to_much_is_read_in_bounds() {
 /// What fuzzing found, and the inputs that reach the most, through the same functions.
 #[test]
 fn what_fuzzing_found_stays_mended() {
-    let targets: [(&str, fn(&[u8])); 5] = [
+    type Target = (&'static str, fn(&[u8]));
+    let targets: [Target; 5] = [
         ("log_bytes", laws::log_bytes),
         ("log_edits", laws::log_edits),
         ("metadata", laws::metadata),

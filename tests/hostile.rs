@@ -153,7 +153,7 @@ fn golden() -> Vec<laws::parts::Part> {
     let log = fixtures().join("../logs/v2/complete.mcap");
     let bytes = fs::read(&log).unwrap_or_else(|error| panic!("{}: {error}", log.display()));
     let sound = laws::parts::beginning(&laws::parts::take_apart(&bytes), 60);
-    forgeries::thinned(&sound.expect("all blocks come to rest in it"))
+    laws::thin::thinned(&sound.expect("all blocks come to rest in it"))
 }
 
 #[test]

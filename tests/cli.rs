@@ -43,6 +43,7 @@ fn every_command_has_help() {
         &["events"],
         &["replay"],
         &["check"],
+        &["export"],
     ];
     if cfg!(feature = "analysis") {
         commands.extend([&["reduce"][..], &["reproduce"]]);

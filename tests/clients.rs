@@ -1,84 +1,397 @@
-//! Programs of other people read what asperity writes: the `mcap` and `polars`
-//! packages of Python, and `rerun mcap check`.
+//! Programs of other people read what asperity writes: the packages `mcap`,
+//! `pymcap-cli`, `rerun-sdk`, `polars`, `pandas` and `duckdb` of Python, and
+//! `@mcap/core` of Node.
 //!
-//! `cargo xtask test` sets them up and says where they are. Without it these
-//! tests skip, and say so; with `ASPERITY_NO_SKIPS=1` they fail instead.
+//! What they say is held against what `asperity export` says of the same log.
+//! Those that check checksums must refuse damaged copies. `cargo xtask test` sets
+//! them up and says where they are. Without it these tests skip, and say so; with
+//! `ASPERITY_NO_SKIPS=1` they fail instead.
 
 #[path = "support/binary.rs"]
 mod binary;
+#[path = "support/clients.rs"]
+mod clients;
 #[path = "support/small.rs"]
 mod small;
 
-use std::env;
-use std::ffi::OsStr;
+use std::collections::BTreeMap;
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use binary::{succeed, text};
+use clients::{Python, file, find, said};
+use serde_json::{Map, Value, json};
 
-/// The interpreter of the environment with the clients, unless the test skips.
-fn python() -> Option<PathBuf> {
-    let reason = match env::var_os("ASPERITY_CLIENTS").map(PathBuf::from) {
-        Some(python) if python.exists() => return Some(python),
-        Some(python) => format!("ASPERITY_CLIENTS is {}, which is not there", python.display()),
-        None => "ASPERITY_CLIENTS is not set; `cargo xtask test` sets it".to_owned(),
+/// A range of time in which the small run has several messages of both topics, s
+/// and ns.
+const SLICE: [(&str, &str); 2] = [("0.55", "550000000"), ("0.75", "750000000")];
+
+/// The folder with the packages of Node.
+struct Node(PathBuf);
+
+impl Node {
+    fn find() -> Option<Node> {
+        find("ASPERITY_NODE_CLIENTS", "Node").map(Node)
+    }
+
+    fn read_log(&self, log: &Path, from_ns: &str, to_ns: &str) -> Output {
+        Command::new("node")
+            .arg(file("tests/clients/node/read_log.cjs"))
+            .args([text(&self.0), text(log), from_ns, to_ns])
+            .output()
+            .expect("node starts")
+    }
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder can be made")
+}
+
+/// The small run, whole, cut off and with a bit flipped.
+struct Logs {
+    folder: tempfile::TempDir,
+    whole: PathBuf,
+    cut: PathBuf,
+    flipped: PathBuf,
+}
+
+impl Logs {
+    fn make() -> Logs {
+        let folder = folder();
+        let log = |name: &str| folder.path().join(name);
+        let (whole, cut, flipped) = (log("run.mcap"), log("cut.mcap"), log("flipped.mcap"));
+        small::run(&whole);
+        let mut bytes = fs::read(&whole).expect("the log can be read");
+        fs::write(&cut, &bytes[..bytes.len() / 2]).expect("the folder can be written");
+        // In the middle of a compressed chunk.
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 0x04;
+        fs::write(&flipped, &bytes).expect("the folder can be written");
+        Logs { folder, whole, cut, flipped }
+    }
+}
+
+/// The rows that asperity exports of a topic, and how many messages they are of.
+fn exported(log: &Path, topic: &str, range: &[&str]) -> (usize, Vec<Map<String, Value>>) {
+    let out = folder();
+    succeed(
+        &[&["export", text(log), "--to", "ndjson", "--topic", topic, "--out", text(out.path())], range]
+            .concat(),
+    );
+    let name = format!("run.{}.ndjson", topic[1..].replace('/', "."));
+    let lines = fs::read_to_string(out.path().join(name)).expect("the file was written");
+    let rows: Vec<Map<String, Value>> =
+        lines.lines().map(|line| serde_json::from_str(line).expect("a line is an object")).collect();
+    let messages = match topic {
+        "/fields" | "/window" => {
+            let mut steps: Vec<&Value> = rows.iter().map(|row| &row["step"]).collect();
+            steps.dedup();
+            steps.len()
+        }
+        _ => rows.len(),
     };
-    let no_skips = env::var_os("ASPERITY_NO_SKIPS").is_some_and(|value| value == "1");
-    assert!(!no_skips, "clients must not be skipped: {reason}");
-    // Not eprintln, which the test harness captures: a skip must be seen.
-    writeln!(std::io::stderr(), "SKIPPED clients: {reason}").expect("stderr can be written");
-    None
+    (messages, rows)
+}
+
+/// What asperity says of the small run: messages per topic.
+fn counts(log: &Path) -> BTreeMap<String, usize> {
+    ["/step", "/switch", "/fields", "/window", "/events/onset", "/events/slip", "/events/global"]
+        .map(|topic| (topic.to_owned(), exported(log, topic, &[]).0))
+        .into()
+}
+
+fn parsed(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}", said(output)))
+}
+
+/// A message as it stands in the log, which clients give as text.
+fn message(text: &Value) -> Map<String, Value> {
+    serde_json::from_str(text.as_str().expect("a message is a text")).expect("a message is an object")
+}
+
+/// What `read_log.py` and `read_log.cjs` print of the small run, against the export.
+fn assert_read(found: &Value, log: &Path) {
+    let counts = counts(log);
+    assert_eq!(found["status"], "complete");
+    assert_eq!(found["attachments"], json!(["scenario.toml"]));
+    assert_eq!(found["counts"], json!(counts), "after the log's statistics");
+    for (topic, count) in &counts {
+        let read = found["all"].get(topic).map_or(0, |entry| entry["count"].as_u64().unwrap() as usize);
+        assert_eq!(read, *count, "messages of {topic}");
+    }
+    for topic in ["/step", "/switch", "/events/slip"] {
+        let (_, rows) = exported(log, topic, &[]);
+        assert_eq!(message(&found["all"][topic]["last"]), *rows.last().unwrap(), "the last of {topic}");
+    }
+    let range = ["--from-s", SLICE[0].0, "--to-s", SLICE[1].0];
+    let (count, rows) = exported(log, "/step", &range);
+    assert!(count > 100 && count < counts["/step"]);
+    assert_eq!(found["slice"]["/step"]["count"], count);
+    assert_eq!(message(&found["slice"]["/step"]["last"]), *rows.last().unwrap());
+    let (count, rows) = exported(log, "/fields", &range);
+    assert!(count > 10 && count < counts["/fields"]);
+    assert_eq!(found["slice"]["/fields"]["count"], count);
+    let fields = message(&found["slice"]["/fields"]["last"]);
+    let last = &rows[rows.len() - 10..];
+    for (name, in_log) in fields.iter().filter(|(_, values)| values.is_array()) {
+        let column: Vec<&Value> = last.iter().map(|row| &row[name]).collect();
+        if name == "detached" {
+            assert_eq!(
+                json!(column.iter().map(|flag| u8::from(**flag == true)).collect::<Vec<_>>()),
+                *in_log
+            );
+        } else {
+            assert_eq!(json!(column), *in_log, "{name}");
+        }
+    }
 }
 
 #[test]
 fn python_reads_logs_and_tables() {
-    let Some(python) = python() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
-    let log = folder.path().join("run.mcap");
-    let tables = folder.path().join("tables");
-    small::run(&log);
-    succeed(&["reduce", text(&log), "--out", text(&tables)]);
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/clients/check.py");
-    let output = Command::new(python)
-        .args([script.as_path(), &log, &tables])
-        .output()
-        .expect("the interpreter starts");
+    let Some(python) = Python::find() else { return };
+    let logs = Logs::make();
+    let tables = logs.folder.path().join("tables");
+    succeed(&["reduce", text(&logs.whole), "--out", text(&tables)]);
+    let output =
+        python.program("python", &[text(&file("tests/clients/check.py")), text(&logs.whole), text(&tables)]);
     assert!(output.status.success(), "{}", said(&output));
 }
 
 #[test]
-fn rerun_accepts_whole_logs_only() {
-    let Some(python) = python() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
-    let log = folder.path().join("run.mcap");
-    small::run(&log);
-    let truncated = folder.path().join("truncated.mcap");
-    let bytes = fs::read(&log).expect("the log can be read");
-    fs::write(&truncated, &bytes[..bytes.len() / 2]).expect("the folder can be written");
-
-    // Its settings go into the temporary folder: the user's are none of our
-    // business, and there it can be told not to call home.
-    let rerun = |arguments: &[&OsStr]| {
-        Command::new(python.with_file_name("rerun"))
-            .args(arguments)
-            .env("XDG_CONFIG_HOME", folder.path().join("config"))
-            .env("XDG_DATA_HOME", folder.path().join("data"))
-            .env("XDG_CACHE_HOME", folder.path().join("cache"))
-            .output()
-            .expect("rerun starts")
+fn mcap_reads_by_topic_and_time() {
+    let Some(python) = Python::find() else { return };
+    let logs = Logs::make();
+    let read = |log: &Path| {
+        python
+            .program("python", &[text(&file("tests/clients/read_log.py")), text(log), SLICE[0].1, SLICE[1].1])
     };
-    let quiet = rerun(&["analytics".as_ref(), "disable".as_ref()]);
-    assert!(quiet.status.success(), "{}", said(&quiet));
-    let check = |log: &Path| rerun(&["mcap".as_ref(), "check".as_ref(), log.as_ref()]);
-    let good = check(&log);
-    assert!(good.status.success(), "{}", said(&good));
-    let bad = check(&truncated);
-    assert!(bad.status.code().is_some_and(|code| code != 0), "{}", said(&bad));
+    let output = read(&logs.whole);
+    assert!(output.status.success(), "{}", said(&output));
+    assert_read(&parsed(&output), &logs.whole);
+    let output = read(&logs.flipped);
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("CRCValidationError"), "{}", said(&output));
 }
 
-fn said(output: &Output) -> String {
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    format!("{}\n{}\n{}", output.status, text(&output.stdout), text(&output.stderr))
+#[test]
+fn node_reads_by_topic_and_time() {
+    let Some(node) = Node::find() else { return };
+    let logs = Logs::make();
+    let output = node.read_log(&logs.whole, SLICE[0].1, SLICE[1].1);
+    assert!(output.status.success(), "{}", said(&output));
+    assert_read(&parsed(&output), &logs.whole);
+    let output = node.read_log(&logs.flipped, SLICE[0].1, SLICE[1].1);
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("Incorrect chunk CRC"), "{}", said(&output));
+}
+
+#[test]
+fn pymcap_reads_checks_and_refuses() {
+    let Some(python) = Python::find() else { return };
+    let logs = Logs::make();
+    let pymcap = |arguments: &[&str]| python.program("pymcap-cli", arguments);
+    let info = pymcap(&["info-json", text(&logs.whole)]);
+    assert!(info.status.success(), "{}", said(&info));
+    let info = parsed(&info);
+    let found: BTreeMap<String, usize> = info["channels"]
+        .as_array()
+        .expect("channels are listed")
+        .iter()
+        .map(|channel| {
+            let count = channel["message_count"].as_u64().expect("messages are counted");
+            (channel["topic"].as_str().expect("a topic is a text").to_owned(), count as usize)
+        })
+        .collect();
+    assert_eq!(found, counts(&logs.whole));
+    assert_eq!(info["statistics"]["message_end_time"], 1_200_000_000);
+
+    let slice = ["--topic", "/step", "--start", SLICE[0].1, "--end", SLICE[1].1];
+    let cat = pymcap(&[&["cat", text(&logs.whole)], &slice[..]].concat());
+    assert!(cat.status.success(), "{}", said(&cat));
+    let lines = String::from_utf8(cat.stdout).expect("it prints UTF-8");
+    let (_, rows) = exported(&logs.whole, "/step", &["--from-s", SLICE[0].0, "--to-s", SLICE[1].0]);
+    let found: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    assert_eq!(found.len(), rows.len());
+    for (found, row) in found.iter().zip(rows) {
+        assert_eq!(found["message"], Value::Object(row));
+    }
+
+    let metadata = parsed(&pymcap(&["get", "metadata", text(&logs.whole), "--name", "run_end"]));
+    assert!(metadata.to_string().contains("\"status\":\"complete\""), "{metadata}");
+    for (log, code) in [(&logs.whole, 0), (&logs.cut, 1), (&logs.flipped, 1)] {
+        let doctor = pymcap(&["doctor", text(log)]);
+        assert_eq!(doctor.status.code(), Some(code), "{}: {}", log.display(), said(&doctor));
+    }
+}
+
+/// Rows of messages in a rerun recording, by entity, as `rerun rrd print` lists them.
+fn rows_in_recording(print: &Output, component: &str) -> BTreeMap<String, usize> {
+    let mut rows = BTreeMap::new();
+    for line in String::from_utf8_lossy(&print.stdout).lines() {
+        let Some((_, rest)) = line.split_once(") with ") else { continue };
+        if !line.contains(component) || line.contains("McapChannel") {
+            continue;
+        }
+        let (count, rest) = rest.split_once(" rows").expect("a chunk has rows");
+        let entity = rest.split(" - ").nth(1).expect("a chunk has an entity").trim();
+        let count: usize =
+            count.replace([' ', '\u{202f}', '\u{2009}'], "").parse().expect("a number of rows");
+        *rows.entry(entity.to_owned()).or_insert(0) += count;
+    }
+    rows
+}
+
+#[test]
+fn rerun_checks_and_converts() {
+    let Some(python) = Python::find() else { return };
+    let logs = Logs::make();
+    let rerun = |arguments: &[&str]| python.program("rerun", arguments);
+    let info = rerun(&["mcap", "info", text(&logs.whole)]);
+    assert!(info.status.success(), "{}", said(&info));
+    let info = String::from_utf8(info.stdout).expect("it prints UTF-8");
+    let counts = counts(&logs.whole);
+    for (topic, count) in &counts {
+        let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        let line = info.lines().map(words).find(|words| words.get(1) == Some(topic));
+        assert_eq!(line.expect("topics are listed")[2], count.to_string(), "messages of {topic}\n{info}");
+    }
+    for (log, code) in [(&logs.whole, 0), (&logs.cut, 1), (&logs.flipped, 1)] {
+        let check = rerun(&["mcap", "check", text(log)]);
+        assert_eq!(check.status.code(), Some(code), "{}: {}", log.display(), said(&check));
+    }
+
+    let recording = logs.folder.path().join("run.rrd");
+    let convert = rerun(&["mcap", "convert", text(&logs.whole), "-o", text(&recording)]);
+    assert!(convert.status.success(), "{}", said(&convert));
+    let verify = rerun(&["rrd", "verify", text(&recording)]);
+    assert!(verify.status.success(), "{}", said(&verify));
+    let rows = rows_in_recording(&rerun(&["rrd", "print", text(&recording)]), "McapMessage:data");
+    let logged: BTreeMap<String, usize> = counts.into_iter().filter(|(_, count)| *count > 0).collect();
+    assert_eq!(rows, logged);
+
+    let slice = ["--include-topic-regex", "^/step$", "--start-time", SLICE[0].1, "--end-time", SLICE[1].1];
+    let convert =
+        rerun(&[&["mcap", "convert", text(&logs.whole), "-o", text(&recording)], &slice[..]].concat());
+    assert!(convert.status.success(), "{}", said(&convert));
+    let rows = rows_in_recording(&rerun(&["rrd", "print", text(&recording)]), "McapMessage:data");
+    let (count, _) = exported(&logs.whole, "/step", &["--from-s", SLICE[0].0, "--to-s", SLICE[1].0]);
+    assert_eq!(rows, BTreeMap::from([("/step".to_owned(), count)]));
+}
+
+#[test]
+fn data_frames_read_what_is_exported_to_the_bit() {
+    let Some(python) = Python::find() else { return };
+    let logs = Logs::make();
+    let mut arguments = vec![file("tests/clients/exported.py"), logs.whole.clone()];
+    for format in ["parquet", "csv", "ndjson"] {
+        let out = logs.folder.path().join(format);
+        succeed(&["export", text(&logs.whole), "--to", format, "--out", text(&out)]);
+        arguments.push(out);
+    }
+    let output = python.program("python", &arguments.iter().map(|path| text(path)).collect::<Vec<_>>());
+    assert!(output.status.success(), "{}", said(&output));
+}
+
+/// A log of several chunks, and the end of a run that was killed cut from it.
+fn killed(folder: &Path) -> (PathBuf, PathBuf) {
+    let whole = folder.join("run.mcap");
+    binary::run(&["default", "--set", "time.step_s=1e-7", "--set", "time.duration_s=2"], &whole);
+    let bytes = fs::read(&whole).expect("the log can be read");
+    let killed = folder.join("killed.mcap");
+    fs::write(&killed, &bytes[..bytes.len() * 3 / 4]).expect("the folder can be written");
+    (whole, killed)
+}
+
+/// A run that was killed leaves a log without summary. What it holds can be read;
+/// what says so is listed in the page beside the Foxglove layout.
+#[test]
+fn clients_read_what_a_killed_run_has_left() {
+    let (python, node) = (Python::find(), Node::find());
+    let folder = folder();
+    let (whole, killed) = killed(folder.path());
+    let out = folder.path().join("out");
+    let export = binary::asperity(&["export", text(&killed), "--to", "ndjson", "--out", text(&out)]);
+    assert_eq!(export.status.code(), Some(1), "{}", said(&export));
+    let steps = fs::read_to_string(out.join("killed.step.ndjson")).expect("the file was written");
+    let last: Map<String, Value> =
+        serde_json::from_str(steps.lines().last().expect("there are steps")).unwrap();
+    let assert_streamed = |output: &Output| {
+        assert!(output.status.success(), "{}", said(output));
+        let found = parsed(output);
+        assert_eq!((&found["done"], &found["status"]), (&json!(false), &Value::Null));
+        assert!(found["refused"].as_str().is_some_and(|error| !error.is_empty()));
+        // A switch of the last step may be missing, and that step with it.
+        let count = found["all"]["/step"]["count"].as_u64().unwrap() as usize;
+        assert!((steps.lines().count()..=steps.lines().count() + 1).contains(&count), "{count}");
+        if count == steps.lines().count() {
+            assert_eq!(message(&found["all"]["/step"]["last"]), last);
+        }
+    };
+    if let Some(node) = node {
+        assert_streamed(&node.read_log(&killed, "0", "1"));
+    }
+    let Some(python) = python else { return };
+    assert_streamed(
+        &python.program("python", &[text(&file("tests/clients/read_log.py")), text(&killed), "0", "1"]),
+    );
+
+    // These say that something is wrong ...
+    let rerun = |arguments: &[&str]| python.program("rerun", arguments);
+    let doctor = python.program("pymcap-cli", &["doctor", text(&killed)]);
+    assert_eq!(doctor.status.code(), Some(1), "{}", said(&doctor));
+    let check = rerun(&["mcap", "check", text(&killed)]);
+    assert_eq!(check.status.code(), Some(1), "{}", said(&check));
+    // ... and rerun reads it when told that it is so.
+    let check = rerun(&["mcap", "check", "--recover", text(&killed)]);
+    assert!(check.status.success(), "{}", said(&check));
+    let recording = folder.path().join("killed.rrd");
+    let convert = rerun(&["mcap", "convert", "--recover", text(&killed), "-o", text(&recording)]);
+    assert!(convert.status.success(), "{}", said(&convert));
+    let rows = rows_in_recording(&rerun(&["rrd", "print", text(&recording)]), "McapMessage:data");
+    assert!(rows["/step"] > 0 && rows["/step"] < exported(&whole, "/step", &[]).0);
+}
+
+/// The log of a run that was stopped by a signal.
+#[cfg(unix)]
+fn interrupted(folder: &Path) -> PathBuf {
+    let log = folder.join("run.mcap");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_asperity"))
+        .args(["run", "default", "--solver", "plain", "--out", text(&log)])
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("the binary starts");
+    let partial = folder.join("run.mcap.partial");
+    // A run whose log is there listens to signals, but some steps should be in it.
+    while !partial.exists() {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(sent.expect("there is a kill").success());
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    partial
+}
+
+/// A run that a signal stopped has a sound log, so nothing is wrong with it for
+/// those who do not know `run_end`.
+#[cfg(unix)]
+#[test]
+fn clients_that_give_metadata_tell_an_interrupted_run() {
+    let (python, node) = (Python::find(), Node::find());
+    let folder = folder();
+    let log = interrupted(folder.path());
+    if let Some(node) = node {
+        let output = node.read_log(&log, "0", "1");
+        assert_eq!(parsed(&output)["status"], "interrupted", "{}", said(&output));
+    }
+    let Some(python) = python else { return };
+    let output = python.program("python", &[text(&file("tests/clients/read_log.py")), text(&log), "0", "1"]);
+    assert_eq!(parsed(&output)["status"], "interrupted", "{}", said(&output));
+    let metadata = python.program("pymcap-cli", &["get", "metadata", text(&log), "--name", "run_end"]);
+    assert!(said(&metadata).contains("interrupted"), "{}", said(&metadata));
+    let doctor = python.program("pymcap-cli", &["doctor", text(&log)]);
+    assert!(doctor.status.success(), "{}", said(&doctor));
+    let check = python.program("rerun", &["mcap", "check", text(&log)]);
+    assert!(check.status.success(), "{}", said(&check));
 }

@@ -336,3 +336,42 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
         "{error}"
     );
 }
+
+/// A pipeline that is killed goes on where its run stood, and gives the same tables.
+#[test]
+fn a_killed_pipeline_goes_on_with_its_run() {
+    let folder = folder();
+    let pipeline = folder.path().join("pipeline.toml");
+    // Some seconds of the plain solver, which takes down its state once a second.
+    let text_of = "title = \"one\"\n[[run]]\nname = \"one\"\nscenario = \"default\"\n\
+                   set = [\"time.duration_s=0.4\"]\n";
+    fs::write(&pipeline, text_of).expect("the folder can be written");
+    let (whole, killed) = (folder.path().join("whole"), folder.path().join("killed"));
+    let arguments = |out| ["reproduce", text(&pipeline), "--solver", "plain", "--out", out];
+    succeed(&arguments(text(&whole)));
+
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_asperity"))
+        .args(arguments(text(&killed)))
+        .spawn()
+        .expect("the binary starts");
+    let partial = killed.join("runs").join("one.mcap.partial");
+    let has_checkpoint = || {
+        let Ok(mut reader) = RunReader::open(&partial, Topics::NONE) else { return false };
+        while let Ok(Some(_)) = reader.next_item() {}
+        reader.checkpoint().is_some()
+    };
+    while !has_checkpoint() {
+        assert!(child.try_wait().expect("it can be asked").is_none(), "over before its first checkpoint");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    child.kill().expect("it can be killed");
+    child.wait().expect("it ends");
+    let output = asperity(&arguments(text(&killed)));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && said.contains("one: goes on from "), "{said}");
+    assert_eq!(contents(&killed.join("tables")), contents(&whole.join("tables")));
+    assert_eq!(
+        end(&killed.join("runs").join("one.mcap")).digest,
+        end(&whole.join("runs").join("one.mcap")).digest
+    );
+}

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use asperity_runlog::{LogError, RunReader, Topics};
+use asperity_runlog::{Existing, LogError, LogItem, RunReader, RunWriter, Topics, partial_path};
 use binary::{succeed, text};
 use mcap::read::{ChunkFlattener, LinearReader};
 use mcap::records::Record;
@@ -251,4 +251,31 @@ fn check_tells_whole_from_incomplete_from_damaged() {
     // Of several the worst counts.
     let output = binary::asperity(&["check", text(&log.path), text(&other)]);
     assert_eq!(output.status.code(), Some(2));
+}
+
+/// The MCAP library finishes a file as its writer is dropped, in a panic as well: what it
+/// leaves must not pass for a whole log.
+#[test]
+fn a_writer_that_is_dropped_in_a_panic_leaves_no_whole_log() {
+    let log = Log::make();
+    let mut reader = RunReader::open(&log.path, Topics::RECORDS).expect("the log has a header");
+    let (header, scenario) = (reader.header().clone(), reader.scenario_toml().to_owned());
+    let mut records = Vec::new();
+    while let Some(item) = reader.next_item().expect("the log is whole") {
+        if let LogItem::Record(record) = item {
+            records.push(record);
+        }
+    }
+    let path = log.folder.path().join("other.mcap");
+    // At the first record, in the midst of them, and behind the last.
+    for survived in [0, records.len() / 2, records.len()] {
+        let outcome = std::panic::catch_unwind(|| {
+            let mut writer = RunWriter::create(&path, Existing::Refuse, &header, &scenario, &[]).unwrap();
+            records[..survived].iter().for_each(|record| writer.record(record).unwrap());
+            panic!("meant to happen");
+        });
+        assert!(outcome.is_err() && !path.exists());
+        let left = read(&partial_path(&path)).expect_err("nobody said that the run was over");
+        assert!(left.problem.is_early_end(), "{left}");
+    }
 }

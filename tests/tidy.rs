@@ -21,7 +21,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("detect-global", &["record", "detect"]),
     ("stream", &["record", "detect"]),
     ("runlog", &["record"]),
-    ("analysis", &["record", "runlog", "model"]),
+    ("export", &["record", "runlog"]),
+    ("analysis", &["record", "runlog", "model", "export"]),
     (
         "cli",
         &[
@@ -34,6 +35,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "detect-global",
             "stream",
             "runlog",
+            "export",
             "analysis",
         ],
     ),

@@ -8,22 +8,19 @@ use crate::workspace::{Failure, cargo, run};
 #[command(after_help = "\
 Examples:
   cargo xtask bench
-  cargo xtask bench --chapter5
+  cargo xtask bench runs logs
 
-Prints tables of ratios to a plain scalar loop that is measured along with what it is compared with. Leave the machine
-alone meanwhile. Without --chapter5 it takes some five minutes.")]
+Parts: loop (the scalar loop against C), runs (the default run), chains (longer and shorter ones), logs (reading them),
+chapter5 (all of it). Prints tables of ratios to what is measured along in the same minutes. Leave the machine alone
+meanwhile. All of it takes some ten minutes.")]
 pub(crate) struct BenchArguments {
-    /// Reproduce all of chapter 5 as well.
-    #[arg(long)]
-    chapter5: bool,
+    /// What to measure [default: everything].
+    #[arg(value_name = "PART")]
+    parts: Vec<String>,
 }
 
 pub(crate) fn command(arguments: &BenchArguments) -> Result<(), Failure> {
     const BENCH: [&str; 8] =
         ["bench", "--profile", "dev", "--package", "asperity-cli", "--bench", "speed", "--locked"];
-    let mut command = cargo(&BENCH);
-    if arguments.chapter5 {
-        command.args(["--", "--chapter5"]);
-    }
-    run(&mut command)
+    run(cargo(&BENCH).arg("--").args(&arguments.parts))
 }

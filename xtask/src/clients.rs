@@ -1,47 +1,94 @@
-//! The independent readers of what asperity writes: locked Python packages in
-//! an environment of their own under the target folder.
+//! The independent readers of what asperity writes: locked packages of Python and
+//! of Node, each set in a folder of its own under the target folder.
 
 use std::fs;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::workspace::{Failure, program, root, run, target_folder};
+
+/// A set of clients: what tests call it, the variable that tells them where it is,
+/// and how it is set up.
+pub(crate) struct Clients {
+    pub(crate) name: &'static str,
+    pub(crate) variable: &'static str,
+    /// Gives what the variable is to say.
+    pub(crate) set_up: fn() -> Result<PathBuf, Failure>,
+}
+
+pub(crate) const ALL: [Clients; 2] = [
+    Clients { name: "Python", variable: "ASPERITY_CLIENTS", set_up: python },
+    Clients { name: "Node", variable: "ASPERITY_NODE_CLIENTS", set_up: node },
+];
 
 /// The lock: every package with its hash.
 const REQUIREMENTS: &str = "tests/clients/requirements.txt";
 
-/// Sets the environment up unless it is there, and gives its interpreter.
-pub(crate) fn set_up() -> Result<PathBuf, Failure> {
+/// Sets the Python packages up unless they are there, and gives their interpreter.
+fn python() -> Result<PathBuf, Failure> {
     let folder = target_folder().join("clients");
     let python = folder.join("bin").join("python");
-    let stamp = folder.join("installed-requirements.txt");
-    let requirements = read(root().join(REQUIREMENTS))?;
-    if python.exists() && read(stamp.clone()).is_ok_and(|installed| installed == requirements) {
-        return Ok(python);
+    set_up_once(&folder, &root().join(REQUIREMENTS), &python, || {
+        run(program("python3").args(["-m", "venv"]).arg(&folder))?;
+        run(program(&python).args([
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "--disable-pip-version-check",
+            "--require-hashes",
+            "-r",
+            REQUIREMENTS,
+        ]))
+    })?;
+    Ok(python)
+}
+
+/// Where the Node packages are declared and locked.
+const NODE: &str = "tests/clients/node";
+
+/// Sets the Node packages up unless they are there, and gives their folder.
+fn node() -> Result<PathBuf, Failure> {
+    let folder = target_folder().join("clients-node");
+    let modules = folder.join("node_modules");
+    let source = root().join(NODE);
+    set_up_once(&folder, &source.join("package-lock.json"), &modules, || {
+        // So that a machine without node is told of node.
+        run(program("node").arg("--version").stdout(std::process::Stdio::null()))?;
+        let failed = |error| Failure::Io { what: format!("fill {}", folder.display()), error };
+        fs::create_dir_all(&folder).map_err(failed)?;
+        for file in ["package.json", "package-lock.json", ".npmrc"] {
+            fs::copy(source.join(file), folder.join(file)).map_err(failed)?;
+        }
+        run(program("npm").args(["ci", "--loglevel", "error"]).current_dir(&folder))
+    })?;
+    Ok(modules)
+}
+
+/// Installs what a lock says into a folder, unless that was done before.
+fn set_up_once(
+    folder: &Path,
+    lock: &Path,
+    there: &Path,
+    install: impl FnOnce() -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let stamp = folder.join("installed.lock");
+    let locked = read(lock)?;
+    if there.exists() && read(&stamp).is_ok_and(|installed| installed == locked) {
+        return Ok(());
     }
-    match fs::remove_dir_all(&folder) {
+    match fs::remove_dir_all(folder) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => {
             return Err(Failure::Io { what: format!("replace {}", folder.display()), error });
         }
         _ => {}
     }
-    run(program("python3").args(["-m", "venv"]).arg(&folder))?;
-    run(program(&python).args([
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-        "--require-hashes",
-        "-r",
-        REQUIREMENTS,
-    ]))?;
+    install()?;
     // Last, so that an installation that broke off is made again.
-    fs::write(&stamp, requirements)
-        .map_err(|error| Failure::Io { what: format!("write {}", stamp.display()), error })?;
-    Ok(python)
+    fs::write(&stamp, locked)
+        .map_err(|error| Failure::Io { what: format!("write {}", stamp.display()), error })
 }
 
-fn read(path: PathBuf) -> Result<String, Failure> {
-    fs::read_to_string(&path).map_err(|error| Failure::Io { what: format!("read {}", path.display()), error })
+fn read(path: &Path) -> Result<String, Failure> {
+    fs::read_to_string(path).map_err(|error| Failure::Io { what: format!("read {}", path.display()), error })
 }

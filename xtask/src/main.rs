@@ -58,7 +58,7 @@ enum Command {
     /// All of these, the study of top-driven sliders and that of the number of blocks.
     #[command(name = "reproduce-all")]
     ReproduceAll(reproduce::ReproduceArguments),
-    /// Set up the Python clients of the run log and run all tests.
+    /// Set up the clients of the run log, in Python and Node, and run all tests.
     Test(test::TestArguments),
     /// Hold the fast solver against the plain one over all of chapter 5, in both parameter sets.
     VerifySolver(verify::VerifyArguments),

@@ -5,17 +5,14 @@ use clap::Args;
 use crate::clients;
 use crate::workspace::{Failure, cargo, run};
 
-/// Tells the tests where the interpreter of the clients is.
-const CLIENTS: &str = "ASPERITY_CLIENTS";
-
 #[derive(Debug, Default, Args)]
 #[command(after_help = "\
 Examples:
   cargo xtask test
   cargo xtask test --test clients -- --nocapture
 
-Without python3 or its packages the tests of the clients are skipped, and say so;
-with ASPERITY_NO_SKIPS=1 in the environment they fail instead.")]
+Without python3, or node and npm, or their packages the tests of those clients are skipped,
+and say so; with ASPERITY_NO_SKIPS=1 in the environment they fail instead.")]
 pub(crate) struct TestArguments {
     /// Further arguments of cargo test.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]
@@ -25,13 +22,15 @@ pub(crate) struct TestArguments {
 pub(crate) fn command(arguments: &TestArguments) -> Result<(), Failure> {
     let mut tests = cargo(&["test", "--workspace", "--locked"]);
     tests.args(&arguments.further);
-    match clients::set_up() {
-        Ok(python) => {
-            tests.env(CLIENTS, python);
-        }
-        Err(failure) => {
-            eprintln!("warning: no Python clients, tests go on without them: {failure}");
-            tests.env_remove(CLIENTS);
+    for clients in clients::ALL {
+        match (clients.set_up)() {
+            Ok(path) => {
+                tests.env(clients.variable, path);
+            }
+            Err(failure) => {
+                eprintln!("warning: no {} clients, tests go on without them: {failure}", clients.name);
+                tests.env_remove(clients.variable);
+            }
         }
     }
     run(&mut tests)

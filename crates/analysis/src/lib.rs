@@ -6,6 +6,7 @@
 //! - [`precursors`]: which slip events count as precursors.
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
+//! - [`parquet_tables`]: what a log holds as Parquet, written as it is read.
 //! - [`measure`]: single numbers read off a run.
 //! - [`claims`]: what a text claims beside what was measured, and the verdict.
 //! - [`study`]: such numbers against a parameter.
@@ -18,6 +19,7 @@ pub mod figures;
 mod made_up;
 pub mod measure;
 mod parallel;
+pub mod parquet_tables;
 pub mod pipeline;
 pub mod precursors;
 pub mod run_data;

@@ -17,6 +17,7 @@ Examples:
   asperity run mine.toml --out mine.mcap
   asperity events mine.mcap --format csv > events.csv
   asperity check mine.mcap
+  asperity export mine.mcap --to csv --out mine-tables
   asperity reduce mine.mcap --out mine/
 
 Exit codes: 0 success; 1 it could not be done, or a replay gave other events; 2 bad input, nothing written;
@@ -38,8 +39,12 @@ pub(crate) enum Command {
     Events(EventsArguments),
     /// Say whether run logs are whole, incomplete or damaged, and up to where they are sound.
     Check(CheckArguments),
+    /// Put together what is left of a damaged log.
+    Salvage(SalvageArguments),
     /// Send the records of a run through the detectors again and compare.
     Replay(ReplayArguments),
+    /// Write what run logs hold as files that data frames read.
+    Export(ExportArguments),
     /// Make tables and figures of one run.
     #[cfg(feature = "analysis")]
     Reduce(ReduceArguments),
@@ -162,6 +167,25 @@ pub(crate) struct CheckArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
+  asperity salvage damaged.mcap --out salvaged.mcap
+  asperity check salvaged.mcap
+
+Keeps every record that something vouches for, before and behind the damage: chunks and attachments by their checksums, the
+header by the scenario, each message by its schema, each step by having all its switches. Says what was lost: bytes, messages
+of each topic, steps. The new log has the status `salvaged`, so no command takes it for whole. An unfinished log of a run is
+better gone on with (asperity run --resume), and a run whose scenario is known better made again.")]
+pub(crate) struct SalvageArguments {
+    /// The damaged log.
+    #[arg(value_name = "DAMAGED.mcap")]
+    pub(crate) run: PathBuf,
+    /// The log to write; must not exist.
+    #[arg(long, value_name = "RUN.mcap")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
   asperity replay run.mcap
   asperity replay run.mcap --format csv > replayed.csv
   asperity replay out/chapter5/runs/*.mcap --out replayed
@@ -187,6 +211,56 @@ pub(crate) struct ReplayArguments {
     #[arg(long, value_name = "SETTINGS.toml")]
     pub(crate) detectors: Option<PathBuf>,
     /// How many runs are replayed at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<std::num::NonZeroUsize>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ExportFormat {
+    /// Columns with types and units, compressed.
+    #[cfg(feature = "analysis")]
+    Parquet,
+    /// Comma-separated, one header line, numbers in full precision.
+    Csv,
+    /// One JSON object per row and line.
+    Ndjson,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity export run.mcap --to parquet --out tables
+  asperity export run.mcap --to csv --topic /step --topic /events/slip --out tables
+  asperity export run.mcap --to ndjson --topic /fields --from-s 0.5 --to-s 0.6 --out tables
+  asperity export out/chapter5/runs/*.mcap --to parquet --out tables
+
+One file per topic, NAME.step.parquet for /step of NAME.mcap, and NAME.export.json, which holds the run's header and scenario,
+the columns with their units, and how many rows each file has. Tables are long: states of all blocks (/fields, /window) have
+one row per block. The whole log is read and checked, whatever is asked of it; one that is incomplete or damaged is
+exported as far as it is sound, and the exit code is 1.")]
+pub(crate) struct ExportArguments {
+    /// The run logs.
+    #[arg(value_name = "RUN.mcap", required = true)]
+    pub(crate) runs: Vec<PathBuf>,
+    /// The format of the files.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub(crate) to: ExportFormat,
+    /// Folder to write the files to.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Only this topic; may be given many times [default: all].
+    #[arg(long, value_name = "TOPIC")]
+    pub(crate) topic: Vec<String>,
+    /// Only what happened at this time or later; events count by their onset.
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) from_s: Option<f64>,
+    /// Only what happened before this time.
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) to_s: Option<f64>,
+    /// Replace files that are there already.
+    #[arg(long)]
+    pub(crate) replace: bool,
+    /// How many runs are exported at once [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<std::num::NonZeroUsize>,
 }

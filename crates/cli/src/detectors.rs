@@ -10,7 +10,7 @@ use asperity_detect::{Detector, SlipRules};
 use asperity_detect_extent::ExtentDetector;
 use asperity_detect_global::GlobalDetector;
 use asperity_detect_onset::OnsetDetector;
-use asperity_record::RunHeader;
+use asperity_record::{EventKind, RunHeader};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
@@ -24,6 +24,12 @@ const DETECTORS: [(&str, Start); 3] = [
     ("extent", |blocks, rules| Box::new(ExtentDetector::new(blocks, rules))),
     ("global", |blocks, rules| Box::new(GlobalDetector::new(blocks, rules))),
 ];
+
+/// What the detectors of a live run emit.
+pub(crate) fn event_kinds() -> Vec<EventKind> {
+    // Of what they are made for, nothing shows in that.
+    DETECTORS.iter().map(|(_, start)| start(2, SlipRules::EVERY_SLIP).emits()).collect()
+}
 
 /// The detectors of a live run.
 pub(crate) fn all(header: &RunHeader) -> Vec<Box<dyn Detector>> {

@@ -8,6 +8,7 @@ mod detectors;
 mod event_table;
 mod events;
 mod exit;
+mod export;
 mod held;
 mod interrupt;
 mod progress;
@@ -16,6 +17,7 @@ mod replay;
 mod reproduce;
 mod resume;
 mod run;
+mod salvage;
 mod scenario;
 mod text_file;
 #[cfg(feature = "analysis")]
@@ -46,7 +48,9 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Run(arguments) => run::command(&arguments),
         Command::Events(arguments) => events::command(&arguments),
         Command::Check(arguments) => check::command(&arguments),
+        Command::Salvage(arguments) => salvage::command(&arguments),
         Command::Replay(arguments) => replay::command(&arguments),
+        Command::Export(arguments) => export::command(&arguments),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments),
         #[cfg(feature = "analysis")]

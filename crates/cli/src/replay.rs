@@ -12,7 +12,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use asperity_record::{EventPayload, RunHeader, SlipEvent};
-use asperity_runlog::{LogItem, RunReader, Topics};
+use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 use asperity_stream::{Given, Item, StreamError};
 use serde::Serialize;
 
@@ -161,7 +161,12 @@ impl Replay<'_> {
         let mut slip_events = 0;
         let outcome = asperity_stream::run(
             || loop {
-                match reader.next_item()? {
+                let item = reader.next_item()?;
+                if reader.has_gap() {
+                    // What is missing may have been the beginning of an event.
+                    return Err(LogError { path: run.to_owned(), problem: LogProblem::Salvaged });
+                }
+                match item {
                     None => return Ok(None),
                     Some(LogItem::Record(record)) => return Ok(Some(Given::Record(record))),
                     Some(LogItem::Event(event)) => {
@@ -202,10 +207,7 @@ impl Replay<'_> {
         progress.clear();
         match outcome {
             Ok(()) => {}
-            Err(StreamError::Source(error)) => {
-                let error: asperity_runlog::LogError = error;
-                return Err(Failure::failed(error));
-            }
+            Err(StreamError::Source(error)) => return Err(Failure::failed(error)),
             Err(StreamError::Sink(failure)) => return Err(failure),
         }
         if let Some(held) = held.into_inner().expect("no one panics with it") {

@@ -55,6 +55,9 @@ impl Left {
             match reader.next_item() {
                 Ok(Some(_)) => {}
                 Ok(None) => return Ok(Left::Whole(unfinished)),
+                Err(error @ LogError { problem: LogProblem::Salvaged, .. }) => {
+                    return Err(Failure::failed(error));
+                }
                 // Whatever is wrong behind the last checkpoint: it stands on what is before.
                 Err(_) => break,
             }

@@ -148,24 +148,30 @@ enum Stop {
 
 /// What a run of this scenario by this program is called in its log.
 pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeader {
-    let scenario_hash = scenario.hash();
-    let run_id = blake3::Hasher::new()
-        .update(scenario_hash.as_bytes())
-        .update(&RECORD_SCHEMA_VERSION.to_le_bytes())
-        .update(CODE_VERSION.as_bytes())
-        .finalize();
-    RunHeader {
+    let mut header = RunHeader {
         record_schema_version: RECORD_SCHEMA_VERSION,
         scenario: scenario.name.clone(),
-        scenario_hash,
-        run_id: run_id.to_hex().to_string(),
+        scenario_hash: scenario.hash(),
+        run_id: String::new(),
         code_version: CODE_VERSION.to_owned(),
         parameter_set: scenario.parameter_set.word().to_owned(),
         solver: solver.to_owned(),
         blocks: scenario.slider.blocks,
         time_step_s: plan.grid.step_s(),
         steps: plan.steps,
-    }
+    };
+    header.run_id = run_id(&header);
+    header
+}
+
+/// What a run with the rest of that header is called.
+pub(crate) fn run_id(header: &RunHeader) -> String {
+    let id = blake3::Hasher::new()
+        .update(header.scenario_hash.as_bytes())
+        .update(&header.record_schema_version.to_le_bytes())
+        .update(header.code_version.as_bytes())
+        .finalize();
+    id.to_hex().to_string()
 }
 
 /// Runs a scenario and logs it, going on from what is left of it if there is any; what the

@@ -5,10 +5,15 @@ use std::str::FromStr;
 
 use asperity_record::{RunEnd, RunHeader, RunStatus, SolverReport};
 
+use crate::salvage::Salvaged;
+
 /// Name of the metadata record that opens a log.
 pub(crate) const RUN: &str = "run";
 /// Name of the metadata record that closes a whole log.
 pub(crate) const RUN_END: &str = "run_end";
+
+/// Name of the metadata record that says what a salvaged log lacks.
+pub(crate) const SALVAGE: &str = "salvage";
 
 const MESSAGES: &str = "messages:";
 const SOLVER: &str = "solver:";
@@ -151,6 +156,27 @@ pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, Met
         switches: reader.parse("switches", "a whole number")?,
         digest: reader.text("digest")?,
     })
+}
+
+pub(crate) fn salvaged_to_map(salvaged: &Salvaged) -> BTreeMap<String, String> {
+    let Salvaged { kept, lost, gaps, damage, remarks, end_is_known } = salvaged;
+    let step = |step: Option<u64>| step.map_or(String::new(), |step| step.to_string());
+    let gaps = gaps.iter().map(|gap| format!("{}..{}", step(gap.after_step), step(gap.before_step)));
+    let damage = damage
+        .iter()
+        .map(|damage| format!("bytes {} to {}: {}", damage.from_byte, damage.to_byte, damage.what));
+    let mut map: BTreeMap<String, String> = [
+        // The step of the last message before each gap, and of the first behind it.
+        ("gaps", gaps.collect::<Vec<_>>().join(" ")),
+        ("damage", damage.collect::<Vec<_>>().join("; ")),
+        ("remarks", remarks.join("; ")),
+        ("end_is_known", end_is_known.to_string()),
+    ]
+    .map(|(key, value)| (key.to_owned(), value))
+    .into();
+    map.extend(kept.iter().map(|(topic, count)| (format!("kept:{topic}"), count.to_string())));
+    map.extend(lost.iter().map(|(topic, count)| (format!("lost:{topic}"), count.to_string())));
+    map
 }
 
 struct Reader<'a> {

@@ -19,7 +19,7 @@ use crate::chunk::{Chunk, RECORD_HEAD_BYTES};
 use crate::layout::Layout;
 use crate::lengths;
 use crate::messages::{EVENTS, FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
-use crate::metadata::{self, MetadataError, RUN, RUN_END};
+use crate::metadata::{self, MetadataError, RUN, RUN_END, SALVAGE};
 use crate::versions;
 use crate::write::{CHECKPOINT, SCENARIO, digest_message};
 
@@ -192,6 +192,9 @@ pub enum LogProblem {
     /// A signal stopped the run.
     #[error("the run was interrupted after step {0}")]
     Interrupted(u64),
+    /// The log is what was left of a damaged one.
+    #[error("it was salvaged from a damaged log; metadata `{SALVAGE}` says what is missing")]
+    Salvaged,
     /// The content is not what `run_end` says.
     #[error("metadata `{RUN_END}` says {what} {promised}, the file has {found}")]
     EndMismatch {
@@ -217,7 +220,10 @@ impl LogProblem {
     pub fn is_early_end(&self) -> bool {
         matches!(
             self,
-            LogProblem::NoEnd | LogProblem::Interrupted(_) | LogProblem::Mcap(mcap::McapError::UnexpectedEof)
+            LogProblem::NoEnd
+                | LogProblem::Interrupted(_)
+                | LogProblem::Salvaged
+                | LogProblem::Mcap(mcap::McapError::UnexpectedEof)
         )
     }
 }
@@ -257,6 +263,28 @@ pub enum LogItem {
     Event(Event),
 }
 
+/// How far a salvaged log can be relied on: its messages bear the numbers that they had.
+#[derive(Default)]
+struct Salvage {
+    /// The number of the next message of each topic.
+    expected: BTreeMap<String, u32>,
+    /// Whether messages are missing before what is read now.
+    has_gap: bool,
+    /// Whether switches are missing since the state of all blocks was last known.
+    is_state_unknown: bool,
+}
+
+impl Salvage {
+    fn take(&mut self, topic: &str, sequence: u32) {
+        let expected = self.expected.entry(topic.to_owned()).or_insert(0);
+        if sequence != *expected {
+            self.has_gap = true;
+            self.is_state_unknown = true;
+        }
+        *expected = sequence.saturating_add(1);
+    }
+}
+
 /// Reads one run log.
 pub struct RunReader {
     path: PathBuf,
@@ -272,6 +300,8 @@ pub struct RunReader {
     header: Option<RunHeader>,
     scenario_toml: String,
     checkpoint: Option<String>,
+    /// For a salvaged log, what may be missing from it.
+    salvage: Option<Salvage>,
     end: Option<RunEnd>,
     /// A step record whose switches are still being read, and how many it promises.
     open_step: Option<(StepRecord, u32)>,
@@ -312,6 +342,7 @@ impl RunReader {
             header: None,
             scenario_toml: String::new(),
             checkpoint: None,
+            salvage: None,
             end: None,
             open_step: None,
             detached: Vec::new(),
@@ -348,6 +379,12 @@ impl RunReader {
     /// the log stands before it.
     pub fn checkpoint(&self) -> Option<&str> {
         self.checkpoint.as_deref()
+    }
+
+    /// Whether records or events are missing between the last item and those before it, as
+    /// may be in a log that was salvaged. Detectors cannot see past that.
+    pub fn has_gap(&self) -> bool {
+        self.salvage.as_ref().is_some_and(|salvage| salvage.has_gap)
     }
 
     /// How the run ended; known once [`RunReader::next_item`] has given `None`.
@@ -440,6 +477,7 @@ impl RunReader {
                 self.detached = vec![false; header.blocks as usize];
                 self.header = Some(header);
             }
+            Raw::Metadata(metadata) if metadata.name == SALVAGE => self.salvage = Some(Salvage::default()),
             Raw::Metadata(metadata) if metadata.name == RUN_END => {
                 self.end = Some(metadata::end_from_map(&metadata.metadata)?);
             }
@@ -466,6 +504,9 @@ impl RunReader {
 
     fn message(&mut self, topic: String, head: &MessageHeader, data: &[u8]) -> Result<(), LogProblem> {
         let sequence = head.sequence;
+        if let Some(salvage) = &mut self.salvage {
+            salvage.take(&topic, sequence);
+        }
         if topic == SWITCH {
             self.switches += 1;
             return if self.topics.steps {
@@ -482,7 +523,7 @@ impl RunReader {
                 let message: StepMessage = decode(&topic, sequence, data)?;
                 timed(message.step)?;
                 agree::step(&message)?;
-                if message.sliding != self.detached_count {
+                if message.sliding != self.detached_count && !self.is_state_unknown() {
                     let StepMessage { step, sliding: promised, .. } = message;
                     return Err(LogProblem::Sliding { step, promised, found: self.detached_count });
                 }
@@ -494,12 +535,16 @@ impl RunReader {
                     self.close_step()?;
                 }
             }
-            FIELDS if self.topics.fields => {
+            FIELDS if self.topics.fields || (self.topics.steps && self.is_state_unknown()) => {
                 let record: FieldRecord = decode(&topic, sequence, data)?;
                 timed(record.step)?;
-                agree::fields(&record, header.blocks, self.topics.steps.then_some(&self.detached[..]))?;
+                let blocks = header.blocks;
+                self.learn_state(&record);
+                agree::fields(&record, blocks, self.topics.steps.then_some(&self.detached[..]))?;
                 self.record_step = record.step;
-                self.ready.push_back(LogItem::Record(Record::Fields(record)));
+                if self.topics.fields {
+                    self.ready.push_back(LogItem::Record(Record::Fields(record)));
+                }
             }
             WINDOW if self.topics.windows => {
                 let record: WindowRecord = decode(&topic, sequence, data)?;
@@ -525,7 +570,23 @@ impl RunReader {
         Ok(())
     }
 
+    fn is_state_unknown(&self) -> bool {
+        self.salvage.as_ref().is_some_and(|salvage| salvage.is_state_unknown)
+    }
+
+    /// Takes from a record of all blocks what the switches that are missing would have said.
+    fn learn_state(&mut self, record: &FieldRecord) {
+        if let Some(salvage) = self.salvage.as_mut().filter(|salvage| salvage.is_state_unknown)
+            && record.detached.len() == self.detached.len()
+        {
+            salvage.is_state_unknown = false;
+            self.detached = record.detached.iter().map(|&detached| detached != 0).collect();
+            self.detached_count = self.detached.iter().filter(|&&detached| detached).count() as u32;
+        }
+    }
+
     fn switch(&mut self, message: SwitchMessage, head: &MessageHeader) -> Result<(), LogProblem> {
+        let is_state_unknown = self.is_state_unknown();
         let Some((record, promised)) = &mut self.open_step else {
             return Err(LogProblem::Switches { step: message.step, promised: 0, found: 1 });
         };
@@ -536,6 +597,7 @@ impl RunReader {
         let (step, block, direction) = (message.step, message.block, message.direction);
         let is_detached = (block as usize).checked_sub(1).and_then(|n| self.detached.get_mut(n));
         match is_detached {
+            Some(_) if is_state_unknown => {}
             Some(is_detached) if *is_detached != (direction == Direction::Detach) => {
                 *is_detached = !*is_detached;
                 match direction {
@@ -581,8 +643,12 @@ impl RunReader {
             };
             mismatch(&format!("messages of {topic}:"), count(&end.message_counts), count(&self.counts))?;
         }
+        let salvaged = end.status == RunStatus::Salvaged;
+        if salvaged != self.salvage.is_some() {
+            return Err(LogProblem::Misplaced("metadata `salvage` and the status `salvaged` go together"));
+        }
         let interrupted = end.status == RunStatus::Interrupted;
-        if !interrupted {
+        if !interrupted && !salvaged {
             let steps = self.header.as_ref().map_or(0, |header| header.steps);
             mismatch("the last step:", end.last_step.to_string(), steps.to_string())?;
         }
@@ -591,7 +657,11 @@ impl RunReader {
         }
         mismatch("switches:", end.switches.to_string(), self.switches.to_string())?;
         mismatch("digest:", end.digest.clone(), self.digest.finalize().to_hex().to_string())?;
-        if interrupted { Err(LogProblem::Interrupted(end.last_step)) } else { Ok(()) }
+        match end.status {
+            RunStatus::Interrupted => Err(LogProblem::Interrupted(end.last_step)),
+            RunStatus::Salvaged => Err(LogProblem::Salvaged),
+            RunStatus::Complete | RunStatus::LoadNotReached => Ok(()),
+        }
     }
 }
 

@@ -16,7 +16,8 @@ use mcap::{Attachment, Compression, WriteOptions, Writer};
 use serde::Serialize;
 
 use crate::messages::{self, FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, Topic, WINDOW};
-use crate::metadata::{self, RUN, RUN_END};
+use crate::metadata::{self, RUN, RUN_END, SALVAGE};
+use crate::salvage::Salvaged;
 
 /// Uncompressed size at which a chunk is closed: large enough to compress well,
 /// small enough that a damaged one costs little.
@@ -379,6 +380,37 @@ impl RunWriter {
             self.sync()?;
         }
         Ok(())
+    }
+
+    /// Says what is missing, before anything else that was salvaged.
+    pub(crate) fn salvaged(&mut self, salvaged: &Salvaged) -> Result<(), WriteError> {
+        let metadata = Metadata { name: SALVAGE.to_owned(), metadata: metadata::salvaged_to_map(salvaged) };
+        self.writer.write_metadata(&metadata).map_err(|error| self.at(error))
+    }
+
+    /// Writes a message as it was, with its number and time.
+    pub(crate) fn salvaged_message(
+        &mut self,
+        topic: &str,
+        sequence: u32,
+        time_ns: u64,
+        step: Option<u64>,
+        payload: &[u8],
+    ) -> Result<(), WriteError> {
+        let channel =
+            self.channels.get_mut(topic).ok_or_else(|| WriteError::UnknownTopic(topic.to_owned()))?;
+        let header =
+            MessageHeader { channel_id: channel.id, sequence, log_time: time_ns, publish_time: time_ns };
+        channel.messages += 1;
+        self.switches += u64::from(topic == SWITCH);
+        self.last_step = step.unwrap_or(self.last_step);
+        digest_message(&mut self.digest, topic, payload);
+        self.writer.write_to_known_channel(&header, payload).map_err(|error| self.at(error))
+    }
+
+    /// Writes a checkpoint as it was.
+    pub(crate) fn salvaged_checkpoint(&mut self, state: &str) -> Result<(), WriteError> {
+        self.checkpoint(&Checkpoint { step: self.last_step, state: state.to_owned() })
     }
 
     fn sync(&mut self) -> Result<(), WriteError> {

@@ -6,6 +6,7 @@
 
 #![expect(clippy::print_stdout, reason = "the tables are what a benchmark is for")]
 
+mod logs;
 mod scalar;
 
 use std::fs;
@@ -24,19 +25,26 @@ const ROUNDS: usize = 5;
 /// Steps of the scalar loop in one measurement, for 100 blocks.
 const SCALAR_STEPS: u64 = 2_000_000;
 
+/// What can be measured, by name.
+const PARTS: [(&str, fn()); 5] = [
+    ("loop", against_c),
+    ("runs", default_runs),
+    ("chains", long_chains),
+    ("logs", logs::logs),
+    ("chapter5", whole_chapter),
+];
+
 fn main() -> ExitCode {
     // Cargo hands `--bench` to every benchmark.
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
-    let chapter5 = arguments.iter().any(|argument| argument == "--chapter5");
-    if let Some(unknown) = arguments.iter().find(|argument| *argument != "--chapter5") {
-        println!("unknown argument {unknown} (accepted: --chapter5)");
-        return ExitCode::from(2);
-    }
-    against_c();
-    default_runs();
-    long_chains();
-    if chapter5 {
-        whole_chapter();
+    let parts = arguments.iter().map(|name| PARTS.iter().find(|(part, _)| part == name).ok_or(name));
+    match parts.collect::<Result<Vec<_>, _>>() {
+        Ok(parts) if parts.is_empty() => PARTS.iter().for_each(|(_, measure)| measure()),
+        Ok(parts) => parts.into_iter().for_each(|(_, measure)| measure()),
+        Err(unknown) => {
+            println!("unknown part {unknown} (accepted: {})", PARTS.map(|(part, _)| part).join(", "));
+            return ExitCode::from(2);
+        }
     }
     ExitCode::SUCCESS
 }

@@ -1,0 +1,173 @@
+//! Tables of a log as Parquet, beside the CSV and NDJSON of `asperity-export`;
+//! here because only this crate may use polars.
+//!
+//! Each batch is a row group, so memory does not grow with the table. Units and
+//! the run's header stand in the file's key-value metadata under `asperity:`.
+
+use std::fs::File;
+use std::io::BufWriter;
+
+use asperity_export::batch::{Batch, Values};
+use asperity_export::format::{About, Format, FormatError, TableWriter};
+use asperity_export::layout::{Kind, Layout};
+use polars::prelude::{
+    BatchedWriter, Column, DataFrame, DataType, KeyValueMetadata, NamedFrom, ParquetMetadataContext,
+    ParquetWriter, Schema, Series,
+};
+
+/// Parquet, compressed with zstd.
+#[derive(Debug, Clone, Copy)]
+pub struct Parquet;
+
+struct ParquetTable {
+    /// What the writer writes to, held to be given back.
+    file: File,
+    writer: BatchedWriter<BufWriter<File>>,
+    layout: Layout,
+}
+
+impl Format for Parquet {
+    fn extension(&self) -> &'static str {
+        "parquet"
+    }
+
+    fn start(&self, layout: &Layout, file: File) -> Result<Box<dyn TableWriter>, FormatError> {
+        let schema: Schema = layout
+            .columns
+            .iter()
+            .map(|column| {
+                let kind = match column.kind {
+                    Kind::Count => DataType::UInt32,
+                    Kind::Step => DataType::UInt64,
+                    Kind::Number => DataType::Float64,
+                    Kind::Flag => DataType::Boolean,
+                    Kind::Word => DataType::String,
+                };
+                (column.name.into(), kind)
+            })
+            .collect();
+        let writer =
+            ParquetWriter::new(BufWriter::new(file.try_clone()?)).batched(&schema).map_err(refused)?;
+        Ok(Box::new(ParquetTable { file, writer, layout: layout.clone() }))
+    }
+}
+
+impl TableWriter for ParquetTable {
+    fn write(&mut self, batch: &Batch) -> Result<(), FormatError> {
+        let columns = self.layout.columns.iter().zip(batch.columns());
+        let columns = columns.map(|(column, values)| series(column.name, values)).collect();
+        let frame = DataFrame::new(batch.rows(), columns).map_err(refused)?;
+        self.writer.write_batch(&frame).map_err(refused)
+    }
+
+    fn finish(self: Box<Self>, about: &About) -> Result<File, FormatError> {
+        // Whether the log is whole is known only now, and the writer's own way of
+        // ending a file takes no more than it was started with.
+        let metadata = KeyValueMetadata::from_static(about.pairs(&self.layout))
+            .collect(ParquetMetadataContext { arrow_schema: "" })
+            .map_err(refused)?;
+        let mut writer =
+            self.writer.get_writer().lock().map_err(|error| FormatError::Library(error.to_string()))?;
+        writer.end(Some(metadata)).map_err(refused)?;
+        drop(writer);
+        Ok(self.file)
+    }
+}
+
+fn series(name: &str, values: &Values) -> Column {
+    let name = name.into();
+    match values {
+        Values::Counts(values) => Series::new(name, values).into(),
+        Values::Steps(values) => Series::new(name, values).into(),
+        Values::Numbers(values) => Series::new(name, values).into(),
+        Values::Flags(values) => Series::new(name, values).into(),
+        Values::Words(values) => Series::new(name, values).into(),
+    }
+}
+
+fn refused(error: polars::error::PolarsError) -> FormatError {
+    FormatError::Library(error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs::{self, File};
+
+    use asperity_export::batch::{Batch, Cell};
+    use asperity_export::format::{About, Format, State};
+    use asperity_export::layout::layouts;
+    use asperity_record::RunHeader;
+    use polars::prelude::{ParquetReader, SerReader};
+
+    use super::Parquet;
+
+    /// Doubles that a format that rounds, or goes by decimals, would lose.
+    const DOUBLES: [f64; 6] = [0.1 + 0.2, -0.0, 5e-324, -1.7976931348623157e308, 1e-7, 4.0];
+
+    #[test]
+    fn doubles_come_back_to_the_bit_with_units_and_header() {
+        let layout = layouts(false).remove(2);
+        assert_eq!(layout.topic, "/fields");
+        let path = std::env::temp_dir().join(format!("asperity-{}.parquet", std::process::id()));
+        let mut table = Parquet.start(&layout, File::create(&path).unwrap()).unwrap();
+        let mut batch = Batch::new(&layout.columns);
+        for half in DOUBLES.chunks(3) {
+            for value in half {
+                let number = Cell::Number(*value);
+                let (step, flag) = (Cell::Step(u64::MAX), Cell::Flag(true));
+                batch.push(&[step, number, Cell::Count(u32::MAX), number, number, Cell::Empty, number, flag]);
+            }
+            table.write(&batch).unwrap();
+            batch.clear();
+        }
+        let header = RunHeader {
+            record_schema_version: 1,
+            scenario: "mine".to_owned(),
+            scenario_hash: "5c".to_owned(),
+            run_id: "1d".to_owned(),
+            code_version: "c0de".to_owned(),
+            parameter_set: "as-coded".to_owned(),
+            solver: "fast".to_owned(),
+            blocks: 6,
+            time_step_s: 1e-8,
+            steps: 9,
+        };
+        let about = About { header, state: State::Damaged, last_step: 8, from_s: Some(0.5), to_s: None };
+        table.finish(&about).unwrap();
+
+        let mut reader = ParquetReader::new(File::open(&path).unwrap());
+        let metadata = reader.get_metadata().unwrap().clone();
+        let frame = reader.finish().unwrap();
+        fs::remove_file(&path).unwrap();
+        assert_eq!(metadata.row_groups.len(), 2, "each batch is a row group");
+        let read: Vec<u64> = frame
+            .column("displacement_m")
+            .unwrap()
+            .f64()
+            .unwrap()
+            .iter()
+            .map(|value| value.unwrap().to_bits())
+            .collect();
+        assert_eq!(read, DOUBLES.map(f64::to_bits));
+        assert_eq!(frame.column("tangential_force_n").unwrap().null_count(), DOUBLES.len());
+        assert_eq!(frame.column("step").unwrap().u64().unwrap().get(0), Some(u64::MAX));
+        assert_eq!(frame.column("block").unwrap().u32().unwrap().get(5), Some(u32::MAX));
+        assert_eq!(frame.column("detached").unwrap().bool().unwrap().sum(), Some(6));
+
+        let pairs = metadata.key_value_metadata().as_ref().unwrap();
+        let text = |key: &str| pairs.iter().find(|pair| pair.key == key).and_then(|pair| pair.value.clone());
+        for (key, expected) in [
+            ("asperity:topic", Some("/fields")),
+            ("asperity:log", Some("damaged")),
+            ("asperity:last_step", Some("8")),
+            ("asperity:scenario_hash", Some("5c")),
+            ("asperity:code_version", Some("c0de")),
+            ("asperity:from_s", Some("0.5")),
+            ("asperity:to_s", None),
+        ] {
+            assert_eq!(text(key).as_deref(), expected, "{key}");
+        }
+        let units = text("asperity:units").unwrap();
+        assert!(units.contains("\"velocity_m_per_s\":\"m/s\"") && !units.contains("block"), "{units}");
+    }
+}

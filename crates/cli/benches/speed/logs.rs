@@ -1,0 +1,102 @@
+//! How fast logs are read, against the bare MCAP reader, and in how much memory.
+
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+
+use crate::{ASPERITY, ROUNDS, asperity, seconds};
+
+/// Logs of different kinds, and of one kind in different sizes.
+const LOGS: [(&str, &[&str]); 4] = [
+    ("the default run", &[]),
+    ("its states every 0.2 ms", &["recording.fields_s=0.0002"]),
+    ("its load every 10 µs, for 1.25 s", &["recording.sample_s=0.00001", "time.duration_s=1.25"]),
+    ("the same for 5 s", &["recording.sample_s=0.00001"]),
+];
+
+pub(crate) fn logs() {
+    println!("## Reading logs, times as long as the bare MCAP reader\n");
+    println!(
+        "The bare reader unpacks every chunk, checks its checksum, and looks at no message. MB are those of the file; messages\n\
+         unpack to about four times as many.\n"
+    );
+    println!(
+        "| log | MB | bare reader, MB/s | `asperity events` | `asperity replay` | ... in MB/s | `asperity check` | replay's memory, MB |\n\
+         |---|---|---|---|---|---|---|---|"
+    );
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    for (number, (name, set)) in LOGS.into_iter().enumerate() {
+        let log = folder.path().join(format!("{number}.mcap"));
+        let path = log.to_str().expect("temporary folders have plain names");
+        let mut arguments = vec!["run", "default", "--out", path];
+        arguments.extend(set.iter().flat_map(|value| ["--set", value]));
+        asperity(&arguments);
+        let mb = fs::metadata(&log).expect("the log is there").len() as f64 / 1e6;
+        let mut bare_s = Vec::new();
+        let mut of = |command: &str| {
+            let mut ratios: Vec<f64> = (0..ROUNDS)
+                .map(|_| {
+                    let before_s = seconds(|| bare(&log));
+                    let elapsed_s = seconds(|| asperity(&[command, path]));
+                    let bare = (before_s + seconds(|| bare(&log))) / 2.0;
+                    bare_s.push(bare);
+                    elapsed_s / bare
+                })
+                .collect();
+            ratios.sort_by(f64::total_cmp);
+            ratios[ROUNDS / 2]
+        };
+        let [events, replay, check] = ["events", "replay", "check"].map(&mut of);
+        bare_s.sort_by(f64::total_cmp);
+        let bare_mb_per_s = mb / bare_s[bare_s.len() / 2];
+        println!(
+            "| {name} | {mb:.1} | {bare_mb_per_s:.0} | {events:.1} | {replay:.1} | {:.0} | {check:.1} | {:.0} |",
+            bare_mb_per_s / replay,
+            most_memory_mb(&["replay", path]),
+        );
+        fs::remove_file(&log).expect("the log is there");
+    }
+    println!();
+}
+
+/// Reads a log with nothing but the library.
+fn bare(log: &Path) {
+    let mut file = fs::File::open(log).expect("the log is there");
+    let options = LinearReaderOptions::default().with_prevalidate_chunk_crcs(true);
+    let mut reader = LinearReader::new_with_options(options);
+    let mut records = 0u64;
+    while let Some(event) = reader.next_event() {
+        match event.expect("the log is whole") {
+            LinearReadEvent::ReadRequest(wanted) => {
+                let read = file.read(reader.insert(wanted)).expect("the log can be read");
+                reader.notify_read(read);
+            }
+            LinearReadEvent::Record { .. } => records += 1,
+        }
+    }
+    std::hint::black_box(records);
+}
+
+/// The most memory that a command held, in MB; 0 where the system does not tell.
+fn most_memory_mb(arguments: &[&str]) -> f64 {
+    let mut child = Command::new(ASPERITY)
+        .args(arguments)
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("the binary was built with the bench");
+    let path = format!("/proc/{}/status", child.id());
+    let (mut most_mb, started) = (0f64, Instant::now());
+    while child.try_wait().expect("it can be asked").is_none() && started.elapsed() < Duration::from_secs(600)
+    {
+        let status = fs::read_to_string(&path).unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kb = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+        most_mb = most_mb.max(kb.unwrap_or(0.0) / 1024.0);
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    most_mb
+}

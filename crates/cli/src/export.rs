@@ -1,0 +1,111 @@
+//! `asperity export`: what a log holds as files that data frames read.
+
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use asperity_export::format::{Format, State};
+use asperity_export::{Csv, Export, ExportError, Ndjson, Ran, Report, Request, name_of};
+
+use crate::args::{ExportArguments, ExportFormat};
+use crate::at_once::at_once;
+use crate::exit::{self, Code, Failure};
+use crate::progress::Board;
+
+pub(crate) fn command(arguments: &ExportArguments) -> Result<(), Failure> {
+    let requests = requests(arguments)?;
+    std::fs::create_dir_all(&arguments.out)
+        .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", arguments.out.display())))?;
+    let board = Board::new();
+    let some_failed = AtomicBool::new(false);
+    at_once(&requests, arguments.jobs, |(run, request)| {
+        match export_one(run, request, arguments.to, &board) {
+            // Of many, the others are exported all the same.
+            Err(Failure::Failed(problem)) if requests.len() > 1 => {
+                some_failed.store(true, Ordering::Relaxed);
+                exit::report(&Failure::Failed(problem));
+                Ok(())
+            }
+            outcome => outcome,
+        }
+    })?;
+    if some_failed.into_inner() { Err(Failure::Said(Code::Failed)) } else { Ok(()) }
+}
+
+/// What is asked for of each run; their files must not get in each other's way.
+fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Failure> {
+    let mut names: BTreeMap<String, &PathBuf> = BTreeMap::new();
+    let mut requests = Vec::new();
+    for run in &arguments.runs {
+        let name = name_of(run);
+        if let Some(other) = names.insert(name.clone(), run) {
+            return Err(Failure::BadInput(format!(
+                "{} and {} would both be exported as {name} (accepted: runs of different names)",
+                other.display(),
+                run.display()
+            )));
+        }
+        let request = Request {
+            topics: arguments.topic.clone(),
+            from_s: arguments.from_s,
+            to_s: arguments.to_s,
+            out: arguments.out.clone(),
+            name,
+            replace: arguments.replace,
+        };
+        requests.push((run.clone(), request));
+    }
+    Ok(requests)
+}
+
+fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) -> Result<(), Failure> {
+    let format: &dyn Format = match to {
+        #[cfg(feature = "analysis")]
+        ExportFormat::Parquet => &asperity_analysis::parquet_tables::Parquet,
+        ExportFormat::Csv => &Csv,
+        ExportFormat::Ndjson => &Ndjson,
+    };
+    let export = Export::open(run, request.clone(), format).map_err(failure)?;
+    let header = export.header();
+    let duration_s = header.time_grid().time_s(header.steps);
+    let mut progress = board.steps(&request.name, header.steps, duration_s);
+    let outcome = export.run(|step| progress.reached(step));
+    progress.clear();
+    let Report { files, ran, left_out } = outcome.map_err(failure)?;
+    let mut out = io::stdout().lock();
+    for (path, rows) in files {
+        match rows {
+            Some(rows) => writeln!(out, "{}: {rows} rows", path.display())?,
+            None => writeln!(out, "{}: what the others hold", path.display())?,
+        }
+    }
+    for (topic, count) in left_out {
+        board.line(&format!(
+            "warning: {}: {count} events of {topic} are left out: no table is made of that topic",
+            run.display()
+        ));
+    }
+    match ran {
+        Ran { problem: None, .. } => Ok(()),
+        Ran { problem: Some(problem), state, last_step, last_s } => Err(Failure::Failed(format!(
+            "{}: exported up to step {last_step} ({last_s} s), {}: {problem}",
+            run.display(),
+            match state {
+                State::Whole | State::Incomplete => "where the log ends",
+                State::Salvaged => "with gaps",
+                State::Damaged => "where the log is damaged",
+            }
+        ))),
+    }
+}
+
+fn failure(error: ExportError) -> Failure {
+    match error {
+        ExportError::UnknownTopic { .. } | ExportError::EmptyRange { .. } => Failure::bad_input(error),
+        ExportError::Exists(_) => Failure::BadInput(format!(
+            "{error}; nothing of this run was written (accepted: another folder, or --replace)"
+        )),
+        ExportError::Log(_) | ExportError::Write { .. } => Failure::failed(error),
+    }
+}

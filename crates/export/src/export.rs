@@ -1,0 +1,500 @@
+//! From a log to the files of its tables, in one pass and with memory bounded by
+//! a few batches of rows.
+//!
+//! The whole log is read and checked whatever is asked of it, so that a slice of
+//! a damaged log is known to be one. Files bear their final names only when all
+//! of them are whole; the last to get its name is `NAME.export.json`, which says
+//! what was exported and from which run.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use asperity_record::{Event, EventPayload, GlobalSlip, Onset, Record, RunHeader, SlipEvent};
+use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
+use serde::Serialize;
+
+use crate::batch::Batch;
+use crate::format::{About, Format, FormatError, State, TableWriter};
+use crate::layout::{FIELDS, Layout, STEP, SWITCH, WINDOW, layouts};
+use crate::rows;
+
+/// So many rows are held of each table before they are written: enough for row
+/// groups that readers like, and a few MB.
+const BATCH_ROWS: usize = 1 << 16;
+
+/// What to export, and where to.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// The topics; none for all.
+    pub topics: Vec<String>,
+    /// Only rows from this time on, s. Events count by their onset.
+    pub from_s: Option<f64>,
+    /// Only rows from before this time, s.
+    pub to_s: Option<f64>,
+    /// The folder, which is there.
+    pub out: PathBuf,
+    /// How the files' names begin.
+    pub name: String,
+    /// Whether files that are there already may be replaced.
+    pub replace: bool,
+}
+
+/// A log that cannot be exported.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The log cannot be read at all.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// A topic that no table is made of.
+    #[error("no table is made of the topic {topic:?} (accepted: {accepted})")]
+    UnknownTopic {
+        /// The topic.
+        topic: String,
+        /// The topics that there are tables of.
+        accepted: String,
+    },
+    /// No time lies between the bounds.
+    #[error(
+        "no time is from {from_s} s on and before {to_s} s (accepted: from 0 or more, to more than that)"
+    )]
+    EmptyRange {
+        /// The lower bound.
+        from_s: f64,
+        /// The upper bound.
+        to_s: f64,
+    },
+    /// The name of a file is taken; none has been written.
+    #[error("{} exists already", .0.display())]
+    Exists(PathBuf),
+    /// A file cannot be written.
+    #[error("failed to write {}: {error}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: FormatError,
+    },
+}
+
+/// What came of an export.
+#[derive(Debug)]
+pub struct Report {
+    /// The files, with the number of rows in each, and the one that describes them.
+    pub files: Vec<(PathBuf, Option<u64>)>,
+    /// How far the log could be read.
+    pub ran: Ran,
+    /// Events of topics that no table is made of, and how many.
+    pub left_out: BTreeMap<String, u64>,
+}
+
+/// How far a log could be read.
+#[derive(Debug)]
+pub struct Ran {
+    /// Whether to its end.
+    pub state: State,
+    /// The last step.
+    pub last_step: u64,
+    /// Its time, s.
+    pub last_s: f64,
+    /// Why not to its end.
+    pub problem: Option<String>,
+}
+
+/// The name of a run's files: that of its log, without `.mcap` or `.mcap.partial`.
+pub fn name_of(run: &Path) -> String {
+    let name = run.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.strip_suffix(".partial").unwrap_or(&name);
+    name.strip_suffix(".mcap").unwrap_or(name).to_owned()
+}
+
+/// A log that is about to be exported.
+pub struct Export<'a> {
+    reader: RunReader,
+    request: Request,
+    format: &'a dyn Format,
+    tables: Vec<Table>,
+    end_forces: Option<bool>,
+    left_out: BTreeMap<String, u64>,
+}
+
+/// The table of one topic while it is made.
+struct Table {
+    layout: Layout,
+    path: PathBuf,
+    batch: Batch,
+    /// None until the first rows are written.
+    writer: Option<Box<dyn TableWriter>>,
+    rows: u64,
+}
+
+impl<'a> Export<'a> {
+    /// Opens a log, and finds out whether the files can be written.
+    ///
+    /// # Errors
+    /// If the request cannot be met or the log not be read.
+    pub fn open(run: &Path, request: Request, format: &'a dyn Format) -> Result<Export<'a>, ExportError> {
+        let layouts = layouts(false);
+        for topic in &request.topics {
+            if !layouts.iter().any(|layout| layout.topic == topic) {
+                let accepted = layouts.iter().map(|layout| layout.topic).collect::<Vec<_>>().join(", ");
+                return Err(ExportError::UnknownTopic { topic: topic.clone(), accepted });
+            }
+        }
+        let (from_s, to_s) = (request.from_s.unwrap_or(0.0), request.to_s.unwrap_or(f64::INFINITY));
+        // Written so that no bound that is not a number passes.
+        if !(from_s >= 0.0 && from_s < to_s) {
+            return Err(ExportError::EmptyRange { from_s, to_s });
+        }
+        let reader = RunReader::open(run, wanted(&request.topics))?;
+        let chosen = |layout: &Layout| {
+            request.topics.is_empty() || request.topics.iter().any(|topic| topic == layout.topic)
+        };
+        let tables: Vec<Table> = layouts
+            .into_iter()
+            .filter(chosen)
+            .map(|layout| {
+                let file = format!("{}.{}.{}", request.name, layout.file_part(), format.extension());
+                Table {
+                    path: request.out.join(file),
+                    batch: Batch::new(&layout.columns),
+                    layout,
+                    writer: None,
+                    rows: 0,
+                }
+            })
+            .collect();
+        let export = Export { reader, request, format, tables, end_forces: None, left_out: BTreeMap::new() };
+        if !export.request.replace {
+            let tables = export.tables.iter().map(|table| table.path.clone());
+            if let Some(path) = tables.chain([export.manifest_path()]).find(|path| path.exists()) {
+                return Err(ExportError::Exists(path));
+            }
+        }
+        Ok(export)
+    }
+
+    /// What the run is.
+    pub fn header(&self) -> &RunHeader {
+        self.reader.header()
+    }
+
+    /// Where the file stands that describes the others.
+    fn manifest_path(&self) -> PathBuf {
+        self.request.out.join(format!("{}.export.json", self.request.name))
+    }
+
+    /// Reads the log and writes the files; `progress` is told every step. A log
+    /// that is incomplete or damaged is exported as far as it is sound.
+    ///
+    /// # Errors
+    /// If a file cannot be written. None has its final name then.
+    pub fn run(mut self, progress: impl FnMut(u64)) -> Result<Report, ExportError> {
+        self.read(progress).inspect_err(|_| {
+            // A part of a table is of no use to anybody, and may fill the disk. If it cannot be
+            // removed either, the first problem is the one to tell.
+            for path in self.tables.iter().map(|table| &table.path).chain([&self.manifest_path()]) {
+                fs::remove_file(partial(path)).ok();
+            }
+        })
+    }
+
+    fn read(&mut self, mut progress: impl FnMut(u64)) -> Result<Report, ExportError> {
+        let mut ran = Ran { state: State::Whole, last_step: 0, last_s: 0.0, problem: None };
+        loop {
+            match self.reader.next_item() {
+                Ok(None) => break,
+                Ok(Some(LogItem::Record(record))) => {
+                    if let Err(problem) = self.record(&record)? {
+                        (ran.state, ran.problem) = (State::Damaged, Some(problem));
+                        break;
+                    }
+                    ran.last_step = record.step();
+                    progress(ran.last_step);
+                }
+                Ok(Some(LogItem::Event(event))) => {
+                    if let Err(problem) = self.event(&event)? {
+                        (ran.state, ran.problem) = (State::Damaged, Some(problem));
+                        break;
+                    }
+                }
+                Err(LogError { problem, .. }) => {
+                    ran.state = match &problem {
+                        LogProblem::Salvaged => State::Salvaged,
+                        problem if problem.is_early_end() => State::Incomplete,
+                        _ => State::Damaged,
+                    };
+                    ran.problem = Some(problem.to_string());
+                    break;
+                }
+            }
+        }
+        ran.last_s = self.header().time_grid().time_s(ran.last_step);
+        let files = self.finish(&ran)?;
+        Ok(Report { files, ran, left_out: std::mem::take(&mut self.left_out) })
+    }
+
+    /// The inner error is what is wrong with the log, the outer one with a file.
+    fn record(&mut self, record: &Record) -> Result<Result<(), String>, ExportError> {
+        let outcome = match record {
+            Record::Step(record) => {
+                let end_forces = match self.end_forces {
+                    Some(end_forces) => end_forces,
+                    None => self.first_step(record.end_forces_n.is_some()),
+                };
+                if end_forces != record.end_forces_n.is_some() {
+                    let first = if end_forces { "has" } else { "has not" };
+                    return Ok(Err(format!(
+                        "step {}: the forces on the ends differ from the first record's, which {first} them",
+                        record.step
+                    )));
+                }
+                if let Some(batch) = self.batch(STEP, record.time_s) {
+                    rows::step(batch, record, end_forces);
+                }
+                if let Some(batch) = self.batch(SWITCH, record.time_s) {
+                    record.switches.iter().for_each(|switch| rows::switch(batch, record, switch));
+                }
+                Ok(())
+            }
+            Record::Fields(record) => {
+                self.batch(FIELDS, record.time_s).map_or(Ok(()), |batch| rows::fields(batch, record))
+            }
+            Record::Window(record) => {
+                self.batch(WINDOW, record.time_s).map_or(Ok(()), |batch| rows::window(batch, record))
+            }
+        };
+        self.flush(BATCH_ROWS)?;
+        Ok(outcome.map_err(|ragged| ragged.to_string()))
+    }
+
+    fn event(&mut self, event: &Event) -> Result<Result<(), String>, ExportError> {
+        let decoded = if let Some(onset) = event.decode::<Onset>() {
+            onset.map(|onset| {
+                if let Some(batch) = self.batch(Onset::TOPIC, onset.onset_s) {
+                    rows::onset(batch, &onset);
+                }
+            })
+        } else if let Some(slip) = event.decode::<SlipEvent>() {
+            slip.map(|slip| {
+                if let Some(batch) = self.batch(SlipEvent::TOPIC, slip.onset_s) {
+                    rows::slip(batch, &slip);
+                }
+            })
+        } else if let Some(global) = event.decode::<GlobalSlip>() {
+            global.map(|global| {
+                if let Some(batch) = self.batch(GlobalSlip::TOPIC, global.onset_s) {
+                    rows::global(batch, &global);
+                }
+            })
+        } else {
+            *self.left_out.entry(event.topic.clone()).or_insert(0) += 1;
+            Ok(())
+        };
+        self.flush(BATCH_ROWS)?;
+        Ok(decoded.map_err(|error| format!("an event of {} cannot be read: {error}", event.topic)))
+    }
+
+    /// Where rows of a topic and time go, if they were asked for.
+    fn batch(&mut self, topic: &str, time_s: f64) -> Option<&mut Batch> {
+        let Request { from_s, to_s, .. } = self.request;
+        if from_s.is_some_and(|from_s| time_s < from_s) || to_s.is_some_and(|to_s| time_s >= to_s) {
+            return None;
+        }
+        self.tables.iter_mut().find(|table| table.layout.topic == topic).map(|table| &mut table.batch)
+    }
+
+    /// Takes note of whether the drive pulls on both ends, and gives the table of
+    /// steps its columns then; no row has been written yet.
+    fn first_step(&mut self, end_forces: bool) -> bool {
+        self.end_forces = Some(end_forces);
+        let layout = layouts(end_forces).into_iter().find(|layout| layout.topic == STEP);
+        let table = self.tables.iter_mut().find(|table| table.layout.topic == STEP);
+        if let Some((layout, table)) = layout.zip(table) {
+            table.batch = Batch::new(&layout.columns);
+            table.layout = layout;
+        }
+        end_forces
+    }
+
+    /// Writes the rows of those tables that have so many.
+    fn flush(&mut self, rows: usize) -> Result<(), ExportError> {
+        let format = self.format;
+        self.tables
+            .iter_mut()
+            .filter(|table| table.batch.rows() >= rows)
+            .try_for_each(|table| table.flush(format))
+    }
+
+    fn finish(&mut self, ran: &Ran) -> Result<Vec<(PathBuf, Option<u64>)>, ExportError> {
+        self.flush(0)?;
+        let about = About {
+            header: self.header().clone(),
+            state: ran.state,
+            last_step: ran.last_step,
+            from_s: self.request.from_s,
+            to_s: self.request.to_s,
+        };
+        let manifest = Manifest {
+            run: &about.header,
+            scenario_toml: self.reader.scenario_toml(),
+            log: LogState {
+                state: ran.state,
+                last_step: ran.last_step,
+                last_s: ran.last_s,
+                problem: ran.problem.as_deref(),
+            },
+            from_s: about.from_s,
+            to_s: about.to_s,
+            tables: self.tables.iter().map(TableEntry::of).collect(),
+        };
+        let manifest =
+            serde_json::to_string_pretty(&manifest).expect("texts and finite numbers can always be JSON");
+        for table in &mut self.tables {
+            if let Some(writer) = table.writer.take() {
+                let path = &table.path;
+                let file = writer.finish(&about).map_err(|error| write_error(path, error))?;
+                file.sync_all().map_err(|error| write_error(path, error))?;
+            }
+        }
+        let manifest_path = self.manifest_path();
+        write_whole(&partial(&manifest_path), &manifest)
+            .map_err(|error| write_error(&manifest_path, error))?;
+        let mut files: Vec<(PathBuf, Option<u64>)> =
+            self.tables.iter().map(|table| (table.path.clone(), Some(table.rows))).collect();
+        files.push((manifest_path, None));
+        for (path, _) in &files {
+            // Some time has passed since this was asked first.
+            if !self.request.replace && path.exists() {
+                return Err(ExportError::Exists(path.clone()));
+            }
+            fs::rename(partial(path), path).map_err(|error| write_error(path, error))?;
+        }
+        Ok(files)
+    }
+}
+
+impl Table {
+    fn flush(&mut self, format: &dyn Format) -> Result<(), ExportError> {
+        let at = |error: FormatError| write_error(&self.path, error);
+        let writer = match &mut self.writer {
+            Some(writer) => writer,
+            None => {
+                let file = File::create(partial(&self.path)).map_err(|error| at(error.into()))?;
+                self.writer.insert(format.start(&self.layout, file).map_err(at)?)
+            }
+        };
+        writer.write(&self.batch).map_err(at)?;
+        self.rows += self.batch.rows() as u64;
+        self.batch.clear();
+        Ok(())
+    }
+}
+
+/// Which messages the reader must decode for these topics: those and all steps,
+/// which say how far the log goes.
+fn wanted(topics: &[String]) -> Topics {
+    let any = |wanted: &dyn Fn(&str) -> bool| topics.is_empty() || topics.iter().any(|topic| wanted(topic));
+    Topics {
+        steps: true,
+        fields: any(&|topic| topic == FIELDS),
+        windows: any(&|topic| topic == WINDOW),
+        events: any(&|topic| topic.starts_with("/events/")),
+    }
+}
+
+fn write_error(path: &Path, error: impl Into<FormatError>) -> ExportError {
+    ExportError::Write { path: path.to_owned(), error: error.into() }
+}
+
+/// Where a file stands until all of them are whole.
+fn partial(path: &Path) -> PathBuf {
+    let mut name = OsString::from(path);
+    name.push(".partial");
+    name.into()
+}
+
+fn write_whole(path: &Path, text: &str) -> io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(text.as_bytes())?;
+    file.write_all(b"\n")?;
+    file.sync_all()
+}
+
+/// `NAME.export.json`: what was exported and from which run.
+#[derive(Serialize)]
+struct Manifest<'a> {
+    run: &'a RunHeader,
+    log: LogState<'a>,
+    from_s: Option<f64>,
+    to_s: Option<f64>,
+    tables: Vec<TableEntry>,
+    scenario_toml: &'a str,
+}
+
+#[derive(Serialize)]
+struct LogState<'a> {
+    state: State,
+    last_step: u64,
+    last_s: f64,
+    problem: Option<&'a str>,
+}
+
+#[derive(Serialize)]
+struct TableEntry {
+    file: String,
+    topic: &'static str,
+    rows: u64,
+    columns: Vec<ColumnEntry>,
+}
+
+#[derive(Serialize)]
+struct ColumnEntry {
+    name: &'static str,
+    unit: Option<&'static str>,
+}
+
+impl TableEntry {
+    fn of(table: &Table) -> TableEntry {
+        let columns = &table.layout.columns;
+        TableEntry {
+            file: table.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            topic: table.layout.topic,
+            rows: table.rows,
+            columns: columns
+                .iter()
+                .map(|column| ColumnEntry { name: column.name, unit: column.unit })
+                .collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::{name_of, wanted};
+
+    #[test]
+    fn files_are_named_after_the_log() {
+        for (run, name) in [
+            ("out/mine.mcap", "mine"),
+            ("mine.mcap.partial", "mine"),
+            ("mine.v2.mcap", "mine.v2"),
+            ("mine", "mine"),
+        ] {
+            assert_eq!(name_of(Path::new(run)), name);
+        }
+    }
+
+    #[test]
+    fn only_what_is_asked_for_is_decoded() {
+        let topics =
+            |names: &[&str]| wanted(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
+        assert!(topics(&[]).steps && topics(&[]).fields && topics(&[]).windows && topics(&[]).events);
+        assert!(topics(&["/fields"]).steps && topics(&["/fields"]).fields && !topics(&["/switch"]).fields);
+        assert!(topics(&["/events/slip"]).events && !topics(&["/events/slip"]).windows);
+    }
+}

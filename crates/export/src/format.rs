@@ -1,0 +1,132 @@
+//! What a file format must do to hold a table.
+
+use std::fs::File;
+use std::io;
+
+use asperity_record::RunHeader;
+
+use crate::batch::Batch;
+use crate::layout::Layout;
+
+/// A file that cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum FormatError {
+    /// The system refused.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// The format's library refused.
+    #[error("{0}")]
+    Library(String),
+}
+
+/// A file format.
+pub trait Format {
+    /// How its files' names end, without the dot.
+    fn extension(&self) -> &'static str;
+
+    /// Starts the file of a table.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    fn start(&self, layout: &Layout, file: File) -> Result<Box<dyn TableWriter>, FormatError>;
+}
+
+/// A table's file that is being written.
+pub trait TableWriter {
+    /// Adds rows.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    fn write(&mut self, batch: &Batch) -> Result<(), FormatError>;
+
+    /// Writes what is still to be written and gives the file back, to be synced.
+    /// `about` says where the rows are from; formats that have a place for it keep it.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    fn finish(self: Box<Self>, about: &About) -> Result<File, FormatError>;
+}
+
+/// How a log ended, as far as a table made of it must say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum State {
+    /// The log holds all of its run.
+    Whole,
+    /// It ends before its run does.
+    Incomplete,
+    /// It is what was left of a damaged one, and lacks what was not.
+    Salvaged,
+    /// It is damaged, and what follows the damage is left out.
+    Damaged,
+}
+
+impl State {
+    /// As it is written.
+    pub fn word(self) -> &'static str {
+        match self {
+            State::Whole => "whole",
+            State::Incomplete => "incomplete",
+            State::Salvaged => "salvaged",
+            State::Damaged => "damaged",
+        }
+    }
+}
+
+/// Where a table's rows are from.
+#[derive(Debug, Clone)]
+pub struct About {
+    /// What the run is.
+    pub header: RunHeader,
+    /// Whether its log is whole.
+    pub state: State,
+    /// The last step that could be read.
+    pub last_step: u64,
+    /// Rows are from this time on, if that was asked for, s.
+    pub from_s: Option<f64>,
+    /// Rows are from before this time, if that was asked for, s.
+    pub to_s: Option<f64>,
+}
+
+impl About {
+    /// As names and texts, for formats that hold such. `units` is a JSON object of
+    /// columns and units.
+    pub fn pairs(&self, layout: &Layout) -> Vec<(String, String)> {
+        let RunHeader {
+            record_schema_version,
+            scenario,
+            scenario_hash,
+            run_id,
+            code_version,
+            parameter_set,
+            solver,
+            blocks,
+            time_step_s,
+            steps,
+        } = &self.header;
+        let units: serde_json::Map<String, serde_json::Value> = layout
+            .columns
+            .iter()
+            .filter_map(|column| Some((column.name.to_owned(), column.unit?.into())))
+            .collect();
+        let mut pairs = vec![
+            ("topic", layout.topic.to_owned()),
+            ("units", serde_json::Value::Object(units).to_string()),
+            ("log", self.state.word().to_owned()),
+            ("last_step", self.last_step.to_string()),
+            ("record_schema_version", record_schema_version.to_string()),
+            ("scenario", scenario.clone()),
+            ("scenario_hash", scenario_hash.clone()),
+            ("run_id", run_id.clone()),
+            ("code_version", code_version.clone()),
+            ("parameter_set", parameter_set.clone()),
+            ("solver", solver.clone()),
+            ("blocks", blocks.to_string()),
+            ("time_step_s", time_step_s.to_string()),
+            ("steps", steps.to_string()),
+        ];
+        pairs.extend(self.from_s.map(|from_s| ("from_s", from_s.to_string())));
+        pairs.extend(self.to_s.map(|to_s| ("to_s", to_s.to_string())));
+        pairs.into_iter().map(|(name, text)| (format!("asperity:{name}"), text)).collect()
+    }
+}

@@ -1,0 +1,219 @@
+//! Records and events as rows, with the doubles of the log as they are.
+
+use asperity_record::{
+    Direction, FieldRecord, GlobalSlip, Onset, SlipEvent, StepRecord, Switch, WindowRecord,
+};
+
+use crate::batch::{Batch, Cell};
+
+/// A record whose arrays have not one value per block each.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error("step {step}: a record of {topic} has arrays of {lengths:?} values (accepted: one length for all)")]
+pub(crate) struct Ragged {
+    topic: &'static str,
+    step: u64,
+    lengths: Vec<usize>,
+}
+
+impl Ragged {
+    fn check(topic: &'static str, step: u64, lengths: &[usize]) -> Result<(), Ragged> {
+        match lengths.iter().all(|length| *length == lengths[0]) {
+            true => Ok(()),
+            false => Err(Ragged { topic, step, lengths: lengths.to_vec() }),
+        }
+    }
+}
+
+pub(crate) fn step(batch: &mut Batch, record: &StepRecord, end_forces: bool) {
+    let row = [
+        Cell::Step(record.step),
+        Cell::Number(record.time_s),
+        Cell::Number(record.driving_force_n),
+        Cell::Number(record.normal_load_n),
+        Cell::Number(record.load_ratio()),
+        Cell::Count(record.sliding),
+        Cell::Count(record.switches.len() as u32),
+        number(record.end_forces_n.map(|ends| ends[0])),
+        number(record.end_forces_n.map(|ends| ends[1])),
+    ];
+    batch.push(if end_forces { &row } else { &row[..7] });
+}
+
+pub(crate) fn switch(batch: &mut Batch, record: &StepRecord, switch: &Switch) {
+    batch.push(&[
+        Cell::Step(record.step),
+        Cell::Number(record.time_s),
+        Cell::Count(switch.block),
+        Cell::Word(match switch.direction {
+            Direction::Detach => "detach",
+            Direction::Attach => "attach",
+        }),
+        Cell::Number(switch.displacement_m),
+        Cell::Number(switch.velocity_m_per_s),
+        Cell::Number(switch.tangential_force_n),
+        Cell::Number(switch.stick_position_m),
+        Cell::Number(switch.threshold_n),
+    ]);
+}
+
+pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord) -> Result<(), Ragged> {
+    let FieldRecord {
+        step,
+        time_s,
+        displacement_m,
+        velocity_m_per_s,
+        tangential_force_n,
+        stick_position_m,
+        detached,
+    } = record;
+    let lengths = [
+        displacement_m.len(),
+        velocity_m_per_s.len(),
+        tangential_force_n.len(),
+        stick_position_m.len(),
+        detached.len(),
+    ];
+    Ragged::check(crate::layout::FIELDS, *step, &lengths)?;
+    for (index, block) in (0..displacement_m.len()).zip(1..) {
+        batch.push(&[
+            Cell::Step(*step),
+            Cell::Number(*time_s),
+            Cell::Count(block),
+            Cell::Number(displacement_m[index]),
+            Cell::Number(velocity_m_per_s[index]),
+            Cell::Number(tangential_force_n[index]),
+            Cell::Number(stick_position_m[index]),
+            Cell::Flag(detached[index] != 0),
+        ]);
+    }
+    Ok(())
+}
+
+pub(crate) fn window(batch: &mut Batch, record: &WindowRecord) -> Result<(), Ragged> {
+    let WindowRecord {
+        window,
+        step,
+        time_s,
+        sliding,
+        first_block,
+        displacement_m,
+        velocity_m_per_s,
+        tangential_force_n,
+    } = record;
+    let lengths = [displacement_m.len(), velocity_m_per_s.len(), tangential_force_n.len()];
+    Ragged::check(crate::layout::WINDOW, *step, &lengths)?;
+    for (index, block) in (0..displacement_m.len()).zip(*first_block..) {
+        batch.push(&[
+            Cell::Count(*window),
+            Cell::Step(*step),
+            Cell::Number(*time_s),
+            Cell::Count(*sliding),
+            Cell::Count(block),
+            Cell::Number(displacement_m[index]),
+            Cell::Number(velocity_m_per_s[index]),
+            Cell::Number(tangential_force_n[index]),
+        ]);
+    }
+    Ok(())
+}
+
+pub(crate) fn onset(batch: &mut Batch, event: &Onset) {
+    batch.push(&[
+        Cell::Step(event.event),
+        Cell::Step(event.onset_step),
+        Cell::Number(event.onset_s),
+        Cell::Count(event.nucleation_block),
+        Cell::Count(event.nucleation_blocks),
+        Cell::Number(event.tangential_force_n),
+        Cell::Number(event.threshold_n),
+        Cell::Number(event.ft_fn_onset),
+    ]);
+}
+
+pub(crate) fn slip(batch: &mut Batch, event: &SlipEvent) {
+    batch.push(&[
+        Cell::Number(event.onset_s),
+        number(event.end_s),
+        Cell::Count(event.first_block),
+        Cell::Count(event.last_block),
+        Cell::Count(event.max_sliding),
+        Cell::Number(event.ft_fn_onset),
+        number(event.ft_fn_end),
+        Cell::Step(event.event),
+        Cell::Step(event.onset_step),
+        event.end_step.map_or(Cell::Empty, Cell::Step),
+        Cell::Count(event.blocks_slipped),
+        Cell::Count(event.nucleation_block),
+        Cell::Number(event.ft_fn_min),
+        Cell::Number(event.ft_fn_max),
+        Cell::Flag(event.open),
+    ]);
+}
+
+pub(crate) fn global(batch: &mut Batch, event: &GlobalSlip) {
+    batch.push(&[
+        Cell::Step(event.global),
+        Cell::Step(event.event),
+        Cell::Number(event.onset_s),
+        number(event.end_s),
+        number(event.recurrence_s),
+        number(event.load_drop_n),
+        number(event.ft_fn_drop),
+    ]);
+}
+
+fn number(value: Option<f64>) -> Cell {
+    value.map_or(Cell::Empty, Cell::Number)
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{FieldRecord, WindowRecord};
+
+    use super::{fields, window};
+    use crate::batch::{Batch, Cell};
+    use crate::layout::layouts;
+
+    #[test]
+    fn a_state_becomes_one_row_per_block() {
+        let state = FieldRecord {
+            step: 8,
+            time_s: 0.5,
+            displacement_m: vec![1e-7, 2e-7],
+            velocity_m_per_s: vec![5e-324, -0.0],
+            tangential_force_n: vec![1.0, 2.0],
+            stick_position_m: vec![3.0, 4.0],
+            detached: vec![0, 1],
+        };
+        let mut batch = Batch::new(&layouts(false)[2].columns);
+        fields(&mut batch, &state).unwrap();
+        let column = |n: usize| (0..2).map(|row| batch.columns()[n].cell(row)).collect::<Vec<_>>();
+        assert_eq!(column(0), [Cell::Step(8); 2]);
+        assert_eq!(column(2), [Cell::Count(1), Cell::Count(2)]);
+        assert_eq!(column(4), [Cell::Number(5e-324), Cell::Number(-0.0)]);
+        assert_eq!(column(7), [Cell::Flag(false), Cell::Flag(true)]);
+
+        let short = FieldRecord { stick_position_m: vec![3.0], ..state };
+        let error = fields(&mut batch, &short).unwrap_err().to_string();
+        assert!(error.contains("step 8") && error.contains("/fields") && error.contains("[2, 2, 2, 1, 2]"));
+        assert_eq!(batch.rows(), 2, "nothing of it is taken");
+    }
+
+    #[test]
+    fn blocks_of_a_window_count_from_its_first() {
+        let dense = WindowRecord {
+            window: 3,
+            step: 8,
+            time_s: 0.5,
+            sliding: 1,
+            first_block: 41,
+            displacement_m: vec![0.0; 3],
+            velocity_m_per_s: vec![0.0; 3],
+            tangential_force_n: vec![0.0; 3],
+        };
+        let mut batch = Batch::new(&layouts(false)[3].columns);
+        window(&mut batch, &dense).unwrap();
+        let blocks: Vec<Cell> = (0..3).map(|row| batch.columns()[4].cell(row)).collect();
+        assert_eq!(blocks, [Cell::Count(41), Cell::Count(42), Cell::Count(43)]);
+    }
+}

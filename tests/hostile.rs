@@ -109,6 +109,15 @@ fn read_by_all(file: &Path, must_refuse: bool) {
     if cfg!(feature = "analysis") {
         commands.push(vec!["reduce", text(file), "--out", "reduced"]);
     }
+    // What is left of it is a log, and says that it is not all.
+    let out = folder.join("salvaged.mcap");
+    let salvage = bounded(folder, &["salvage", text(file), "--out", "salvaged.mcap"]);
+    assert!(matches!(salvage.code, Some(0..=2)), "salvage of {}: {}", text(file), salvage.err);
+    assert!(!salvage.err.contains("panicked"), "salvage of {}: {}", text(file), salvage.err);
+    if out.exists() {
+        let said = refused(folder, &["check", text(&out)], &out);
+        assert!(said.contains(": incomplete: "), "salvaged of {}: {said}", text(file));
+    }
     for arguments in commands {
         if must_refuse || bounded(folder, &arguments).code != Some(0) {
             fs::remove_dir_all(folder.join("reduced")).ok();
@@ -153,7 +162,7 @@ fn golden() -> Vec<laws::parts::Part> {
     let log = fixtures().join("../logs/v2/complete.mcap");
     let bytes = fs::read(&log).unwrap_or_else(|error| panic!("{}: {error}", log.display()));
     let sound = laws::parts::beginning(&laws::parts::take_apart(&bytes), 60);
-    forgeries::thinned(&sound.expect("all blocks come to rest in it"))
+    laws::thin::thinned(&sound.expect("all blocks come to rest in it"))
 }
 
 #[test]

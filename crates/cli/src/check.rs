@@ -106,7 +106,11 @@ impl Seen {
     fn read(&mut self, run: &Path) -> Result<(), Problem> {
         let mut reader = RunReader::open(run, Topics::ALL)?;
         let header = reader.header().clone();
-        if header.code_version == CODE_VERSION {
+        let ours = header.code_version == CODE_VERSION;
+        // Of a salvaged log it may be lost, and there is none in its place; that the log is
+        // one is known at its end.
+        let scenario_is_lost = reader.scenario_toml().is_empty();
+        if ours && !scenario_is_lost {
             scenario_is_of(&header, reader.scenario_toml())?;
         }
         let mut detectors = detectors::all(&header);
@@ -137,6 +141,9 @@ impl Seen {
                 held = None;
             }
             self.messages += 1;
+        }
+        if ours && scenario_is_lost {
+            scenario_is_of(&header, reader.scenario_toml())?;
         }
         if let Some(mut held) = held {
             for detector in &mut detectors {

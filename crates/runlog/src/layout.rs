@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use mcap::records::Record;
 
-use crate::metadata::{RUN, RUN_END};
+use crate::metadata::{RUN, RUN_END, SALVAGE};
 use crate::read::LogProblem;
 use crate::write::SCENARIO;
 
@@ -84,6 +84,9 @@ impl Layout {
                 Ended => misplaced("there are two metadata `run_end`"),
                 _ => misplaced("metadata `run_end` stands behind the end of the data"),
             },
+            (Record::Metadata(metadata), Run) if metadata.name == SALVAGE && self.has_messages() => {
+                misplaced("metadata `salvage` stands behind the first message")
+            }
             (Record::Attachment { header, .. }, Start | Run) if header.name == SCENARIO => {
                 if self.has_scenario {
                     return misplaced("there are two attachments `scenario.toml`");
@@ -128,6 +131,10 @@ impl Layout {
     /// Whether a channel has been announced.
     pub(crate) fn has_channels(&self) -> bool {
         !self.channels.is_empty()
+    }
+
+    fn has_messages(&self) -> bool {
+        self.channels.values().any(|channel| channel.messages > 0)
     }
 
     /// That no message is missing between others.

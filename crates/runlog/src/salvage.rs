@@ -23,6 +23,7 @@ use mcap::records::{Record, op};
 use serde_json::Value;
 
 use crate::chunk::{Chunk, RECORD_HEAD_BYTES};
+use crate::lengths;
 use crate::messages::{FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
 use crate::metadata::{self, RUN, RUN_END};
 use crate::read::{LogProblem, RunReader, Topics};
@@ -388,11 +389,20 @@ fn looks_like_a_piece(bytes: &[u8]) -> bool {
     }
 }
 
+/// A record out of its bytes, no length in which is believed that they do not bear out.
+fn parsed(opcode: u8, body: &[u8]) -> Result<Record<'_>, mcap::McapError> {
+    if lengths::fit(opcode, body) {
+        mcap::parse_record(opcode, body)
+    } else {
+        Err(mcap::McapError::UnexpectedEoc)
+    }
+}
+
 /// What a record is, or why it is not what was written.
 fn piece(opcode: u8, body: &[u8], at: u64) -> Result<Option<Piece>, String> {
     match opcode {
         op::ATTACHMENT => attachment(body),
-        op::METADATA => match mcap::parse_record(opcode, body) {
+        op::METADATA => match parsed(opcode, body) {
             Ok(Record::Metadata(metadata)) if metadata.name == RUN => Ok(Some(Piece::Run(metadata.metadata))),
             Ok(Record::Metadata(metadata)) if metadata.name == RUN_END => {
                 let end = metadata::end_from_map(&metadata.metadata).map_err(|error| error.to_string())?;
@@ -401,7 +411,7 @@ fn piece(opcode: u8, body: &[u8], at: u64) -> Result<Option<Piece>, String> {
             Ok(_) => Ok(None),
             Err(error) => Err(error.to_string()),
         },
-        _ => match mcap::parse_record(opcode, body) {
+        _ => match parsed(opcode, body) {
             Ok(Record::Chunk { header, data }) => {
                 let chunk = Chunk::open(&header, &data).map_err(|error| format!("a chunk: {error}"))?;
                 Ok(Some(Piece::Chunk { at, chunk }))
@@ -510,7 +520,7 @@ impl<'a> Walk<'a> {
     fn messages(&mut self, chunk: &mut Chunk) -> Result<Vec<Message>, String> {
         let mut messages = Vec::new();
         while let Some((opcode, body)) = chunk.next_record().map_err(|error| error.to_string())? {
-            match mcap::parse_record(opcode, body).map_err(|error| error.to_string())? {
+            match parsed(opcode, body).map_err(|error| error.to_string())? {
                 Record::Channel(channel) => {
                     self.topics.insert(channel.id, channel.topic);
                 }

@@ -6,6 +6,7 @@
 //! - [`precursors`]: which slip events count as precursors.
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
+//! - [`event_file`]: event tables and matches of a diff as Parquet.
 //! - [`measure`]: single numbers read off a run.
 //! - [`claims`]: what a text claims beside what was measured, and the verdict.
 //! - [`study`]: such numbers against a parameter.
@@ -13,6 +14,7 @@
 //! - [`pipeline`]: the TOML that says which runs, tables, figures and claims.
 
 pub mod claims;
+pub mod event_file;
 pub mod figures;
 #[cfg(test)]
 mod made_up;
@@ -42,6 +44,14 @@ pub enum AnalysisError {
     /// polars refused.
     #[error("table: {0}")]
     Table(#[from] polars::error::PolarsError),
+    /// A file could not be read.
+    #[error("{path}: {problem}")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why.
+        problem: String,
+    },
     /// A file could not be written.
     #[error("{path}: {problem}")]
     Write {

@@ -5,6 +5,7 @@ mod args;
 mod at_once;
 mod check;
 mod detectors;
+mod diff;
 mod events;
 mod exit;
 mod interrupt;
@@ -41,6 +42,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Run(arguments) => run::command(&arguments),
         Command::Events(arguments) => events::command(&arguments),
         Command::Check(arguments) => check::command(&arguments),
+        Command::Diff(arguments) => diff::command(&arguments),
         Command::Replay(arguments) => events::replay_command(&arguments),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments),

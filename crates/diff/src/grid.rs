@@ -113,10 +113,6 @@ impl Row {
         }
     }
 
-    pub(crate) fn cost(&self, taken: usize, mode: Mode) -> Cost {
-        self.costs[taken - self.from][mode as usize]
-    }
-
     /// Takes a path to a state if it is cheaper than that known.
     pub(crate) fn offer(&mut self, taken: usize, mode: Mode, cost: Cost, last: Move) {
         let cell = taken - self.from;

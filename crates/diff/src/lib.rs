@@ -10,6 +10,7 @@
 //! - [`classify`]: what became of the events that belong together.
 //! - [`statistics`]: distributions, where there are no counterparts.
 //! - [`tally`]: one pair of runs, from events to report.
+//! - [`provenance`]: what tells two runs apart beside their events.
 //! - [`report`]: what a diff found, as data.
 
 pub mod classify;
@@ -18,6 +19,7 @@ mod cost;
 mod grid;
 pub mod matching;
 pub mod policy;
+pub mod provenance;
 pub mod report;
 pub mod statistics;
 pub mod tally;

@@ -36,9 +36,13 @@ pub(crate) enum TableError {
     #[cfg(feature = "analysis")]
     #[error(transparent)]
     Analysis(#[from] asperity_analysis::AnalysisError),
-    /// A file that this program cannot read.
-    #[error("{}: {problem}", path.display())]
-    Unknown { path: PathBuf, problem: &'static str },
+    /// Parquet, which only the analysis reads.
+    #[cfg(not(feature = "analysis"))]
+    #[error(
+        "{}: built without the feature `analysis`, this program reads no Parquet (accepted: .mcap, .csv)",
+        path.display()
+    )]
+    NoParquet { path: PathBuf },
 }
 
 fn accepted() -> String {
@@ -287,7 +291,5 @@ fn parquet(path: &Path) -> Result<Table, TableError> {
 
 #[cfg(not(feature = "analysis"))]
 fn parquet(path: &Path) -> Result<Table, TableError> {
-    let problem =
-        "this program was built without the feature `analysis` and reads no Parquet (accepted: .mcap, .csv)";
-    Err(TableError::Unknown { path: path.to_owned(), problem })
+    Err(TableError::NoParquet { path: path.to_owned() })
 }

@@ -23,6 +23,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("runlog", &["record"]),
     ("export", &["record", "runlog"]),
     ("analysis", &["record", "runlog", "model", "export"]),
+    ("diff", &["record"]),
     (
         "cli",
         &[
@@ -37,6 +38,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "runlog",
             "export",
             "analysis",
+            "diff",
         ],
     ),
     ("xtask", &[]),

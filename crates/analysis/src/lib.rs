@@ -7,6 +7,7 @@
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
 //! - [`parquet_tables`]: what a log holds as Parquet, written as it is read.
+//! - [`event_file`]: event tables and matches of a diff as Parquet.
 //! - [`measure`]: single numbers read off a run.
 //! - [`claims`]: what a text claims beside what was measured, and the verdict.
 //! - [`study`]: such numbers against a parameter.
@@ -14,6 +15,7 @@
 //! - [`pipeline`]: the TOML that says which runs, tables, figures and claims.
 
 pub mod claims;
+pub mod event_file;
 pub mod figures;
 #[cfg(test)]
 mod made_up;
@@ -44,6 +46,14 @@ pub enum AnalysisError {
     /// polars refused.
     #[error("table: {0}")]
     Table(#[from] polars::error::PolarsError),
+    /// A file could not be read.
+    #[error("{path}: {problem}")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why.
+        problem: String,
+    },
     /// A file could not be written.
     #[error("{path}: {problem}")]
     Write {

@@ -18,9 +18,10 @@ Examples:
   asperity events mine.mcap --format csv > events.csv
   asperity check mine.mcap
   asperity export mine.mcap --to csv --out mine-tables
+  asperity diff before.mcap after.mcap
   asperity reduce mine.mcap --out mine/
 
-Exit codes: 0 success; 1 it could not be done, or a replay gave other events; 2 bad input, nothing written;
+Exit codes: 0 success; 1 it could not be done, a replay gave other events, or two runs differ; 2 bad input, nothing written;
 130 and 143 interrupted by SIGINT and SIGTERM, the log closed as RUN.mcap.partial. A second signal stops at once."
 )]
 pub(crate) struct Arguments {
@@ -41,6 +42,8 @@ pub(crate) enum Command {
     Check(CheckArguments),
     /// Put together what is left of a damaged log.
     Salvage(SalvageArguments),
+    /// Say what became of the slip events between two runs, or two folders of runs.
+    Diff(DiffArguments),
     /// Send the records of a run through the detectors again and compare.
     Replay(ReplayArguments),
     /// Write what run logs hold as files that data frames read.
@@ -162,6 +165,73 @@ pub(crate) struct CheckArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
     pub(crate) runs: Vec<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DiffFormat {
+    /// What matters most, on one screen.
+    Text,
+    /// Everything; the field `format` is "asperity-diff", `version` counts up when a field changes.
+    Json,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PairBy {
+    /// The hash of the resolved scenario; the file's name where one of the two has none.
+    Hash,
+    /// The file's name, also between scenarios that differ.
+    Name,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity diff before.mcap after.mcap
+  asperity diff out/before out/after                        two outputs of asperity reproduce
+  asperity diff reference.csv run.mcap --policy policy.toml
+  asperity diff before.mcap after.mcap --draft-policy policy.toml
+  asperity diff coarse/runs fine/runs --pair name
+  asperity diff before.mcap after.mcap --format json | python3 -m json.tool
+
+Events are matched by when and where they slid, never by row: one event more or less moves no blame to those behind it.
+Each is identical, within-tolerance, shifted (same blocks, another time), changed, split, merged, missing, extra, or open
+(the end of a run cut it short). Tables need the columns onset_s, end_s, first_block and last_block; what one side lacks
+is not compared. The number of an event is not compared, and its steps only where the seconds agree.
+
+A policy (TOML) says what passes:
+  window_s = 1e-3                  how far from an onset its counterpart is looked for
+  max_shift_s = 1e-6               no pair may be shifted farther
+  [columns.onset_s]
+  absolute = 1e-9                  in the column's unit; relative = ... as well, the larger counts
+  [allow]
+  shifted = true                   any number of them
+  split = 2                        at most two in all
+
+Exit codes: 0 nothing differs but what the policy allows; 1 something does, or a run has no counterpart; 2 the sides cannot
+be compared.")]
+pub(crate) struct DiffArguments {
+    /// The old side: a run log, an event table (.csv, .parquet), a folder of either, or an output of asperity reproduce.
+    #[arg(value_name = "OLD")]
+    pub(crate) old: PathBuf,
+    /// The new side.
+    #[arg(value_name = "NEW")]
+    pub(crate) new: PathBuf,
+    /// Which differences are none, and which are allowed [default: every difference counts].
+    #[arg(long, value_name = "POLICY.toml")]
+    pub(crate) policy: Option<PathBuf>,
+    /// Write the tightest policy under which this diff passes; must not exist.
+    #[arg(long, value_name = "POLICY.toml")]
+    pub(crate) draft_policy: Option<PathBuf>,
+    /// What to print.
+    #[arg(long, value_enum, default_value = "text")]
+    pub(crate) format: DiffFormat,
+    /// By what the runs of two folders are paired.
+    #[arg(long, value_enum, default_value = "hash")]
+    pub(crate) pair: PairBy,
+    /// Write one row per match, identical ones too.
+    #[cfg(feature = "analysis")]
+    #[arg(long, value_name = "FILE.parquet")]
+    pub(crate) matches: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -9,11 +9,11 @@ use std::process::ExitCode;
 pub(crate) enum Code {
     /// It did what was asked. A reader that closed the pipe early counts as well.
     Success = 0,
-    /// It could not: the system refused, a log is damaged, a run went astray, or
-    /// a replay gave other events.
+    /// It could not: the system refused, a log is damaged, a run went astray, a
+    /// replay gave other events, or two runs differ.
     Failed = 1,
     /// What was asked makes no sense: unknown names, bad scenarios, an output
-    /// that exists. Nothing was written.
+    /// that exists, tables that cannot be compared. Nothing was written.
     BadInput = 2,
     /// SIGINT stopped it; the log that was open is closed, and says so.
     Interrupted = 130,

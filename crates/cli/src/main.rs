@@ -5,6 +5,7 @@ mod args;
 mod at_once;
 mod check;
 mod detectors;
+mod diff;
 mod event_table;
 mod events;
 mod exit;
@@ -51,6 +52,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Salvage(arguments) => salvage::command(&arguments),
         Command::Replay(arguments) => replay::command(&arguments),
         Command::Export(arguments) => export::command(&arguments),
+        Command::Diff(arguments) => diff::command(&arguments),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments),
         #[cfg(feature = "analysis")]

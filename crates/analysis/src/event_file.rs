@@ -1,0 +1,228 @@
+//! Event tables and tables of matches as Parquet files: read for a diff, and
+//! written by it, a batch of rows at a time.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use polars::prelude::{
+    AnyValue, Column, DataFrame, NamedFrom, ParquetReader, ParquetWriter, SerReader, Series,
+};
+
+use crate::AnalysisError;
+
+/// A cell of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// Null.
+    Empty,
+    /// A number.
+    Number(f64),
+    /// A whole number from 0.
+    Whole(u64),
+    /// Yes or no.
+    Flag(bool),
+    /// Anything else, as text.
+    Other(String),
+}
+
+/// Reads a Parquet file, column by column.
+///
+/// # Errors
+/// If it cannot be read.
+pub fn read(path: &Path) -> Result<Vec<(String, Vec<Cell>)>, AnalysisError> {
+    let problem = |problem: String| AnalysisError::Read { path: path.display().to_string(), problem };
+    let file = File::open(path).map_err(|error| problem(error.to_string()))?;
+    let table = ParquetReader::new(file).finish().map_err(|error| problem(error.to_string()))?;
+    let cells = |column: &Column| -> Result<Vec<Cell>, AnalysisError> {
+        (0..table.height()).map(|row| Ok(cell(&column.get(row)?))).collect()
+    };
+    table.columns().iter().map(|column| Ok((column.name().to_string(), cells(column)?))).collect()
+}
+
+fn cell(value: &AnyValue<'_>) -> Cell {
+    let signed = |value: i64| u64::try_from(value).map_or(Cell::Other(value.to_string()), Cell::Whole);
+    match value {
+        AnyValue::Null => Cell::Empty,
+        AnyValue::Float64(number) => Cell::Number(*number),
+        AnyValue::Float32(number) => Cell::Number((*number).into()),
+        AnyValue::UInt64(whole) => Cell::Whole(*whole),
+        AnyValue::UInt32(whole) => Cell::Whole((*whole).into()),
+        // What other programs make of whole numbers.
+        AnyValue::Int64(whole) => signed(*whole),
+        AnyValue::Int32(whole) => signed((*whole).into()),
+        AnyValue::Boolean(flag) => Cell::Flag(*flag),
+        other => Cell::Other(other.to_string()),
+    }
+}
+
+/// One match of a diff, as a row. Where several events of a side stand in it: the number of the
+/// first and of the last, the earliest onset, the latest end and the blocks of all.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MatchRow {
+    /// The run.
+    pub run: String,
+    /// What became of the events.
+    pub class: &'static str,
+    /// Whether the policy lets it pass.
+    pub allowed: bool,
+    /// The farther of the shifts of onset and end, s.
+    pub shift_s: Option<f64>,
+    /// The old events.
+    pub old: Option<MatchSide>,
+    /// The new events.
+    pub new: Option<MatchSide>,
+}
+
+/// The events of one side of a match.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MatchSide {
+    /// How many there are.
+    pub events: u32,
+    /// Number of the first.
+    pub event: u64,
+    /// Number of the last.
+    pub last_event: u64,
+    /// The earliest onset, s.
+    pub onset_s: f64,
+    /// The latest end, s.
+    pub end_s: Option<f64>,
+    /// The lowest block.
+    pub first_block: u32,
+    /// The highest block.
+    pub last_block: u32,
+    /// `F_T / F_N` at the earliest onset.
+    pub ft_fn_onset: f64,
+}
+
+/// Rows that are written at once.
+const BATCH: usize = 1 << 16;
+
+/// A Parquet file of matches that is being written, under a temporary name until it is whole.
+pub struct MatchFile {
+    path: PathBuf,
+    partial: PathBuf,
+    writer: polars::io::parquet::write::BatchedWriter<File>,
+    rows: Vec<MatchRow>,
+}
+
+impl MatchFile {
+    /// Opens the file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn create(path: &Path) -> Result<MatchFile, AnalysisError> {
+        let mut partial = path.as_os_str().to_owned();
+        partial.push(".partial");
+        let partial = PathBuf::from(partial);
+        let file = File::create(&partial).map_err(|error| failed(path, error))?;
+        let writer = ParquetWriter::new(file).batched(frame(&[])?.schema())?;
+        Ok(MatchFile { path: path.to_owned(), partial, writer, rows: Vec::new() })
+    }
+
+    /// Adds a row.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn push(&mut self, row: MatchRow) -> Result<(), AnalysisError> {
+        self.rows.push(row);
+        if self.rows.len() == BATCH { self.write() } else { Ok(()) }
+    }
+
+    fn write(&mut self) -> Result<(), AnalysisError> {
+        self.writer.write_batch(&frame(&self.rows)?)?;
+        self.rows.clear();
+        Ok(())
+    }
+
+    /// Writes what is left and gives the file its name.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn finish(mut self) -> Result<(), AnalysisError> {
+        self.write()?;
+        self.writer.finish()?;
+        fs::rename(&self.partial, &self.path).map_err(|error| failed(&self.path, error))
+    }
+}
+
+fn failed(path: &Path, error: std::io::Error) -> AnalysisError {
+    AnalysisError::Write { path: path.display().to_string(), problem: error.to_string() }
+}
+
+fn frame(rows: &[MatchRow]) -> Result<DataFrame, AnalysisError> {
+    fn column<T>(name: String, rows: &[MatchRow], value: impl Fn(&MatchRow) -> T) -> Column
+    where
+        Series: NamedFrom<Vec<T>, [T]>,
+    {
+        Series::new(name.into(), rows.iter().map(value).collect::<Vec<T>>()).into()
+    }
+    let mut columns: Vec<Column> = vec![
+        column("run".into(), rows, |row| row.run.clone()),
+        column("class".into(), rows, |row| row.class.to_owned()),
+        column("allowed".into(), rows, |row| row.allowed),
+        column("shift_s".into(), rows, |row| row.shift_s),
+    ];
+    type Of = fn(&MatchRow) -> Option<MatchSide>;
+    let sides: [(&str, Of); 2] = [("old", |row| row.old), ("new", |row| row.new)];
+    for (side, of) in sides {
+        let name = |name: &str| format!("{side}_{name}");
+        columns.extend([
+            column(name("events"), rows, |row| of(row).map_or(0, |side| side.events)),
+            column(name("event"), rows, |row| of(row).map(|side| side.event)),
+            column(name("last_event"), rows, |row| of(row).map(|side| side.last_event)),
+            column(name("onset_s"), rows, |row| of(row).map(|side| side.onset_s)),
+            column(name("end_s"), rows, |row| of(row).and_then(|side| side.end_s)),
+            column(name("first_block"), rows, |row| of(row).map(|side| side.first_block)),
+            column(name("last_block"), rows, |row| of(row).map(|side| side.last_block)),
+            column(name("ft_fn_onset"), rows, |row| of(row).map(|side| side.ft_fn_onset)),
+        ]);
+    }
+    Ok(DataFrame::new_infer_height(columns)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cell, MatchFile, MatchRow, MatchSide, read};
+
+    #[test]
+    fn matches_read_back_as_they_were_written() {
+        let path = std::env::temp_dir().join(format!("asperity-matches-{}.parquet", std::process::id()));
+        let side = MatchSide {
+            events: 2,
+            event: 4,
+            last_event: 5,
+            onset_s: 0.1 + 0.2,
+            end_s: None,
+            first_block: 1,
+            last_block: 9,
+            ft_fn_onset: 0.05,
+        };
+        let row = |old, new| MatchRow {
+            run: "default".to_owned(),
+            class: "split",
+            allowed: false,
+            shift_s: None,
+            old,
+            new,
+        };
+        let mut file = MatchFile::create(&path).unwrap();
+        // More than a batch, so that the second is written too.
+        for _ in 0..super::BATCH {
+            file.push(row(Some(side), None)).unwrap();
+        }
+        file.push(row(None, Some(MatchSide { end_s: Some(1.5), ..side }))).unwrap();
+        file.finish().unwrap();
+        let columns = read(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        let get = |name: &str, row: usize| {
+            columns.iter().find(|(there, _)| there == name).map(|(_, cells)| cells[row].clone()).unwrap()
+        };
+        assert_eq!(columns[0].1.len(), super::BATCH + 1);
+        assert_eq!(get("old_onset_s", 7), Cell::Number(0.1 + 0.2));
+        assert_eq!(get("old_end_s", 7), Cell::Empty);
+        assert_eq!(get("new_event", 7), Cell::Empty);
+        assert_eq!(get("new_last_event", super::BATCH), Cell::Whole(5));
+        assert_eq!(get("new_end_s", super::BATCH), Cell::Number(1.5));
+        assert_eq!(get("allowed", 0), Cell::Flag(false));
+    }
+}

@@ -1,0 +1,182 @@
+//! What is compared with what: the runs of each side, and which of them belong together.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use asperity_diff::provenance::Provenance;
+use asperity_diff::report::{RunSide, Unpaired};
+use asperity_runlog::{RunReader, Topics};
+
+use crate::args::PairBy;
+use crate::exit::Failure;
+
+/// One run of a side.
+#[derive(Debug, Clone)]
+pub(crate) struct Run {
+    /// The file's name without what says of which kind it is.
+    pub(crate) name: String,
+    pub(crate) path: PathBuf,
+    /// What the run is, where the file says so.
+    pub(crate) provenance: Option<Provenance>,
+}
+
+impl Run {
+    fn open(path: &Path) -> Result<Run, Failure> {
+        let run = Run { name: name_of(path), path: path.to_owned(), provenance: None };
+        if ending(path) != Some("mcap") {
+            return Ok(run);
+        }
+        let reader = RunReader::open(path, Topics::EVENTS).map_err(Failure::bad_input)?;
+        let scenario_toml = reader.scenario_toml().to_owned();
+        Ok(Run { provenance: Some(Provenance { header: reader.header().clone(), scenario_toml }), ..run })
+    }
+
+    /// What a report says of it.
+    pub(crate) fn side(&self) -> RunSide {
+        let header = self.provenance.as_ref().map(|provenance| &provenance.header);
+        RunSide {
+            name: self.name.clone(),
+            path: self.path.display().to_string(),
+            events: 0,
+            duration_s: header.map(|header| header.time_grid().time_s(header.steps)),
+            blocks: header.map(|header| header.blocks),
+            scenario_hash: header.map(|header| header.scenario_hash.clone()),
+        }
+    }
+
+    fn hash(&self) -> Option<&str> {
+        self.provenance.as_ref().map(|provenance| provenance.header.scenario_hash.as_str())
+    }
+}
+
+fn ending(path: &Path) -> Option<&str> {
+    path.extension().and_then(|extension| extension.to_str())
+}
+
+/// `default` for `default.mcap`, `default.csv` and `default.events.csv`.
+fn name_of(path: &Path) -> String {
+    let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    stem.strip_suffix(".events").map_or(stem.clone(), str::to_owned)
+}
+
+/// What was given as one side: a file, a folder of them, or the output of `asperity reproduce`.
+#[derive(Debug, Clone)]
+pub(crate) struct Given {
+    pub(crate) runs: Vec<Run>,
+    /// Whether it is one file, to be compared with whatever stands on the other side.
+    is_file: bool,
+    /// The table of claims, where there is one.
+    pub(crate) claims: Option<PathBuf>,
+}
+
+impl Given {
+    /// Finds the runs of a side.
+    pub(crate) fn find(path: &Path) -> Result<Given, Failure> {
+        if !path.is_dir() {
+            if !matches!(ending(path), Some("mcap" | "csv" | "parquet" | "partial")) {
+                return Err(Failure::BadInput(format!(
+                    "{}: is no run and no table (accepted: .mcap, .csv, .parquet, or a folder of them)",
+                    path.display()
+                )));
+            }
+            return Ok(Given { runs: vec![Run::open(path)?], is_file: true, claims: None });
+        }
+        let (runs, tables) = (path.join("runs"), path.join("tables"));
+        let is_output = runs.is_dir() && tables.is_dir();
+        let files = files_in(if is_output { &runs } else { path })?;
+        let of_kind = |is_of_kind: &dyn Fn(&Path) -> bool| -> Vec<PathBuf> {
+            files.iter().filter(|file| is_of_kind(file)).cloned().collect()
+        };
+        let is_table = |file: &Path| matches!(ending(file), Some("csv" | "parquet"));
+        let is_events = |file: &Path| {
+            let stem = file.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+            is_table(file) && (stem == "events" || stem.ends_with(".events"))
+        };
+        // Logs say more than tables, and other tables than those of events are none of ours.
+        let mut chosen = of_kind(&|file| ending(file) == Some("mcap"));
+        if chosen.is_empty() {
+            chosen = of_kind(&is_events);
+        }
+        if chosen.is_empty() {
+            chosen = of_kind(&is_table);
+        }
+        // The same table as CSV and as Parquet is one run.
+        let mut by_name: BTreeMap<String, PathBuf> = BTreeMap::new();
+        for file in chosen {
+            by_name.entry(name_of(&file)).or_insert(file);
+        }
+        if by_name.is_empty() {
+            return Err(Failure::BadInput(format!(
+                "{}: holds no runs and no tables (accepted: .mcap, .csv, .parquet, or an output of asperity \
+                 reproduce)",
+                path.display()
+            )));
+        }
+        let claims = tables.join("claims.csv");
+        Ok(Given {
+            runs: by_name.values().map(|file| Run::open(file)).collect::<Result<_, _>>()?,
+            is_file: false,
+            claims: (is_output && claims.is_file()).then_some(claims),
+        })
+    }
+}
+
+/// The files of a folder, by name.
+fn files_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let failed = |error: std::io::Error| Failure::BadInput(format!("{}: {error}", folder.display()));
+    let mut files = std::fs::read_dir(folder)
+        .and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<PathBuf>, _>>())
+        .map_err(failed)?;
+    files.retain(|file| file.is_file());
+    files.sort();
+    Ok(files)
+}
+
+/// The runs that belong together, and those that do not.
+#[derive(Debug)]
+pub(crate) struct Paired {
+    pub(crate) pairs: Vec<(Run, Run)>,
+    pub(crate) unpaired: Vec<Unpaired>,
+}
+
+/// Pairs the runs of both sides. Two files are a pair whatever they are.
+pub(crate) fn pair(old: &Given, new: &Given, by: PairBy) -> Paired {
+    if let ([old_run], [new_run], true) = (&old.runs[..], &new.runs[..], old.is_file && new.is_file) {
+        return Paired { pairs: vec![(old_run.clone(), new_run.clone())], unpaired: Vec::new() };
+    }
+    let mut left: Vec<Option<&Run>> = new.runs.iter().map(Some).collect();
+    let mut partners: Vec<Option<&Run>> = vec![None; old.runs.len()];
+    let by_hash =
+        |old: &Run, new: &Run| by == PairBy::Hash && old.hash().is_some() && old.hash() == new.hash();
+    let same_name = |old: &Run, new: &Run| old.name == new.name;
+    // A hash that both have decides, where one has none the name does.
+    let by_name = |old: &Run, new: &Run| {
+        same_name(old, new) && (by == PairBy::Name || old.hash().is_none() || new.hash().is_none())
+    };
+    let rules: [&dyn Fn(&Run, &Run) -> bool; 3] =
+        [&|old, new| by_hash(old, new) && same_name(old, new), &by_hash, &by_name];
+    for rule in rules {
+        for (run, partner) in old.runs.iter().zip(&mut partners).filter(|(_, partner)| partner.is_none()) {
+            let found = left.iter_mut().find(|other| other.is_some_and(|other| rule(run, other)));
+            *partner = found.and_then(Option::take);
+        }
+    }
+    let mut paired = Paired { pairs: Vec::new(), unpaired: Vec::new() };
+    let alone = |side: &'static str, run: &Run, others: &[Run]| {
+        let why = match others.iter().any(|other| same_name(run, other)) {
+            true if by == PairBy::Hash => {
+                "the run of this name on the other side is of another scenario (--pair name compares them)"
+            }
+            _ => "the other side has no run of this scenario or name",
+        };
+        Unpaired { side, run: run.side(), why: why.to_owned() }
+    };
+    for (run, partner) in old.runs.iter().zip(partners) {
+        match partner {
+            Some(partner) => paired.pairs.push((run.clone(), partner.clone())),
+            None => paired.unpaired.push(alone("old", run, &new.runs)),
+        }
+    }
+    paired.unpaired.extend(left.into_iter().flatten().map(|run| alone("new", run, &old.runs)));
+    paired
+}

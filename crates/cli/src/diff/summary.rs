@@ -1,0 +1,372 @@
+//! A report on a terminal: what became of the events, on one screen whatever
+//! the tables, with what matters most first.
+
+use std::fmt::Write;
+
+use asperity_diff::report::{
+    CellChange, Class, ColumnChange, Extent, Finding, Horizon, KolmogorovSmirnov, Report, RunDiff, Sample,
+    Verdict,
+};
+
+/// The classes by how much they matter: what came and went, what changed, what moved.
+const BY_WEIGHT: [Class; 7] =
+    [Class::Missing, Class::Extra, Class::Split, Class::Merged, Class::Changed, Class::Open, Class::Shifted];
+
+/// Lines of each part, so that all of them fit on a screen of 40.
+const RUNS: usize = 5;
+const FINDINGS: usize = 8;
+const FINDINGS_OF_A_CLASS: usize = 3;
+const COLUMNS: usize = 4;
+const OTHERS: usize = 2;
+/// Findings of each class that a report needs for its summary.
+pub(crate) const KEPT_OF_A_CLASS: usize = FINDINGS;
+
+/// The summary, line by line.
+pub(crate) fn lines(report: &Report) -> Vec<String> {
+    let mut lines = vec![
+        format!("old     {}", report.old),
+        format!("new     {}", report.new),
+        format!("policy  {}", report.policy.as_deref().unwrap_or("exact: every difference counts")),
+    ];
+    let differing: Vec<&RunDiff> = report.runs.iter().filter(|run| run.counts.differing() > 0).collect();
+    runs(report, &differing, &mut lines);
+    findings(report, &differing, &mut lines);
+    columns(report, &mut lines);
+    if let Some(run) = worst(&differing) {
+        horizon(run, differing.len(), &mut lines);
+    }
+    downstream(report, &mut lines);
+    others(report, &mut lines);
+    lines.push(verdict(report));
+    lines
+}
+
+/// The run to look at first: with most that differs.
+fn worst<'a>(differing: &[&'a RunDiff]) -> Option<&'a RunDiff> {
+    differing.iter().copied().max_by(|a, b| {
+        let weight = |run: &RunDiff| (run.not_allowed.total(), run.counts.differing());
+        weight(a).cmp(&weight(b)).then(b.old.name.cmp(&a.old.name))
+    })
+}
+
+fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
+    let classes = Class::ALL.into_iter().filter(|&class| report.counts.of(class) > 0);
+    let told = |run: &dyn Fn(Class) -> u64| {
+        let counts = classes.clone().map(|class| (class, run(class))).filter(|(_, count)| *count > 0);
+        let words: Vec<String> = counts.map(|(class, count)| format!("{count} {}", class.name())).collect();
+        if words.is_empty() { "no events".to_owned() } else { words.join(", ") }
+    };
+    let events = |side: &dyn Fn(&RunDiff) -> u64| report.runs.iter().map(side).sum::<u64>();
+    lines.push(format!(
+        "{} {}, {} old and {} new events: {}",
+        report.runs.len(),
+        if report.runs.len() == 1 { "run" } else { "pairs of runs" },
+        events(&|run| run.old.events),
+        events(&|run| run.new.events),
+        told(&|class| report.counts.of(class))
+    ));
+    if report.runs.len() == 1 {
+        return;
+    }
+    let mut by_weight = differing.to_vec();
+    by_weight.sort_by_key(|run| std::cmp::Reverse((run.not_allowed.total(), run.counts.differing())));
+    for run in by_weight.iter().take(RUNS) {
+        lines.push(format!("  {}: {}", name(run), told(&|class| run.counts.of(class))));
+    }
+    match (differing.len().saturating_sub(RUNS), report.runs.len() - differing.len()) {
+        (0, 0) => {}
+        (0, same) => lines.push(format!("  in {same} more nothing differs")),
+        (more, same) => {
+            lines.push(format!("  {more} more differ, see --format json; in {same} nothing differs"))
+        }
+    }
+}
+
+fn name(run: &RunDiff) -> String {
+    match run.old.name == run.new.name {
+        true => run.old.name.clone(),
+        false => format!("{} / {}", run.old.name, run.new.name),
+    }
+}
+
+fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
+    let total = report.counts.differing();
+    if total == 0 {
+        return;
+    }
+    let mut chosen: Vec<(&RunDiff, &Finding)> = Vec::new();
+    // What is not allowed first, a few of each class before more of any.
+    for of_a_class in [FINDINGS_OF_A_CLASS, FINDINGS] {
+        for allowed in [false, true] {
+            for class in BY_WEIGHT {
+                let of_class = differing.iter().flat_map(|run| {
+                    let findings = run.findings.iter().map(move |finding| (*run, finding));
+                    findings.filter(move |(_, finding)| finding.class == class && finding.allowed == allowed)
+                });
+                for (run, finding) in of_class.take(of_a_class) {
+                    if chosen.len() < FINDINGS
+                        && !chosen.iter().any(|(_, other)| std::ptr::eq(*other, finding))
+                    {
+                        chosen.push((run, finding));
+                    }
+                }
+            }
+        }
+    }
+    let weight = |finding: &Finding| BY_WEIGHT.iter().position(|&class| class == finding.class);
+    chosen.sort_by_key(|(_, finding)| (finding.allowed, weight(finding)));
+    lines.push("what became of which events:".to_owned());
+    for (run, finding) in &chosen {
+        let of_run = if report.runs.len() > 1 { format!("{} ", name(run)) } else { String::new() };
+        lines.push(format!("  {of_run}{}", told(finding)));
+    }
+    let more = total.saturating_sub(chosen.len() as u64);
+    if more > 0 {
+        lines.push(format!("  ... and {more} more, see --format json"));
+    }
+}
+
+/// A finding in one line.
+fn told(finding: &Finding) -> String {
+    let allowed = if finding.allowed { "allowed: " } else { "" };
+    let numbers = |events: &[Extent]| match events {
+        [] => String::new(),
+        [one] => one.event.to_string(),
+        [first, .., last] => format!("{} to {}", first.event, last.event),
+    };
+    let place = |events: &[Extent]| {
+        let [first, ..] = events else { return String::new() };
+        let low = events.iter().map(|event| event.first_block).min().unwrap_or(0);
+        let high = events.iter().map(|event| event.last_block).max().unwrap_or(0);
+        let blocks = if low == high { format!("block {low}") } else { format!("blocks {low}-{high}") };
+        format!("{blocks} at {} s", seconds(first.onset_s))
+    };
+    let (old, new) = (numbers(&finding.old), numbers(&finding.new));
+    let text = match finding.class {
+        Class::Missing => format!("missing: old {old}, {}", place(&finding.old)),
+        Class::Extra => format!("extra: new {new}, {}", place(&finding.new)),
+        Class::Split | Class::Merged => {
+            let whole = if finding.class == Class::Split { &finding.old } else { &finding.new };
+            format!(
+                "{}: old {old}, new {new}, {}{}",
+                finding.class.name(),
+                place(whole),
+                conservation(finding)
+            )
+        }
+        class => {
+            let place = place(if finding.old.is_empty() { &finding.new } else { &finding.old });
+            let who = match (finding.old.is_empty(), finding.new.is_empty()) {
+                (false, false) => format!("old {old}, new {new}"),
+                (false, true) => format!("old {old}"),
+                (true, _) => format!("new {new}"),
+            };
+            let cells: Vec<String> = finding.columns.iter().map(cell).collect();
+            let shown = if cells.len() > 3 {
+                format!("{} and {} more columns", cells[..2].join(", "), cells.len() - 2)
+            } else {
+                cells.join(", ")
+            };
+            let why = if shown.is_empty() { finding.rule.clone() } else { shown };
+            format!("{}: {who}, {place}: {why}", class.name())
+        }
+    };
+    format!("{allowed}{text}")
+}
+
+fn conservation(finding: &Finding) -> String {
+    let Some(kept) = finding.conservation else { return String::new() };
+    let mut text = String::new();
+    if !kept.duration_conserved {
+        let lost_s = kept.new_duration_s - kept.old_duration_s;
+        text = format!("; slides {lost_s:+.1e} s of {:.1e} s", kept.old_duration_s);
+    }
+    if !kept.blocks_conserved {
+        write!(text, "; {} blocks become {}", kept.old_blocks, kept.new_blocks)
+            .expect("writing to a string cannot fail");
+    }
+    if text.is_empty() { "; duration and blocks conserved".to_owned() } else { text }
+}
+
+fn cell(change: &CellChange) -> String {
+    let by = match change.difference {
+        Some(difference) if change.new.magnitude() < change.old.magnitude() => {
+            format!(" (-{})", short(difference))
+        }
+        Some(difference) => format!(" (+{})", short(difference)),
+        None => String::new(),
+    };
+    format!("{} {} -> {}{by}", change.column, change.old, change.new)
+}
+
+fn short(value: f64) -> String {
+    if value == 0.0 || (0.01..1e5).contains(&value) && value.fract() == 0.0 {
+        return value.to_string();
+    }
+    format!("{value:.2e}")
+}
+
+/// A time to the step.
+fn seconds(time_s: f64) -> String {
+    let text = format!("{time_s:.8}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+fn columns(report: &Report, lines: &mut Vec<String>) {
+    let mut largest: Vec<(&RunDiff, ColumnChange)> = Vec::new();
+    for run in &report.runs {
+        for change in &run.column_changes {
+            match largest.iter_mut().find(|(_, known)| known.column == change.column) {
+                None => largest.push((run, change.clone())),
+                Some((of, known)) => {
+                    let (differing, beyond) = (
+                        known.differing + change.differing,
+                        known.beyond_tolerance + change.beyond_tolerance,
+                    );
+                    if change.largest > known.largest {
+                        (*of, *known) = (run, change.clone());
+                    }
+                    (known.differing, known.beyond_tolerance) = (differing, beyond);
+                }
+            }
+        }
+    }
+    largest.sort_by_key(|(_, change)| (std::cmp::Reverse(change.beyond_tolerance), change.column));
+    if !largest.is_empty() {
+        lines.push("columns that differ where one event stands against one:".to_owned());
+    }
+    for (run, change) in largest.iter().take(COLUMNS) {
+        let of_run = if report.runs.len() > 1 { format!("{}, ", name(run)) } else { String::new() };
+        lines.push(format!(
+            "  {}: in {}, beyond tolerance in {}; by at most {} ({of_run}old {}, new {})",
+            change.column,
+            change.differing,
+            change.beyond_tolerance,
+            short(change.largest),
+            change.old_event,
+            change.new_event
+        ));
+    }
+    if largest.len() > COLUMNS {
+        lines.push(format!("  ... and {} more columns", largest.len() - COLUMNS));
+    }
+    let left_out = report.runs.iter().find(|run| !run.columns_left_out.is_empty());
+    if let Some(run) = left_out {
+        let names: Vec<&str> = run.columns_left_out.iter().map(|column| column.name()).collect();
+        lines
+            .push(format!("not compared, for a side lacks them or counts other steps: {}", names.join(", ")));
+    }
+}
+
+fn horizon(run: &RunDiff, differing_runs: usize, lines: &mut Vec<String>) {
+    let Some(Horizon { at_s, class, matches_before, growth, beyond, .. }) = &run.horizon else { return };
+    let which = if differing_runs > 1 { format!(" of {}", name(run)) } else { String::new() };
+    lines.push(format!(
+        "first difference{which}: {} at {} s, after {matches_before} events that agree",
+        class.name(),
+        seconds(*at_s)
+    ));
+    let decades: Vec<String> = growth
+        .iter()
+        .map(|decade| {
+            let share = 100.0 * decade.differing as f64 / (decade.to - decade.from + 1) as f64;
+            format!("{}-{}: {share:.0} %", decade.from, decade.to)
+        })
+        .collect();
+    lines.push(format!("  differing, by number of the match: {}", decades.join(", ")));
+    lines.push(format!(
+        "  from there on {} old and {} new events; {}; {}",
+        beyond.old_events,
+        beyond.new_events,
+        distribution("lengths in blocks", &beyond.length_blocks),
+        distribution("recurrence times in s", &beyond.recurrence_s)
+    ));
+}
+
+fn distribution(what: &str, sample: &Sample) -> String {
+    let median = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
+    let verdict = match sample.test {
+        None => "too few for a test".to_owned(),
+        Some(KolmogorovSmirnov { p, .. }) if p < 0.001 => format!("not alike (p = {p:.0e})"),
+        Some(KolmogorovSmirnov { p, .. }) => format!("p = {p:.3}"),
+    };
+    format!("{what} {verdict}, median {} / {}", median(sample.old_median), median(sample.new_median))
+}
+
+fn downstream(report: &Report, lines: &mut Vec<String>) {
+    let changed = report.runs.iter().filter_map(|run| Some((run, run.precursors.as_ref()?)));
+    let changed: Vec<_> = changed.filter(|(_, precursors)| !precursors.rows.is_empty()).collect();
+    if !changed.is_empty() {
+        let rows: usize = changed.iter().map(|(_, precursors)| precursors.rows.len()).sum();
+        let largest = changed
+            .iter()
+            .flat_map(|(_, precursors)| &precursors.rows)
+            .filter_map(|row| Some((row.new_ft_fn? - row.old_ft_fn?).abs()))
+            .fold(0.0, f64::max);
+        let gone = changed.iter().flat_map(|(_, precursors)| &precursors.rows);
+        let gone = gone.filter(|row| row.old_ft_fn.is_none() || row.new_ft_fn.is_none()).count();
+        lines.push(format!(
+            "precursor table: {rows} rows changed in {} runs, F_T/F_N by at most {}; {gone} lengths on one side only",
+            changed.len(),
+            short(largest)
+        ));
+    }
+    let verdicts = report.claims.iter().filter(|claim| claim.old_verdict != claim.new_verdict);
+    if !report.claims.is_empty() {
+        lines.push(format!(
+            "claims: {} changed, {} of them their verdict",
+            report.claims.len(),
+            verdicts.clone().count()
+        ));
+    }
+    for claim in verdicts.take(OTHERS) {
+        let word = |verdict: &Option<String>| verdict.clone().unwrap_or("not made".to_owned());
+        lines.push(format!(
+            "  {} ({}, {}): {} -> {}",
+            claim.about,
+            claim.run,
+            claim.measure,
+            word(&claim.old_verdict),
+            word(&claim.new_verdict)
+        ));
+    }
+}
+
+fn others(report: &Report, lines: &mut Vec<String>) {
+    for unpaired in report.unpaired.iter().take(OTHERS) {
+        lines.push(format!("only {}: {}: {}", unpaired.side, unpaired.run.name, unpaired.why));
+    }
+    if report.unpaired.len() > OTHERS {
+        lines.push(format!("... and {} more runs on one side only", report.unpaired.len() - OTHERS));
+    }
+    let mut seen: Vec<(String, usize)> = Vec::new();
+    for change in report.runs.iter().flat_map(|run| &run.provenance) {
+        let value = |value: &Option<String>| value.clone().unwrap_or("nothing".to_owned());
+        let told = format!("{} {} -> {}", change.key, value(&change.old), value(&change.new));
+        match seen.iter_mut().find(|(known, _)| *known == told) {
+            Some((_, count)) => *count += 1,
+            None => seen.push((told, 1)),
+        }
+    }
+    for (told, count) in seen.iter().take(OTHERS) {
+        let of = if report.runs.len() > 1 { format!(" (in {count} pairs)") } else { String::new() };
+        lines.push(format!("made otherwise: {told}{of}"));
+    }
+    if seen.len() > OTHERS {
+        lines.push(format!("... and {} more settings, see --format json", seen.len() - OTHERS));
+    }
+}
+
+fn verdict(report: &Report) -> String {
+    let exceeded: Vec<String> = report
+        .exceeded
+        .iter()
+        .map(|over| format!("{} {} where the policy allows {}", over.found, over.class.name(), over.allowed))
+        .collect();
+    match report.verdict {
+        Verdict::WithinPolicy if report.counts.differing() == 0 => "nothing differs".to_owned(),
+        Verdict::WithinPolicy => "differs, as the policy allows".to_owned(),
+        Verdict::Differs if !exceeded.is_empty() => format!("differs: {}", exceeded.join(", ")),
+        Verdict::Differs => "differs".to_owned(),
+    }
+}

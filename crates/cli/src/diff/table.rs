@@ -1,0 +1,295 @@
+//! Slip events out of a run log, a CSV or a Parquet file, one at a time where
+//! the format lets them be, with the columns that there are.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use asperity_diff::column::{Column, Columns, Kind, Value};
+use asperity_record::SlipEvent;
+use asperity_runlog::{LogError, LogItem, RunReader, Topics};
+
+/// The columns without which there is nothing to match by.
+const NEEDED: [Column; 4] = [Column::OnsetS, Column::EndS, Column::FirstBlock, Column::LastBlock];
+
+/// A table that cannot be read, or the report of it not be written.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum TableError {
+    /// A run log.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// A run log with an event that is none.
+    #[error("{}: an event of {topic} cannot be read: {error}", path.display())]
+    Event { path: PathBuf, topic: String, error: serde_json::Error },
+    /// The system refused.
+    #[error("{}: {error}", path.display())]
+    Io { path: PathBuf, error: std::io::Error },
+    /// Not CSV.
+    #[error("{}: {error}", path.display())]
+    Csv { path: PathBuf, error: csv::Error },
+    /// A heading that is no event table's.
+    #[error("{}:1: {problem} (accepted: {})", path.display(), accepted())]
+    Heading { path: PathBuf, problem: String },
+    /// A cell that is not what its column says.
+    #[error("{}:{line}: {column}: {value:?} is not accepted (accepted: {accepted})", path.display())]
+    Cell { path: PathBuf, line: u64, column: Column, value: String, accepted: &'static str },
+    /// A Parquet file.
+    #[cfg(feature = "analysis")]
+    #[error(transparent)]
+    Analysis(#[from] asperity_analysis::AnalysisError),
+    /// Parquet, which only the analysis reads.
+    #[cfg(not(feature = "analysis"))]
+    #[error(
+        "{}: built without the feature `analysis`, this program reads no Parquet (accepted: .mcap, .csv)",
+        path.display()
+    )]
+    NoParquet { path: PathBuf },
+}
+
+fn accepted() -> String {
+    let needed: Vec<&str> = NEEDED.into_iter().map(Column::name).collect();
+    format!("a table with at least {}", needed.join(", "))
+}
+
+/// Events, one after the other.
+pub(crate) type Events = Box<dyn Iterator<Item = Result<SlipEvent, TableError>>>;
+
+/// An event table that is open.
+pub(crate) struct Table {
+    /// The columns that it has.
+    pub(crate) columns: Columns,
+    /// Its events.
+    pub(crate) events: Events,
+}
+
+/// Opens a run log or a table, by the ending of its name.
+pub(crate) fn open(path: &Path) -> Result<Table, TableError> {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("csv") => csv(path),
+        Some("parquet") => parquet(path),
+        _ => log(path),
+    }
+}
+
+fn log(path: &Path) -> Result<Table, TableError> {
+    let mut reader = RunReader::open(path, Topics::EVENTS)?;
+    let path = path.to_owned();
+    let mut next = move || -> Result<Option<SlipEvent>, TableError> {
+        while let Some(item) = reader.next_item()? {
+            if let LogItem::Event(event) = item
+                && let Some(slip) = event.decode()
+            {
+                let topic = event.topic.clone();
+                return slip.map(Some).map_err(|error| TableError::Event {
+                    path: path.clone(),
+                    topic,
+                    error,
+                });
+            }
+        }
+        Ok(None)
+    };
+    Ok(Table { columns: Columns::ALL, events: Box::new(std::iter::from_fn(move || next().transpose())) })
+}
+
+/// Where the columns of a table stand: the place of each in its rows.
+struct Places {
+    path: PathBuf,
+    places: Vec<(Column, usize)>,
+}
+
+impl Places {
+    fn of<'a>(path: &Path, names: impl Iterator<Item = &'a str>) -> Result<Places, TableError> {
+        let problem = |problem: String| TableError::Heading { path: path.to_owned(), problem };
+        let mut places: Vec<(Column, usize)> = Vec::new();
+        for (place, name) in names.enumerate() {
+            // Columns that others added are theirs.
+            let Some(column) = Column::named(name.trim()) else { continue };
+            if places.iter().any(|(other, _)| *other == column) {
+                return Err(problem(format!("there are two columns {column}")));
+            }
+            places.push((column, place));
+        }
+        let lacks = |column: &Column| !places.iter().any(|(there, _)| there == column);
+        if let Some(column) = NEEDED.into_iter().find(lacks) {
+            return Err(problem(format!("there is no column {column}")));
+        }
+        // In the order of the table: an onset comes before the end that is held against it.
+        places.sort_unstable();
+        Ok(Places { path: path.to_owned(), places })
+    }
+
+    fn columns(&self) -> Columns {
+        self.places.iter().map(|(column, _)| *column).collect()
+    }
+
+    /// Makes an event of a row. Cells of columns that the table lacks are filled with what
+    /// follows from the others, or 0; they are not compared.
+    fn event(
+        &self,
+        line: u64,
+        number: u64,
+        cell: impl Fn(usize, Column) -> Result<Value, String>,
+    ) -> Result<SlipEvent, TableError> {
+        let mut event = SlipEvent {
+            onset_s: 0.0,
+            end_s: None,
+            first_block: 0,
+            last_block: 0,
+            max_sliding: 0,
+            ft_fn_onset: 0.0,
+            ft_fn_end: None,
+            event: number,
+            onset_step: 0,
+            end_step: None,
+            blocks_slipped: 0,
+            nucleation_block: 0,
+            ft_fn_min: 0.0,
+            ft_fn_max: 0.0,
+            open: false,
+        };
+        for &(column, place) in &self.places {
+            let refused = |value: String, accepted: &'static str| TableError::Cell {
+                path: self.path.clone(),
+                line,
+                column,
+                value,
+                accepted,
+            };
+            let value = cell(place, column).map_err(|text| refused(text, kind_accepted(column)))?;
+            put(&mut event, column, value).map_err(|accepted| {
+                let text = if value == Value::Empty { String::new() } else { value.to_string() };
+                refused(text, accepted)
+            })?;
+        }
+        if !self.columns().has(Column::Open) {
+            event.open = event.end_s.is_none();
+        }
+        Ok(event)
+    }
+}
+
+/// What a column takes, in words.
+fn kind_accepted(column: Column) -> &'static str {
+    match column {
+        Column::EndS | Column::FtFnEnd => "a number, or nothing where the run ended before",
+        Column::EndStep => "a whole number, or nothing where the run ended before",
+        Column::Open => "true or false",
+        _ if matches!(column.kind(), Kind::Time | Kind::Load) => "a number",
+        _ if column.kind() == Kind::Extent => "a whole number of blocks",
+        _ => "a whole number",
+    }
+}
+
+/// Puts a cell where it belongs, or says what would be accepted.
+fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'static str> {
+    const BLOCK: &str = "a whole number from 1 to 4294967295";
+    let accepted = kind_accepted(column);
+    let number = || match value {
+        Value::Number(number) if number.is_finite() => Ok(number),
+        Value::Whole(whole) => Ok(whole as f64),
+        _ => Err(accepted),
+    };
+    let whole = || match value {
+        Value::Whole(whole) => Ok(whole),
+        _ => Err(accepted),
+    };
+    let is_empty = value == Value::Empty;
+    let block = || match value {
+        Value::Whole(whole) if whole > 0 => u32::try_from(whole).map_err(|_| BLOCK),
+        _ => Err(BLOCK),
+    };
+    match column {
+        Column::OnsetS => event.onset_s = number()?,
+        Column::EndS if is_empty => event.end_s = None,
+        Column::EndS => match number()? {
+            end_s if end_s >= event.onset_s => event.end_s = Some(end_s),
+            _ => return Err("a number from onset_s, or nothing where the run ended before"),
+        },
+        Column::FirstBlock => event.first_block = block()?,
+        Column::LastBlock => match block()? {
+            last_block if last_block >= event.first_block => event.last_block = last_block,
+            _ => return Err("a block from first_block"),
+        },
+        Column::MaxSliding => event.max_sliding = block()?,
+        Column::BlocksSlipped => event.blocks_slipped = block()?,
+        Column::NucleationBlock => event.nucleation_block = block()?,
+        Column::FtFnOnset => event.ft_fn_onset = number()?,
+        Column::FtFnEnd if is_empty => event.ft_fn_end = None,
+        Column::FtFnEnd => event.ft_fn_end = Some(number()?),
+        Column::FtFnMin => event.ft_fn_min = number()?,
+        Column::FtFnMax => event.ft_fn_max = number()?,
+        Column::Event => event.event = whole()?,
+        Column::OnsetStep => event.onset_step = whole()?,
+        Column::EndStep if is_empty => event.end_step = None,
+        Column::EndStep => event.end_step = Some(whole()?),
+        Column::Open => match value {
+            Value::Flag(open) => event.open = open,
+            _ => return Err(accepted),
+        },
+    }
+    Ok(())
+}
+
+fn csv(path: &Path) -> Result<Table, TableError> {
+    let file = File::open(path).map_err(|error| TableError::Io { path: path.to_owned(), error })?;
+    let mut reader = csv::ReaderBuilder::new().from_reader(file);
+    let broken = {
+        let path = path.to_owned();
+        move |error: csv::Error| TableError::Csv { path: path.clone(), error }
+    };
+    let places = Places::of(path, reader.headers().map_err(&broken)?.iter())?;
+    let columns = places.columns();
+    let mut record = csv::StringRecord::new();
+    let mut number = 0;
+    let mut next = move || -> Result<Option<SlipEvent>, TableError> {
+        if !reader.read_record(&mut record).map_err(&broken)? {
+            return Ok(None);
+        }
+        let line = record.position().map_or(0, csv::Position::line);
+        let event = places.event(line, number, |place, column| {
+            let text = record.get(place).unwrap_or_default().trim();
+            written(column, text).ok_or_else(|| text.to_owned())
+        })?;
+        number += 1;
+        Ok(Some(event))
+    };
+    Ok(Table { columns, events: Box::new(std::iter::from_fn(move || next().transpose())) })
+}
+
+/// A cell as it is written in CSV.
+fn written(column: Column, text: &str) -> Option<Value> {
+    if text.is_empty() {
+        return Some(Value::Empty);
+    }
+    match column.kind() {
+        Kind::Time | Kind::Load => text.parse().ok().map(Value::Number),
+        Kind::Edge => text.parse().ok().map(Value::Flag),
+        Kind::Step | Kind::Extent | Kind::Number => text.parse().ok().map(Value::Whole),
+    }
+}
+
+#[cfg(feature = "analysis")]
+fn parquet(path: &Path) -> Result<Table, TableError> {
+    use asperity_analysis::event_file::{self, Cell};
+
+    let columns = event_file::read(path)?;
+    let places = Places::of(path, columns.iter().map(|(name, _)| name.as_str()))?;
+    let rows = columns.first().map_or(0, |(_, cells)| cells.len());
+    let there = places.columns();
+    let events = (0..rows).map(move |row| {
+        // Numbered as lines of the same table in CSV are, below the heading.
+        places.event(row as u64 + 2, row as u64, |place, _| match &columns[place].1[row] {
+            Cell::Empty => Ok(Value::Empty),
+            Cell::Number(number) => Ok(Value::Number(*number)),
+            Cell::Whole(whole) => Ok(Value::Whole(*whole)),
+            Cell::Flag(flag) => Ok(Value::Flag(*flag)),
+            Cell::Other(text) => Err(text.clone()),
+        })
+    });
+    Ok(Table { columns: there, events: Box::new(events) })
+}
+
+#[cfg(not(feature = "analysis"))]
+fn parquet(path: &Path) -> Result<Table, TableError> {
+    Err(TableError::NoParquet { path: path.to_owned() })
+}

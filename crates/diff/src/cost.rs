@@ -1,0 +1,203 @@
+//! What it costs to say that events of two tables belong together.
+//!
+//! A matching is a set of groups: pairs, one old event with several new ones
+//! (split), several old with one new (merged), and events left over. It costs
+//! the sum over its groups, and the best one is that which costs least.
+//!
+//! | group | costs |
+//! |---|---|
+//! | event left over | [`ALONE`] |
+//! | pair | ½ (1 - J_t) + ½ min(1, \|onset - onset'\| / window) + (1 - J_b) |
+//! | split, merge | [`GROUP`] + (1 - share of the whole's duration that its parts cover) + for each part ½ (share of its duration outside of the whole) + ½ (share of its blocks outside) |
+//!
+//! J_t and J_b are the Jaccard indices, common over covered, of the two
+//! events' times and of their ranges of blocks. So a pair is made where it
+//! costs less than its two events do alone, 1.5: two events that start
+//! together may differ in everything else, two that share their blocks may lie
+//! side by side, and one that is a tenth of another, in time and in blocks and
+//! away from its onset, is another event. No group without a common block.
+//!
+//! Every term is made of sums, differences and products that commute, and in
+//! split and merge whole and part have the same roles. So the cost of a group
+//! is the same, to the bit, with the sides swapped; it is an integer, in units
+//! of 2⁻³², so that the sum is the same in any order.
+//!
+//! Of matchings that cost the same, that is taken whose groups end earlier
+//! (the sum of the ranks of their events among all onsets of both sides), and of
+//! those that of the lower checksum. Both are symmetric too.
+
+use std::ops::Add;
+
+use asperity_record::SlipEvent;
+
+/// The cost of an event without a counterpart.
+pub(crate) const ALONE: i64 = UNIT / 4 * 3;
+
+/// The cost of a split or merge as such: a pair is preferred where it explains as much.
+const GROUP: i64 = UNIT / 4;
+
+const UNIT: i64 = 1 << 32;
+
+/// The cost of a matching, or of a part of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Cost {
+    /// What counts, in units of 2⁻³².
+    pub(crate) primary: i64,
+    /// Breaks ties: sum of ranks.
+    pub(crate) ranks: u64,
+    /// Breaks what ties are left: sum of checksums.
+    pub(crate) checksum: u64,
+}
+
+impl Cost {
+    pub(crate) const NONE: Cost = Cost { primary: 0, ranks: 0, checksum: 0 };
+    /// Of what is not possible.
+    pub(crate) const NEVER: Cost = Cost { primary: i64::MAX / 4, ranks: 0, checksum: 0 };
+
+    #[inline]
+    pub(crate) fn is_possible(self) -> bool {
+        self.primary < Cost::NEVER.primary
+    }
+
+    #[inline]
+    pub(crate) fn and(self, primary: i64) -> Cost {
+        Cost { primary: self.primary + primary, ..self }
+    }
+}
+
+impl Add for Cost {
+    type Output = Cost;
+
+    fn add(self, other: Cost) -> Cost {
+        Cost {
+            primary: self.primary + other.primary,
+            ranks: self.ranks + other.ranks,
+            checksum: self.checksum + other.checksum,
+        }
+    }
+}
+
+/// What of an event the matching goes by, and what breaks ties.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Span {
+    pub(crate) onset_s: f64,
+    /// Its end; infinite if the run ended before.
+    end_s: f64,
+    first_block: u32,
+    last_block: u32,
+    /// The latest onset that it is held against, s.
+    pub(crate) reach_s: f64,
+    /// Number of different onsets before its own, on both sides.
+    rank: u64,
+    checksum: u64,
+}
+
+impl Span {
+    pub(crate) fn new(event: &SlipEvent, rank: u64, window_s: f64) -> Span {
+        let mut checksum = event.onset_s.to_bits();
+        let end = event.end_s.map_or(0, f64::to_bits);
+        // With its number, so that two rows that are the same can be told apart.
+        for word in [end, event.first_block.into(), event.last_block.into(), event.event] {
+            checksum = mixed(checksum ^ word);
+        }
+        Span {
+            onset_s: event.onset_s,
+            end_s: event.end_s.unwrap_or(f64::INFINITY),
+            first_block: event.first_block,
+            last_block: event.last_block,
+            reach_s: event.end_s.unwrap_or(event.onset_s).max(event.onset_s + window_s),
+            rank,
+            checksum,
+        }
+    }
+
+    fn is_open(&self) -> bool {
+        self.end_s == f64::INFINITY
+    }
+
+    fn blocks(&self) -> u32 {
+        self.last_block - self.first_block + 1
+    }
+
+    /// How many blocks two events may have in common.
+    fn common_blocks(&self, other: &Span) -> u32 {
+        (self.last_block.min(other.last_block) + 1).saturating_sub(self.first_block.max(other.first_block))
+    }
+
+    /// Time that two events have in common, s. One without an end lasts as long as the other.
+    fn common_s(&self, other: &Span) -> f64 {
+        let to_s = self.end_s.min(other.end_s);
+        if to_s == f64::INFINITY { 0.0 } else { (to_s - self.onset_s.max(other.onset_s)).max(0.0) }
+    }
+}
+
+/// The finaliser of splitmix64 (Steele, Lea and Flood 2014).
+fn mixed(word: u64) -> u64 {
+    let word = word.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let word = (word ^ word >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let word = (word ^ word >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    word ^ word >> 31
+}
+
+fn tied(primary: i64, a: &Span, b: &Span) -> Cost {
+    let checksum = mixed(a.checksum.wrapping_add(b.checksum)) >> 32;
+    Cost { primary, ranks: a.rank.max(b.rank), checksum }
+}
+
+/// A cost, which is not negative, to the next unit.
+fn units(cost: f64) -> i64 {
+    (cost * UNIT as f64 + 0.5) as i64
+}
+
+/// The cost of a pair, if it is one.
+pub(crate) fn pair(a: &Span, b: &Span, window_s: f64) -> Option<Cost> {
+    let blocks = a.common_blocks(b);
+    if blocks == 0 {
+        return None;
+    }
+    let apart_s = (a.onset_s - b.onset_s).abs();
+    let common_s = a.common_s(b);
+    if common_s == 0.0 && apart_s > window_s {
+        return None;
+    }
+    // Open events last as long as what they are held against.
+    let time = if a.is_open() && b.is_open() {
+        1.0
+    } else {
+        let last_s = a.end_s.min(b.end_s);
+        let length_s =
+            |span: &Span| ((if span.is_open() { last_s } else { span.end_s }) - span.onset_s).max(0.0);
+        let covered_s = length_s(a) + length_s(b) - common_s;
+        match covered_s > 0.0 {
+            true => common_s / covered_s,
+            false if apart_s == 0.0 => 1.0,
+            false => 0.0,
+        }
+    };
+    let blocks = f64::from(blocks) / f64::from(a.blocks() + b.blocks() - blocks);
+    let offset = if apart_s == 0.0 { 0.0 } else { (apart_s / window_s).min(1.0) };
+    let primary = units(0.5 * (1.0 - time)) + units(0.5 * offset) + units(1.0 - blocks);
+    (primary < 2 * ALONE).then(|| tied(primary, a, b))
+}
+
+/// The cost of taking an event for a part of a split or merged one, if it can be:
+/// to be added to [`BEGUN`].
+pub(crate) fn part(whole: &Span, part: &Span) -> Option<Cost> {
+    let common_s = whole.common_s(part);
+    // What is cut short cannot be said to have been split.
+    if common_s <= 0.0 || whole.is_open() {
+        return None;
+    }
+    let blocks = whole.common_blocks(part);
+    if blocks == 0 {
+        return None;
+    }
+    let inside_time = if part.is_open() { 1.0 } else { common_s / (part.end_s - part.onset_s) };
+    let inside_blocks = f64::from(blocks) / f64::from(part.blocks());
+    let primary = units(0.5 * (1.0 - inside_time)) + units(0.5 * (1.0 - inside_blocks))
+        - units(common_s / (whole.end_s - whole.onset_s));
+    Some(tied(primary, whole, part))
+}
+
+/// The cost of a split or merge before its first part.
+pub(crate) const BEGUN: i64 = GROUP + UNIT;

@@ -1,0 +1,794 @@
+//! The matching of least cost (`cost.rs`) between two tables, as they are read.
+//!
+//! Slip events of one run follow each other in time, so a matching need not
+//! cross itself: it is a path through the grid of (old events taken, new events
+//! taken), and the cheapest path is found row by row, as in the alignment of
+//! sequences (Needleman and Wunsch 1970). The modes of a state stand for a
+//! split or merge that is still open, so that it may have any number of parts
+//! and each costs one move.
+//!
+//! Three things keep this near linear, and none of them makes the result less
+//! than optimal among the matchings that they allow:
+//!
+//! - Events that are equal in every column compared are the same event; the path
+//!   must go through them.
+//! - An event is held against those that start before it ends, or up to one
+//!   window behind its onset, and not behind the [`NEAREST`]th event after it on
+//!   its own side: of two chattering runs each event meets a few dozen others.
+//!   Which of two events starts first decides, not its side.
+//! - Once all paths that are still open go through one state, what lies before it is
+//!   settled and leaves memory. Only a stretch over which it is open what is
+//!   best stays, not the table.
+
+use std::collections::VecDeque;
+
+use asperity_record::SlipEvent;
+
+use crate::column::{Column, Columns, Kind, Value};
+use crate::cost::{Cost, Span};
+use crate::grid::{MODES, Mode, Move, Moves, Row, State, bit};
+
+/// How many events of its own side an event may look past. Beyond so many that start
+/// within one window of each other it is arbitrary which is which.
+pub const NEAREST: usize = 32;
+
+/// Rows after which it is looked for a state that all paths go through.
+const ROWS_BETWEEN_FLUSHES: usize = 64;
+
+/// Two tables that cannot be matched.
+#[derive(Debug, thiserror::Error)]
+pub enum MatchError<E> {
+    /// A table could not be read.
+    #[error("{0}")]
+    Source(E),
+    /// A table is not in order.
+    #[error(
+        "{side} table: event {event} starts at {onset_s} s, the one before it at {before_s} s \
+         (accepted: events in order of their onsets)"
+    )]
+    Order {
+        /// `old` or `new`.
+        side: &'static str,
+        /// Number of the event.
+        event: u64,
+        /// Its onset, s.
+        onset_s: f64,
+        /// Onset of the event before it, s.
+        before_s: f64,
+    },
+}
+
+/// Events that belong together, in order of onset on each side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// The old events.
+    pub old: Vec<SlipEvent>,
+    /// The new events.
+    pub new: Vec<SlipEvent>,
+    /// Whether they are one old and one new event, equal in every column compared.
+    pub identical: bool,
+}
+
+impl Group {
+    /// The earliest onset of its events, s.
+    pub fn onset_s(&self) -> f64 {
+        let first = |events: &[SlipEvent]| events.first().map_or(f64::INFINITY, |event| event.onset_s);
+        first(&self.old).min(first(&self.new))
+    }
+}
+
+/// Matches two tables and hands out the groups in order of their onsets.
+///
+/// # Errors
+/// If a table cannot be read or is not in order, or `emit` fails.
+pub fn match_tables<E>(
+    old: impl Iterator<Item = Result<SlipEvent, E>>,
+    new: impl Iterator<Item = Result<SlipEvent, E>>,
+    columns: Columns,
+    window_s: f64,
+    emit: impl FnMut(Group) -> Result<(), E>,
+) -> Result<(), MatchError<E>> {
+    let compared = columns.iter().filter(|column| column.kind() != Kind::Number).collect::<Columns>();
+    let mut matcher = Matcher {
+        old: Side::new("old", old),
+        new: Side::new("new", new),
+        twins: VecDeque::new(),
+        columns: compared,
+        window_s,
+        onsets: 0,
+        rows: VecDeque::new(),
+        settled: (0, 0),
+        row: Row::start(0),
+        spare: Vec::new(),
+        flush_at: ROWS_BETWEEN_FLUSHES,
+        held: Vec::new(),
+        emit,
+    };
+    matcher.run()
+}
+
+/// One table as it is read: what was read and is not settled, and the event after it.
+struct Side<I> {
+    name: &'static str,
+    source: I,
+    ahead: Option<SlipEvent>,
+    started: bool,
+    /// Events from number `first` of the table on, but for `gone` settled ones in front.
+    events: Vec<SlipEvent>,
+    /// What the matching goes by of each.
+    spans: Vec<Span>,
+    gone: usize,
+    first: usize,
+}
+
+/// Settled events that may stay in memory before they are dropped all at once.
+const GONE: usize = 1024;
+
+impl<I, E> Side<I>
+where
+    I: Iterator<Item = Result<SlipEvent, E>>,
+{
+    fn new(name: &'static str, source: I) -> Side<I> {
+        let (events, spans) = (Vec::new(), Vec::new());
+        Side { name, source, ahead: None, started: false, events, spans, gone: 0, first: 0 }
+    }
+
+    /// How many have been read, settled ones included.
+    fn read(&self) -> usize {
+        self.first + self.waiting()
+    }
+
+    /// How many have been read and are not settled.
+    fn waiting(&self) -> usize {
+        self.events.len() - self.gone
+    }
+
+    fn event(&self, index: usize) -> &SlipEvent {
+        &self.events[index - self.first + self.gone]
+    }
+
+    fn spans(&self, from: usize, to: usize) -> &[Span] {
+        let physical = |index: usize| index - self.first + self.gone;
+        &self.spans[physical(from)..physical(to)]
+    }
+
+    fn span(&self, index: usize) -> &Span {
+        &self.spans[index - self.first + self.gone]
+    }
+
+    /// Onset of an event, if it has been read.
+    fn onset_s(&self, index: usize) -> Option<f64> {
+        self.spans.get(index - self.first + self.gone).map(|span| span.onset_s)
+    }
+
+    /// Forgets the events before this one.
+    fn settle(&mut self, index: usize) {
+        self.gone += index - self.first;
+        self.first = index;
+        if self.gone > GONE && 2 * self.gone > self.events.len() {
+            self.events.drain(..self.gone);
+            self.spans.drain(..self.gone);
+            self.gone = 0;
+        }
+    }
+
+    /// Onset of the event that will be read next, s; infinite behind the last.
+    fn next_onset_s(&mut self) -> Result<f64, MatchError<E>> {
+        if !self.started {
+            self.started = true;
+            self.advance()?;
+        }
+        Ok(self.ahead.as_ref().map_or(f64::INFINITY, |event| event.onset_s))
+    }
+
+    fn advance(&mut self) -> Result<Option<SlipEvent>, MatchError<E>> {
+        let next = self.source.next().transpose().map_err(MatchError::Source)?;
+        if let Some(next) = &next {
+            let before_s = self.ahead.as_ref().map_or(f64::NEG_INFINITY, |event| event.onset_s);
+            // Written so that an onset that is no number is not in order either.
+            let in_order = next.onset_s >= before_s && next.onset_s.is_finite();
+            if !in_order {
+                let (event, onset_s) = (next.event, next.onset_s);
+                return Err(MatchError::Order { side: self.name, event, onset_s, before_s });
+            }
+        }
+        Ok(std::mem::replace(&mut self.ahead, next))
+    }
+
+    /// Reads all events of one onset, in an order that does not depend on the table's.
+    fn read_onset(
+        &mut self,
+        onset_s: f64,
+        rank: u64,
+        columns: Columns,
+        window_s: f64,
+    ) -> Result<(), MatchError<E>> {
+        let from = self.events.len();
+        while self.next_onset_s()? == onset_s {
+            let event = self.advance()?;
+            self.events.extend(event);
+        }
+        if self.events.len() > from + 1 {
+            self.events[from..].sort_by(|a, b| {
+                let keys = columns.iter().map(|column| (column.of(a), column.of(b)));
+                let order = keys.map(|(a, b)| in_order(a, b)).find(|order| order.is_ne());
+                order.unwrap_or(a.event.cmp(&b.event))
+            });
+        }
+        for index in from..self.events.len() {
+            self.spans.push(Span::new(&self.events[index], rank, window_s));
+            // Nothing looks past the events of its own side that come after it.
+            if let Some(before) = index.checked_sub(NEAREST) {
+                let before = &mut self.spans[before];
+                before.reach_s = before.reach_s.min(onset_s);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn in_order(a: Value, b: Value) -> std::cmp::Ordering {
+    let key = |value: Value| match value {
+        Value::Empty => (1, 0.0),
+        Value::Number(value) => (0, value),
+        Value::Whole(value) => (0, value as f64),
+        Value::Flag(value) => (0, f64::from(u8::from(value))),
+    };
+    let ((a_kind, a), (b_kind, b)) = (key(a), key(b));
+    a_kind.cmp(&b_kind).then(a.total_cmp(&b))
+}
+
+struct Matcher<O, N, F> {
+    old: Side<O>,
+    new: Side<N>,
+    /// Events that are equal in every column compared and lie ahead, by their numbers.
+    twins: VecDeque<(usize, usize)>,
+    columns: Columns,
+    window_s: f64,
+    /// Number of different onsets read.
+    onsets: u64,
+    /// Rows that are finished and not settled: their first cells, and the moves.
+    rows: VecDeque<(usize, Vec<Moves>)>,
+    /// The state that all paths go through: old and new events taken.
+    settled: (usize, usize),
+    /// The row at hand, number `settled.0 + rows.len()`.
+    row: Row,
+    /// Memory of a row that is finished, for the next one.
+    spare: Vec<[Cost; 5]>,
+    flush_at: usize,
+    /// Groups that are settled, but may not be the next in time.
+    held: Vec<Group>,
+    emit: F,
+}
+
+impl<O, N, F, E> Matcher<O, N, F>
+where
+    O: Iterator<Item = Result<SlipEvent, E>>,
+    N: Iterator<Item = Result<SlipEvent, E>>,
+    F: FnMut(Group) -> Result<(), E>,
+{
+    fn run(&mut self) -> Result<(), MatchError<E>> {
+        loop {
+            let taken = self.settled.0 + self.rows.len();
+            if taken == self.old.read() {
+                if !self.read_onset()? {
+                    return self.finish();
+                }
+                if self.new.waiting() >= ROWS_BETWEEN_FLUSHES {
+                    self.roll()?;
+                }
+                continue;
+            }
+            self.read_ahead(taken)?;
+            match self.twins.front() {
+                Some(&(old, new)) if old == taken => self.pass_twins(new)?,
+                _ => self.take_row(taken),
+            }
+            if self.rows.len() >= self.flush_at {
+                self.flush()?;
+            }
+        }
+    }
+
+    /// Reads the events of the next onset of both sides; `false` behind the last.
+    fn read_onset(&mut self) -> Result<bool, MatchError<E>> {
+        let onset_s = self.old.next_onset_s()?.min(self.new.next_onset_s()?);
+        if onset_s == f64::INFINITY {
+            return Ok(false);
+        }
+        let (old, new) = (self.old.read(), self.new.read());
+        self.old.read_onset(onset_s, self.onsets, self.columns, self.window_s)?;
+        self.new.read_onset(onset_s, self.onsets, self.columns, self.window_s)?;
+        self.onsets += 1;
+        let mut next = new;
+        for old in old..self.old.read() {
+            let event = self.old.event(old);
+            let twin = (next..self.new.read()).find(|&new| self.equal(event, self.new.event(new)));
+            if let Some(new) = twin {
+                self.twins.push_back((old, new));
+                next = new + 1;
+            }
+        }
+        Ok(true)
+    }
+
+    fn equal(&self, old: &SlipEvent, new: &SlipEvent) -> bool {
+        self.columns.iter().all(|column| column.of(old) == column.of(new))
+    }
+
+    /// Reads all that the old event `taken` is to be held against.
+    fn read_ahead(&mut self, taken: usize) -> Result<(), MatchError<E>> {
+        loop {
+            let next_s = self.old.next_onset_s()?.min(self.new.next_onset_s()?);
+            if next_s > self.old.span(taken).reach_s {
+                return Ok(());
+            }
+            self.read_onset()?;
+        }
+    }
+
+    /// New events that the row of an old event takes in: up to those that it reaches, and to
+    /// the next event that has a twin.
+    fn row_end(&self, taken: usize) -> usize {
+        let mut end = self.row.from + self.row.costs.len() - 1;
+        let reach_s = self.old.span(taken).reach_s;
+        while self.new.onset_s(end).is_some_and(|new_s| new_s <= reach_s) {
+            end += 1;
+        }
+        self.twins.front().map_or(end, |&(_, new)| end.min(new))
+    }
+
+    /// Moves along the row at hand and from it to the next, which takes one old event more.
+    fn take_row(&mut self, taken: usize) {
+        let end = self.row_end(taken);
+        let whole = *self.old.span(taken);
+        let near = self.first_within_sight(self.row.from, end, whole.onset_s);
+        let next = Row::cleared(near, end, std::mem::take(&mut self.spare));
+        let mut row = std::mem::replace(&mut self.row, next);
+        row.reach_to(end);
+        row.advance(&mut self.row, &whole, self.new.spans(near, end), self.window_s);
+        self.rows.push_back((row.from, row.moves));
+        self.spare = row.costs;
+    }
+
+    /// The first new event, from one of them up to another, that may meet an old one of this
+    /// onset or a later one. Those before it never will.
+    fn first_within_sight(&self, from: usize, end: usize, onset_s: f64) -> usize {
+        let from = from.max(self.new.first).min(end);
+        let is_far = |&new: &usize| self.new.span(new).reach_s < onset_s;
+        from + (from..end).take_while(is_far).count()
+    }
+
+    /// Leads all paths to so many new events, without taking an old one.
+    fn run_out(&mut self, end: usize) {
+        self.row.run_to(end);
+        let row = std::mem::replace(&mut self.row, Row::start(end));
+        self.rows.push_back((row.from, row.moves));
+    }
+
+    /// While no old event comes, settles the new ones that the next will be too late for.
+    fn roll(&mut self) -> Result<(), MatchError<E>> {
+        let next_s = self.old.next_onset_s()?.min(self.new.next_onset_s()?);
+        let near = self.first_within_sight(self.row.from, self.new.read(), next_s);
+        // New events with a twin wait for it.
+        let near = self.twins.front().map_or(near, |&(_, new)| near.min(new));
+        if near < self.new.first + ROWS_BETWEEN_FLUSHES / 2 {
+            return Ok(());
+        }
+        self.row.run_to(near);
+        self.flush()?;
+        // Cells of settled events are of no more use.
+        let settled = self.settled.1.saturating_sub(self.row.from);
+        self.row.costs.drain(..settled);
+        self.row.moves.drain(..settled);
+        self.row.from += settled;
+        Ok(())
+    }
+
+    /// Settles all before a pair of twins, and the pair.
+    fn pass_twins(&mut self, new: usize) -> Result<(), MatchError<E>> {
+        let old = self.settled.0 + self.rows.len();
+        self.run_out(new);
+        self.settle((old, new, Mode::Between));
+        self.rows.clear();
+        self.twins.pop_front();
+        let (old_twin, new_twin) = (self.old.event(old).clone(), self.new.event(new).clone());
+        self.held.push(Group { old: vec![old_twin], new: vec![new_twin], identical: true });
+        self.old.settle(old + 1);
+        self.new.settle(new + 1);
+        self.settled = (old + 1, new + 1);
+        self.row = Row::start(new + 1);
+        self.flush_at = ROWS_BETWEEN_FLUSHES;
+        self.release()
+    }
+
+    /// Behind the last old event: what is left of the new side is extra.
+    fn finish(&mut self) -> Result<(), MatchError<E>> {
+        let old = self.settled.0 + self.rows.len();
+        let end = self.new.read();
+        self.run_out(end);
+        self.settle((old, end, Mode::Between));
+        self.rows.clear();
+        self.settled = (old, end);
+        self.release()
+    }
+
+    /// Settles what all open paths have in common.
+    fn flush(&mut self) -> Result<(), MatchError<E>> {
+        let start = (self.settled.0, self.settled.1, Mode::Between);
+        let Some(common) = self.common() else { unreachable!("there is a path to every row") };
+        if common == start {
+            self.flush_at *= 2;
+            return Ok(());
+        }
+        self.settle(common);
+        let (old, new, _) = common;
+        self.rows.drain(..old - self.settled.0);
+        self.settled = (old, new);
+        self.flush_at = self.rows.len() + ROWS_BETWEEN_FLUSHES;
+        self.release()
+    }
+
+    /// The last state, at the end of a row's paths from the row before, that all open paths go
+    /// through.
+    fn common(&self) -> Option<State> {
+        let mut row = self.settled.0 + self.rows.len();
+        // Which states of a row some open path goes through: a bit for each mode.
+        let mut from = self.row.from;
+        let is_open = |costs: &[Cost; 5]| {
+            MODES
+                .into_iter()
+                .filter(|&mode| costs[mode as usize].is_possible())
+                .fold(0, |set, mode| set | bit(mode))
+        };
+        let mut open: Vec<u8> = self.row.costs.iter().map(is_open).collect();
+        loop {
+            if open.iter().map(|set| set.count_ones()).sum::<u32>() == 1 {
+                let cell = open.iter().position(|&set| set != 0)?;
+                if open[cell] == bit(Mode::Between) {
+                    return Some((row, from + cell, Mode::Between));
+                }
+            }
+            if row == self.settled.0 {
+                return Some((row, self.settled.1, Mode::Between));
+            }
+            let (before_from, moves) = &self.rows[row - 1 - self.settled.0];
+            let mut before = vec![0; moves.len()];
+            for cell in (0..open.len()).rev() {
+                let here = open[cell];
+                for mode in MODES.into_iter().filter(|&mode| here & bit(mode) != 0) {
+                    let ((old, new, mode), _) = self.before((row, from + cell, mode));
+                    if old == row {
+                        open[new - from] |= bit(mode);
+                    } else {
+                        before[new - before_from] |= bit(mode);
+                    }
+                }
+            }
+            (row, from, open) = (row - 1, *before_from, before);
+        }
+    }
+
+    /// The state before one on its cheapest path, and the move between.
+    fn before(&self, (old, new, mode): State) -> (State, Move) {
+        let row = old - self.settled.0;
+        let last = match self.rows.get(row) {
+            Some((from, moves)) => moves[new - from].get(mode),
+            None => self.row.moves[new - self.row.from].get(mode),
+        };
+        let splitting = matches!(mode, Mode::Split1 | Mode::Split2);
+        let from = |mode: Mode| match (last, splitting) {
+            (Move::SkipOld, _) => (old - 1, new, mode),
+            (Move::SkipNew, _) => (old, new - 1, mode),
+            (Move::Pair, _) => (old - 1, new - 1, mode),
+            (Move::CloseSplit, _) => (old - 1, new, Mode::Split2),
+            (Move::CloseMerge, _) => (old, new - 1, Mode::Merge2),
+            // A part of a split is a new event, one of a merge an old one.
+            (Move::None | Move::Start | Move::Second | Move::Further, true) => (old, new - 1, mode),
+            (Move::None | Move::Start | Move::Second | Move::Further, false) => (old - 1, new, mode),
+        };
+        let before = match (last, splitting) {
+            (Move::None, _) => unreachable!("a state without a path is never looked back from"),
+            (Move::Start, _) => from(Mode::Between),
+            (Move::Second, true) => from(Mode::Split1),
+            (Move::Second, false) => from(Mode::Merge1),
+            _ => from(mode),
+        };
+        (before, last)
+    }
+
+    /// Holds the groups of the path up to a state, and forgets their events.
+    fn settle(&mut self, end: State) {
+        let empty = Group { old: Vec::new(), new: Vec::new(), identical: false };
+        let start = (self.settled.0, self.settled.1, Mode::Between);
+        let mut group = empty.clone();
+        let mut state = end;
+        while state != start {
+            let (before, last) = self.before(state);
+            let old = || self.old.event(before.0).clone();
+            let new = || self.new.event(before.1).clone();
+            match last {
+                Move::SkipOld => self.held.push(Group { old: vec![old()], ..empty.clone() }),
+                Move::SkipNew => self.held.push(Group { new: vec![new()], ..empty.clone() }),
+                Move::Pair => self.held.push(Group { old: vec![old()], new: vec![new()], identical: false }),
+                // Walking back, a group opens where it closed.
+                Move::CloseSplit => group.old.push(old()),
+                Move::CloseMerge => group.new.push(new()),
+                Move::Start | Move::Second | Move::Further => {
+                    if matches!(state.2, Mode::Split1 | Mode::Split2) {
+                        group.new.push(new());
+                    } else {
+                        group.old.push(old());
+                    }
+                    if last == Move::Start {
+                        group.old.reverse();
+                        group.new.reverse();
+                        self.held.push(std::mem::replace(&mut group, empty.clone()));
+                    }
+                }
+                Move::None => unreachable!("every state on a path has a move"),
+            }
+            state = before;
+        }
+        self.old.settle(end.0);
+        self.new.settle(end.1);
+    }
+
+    /// Hands out what no later group can come before, in order of onset.
+    fn release(&mut self) -> Result<(), MatchError<E>> {
+        let front = |s: Option<f64>, next_s: f64| s.unwrap_or(next_s);
+        let old_s = front(self.old.onset_s(self.old.first), self.old.next_onset_s()?);
+        let new_s = front(self.new.onset_s(self.new.first), self.new.next_onset_s()?);
+        let until_s = old_s.min(new_s);
+        // Those of one onset in an order that does not depend on the side.
+        let key = |group: &Group| {
+            let all = || group.old.iter().chain(&group.new);
+            let end_s = all().map(|event| event.end_s.unwrap_or(event.onset_s)).fold(0.0, f64::max);
+            (end_s, all().map(|event| event.first_block).min(), all().map(|event| event.last_block).max())
+        };
+        if self.held.len() > 1 {
+            self.held.sort_by(|a, b| {
+                let ((a_end_s, a_first, a_last), (b_end_s, b_first, b_last)) = (key(a), key(b));
+                let blocks = (a_first, a_last).cmp(&(b_first, b_last));
+                a.onset_s().total_cmp(&b.onset_s()).then(a_end_s.total_cmp(&b_end_s)).then(blocks)
+            });
+        }
+        let ready = self.held.partition_point(|group| group.onset_s() < until_s);
+        for group in self.held.drain(..ready) {
+            (self.emit)(group).map_err(MatchError::Source)?;
+        }
+        Ok(())
+    }
+}
+
+/// Columns that two tables can be held against each other in: those that both have, but
+/// for the steps where the tables count steps of different length.
+pub fn comparable(old: Columns, new: Columns, same_step: bool) -> Columns {
+    let is_comparable = |column: &Column| same_step || column.kind() != Kind::Step;
+    old.and(new).iter().filter(is_comparable).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use asperity_record::SlipEvent;
+
+    use super::{Group, match_tables};
+    use crate::column::Columns;
+    use crate::cost::{self, ALONE, BEGUN, Span};
+
+    const WINDOW_S: f64 = 4.0;
+
+    /// Numbers that look random, and are the same each time (Knuth's MMIX generator).
+    struct Random(u64);
+
+    impl Random {
+        fn below(&mut self, bound: u64) -> u64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 33) % bound
+        }
+    }
+
+    fn event(number: u64, onset: u64, length: u64, first_block: u32, last_block: u32) -> SlipEvent {
+        SlipEvent {
+            onset_s: onset as f64,
+            end_s: Some((onset + length) as f64),
+            first_block,
+            last_block,
+            max_sliding: 1,
+            ft_fn_onset: 0.0,
+            ft_fn_end: Some(0.0),
+            event: number,
+            onset_step: onset,
+            end_step: Some(onset + length),
+            blocks_slipped: last_block - first_block + 1,
+            nucleation_block: first_block,
+            ft_fn_min: 0.0,
+            ft_fn_max: 0.0,
+            open: false,
+        }
+    }
+
+    /// Events on a coarse grid, so that costs are often equal, some of them side by side.
+    fn table(random: &mut Random, events: u64, closest: u64) -> Vec<SlipEvent> {
+        let mut onset = random.below(3);
+        (0..events)
+            .map(|number| {
+                let first = 1 + random.below(4) as u32;
+                let made = event(number, onset, 1 + random.below(6), first, first + random.below(4) as u32);
+                onset += closest + random.below(8);
+                made
+            })
+            .collect()
+    }
+
+    fn groups(old: &[SlipEvent], new: &[SlipEvent]) -> Vec<Group> {
+        let mut groups = Vec::new();
+        let source = |events: &[SlipEvent]| events.to_vec().into_iter().map(Ok::<_, Infallible>);
+        match_tables(source(old), source(new), Columns::ALL, WINDOW_S, |group| {
+            groups.push(group);
+            Ok(())
+        })
+        .unwrap();
+        groups
+    }
+
+    /// An event and what the matching goes by.
+    type Ranked = (SlipEvent, Span);
+
+    fn ranked(events: &[SlipEvent]) -> Vec<Ranked> {
+        events.iter().map(|event| (event.clone(), Span::new(event, 0, WINDOW_S))).collect()
+    }
+
+    /// What a group costs by the table at the head of `cost.rs`.
+    fn cost_of(old: &[Ranked], new: &[Ranked]) -> Option<i64> {
+        let parts = |whole: &Ranked, parts: &[Ranked]| {
+            let costs = parts.iter().map(|part| cost::part(&whole.1, &part.1).map(|cost| cost.primary));
+            Some(BEGUN + costs.sum::<Option<i64>>()?)
+        };
+        match (old, new) {
+            ([_], []) | ([], [_]) => Some(ALONE),
+            ([a], [b]) => cost::pair(&a.1, &b.1, WINDOW_S).map(|cost| cost.primary),
+            ([whole], several) | (several, [whole]) => parts(whole, several),
+            _ => None,
+        }
+    }
+
+    /// The least cost of all matchings that do not cross, by trying every one.
+    fn least(old: &[Ranked], new: &[Ranked]) -> i64 {
+        let twin = |a: &Ranked, b: &Ranked| {
+            let number = |ranked: &Ranked| SlipEvent { event: 0, ..ranked.0.clone() };
+            number(a) == number(b)
+        };
+        // Twins are matched with each other: the first old one that has one, with its first.
+        for (i, a) in old.iter().enumerate() {
+            if let Some(j) = new.iter().position(|b| twin(a, b)) {
+                return least(&old[..i], &new[..j]) + least(&old[i + 1..], &new[j + 1..]);
+            }
+        }
+        least_without_twins(old, new)
+    }
+
+    fn least_without_twins(old: &[Ranked], new: &[Ranked]) -> i64 {
+        let ([_, ..], [_, ..]) = (old, new) else { return ALONE * (old.len() + new.len()) as i64 };
+        let mut best = i64::MAX;
+        // What the first old event is part of: nothing, a pair or split with any choice of new
+        // events, or a merge with any choice of old ones.
+        best = best.min(ALONE + least_without_twins(&old[1..], new));
+        for (whole_side, part_side, is_split) in [(old, new, true), (new, old, false)] {
+            for (at, whole) in whole_side.iter().enumerate() {
+                if is_split && at > 0 {
+                    break;
+                }
+                for choice in 1u32..1 << part_side.len() {
+                    if !is_split && (choice & 1 == 0 || choice.count_ones() < 2) {
+                        continue;
+                    }
+                    let chosen: Vec<Ranked> = (0..part_side.len())
+                        .filter(|part| choice >> part & 1 == 1)
+                        .map(|part| part_side[part].clone())
+                        .collect();
+                    let whole = std::slice::from_ref(whole);
+                    let Some(cost) =
+                        (if is_split { cost_of(whole, &chosen) } else { cost_of(&chosen, whole) })
+                    else {
+                        continue;
+                    };
+                    // What lies before and between stays alone; the rest goes on behind.
+                    let last = 32 - choice.leading_zeros() as usize;
+                    let passed = last - chosen.len() + at;
+                    let rest = if is_split {
+                        least_without_twins(&old[1..], &new[last..])
+                    } else {
+                        least_without_twins(&old[last..], &new[at + 1..])
+                    };
+                    // New events before a part may still belong to no earlier old one: there is none.
+                    best = best.min(cost + ALONE * passed as i64 + rest);
+                }
+            }
+        }
+        best
+    }
+
+    #[test]
+    fn the_matching_is_the_cheapest_there_is() {
+        let mut random = Random(1);
+        let (mut pairs, mut several) = (0, 0);
+        for case in 0..3000 {
+            let sizes = [random.below(6), random.below(6)];
+            let old = table(&mut random, sizes[0], 1);
+            let new = table(&mut random, sizes[1], 1);
+            let found = groups(&old, &new);
+            let costs = found.iter().map(|group| match group.identical {
+                true => 0,
+                false => cost_of(&ranked(&group.old), &ranked(&group.new)).expect("groups are admissible"),
+            });
+            assert_eq!(
+                costs.sum::<i64>(),
+                least(&ranked(&old), &ranked(&new)),
+                "case {case}: {old:#?} {new:#?}"
+            );
+            pairs += found.iter().filter(|group| group.old.len() == 1 && group.new.len() == 1).count();
+            several += found.iter().filter(|group| group.old.len() + group.new.len() > 2).count();
+        }
+        assert!(pairs > 1500 && several > 500, "{pairs} pairs, {several} splits and merges");
+    }
+
+    #[test]
+    fn every_event_is_in_one_group_and_groups_come_in_order_of_time() {
+        let mut random = Random(2);
+        for _ in 0..500 {
+            let old = table(&mut random, 200, 0);
+            let new = table(&mut random, 200, 0);
+            let found = groups(&old, &new);
+            for (side, table) in [(0, &old), (1, &new)] {
+                let mut numbers: Vec<u64> = found
+                    .iter()
+                    .flat_map(|group| [&group.old, &group.new][side])
+                    .map(|event| event.event)
+                    .collect();
+                numbers.sort_unstable();
+                assert_eq!(numbers, (0..table.len() as u64).collect::<Vec<_>>());
+            }
+            assert!(found.is_sorted_by(|a, b| a.onset_s() <= b.onset_s()));
+        }
+    }
+
+    #[test]
+    fn swapping_the_sides_swaps_the_groups() {
+        let mut random = Random(3);
+        for _ in 0..2000 {
+            let old = table(&mut random, 60, 0);
+            let new = table(&mut random, 60, 0);
+            let numbers = |events: &[SlipEvent]| events.iter().map(|event| event.event).collect::<Vec<u64>>();
+            let mut forth: Vec<_> =
+                groups(&old, &new).iter().map(|group| (numbers(&group.old), numbers(&group.new))).collect();
+            let mut back: Vec<_> =
+                groups(&new, &old).iter().map(|group| (numbers(&group.new), numbers(&group.old))).collect();
+            forth.sort();
+            back.sort();
+            assert_eq!(forth, back);
+        }
+    }
+
+    #[test]
+    fn tables_out_of_order_are_refused() {
+        let source = |onsets: [u64; 2]| {
+            onsets
+                .into_iter()
+                .zip(0..)
+                .map(|(onset, number)| Ok::<_, Infallible>(event(number, onset, 1, 1, 1)))
+        };
+        let refused = |old, new| {
+            match_tables(source(old), source(new), Columns::ALL, WINDOW_S, |_| Ok(()))
+                .unwrap_err()
+                .to_string()
+        };
+        assert_eq!(
+            refused([1, 2], [8, 7]),
+            "new table: event 1 starts at 7 s, the one before it at 8 s (accepted: events in order of their onsets)"
+        );
+        assert!(refused([2, 1], [1, 1]).starts_with("old table: event 1"));
+    }
+}

@@ -1,0 +1,120 @@
+//! What tells two runs apart beside their events: what their headers say, and
+//! the keys of their scenarios.
+
+use std::collections::BTreeMap;
+
+use asperity_record::RunHeader;
+use toml::{Table, Value};
+
+use crate::report::ProvenanceChange;
+
+/// What a run log says of its run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Provenance {
+    /// Its header.
+    pub header: RunHeader,
+    /// Its resolved scenario, as TOML.
+    pub scenario_toml: String,
+}
+
+/// What differs between two runs: first the program and its settings, then the scenario's keys.
+/// Numbers that follow from scenario and program, such as hashes, are left out.
+///
+/// # Errors
+/// If a scenario is no TOML.
+pub fn changes(old: &Provenance, new: &Provenance) -> Result<Vec<ProvenanceChange>, toml::de::Error> {
+    let of_header = |header: &RunHeader| {
+        [
+            ("code_version", header.code_version.clone()),
+            ("solver", header.solver.clone()),
+            ("parameter_set", header.parameter_set.clone()),
+            ("record_schema_version", header.record_schema_version.to_string()),
+        ]
+    };
+    let mut changes: Vec<ProvenanceChange> = of_header(&old.header)
+        .into_iter()
+        .zip(of_header(&new.header))
+        .filter(|((_, old), (_, new))| old != new)
+        .map(|((key, old), (_, new))| ProvenanceChange {
+            key: key.to_owned(),
+            old: Some(old),
+            new: Some(new),
+        })
+        .collect();
+    let [old, new] = [keys(&old.scenario_toml)?, keys(&new.scenario_toml)?];
+    let names: std::collections::BTreeSet<&String> = old.keys().chain(new.keys()).collect();
+    changes.extend(names.into_iter().filter(|name| old.get(*name) != new.get(*name)).map(|name| {
+        ProvenanceChange {
+            key: format!("scenario: {name}"),
+            old: old.get(name).cloned(),
+            new: new.get(name).cloned(),
+        }
+    }));
+    Ok(changes)
+}
+
+/// The keys of a scenario, dotted, with their values as written.
+fn keys(scenario_toml: &str) -> Result<BTreeMap<String, String>, toml::de::Error> {
+    let mut found = BTreeMap::new();
+    collect("", &scenario_toml.parse::<Table>()?, &mut found);
+    Ok(found)
+}
+
+fn collect(prefix: &str, table: &Table, found: &mut BTreeMap<String, String>) {
+    for (key, value) in table {
+        let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+        match value {
+            Value::Table(inner) => collect(&path, inner, found),
+            other => {
+                found.insert(path, other.to_string());
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::RunHeader;
+
+    use super::{Provenance, changes};
+
+    fn provenance(solver: &str, scenario_toml: &str) -> Provenance {
+        Provenance {
+            header: RunHeader {
+                record_schema_version: 1,
+                scenario: String::new(),
+                scenario_hash: String::new(),
+                run_id: String::new(),
+                code_version: "c".to_owned(),
+                parameter_set: "as-coded".to_owned(),
+                solver: solver.to_owned(),
+                blocks: 2,
+                time_step_s: 1e-8,
+                steps: 1,
+            },
+            scenario_toml: scenario_toml.to_owned(),
+        }
+    }
+
+    #[test]
+    fn what_differs_is_named_with_both_values() {
+        let old = provenance("fast", "a = 1\n[b]\nc = 2.5\nonly_old = true\n");
+        let new = provenance("plain", "a = 1\nb = { c = 2.6, only_new = [1, 2] }\n");
+        let found: Vec<(String, Option<String>, Option<String>)> = changes(&old, &new)
+            .unwrap()
+            .into_iter()
+            .map(|change| (change.key, change.old, change.new))
+            .collect();
+        let some = |text: &str| Some(text.to_owned());
+        assert_eq!(
+            found,
+            [
+                ("solver".to_owned(), some("fast"), some("plain")),
+                ("scenario: b.c".to_owned(), some("2.5"), some("2.6")),
+                ("scenario: b.only_new".to_owned(), None, some("[1, 2]")),
+                ("scenario: b.only_old".to_owned(), some("true"), None),
+            ]
+        );
+        assert_eq!(changes(&old, &old).unwrap(), []);
+    }
+}

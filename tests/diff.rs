@@ -1,0 +1,226 @@
+//! `asperity diff` from files to exit code: real runs, tables as other programs write them,
+//! folders, policies, and what is no table.
+
+#[path = "support/binary.rs"]
+mod binary;
+#[path = "support/small.rs"]
+mod small;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use binary::{asperity, run, succeed, text};
+use serde_json::Value;
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder can be made")
+}
+
+/// Diffs with these arguments; gives exit code, standard output and standard error.
+fn diff(arguments: &[&str]) -> (i32, String, String) {
+    let output = asperity(&[&["diff"], arguments].concat());
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("the binary writes UTF-8");
+    (output.status.code().expect("it was not killed"), text(output.stdout), text(output.stderr))
+}
+
+fn json(arguments: &[&str]) -> (i32, Value) {
+    let (code, out, err) = diff(&[arguments, &["--format", "json"]].concat());
+    assert!(err.is_empty(), "{err}");
+    (code, serde_json::from_str(&out).expect("the report is JSON"))
+}
+
+fn write(folder: &Path, name: &str, content: &str) -> PathBuf {
+    let path = folder.join(name);
+    fs::write(&path, content).expect("the folder can be written");
+    path
+}
+
+#[test]
+fn runs_logs_tables_and_parquet_of_one_run_are_the_same() {
+    let folder = folder();
+    let [log, other] = ["run.mcap", "other.mcap"].map(|name| folder.path().join(name));
+    small::run(&log);
+    run(&[&small::SCENARIO[..], &["--set", "time.duration_s=1.1"]].concat(), &other);
+    let reduced = folder.path().join("reduced");
+    succeed(&["reduce", text(&log), "--out", text(&reduced)]);
+
+    for side in [reduced.join("events.csv"), reduced.join("events.parquet"), log.clone(), reduced.clone()] {
+        let (code, out, _) = diff(&[text(&log), text(&side)]);
+        if side == reduced {
+            // A folder is no file: its table has another name than the run.
+            assert_eq!(code, 1, "{out}");
+            assert!(out.contains("only old: run:"), "{out}");
+            continue;
+        }
+        assert_eq!(code, 0, "{out}");
+        assert!(out.contains("28 identical") && out.ends_with("nothing differs\n"), "{out}");
+    }
+
+    // The same run, cut off earlier: what starts behind its end is open, not missing.
+    let (code, report) = json(&[text(&log), text(&other)]);
+    assert_eq!(code, 1);
+    assert_eq!((&report["format"], &report["version"]), (&"asperity-diff".into(), &1.into()));
+    let run = &report["runs"][0];
+    assert_eq!(run["counts"]["missing"], 0);
+    let open = run["counts"]["open"].as_u64().expect("a count");
+    assert!(open > 0, "{run}");
+    assert_eq!(run["counts"]["identical"].as_u64(), Some(28 - open));
+    assert_eq!(run["provenance"][0]["key"], "scenario: time.duration_s");
+    assert_eq!(run["precursors"]["old_rows"], run["precursors"]["same_rows"]);
+}
+
+#[test]
+fn another_time_step_shifts_events_and_a_drafted_policy_lets_them_pass() {
+    let folder = folder();
+    let [fine, coarse] = ["fine.mcap", "coarse.mcap"].map(|name| folder.path().join(name));
+    small::run(&fine);
+    run(&["ten-blocks", "--set", "time.step_s=2e-7", "--set", "time.duration_s=1.2"], &coarse);
+    let (policy, matches) = (folder.path().join("policy.toml"), folder.path().join("matches.parquet"));
+    let given = [text(&fine), text(&coarse), "--draft-policy", text(&policy), "--matches", text(&matches)];
+    let (code, out, err) = diff(&given);
+    assert_eq!(code, 1, "{out}{err}");
+    assert!(out.contains("made otherwise: scenario: time.step_s"), "{out}");
+    assert!(out.lines().count() <= 40, "{out}");
+    assert!(fs::read(&matches).is_ok_and(|bytes| bytes.starts_with(b"PAR1") && bytes.ends_with(b"PAR1")));
+    let (code, out, _) = diff(&[text(&fine), text(&coarse), "--policy", text(&policy)]);
+    assert_eq!(code, 0, "{out}\n{}", fs::read_to_string(&policy).expect("the draft is there"));
+    // Not twice over the same file, which may have been edited.
+    let (code, _, err) = diff(&given);
+    assert_eq!(code, 2);
+    assert!(err.contains("exists already (accepted: a new file)"), "{err}");
+}
+
+const TABLE: &str = "onset_s,end_s,first_block,last_block,max_sliding,ft_fn_onset,ft_fn_end\n\
+    0.1,0.11,1,3,3,0.02,0.021\n0.2,0.22,1,5,4,0.04,0.041\n0.3,,1,6,4,0.06,\n";
+
+#[test]
+fn folders_of_tables_are_paired_by_name() {
+    let folder = folder();
+    let [old, new] = ["old", "new"].map(|name| folder.path().join(name));
+    for side in [&old, &new] {
+        fs::create_dir(side).expect("a folder can be made");
+        write(side, "same.events.csv", TABLE);
+        write(side, "moved.csv.txt", "not a table");
+    }
+    write(&old, "changed.events.csv", TABLE);
+    write(&new, "changed.events.csv", &TABLE.replace("0.2,0.22,1,5", "0.2,0.22,1,4"));
+    let (code, out, _) = diff(&[text(&old), text(&new)]);
+    assert_eq!(code, 1);
+    assert!(out.contains("changed: 2 identical, 1 changed"), "{out}");
+    assert!(out.contains("changed: old 1, new 1, blocks 1-5 at 0.2 s: last_block 5 -> 4 (-1)"), "{out}");
+    let policy = write(folder.path(), "policy.toml", "[allow]\nchanged = 1\n");
+    assert_eq!(diff(&[text(&old), text(&new), "--policy", text(&policy)]).0, 0);
+    let policy =
+        write(folder.path(), "tight.toml", "[allow]\nchanged = true\n[columns.last_block]\nabsolute = 0\n");
+    assert_eq!(diff(&[text(&old), text(&new), "--policy", text(&policy)]).0, 0);
+    // A run that one side lacks is told, and no policy allows it.
+    write(&new, "added.events.csv", TABLE);
+    let (code, out, _) = diff(&[text(&old), text(&new), "--policy", text(&policy)]);
+    assert_eq!(code, 1);
+    assert!(out.contains("only new: added: the other side has no run of this scenario or name"), "{out}");
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused_with_its_place() {
+    let folder = folder();
+    let good = write(folder.path(), "good.csv", TABLE);
+    let refused = |content: &str| {
+        let bad = write(folder.path(), "bad.csv", content);
+        let (code, out, err) = diff(&[text(&good), text(&bad)]);
+        assert_eq!((code, out.as_str()), (2, ""), "{err}");
+        err.replace(text(&bad), "bad.csv")
+    };
+    assert_eq!(
+        refused(&TABLE.replace("0.2,0.22,1,5", "0.2,0.22,0,5")),
+        "error: bad.csv:3: first_block: \"0\" is not accepted (accepted: a whole number from 1 to 4294967295)\n"
+    );
+    assert_eq!(
+        refused(&TABLE.replace("0.2,0.22", "0.2,soon")),
+        "error: bad.csv:3: end_s: \"soon\" is not accepted (accepted: a number, or nothing where the run ended before)\n"
+    );
+    assert!(
+        refused(&TABLE.replace("0.2,0.22", "0.2,0.19"))
+            .contains("end_s: \"0.19\" is not accepted (accepted: a number from onset_s")
+    );
+    assert!(refused(&TABLE.replace("0.2,0.22", "nan,0.22")).contains("bad.csv:3: onset_s: "));
+    assert!(
+        refused(&TABLE.replace("last_block", "last"))
+            .contains("bad.csv:1: there is no column last_block (accepted: a table with at least onset_s")
+    );
+    assert!(refused(&TABLE.replace("0.2,0.22", "0.05,0.22")).contains(
+        "event 1 starts at 0.05 s, the one before it at 0.1 s (accepted: events in order of their onsets)"
+    ));
+    let (code, _, err) = diff(&[text(&good), "/nowhere/run.txt"]);
+    assert_eq!(code, 2);
+    assert!(err.contains("(accepted: .mcap, .csv, .parquet, or a folder of them)"), "{err}");
+    let policy = write(folder.path(), "policy.toml", "[columns.onset]\nabsolute = 1\n");
+    let (code, _, err) = diff(&[text(&good), text(&good), "--policy", text(&policy)]);
+    assert_eq!(code, 2);
+    assert!(
+        err.contains(
+            "policy.toml:1:10: columns.onset: the event table has no such column (accepted: onset_s"
+        ),
+        "{err}"
+    );
+    assert_eq!(diff(&[text(folder.path().join("none").as_path()), text(&good)]).0, 2);
+}
+
+/// One screen, whatever the tables: a thousand events that all differ, in every class and column.
+#[test]
+fn the_summary_fits_a_screen() {
+    let folder = folder();
+    let [old, new] = ["old", "new"].map(|name| folder.path().join(name));
+    for (side, by) in [(&old, 0.0), (&new, 1e-5)] {
+        fs::create_dir(side).expect("a folder can be made");
+        for run in 0..20 {
+            let mut table = TABLE.lines().next().expect("a heading").to_owned();
+            for event in 0..300 {
+                let onset_s = 0.01 * f64::from(event) + by * f64::from(event % 7);
+                let last = 1 + (event + i32::from(by > 0.0 && event % 3 == 0)) % 50;
+                if !(by > 0.0 && event % 11 == 0) {
+                    table += &format!("\n{onset_s},{},1,{last},{last},{},0.1", onset_s + 1e-3, 0.1 + onset_s);
+                }
+            }
+            // Each side has runs of its own as well.
+            let of_side = if run % 3 == 0 && by > 0.0 { "new" } else { "run" };
+            write(side, &format!("{of_side}-{run}.events.csv"), &table);
+        }
+    }
+    let (code, out, _) = diff(&[text(&old), text(&new)]);
+    assert_eq!(code, 1);
+    assert!(out.lines().count() <= 40, "{} lines:\n{out}", out.lines().count());
+    assert!(out.contains("more, see --format json"), "{out}");
+    let (_, report) = json(&[text(&old), text(&new)]);
+    assert_eq!(report["unpaired"].as_array().map(Vec::len), Some(14));
+    let first = &report["runs"][0];
+    assert_eq!(first["findings_left_out"], 0);
+    let differing: u64 = ["shifted", "changed", "split", "merged", "missing", "extra", "open"]
+        .iter()
+        .map(|class| first["counts"][class].as_u64().expect("a count"))
+        .sum();
+    assert_eq!(first["findings"].as_array().map(|findings| findings.len() as u64), Some(differing));
+}
+
+/// Two outputs of a pipeline: runs paired by scenario, claims held against each other.
+#[test]
+fn outputs_of_a_pipeline_are_compared_with_their_claims() {
+    let folder = folder();
+    let pipeline = |stated: &str| {
+        format!(
+            "title = \"One run\"\n[[run]]\nname = \"small\"\nscenario = \"ten-blocks\"\n\
+             set = [\"time.step_s=1e-7\", \"time.duration_s=0.9\"]\n[[claim]]\nabout = \"a\"\nquote = \"q\"\n\
+             run = \"small\"\nmeasure = \"load-at-first-slip\"\nstated = \"{stated}\"\n"
+        )
+    };
+    for (name, stated) in [("old", "0.113"), ("new", "0.2")] {
+        let file = write(folder.path(), &format!("{name}.toml"), &pipeline(stated));
+        succeed(&["reproduce", text(&file), "--out", text(&folder.path().join(name))]);
+    }
+    let [old, new] = ["old", "new"].map(|name| folder.path().join(name));
+    let (code, report) = json(&[text(&old), text(&new)]);
+    assert_eq!(code, 0, "claims follow from events and from what is claimed; the events are the same");
+    assert_eq!(report["runs"][0]["old"]["name"], "small");
+    let claims = report["claims"].as_array().expect("claims are listed");
+    assert_eq!(claims.len(), 1);
+    assert_eq!((&claims[0]["old_verdict"], &claims[0]["new_verdict"]), (&"agrees".into(), &"differs".into()));
+}

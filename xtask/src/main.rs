@@ -9,7 +9,12 @@
 mod bench;
 mod ci;
 mod clients;
+mod diff_events;
+mod git;
+mod interrupt;
 mod reproduce;
+mod revision;
+mod seed;
 mod test;
 mod verify;
 mod workspace;
@@ -31,6 +36,7 @@ Examples:
   cargo xtask reproduce-all
   cargo xtask test
   cargo xtask verify-solver
+  cargo xtask diff-events HEAD~1
   cargo xtask bench
   cargo xtask ci"
 )]
@@ -60,6 +66,8 @@ enum Command {
     Test(test::TestArguments),
     /// Hold the fast solver against the plain one over all of chapter 5, in both parameter sets.
     VerifySolver(verify::VerifyArguments),
+    /// Say what became of the events of another revision.
+    DiffEvents(diff_events::DiffEventsArguments),
     /// Measure how fast it is.
     Bench(bench::BenchArguments),
     /// Check everything that a change must pass.
@@ -75,6 +83,7 @@ fn main() -> ExitCode {
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
         Command::Test(arguments) => test::command(&arguments),
         Command::VerifySolver(arguments) => verify::command(&arguments),
+        Command::DiffEvents(arguments) => diff_events::command(&arguments),
         Command::Bench(arguments) => bench::command(&arguments),
         Command::Ci(arguments) => ci::command(&arguments),
     };
@@ -84,7 +93,7 @@ fn main() -> ExitCode {
         Err(Failure::Exit { code, .. }) => ExitCode::from(code),
         Err(failure) => {
             eprintln!("error: {failure}");
-            ExitCode::FAILURE
+            ExitCode::from(failure.code())
         }
     }
 }

@@ -42,6 +42,14 @@ pub enum AnalysisError {
     /// polars refused.
     #[error("table: {0}")]
     Table(#[from] polars::error::PolarsError),
+    /// A table could not be read.
+    #[error("{path}: {problem}")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why.
+        problem: String,
+    },
     /// A file could not be written.
     #[error("{path}: {problem}")]
     Write {

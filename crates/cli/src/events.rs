@@ -6,6 +6,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+#[cfg(feature = "analysis")]
+use asperity_analysis::table_file;
 use asperity_record::{Event, EventPayload, SlipEvent};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 use asperity_stream::{Item, StreamError};
@@ -16,8 +18,28 @@ use crate::detectors;
 use crate::exit::{self, Code, Failure};
 
 pub(crate) fn command(arguments: &EventsArguments) -> Result<(), Failure> {
+    // What cannot be read is told when it is read as a log.
+    #[cfg(feature = "analysis")]
+    if table_file::is_parquet(&arguments.run).unwrap_or(false) {
+        return print_table(arguments);
+    }
     let events = logged(&arguments.run).map_err(Failure::failed)?;
     write(&slip_events(&events)?, arguments.format, io::stdout().lock())
+}
+
+/// A Parquet table, of slip events or any other, as the CSV file beside it reads.
+#[cfg(feature = "analysis")]
+fn print_table(arguments: &EventsArguments) -> Result<(), Failure> {
+    if arguments.format != TableFormat::Csv {
+        return Err(Failure::BadInput(format!(
+            "--format json of {}, which is a Parquet table (accepted: csv; json of a run log)",
+            arguments.run.display()
+        )));
+    }
+    let table = table_file::read_parquet(&arguments.run).map_err(Failure::failed)?;
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    table_file::write_csv(&mut out, &table)?;
+    Ok(out.flush()?)
 }
 
 pub(crate) fn replay_command(arguments: &ReplayArguments) -> Result<(), Failure> {

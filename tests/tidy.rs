@@ -22,6 +22,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("stream", &["record", "detect"]),
     ("runlog", &["record"]),
     ("analysis", &["record", "runlog", "model"]),
+    ("diff", &["record"]),
     (
         "cli",
         &[
@@ -35,6 +36,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "stream",
             "runlog",
             "analysis",
+            "diff",
         ],
     ),
     ("xtask", &[]),

@@ -1,0 +1,9 @@
+//! Two tables of slip events in, what became of each event out.
+//!
+//! In reading order:
+//!
+//! - [`column`]: the columns of the event table, and what each says.
+//! - [`report`]: what a diff found, as data.
+
+pub mod column;
+pub mod report;

@@ -1,0 +1,503 @@
+//! What a diff found, as data: the terminal summary, the page and `--format json` are made of
+//! this and of nothing else. The JSON is these structs, field by field; a change to a field's
+//! name or meaning raises [`VERSION`].
+
+use serde::Serialize;
+
+use crate::column::{Column, Value};
+
+/// The field `format` of a report.
+pub const FORMAT: &str = "asperity-diff";
+/// The field `version` of a report.
+pub const VERSION: u32 = 1;
+
+/// What became of an event, or of several that belong together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Class {
+    /// One event on each side, equal in every column compared.
+    Identical,
+    /// One on each side; they differ, and every column within its tolerance.
+    WithinTolerance,
+    /// One on each side, of the same blocks at another time.
+    Shifted,
+    /// One on each side that differ in anything else.
+    Changed,
+    /// One old event that is several new ones.
+    Split,
+    /// Several old events that are one new one.
+    Merged,
+    /// An old event without a new one.
+    Missing,
+    /// A new event without an old one.
+    Extra,
+    /// An event that the end of one of the runs cut short, or that lies behind it.
+    Open,
+}
+
+impl Class {
+    /// All classes.
+    pub const ALL: [Class; 9] = [
+        Class::Identical,
+        Class::WithinTolerance,
+        Class::Shifted,
+        Class::Changed,
+        Class::Split,
+        Class::Merged,
+        Class::Missing,
+        Class::Extra,
+        Class::Open,
+    ];
+
+    /// Its name in policies and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Class::Identical => "identical",
+            Class::WithinTolerance => "within-tolerance",
+            Class::Shifted => "shifted",
+            Class::Changed => "changed",
+            Class::Split => "split",
+            Class::Merged => "merged",
+            Class::Missing => "missing",
+            Class::Extra => "extra",
+            Class::Open => "open",
+        }
+    }
+
+    /// The class of this name.
+    pub fn named(name: &str) -> Option<Class> {
+        Class::ALL.into_iter().find(|class| class.name() == name)
+    }
+
+    /// What it becomes when the sides are swapped.
+    #[must_use]
+    pub fn mirrored(self) -> Class {
+        match self {
+            Class::Split => Class::Merged,
+            Class::Merged => Class::Split,
+            Class::Missing => Class::Extra,
+            Class::Extra => Class::Missing,
+            same => same,
+        }
+    }
+
+    /// Whether it needs no leave from the policy.
+    pub fn is_no_difference(self) -> bool {
+        matches!(self, Class::Identical | Class::WithinTolerance)
+    }
+}
+
+/// A whole diff.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// [`FORMAT`].
+    pub format: &'static str,
+    /// [`VERSION`].
+    pub version: u32,
+    /// The old side, as it was given.
+    pub old: String,
+    /// The new side, as it was given.
+    pub new: String,
+    /// The policy's file; null for the default, exact.
+    pub policy: Option<String>,
+    /// The outcome.
+    pub verdict: Verdict,
+    /// How many matches of each class there are, over all runs.
+    pub counts: Counts,
+    /// The pairs of runs, in the order of their names.
+    pub runs: Vec<RunDiff>,
+    /// Runs that only one side has. Any makes the verdict `differs`.
+    pub unpaired: Vec<Unpaired>,
+    /// Classes of which the policy allows a number, and there are more.
+    pub exceeded: Vec<Exceeded>,
+    /// Claims whose verdict or value changed; only between outputs of `asperity reproduce`.
+    pub claims: Vec<ClaimChange>,
+}
+
+/// The outcome of a diff.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Nothing differs but what the policy allows.
+    WithinPolicy,
+    /// Something does.
+    Differs,
+}
+
+/// Matches by class. A split or merge is one match, whatever the number of its events.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Counts {
+    /// Of [`Class::Identical`].
+    pub identical: u64,
+    /// Of [`Class::WithinTolerance`].
+    pub within_tolerance: u64,
+    /// Of [`Class::Shifted`].
+    pub shifted: u64,
+    /// Of [`Class::Changed`].
+    pub changed: u64,
+    /// Of [`Class::Split`].
+    pub split: u64,
+    /// Of [`Class::Merged`].
+    pub merged: u64,
+    /// Of [`Class::Missing`].
+    pub missing: u64,
+    /// Of [`Class::Extra`].
+    pub extra: u64,
+    /// Of [`Class::Open`].
+    pub open: u64,
+}
+
+impl Counts {
+    /// How many of a class.
+    pub fn of(&self, class: Class) -> u64 {
+        match class {
+            Class::Identical => self.identical,
+            Class::WithinTolerance => self.within_tolerance,
+            Class::Shifted => self.shifted,
+            Class::Changed => self.changed,
+            Class::Split => self.split,
+            Class::Merged => self.merged,
+            Class::Missing => self.missing,
+            Class::Extra => self.extra,
+            Class::Open => self.open,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn of_mut(&mut self, class: Class) -> &mut u64 {
+        match class {
+            Class::Identical => &mut self.identical,
+            Class::WithinTolerance => &mut self.within_tolerance,
+            Class::Shifted => &mut self.shifted,
+            Class::Changed => &mut self.changed,
+            Class::Split => &mut self.split,
+            Class::Merged => &mut self.merged,
+            Class::Missing => &mut self.missing,
+            Class::Extra => &mut self.extra,
+            Class::Open => &mut self.open,
+        }
+    }
+
+    /// All matches.
+    pub fn total(&self) -> u64 {
+        Class::ALL.iter().map(|&class| self.of(class)).sum()
+    }
+
+    /// Matches that are neither identical nor within tolerance.
+    pub fn differing(&self) -> u64 {
+        self.total() - self.identical - self.within_tolerance
+    }
+
+    /// Adds another's.
+    pub fn add(&mut self, other: &Counts) {
+        for class in Class::ALL {
+            *self.of_mut(class) += other.of(class);
+        }
+    }
+}
+
+/// Two runs, event by event.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunDiff {
+    /// The old run.
+    pub old: RunSide,
+    /// The new run.
+    pub new: RunSide,
+    /// What tells the runs apart beside their events: scenario keys, code version, solver, ...
+    pub provenance: Vec<ProvenanceChange>,
+    /// The columns that were compared.
+    pub columns: Vec<Column>,
+    /// Columns of the event table that one side or both lack; they were not compared.
+    pub columns_left_out: Vec<Column>,
+    /// How many matches of each class.
+    pub counts: Counts,
+    /// The same, of those that the policy does not allow.
+    pub not_allowed: Counts,
+    /// Per column: how often it differs in a pair of events, and how far.
+    pub column_changes: Vec<ColumnChange>,
+    /// The largest shift of a pair of events: the farther of onset and end, s. 0 without pairs.
+    pub largest_shift_s: f64,
+    /// Everything that is neither identical nor within tolerance, in order of time.
+    pub findings: Vec<Finding>,
+    /// How many findings were counted and left out of `findings`, for want of room.
+    pub findings_left_out: u64,
+    /// Every match, identical ones too, in order of time: what a timeline is drawn from.
+    pub matches: Vec<Match>,
+    /// How many matches were counted and left out of `matches`, for want of room.
+    pub matches_left_out: u64,
+    /// Where the runs part; null where no event differs.
+    pub horizon: Option<Horizon>,
+    /// What changed in the precursor table; null where it cannot be made of both sides.
+    pub precursors: Option<PrecursorChanges>,
+}
+
+/// One of two runs.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct RunSide {
+    /// Its name: the file's, without `.mcap`, `.events.csv` and the like.
+    pub name: String,
+    /// Its file.
+    pub path: String,
+    /// How many slip events it has.
+    pub events: u64,
+    /// When the run ended, s; null where the file does not say, as tables do not.
+    pub duration_s: Option<f64>,
+    /// Number of blocks; null where the file does not say.
+    pub blocks: Option<u32>,
+    /// Hash of the resolved scenario; null where the file does not say.
+    pub scenario_hash: Option<String>,
+}
+
+/// Something that tells two runs apart beside their events.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ProvenanceChange {
+    /// `scenario: KEY` for a key of the resolved scenario, else the field of the run header:
+    /// `code_version`, `solver`, `parameter_set`, `record_schema_version`.
+    pub key: String,
+    /// What the old run has; null where it has none.
+    pub old: Option<String>,
+    /// What the new run has; null where it has none.
+    pub new: Option<String>,
+}
+
+/// How a column differs over all pairs of one old and one new event.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ColumnChange {
+    /// The column.
+    pub column: Column,
+    /// In how many pairs it differs at all.
+    pub differing: u64,
+    /// In how many it differs by more than its tolerance.
+    pub beyond_tolerance: u64,
+    /// The largest difference that can be measured, in the column's unit.
+    pub largest: f64,
+    /// Number of the old event where it is largest.
+    pub old_event: u64,
+    /// Number of the new event there.
+    pub new_event: u64,
+}
+
+/// Where an event lies, for timelines.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Extent {
+    /// Its number in its table, from 0.
+    pub event: u64,
+    /// Its onset, s.
+    pub onset_s: f64,
+    /// Its end, s; null if the run ended before.
+    pub end_s: Option<f64>,
+    /// Lowest-numbered block.
+    pub first_block: u32,
+    /// Highest-numbered block.
+    pub last_block: u32,
+}
+
+/// Events of both sides that belong together.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Match {
+    /// What became of them.
+    pub class: Class,
+    /// Whether the policy lets it pass.
+    pub allowed: bool,
+    /// The old events; none for `extra`, several for `merged`.
+    pub old: Vec<Extent>,
+    /// The new events; none for `missing`, several for `split`.
+    pub new: Vec<Extent>,
+}
+
+/// A match that is neither identical nor within tolerance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// What became of the events.
+    pub class: Class,
+    /// Whether the policy lets it pass.
+    pub allowed: bool,
+    /// The rule that put it there, in words.
+    pub rule: String,
+    /// The old events.
+    pub old: Vec<Extent>,
+    /// The new events.
+    pub new: Vec<Extent>,
+    /// The farther of the shifts of onset and end, s; null unless one event stands against one.
+    pub shift_s: Option<f64>,
+    /// The columns that differ by more than their tolerance; empty unless one event stands
+    /// against one.
+    pub columns: Vec<CellChange>,
+    /// What of duration and blocks a split or merge kept; null for other classes.
+    pub conservation: Option<Conservation>,
+}
+
+/// A cell that differs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CellChange {
+    /// The column.
+    pub column: Column,
+    /// The old value.
+    pub old: Value,
+    /// The new value.
+    pub new: Value,
+    /// How far apart; null between a number and nothing.
+    pub difference: Option<f64>,
+    /// How far apart the policy lets them be.
+    pub tolerance: f64,
+}
+
+/// What a split or merge kept: the union of the durations, and of the blocks from
+/// `first_block` to `last_block`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Conservation {
+    /// Time covered by the old events, s.
+    pub old_duration_s: f64,
+    /// Time covered by the new events, s.
+    pub new_duration_s: f64,
+    /// Whether these agree within the tolerances of `onset_s` and `end_s`.
+    pub duration_conserved: bool,
+    /// Blocks covered by the old events.
+    pub old_blocks: u32,
+    /// Blocks covered by the new events.
+    pub new_blocks: u32,
+    /// Whether these are the same blocks.
+    pub blocks_conserved: bool,
+}
+
+/// Where two runs part, and how they do.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Horizon {
+    /// Onset of the first event that differs beyond tolerance, on whichever side it is earlier, s.
+    pub at_s: f64,
+    /// Its class.
+    pub class: Class,
+    /// Its number on the old side; null where it is extra.
+    pub old_event: Option<u64>,
+    /// Its number on the new side; null where it is missing.
+    pub new_event: Option<u64>,
+    /// How many matches there are before it.
+    pub matches_before: u64,
+    /// How much differs, by decades of the matches from the first one on.
+    pub growth: Vec<Growth>,
+    /// What is left to compare from there on.
+    pub beyond: Statistics,
+}
+
+/// A decade of matches.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Growth {
+    /// Number of its first match, from 1.
+    pub from: u64,
+    /// Number of its last.
+    pub to: u64,
+    /// Onset of its first match, s.
+    pub from_s: f64,
+    /// How many of them differ beyond tolerance.
+    pub differing: u64,
+    /// The largest shift of a pair among them, s.
+    pub largest_shift_s: f64,
+}
+
+/// Events from the horizon on, as distributions.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Statistics {
+    /// Number of old events.
+    pub old_events: u64,
+    /// Number of new events.
+    pub new_events: u64,
+    /// Events per second on the old side; null where the time is unknown or none.
+    pub old_per_s: Option<f64>,
+    /// The same on the new side.
+    pub new_per_s: Option<f64>,
+    /// Lengths of the events, in blocks.
+    pub length_blocks: Sample,
+    /// Times from onset to onset, s.
+    pub recurrence_s: Sample,
+}
+
+/// A quantity on both sides.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Sample {
+    /// Its median on the old side, to a part in 256; null without events.
+    pub old_median: Option<f64>,
+    /// The same on the new side.
+    pub new_median: Option<f64>,
+    /// Two-sample Kolmogorov-Smirnov test; null with too few events.
+    pub test: Option<KolmogorovSmirnov>,
+}
+
+/// Outcome of a two-sample Kolmogorov-Smirnov test.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct KolmogorovSmirnov {
+    /// The largest distance of the distributions, 0 to 1.
+    pub distance: f64,
+    /// Probability of such a distance or a larger one if the sides are of one distribution. An
+    /// upper bound: ties, and the bins in which values are counted, make it larger. Events
+    /// that depend on those before them make it smaller.
+    pub p: f64,
+}
+
+/// What changed in the precursor table, Lp/L against F_T/F_N.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PrecursorChanges {
+    /// Rows on the old side.
+    pub old_rows: u64,
+    /// Rows on the new side.
+    pub new_rows: u64,
+    /// Rows that are the same on both sides.
+    pub same_rows: u64,
+    /// The rest, by length.
+    pub rows: Vec<PrecursorChange>,
+}
+
+/// A row of the precursor table that changed. Rows are matched by their length.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PrecursorChange {
+    /// Precursor length over slider length.
+    pub lp_l: f64,
+    /// Its F_T/F_N on the old side; null where there is no precursor of this length.
+    pub old_ft_fn: Option<f64>,
+    /// The same on the new side.
+    pub new_ft_fn: Option<f64>,
+    /// Number of the old event.
+    pub old_event: Option<u64>,
+    /// Number of the new event.
+    pub new_event: Option<u64>,
+}
+
+/// A run that only one side has.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Unpaired {
+    /// `old` or `new`.
+    pub side: &'static str,
+    /// The run.
+    pub run: RunSide,
+    /// Why it has no counterpart.
+    pub why: String,
+}
+
+/// A class with more matches than the policy allows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Exceeded {
+    /// The class.
+    pub class: Class,
+    /// How many are allowed.
+    pub allowed: u64,
+    /// How many there are.
+    pub found: u64,
+}
+
+/// A claim whose verdict or value changed.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ClaimChange {
+    /// Where the source makes it.
+    pub about: String,
+    /// The run it is measured in.
+    pub run: String,
+    /// What is measured.
+    pub measure: String,
+    /// The value before; null where there was none.
+    pub old_value: Option<f64>,
+    /// The value now.
+    pub new_value: Option<f64>,
+    /// The verdict before; null where the claim was not made.
+    pub old_verdict: Option<String>,
+    /// The verdict now.
+    pub new_verdict: Option<String>,
+}

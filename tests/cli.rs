@@ -86,7 +86,7 @@ fn signals_close_the_log_soundly() {
             said.contains(": incomplete: ") && said.contains("the run was interrupted after step"),
             "{said}"
         );
-        assert!(fail(&["events", text(&partial)], 1).contains("the run was interrupted after step"));
+        assert!(fail(&["replay", text(&partial)], 1).contains("the run was interrupted after step"));
     }
 }
 
@@ -112,7 +112,10 @@ fn many_runs_are_replayed_at_once_to_tables_of_their_own() {
         assert!(table.lines().count() > 1, "{table}");
     }
     // Nothing is overwritten; one table is of one run.
-    assert!(fail(&["replay", paths[0], "--out", text(&out)], 2).contains("would be written twice"));
+    assert!(fail(&["replay", paths[0], "--out", text(&out)], 2).contains("not an empty folder"));
+    let new = folder.path().join("new");
+    assert!(fail(&["replay", paths[0], paths[0], "--out", text(&new)], 2).contains("second run of the name"));
+    assert!(!new.exists());
     assert!(fail(&["replay", paths[0], paths[1], "--format", "csv"], 2).contains("--format prints"));
     // What cannot be read does not keep the others.
     let damaged = folder.path().join("damaged.mcap");
@@ -120,6 +123,72 @@ fn many_runs_are_replayed_at_once_to_tables_of_their_own() {
     let output = asperity(&["replay", text(&damaged), paths[1]]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stdout).contains("the same as logged"));
+}
+
+/// The rows of a table by column.
+fn rows(table: &Path) -> Vec<std::collections::BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(table).expect("the table is there");
+    reader.deserialize().map(|row| row.expect("a table is CSV")).collect()
+}
+
+/// Merging and leaving out, done again on the raw table: a table of intervals.
+#[test]
+fn a_replay_by_other_settings_gives_their_events_and_says_so() {
+    let folder = folder();
+    let log = folder.path().join("run.mcap");
+    binary::run(&["default", "--set", "time.step_s=1e-7", "--set", "time.duration_s=0.5"], &log);
+    let settings = folder.path().join("settings.toml");
+    fs::write(&settings, "detectors = [\"extent\", \"onset\"]\nmerge_gap_s = 1e-3\nmin_blocks = 3\n")
+        .unwrap();
+    let (raw, merged) = (folder.path().join("raw"), folder.path().join("merged"));
+    succeed(&["replay", text(&log), "--out", text(&raw)]);
+    let said = succeed(&["replay", text(&log), "--out", text(&merged), "--detectors", text(&settings)]);
+    assert!(said.contains("by the settings given"), "{said}");
+
+    let number =
+        |row: &std::collections::BTreeMap<String, String>, column: &str| row[column].parse::<f64>().unwrap();
+    let mut expected: Vec<[f64; 6]> = Vec::new();
+    let columns = ["onset_s", "end_s", "first_block", "last_block", "max_sliding", "ft_fn_onset"];
+    for row in rows(&raw.join("run.events.csv")) {
+        let [onset_s, end_s, first, last, most, load] = columns.map(|column| number(&row, column));
+        match expected.last_mut() {
+            Some(event) if onset_s - event[1] <= 1e-3 => {
+                *event =
+                    [event[0], end_s, event[2].min(first), event[3].max(last), event[4].max(most), event[5]];
+            }
+            _ => expected.push([onset_s, end_s, first, last, most, load]),
+        }
+    }
+    let all = rows(&raw.join("run.events.csv")).len();
+    assert!(expected.len() < all, "nothing to merge");
+    let found = rows(&merged.join("run.events.csv"));
+    // Blocks that slid lie side by side here, so that first and last say how many.
+    expected.retain(|event| event[3] - event[2] + 1.0 >= 3.0);
+    assert!(!expected.is_empty() && found.len() == expected.len(), "{} of {all}", found.len());
+    for (number_of, (row, event)) in found.iter().zip(&expected).enumerate() {
+        assert_eq!(columns.map(|column| number(row, column)), *event);
+        assert_eq!(number(row, "event"), number_of as f64);
+    }
+    let onsets = rows(&merged.join("run.onsets.csv"));
+    assert_eq!(onsets.len(), found.len());
+    assert!(onsets.iter().zip(&found).all(|(onset, event)| onset["onset_step"] == event["onset_step"]));
+    assert!(!merged.join("run.global-slips.csv").exists() && raw.join("run.global-slips.csv").exists());
+
+    let record: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(merged.join("replay.json")).unwrap()).unwrap();
+    assert_eq!(
+        record["settings"],
+        serde_json::json!({"detectors": ["onset", "extent"], "merge_gap_s": 1e-3, "min_blocks": 3})
+    );
+    assert_eq!(record["runs"][0]["same_as_logged"], serde_json::Value::Null);
+    assert_eq!(record["runs"][0]["slip_events"], found.len());
+
+    fs::write(&settings, "# mine\nmerge_gap_s = -1\n").unwrap();
+    let said = fail(&["replay", text(&log), "--detectors", text(&settings)], 2);
+    assert!(
+        said.contains("settings.toml:2:15: merge_gap_s = -1 (accepted: a number of seconds from 0)"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -217,6 +286,7 @@ fn bad_logs_are_failures() {
     let good = folder.path().join("good.mcap");
     small::run(&good);
     let bytes = fs::read(&good).expect("the log can be read");
+    let whole = succeed(&["events", text(&good)]);
     let mut flipped = bytes.clone();
     flipped[bytes.len() / 2] ^= 1;
     let trailing = [&bytes[..], b"more"].concat();
@@ -234,7 +304,7 @@ fn bad_logs_are_failures() {
     let out = folder.path().join("reduced");
     for name in bad.map(|(name, _)| name).into_iter().chain(["missing.mcap"]) {
         let log = folder.path().join(name);
-        let mut commands = vec![vec!["events", text(&log)], vec!["replay", text(&log)]];
+        let mut commands = vec![vec!["replay", text(&log)]];
         if cfg!(feature = "analysis") {
             commands.push(vec!["reduce", text(&log), "--out", text(&out)]);
         }
@@ -243,6 +313,11 @@ fn bad_logs_are_failures() {
             assert!(stderr.contains(name), "it names the file: {stderr}");
         }
         assert!(!out.exists(), "{name} was reduced to something");
+        // Events are printed up to where the log is sound.
+        let Output { status, stdout, stderr } = asperity(&["events", text(&log)]);
+        assert!(status.code() == Some(1) && String::from_utf8_lossy(&stderr).contains(name));
+        let printed = String::from_utf8(stdout).expect("the binary writes UTF-8");
+        assert!(whole.starts_with(&printed), "{name}: not the first events of the whole log");
     }
 }
 

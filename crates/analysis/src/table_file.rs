@@ -55,7 +55,12 @@ pub(crate) fn published(
         .map_err(|error| error.to_string())
         .and_then(write)
         .and_then(|()| fs::rename(&partial, path).map_err(|error| error.to_string()));
-    outcome.map_err(|problem| AnalysisError::Write { path: path.display().to_string(), problem })
+    outcome.map_err(|problem| {
+        // A part of a table is of no use to anybody, and may fill the disk. If it cannot be
+        // removed either, the first problem is the one to tell.
+        fs::remove_file(&partial).ok();
+        AnalysisError::Write { path: path.display().to_string(), problem }
+    })
 }
 
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {

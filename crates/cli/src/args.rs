@@ -39,6 +39,8 @@ pub(crate) enum Command {
     Events(EventsArguments),
     /// Say whether run logs are whole, incomplete or damaged, and up to where they are sound.
     Check(CheckArguments),
+    /// Put together what is left of a damaged log.
+    Salvage(SalvageArguments),
     /// Send the records of a run through the detectors again and compare.
     Replay(ReplayArguments),
     /// Make tables and figures of one run.
@@ -78,11 +80,17 @@ pub(crate) struct ScenarioChoice {
 #[command(after_help = "\
 Examples:
   asperity run default --out default.mcap
-  asperity run mine.toml --out mine.mcap --set time.duration_s=0.5 --set normal_load.tilt=-0.5")]
+  asperity run mine.toml --out mine.mcap --set time.duration_s=0.5 --set normal_load.tilt=-0.5
+  asperity run long.toml --out long.mcap --resume
+
+Until it is whole the log stands at RUN.mcap.partial. About once a second it takes down the solver's whole state, and with
+--resume a run that was killed, or ran out of disk, goes on from the last one; it ends with the same records and events as
+one that was never interrupted. With --resume, a run that is whole already is left as it is, and one that was never begun is
+begun, so that a batch job can be given the same line again and again.")]
 pub(crate) struct RunArguments {
     #[command(flatten)]
     pub(crate) choice: ScenarioChoice,
-    /// The log to write; must not exist.
+    /// The log to write; must not exist, but for --resume.
     #[arg(long, value_name = "RUN.mcap")]
     pub(crate) out: PathBuf,
     /// Which solver takes the steps; both give the same events.
@@ -91,6 +99,12 @@ pub(crate) struct RunArguments {
     /// Say on stderr what the run was made of.
     #[arg(long)]
     pub(crate) stats: bool,
+    /// Go on with the run that RUN.mcap.partial is of; begin it if there is none.
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Least time of work between two states that are taken down to go on from, s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0)]
+    pub(crate) checkpoint_s: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -155,9 +169,36 @@ pub(crate) struct CheckArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
+  asperity salvage damaged.mcap --out salvaged.mcap
+  asperity check salvaged.mcap
+
+Keeps every record that something vouches for, before and behind the damage: chunks and attachments by their checksums, the
+header by the scenario, each message by its schema, each step by having all its switches. Says what was lost: bytes, messages
+of each topic, steps. The new log has the status `salvaged`, so no command takes it for whole. An unfinished log of a run is
+better gone on with (asperity run --resume), and a run whose scenario is known better made again.")]
+pub(crate) struct SalvageArguments {
+    /// The damaged log.
+    #[arg(value_name = "DAMAGED.mcap")]
+    pub(crate) run: PathBuf,
+    /// The log to write; must not exist.
+    #[arg(long, value_name = "RUN.mcap")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
   asperity replay run.mcap
   asperity replay run.mcap --format csv > replayed.csv
-  asperity replay out/chapter5/runs/*.mcap --out replayed")]
+  asperity replay out/chapter5/runs/*.mcap --out replayed
+  asperity replay run.mcap --detectors settings.toml --out merged
+
+A settings file says what is to differ from a live run; all of it may be left out:
+  detectors = [\"onset\", \"extent\", \"global\"]   # which of them
+  merge_gap_s = 1e-4                          # events no farther apart are one
+  min_blocks = 2                              # events of fewer distinct blocks are left out
+With other settings the events are other ones, and nothing is compared. --out writes NAME.onsets.csv, NAME.events.csv and
+NAME.global-slips.csv for each run, and replay.json with the settings and what was replayed.")]
 pub(crate) struct ReplayArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
@@ -165,9 +206,12 @@ pub(crate) struct ReplayArguments {
     /// Print the slip events of the replay instead of the verdict; of one run.
     #[arg(long, value_enum)]
     pub(crate) format: Option<TableFormat>,
-    /// Folder to write the slip events of each run to, as NAME.events.csv.
+    /// Folder to write tables of each run's events to; must not exist or be empty.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) out: Option<PathBuf>,
+    /// Which detectors look, and by which rules [default: those of a live run].
+    #[arg(long, value_name = "SETTINGS.toml")]
+    pub(crate) detectors: Option<PathBuf>,
     /// How many runs are replayed at once [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<std::num::NonZeroUsize>,

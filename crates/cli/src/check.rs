@@ -1,15 +1,15 @@
 //! `asperity check`: whether logs are whole, and if not, how far they can be trusted.
 
-use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::path::Path;
 
-use asperity_record::{Event, EventPayload, Record, RunHeader, SlipEvent};
+use asperity_record::{EventPayload, Record, RunHeader, SlipEvent};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 
 use crate::args::CheckArguments;
 use crate::detectors;
 use crate::exit::{Code, Failure};
+use crate::held::{Difference, Held};
 use crate::run::CODE_VERSION;
 
 /// What a log is worth, from best to worst.
@@ -62,8 +62,8 @@ enum Problem {
     Time { step: u64, found_s: f64, expected_s: f64 },
     #[error("step {step}: {what} is not finite")]
     NotFinite { step: u64, what: &'static str },
-    #[error("its steps give other events from number {number} on: logged {logged}, found {found}")]
-    Events { number: usize, logged: String, found: String },
+    #[error("its steps give {0}")]
+    Events(#[from] Difference),
 }
 
 impl Problem {
@@ -82,13 +82,16 @@ struct Seen {
     last_step: u64,
     last_s: f64,
     slips: u64,
-    other_detectors: bool,
+    /// Where the events of a log of another version part from those found now.
+    other_events_from: Option<usize>,
 }
 
 impl Seen {
     fn summary(&self) -> String {
-        let Seen { messages, last_step, last_s, slips, .. } = self;
-        let note = if self.other_detectors { ", events found by another version" } else { "" };
+        let Seen { messages, last_step, last_s, slips, other_events_from } = self;
+        let note = other_events_from.map_or(String::new(), |number| {
+            format!(", events of another version that differ from this one's from number {number} on")
+        });
         format!(
             "{messages} records and events, {slips} slip events, up to step {last_step} ({last_s} s){note}"
         )
@@ -98,36 +101,53 @@ impl Seen {
         let mut reader = RunReader::open(run, Topics::ALL)?;
         let header = reader.header().clone();
         let mut detectors = detectors::all(&header);
-        self.other_detectors = header.code_version != CODE_VERSION;
-        let mut events = Events::default();
+        let mut held = Some(Held::default());
         while let Some(item) = reader.next_item()? {
+            if reader.has_gap() {
+                // What is missing may have been the beginning of an event.
+                held = None;
+            }
             match item {
                 LogItem::Event(event) => {
                     self.slips += u64::from(event.topic == SlipEvent::TOPIC);
-                    events.logged.push_back(event);
+                    if let Some(held) = &mut held {
+                        held.logged(event);
+                    }
                 }
                 LogItem::Record(record) => {
                     self.record(&header, &record)?;
-                    if let Record::Step(step) = &record {
+                    if let (Record::Step(step), Some(held)) = (&record, &mut held) {
                         for detector in &mut detectors {
-                            detector.observe(step, &mut |event| events.found.push_back(event));
+                            detector.observe(step, &mut |event| held.found(event));
                         }
                     }
                 }
             }
-            if !self.other_detectors {
-                events.hold()?;
+            if let Some(Err(difference)) = held.as_mut().map(Held::compare) {
+                self.events_differ(&header, difference)?;
+                held = None;
             }
             self.messages += 1;
         }
-        for detector in &mut detectors {
-            detector.finish(&mut |event| events.found.push_back(event));
+        if let Some(mut held) = held {
+            for detector in &mut detectors {
+                detector.finish(&mut |event| held.found(event));
+            }
+            if let Err(difference) = held.finish() {
+                self.events_differ(&header, difference)?;
+            }
         }
-        if self.other_detectors {
-            return Ok(());
+        Ok(())
+    }
+
+    /// Other events than those of this program's detectors are damage, unless they were found
+    /// by another version of it.
+    fn events_differ(&mut self, header: &RunHeader, difference: Difference) -> Result<(), Problem> {
+        if header.code_version == CODE_VERSION {
+            return Err(Problem::Events(difference));
         }
-        events.hold()?;
-        events.none_left()
+        self.other_events_from = Some(difference.number);
+        Ok(())
     }
 
     fn record(&mut self, header: &RunHeader, record: &Record) -> Result<(), Problem> {
@@ -153,43 +173,6 @@ impl Seen {
         }
         (self.last_step, self.last_s) = (step, time_s);
         Ok(())
-    }
-}
-
-/// Events as they were logged and as they are found now, but for those that agree.
-#[derive(Debug, Default)]
-struct Events {
-    logged: VecDeque<Event>,
-    found: VecDeque<Event>,
-    agreed: usize,
-}
-
-impl Events {
-    fn hold(&mut self) -> Result<(), Problem> {
-        while let (Some(logged), Some(found)) = (self.logged.front(), self.found.front()) {
-            if logged != found {
-                return Err(self.differ());
-            }
-            self.logged.pop_front();
-            self.found.pop_front();
-            self.agreed += 1;
-        }
-        Ok(())
-    }
-
-    fn none_left(&self) -> Result<(), Problem> {
-        if self.logged.is_empty() && self.found.is_empty() { Ok(()) } else { Err(self.differ()) }
-    }
-
-    fn differ(&self) -> Problem {
-        let told = |event: Option<&Event>| {
-            event.map_or("nothing".to_owned(), |event| format!("{} {}", event.topic, event.payload))
-        };
-        Problem::Events {
-            number: self.agreed,
-            logged: told(self.logged.front()),
-            found: told(self.found.front()),
-        }
     }
 }
 
@@ -229,9 +212,9 @@ fn not_finite(record: &Record) -> Option<&'static str> {
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::{Event, FieldRecord, Record, RunHeader, StepRecord};
+    use asperity_record::{FieldRecord, Record, RunHeader, StepRecord};
 
-    use super::{Events, Problem, Seen};
+    use super::{Problem, Seen};
 
     fn header() -> RunHeader {
         RunHeader {
@@ -295,22 +278,5 @@ mod tests {
             Problem::NotFinite { .. }
         ));
         assert!(matches!(read(&[fields(0, f64::INFINITY)]), Err(Problem::NotFinite { .. })));
-    }
-
-    #[test]
-    fn other_events_than_the_steps_give_are_damage() {
-        let event = |payload: &str| Event { topic: "/events/slip".to_owned(), payload: payload.to_owned() };
-        let hold = |logged: &[&str], found: &[&str]| {
-            let mut events = Events::default();
-            events.logged.extend(logged.iter().map(|payload| event(payload)));
-            events.found.extend(found.iter().map(|payload| event(payload)));
-            events.hold().and_then(|()| events.none_left())
-        };
-        assert!(hold(&["a", "b"], &["a", "b"]).is_ok());
-        for (logged, found) in
-            [(&["a", "b"][..], &["a", "c"][..]), (&["a"], &["a", "b"]), (&["a", "b"], &["a"])]
-        {
-            assert!(matches!(hold(logged, found), Err(Problem::Events { number: 1, .. })));
-        }
     }
 }

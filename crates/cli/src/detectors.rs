@@ -1,16 +1,176 @@
 //! The detectors that every run and replay goes through. To add one: its crate,
 //! and a line here. The order is the order of events in the log.
+//!
+//! A live run has them all, with rules that leave nothing out; a replay may choose, by a
+//! settings file.
 
-use asperity_detect::Detector;
+use std::fs;
+use std::path::Path;
+
+use asperity_detect::{Detector, SlipRules};
 use asperity_detect_extent::ExtentDetector;
 use asperity_detect_global::GlobalDetector;
 use asperity_detect_onset::OnsetDetector;
-use asperity_record::RunHeader;
+use asperity_record::{EventKind, RunHeader};
+use serde::{Deserialize, Serialize};
+use toml::Spanned;
 
+use crate::exit::Failure;
+
+type Start = fn(u32, SlipRules) -> Box<dyn Detector>;
+
+const DETECTORS: [(&str, Start); 3] = [
+    ("onset", |blocks, rules| Box::new(OnsetDetector::new(blocks, rules))),
+    ("extent", |blocks, rules| Box::new(ExtentDetector::new(blocks, rules))),
+    ("global", |blocks, rules| Box::new(GlobalDetector::new(blocks, rules))),
+];
+
+/// What the detectors of a live run emit.
+pub(crate) fn event_kinds() -> Vec<EventKind> {
+    // Of what they are made for, nothing shows in that.
+    DETECTORS.iter().map(|(_, start)| start(2, SlipRules::EVERY_SLIP).emits()).collect()
+}
+
+/// The detectors of a live run.
 pub(crate) fn all(header: &RunHeader) -> Vec<Box<dyn Detector>> {
-    vec![
-        Box::new(OnsetDetector::new(header.blocks)),
-        Box::new(ExtentDetector::new(header.blocks)),
-        Box::new(GlobalDetector::new(header.blocks)),
-    ]
+    Settings::default().start(header)
+}
+
+/// Which detectors, and by which rules.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Settings {
+    /// Their names.
+    pub(crate) detectors: Vec<&'static str>,
+    /// [`SlipRules::merge_gap_s`].
+    pub(crate) merge_gap_s: f64,
+    /// [`SlipRules::min_blocks`].
+    pub(crate) min_blocks: u32,
+}
+
+impl Default for Settings {
+    /// Those of a live run.
+    fn default() -> Settings {
+        let SlipRules { merge_gap_s, min_blocks } = SlipRules::EVERY_SLIP;
+        Settings { detectors: DETECTORS.map(|(name, _)| name).to_vec(), merge_gap_s, min_blocks }
+    }
+}
+
+/// The settings as written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    detectors: Option<Spanned<Vec<Spanned<String>>>>,
+    merge_gap_s: Option<Spanned<f64>>,
+    min_blocks: Option<Spanned<i64>>,
+}
+
+impl Settings {
+    /// Reads a settings file; what it leaves out is as in a live run.
+    pub(crate) fn read(file: &Path) -> Result<Settings, Failure> {
+        let text = fs::read_to_string(file).map_err(|error| {
+            Failure::BadInput(format!("--detectors {}: {error} (accepted: a TOML file)", file.display()))
+        })?;
+        Settings::parse(&text).map_err(|(place, problem)| {
+            let before = &text[..place.min(text.len())];
+            let line = before.matches('\n').count() + 1;
+            let column = before.rsplit('\n').next().map_or(0, |tail| tail.chars().count()) + 1;
+            Failure::BadInput(format!("{}:{line}:{column}: {problem}", file.display()))
+        })
+    }
+
+    /// The settings, or where in the text the problem is and what it is.
+    fn parse(text: &str) -> Result<Settings, (usize, String)> {
+        let written: Written = toml::from_str(text).map_err(|error| {
+            let place = error.span().map_or(0, |span| span.start);
+            (place, format!("{} (accepted: detectors, merge_gap_s, min_blocks)", error.message()))
+        })?;
+        let mut settings = Settings::default();
+        if let Some(names) = written.detectors {
+            let accepted = DETECTORS.map(|(name, _)| name).join(", ");
+            let mut chosen = Vec::new();
+            for name in names.get_ref() {
+                let known = DETECTORS.iter().find(|(known, _)| known == name.get_ref());
+                match known {
+                    Some((known, _)) if !chosen.contains(known) => chosen.push(*known),
+                    Some(_) => {
+                        return Err((
+                            name.span().start,
+                            format!("detectors names {name:?} twice", name = name.get_ref()),
+                        ));
+                    }
+                    None => {
+                        let name_at = name.span().start;
+                        return Err((
+                            name_at,
+                            format!("detectors = {:?} (accepted: {accepted})", name.get_ref()),
+                        ));
+                    }
+                }
+            }
+            if chosen.is_empty() {
+                return Err((names.span().start, format!("detectors = [] (accepted: some of {accepted})")));
+            }
+            settings.detectors.retain(|name| chosen.contains(name));
+        }
+        if let Some(gap) = written.merge_gap_s {
+            settings.merge_gap_s = *gap.get_ref();
+            if !(settings.merge_gap_s.is_finite() && settings.merge_gap_s >= 0.0) {
+                let problem =
+                    format!("merge_gap_s = {} (accepted: a number of seconds from 0)", gap.get_ref());
+                return Err((gap.span().start, problem));
+            }
+        }
+        if let Some(blocks) = written.min_blocks {
+            settings.min_blocks =
+                u32::try_from(*blocks.get_ref()).ok().filter(|&blocks| blocks >= 1).ok_or_else(|| {
+                    let problem =
+                        format!("min_blocks = {} (accepted: a whole number from 1)", blocks.get_ref());
+                    (blocks.span().start, problem)
+                })?;
+        }
+        Ok(settings)
+    }
+
+    /// The detectors, for a run.
+    pub(crate) fn start(&self, header: &RunHeader) -> Vec<Box<dyn Detector>> {
+        let rules = SlipRules { merge_gap_s: self.merge_gap_s, min_blocks: self.min_blocks };
+        let chosen = DETECTORS.iter().filter(|(name, _)| self.detectors.contains(name));
+        chosen.map(|(_, start)| start(header.blocks, rules)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Settings;
+
+    #[test]
+    fn settings_say_what_differs_from_a_live_run() {
+        assert_eq!(Settings::parse(""), Ok(Settings::default()));
+        let settings =
+            Settings::parse("detectors = [\"global\", \"onset\"]\nmerge_gap_s = 1e-4\nmin_blocks = 2")
+                .unwrap();
+        // In the order of the log, whatever the order in the file.
+        assert_eq!(
+            settings,
+            Settings { detectors: vec!["onset", "global"], merge_gap_s: 1e-4, min_blocks: 2 }
+        );
+    }
+
+    #[test]
+    fn bad_settings_are_refused_where_they_stand() {
+        for (text, place, problem) in [
+            ("merge_gap_s = -1.0", 14, "merge_gap_s = -1 (accepted: a number of seconds from 0)"),
+            ("merge_gap_s = nan", 14, "merge_gap_s = NaN"),
+            ("min_blocks = 0", 13, "min_blocks = 0 (accepted: a whole number from 1)"),
+            ("min_blocks = 99999999999", 13, "min_blocks = 99999999999"),
+            ("detectors = [\"onset\", \"slip\"]", 22, "\"slip\" (accepted: onset, extent, global)"),
+            ("detectors = [\"onset\", \"onset\"]", 22, "twice"),
+            ("detectors = []", 12, "[]"),
+            ("\nminblocks = 2", 1, "unknown field `minblocks`"),
+            ("min_blocks = \"two\"", 13, "invalid type"),
+        ] {
+            let (at, said) = Settings::parse(text).unwrap_err();
+            assert!(at == place && said.contains(problem), "{text}: {at}: {said}");
+        }
+    }
 }

@@ -5,13 +5,18 @@ mod args;
 mod at_once;
 mod check;
 mod detectors;
+mod event_table;
 mod events;
 mod exit;
+mod held;
 mod interrupt;
 mod progress;
+mod replay;
 #[cfg(feature = "analysis")]
 mod reproduce;
+mod resume;
 mod run;
+mod salvage;
 mod scenario;
 #[cfg(feature = "analysis")]
 mod verify;
@@ -41,7 +46,8 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Run(arguments) => run::command(&arguments),
         Command::Events(arguments) => events::command(&arguments),
         Command::Check(arguments) => check::command(&arguments),
-        Command::Replay(arguments) => events::replay_command(&arguments),
+        Command::Salvage(arguments) => salvage::command(&arguments),
+        Command::Replay(arguments) => replay::command(&arguments),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments),
         #[cfg(feature = "analysis")]

@@ -81,6 +81,7 @@ impl RunProgress {
                 }
             }
             Item::Record(record) => self.reached(record.step()),
+            Item::Checkpoint(_) => {}
         }
     }
 
@@ -96,7 +97,6 @@ impl RunProgress {
     }
 
     /// Takes the bar away.
-    #[cfg(feature = "analysis")]
     pub(crate) fn clear(self) {
         self.bar.finish_and_clear();
     }

@@ -10,7 +10,7 @@ use asperity_analysis::run_data::RunData;
 use asperity_analysis::{figures, table_file, tables};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::{Plan, Scenario};
-use asperity_runlog::{Existing, RunReader, Topics};
+use asperity_runlog::{Existing, RunReader, Topics, Unfinished};
 use asperity_simulator::SolverKind;
 
 use crate::args::{ReduceArguments, ReproduceArguments};
@@ -18,6 +18,7 @@ use crate::at_once::at_once;
 use crate::exit::Failure;
 use crate::interrupt;
 use crate::progress::Board;
+use crate::run::Task;
 use crate::{run, scenario};
 
 pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure> {
@@ -92,7 +93,7 @@ pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
     }
     // The longest first, so that no core waits for one at the end.
     missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));
-    at_once(&missing, arguments.jobs, |job| make_run(job, &runs_folder, solver, &board))?;
+    at_once(&missing, arguments.jobs, |job| make_run(job, &runs_folder, solver, arguments.fresh, &board))?;
 
     if let Some(code) = interrupt::code() {
         return Err(Failure::Said(code));
@@ -106,7 +107,7 @@ pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
 /// Whether a whole log of this scenario, made by this code, is there.
 fn is_done(folder: &Path, job: &Job, solver: SolverKind) -> bool {
     let path = folder.join(format!("{}.mcap", job.name));
-    let Ok(mut reader) = RunReader::open(&path, Topics::EVENTS) else { return false };
+    let Ok(mut reader) = RunReader::open(&path, Topics::NONE) else { return false };
     let header = reader.header();
     let same = header.scenario_hash == job.scenario.hash()
         && header.code_version == run::CODE_VERSION
@@ -123,11 +124,22 @@ fn is_done(folder: &Path, job: &Job, solver: SolverKind) -> bool {
     }
 }
 
-fn make_run(job: &Job, folder: &Path, solver: SolverKind, board: &Board) -> Result<(), Failure> {
+/// Makes a run, or goes on with what was begun of it.
+fn make_run(job: &Job, folder: &Path, solver: SolverKind, fresh: bool, board: &Board) -> Result<(), Failure> {
     let path = folder.join(format!("{}.mcap", job.name));
-    // What stands there was found to be of another scenario or code, or damaged,
-    // or is to be made afresh.
-    run::execute(&job.scenario, &path, Existing::Replace, solver, board, &job.name)
+    let task = Task {
+        scenario: &job.scenario,
+        solver,
+        out: &path,
+        // What stands there was found to be of another scenario or code, or damaged,
+        // or is to be made afresh.
+        existing: Existing::Replace,
+        name: &job.name,
+        checkpoint_interval: run::CHECKPOINT_INTERVAL,
+    };
+    let unfinished = Unfinished::of(&path).map_err(Failure::failed)?;
+    let unfinished = unfinished.filter(|unfinished| !fresh && task.is_begun(unfinished));
+    run::execute(&task, unfinished, board)
         .map(|_counters| ())
         .map_err(|error| error.into_failure(board, &format!("run {}", job.name)))
 }

@@ -1,7 +1,7 @@
 //! The pinned definitions of slip events, on records made by hand, through all
 //! that a detector may see: the same cases serve onsets and global slips.
 
-use asperity_detect::{Detector, detect_all};
+use asperity_detect::{Detector, SlipRules, detect_all};
 use asperity_detect_extent::ExtentDetector;
 use asperity_record::{Direction, SlipEvent, StepRecord, Switch};
 
@@ -33,7 +33,11 @@ fn record(step: u64, sliding: u32, load: f64, switches: &[i32]) -> StepRecord {
 }
 
 fn slips(records: &[StepRecord]) -> Vec<SlipEvent> {
-    let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(ExtentDetector::new(BLOCKS))];
+    slips_by(SlipRules::EVERY_SLIP, records)
+}
+
+fn slips_by(rules: SlipRules, records: &[StepRecord]) -> Vec<SlipEvent> {
+    let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(ExtentDetector::new(BLOCKS, rules))];
     detect_all(&mut detectors, records).iter().map(|event| event.decode().unwrap().unwrap()).collect()
 }
 
@@ -114,4 +118,67 @@ fn samples_in_between_change_nothing() {
     sampled.insert(2, record(20, 1, 0.1, &[]));
     sampled.insert(0, record(5, 0, 0.9, &[]));
     assert_eq!(slips(&sampled), slips(&bare));
+}
+
+/// Three events: blocks 1 and 2, half a second later block 3, two seconds later block 4 to the
+/// end of the run.
+fn three() -> Vec<StepRecord> {
+    vec![
+        record(10, 0, 0.30, &[1, 2]),
+        record(11, 2, 0.31, &[-1, -2]),
+        record(12, 0, 0.29, &[]),
+        record(16, 0, 0.33, &[3]),
+        record(17, 1, 0.34, &[-3]),
+        record(18, 0, 0.28, &[]),
+        record(37, 0, 0.35, &[4]),
+        record(38, 1, 0.36, &[]),
+    ]
+}
+
+#[test]
+fn events_no_farther_apart_than_the_gap_are_one() {
+    let gap = |merge_gap_s| slips_by(SlipRules { merge_gap_s, ..SlipRules::EVERY_SLIP }, &three());
+    let seen = |events: &[SlipEvent]| {
+        let row = |e: &SlipEvent| (e.event, e.onset_step, e.end_step, e.blocks_slipped, e.max_sliding);
+        events.iter().map(row).collect::<Vec<_>>()
+    };
+    let (first, second, third) = ((0, 11, Some(12), 2, 2), (1, 17, Some(18), 1, 1), (2, 38, None, 1, 1));
+    assert_eq!(seen(&gap(0.0)), [first, second, third]);
+    // The second begins 0.5 s after the end of the first, the third 2 s after that of the second.
+    assert_eq!(seen(&gap(0.49)), [first, second, third]);
+    let merged = (0, 11, Some(18), 3, 2);
+    assert_eq!(seen(&gap(0.51)), [merged, (1, 38, None, 1, 1)]);
+    assert_eq!(seen(&gap(1.99)), [merged, (1, 38, None, 1, 1)]);
+    let all = gap(2.01);
+    assert_eq!(seen(&all), [(0, 11, None, 4, 2)]);
+    // Onset, nucleation and extrema are those of all its parts; the loads between count not.
+    assert_eq!((all[0].nucleation_block, all[0].ft_fn_onset, all[0].open), (1, 0.31, true));
+    assert_eq!((all[0].ft_fn_min, all[0].ft_fn_max), (0.30, 0.35));
+    // Whether an event goes on is settled by time, so that samples in between change nothing.
+    let mut sampled = three();
+    sampled.insert(3, record(13, 0, 0.2, &[]));
+    sampled.insert(4, record(14, 0, 0.9, &[]));
+    for merge_gap_s in [0.0, 0.05, 0.15, 0.51, 2.01] {
+        let rules = SlipRules { merge_gap_s, ..SlipRules::EVERY_SLIP };
+        assert_eq!(slips_by(rules, &sampled), slips_by(rules, &three()));
+    }
+}
+
+#[test]
+fn small_events_are_left_out_after_merging() {
+    let rules = |merge_gap_s, min_blocks| {
+        let events = slips_by(SlipRules { merge_gap_s, min_blocks }, &three());
+        events.iter().map(|e| (e.event, e.onset_step, e.blocks_slipped)).collect::<Vec<_>>()
+    };
+    assert_eq!(rules(0.0, 2), [(0, 11, 2)]);
+    assert_eq!(rules(0.0, 3), []);
+    assert_eq!(rules(0.51, 3), [(0, 11, 3)]);
+    assert_eq!(rules(2.01, 4), [(0, 11, 4)]);
+    // Numbers count what is left.
+    let mut later = three();
+    later.splice(..3, []);
+    later.push(record(39, 1, 0.36, &[1]));
+    later.push(record(40, 2, 0.36, &[-1]));
+    let left = slips_by(SlipRules { merge_gap_s: 0.0, min_blocks: 2 }, &later);
+    assert_eq!((left.len(), left[0].event, left[0].onset_step), (1, 0, 38));
 }

@@ -1,40 +1,54 @@
 //! Finds global slips: slip events in which every block slid, how long after
 //! the one before, and how far the load fell.
 
-use asperity_detect::{Change, Detector, Slip, SlipTracker};
+use asperity_detect::{Change, Detector, Slip, SlipRules, SlipTracker};
 use asperity_record::{Event, EventKind, GlobalSlip, StepRecord};
 
 /// Emits a [`GlobalSlip`] at the end of every slip event that took all blocks.
 #[derive(Debug, Clone)]
 pub struct GlobalDetector {
     tracker: SlipTracker,
+    globals: Globals,
+}
+
+/// The global slips up to now.
+#[derive(Debug, Clone)]
+struct Globals {
     blocks: u32,
-    globals: u64,
+    count: u64,
     last_onset_s: Option<f64>,
 }
 
 impl GlobalDetector {
     /// A detector for a chain of `blocks` blocks.
-    pub fn new(blocks: u32) -> GlobalDetector {
-        GlobalDetector { tracker: SlipTracker::new(blocks), blocks, globals: 0, last_onset_s: None }
+    pub fn new(blocks: u32, rules: SlipRules) -> GlobalDetector {
+        let globals = Globals { blocks, count: 0, last_onset_s: None };
+        GlobalDetector { tracker: SlipTracker::new(blocks, rules), globals }
+    }
+}
+
+impl Globals {
+    fn take(&mut self, change: &Change<'_>, emit: &mut dyn FnMut(Event)) {
+        if let Change::Ended(slip) = change
+            && slip.blocks_slipped() == self.blocks
+        {
+            emit(Event::new(&self.next(slip)));
+        }
     }
 
-    fn global(&mut self, slip: &Slip, end: Option<&StepRecord>) -> Option<Event> {
-        if slip.blocks_slipped() < self.blocks {
-            return None;
-        }
-        let event = Event::new(&GlobalSlip {
-            global: self.globals,
+    fn next(&mut self, slip: &Slip) -> GlobalSlip {
+        let global = GlobalSlip {
+            global: self.count,
             event: slip.event,
             onset_s: slip.onset_s,
-            end_s: end.map(|record| record.time_s),
+            end_s: slip.end.map(|end| end.time_s),
             recurrence_s: self.last_onset_s.map(|last_s| slip.onset_s - last_s),
-            load_drop_n: end.map(|record| slip.onset_force_n - record.driving_force_n),
-            ft_fn_drop: end.map(|record| slip.onset_load_ratio - record.load_ratio()),
-        });
-        self.globals += 1;
+            load_drop_n: slip.end.map(|end| slip.onset_force_n - end.force_n),
+            ft_fn_drop: slip.end.map(|end| slip.onset_load_ratio - end.load_ratio),
+        };
+        self.count += 1;
         self.last_onset_s = Some(slip.onset_s);
-        Some(event)
+        global
     }
 }
 
@@ -44,26 +58,20 @@ impl Detector for GlobalDetector {
     }
 
     fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
-        if let Change::Ended(slip) = self.tracker.observe(record)
-            && let Some(event) = self.global(&slip, Some(record))
-        {
-            emit(event);
-        }
+        let GlobalDetector { tracker, globals } = self;
+        tracker.observe(record, &mut |change| globals.take(&change, emit));
     }
 
     fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
-        if let Some(slip) = self.tracker.finish()
-            && let Some(event) = self.global(&slip, None)
-        {
-            emit(event);
-        }
+        let GlobalDetector { tracker, globals } = self;
+        tracker.finish(&mut |change| globals.take(&change, emit));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::GlobalDetector;
-    use asperity_detect::{Detector, detect_all};
+    use asperity_detect::{Detector, SlipRules, detect_all};
     use asperity_record::{Direction, GlobalSlip, StepRecord, Switch};
 
     fn record(step: u64, sliding: u32, load_n: f64, switches: &[(u32, Direction)]) -> StepRecord {
@@ -107,7 +115,8 @@ mod tests {
         ];
         let records: Vec<StepRecord> =
             in_turn(10, 30.0).into_iter().chain(partial).chain(in_turn(100, 40.0)).collect();
-        let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(GlobalDetector::new(2))];
+        let mut detectors: Vec<Box<dyn Detector>> =
+            vec![Box::new(GlobalDetector::new(2, SlipRules::EVERY_SLIP))];
         let globals: Vec<GlobalSlip> = detect_all(&mut detectors, &records)
             .iter()
             .map(|event| event.decode().unwrap().unwrap())

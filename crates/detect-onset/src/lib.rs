@@ -1,9 +1,10 @@
 //! Finds stick-slip onsets: which block went first, when, at what load.
 
-use asperity_detect::{Change, Detector, SlipTracker};
+use asperity_detect::{Change, Detector, SlipRules, SlipTracker};
 use asperity_record::{Event, EventKind, Onset, StepRecord};
 
-/// Emits an [`Onset`] at the first step of every slip event.
+/// Emits an [`Onset`] for every slip event, as soon as it is certain that it counts: in its
+/// first step, unless small events are left out.
 #[derive(Debug, Clone)]
 pub struct OnsetDetector {
     tracker: SlipTracker,
@@ -11,8 +12,8 @@ pub struct OnsetDetector {
 
 impl OnsetDetector {
     /// A detector for a chain of `blocks` blocks.
-    pub fn new(blocks: u32) -> OnsetDetector {
-        OnsetDetector { tracker: SlipTracker::new(blocks) }
+    pub fn new(blocks: u32, rules: SlipRules) -> OnsetDetector {
+        OnsetDetector { tracker: SlipTracker::new(blocks, rules) }
     }
 }
 
@@ -22,18 +23,20 @@ impl Detector for OnsetDetector {
     }
 
     fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
-        if let Change::Begins(slip) = self.tracker.observe(record) {
-            emit(Event::new(&Onset {
-                event: slip.event,
-                onset_step: slip.onset_step,
-                onset_s: slip.onset_s,
-                nucleation_block: slip.nucleation.block,
-                nucleation_blocks: slip.nucleation_blocks,
-                tangential_force_n: slip.nucleation.tangential_force_n,
-                threshold_n: slip.nucleation.threshold_n,
-                ft_fn_onset: slip.onset_load_ratio,
-            }));
-        }
+        self.tracker.observe(record, &mut |change| {
+            if let Change::Begins(slip) = change {
+                emit(Event::new(&Onset {
+                    event: slip.event,
+                    onset_step: slip.onset_step,
+                    onset_s: slip.onset_s,
+                    nucleation_block: slip.nucleation.block,
+                    nucleation_blocks: slip.nucleation_blocks,
+                    tangential_force_n: slip.nucleation.tangential_force_n,
+                    threshold_n: slip.nucleation.threshold_n,
+                    ft_fn_onset: slip.onset_load_ratio,
+                }));
+            }
+        });
     }
 
     fn finish(&mut self, _emit: &mut dyn FnMut(Event)) {}
@@ -42,7 +45,7 @@ impl Detector for OnsetDetector {
 #[cfg(test)]
 mod tests {
     use super::OnsetDetector;
-    use asperity_detect::{Detector, detect_all};
+    use asperity_detect::{Detector, SlipRules, detect_all};
     use asperity_record::{Direction, Onset, StepRecord, Switch};
 
     #[test]
@@ -67,7 +70,8 @@ mod tests {
         };
         let records =
             [record(7, 0, vec![switch(3), switch(5)]), record(8, 2, vec![switch(1)]), record(9, 3, vec![])];
-        let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(OnsetDetector::new(6))];
+        let mut detectors: Vec<Box<dyn Detector>> =
+            vec![Box::new(OnsetDetector::new(6, SlipRules::EVERY_SLIP))];
         let onsets: Vec<Onset> = detect_all(&mut detectors, &records)
             .iter()
             .map(|event| event.decode().unwrap().unwrap())

@@ -6,7 +6,7 @@
 
 mod slip;
 
-pub use slip::{Change, Slip, SlipTracker};
+pub use slip::{Change, Slip, SlipEnd, SlipRules, SlipTracker};
 
 use asperity_record::{Event, EventKind, StepRecord};
 

@@ -6,18 +6,40 @@
 //! the first step of every event, of the first step after it, and of every step
 //! at whose end a block switches: between two records the set of sliding blocks
 //! is that which the earlier one left.
+//!
+//! [`SlipRules`] may take events that follow closely for one, and leave out small ones. A
+//! live run never does: its log holds what happened, and whoever wants fewer events replays it.
 
 use asperity_record::{Direction, StepRecord, Switch};
+
+/// Which runs of sliding steps count as a slip event of their own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlipRules {
+    /// Events no farther apart than this, from the end of one to the onset of the next, are
+    /// one event; 0 merges none.
+    pub merge_gap_s: f64,
+    /// Fewest distinct blocks that an event must have slid, after merging; 1 leaves out none.
+    pub min_blocks: u32,
+}
+
+impl SlipRules {
+    /// Every run of sliding steps is an event: the rules of a live run.
+    pub const EVERY_SLIP: SlipRules = SlipRules { merge_gap_s: 0.0, min_blocks: 1 };
+}
 
 /// Follows step records and gathers slip events.
 #[derive(Debug, Clone)]
 pub struct SlipTracker {
+    rules: SlipRules,
     /// Blocks that enter the next step detached.
     detached: Vec<bool>,
     /// The last record's switches and load: what starts an event stands there.
     last_switches: Vec<Switch>,
     last_load_ratio: f64,
+    /// The event that is going on, or that has ended and may turn out to go on.
     open: Option<Slip>,
+    /// Whether that event is known to count.
+    counts: bool,
     events: u64,
 }
 
@@ -47,6 +69,21 @@ pub struct Slip {
     pub min_load_ratio: f64,
     /// Largest `F_T / F_N` over the same records.
     pub max_load_ratio: f64,
+    /// The first step after it, once that has come.
+    pub end: Option<SlipEnd>,
+}
+
+/// The first step after a slip event.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlipEnd {
+    /// The step.
+    pub step: u64,
+    /// Its time.
+    pub time_s: f64,
+    /// Driving force used in it.
+    pub force_n: f64,
+    /// `F_T / F_N` used in it.
+    pub load_ratio: f64,
 }
 
 impl Slip {
@@ -68,68 +105,108 @@ impl Slip {
     }
 }
 
-/// What a record changed.
+/// What is now certain of a slip event.
 #[derive(Debug)]
 pub enum Change<'a> {
-    /// Nothing begins or ends here.
-    None,
-    /// A slip event begins with this record's step.
+    /// It has begun, and counts.
     Begins(&'a Slip),
-    /// The slip event ended: this record's step is the first after it.
-    Ended(Slip),
+    /// It is over; without an [`end`](Slip::end) the run was over first.
+    Ended(&'a Slip),
 }
 
 impl SlipTracker {
     /// A tracker for a chain in which every block is stuck.
-    pub fn new(blocks: u32) -> SlipTracker {
+    pub fn new(blocks: u32, rules: SlipRules) -> SlipTracker {
         SlipTracker {
+            rules,
             detached: vec![false; blocks as usize],
             last_switches: Vec::new(),
             last_load_ratio: f64::NAN,
             open: None,
+            counts: false,
             events: 0,
         }
     }
 
-    /// Takes the next record.
-    pub fn observe(&mut self, record: &StepRecord) -> Change<'_> {
-        // One event can end and the next begin no sooner than a step later, so a
-        // record does one or the other.
-        let ended = if record.sliding == 0 { self.open.take() } else { None };
-        let begins = record.sliding > 0 && self.open.is_none();
-        if begins {
-            self.open = Some(self.begin(record));
+    /// Takes the next record, and tells `tell` what it makes certain.
+    pub fn observe(&mut self, record: &StepRecord, tell: &mut dyn FnMut(Change<'_>)) {
+        let ended = self.open.as_ref().and_then(|slip| slip.end);
+        if let Some(end) = ended
+            && record.time_s - end.time_s > self.rules.merge_gap_s
+        {
+            self.conclude(tell);
         }
-        if let Some(slip) = &mut self.open {
-            slip.max_sliding = slip.max_sliding.max(record.sliding);
-            if !record.switches.is_empty() {
-                slip.take_extrema(record.load_ratio());
+        match &mut self.open {
+            None if record.sliding > 0 => {
+                let slip = self.begin(record);
+                self.open = Some(slip);
             }
-            // What detached at the last record has slid since.
-            for switch in self.last_switches.iter().filter(|switch| switch.direction == Direction::Detach) {
-                slip.slipped[switch.block as usize - 1] = true;
+            // It goes on, by the rules.
+            Some(slip) if record.sliding > 0 && slip.end.is_some() => {
+                slip.end = None;
+                slip.take_extrema(self.last_load_ratio);
+                for (slipped, detached) in slip.slipped.iter_mut().zip(&self.detached) {
+                    *slipped |= detached;
+                }
+            }
+            _ => {}
+        }
+        if let Some(slip) = self.open.as_mut().filter(|slip| slip.end.is_none()) {
+            if record.sliding == 0 {
+                slip.end = Some(SlipEnd {
+                    step: record.step,
+                    time_s: record.time_s,
+                    force_n: record.driving_force_n,
+                    load_ratio: record.load_ratio(),
+                });
+            } else {
+                slip.max_sliding = slip.max_sliding.max(record.sliding);
+                if !record.switches.is_empty() {
+                    slip.take_extrema(record.load_ratio());
+                }
+                // What detached at the last record has slid since.
+                let switches = self.last_switches.iter();
+                for switch in switches.filter(|switch| switch.direction == Direction::Detach) {
+                    slip.slipped[switch.block as usize - 1] = true;
+                }
             }
         }
+        self.count(tell);
         for switch in &record.switches {
             self.detached[switch.block as usize - 1] = switch.direction == Direction::Detach;
         }
         self.last_switches.clone_from(&record.switches);
         self.last_load_ratio = record.load_ratio();
-        match (ended, begins) {
-            (Some(slip), _) => Change::Ended(slip),
-            (None, true) => Change::Begins(self.open.as_ref().expect("an event that begins is open")),
-            (None, false) => Change::None,
+        if self.rules.merge_gap_s == 0.0 && record.sliding == 0 {
+            self.conclude(tell);
         }
     }
 
-    /// The event that is going on, if there is one.
-    pub fn finish(&mut self) -> Option<Slip> {
-        self.open.take()
+    /// Takes the news that the run is over.
+    pub fn finish(&mut self, tell: &mut dyn FnMut(Change<'_>)) {
+        self.conclude(tell);
     }
 
-    fn begin(&mut self, record: &StepRecord) -> Slip {
-        let event = self.events;
-        self.events += 1;
+    /// Tells of the open event as soon as it is large enough to count.
+    fn count(&mut self, tell: &mut dyn FnMut(Change<'_>)) {
+        let Some(slip) = self.open.as_mut().filter(|_| !self.counts) else { return };
+        if slip.blocks_slipped() >= self.rules.min_blocks {
+            self.counts = true;
+            slip.event = self.events;
+            self.events += 1;
+            tell(Change::Begins(slip));
+        }
+    }
+
+    fn conclude(&mut self, tell: &mut dyn FnMut(Change<'_>)) {
+        if let Some(slip) = self.open.take()
+            && std::mem::take(&mut self.counts)
+        {
+            tell(Change::Ended(&slip));
+        }
+    }
+
+    fn begin(&self, record: &StepRecord) -> Slip {
         let nucleation = self
             .last_switches
             .iter()
@@ -137,7 +214,7 @@ impl SlipTracker {
             .expect("the record before an onset holds the detachment that caused it")
             .clone();
         Slip {
-            event,
+            event: 0,
             onset_step: record.step,
             onset_s: record.time_s,
             onset_force_n: record.driving_force_n,
@@ -148,6 +225,7 @@ impl SlipTracker {
             max_sliding: 0,
             min_load_ratio: self.last_load_ratio,
             max_load_ratio: self.last_load_ratio,
+            end: None,
         }
     }
 }

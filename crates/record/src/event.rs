@@ -89,6 +89,20 @@ pub struct Onset {
     pub ft_fn_onset: f64,
 }
 
+impl Onset {
+    /// The names of the fields in order: the columns of a table of onsets.
+    pub const COLUMNS: [&'static str; 8] = [
+        "event",
+        "onset_step",
+        "onset_s",
+        "nucleation_block",
+        "nucleation_blocks",
+        "tangential_force_n",
+        "threshold_n",
+        "ft_fn_onset",
+    ];
+}
+
 impl EventPayload for Onset {
     const TOPIC: &'static str = "/events/onset";
 }
@@ -186,6 +200,12 @@ pub struct GlobalSlip {
     pub load_drop_n: Option<f64>,
     /// Fall of `F_T / F_N` from onset to end; null if the run ended before.
     pub ft_fn_drop: Option<f64>,
+}
+
+impl GlobalSlip {
+    /// The names of the fields in order: the columns of a table of global slips.
+    pub const COLUMNS: [&'static str; 7] =
+        ["global", "event", "onset_s", "end_s", "recurrence_s", "load_drop_n", "ft_fn_drop"];
 }
 
 impl EventPayload for GlobalSlip {

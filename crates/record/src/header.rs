@@ -8,7 +8,7 @@ use crate::TimeGrid;
 
 /// Version of the meaning and layout of records, events and header. A change to
 /// any of them raises it.
-pub const RECORD_SCHEMA_VERSION: u32 = 1;
+pub const RECORD_SCHEMA_VERSION: u32 = 2;
 
 /// What a run is, known before it starts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -53,6 +53,8 @@ pub enum RunStatus {
     LoadNotReached,
     /// A signal stopped the run early; what it holds is sound.
     Interrupted,
+    /// The log was put together from what was left of a damaged one.
+    Salvaged,
 }
 
 /// What a run says of itself once it is over. Only a log that holds this is whole.

@@ -9,12 +9,14 @@
 //! Blocks are numbered from 1, as in the source thesis. Units stand last in
 //! names and are SI throughout.
 
+mod checkpoint;
 mod event;
 mod fields;
 mod header;
 mod step;
 mod time;
 
+pub use checkpoint::Checkpoint;
 pub use event::{Event, EventKind, EventPayload, GlobalSlip, Onset, SlipEvent};
 pub use fields::{FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};

@@ -3,7 +3,9 @@
 //! | in the file | what |
 //! |---|---|
 //! | metadata `run` | the [`RunHeader`](asperity_record::RunHeader), first |
+//! | metadata `salvage` | in a log that was put together from a damaged one: what it lacks |
 //! | attachment `scenario.toml` | the resolved scenario, every key |
+//! | attachments `checkpoint` | the solver's state, about once a second of work: where an unfinished run can be taken up again |
 //! | topic `/step` | one message per step record |
 //! | topic `/switch` | one message per block that switched, behind its step |
 //! | topic `/fields` | the state of all blocks |
@@ -18,8 +20,11 @@
 mod messages;
 mod metadata;
 mod read;
+mod salvage;
+mod versions;
 mod write;
 
 pub use metadata::MetadataError;
 pub use read::{LogError, LogItem, LogProblem, RunReader, Topics};
-pub use write::{Existing, RunWriter, WriteError, partial_path};
+pub use salvage::{Damage, Gap, SalvageError, Salvaged, Settle, salvage};
+pub use write::{Existing, RunWriter, Unfinished, WriteError, partial_path};

@@ -5,10 +5,15 @@ use std::str::FromStr;
 
 use asperity_record::{RunEnd, RunHeader, RunStatus, SolverReport};
 
+use crate::salvage::Salvaged;
+
 /// Name of the metadata record that opens a log.
 pub(crate) const RUN: &str = "run";
 /// Name of the metadata record that closes a whole log.
 pub(crate) const RUN_END: &str = "run_end";
+
+/// Name of the metadata record that says what a salvaged log lacks.
+pub(crate) const SALVAGE: &str = "salvage";
 
 const MESSAGES: &str = "messages:";
 const SOLVER: &str = "solver:";
@@ -64,6 +69,11 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
     .into()
 }
 
+/// The version of the format that a log is written in.
+pub(crate) fn version(run: &BTreeMap<String, String>) -> Result<u32, MetadataError> {
+    Reader { record: RUN, map: run }.parse("record_schema_version", "a whole number")
+}
+
 pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeader, MetadataError> {
     let map = Reader { record: RUN, map };
     let header = RunHeader {
@@ -88,13 +98,15 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
     Ok(header)
 }
 
-const STATUSES: [RunStatus; 3] = [RunStatus::Complete, RunStatus::LoadNotReached, RunStatus::Interrupted];
+const STATUSES: [RunStatus; 4] =
+    [RunStatus::Complete, RunStatus::LoadNotReached, RunStatus::Interrupted, RunStatus::Salvaged];
 
 fn status_word(status: RunStatus) -> &'static str {
     match status {
         RunStatus::Complete => "complete",
         RunStatus::LoadNotReached => "load-not-reached",
         RunStatus::Interrupted => "interrupted",
+        RunStatus::Salvaged => "salvaged",
     }
 }
 
@@ -119,8 +131,9 @@ pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, Met
     let reader = Reader { record: RUN_END, map };
     let word = reader.text("status")?;
     let status = STATUSES.into_iter().find(|status| status_word(*status) == word);
-    let status = status
-        .ok_or_else(|| reader.invalid("status", "\"complete\", \"load-not-reached\" or \"interrupted\""))?;
+    let status = status.ok_or_else(|| {
+        reader.invalid("status", "\"complete\", \"load-not-reached\", \"interrupted\" or \"salvaged\"")
+    })?;
     let counts_of = |prefix: &str| {
         map.iter()
             .filter_map(|(key, value)| Some((key, key.strip_prefix(prefix)?, value)))
@@ -143,6 +156,27 @@ pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, Met
         switches: reader.parse("switches", "a whole number")?,
         digest: reader.text("digest")?,
     })
+}
+
+pub(crate) fn salvaged_to_map(salvaged: &Salvaged) -> BTreeMap<String, String> {
+    let Salvaged { kept, lost, gaps, damage, remarks, end_is_known } = salvaged;
+    let step = |step: Option<u64>| step.map_or(String::new(), |step| step.to_string());
+    let gaps = gaps.iter().map(|gap| format!("{}..{}", step(gap.after_step), step(gap.before_step)));
+    let damage = damage
+        .iter()
+        .map(|damage| format!("bytes {} to {}: {}", damage.from_byte, damage.to_byte, damage.what));
+    let mut map: BTreeMap<String, String> = [
+        // The step of the last message before each gap, and of the first behind it.
+        ("gaps", gaps.collect::<Vec<_>>().join(" ")),
+        ("damage", damage.collect::<Vec<_>>().join("; ")),
+        ("remarks", remarks.join("; ")),
+        ("end_is_known", end_is_known.to_string()),
+    ]
+    .map(|(key, value)| (key.to_owned(), value))
+    .into();
+    map.extend(kept.iter().map(|(topic, count)| (format!("kept:{topic}"), count.to_string())));
+    map.extend(lost.iter().map(|(topic, count)| (format!("lost:{topic}"), count.to_string())));
+    map
 }
 
 struct Reader<'a> {

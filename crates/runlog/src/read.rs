@@ -7,15 +7,16 @@ use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use asperity_record::{
-    Direction, Event, RECORD_SCHEMA_VERSION, Record, RunEnd, RunHeader, RunStatus, StepRecord,
+    Direction, Event, FieldRecord, RECORD_SCHEMA_VERSION, Record, RunEnd, RunHeader, RunStatus, StepRecord,
 };
 use mcap::records::Record as Raw;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde::de::DeserializeOwned;
 
 use crate::messages::{EVENTS, FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
-use crate::metadata::{self, MetadataError, RUN, RUN_END};
-use crate::write::digest_message;
+use crate::metadata::{self, MetadataError, RUN, RUN_END, SALVAGE};
+use crate::versions;
+use crate::write::{CHECKPOINT, SCENARIO, digest_message};
 
 /// No record of ours comes near this; a length beyond it is damage, and must
 /// not be allocated.
@@ -46,8 +47,10 @@ pub enum LogProblem {
     /// Not a run log of ours.
     #[error("no metadata `{RUN}` before the first message: not a run log of asperity")]
     NoHeader,
-    /// Written by a later version.
-    #[error("written with record schema {0}; this program reads version {RECORD_SCHEMA_VERSION}")]
+    /// Written by a later version, or by none.
+    #[error(
+        "written with version {0} of the format; this program reads versions 1 to {RECORD_SCHEMA_VERSION}: a newer one is needed"
+    )]
     Version(u32),
     /// A message that is not what its topic promises.
     #[error("message {sequence} of {topic} cannot be read: {error}")]
@@ -98,6 +101,9 @@ pub enum LogProblem {
     /// A signal stopped the run.
     #[error("the run was interrupted after step {0}")]
     Interrupted(u64),
+    /// The log is what was left of a damaged one.
+    #[error("it was salvaged from a damaged log; metadata `{SALVAGE}` says what is missing")]
+    Salvaged,
     /// The content is not what `run_end` says.
     #[error("metadata `{RUN_END}` says {what} {promised}, the file has {found}")]
     EndMismatch {
@@ -115,7 +121,10 @@ impl LogProblem {
     pub fn is_early_end(&self) -> bool {
         matches!(
             self,
-            LogProblem::NoEnd | LogProblem::Interrupted(_) | LogProblem::Mcap(mcap::McapError::UnexpectedEof)
+            LogProblem::NoEnd
+                | LogProblem::Interrupted(_)
+                | LogProblem::Salvaged
+                | LogProblem::Mcap(mcap::McapError::UnexpectedEof)
         )
     }
 }
@@ -138,6 +147,10 @@ impl Topics {
     pub const ALL: Topics = Topics { steps: true, fields: true, windows: true, events: true };
     /// What detectors see.
     pub const STEPS: Topics = Topics { steps: true, fields: false, windows: false, events: false };
+    /// Nothing: only whether the log is sound, and its last checkpoint.
+    pub const NONE: Topics = Topics { steps: false, fields: false, windows: false, events: false };
+    /// What a solver gave.
+    pub const RECORDS: Topics = Topics { steps: true, fields: true, windows: true, events: false };
     /// What detectors emitted.
     pub const EVENTS: Topics = Topics { steps: false, fields: false, windows: false, events: true };
 }
@@ -151,6 +164,28 @@ pub enum LogItem {
     Event(Event),
 }
 
+/// How far a salvaged log can be relied on: its messages bear the numbers that they had.
+#[derive(Default)]
+struct Salvage {
+    /// The number of the next message of each topic.
+    expected: BTreeMap<String, u32>,
+    /// Whether messages are missing before what is read now.
+    has_gap: bool,
+    /// Whether switches are missing since the state of all blocks was last known.
+    is_state_unknown: bool,
+}
+
+impl Salvage {
+    fn take(&mut self, topic: &str, sequence: u32) {
+        let expected = self.expected.entry(topic.to_owned()).or_insert(0);
+        if sequence != *expected {
+            self.has_gap = true;
+            self.is_state_unknown = true;
+        }
+        *expected = sequence.saturating_add(1);
+    }
+}
+
 /// Reads one run log.
 pub struct RunReader {
     path: PathBuf,
@@ -160,6 +195,9 @@ pub struct RunReader {
     channels: BTreeMap<u16, String>,
     header: Option<RunHeader>,
     scenario_toml: String,
+    checkpoint: Option<String>,
+    /// For a salvaged log, what may be missing from it.
+    salvage: Option<Salvage>,
     end: Option<RunEnd>,
     /// A step record whose switches are still being read, and how many it promises.
     open_step: Option<(StepRecord, u32)>,
@@ -194,6 +232,8 @@ impl RunReader {
             channels: BTreeMap::new(),
             header: None,
             scenario_toml: String::new(),
+            checkpoint: None,
+            salvage: None,
             end: None,
             open_step: None,
             detached: Vec::new(),
@@ -223,6 +263,18 @@ impl RunReader {
     /// The resolved scenario, as TOML.
     pub fn scenario_toml(&self) -> &str {
         &self.scenario_toml
+    }
+
+    /// The state of the last checkpoint in what has been read, as JSON; whatever it needs of
+    /// the log stands before it.
+    pub fn checkpoint(&self) -> Option<&str> {
+        self.checkpoint.as_deref()
+    }
+
+    /// Whether records or events are missing between the last item and those before it, as
+    /// may be in a log that was salvaged. Detectors cannot see past that.
+    pub fn has_gap(&self) -> bool {
+        self.salvage.as_ref().is_some_and(|salvage| salvage.has_gap)
     }
 
     /// How the run ended; known once [`RunReader::next_item`] has given `None`.
@@ -284,18 +336,21 @@ impl RunReader {
                 if self.header.is_some() {
                     return Err(LogProblem::Misplaced("there are two metadata `run`"));
                 }
+                versions::check(&metadata.metadata)?;
                 let header = metadata::header_from_map(&metadata.metadata)?;
-                if header.record_schema_version != RECORD_SCHEMA_VERSION {
-                    return Err(LogProblem::Version(header.record_schema_version));
-                }
                 self.detached = vec![false; header.blocks as usize];
                 self.header = Some(header);
             }
+            Raw::Metadata(metadata) if metadata.name == SALVAGE => self.salvage = Some(Salvage::default()),
             Raw::Metadata(metadata) if metadata.name == RUN_END => {
                 self.end = Some(metadata::end_from_map(&metadata.metadata)?);
             }
-            Raw::Attachment { header, data, .. } if header.name == "scenario.toml" => {
+            Raw::Attachment { header, data, .. } if header.name == SCENARIO => {
                 self.scenario_toml = String::from_utf8_lossy(&data).into_owned();
+            }
+            Raw::Attachment { header, data, .. } if header.name == CHECKPOINT => {
+                self.close_step()?;
+                self.checkpoint = Some(String::from_utf8_lossy(&data).into_owned());
             }
             // Channels come once before the messages and again in the summary.
             Raw::Channel(channel) => {
@@ -317,6 +372,9 @@ impl RunReader {
     }
 
     fn message(&mut self, topic: String, sequence: u32, data: &[u8]) -> Result<(), LogProblem> {
+        if let Some(salvage) = &mut self.salvage {
+            salvage.take(&topic, sequence);
+        }
         if topic == SWITCH {
             self.switches += 1;
             return if self.topics.steps { self.switch(decode(&topic, sequence, data)?) } else { Ok(()) };
@@ -325,7 +383,7 @@ impl RunReader {
         match topic.as_str() {
             STEP if self.topics.steps => {
                 let message: StepMessage = decode(&topic, sequence, data)?;
-                if message.sliding != self.detached_count {
+                if message.sliding != self.detached_count && !self.is_state_unknown() {
                     let StepMessage { step, sliding: promised, .. } = message;
                     return Err(LogProblem::Sliding { step, promised, found: self.detached_count });
                 }
@@ -336,9 +394,12 @@ impl RunReader {
                     self.close_step()?;
                 }
             }
-            FIELDS if self.topics.fields => {
-                let record = decode(&topic, sequence, data)?;
-                self.ready.push_back(LogItem::Record(Record::Fields(record)));
+            FIELDS if self.topics.fields || (self.topics.steps && self.is_state_unknown()) => {
+                let record: FieldRecord = decode(&topic, sequence, data)?;
+                self.learn_state(&record);
+                if self.topics.fields {
+                    self.ready.push_back(LogItem::Record(Record::Fields(record)));
+                }
             }
             WINDOW if self.topics.windows => {
                 let record = decode(&topic, sequence, data)?;
@@ -356,13 +417,30 @@ impl RunReader {
         Ok(())
     }
 
+    fn is_state_unknown(&self) -> bool {
+        self.salvage.as_ref().is_some_and(|salvage| salvage.is_state_unknown)
+    }
+
+    /// Takes from a record of all blocks what the switches that are missing would have said.
+    fn learn_state(&mut self, record: &FieldRecord) {
+        if let Some(salvage) = self.salvage.as_mut().filter(|salvage| salvage.is_state_unknown)
+            && record.detached.len() == self.detached.len()
+        {
+            salvage.is_state_unknown = false;
+            self.detached = record.detached.iter().map(|&detached| detached != 0).collect();
+            self.detached_count = self.detached.iter().filter(|&&detached| detached).count() as u32;
+        }
+    }
+
     fn switch(&mut self, message: SwitchMessage) -> Result<(), LogProblem> {
+        let is_state_unknown = self.is_state_unknown();
         let Some((record, promised)) = &mut self.open_step else {
             return Err(LogProblem::Switches { step: message.step, promised: 0, found: 1 });
         };
         let (step, block, direction) = (message.step, message.block, message.direction);
         let is_detached = (block as usize).checked_sub(1).and_then(|n| self.detached.get_mut(n));
         match is_detached {
+            Some(_) if is_state_unknown => {}
             Some(is_detached) if *is_detached != (direction == Direction::Detach) => {
                 *is_detached = !*is_detached;
                 match direction {
@@ -401,8 +479,12 @@ impl RunReader {
             let found = self.counts.get(topic).copied().unwrap_or(0);
             mismatch(&format!("messages of {topic}:"), count.to_string(), found.to_string())?;
         }
+        let salvaged = end.status == RunStatus::Salvaged;
+        if salvaged != self.salvage.is_some() {
+            return Err(LogProblem::Misplaced("metadata `salvage` and the status `salvaged` go together"));
+        }
         let interrupted = end.status == RunStatus::Interrupted;
-        if !interrupted {
+        if !interrupted && !salvaged {
             let steps = self.header.as_ref().map_or(0, |header| header.steps);
             mismatch("the last step:", end.last_step.to_string(), steps.to_string())?;
         }
@@ -411,7 +493,11 @@ impl RunReader {
         }
         mismatch("switches:", end.switches.to_string(), self.switches.to_string())?;
         mismatch("digest:", end.digest.clone(), self.digest.finalize().to_hex().to_string())?;
-        if interrupted { Err(LogProblem::Interrupted(end.last_step)) } else { Ok(()) }
+        match end.status {
+            RunStatus::Interrupted => Err(LogProblem::Interrupted(end.last_step)),
+            RunStatus::Salvaged => Err(LogProblem::Salvaged),
+            RunStatus::Complete | RunStatus::LoadNotReached => Ok(()),
+        }
     }
 }
 

@@ -2,9 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::Add;
+
+use serde::{Deserialize, Serialize};
 
 /// Counts of a solver's work.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Counters {
     /// Steps taken one by one.
     pub plain_steps: u64,
@@ -60,6 +64,24 @@ impl Counters {
         ]
         .map(|(name, count)| (name.to_owned(), count))
         .into()
+    }
+}
+
+impl Add for Counters {
+    type Output = Counters;
+
+    fn add(self, other: Counters) -> Counters {
+        Counters {
+            plain_steps: self.plain_steps + other.plain_steps,
+            jumps: self.jumps + other.jumps,
+            jump_steps: self.jump_steps + other.jump_steps,
+            refused_jumps: self.refused_jumps + other.refused_jumps,
+            windows: self.windows + other.windows,
+            window_steps: self.window_steps + other.window_steps,
+            refused_windows: self.refused_windows + other.refused_windows,
+            applications: self.applications + other.applications,
+            switches: self.switches + other.switches,
+        }
     }
 }
 

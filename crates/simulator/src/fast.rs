@@ -102,8 +102,6 @@ impl Fast {
             if steps == 0 {
                 return Err(1);
             }
-            self.counters.jumps += 1;
-            self.counters.jump_steps += steps;
             return Ok(Leap::Rest { steps });
         }
         if let Some(jump) = &mut self.jump
@@ -112,8 +110,6 @@ impl Fast {
         {
             let steps = jump.open(&self.plan, state, left);
             if steps > 0 {
-                self.counters.jumps += 1;
-                self.counters.jump_steps += steps;
                 return Ok(Leap::Jump { steps });
             }
             self.counters.refused_jumps += 1;
@@ -123,9 +119,6 @@ impl Fast {
         let state = self.plain.state();
         let index =
             self.window.open(&self.plan, state, left).inspect_err(|_| self.counters.refused_windows += 1)?;
-        let steps = self.window.steps(index);
-        self.counters.windows += 1;
-        self.counters.window_steps += steps;
         Ok(Leap::Window(index))
     }
 
@@ -141,6 +134,15 @@ impl Fast {
             return self.record_within(leap, due_step - from_step);
         }
         self.leap = None;
+        // Counted as they land: a state that is saved before is one that has not taken them.
+        let (leaps, leap_steps) = match leap {
+            Leap::Window(_) => (&mut self.counters.windows, &mut self.counters.window_steps),
+            Leap::Jump { .. } | Leap::Rest { .. } => {
+                (&mut self.counters.jumps, &mut self.counters.jump_steps)
+            }
+        };
+        *leaps += 1;
+        *leap_steps += steps;
         let state = self.plain.state_mut();
         match leap {
             Leap::Window(index) => {
@@ -273,6 +275,10 @@ impl Solver for Fast {
 
     fn step(&self) -> u64 {
         self.plain.state().step
+    }
+
+    fn is_between_records(&self) -> bool {
+        self.recorder.is_empty()
     }
 
     fn counters(&self) -> Counters {

@@ -77,6 +77,10 @@ pub trait Solver: Send {
     /// The last step taken.
     fn step(&self) -> u64;
 
+    /// Whether all records up to [`Solver::step`] have been handed out, so that nothing is
+    /// lost if another solver goes on from a snapshot taken now.
+    fn is_between_records(&self) -> bool;
+
     /// The whole state, to the bit: a solver of the same kind that restores it
     /// yields the same switches, events and states from there on, whatever the
     /// cadences.

@@ -303,6 +303,10 @@ impl Solver for Plain {
         self.state.step
     }
 
+    fn is_between_records(&self) -> bool {
+        self.recorder.is_empty()
+    }
+
     fn counters(&self) -> Counters {
         self.counters
     }

@@ -32,6 +32,11 @@ impl Recorder {
         self.ready.pop_front()
     }
 
+    /// Whether nothing is ready.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.ready.is_empty()
+    }
+
     /// The next step at which a cadence, or the end of the run, asks for a record.
     pub(crate) fn due_step(&self) -> u64 {
         self.due_step

@@ -86,6 +86,27 @@ impl ChainState {
         }
     }
 
+    /// Whether this can be a state of that plan: that it is of as many blocks, finite, and no
+    /// further on. What is read from a file is to be asked before a solver restores it.
+    pub fn fits(&self, plan: &Plan) -> bool {
+        let finite = |values: &[f64]| values.len() == plan.blocks && values.iter().all(|x| x.is_finite());
+        let ages = plan.friction.ageing.is_some();
+        let slipping = self.slip.iter().filter(|&&slip| slip == 1.0).count();
+        let sticking = self.slip.iter().filter(|&&slip| slip == 0.0).count();
+        self.step <= plan.steps
+            && finite(&self.displacement_m)
+            && finite(&self.velocity_m_per_s)
+            && finite(&self.stick_position_m)
+            && finite(&self.tangential_force_n)
+            && slipping + sticking == plan.blocks
+            && self.slip.len() == plan.blocks
+            && self.detached as usize == slipping
+            && self.sliding as usize <= plan.blocks
+            && self.stuck_since_step.len() == if ages { plan.blocks } else { 0 }
+            && self.stuck_since_step.iter().all(|&step| step <= self.step)
+            && if ages { finite(&self.aged_threshold_n) } else { self.aged_threshold_n.is_empty() }
+    }
+
     /// What no threshold of a stuck block is below, at the load of the start.
     pub(crate) fn least_threshold_n<'a>(&'a self, plan: &'a Plan) -> &'a [f64] {
         if plan.friction.ageing.is_some() {

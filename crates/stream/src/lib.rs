@@ -16,8 +16,17 @@
 use std::thread;
 
 use asperity_detect::Detector;
-use asperity_record::{Event, Record};
+use asperity_record::{Checkpoint, Event, Record};
 use crossbeam_channel::{Receiver, Sender, bounded};
+
+/// What a source gives.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Given {
+    /// For the detectors and the sink.
+    Record(Record),
+    /// For the sink alone.
+    Checkpoint(Checkpoint),
+}
 
 /// What reaches the sink.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +35,8 @@ pub enum Item {
     Record(Record),
     /// An event, right behind the record that made it certain.
     Event(Event),
+    /// A checkpoint, behind the records that it stands on and their events.
+    Checkpoint(Checkpoint),
 }
 
 /// Why a stream stopped before its source was exhausted.
@@ -52,7 +63,7 @@ const CHANNEL_CAPACITY: usize = 64;
 /// told that the run is over, so no event is closed that a whole run would not
 /// have closed.
 pub fn run<SourceError, SinkError>(
-    mut source: impl FnMut() -> Result<Option<Record>, SourceError> + Send,
+    mut source: impl FnMut() -> Result<Option<Given>, SourceError> + Send,
     mut detectors: Vec<Box<dyn Detector>>,
     mut sink: impl FnMut(Item) -> Result<(), SinkError>,
 ) -> Result<(), StreamError<SourceError, SinkError>>
@@ -79,17 +90,17 @@ where
 
 /// What goes to the detectors.
 enum Fed {
-    Record(Record),
+    Given(Given),
     /// The source is exhausted, and did not fail.
     End,
 }
 
 fn feed<E>(
-    source: &mut impl FnMut() -> Result<Option<Record>, E>,
+    source: &mut impl FnMut() -> Result<Option<Given>, E>,
     to_detectors: &Sender<Fed>,
 ) -> Result<(), E> {
     loop {
-        let fed = source()?.map_or(Fed::End, Fed::Record);
+        let fed = source()?.map_or(Fed::End, Fed::Given);
         let ends = matches!(fed, Fed::End);
         if to_detectors.send(fed).is_err() || ends {
             return Ok(());
@@ -102,7 +113,12 @@ fn detect(detectors: &mut [Box<dyn Detector>], records: &Receiver<Fed>, to_sink:
     for fed in records {
         let ends = matches!(fed, Fed::End);
         match fed {
-            Fed::Record(record) => {
+            Fed::Given(Given::Checkpoint(checkpoint)) => {
+                if to_sink.send(Item::Checkpoint(checkpoint)).is_err() {
+                    return;
+                }
+            }
+            Fed::Given(Given::Record(record)) => {
                 if let Record::Step(step) = &record {
                     for detector in detectors.iter_mut() {
                         detector.observe(step, &mut |event| events.push(event));

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use asperity_detect::Detector;
 use asperity_record::{Event, EventKind, Onset, Record, StepRecord};
-use asperity_stream::{Item, StreamError, run};
+use asperity_stream::{Given, Item, StreamError, run};
 
 fn step(step: u64) -> Record {
     Record::Step(StepRecord {
@@ -38,11 +38,11 @@ impl Detector for Tenth {
     }
 }
 
-fn source(steps: u64) -> impl FnMut() -> Result<Option<Record>, String> + Send {
+fn source(steps: u64) -> impl FnMut() -> Result<Option<Given>, String> + Send {
     let mut next = 0;
     move || {
         next += 1;
-        Ok((next <= steps).then(|| step(next)))
+        Ok((next <= steps).then(|| Given::Record(step(next))))
     }
 }
 
@@ -74,6 +74,7 @@ fn events_follow_their_record_in_the_order_of_the_detectors() {
                 last = record.step();
             }
             Item::Event(event) => assert!(event.payload.ends_with(&format!(" {last}"))),
+            Item::Checkpoint(_) => unreachable!("the source gives none"),
         }
     }
     assert!(matches!(&seen[1302], Item::Event(event) if event.payload == "3 over"));
@@ -89,7 +90,7 @@ fn a_slow_sink_holds_the_source_back() {
         || {
             next += 1;
             MADE.store(next, Ordering::SeqCst);
-            Ok::<_, String>((next <= 2000).then(|| step(next)))
+            Ok::<_, String>((next <= 2000).then(|| Given::Record(step(next))))
         },
         Vec::new(),
         |_| {
@@ -123,7 +124,7 @@ fn a_failing_source_is_reported_and_closes_no_event() {
     let outcome = run(
         || {
             next += 1;
-            if next < 50 { Ok(Some(step(next))) } else { Err("overflow") }
+            if next < 50 { Ok(Some(Given::Record(step(next)))) } else { Err("overflow") }
         },
         detectors(),
         |item| {

@@ -1,0 +1,131 @@
+//! Taking up a run again that did not come to its end: what is left of it, and the records
+//! that go through the detectors once more before the solver goes on.
+//!
+//! The solver restores its state from a checkpoint to the bit. Detectors and log have none of
+//! their own: they are given the records up to the checkpoint again, out of the unfinished
+//! log, and so stand where they stood. What comes out is what one run would have given.
+
+use asperity_model::Plan;
+use asperity_record::{Checkpoint, Record, RunHeader};
+use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics, Unfinished};
+use asperity_simulator::{ChainState, Counters};
+use serde::{Deserialize, Serialize};
+
+use crate::exit::Failure;
+
+/// What a checkpoint holds.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Saved {
+    /// The solver's state.
+    pub(crate) chain: ChainState,
+    /// What the steps up to it were made of.
+    pub(crate) counters: Counters,
+    /// How often the run had been taken up before.
+    pub(crate) resumed: u64,
+}
+
+impl Saved {
+    pub(crate) fn checkpoint(&self) -> Checkpoint {
+        let state = serde_json::to_string(self).expect("a state is a plain struct of numbers");
+        Checkpoint { step: self.chain.step, state }
+    }
+}
+
+/// What is left of a run that did not come to its end.
+pub(crate) enum Left {
+    /// Nothing that one could go on from.
+    Nothing,
+    /// All of it: only its final name is missing.
+    Whole(Unfinished),
+    /// A state, and the records that led to it.
+    Part { unfinished: Unfinished, saved: Box<Saved> },
+}
+
+impl Left {
+    /// Reads an unfinished log, up to where it is sound, for the run with that header.
+    pub(crate) fn of(unfinished: Unfinished, header: &RunHeader, plan: &Plan) -> Result<Left, Failure> {
+        let mut reader = match RunReader::open(&unfinished.partial_path(), Topics::NONE) {
+            Ok(reader) => reader,
+            Err(LogError { problem, .. }) if is_beginning(&problem) => return Ok(Left::Nothing),
+            Err(error) => return Err(Failure::failed(error)),
+        };
+        is_same_run(&unfinished, reader.header(), header)?;
+        loop {
+            match reader.next_item() {
+                Ok(Some(_)) => {}
+                Ok(None) => return Ok(Left::Whole(unfinished)),
+                Err(error @ LogError { problem: LogProblem::Salvaged, .. }) => {
+                    return Err(Failure::failed(error));
+                }
+                // Whatever is wrong behind the last checkpoint: it stands on what is before.
+                Err(_) => break,
+            }
+        }
+        let Some(state) = reader.checkpoint() else { return Ok(Left::Nothing) };
+        let saved: Option<Box<Saved>> = serde_json::from_str(state).ok();
+        match saved.filter(|saved| saved.chain.fits(plan)) {
+            Some(saved) => Ok(Left::Part { unfinished, saved }),
+            None => Err(Failure::Failed(format!(
+                "{}: its last checkpoint is not a state of this run; without the file the run starts anew",
+                unfinished.partial_path().display()
+            ))),
+        }
+    }
+}
+
+/// Whether a log breaks off before it says what it is.
+fn is_beginning(problem: &LogProblem) -> bool {
+    problem.is_early_end() || matches!(problem, LogProblem::NoHeader)
+}
+
+fn is_same_run(unfinished: &Unfinished, found: &RunHeader, wanted: &RunHeader) -> Result<(), Failure> {
+    let differs = [
+        ("another scenario, with the hash", &found.scenario_hash, &wanted.scenario_hash),
+        ("another code version,", &found.code_version, &wanted.code_version),
+        ("another solver,", &found.solver, &wanted.solver),
+        ("another run, with the id", &found.run_id, &wanted.run_id),
+    ];
+    match differs.into_iter().find(|(_, found, wanted)| found != wanted) {
+        None => Ok(()),
+        Some((what, found, wanted)) => Err(Failure::BadInput(format!(
+            "--resume: {} is of {what} {found}, not {wanted}: what followed could not be what it would have been \
+             (accepted: the scenario, solver and program it was begun with, or another --out)",
+            unfinished.partial_path().display()
+        ))),
+    }
+}
+
+/// Gives the records up to a checkpoint once more.
+pub(crate) struct Again {
+    old: RunReader,
+    until_step: u64,
+    state: String,
+}
+
+impl Again {
+    /// Of an unfinished log that was found to hold that checkpoint.
+    pub(crate) fn new(unfinished: &Unfinished, saved: &Saved) -> Result<Again, LogError> {
+        let Checkpoint { step, state } = saved.checkpoint();
+        let old = RunReader::open(&unfinished.partial_path(), Topics::RECORDS)?;
+        Ok(Again { old, until_step: step, state })
+    }
+
+    /// The next record; `None` once the solver is to go on.
+    pub(crate) fn next_record(&mut self) -> Result<Option<Record>, LogError> {
+        while self.old.checkpoint() != Some(&self.state) {
+            match self.old.next_item() {
+                Ok(Some(LogItem::Record(record))) if record.step() <= self.until_step => {
+                    return Ok(Some(record));
+                }
+                // Recorded inside a leap from the checkpoint, and to be recorded again.
+                Ok(Some(_)) => {}
+                Ok(None) => break,
+                // The checkpoint is all that is needed; behind it the log may just end.
+                Err(_) if self.old.checkpoint() == Some(&self.state) => break,
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,700 @@
+//! Putting together what is left of a damaged log.
+//!
+//! A record is kept if something other than itself says that it is what was written: chunks
+//! and attachments have checksums, the header is held against the scenario (by whoever calls,
+//! since this crate does not know scenarios), and every message must be one of its topic.
+//! Where the file cannot be followed from record to record, it is searched for the next one
+//! that proves itself. What falls out is told by the messages' own numbers, each topic's
+//! counted from 0 without a gap, so that a chunk that was cut out without a trace is missed
+//! as well as one that was overwritten.
+//!
+//! The result is a log with the status `salvaged`, and a metadata record `salvage` that says
+//! where something is missing. Messages keep their numbers, so any reader sees the gaps.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek};
+use std::path::Path;
+
+use asperity_record::{
+    EventKind, FieldRecord, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, WindowRecord,
+};
+use mcap::records::{Record, op};
+use serde_json::Value;
+
+use crate::messages::{FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
+use crate::metadata::{self, RUN, RUN_END};
+use crate::read::{LogProblem, RunReader, Topics};
+use crate::versions;
+use crate::write::{CHECKPOINT, Existing, RunWriter, SCENARIO, WriteError};
+
+/// A log that nothing could be made of.
+#[derive(Debug, thiserror::Error)]
+pub enum SalvageError {
+    /// The input cannot be read.
+    #[error("{path}: {error}")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why.
+        error: io::Error,
+    },
+    /// There is nothing to do.
+    #[error("{0} is whole: there is nothing to salvage")]
+    Whole(String),
+    /// Neither header nor scenario is left, or they are of a version that is not known.
+    #[error("{path}: {problem}")]
+    Hopeless {
+        /// The file.
+        path: String,
+        /// What is missing.
+        problem: String,
+    },
+    /// The output cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// What was kept and what was lost.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Salvaged {
+    /// Messages kept, by topic.
+    pub kept: BTreeMap<String, u64>,
+    /// Messages lost, by topic, as far as their numbers or the log's end tell. Behind the
+    /// last message that is left there may have been more, unless [`Salvaged::end_is_known`].
+    pub lost: BTreeMap<String, u64>,
+    /// Where messages are missing, in order.
+    pub gaps: Vec<Gap>,
+    /// Bytes of the file that nothing could be made of, and why.
+    pub damage: Vec<Damage>,
+    /// What else is not as it was.
+    pub remarks: Vec<String>,
+    /// Whether the log said how many messages it had.
+    pub end_is_known: bool,
+}
+
+/// A stretch of a run that the log has nothing of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Gap {
+    /// The step of the last message before it; `None` if the gap is at the beginning.
+    pub after_step: Option<u64>,
+    /// The step of the first message behind it; `None` if the rest is missing.
+    pub before_step: Option<u64>,
+}
+
+/// Bytes that nothing could be made of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Damage {
+    /// Where they begin.
+    pub from_byte: u64,
+    /// The first byte behind them.
+    pub to_byte: u64,
+    /// What is wrong there.
+    pub what: String,
+}
+
+/// What the caller makes of header and scenario, either of which may be missing: the header
+/// to go on with, and what is to be remarked about it; or why there is none.
+pub type Settle<'a> =
+    dyn Fn(Option<RunHeader>, Option<&str>) -> Result<(RunHeader, Vec<String>), String> + 'a;
+
+/// Writes what is left of the log `input` to a new log `output`.
+///
+/// # Errors
+/// If `input` is whole, cannot be read or has nothing left that says what run it is of, or
+/// `output` exists or cannot be written.
+pub fn salvage(
+    input: &Path,
+    output: &Path,
+    events: &[EventKind],
+    settle: &Settle<'_>,
+) -> Result<Salvaged, SalvageError> {
+    let name = input.display().to_string();
+    let read_error = |error| SalvageError::Read { path: name.clone(), error };
+    if is_whole(input) {
+        return Err(SalvageError::Whole(name));
+    }
+    let mut pieces = Pieces::open(input).map_err(read_error)?;
+    // Once to see what there is, once to write it: the gaps are told at the beginning.
+    let mut found = Found::default();
+    let mut walk = Walk::new(events);
+    while let Some(piece) = pieces.next().map_err(read_error)? {
+        match piece {
+            Piece::Run(map) => found.run(&map),
+            Piece::Scenario(text) => found.scenario = found.scenario.or(Some(text)),
+            Piece::End(end) => found.end = Some(end),
+            Piece::Checkpoint(_) => {}
+            Piece::Chunk { at, records } => match walk.chunk(&records, &mut |_| Ok(())) {
+                Ok(()) => {}
+                Err(ChunkProblem::Content(what)) => pieces.reject(at, what),
+                Err(ChunkProblem::Write(error)) => return Err(error.into()),
+            },
+        }
+    }
+    let hopeless = |problem: String| SalvageError::Hopeless { path: name.clone(), problem };
+    if let Some(problem) = found.problem {
+        return Err(hopeless(problem));
+    }
+    let has_scenario = found.scenario.is_some();
+    let (mut header, mut remarks) = settle(found.header, found.scenario.as_deref()).map_err(hopeless)?;
+    // Whatever version the damaged one was in, this one is written in the present one.
+    header.record_schema_version = RECORD_SCHEMA_VERSION;
+    if !has_scenario {
+        remarks.push("the scenario is lost".to_owned());
+    }
+    let mut salvaged = walk.finish(found.end.as_ref());
+    let rejected = std::mem::take(&mut pieces.rejected);
+    salvaged.damage = std::mem::take(&mut pieces.damage);
+    salvaged.damage.sort_by_key(|damage| damage.from_byte);
+    salvaged.remarks.splice(0..0, remarks);
+
+    let scenario = found.scenario.unwrap_or_default();
+    let mut writer = RunWriter::create(output, Existing::Refuse, &header, &scenario, events)?;
+    writer.salvaged(&salvaged)?;
+    let mut walk = Walk::new(events);
+    let mut pieces = Pieces::open(input).map_err(read_error)?;
+    while let Some(piece) = pieces.next().map_err(read_error)? {
+        match piece {
+            Piece::Chunk { at, records } if !rejected.contains(&at) => {
+                let written = walk.chunk(&records, &mut |message| {
+                    writer.salvaged_message(
+                        &message.topic,
+                        message.sequence,
+                        message.time_ns,
+                        message.step(),
+                        &message.payload,
+                    )
+                });
+                if let Err(ChunkProblem::Write(error)) = written {
+                    return Err(error.into());
+                }
+            }
+            Piece::Checkpoint(state) => writer.salvaged_checkpoint(&state)?,
+            _ => {}
+        }
+    }
+    let report = found.end.map_or(SolverReport::default(), |end| end.solver);
+    writer.finish(RunStatus::Salvaged, report)?;
+    Ok(salvaged)
+}
+
+fn is_whole(path: &Path) -> bool {
+    let Ok(mut reader) = RunReader::open(path, Topics::ALL) else { return false };
+    loop {
+        match reader.next_item() {
+            Ok(Some(_)) => {}
+            Ok(None) => return true,
+            Err(_) => return false,
+        }
+    }
+}
+
+/// What stands beside the messages.
+#[derive(Default)]
+struct Found {
+    header: Option<RunHeader>,
+    scenario: Option<String>,
+    end: Option<RunEnd>,
+    /// Why nothing can be made of the log at all.
+    problem: Option<String>,
+}
+
+impl Found {
+    fn run(&mut self, map: &BTreeMap<String, String>) {
+        match versions::check(map) {
+            Err(problem @ LogProblem::Version(_)) => self.problem = Some(problem.to_string()),
+            _ => self.header = self.header.take().or_else(|| metadata::header_from_map(map).ok()),
+        }
+    }
+}
+
+/// A part of the file that has proved itself, or that its reader has to hold against others.
+enum Piece {
+    Run(BTreeMap<String, String>),
+    Scenario(String),
+    Checkpoint(String),
+    End(RunEnd),
+    /// A chunk's records, and where in the file it is.
+    Chunk {
+        at: u64,
+        records: Vec<u8>,
+    },
+}
+
+/// The first bytes of every MCAP file, and the last.
+const MAGIC: &[u8; 8] = b"\x89MCAP0\r\n";
+
+/// Opcode and length, in front of every record.
+const RECORD_HEAD_BYTES: u64 = 9;
+
+/// No chunk of ours comes near this: a mebibyte, and the message that made it one.
+const LARGEST_CHUNK_BYTES: u64 = 1 << 28;
+
+/// Walks through a file from piece to piece, past whatever is between them.
+struct Pieces {
+    file: BufReader<File>,
+    length: u64,
+    at: u64,
+    /// Behind the last piece that proved itself: nothing before it needs to be searched.
+    proved: u64,
+    damage: Vec<Damage>,
+    /// Where the chunks stand whose content was refused.
+    rejected: Vec<u64>,
+}
+
+impl Pieces {
+    fn open(path: &Path) -> io::Result<Pieces> {
+        let file = File::open(path)?;
+        let length = file.metadata()?.len();
+        let file = BufReader::with_capacity(1 << 16, file);
+        let mut pieces = Pieces { file, length, at: 0, proved: 0, damage: Vec::new(), rejected: Vec::new() };
+        if pieces.bytes(0, MAGIC.len() as u64)?.as_deref() == Some(MAGIC) {
+            (pieces.at, pieces.proved) = (MAGIC.len() as u64, MAGIC.len() as u64);
+        }
+        Ok(pieces)
+    }
+
+    /// Takes note that a chunk was not what its topic promises.
+    fn reject(&mut self, at: u64, what: String) {
+        self.rejected.push(at);
+        self.damage.push(Damage { from_byte: at, to_byte: self.at, what });
+    }
+
+    /// So many bytes from there on; `None` if the file has not as many.
+    fn bytes(&mut self, at: u64, count: u64) -> io::Result<Option<Vec<u8>>> {
+        if at.checked_add(count).is_none_or(|end| end > self.length) {
+            return Ok(None);
+        }
+        let here = self.file.stream_position()?;
+        self.file.seek_relative(at as i64 - here as i64)?;
+        let mut bytes = vec![0; count as usize];
+        self.file.read_exact(&mut bytes)?;
+        Ok(Some(bytes))
+    }
+
+    fn next(&mut self) -> io::Result<Option<Piece>> {
+        loop {
+            if self.at >= self.length || self.is_end_magic()? {
+                return Ok(None);
+            }
+            match self.record(self.at)? {
+                Ok((piece, next)) => {
+                    self.at = next;
+                    if let Some(piece) = piece {
+                        self.proved = next;
+                        return Ok(Some(piece));
+                    }
+                }
+                Err(what) => {
+                    let from_byte = self.at;
+                    let to_byte = self.search(self.proved.max(8))?;
+                    self.damage.push(Damage { from_byte: from_byte.min(to_byte), to_byte, what });
+                    (self.at, self.proved) = (to_byte, to_byte);
+                }
+            }
+        }
+    }
+
+    fn is_end_magic(&mut self) -> io::Result<bool> {
+        let left = self.length - self.at;
+        Ok(left == MAGIC.len() as u64 && self.bytes(self.at, left)?.as_deref() == Some(MAGIC))
+    }
+
+    /// The record there, if it can be one, and where the next one begins.
+    fn record(&mut self, at: u64) -> io::Result<Result<(Option<Piece>, u64), String>> {
+        let Some(head) = self.bytes(at, RECORD_HEAD_BYTES)? else {
+            return Ok(Err("the file ends within the head of a record".to_owned()));
+        };
+        let opcode = head[0];
+        let length = u64::from_le_bytes(head[1..].try_into().expect("eight bytes"));
+        if !(op::HEADER..=op::DATA_END).contains(&opcode) {
+            return Ok(Err(format!("{opcode:#04x} begins no record")));
+        }
+        let body_at = at + RECORD_HEAD_BYTES;
+        let next = match body_at.checked_add(length) {
+            Some(next) if next <= self.length => next,
+            _ => return Ok(Err("a record is longer than what is left of the file".to_owned())),
+        };
+        if !matches!(opcode, op::CHUNK | op::ATTACHMENT | op::METADATA) {
+            return Ok(Ok((None, next)));
+        }
+        if length > LARGEST_CHUNK_BYTES {
+            return Ok(Err(format!("a record of {length} bytes, larger than any that was written")));
+        }
+        let Some(body) = self.bytes(body_at, length)? else {
+            return Ok(Err("a record is longer than what is left of the file".to_owned()));
+        };
+        Ok(piece(opcode, &body, at).map(|piece| (piece, next)))
+    }
+
+    /// Where from some byte on the next chunk, attachment or end is that proves itself; the
+    /// end of the file if there is none.
+    fn search(&mut self, from: u64) -> io::Result<u64> {
+        const WINDOW_BYTES: u64 = 1 << 16;
+        // Enough behind a place to tell whether it is worth a closer look.
+        const LOOK_BYTES: u64 = 64;
+        let mut start = from;
+        while start < self.length {
+            let count = (WINDOW_BYTES + LOOK_BYTES).min(self.length - start);
+            let window = self.bytes(start, count)?.unwrap_or_default();
+            for offset in 0..count.min(WINDOW_BYTES) {
+                let at = start + offset;
+                let may_begin = looks_like_a_piece(&window[offset as usize..]);
+                if may_begin
+                    && at != self.at
+                    && let Ok((Some(_), _)) = self.record(at)?
+                {
+                    return Ok(at);
+                }
+            }
+            start += WINDOW_BYTES;
+        }
+        Ok(self.length)
+    }
+}
+
+/// A first look at bytes of which a chunk, an attachment or a metadata record of ours may be
+/// the beginning.
+fn looks_like_a_piece(bytes: &[u8]) -> bool {
+    let begins_at = |place: usize, text: &[u8]| bytes.get(place..).is_some_and(|rest| rest.starts_with(text));
+    match bytes.first() {
+        // Behind head, times, size and checksum.
+        Some(&op::CHUNK) => begins_at(9 + 28, b"\x04\0\0\0zstd"),
+        // Behind head and times.
+        Some(&op::ATTACHMENT) => {
+            begins_at(9 + 16, b"\x0d\0\0\0scenario.toml") || begins_at(9 + 16, b"\x0a\0\0\0checkpoint")
+        }
+        Some(&op::METADATA) => begins_at(9, b"\x03\0\0\0run") || begins_at(9, b"\x07\0\0\0run_end"),
+        _ => false,
+    }
+}
+
+/// What a record is, or why it is not what was written.
+fn piece(opcode: u8, body: &[u8], at: u64) -> Result<Option<Piece>, String> {
+    match opcode {
+        op::ATTACHMENT => attachment(body),
+        op::METADATA => match mcap::parse_record(opcode, body) {
+            Ok(Record::Metadata(metadata)) if metadata.name == RUN => Ok(Some(Piece::Run(metadata.metadata))),
+            Ok(Record::Metadata(metadata)) if metadata.name == RUN_END => {
+                let end = metadata::end_from_map(&metadata.metadata).map_err(|error| error.to_string())?;
+                Ok(Some(Piece::End(end)))
+            }
+            Ok(_) => Ok(None),
+            Err(error) => Err(error.to_string()),
+        },
+        _ => match mcap::parse_record(opcode, body) {
+            Ok(Record::Chunk { header, data }) => {
+                let records = open_chunk(&header, &data)?;
+                Ok(Some(Piece::Chunk { at, records }))
+            }
+            Ok(_) => Ok(None),
+            Err(error) => Err(error.to_string()),
+        },
+    }
+}
+
+/// The records of a chunk, if its checksum says that they are those that were written.
+fn open_chunk(header: &mcap::records::ChunkHeader, data: &[u8]) -> Result<Vec<u8>, String> {
+    let size = header.uncompressed_size;
+    if size > LARGEST_CHUNK_BYTES {
+        return Err(format!("a chunk of {size} bytes, larger than any that was written"));
+    }
+    let records = match header.compression.as_str() {
+        "zstd" => zstd::bulk::decompress(data, size as usize).map_err(|error| format!("a chunk: {error}"))?,
+        "" => data.to_owned(),
+        other => return Err(format!("a chunk with the compression {other:?}")),
+    };
+    if crc32fast::hash(&records) == header.uncompressed_crc && records.len() as u64 == size {
+        Ok(records)
+    } else {
+        Err("a chunk whose checksum is not that of its content".to_owned())
+    }
+}
+
+/// An attachment of ours whose checksum holds.
+fn attachment(body: &[u8]) -> Result<Option<Piece>, String> {
+    let wrong = || "an attachment whose checksum is not that of its content".to_owned();
+    let (content, crc) = body.split_at_checked(body.len().wrapping_sub(4)).ok_or_else(wrong)?;
+    if crc32fast::hash(content) != u32::from_le_bytes(crc.try_into().map_err(|_| wrong())?) {
+        return Err(wrong());
+    }
+    // Behind two times: name and media type, each with its length in front, then the data.
+    let mut rest = content.get(16..).ok_or_else(wrong)?;
+    let mut text = || {
+        let (length, behind) = rest.split_first_chunk::<4>()?;
+        let (text, behind) = behind.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+        rest = behind;
+        std::str::from_utf8(text).ok()
+    };
+    let (name, _media_type) = text().zip(text()).ok_or_else(wrong)?;
+    let (length, data) = rest.split_first_chunk::<8>().ok_or_else(wrong)?;
+    if u64::from_le_bytes(*length) != data.len() as u64 {
+        return Err(wrong());
+    }
+    let text = String::from_utf8(data.to_owned()).map_err(|_| wrong())?;
+    Ok(match name {
+        SCENARIO => Some(Piece::Scenario(text)),
+        CHECKPOINT => Some(Piece::Checkpoint(text)),
+        _ => None,
+    })
+}
+
+/// A message of a chunk.
+struct Message {
+    topic: String,
+    sequence: u32,
+    time_ns: u64,
+    payload: Vec<u8>,
+    kind: Kind,
+}
+
+/// What of a message decides whether it can be kept.
+#[derive(Clone, Copy)]
+enum Kind {
+    Step { step: u64, switches: u32 },
+    Switch { step: u64 },
+    State { step: u64 },
+    Event,
+}
+
+/// Why a chunk's messages were not taken.
+enum ChunkProblem {
+    /// It holds what no run writes.
+    Content(String),
+    /// They could not be written.
+    Write(WriteError),
+}
+
+type Keep<'a> = dyn FnMut(&Message) -> Result<(), WriteError> + 'a;
+
+/// Follows messages by topic and number, and keeps those that make sense: a step with all of
+/// its switches, and all else by itself.
+struct Walk<'a> {
+    events: &'a [EventKind],
+    topics: BTreeMap<u16, String>,
+    /// The number of the next message of each topic, and how many gaps there were before the
+    /// last one: what is missing of the topic lies behind that.
+    expected: BTreeMap<String, (u32, usize)>,
+    /// A step whose switches are not all there yet, with those that are.
+    unit: Vec<Message>,
+    missing_switches: u32,
+    last_step: Option<u64>,
+    /// Whether something is missing since the last message that was kept.
+    in_gap: bool,
+    repeated: u64,
+    salvaged: Salvaged,
+}
+
+impl<'a> Walk<'a> {
+    fn new(events: &'a [EventKind]) -> Walk<'a> {
+        Walk {
+            events,
+            topics: BTreeMap::new(),
+            expected: BTreeMap::new(),
+            unit: Vec::new(),
+            missing_switches: 0,
+            last_step: None,
+            in_gap: false,
+            repeated: 0,
+            salvaged: Salvaged::default(),
+        }
+    }
+
+    /// Takes the messages of a chunk, all of them or, if one is not what it should be, none.
+    fn chunk(&mut self, records: &[u8], keep: &mut Keep<'_>) -> Result<(), ChunkProblem> {
+        let messages = self.messages(records).map_err(ChunkProblem::Content)?;
+        messages.into_iter().try_for_each(|message| self.take(message, keep)).map_err(ChunkProblem::Write)
+    }
+
+    fn messages(&mut self, records: &[u8]) -> Result<Vec<Message>, String> {
+        let mut messages = Vec::new();
+        let mut rest = records;
+        while !rest.is_empty() {
+            let cut = || "a record is longer than its chunk".to_owned();
+            let (head, behind) =
+                rest.split_first_chunk::<{ RECORD_HEAD_BYTES as usize }>().ok_or_else(cut)?;
+            let length = u64::from_le_bytes(head[1..].try_into().expect("eight bytes"));
+            let length = usize::try_from(length).map_err(|_| cut())?;
+            let (body, behind) = behind.split_at_checked(length).ok_or_else(cut)?;
+            rest = behind;
+            match mcap::parse_record(head[0], body).map_err(|error| error.to_string())? {
+                Record::Channel(channel) => {
+                    self.topics.insert(channel.id, channel.topic);
+                }
+                Record::Message { header, data } => {
+                    let payload = data.into_owned();
+                    let (topic, kind) = match self.topics.get(&header.channel_id) {
+                        Some(topic) => (topic.clone(), self.kind(topic, &payload)?),
+                        // The chunk that announced the channels is lost.
+                        None => self.recognise(&payload)?,
+                    };
+                    let (sequence, time_ns) = (header.sequence, header.log_time);
+                    messages.push(Message { topic, sequence, time_ns, payload, kind });
+                }
+                _ => {}
+            }
+        }
+        Ok(messages)
+    }
+
+    /// What a message of a topic is, which must be what the topic promises.
+    fn kind(&self, topic: &str, payload: &[u8]) -> Result<Kind, String> {
+        let refused = |error: serde_json::Error| format!("a message of {topic} that cannot be read: {error}");
+        Ok(match topic {
+            STEP => {
+                let message: StepMessage = serde_json::from_slice(payload).map_err(refused)?;
+                Kind::Step { step: message.step, switches: message.switches }
+            }
+            SWITCH => {
+                Kind::Switch { step: serde_json::from_slice::<SwitchMessage>(payload).map_err(refused)?.step }
+            }
+            FIELDS => {
+                Kind::State { step: serde_json::from_slice::<FieldRecord>(payload).map_err(refused)?.step }
+            }
+            WINDOW => {
+                Kind::State { step: serde_json::from_slice::<WindowRecord>(payload).map_err(refused)?.step }
+            }
+            _ => {
+                let kind = self.events.iter().find(|kind| kind.topic == topic);
+                let kind = kind.ok_or_else(|| format!("a message of {topic}, which no run writes"))?;
+                let payload = serde_json::from_slice(payload).map_err(refused)?;
+                if !has_the_fields_of(&kind.schema, &payload) {
+                    return Err(format!("a message of {topic} with other fields"));
+                }
+                Kind::Event
+            }
+        })
+    }
+
+    /// Of what topic a message must be. Each has fields that no other has.
+    fn recognise(&self, payload: &[u8]) -> Result<(String, Kind), String> {
+        let topics =
+            [STEP, SWITCH, FIELDS, WINDOW].into_iter().chain(self.events.iter().map(|kind| kind.topic));
+        topics
+            .filter_map(|topic| Some((topic.to_owned(), self.kind(topic, payload).ok()?)))
+            .next()
+            .ok_or_else(|| "a message of no topic that is known".to_owned())
+    }
+
+    fn take(&mut self, message: Message, keep: &mut Keep<'_>) -> Result<(), WriteError> {
+        let (expected, gaps) = self.expected.get(&message.topic).copied().unwrap_or_default();
+        if message.sequence < expected {
+            self.repeated += 1;
+            return Ok(());
+        }
+        if message.sequence > expected {
+            self.lose_behind(gaps, &message.topic.clone(), u64::from(message.sequence - expected));
+        }
+        self.note(&message);
+        match message.kind {
+            Kind::Step { switches, .. } => {
+                self.lose_unit();
+                self.missing_switches = switches;
+                self.unit.push(message);
+            }
+            Kind::Switch { step } => {
+                let fits = self
+                    .unit
+                    .first()
+                    .is_some_and(|unit| matches!(unit.kind, Kind::Step { step: of, .. } if of == step));
+                if !fits {
+                    self.lose(SWITCH, 1);
+                    return Ok(());
+                }
+                self.missing_switches -= 1;
+                self.unit.push(message);
+            }
+            Kind::State { .. } | Kind::Event => {
+                self.lose_unit();
+                return self.keep(&message, keep);
+            }
+        }
+        if self.missing_switches == 0 {
+            for message in std::mem::take(&mut self.unit) {
+                self.keep(&message, keep)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self, message: &Message, keep: &mut Keep<'_>) -> Result<(), WriteError> {
+        if let Some(step) = message.step() {
+            if std::mem::take(&mut self.in_gap) {
+                self.salvaged.gaps.push(Gap { after_step: self.last_step, before_step: Some(step) });
+            }
+            self.last_step = Some(step);
+        }
+        // Again: there may be a gap more now.
+        self.note(message);
+        *self.salvaged.kept.entry(message.topic.clone()).or_default() += 1;
+        keep(message)
+    }
+
+    fn note(&mut self, message: &Message) {
+        let next = (message.sequence.saturating_add(1), self.salvaged.gaps.len());
+        self.expected.insert(message.topic.clone(), next);
+    }
+
+    /// Takes note that messages of a topic are missing behind so many gaps: they may have
+    /// gone with what was missing of another topic in a later one.
+    fn lose_behind(&mut self, gaps: usize, topic: &str, messages: u64) {
+        let in_known_gap = !self.in_gap && self.salvaged.gaps.len() > gaps;
+        self.lose(topic, messages);
+        self.in_gap &= !in_known_gap;
+    }
+
+    fn lose(&mut self, topic: &str, messages: u64) {
+        // What a step still waits for is among what is lost.
+        self.lose_unit();
+        *self.salvaged.lost.entry(topic.to_owned()).or_default() += messages;
+        self.in_gap = true;
+    }
+
+    /// A step is of no use without all of its switches.
+    fn lose_unit(&mut self) {
+        for message in std::mem::take(&mut self.unit) {
+            *self.salvaged.lost.entry(message.topic).or_default() += 1;
+            self.in_gap = true;
+        }
+        self.missing_switches = 0;
+    }
+
+    fn finish(mut self, end: Option<&RunEnd>) -> Salvaged {
+        self.lose_unit();
+        for (topic, &count) in end.iter().flat_map(|end| &end.message_counts) {
+            let (expected, gaps) = self.expected.get(topic).copied().unwrap_or_default();
+            let missing = count.saturating_sub(u64::from(expected));
+            if missing > 0 {
+                self.lose_behind(gaps, topic, missing);
+            }
+        }
+        self.salvaged.end_is_known = end.is_some();
+        if self.in_gap || end.is_none() {
+            self.salvaged.gaps.push(Gap { after_step: self.last_step, before_step: None });
+        }
+        if self.repeated > 0 {
+            self.salvaged.remarks.push(format!("{} messages stood there twice", self.repeated));
+        }
+        self.salvaged
+    }
+}
+
+impl Message {
+    fn step(&self) -> Option<u64> {
+        match self.kind {
+            Kind::Step { step, .. } | Kind::Switch { step } | Kind::State { step } => Some(step),
+            Kind::Event => None,
+        }
+    }
+}
+
+/// Whether an object has all the fields that its schema requires, and none that it does not
+/// name.
+fn has_the_fields_of(schema: &Value, payload: &Value) -> bool {
+    let Some(fields) = payload.as_object() else { return false };
+    let named = schema["properties"].as_object();
+    let required = schema["required"].as_array();
+    fields.keys().all(|field| named.is_some_and(|named| named.contains_key(field)))
+        && required
+            .is_some_and(|all| all.iter().filter_map(Value::as_str).all(|one| fields.contains_key(one)))
+}

@@ -1,0 +1,33 @@
+//! The versions of the format, and how logs of older ones are read.
+//!
+//! | version | what it has that the one before had not |
+//! |---|---|
+//! | 1 | |
+//! | 2 | attachments `checkpoint`, where an unfinished run can be taken up again; the status `salvaged`, with a metadata record `salvage` |
+//!
+//! Version 2 only adds, so a log of version 1 reads as one without checkpoints. A version
+//! that says something in other words puts what its predecessors said into today's here, and
+//! nowhere else. `fixtures/logs` holds logs of every version, made by the program of that
+//! time, and `tests/versions.rs` reads them.
+
+use std::collections::BTreeMap;
+
+use asperity_record::RECORD_SCHEMA_VERSION;
+
+use crate::metadata;
+use crate::read::LogProblem;
+
+/// The oldest version that can be read.
+const OLDEST: u32 = 1;
+
+/// Looks at the version in the metadata `run` before anything else is read in it: what a
+/// newer version has there is not known.
+///
+/// # Errors
+/// If the version is not one that this program reads, or none is given.
+pub(crate) fn check(run: &BTreeMap<String, String>) -> Result<(), LogProblem> {
+    match metadata::version(run)? {
+        OLDEST..=RECORD_SCHEMA_VERSION => Ok(()),
+        other => Err(LogProblem::Version(other)),
+    }
+}

@@ -1,0 +1,315 @@
+//! Runs that are killed, interrupted, or out of disk: what they leave behind never claims to
+//! be whole, and `--resume` ends with what one run would have given, to the byte.
+
+#[path = "support/binary.rs"]
+mod binary;
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use asperity_record::{RunEnd, RunStatus};
+use asperity_runlog::{LogError, LogItem, RunReader, Topics, partial_path};
+use binary::{asperity, succeed, text};
+
+/// Everything that a log holds, and how its run ended.
+fn read(path: &Path) -> Result<(Vec<LogItem>, RunEnd), LogError> {
+    let mut reader = RunReader::open(path, Topics::ALL)?;
+    let mut items = Vec::new();
+    while let Some(item) = reader.next_item()? {
+        items.push(item);
+    }
+    Ok((items, reader.end().expect("the log was read to its end").clone()))
+}
+
+/// Runs that differ in what a solver's state is made of.
+const SCENARIOS: [&[&str]; 4] = [
+    // Jumps, windows and single steps, a record about every twenty microseconds of work.
+    &["default", "--set", "time.duration_s=2"],
+    &["default", "--set", "time.duration_s=1.2", "--set", "parameter_set=as-stated"],
+    // Thresholds with a memory.
+    &["ageing-contacts", "--set", "time.duration_s=1.2", "--set", "time.step_s=1e-7"],
+    // A hold whose step is only known once it has come, and every step taken.
+    &[
+        "ten-blocks",
+        "--set",
+        "time.duration_s=1.2",
+        "--set",
+        "time.step_s=1e-7",
+        "--set",
+        "drive.until_load_ratio=0.16",
+        "--solver",
+        "plain",
+    ],
+];
+
+/// A run of a scenario that takes down its state all the time.
+struct Run {
+    folder: tempfile::TempDir,
+    arguments: Vec<String>,
+    /// What one run without interruption gives, and how long that takes.
+    items: Vec<LogItem>,
+    end: RunEnd,
+    takes: Duration,
+}
+
+impl Run {
+    fn of(scenario: &[&str]) -> Run {
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let whole = folder.path().join("whole.mcap");
+        let started = Instant::now();
+        binary::run(scenario, &whole);
+        let takes = started.elapsed();
+        let (items, end) = read(&whole).expect("the log is whole");
+        assert!(items.len() > 1000, "too little happens: {} items", items.len());
+        let arguments = [&["run"], scenario, &["--resume", "--checkpoint-s", "0.004", "--out"]].concat();
+        let mut arguments: Vec<String> = arguments.into_iter().map(str::to_owned).collect();
+        arguments.push(text(&folder.path().join("run.mcap")).to_owned());
+        Run { folder, arguments, items, end, takes }
+    }
+
+    fn log(&self) -> PathBuf {
+        self.folder.path().join("run.mcap")
+    }
+
+    /// Begins the run, or goes on with it.
+    fn start(&self) -> Child {
+        Command::new(env!("CARGO_BIN_EXE_asperity"))
+            .args(&self.arguments)
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the binary starts")
+    }
+
+    /// Holds what is there now against the promise: what bears the final name is whole, and
+    /// what says that it is whole is all of it.
+    fn must_not_lie(&self) {
+        let log = self.log();
+        if log.exists() {
+            assert_eq!(read(&log).expect("a log with its final name is whole").1.digest, self.end.digest);
+        }
+        let partial = partial_path(&log);
+        if let Ok((items, end)) = read(&partial) {
+            // Killed between the last byte and the new name.
+            assert_eq!((end.status, items.len()), (self.end.status, self.items.len()));
+            assert_eq!(end.digest, self.end.digest);
+        }
+        let resumed = self.folder.path().join("run.mcap.resumed");
+        assert!(!resumed.exists() || partial.exists(), "the unfinished log gave way too early");
+    }
+
+    /// Holds the whole log against that of the run without interruption.
+    fn must_be_equal(&self) {
+        let (items, end) = read(&self.log()).expect("the log is whole");
+        let first = items.iter().zip(&self.items).position(|(resumed, whole)| resumed != whole);
+        assert_eq!(first, None, "another item");
+        assert_eq!(items.len(), self.items.len());
+        assert_eq!(
+            (&end.digest, end.switches, end.last_step),
+            (&self.end.digest, self.end.switches, self.end.last_step)
+        );
+        assert_eq!((end.status, &end.message_counts), (self.end.status, &self.end.message_counts));
+        // What the solver's work was made of adds up over all that went on.
+        for name in ["steps", "switches", "plain_steps"] {
+            assert_eq!(end.solver.counts[name], self.end.solver.counts[name], "{name}");
+        }
+        let events = |log: &Path| succeed(&["events", text(log)]);
+        assert_eq!(events(&self.log()), events(&self.folder.path().join("whole.mcap")));
+        let left: Vec<_> = fs::read_dir(self.folder.path())
+            .expect("the folder is there")
+            .map(|entry| entry.expect("the folder is there").file_name())
+            .filter(|name| !name.to_string_lossy().ends_with(".mcap"))
+            .collect();
+        assert!(left.is_empty(), "left behind: {left:?}");
+    }
+
+    fn remove(&self) {
+        fs::remove_file(self.log()).expect("the log is there");
+    }
+}
+
+/// Numbers from 0 to 1 that are the same in every test run (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// Kills real processes at random points of all phases: before the log is begun, while it is
+/// written, while its records are given again, while it gets its name.
+#[test]
+fn killed_two_hundred_times_a_run_ends_as_if_never_killed() {
+    const KILLS_OF_EACH: usize = 52;
+    let mut random = Random(1);
+    let (mut kills, mut gone_on, mut runs) = (0, 0, 0);
+    for scenario in SCENARIOS {
+        let run = Run::of(scenario);
+        let mut killed = 0;
+        while killed < KILLS_OF_EACH {
+            let mut child = run.start();
+            // Most die young, so that one run is taken up again and again.
+            let fraction = random.next();
+            std::thread::sleep(run.takes.mul_f64(1.1 * fraction * fraction));
+            child.kill().expect("it can be killed, or has ended");
+            let output = child.wait_with_output().expect("it ends");
+            let said = String::from_utf8_lossy(&output.stderr);
+            gone_on += usize::from(said.contains("goes on from"));
+            run.must_not_lie();
+            if output.status.success() {
+                run.must_be_equal();
+                run.remove();
+                runs += 1;
+            } else {
+                assert_eq!(output.status.code(), None, "it was killed: {said}");
+                killed += 1;
+            }
+        }
+        kills += killed;
+        // And now to its end.
+        let output = run.start().wait_with_output().expect("it ends");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        run.must_be_equal();
+        runs += 1;
+    }
+    assert!(kills >= 200 && gone_on >= kills / 4, "{kills} kills, {gone_on} times gone on, {runs} runs");
+    writeln!(std::io::stdout(), "{kills} kills, {gone_on} times gone on, {runs} runs equal")
+        .expect("it is open");
+}
+
+/// Kills a run some time after it began, and gives where its unfinished log is.
+fn kill_halfway(run: &Run) -> PathBuf {
+    let partial = partial_path(&run.log());
+    loop {
+        let mut child = run.start();
+        std::thread::sleep(run.takes.mul_f64(0.6));
+        child.kill().expect("it can be killed, or has ended");
+        if !child.wait().expect("it ends").success() && has_checkpoint(&partial) {
+            return partial;
+        }
+        if run.log().exists() {
+            run.remove();
+        }
+    }
+}
+
+fn has_checkpoint(partial: &Path) -> bool {
+    let Ok(mut reader) = RunReader::open(partial, Topics::NONE) else { return false };
+    while let Ok(Some(_)) = reader.next_item() {}
+    reader.checkpoint().is_some()
+}
+
+fn finish(run: &Run) -> String {
+    let output = run.start().wait_with_output().expect("it ends");
+    let said = String::from_utf8(output.stderr).expect("the binary writes UTF-8");
+    assert!(output.status.success(), "{said}");
+    run.must_be_equal();
+    said
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_a_run_goes_on_from_where_it_was() {
+    let run = Run::of(SCENARIOS[0]);
+    loop {
+        let child = run.start();
+        std::thread::sleep(run.takes.mul_f64(0.5));
+        let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+        assert!(sent.is_ok(), "there is a kill");
+        let output = child.wait_with_output().expect("it ends");
+        if output.status.code() == Some(130) {
+            break;
+        }
+        run.remove();
+    }
+    let partial = partial_path(&run.log());
+    let mut reader = RunReader::open(&partial, Topics::ALL).expect("it has a header");
+    let mut last_step = 0;
+    while let Ok(Some(item)) = reader.next_item() {
+        if let LogItem::Record(record) = item {
+            last_step = record.step();
+        }
+    }
+    assert_eq!(reader.end().map(|end| end.status), Some(RunStatus::Interrupted));
+    let state: serde_json::Value =
+        serde_json::from_str(reader.checkpoint().expect("closed with one")).unwrap();
+    // Nothing is done twice but what a leap had recorded ahead.
+    assert!(state["chain"]["step"].as_u64().unwrap() + 2_000_000 > last_step);
+    assert!(finish(&run).contains("goes on from"));
+}
+
+#[test]
+fn a_run_that_lacks_only_its_name_gets_it() {
+    let run = Run::of(SCENARIOS[2]);
+    fs::copy(run.folder.path().join("whole.mcap"), partial_path(&run.log())).expect("a file can be copied");
+    assert!(finish(&run).contains("it was whole, but for its name"));
+    // And then there is nothing left to do.
+    assert!(finish(&run).contains("is whole already"));
+}
+
+/// What is damaged behind the last sound checkpoint is made anew.
+#[test]
+fn a_damaged_log_is_gone_on_with_from_before_the_damage() {
+    let run = Run::of(SCENARIOS[0]);
+    let partial = kill_halfway(&run);
+    let sound = fs::read(&partial).expect("the log can be read");
+    let mut gone_on = 0;
+    for part in 1..8 {
+        let mut bytes = sound.clone();
+        let place = sound.len() * part / 8;
+        bytes[place] ^= 0x10;
+        fs::write(&partial, &bytes).expect("the folder can be written");
+        gone_on += usize::from(finish(&run).contains("goes on from"));
+        run.remove();
+    }
+    assert!(gone_on >= 5, "{gone_on}");
+}
+
+#[test]
+fn what_is_left_of_another_run_is_refused_and_kept() {
+    let run = Run::of(SCENARIOS[0]);
+    let partial = kill_halfway(&run);
+    let before = fs::read(&partial).expect("the log can be read");
+    let log = run.log();
+    let refused = |arguments: &[&str], reason: &str| {
+        let output = asperity(&[arguments, &["--out", text(&log)]].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(reason) && said.contains("(accepted: "), "{said}");
+        assert!(fs::read(&partial).expect("it is still there") == before && !log.exists());
+    };
+    refused(&["run", "default", "--set", "time.duration_s=3", "--resume"], "another scenario");
+    refused(
+        &["run", "default", "--set", "time.duration_s=2", "--solver", "plain", "--resume"],
+        "another solver",
+    );
+    refused(&["run", "default", "--set", "time.duration_s=2"], "a run that did not come to its end");
+    // A whole log of another run is not touched either.
+    fs::copy(run.folder.path().join("whole.mcap"), &log).expect("a file can be copied");
+    let output = asperity(&["run", "default", "--resume", "--out", text(&log)]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn two_processes_never_write_one_log() {
+    let run = Run::of(SCENARIOS[3]);
+    let mut first = run.start();
+    let partial = partial_path(&run.log());
+    while !partial.exists() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let second = run.start().wait_with_output().expect("it ends");
+    let said = String::from_utf8_lossy(&second.stderr);
+    assert!(first.try_wait().expect("it can be asked").is_none(), "the first was over too soon");
+    assert_eq!(second.status.code(), Some(1), "{said}");
+    assert!(said.contains("is being written by another process"), "{said}");
+    assert!(first.wait().expect("it ends").success());
+    run.must_be_equal();
+}

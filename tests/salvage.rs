@@ -1,0 +1,216 @@
+//! Damaged logs, put together again: all that was not hit is there, nothing else is, and what
+//! is missing is told.
+
+#[path = "support/binary.rs"]
+mod binary;
+
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
+use binary::{asperity, succeed, text};
+use mcap::read::LinearReader;
+use mcap::records::Record;
+
+/// A log of many chunks, all of which it holds in memory.
+struct Log {
+    folder: tempfile::TempDir,
+    bytes: Vec<u8>,
+    items: Vec<LogItem>,
+    /// Where its chunks are, with the number of messages in each.
+    chunks: Vec<(Range<usize>, usize)>,
+}
+
+impl Log {
+    fn make() -> Log {
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let path = folder.path().join("whole.mcap");
+        // Most of it are the states of all blocks, so that there are many chunks.
+        let dense = ["--set", "recording.fields_s=0.0005", "--set", "time.duration_s=0.6"];
+        binary::run(&[&["default"], &dense[..]].concat(), &path);
+        let bytes = fs::read(&path).expect("the log can be read");
+        let items = read(&path).0;
+        let mut chunks = Vec::new();
+        let mut at = 8;
+        for record in LinearReader::new(&bytes).expect("the log is MCAP") {
+            let record = record.expect("the log is whole");
+            let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize + 9;
+            if let Record::Chunk { header, data } = &record {
+                let inner = mcap::read::ChunkReader::new(header.clone(), data).expect("a chunk opens");
+                let messages = inner.filter(|record| matches!(record, Ok(Record::Message { .. }))).count();
+                chunks.push((at..at + length, messages));
+            }
+            at += length;
+        }
+        assert!(chunks.len() >= 5, "{} chunks", chunks.len());
+        Log { folder, bytes, items, chunks }
+    }
+
+    /// Salvages some bytes; what the command said, and the log that it made.
+    fn salvage(&self, bytes: &[u8]) -> (String, PathBuf) {
+        let (damaged, out) =
+            (self.folder.path().join("damaged.mcap"), self.folder.path().join("salvaged.mcap"));
+        fs::write(&damaged, bytes).expect("the folder can be written");
+        if out.exists() {
+            fs::remove_file(&out).expect("it can be removed");
+        }
+        (succeed(&["salvage", text(&damaged), "--out", text(&out)]), out)
+    }
+
+    /// Salvages a damaged copy, and holds the result against what it must be: so many of the
+    /// chunks' messages are left at least, in their order, and the log says that it is not whole.
+    #[track_caller]
+    fn must_keep(&self, what: &str, bytes: &[u8], hit: &Range<usize>) -> String {
+        let (said, out) = self.salvage(bytes);
+        let (items, problem) = read(&out);
+        assert!(matches!(problem, Some(LogProblem::Salvaged)), "{what}: {problem:?}\n{said}");
+        let mut all = self.items.iter();
+        let stray = items.iter().position(|item| !all.any(|other| other == item));
+        assert_eq!(stray, None, "{what}: an item that the log did not have, or not in this place\n{said}");
+        let untouched = |chunk: &&(Range<usize>, usize)| chunk.0.end <= hit.start || hit.end <= chunk.0.start;
+        let messages: usize = self.chunks.iter().filter(untouched).map(|(_, messages)| messages).sum();
+        let kept: u64 =
+            said.split(": ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().parse().unwrap();
+        // A step whose switches are torn apart by the damage goes with it, on either side.
+        let torn = 2 * 101;
+        assert!(kept as usize + torn >= messages, "{what}: {kept} of {messages} kept\n{said}");
+        let check = asperity(&["check", text(&out)]);
+        let verdict = String::from_utf8_lossy(&check.stdout).into_owned();
+        assert_eq!(check.status.code(), Some(1), "{what}: {verdict}");
+        assert!(verdict.contains("incomplete") && verdict.contains("salvaged"), "{what}: {verdict}");
+        said
+    }
+}
+
+/// All items up to the end or the first problem.
+fn read(path: &Path) -> (Vec<LogItem>, Option<LogProblem>) {
+    let mut reader = RunReader::open(path, Topics::ALL).expect("the log has a header");
+    let mut items = Vec::new();
+    loop {
+        match reader.next_item() {
+            Ok(Some(item)) => items.push(item),
+            Ok(None) => return (items, None),
+            Err(error) => return (items, Some(error.problem)),
+        }
+    }
+}
+
+#[test]
+fn what_is_not_hit_is_kept() {
+    let log = Log::make();
+    let end = log.bytes.len();
+    for number in 0..12 {
+        let place = 40 + (end - 80) * number / 12 + 77 * number;
+        // Bits turned, a block of the disk lost, bytes cut out, bytes put in.
+        let mut flipped = log.bytes.clone();
+        flipped[place] ^= 1 << (number % 8);
+        log.must_keep(&format!("a bit of byte {place}"), &flipped, &(place..place + 1));
+        // Header and scenario are in one block of the disk; with both gone nothing is left to say.
+        let place = place.max(log.chunks[0].0.start);
+        let block = place..(place + 4096).min(end);
+        let mut zeroed = log.bytes.clone();
+        zeroed[block.clone()].fill(0);
+        log.must_keep(&format!("zeros from {place}"), &zeroed, &block);
+        let cut = [&log.bytes[..block.start], &log.bytes[block.end..]].concat();
+        log.must_keep(&format!("bytes cut out from {place}"), &cut, &block);
+        let inserted = [&log.bytes[..place], &[0x06; 300], &log.bytes[place..]].concat();
+        log.must_keep(&format!("bytes put in at {place}"), &inserted, &(place..place + 1));
+        log.must_keep(&format!("cut off at {place}"), &log.bytes[..place.max(9000)], &(place..end));
+    }
+}
+
+/// The chunk that names the channels is the first one: without it, messages are known by
+/// what they hold.
+#[test]
+fn without_its_beginning_a_log_is_read_from_its_scenario_and_messages() {
+    let log = Log::make();
+    let first = log.chunks[0].0.clone();
+    let mut bytes = log.bytes.clone();
+    bytes[first.clone()].fill(0xff);
+    let said = log.must_keep("the first chunk", &bytes, &first);
+    assert!(said.contains("nothing between the beginning and step "), "{said}");
+    // Nor is the header needed, as long as there is the scenario, nor the file's first bytes.
+    let run = bytes.windows(7).position(|bytes| bytes == b"\x03\0\0\0run").expect("the metadata is there");
+    bytes[run + 4] = b'R';
+    bytes[..8].fill(0);
+    let said = log.must_keep("header and first chunk", &bytes, &(0..first.end));
+    assert!(said.contains("metadata `run` is lost, and was made anew from the scenario"), "{said}");
+    let out = log.folder.path().join("salvaged.mcap");
+    let reader = RunReader::open(&out, Topics::NONE).expect("it has a header");
+    assert_eq!((reader.header().blocks, reader.header().code_version.as_str()), (100, "unknown"));
+    assert!(reader.scenario_toml().contains("duration_s = 0.6"));
+}
+
+/// A chunk that is gone without a trace, or there twice, shows in the messages' numbers.
+#[test]
+fn chunks_that_are_gone_or_there_twice_are_noticed() {
+    let log = Log::make();
+    let (third, messages) = log.chunks[2].clone();
+    // With the indexes behind it, which belong to it.
+    let next = log.chunks[3].0.start;
+    let gone = [&log.bytes[..third.start], &log.bytes[next..]].concat();
+    let said = log.must_keep("a chunk cut out", &gone, &third);
+    let lost: usize = said
+        .lines()
+        .filter_map(|line| line.split(" kept, ").nth(1)?.strip_suffix(" lost")?.parse::<usize>().ok())
+        .sum();
+    assert!((messages..messages + 202).contains(&lost), "{lost} of {messages}: {said}");
+    assert!(said.contains("nothing between step "), "{said}");
+
+    let twice = [&log.bytes[..next], &log.bytes[third.clone()], &log.bytes[next..]].concat();
+    let (said, out) = log.salvage(&twice);
+    assert!(said.contains(&format!("{messages} messages stood there twice")), "{said}");
+    assert_eq!(read(&out).0, log.items, "none is lost");
+}
+
+#[test]
+fn what_is_whole_or_hopeless_is_left_alone() {
+    let log = Log::make();
+    let (said, out) = log.salvage(&log.bytes);
+    assert!(said.contains("whole: there is nothing to salvage") && !out.exists(), "{said}");
+
+    let damaged = log.folder.path().join("damaged.mcap");
+    for (bytes, told) in [
+        (&b""[..], "nothing says what run it is of"),
+        (b"no log at all, but long enough to be one", "nothing says what run it is of"),
+        (&log.bytes[..20], "nothing says what run it is of"),
+    ] {
+        fs::write(&damaged, bytes).expect("the folder can be written");
+        let output = asperity(&["salvage", text(&damaged), "--out", text(&out)]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            output.status.code() == Some(1) && said.contains(told) && said.contains("damaged.mcap"),
+            "{said}"
+        );
+        assert!(!out.exists());
+    }
+    // An output that exists is kept.
+    fs::write(&damaged, &log.bytes[..log.bytes.len() / 2]).expect("the folder can be written");
+    fs::write(&out, "mine").expect("the folder can be written");
+    let output = asperity(&["salvage", text(&damaged), "--out", text(&out)]);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(fs::read_to_string(&out).unwrap(), "mine");
+}
+
+/// Detectors do not look past a gap, and the other commands print what there is, and fail.
+#[test]
+fn commands_take_a_salvaged_log_for_what_it_is() {
+    let log = Log::make();
+    let mut bytes = log.bytes.clone();
+    let third = log.chunks[2].0.clone();
+    bytes[third.start + 100] ^= 1;
+    let (_, out) = log.salvage(&bytes);
+    let events = asperity(&["events", text(&out)]);
+    assert_eq!(events.status.code(), Some(1));
+    let printed = String::from_utf8_lossy(&events.stdout).into_owned();
+    let whole = succeed(&["events", text(&log.folder.path().join("whole.mcap"))]);
+    let (printed, whole): (Vec<&str>, Vec<&str>) = (printed.lines().collect(), whole.lines().collect());
+    assert!(printed.len() < whole.len() && printed.len() > 2, "{} of {} events", printed.len(), whole.len());
+    assert!(printed.iter().all(|row| whole.contains(row)));
+    for command in [&["replay"][..], &["reduce", "--out", "nowhere"]] {
+        let output = asperity(&[command, &[text(&out)]].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(1) && said.contains("salvaged"), "{said}");
+    }
+}

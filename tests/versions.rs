@@ -1,0 +1,91 @@
+//! Logs of every version of the format, each made by the program of that time, read as it
+//! read them. `fixtures/logs/vN` holds them with the slip events that it found.
+
+#[path = "support/binary.rs"]
+mod binary;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use asperity_record::RECORD_SCHEMA_VERSION;
+use asperity_runlog::{RunReader, Topics};
+use binary::{asperity, succeed, text};
+
+fn fixtures() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs")
+}
+
+/// The logs of a version, in order of their names.
+fn logs(version: u32) -> Vec<PathBuf> {
+    let folder = fixtures().join(format!("v{version}"));
+    let entries = fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    let mut logs: Vec<PathBuf> = entries
+        .map(|entry| entry.expect("the folder can be read").path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "mcap"))
+        .collect();
+    logs.sort();
+    logs
+}
+
+#[test]
+fn logs_of_every_version_give_the_events_that_they_gave() {
+    for version in 1..=RECORD_SCHEMA_VERSION {
+        let logs = logs(version);
+        assert!(logs.len() >= 4, "version {version} has {} golden logs", logs.len());
+        let mut compared = 0;
+        for log in logs {
+            let name = log.display();
+            let reader = RunReader::open(&log, Topics::ALL).expect("a golden log has a header");
+            assert_eq!(reader.header().record_schema_version, version, "{name}");
+            let whole = asperity(&["check", text(&log)]);
+            let said = String::from_utf8_lossy(&whole.stdout).into_owned();
+            if let Ok(events) = fs::read_to_string(log.with_extension("events.csv")) {
+                assert_eq!(whole.status.code(), Some(0), "{said}");
+                assert_eq!(succeed(&["events", text(&log)]), events, "{name}");
+                assert_eq!(succeed(&["replay", "--format", "csv", text(&log)]), events, "{name}");
+                compared += 1;
+            } else {
+                // Not whole when it was made, and for the same reason now.
+                assert_eq!(whole.status.code(), Some(1), "{said}");
+                let reason = fs::read_to_string(log.with_extension("check.txt")).expect("it says why");
+                assert!(said.contains(reason.trim()), "{said}");
+            }
+        }
+        assert!(compared >= 3, "version {version} has {compared} whole golden logs");
+    }
+}
+
+/// What a newer program writes may mean anything: it is refused by its version, before
+/// anything else in it can be found wrong.
+#[test]
+fn a_newer_version_is_refused_by_name() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let log = folder.path().join("newer.mcap");
+    let newer = (RECORD_SCHEMA_VERSION + 1).to_string();
+    let metadata = mcap::records::Metadata {
+        name: "run".to_owned(),
+        metadata: [("record_schema_version".to_owned(), newer.clone())].into(),
+    };
+    let mut writer = mcap::Writer::new(fs::File::create(&log).unwrap()).unwrap();
+    writer.write_metadata(&metadata).unwrap();
+    writer.finish().unwrap();
+    for command in ["events", "replay", "check"] {
+        let output = asperity(&[command, text(&log)]);
+        let said = [output.stdout, output.stderr].concat();
+        let said = String::from_utf8_lossy(&said).into_owned();
+        let expected = format!(
+            "version {newer} of the format; this program reads versions 1 to {RECORD_SCHEMA_VERSION}"
+        );
+        assert!(said.contains(&expected), "{command}: {said}");
+        assert_ne!(output.status.code(), Some(0));
+    }
+}
+
+#[test]
+fn what_is_written_now_is_of_the_present_version() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let log = folder.path().join("run.mcap");
+    binary::run(&["ten-blocks", "--set", "time.step_s=1e-7", "--set", "time.duration_s=0.01"], &log);
+    let reader = RunReader::open(&log, Topics::NONE).expect("the log has a header");
+    assert_eq!(reader.header().record_schema_version, RECORD_SCHEMA_VERSION);
+}

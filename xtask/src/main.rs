@@ -11,6 +11,9 @@ mod ci;
 mod clients;
 mod diff_events;
 mod git;
+mod golden;
+#[path = "../../tests/support/golden.rs"]
+mod golden_tables;
 mod interrupt;
 mod reproduce;
 mod revision;
@@ -37,6 +40,7 @@ Examples:
   cargo xtask test
   cargo xtask verify-solver
   cargo xtask diff-events HEAD~1
+  cargo xtask golden
   cargo xtask bench
   cargo xtask ci"
 )]
@@ -68,6 +72,8 @@ enum Command {
     VerifySolver(verify::VerifyArguments),
     /// Say what became of the events of another revision.
     DiffEvents(diff_events::DiffEventsArguments),
+    /// Hold the events of chapter 5 against the golden tables, or accept that these change.
+    Golden(golden::GoldenArguments),
     /// Measure how fast it is.
     Bench(bench::BenchArguments),
     /// Check everything that a change must pass.
@@ -84,6 +90,7 @@ fn main() -> ExitCode {
         Command::Test(arguments) => test::command(&arguments),
         Command::VerifySolver(arguments) => verify::command(&arguments),
         Command::DiffEvents(arguments) => diff_events::command(&arguments),
+        Command::Golden(arguments) => golden::command(&arguments),
         Command::Bench(arguments) => bench::command(&arguments),
         Command::Ci(arguments) => ci::command(&arguments),
     };

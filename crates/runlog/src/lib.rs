@@ -17,6 +17,9 @@
 //! simulated time in nanoseconds; nothing in the file knows the wall clock.
 //! A log is written under a temporary name and renamed when it is whole.
 
+mod agree;
+mod chunk;
+mod layout;
 mod messages;
 mod metadata;
 mod read;

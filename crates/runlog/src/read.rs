@@ -1,26 +1,33 @@
 //! Reading a run log, from its first byte to its last, with every checksum
 //! checked and memory bounded by a chunk.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use asperity_record::{
     Direction, Event, FieldRecord, RECORD_SCHEMA_VERSION, Record, RunEnd, RunHeader, RunStatus, StepRecord,
+    WindowRecord,
 };
-use mcap::records::Record as Raw;
+use mcap::records::{MessageHeader, Record as Raw};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde::de::DeserializeOwned;
 
+use crate::agree;
+use crate::chunk::{Chunk, RECORD_HEAD_BYTES};
+use crate::layout::Layout;
 use crate::messages::{EVENTS, FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
 use crate::metadata::{self, MetadataError, RUN, RUN_END, SALVAGE};
 use crate::versions;
 use crate::write::{CHECKPOINT, SCENARIO, digest_message};
 
-/// No record of ours comes near this; a length beyond it is damage, and must
-/// not be allocated.
-const LONGEST_RECORD_BYTES: usize = 1 << 30;
+/// No record of ours comes near this: the state of the longest chain is ten million bytes. A
+/// length beyond it is damage, and must not be allocated.
+pub(crate) const LONGEST_RECORD_BYTES: usize = 1 << 26;
+
+/// Most that is made room for at once: a length is only believed as far as there are bytes.
+const LONGEST_READ_BYTES: usize = 1 << 20;
 
 /// A run log that cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -41,6 +48,81 @@ pub enum LogProblem {
     /// Not an MCAP file, or a damaged one.
     #[error("not a whole MCAP file: {0}")]
     Mcap(#[from] mcap::McapError),
+    /// A record that cannot be read.
+    #[error("the record at byte {at} cannot be read: {error}")]
+    Record {
+        /// Where in the file it begins, or the chunk that it is in.
+        at: u64,
+        /// Why.
+        error: mcap::McapError,
+    },
+    /// A record that reaches over the end of a file that was not cut off.
+    #[error("the record at byte {0} claims to be longer than the rest of the file, which has its end")]
+    Overlong(u64),
+    /// A message on a channel that nothing announced.
+    #[error("a message of channel {0}, which nothing announced")]
+    UnknownChannel(u16),
+    /// A channel that is announced for two topics.
+    #[error("channel {id} is that of {topic} and of {other}")]
+    ChannelReused {
+        /// The channel.
+        id: u16,
+        /// What it was announced for first.
+        topic: String,
+        /// What it is announced for then.
+        other: String,
+    },
+    /// A topic on two channels.
+    #[error("{0} has two channels")]
+    TopicTwice(String),
+    /// A message that is missing, or there twice.
+    #[error("message {found} of {topic} stands where number {expected} must")]
+    Number {
+        /// The topic.
+        topic: String,
+        /// The number that it must have.
+        expected: u32,
+        /// The number that it has.
+        found: u32,
+    },
+    /// A text that is none.
+    #[error("attachment `{0}` is not UTF-8")]
+    NotText(&'static str),
+    /// A time in the file that is not that of the message's step.
+    #[error(
+        "{topic}: the message of step {step} stands at {found_ns} ns, not at {}",
+        expected_ns.map_or("any time that a file can give".to_owned(), |ns| format!("{ns} ns"))
+    )]
+    LogTime {
+        /// The topic.
+        topic: String,
+        /// The step.
+        step: u64,
+        /// The time that the message has in the file.
+        found_ns: u64,
+        /// The time of its step.
+        expected_ns: Option<u64>,
+    },
+    /// A message that says two things which cannot both be.
+    #[error("step {step}: {what}")]
+    Contradiction {
+        /// The step.
+        step: u64,
+        /// What it says.
+        what: String,
+    },
+    /// An array that has not one value per block.
+    #[error("step {step}: {key} has {found} values, not {expected}")]
+    ArrayLength {
+        /// The step.
+        step: u64,
+        /// The array.
+        key: &'static str,
+        /// How many values it has.
+        found: usize,
+        /// How many it must have.
+        expected: usize,
+    },
     /// Header or end do not say what they must.
     #[error(transparent)]
     Metadata(#[from] MetadataError),
@@ -117,6 +199,14 @@ pub enum LogProblem {
 }
 
 impl LogProblem {
+    /// The same, with where in the file it is.
+    fn at(self, at: u64) -> LogProblem {
+        match self {
+            LogProblem::Mcap(error) => LogProblem::Record { at, error },
+            other => other,
+        }
+    }
+
     /// Whether the file only ends too early: what stands before is as it was written.
     pub fn is_early_end(&self) -> bool {
         matches!(
@@ -191,8 +281,13 @@ pub struct RunReader {
     path: PathBuf,
     source: BufReader<File>,
     reader: LinearReader,
+    /// Where the next record begins, and that which is being read.
+    next_at: u64,
+    at: u64,
+    /// What is left of the chunk that is being read.
+    chunk: Chunk,
+    layout: Layout,
     topics: Topics,
-    channels: BTreeMap<u16, String>,
     header: Option<RunHeader>,
     scenario_toml: String,
     checkpoint: Option<String>,
@@ -204,6 +299,8 @@ pub struct RunReader {
     detached: Vec<bool>,
     detached_count: u32,
     last_step: u64,
+    /// The step of the last record of any kind.
+    record_step: u64,
     ready: VecDeque<LogItem>,
     counts: BTreeMap<String, u64>,
     switches: u64,
@@ -220,7 +317,7 @@ impl RunReader {
         let at = |problem: LogProblem| LogError { path: path.to_owned(), problem };
         let file = File::open(path).map_err(|error| at(error.into()))?;
         let options = LinearReaderOptions::default()
-            .with_prevalidate_chunk_crcs(true)
+            .with_emit_chunks(true)
             .with_validate_data_section_crc(true)
             .with_validate_summary_section_crc(true)
             .with_record_length_limit(LONGEST_RECORD_BYTES);
@@ -228,8 +325,11 @@ impl RunReader {
             path: path.to_owned(),
             source: BufReader::with_capacity(1 << 16, file),
             reader: LinearReader::new_with_options(options),
+            next_at: mcap::MAGIC.len() as u64,
+            at: 0,
+            chunk: Chunk::default(),
+            layout: Layout::default(),
             topics,
-            channels: BTreeMap::new(),
             header: None,
             scenario_toml: String::new(),
             checkpoint: None,
@@ -239,6 +339,7 @@ impl RunReader {
             detached: Vec::new(),
             detached_count: 0,
             last_step: 0,
+            record_step: 0,
             ready: VecDeque::new(),
             counts: BTreeMap::new(),
             switches: 0,
@@ -246,7 +347,7 @@ impl RunReader {
             finished: false,
         };
         // Header and scenario stand before the first channel.
-        while reader.channels.is_empty() && !reader.finished {
+        while !reader.layout.has_channels() && !reader.finished {
             reader.advance().map_err(at)?;
         }
         match &reader.header {
@@ -301,6 +402,13 @@ impl RunReader {
     /// Reads one MCAP record.
     fn advance(&mut self) -> Result<(), LogProblem> {
         loop {
+            if let Some((opcode, body)) = self.chunk.next_record().map_err(|problem| problem.at(self.at))? {
+                let raw = parse(opcode, body, self.at)?;
+                if matches!(raw, Raw::Chunk { .. }) {
+                    return Err(LogProblem::Misplaced("there is a chunk in a chunk"));
+                }
+                return self.take(raw);
+            }
             let raw = match self.reader.next_event() {
                 None => {
                     self.finished = true;
@@ -312,8 +420,9 @@ impl RunReader {
                     return self.check_end();
                 }
                 Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
+                    let buffer = self.reader.insert(wanted.min(LONGEST_READ_BYTES));
                     let read = loop {
-                        match self.source.read(self.reader.insert(wanted)) {
+                        match self.source.read(buffer) {
                             Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
                             other => break other?,
                         }
@@ -322,20 +431,38 @@ impl RunReader {
                     continue;
                 }
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                    mcap::parse_record(opcode, data)?.into_owned()
+                    self.at = self.next_at;
+                    self.next_at += (RECORD_HEAD_BYTES + data.len()) as u64;
+                    parse(opcode, data, self.at)?
                 }
-                Some(Err(error)) => return Err(error.into()),
+                Some(Err(mcap::McapError::UnexpectedEof)) => return Err(self.early_end()),
+                Some(Err(error)) => return Err(LogProblem::from(error).at(self.next_at)),
             };
+            if let Raw::Chunk { header, data } = &raw {
+                self.layout.take(&raw)?;
+                self.chunk = Chunk::open(header, data).map_err(|problem| problem.at(self.at))?;
+                continue;
+            }
             return self.take(raw);
         }
     }
 
+    /// What it means that the file ends inside a record: it was cut off, or the record lies
+    /// about its length. A file that was cut off does not end as a whole one.
+    fn early_end(&mut self) -> LogProblem {
+        let mut last = [0; mcap::MAGIC.len()];
+        let back = SeekFrom::End(-(last.len() as i64));
+        let read = self.source.seek(back).and_then(|at| self.source.read_exact(&mut last).map(|()| at));
+        match read {
+            Ok(at) if at > self.next_at && last == mcap::MAGIC => LogProblem::Overlong(self.next_at),
+            _ => mcap::McapError::UnexpectedEof.into(),
+        }
+    }
+
     fn take(&mut self, raw: Raw<'static>) -> Result<(), LogProblem> {
+        self.layout.take(&raw)?;
         match raw {
             Raw::Metadata(metadata) if metadata.name == RUN => {
-                if self.header.is_some() {
-                    return Err(LogProblem::Misplaced("there are two metadata `run`"));
-                }
                 versions::check(&metadata.metadata)?;
                 let header = metadata::header_from_map(&metadata.metadata)?;
                 self.detached = vec![false; header.blocks as usize];
@@ -346,48 +473,53 @@ impl RunReader {
                 self.end = Some(metadata::end_from_map(&metadata.metadata)?);
             }
             Raw::Attachment { header, data, .. } if header.name == SCENARIO => {
-                self.scenario_toml = String::from_utf8_lossy(&data).into_owned();
+                self.scenario_toml = text(SCENARIO, data)?;
             }
             Raw::Attachment { header, data, .. } if header.name == CHECKPOINT => {
                 self.close_step()?;
-                self.checkpoint = Some(String::from_utf8_lossy(&data).into_owned());
+                self.checkpoint = Some(text(CHECKPOINT, data)?);
             }
-            // Channels come once before the messages and again in the summary.
             Raw::Channel(channel) => {
-                self.counts.entry(channel.topic.clone()).or_insert(0);
-                self.channels.insert(channel.id, channel.topic);
+                self.counts.entry(channel.topic).or_insert(0);
             }
             Raw::Message { header, data } => {
-                if self.header.is_none() {
-                    return Err(LogProblem::NoHeader);
-                }
-                let topic = self.channels.get(&header.channel_id).cloned().unwrap_or_default();
+                let topic = self.layout.topic(header.channel_id).unwrap_or_default().to_owned();
                 digest_message(&mut self.digest, &topic, &data);
                 *self.counts.entry(topic.clone()).or_insert(0) += 1;
-                self.message(topic, header.sequence, &data)?;
+                self.message(topic, &header, &data)?;
             }
             _ => {}
         }
         Ok(())
     }
 
-    fn message(&mut self, topic: String, sequence: u32, data: &[u8]) -> Result<(), LogProblem> {
+    fn message(&mut self, topic: String, head: &MessageHeader, data: &[u8]) -> Result<(), LogProblem> {
+        let sequence = head.sequence;
         if let Some(salvage) = &mut self.salvage {
             salvage.take(&topic, sequence);
         }
         if topic == SWITCH {
             self.switches += 1;
-            return if self.topics.steps { self.switch(decode(&topic, sequence, data)?) } else { Ok(()) };
+            return if self.topics.steps {
+                self.switch(decode(&topic, sequence, data)?, head)
+            } else {
+                Ok(())
+            };
         }
         self.close_step()?;
+        let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
+        let timed = |step| agree::time(header, &topic, step, head.log_time);
         match topic.as_str() {
             STEP if self.topics.steps => {
                 let message: StepMessage = decode(&topic, sequence, data)?;
+                timed(message.step)?;
+                agree::step(&message)?;
                 if message.sliding != self.detached_count && !self.is_state_unknown() {
                     let StepMessage { step, sliding: promised, .. } = message;
                     return Err(LogProblem::Sliding { step, promised, found: self.detached_count });
                 }
                 self.last_step = message.step;
+                self.record_step = message.step;
                 let promised = message.switches;
                 self.open_step = Some((message.into_record(), promised));
                 if promised == 0 {
@@ -396,16 +528,27 @@ impl RunReader {
             }
             FIELDS if self.topics.fields || (self.topics.steps && self.is_state_unknown()) => {
                 let record: FieldRecord = decode(&topic, sequence, data)?;
+                timed(record.step)?;
+                let blocks = header.blocks;
                 self.learn_state(&record);
+                agree::fields(&record, blocks, self.topics.steps.then_some(&self.detached[..]))?;
+                self.record_step = record.step;
                 if self.topics.fields {
                     self.ready.push_back(LogItem::Record(Record::Fields(record)));
                 }
             }
             WINDOW if self.topics.windows => {
-                let record = decode(&topic, sequence, data)?;
+                let record: WindowRecord = decode(&topic, sequence, data)?;
+                timed(record.step)?;
+                agree::window(&record, header.blocks)?;
+                self.record_step = record.step;
                 self.ready.push_back(LogItem::Record(Record::Window(record)));
             }
             _ if self.topics.events && topic.starts_with(EVENTS) => {
+                // An event stands at the time of the record before it.
+                if self.topics == Topics::ALL {
+                    timed(self.record_step)?;
+                }
                 let invalid = |error| LogProblem::Message { topic: topic.clone(), sequence, error };
                 let payload = std::str::from_utf8(data)
                     .map_err(|error| invalid(serde::de::Error::custom(error)))?
@@ -432,11 +575,15 @@ impl RunReader {
         }
     }
 
-    fn switch(&mut self, message: SwitchMessage) -> Result<(), LogProblem> {
+    fn switch(&mut self, message: SwitchMessage, head: &MessageHeader) -> Result<(), LogProblem> {
         let is_state_unknown = self.is_state_unknown();
         let Some((record, promised)) = &mut self.open_step else {
             return Err(LogProblem::Switches { step: message.step, promised: 0, found: 1 });
         };
+        agree::switch(record, &message)?;
+        if let Some(header) = &self.header {
+            agree::time(header, SWITCH, message.step, head.log_time)?;
+        }
         let (step, block, direction) = (message.step, message.block, message.direction);
         let is_detached = (block as usize).checked_sub(1).and_then(|n| self.detached.get_mut(n));
         match is_detached {
@@ -475,9 +622,16 @@ impl RunReader {
                 Err(LogProblem::EndMismatch { what: what.to_owned(), promised, found })
             }
         };
-        for (topic, count) in &end.message_counts {
-            let found = self.counts.get(topic).copied().unwrap_or(0);
-            mismatch(&format!("messages of {topic}:"), count.to_string(), found.to_string())?;
+        // A salvaged log keeps the numbers that its messages had.
+        if end.status != RunStatus::Salvaged {
+            self.layout.check_numbers()?;
+        }
+        let topics: BTreeSet<&String> = end.message_counts.keys().chain(self.counts.keys()).collect();
+        for topic in topics {
+            let count = |counts: &BTreeMap<String, u64>| {
+                counts.get(topic).map_or("nothing".to_owned(), ToString::to_string)
+            };
+            mismatch(&format!("messages of {topic}:"), count(&end.message_counts), count(&self.counts))?;
         }
         let salvaged = end.status == RunStatus::Salvaged;
         if salvaged != self.salvage.is_some() {
@@ -507,4 +661,31 @@ fn decode<T: DeserializeOwned>(topic: &str, sequence: u32, data: &[u8]) -> Resul
         sequence,
         error,
     })
+}
+
+/// A record out of its bytes.
+fn parse(opcode: u8, body: &[u8], at: u64) -> Result<Raw<'static>, LogProblem> {
+    // The library takes the checksum off the end of an attachment before it looks whether
+    // there is room for one.
+    if opcode == mcap::records::op::ATTACHMENT && !has_room_for_checksum(body) {
+        return Err(LogProblem::Record { at, error: mcap::McapError::UnexpectedEof });
+    }
+    match mcap::parse_record(opcode, body) {
+        Ok(raw) => Ok(raw.into_owned()),
+        Err(error) => Err(LogProblem::Record { at, error }),
+    }
+}
+
+/// Whether an attachment's checksum lies behind the lengths of its name, type and data.
+fn has_room_for_checksum(body: &[u8]) -> bool {
+    let text_end = |at: usize| {
+        let length = body.get(at..at + 4)?;
+        Some(at + 4 + u32::from_le_bytes(length.try_into().ok()?) as usize)
+    };
+    // Two times, name, media type, length of the data, data, checksum.
+    text_end(16).and_then(text_end).is_some_and(|end| end + 8 + 4 <= body.len())
+}
+
+fn text(name: &'static str, data: std::borrow::Cow<'_, [u8]>) -> Result<String, LogProblem> {
+    String::from_utf8(data.into_owned()).map_err(|_| LogProblem::NotText(name))
 }

@@ -12,7 +12,7 @@
 //! where something is missing. Messages keep their numbers, so any reader sees the gaps.
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
 
@@ -22,11 +22,12 @@ use asperity_record::{
 use mcap::records::{Record, op};
 use serde_json::Value;
 
+use crate::chunk::{Chunk, RECORD_HEAD_BYTES};
 use crate::messages::{FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
 use crate::metadata::{self, RUN, RUN_END};
 use crate::read::{LogProblem, RunReader, Topics};
 use crate::versions;
-use crate::write::{CHECKPOINT, Existing, RunWriter, SCENARIO, WriteError};
+use crate::write::{CHECKPOINT, Existing, RunWriter, SCENARIO, WriteError, partial_path};
 
 /// A log that nothing could be made of.
 #[derive(Debug, thiserror::Error)]
@@ -124,7 +125,7 @@ pub fn salvage(
             Piece::Scenario(text) => found.scenario = found.scenario.or(Some(text)),
             Piece::End(end) => found.end = Some(end),
             Piece::Checkpoint(_) => {}
-            Piece::Chunk { at, records } => match walk.chunk(&records, &mut |_| Ok(())) {
+            Piece::Chunk { at, mut chunk } => match walk.chunk(&mut chunk, &mut |_| Ok(())) {
                 Ok(()) => {}
                 Err(ChunkProblem::Content(what)) => pieces.reject(at, what),
                 Err(ChunkProblem::Write(error)) => return Err(error.into()),
@@ -150,13 +151,36 @@ pub fn salvage(
 
     let scenario = found.scenario.unwrap_or_default();
     let mut writer = RunWriter::create(output, Existing::Refuse, &header, &scenario, events)?;
-    writer.salvaged(&salvaged)?;
+    let report = found.end.map_or(SolverReport::default(), |end| end.solver);
+    let written = writer
+        .salvaged(&salvaged)
+        .map_err(SalvageError::from)
+        .and_then(|()| write_pieces(input, events, &rejected, &mut writer))
+        .and_then(|()| Ok(writer.finish(RunStatus::Salvaged, report)?));
+    match written {
+        Ok(_end) => Ok(salvaged),
+        Err(error) => {
+            // It can be made again from what is still there, and may fill the disk.
+            fs::remove_file(partial_path(output)).ok();
+            Err(error)
+        }
+    }
+}
+
+/// Writes what the first walk found to be good.
+fn write_pieces(
+    input: &Path,
+    events: &[EventKind],
+    rejected: &[u64],
+    writer: &mut RunWriter,
+) -> Result<(), SalvageError> {
+    let read_error = |error| SalvageError::Read { path: input.display().to_string(), error };
     let mut walk = Walk::new(events);
     let mut pieces = Pieces::open(input).map_err(read_error)?;
     while let Some(piece) = pieces.next().map_err(read_error)? {
         match piece {
-            Piece::Chunk { at, records } if !rejected.contains(&at) => {
-                let written = walk.chunk(&records, &mut |message| {
+            Piece::Chunk { at, mut chunk } if !rejected.contains(&at) => {
+                let written = walk.chunk(&mut chunk, &mut |message| {
                     writer.salvaged_message(
                         &message.topic,
                         message.sequence,
@@ -173,9 +197,7 @@ pub fn salvage(
             _ => {}
         }
     }
-    let report = found.end.map_or(SolverReport::default(), |end| end.solver);
-    writer.finish(RunStatus::Salvaged, report)?;
-    Ok(salvaged)
+    Ok(())
 }
 
 fn is_whole(path: &Path) -> bool {
@@ -217,15 +239,12 @@ enum Piece {
     /// A chunk's records, and where in the file it is.
     Chunk {
         at: u64,
-        records: Vec<u8>,
+        chunk: Chunk,
     },
 }
 
 /// The first bytes of every MCAP file, and the last.
 const MAGIC: &[u8; 8] = b"\x89MCAP0\r\n";
-
-/// Opcode and length, in front of every record.
-const RECORD_HEAD_BYTES: u64 = 9;
 
 /// No chunk of ours comes near this: a mebibyte, and the message that made it one.
 const LARGEST_CHUNK_BYTES: u64 = 1 << 28;
@@ -302,7 +321,7 @@ impl Pieces {
 
     /// The record there, if it can be one, and where the next one begins.
     fn record(&mut self, at: u64) -> io::Result<Result<(Option<Piece>, u64), String>> {
-        let Some(head) = self.bytes(at, RECORD_HEAD_BYTES)? else {
+        let Some(head) = self.bytes(at, RECORD_HEAD_BYTES as u64)? else {
             return Ok(Err("the file ends within the head of a record".to_owned()));
         };
         let opcode = head[0];
@@ -310,7 +329,7 @@ impl Pieces {
         if !(op::HEADER..=op::DATA_END).contains(&opcode) {
             return Ok(Err(format!("{opcode:#04x} begins no record")));
         }
-        let body_at = at + RECORD_HEAD_BYTES;
+        let body_at = at + RECORD_HEAD_BYTES as u64;
         let next = match body_at.checked_add(length) {
             Some(next) if next <= self.length => next,
             _ => return Ok(Err("a record is longer than what is left of the file".to_owned())),
@@ -384,30 +403,12 @@ fn piece(opcode: u8, body: &[u8], at: u64) -> Result<Option<Piece>, String> {
         },
         _ => match mcap::parse_record(opcode, body) {
             Ok(Record::Chunk { header, data }) => {
-                let records = open_chunk(&header, &data)?;
-                Ok(Some(Piece::Chunk { at, records }))
+                let chunk = Chunk::open(&header, &data).map_err(|error| format!("a chunk: {error}"))?;
+                Ok(Some(Piece::Chunk { at, chunk }))
             }
             Ok(_) => Ok(None),
             Err(error) => Err(error.to_string()),
         },
-    }
-}
-
-/// The records of a chunk, if its checksum says that they are those that were written.
-fn open_chunk(header: &mcap::records::ChunkHeader, data: &[u8]) -> Result<Vec<u8>, String> {
-    let size = header.uncompressed_size;
-    if size > LARGEST_CHUNK_BYTES {
-        return Err(format!("a chunk of {size} bytes, larger than any that was written"));
-    }
-    let records = match header.compression.as_str() {
-        "zstd" => zstd::bulk::decompress(data, size as usize).map_err(|error| format!("a chunk: {error}"))?,
-        "" => data.to_owned(),
-        other => return Err(format!("a chunk with the compression {other:?}")),
-    };
-    if crc32fast::hash(&records) == header.uncompressed_crc && records.len() as u64 == size {
-        Ok(records)
-    } else {
-        Err("a chunk whose checksum is not that of its content".to_owned())
     }
 }
 
@@ -501,23 +502,15 @@ impl<'a> Walk<'a> {
     }
 
     /// Takes the messages of a chunk, all of them or, if one is not what it should be, none.
-    fn chunk(&mut self, records: &[u8], keep: &mut Keep<'_>) -> Result<(), ChunkProblem> {
-        let messages = self.messages(records).map_err(ChunkProblem::Content)?;
+    fn chunk(&mut self, chunk: &mut Chunk, keep: &mut Keep<'_>) -> Result<(), ChunkProblem> {
+        let messages = self.messages(chunk).map_err(ChunkProblem::Content)?;
         messages.into_iter().try_for_each(|message| self.take(message, keep)).map_err(ChunkProblem::Write)
     }
 
-    fn messages(&mut self, records: &[u8]) -> Result<Vec<Message>, String> {
+    fn messages(&mut self, chunk: &mut Chunk) -> Result<Vec<Message>, String> {
         let mut messages = Vec::new();
-        let mut rest = records;
-        while !rest.is_empty() {
-            let cut = || "a record is longer than its chunk".to_owned();
-            let (head, behind) =
-                rest.split_first_chunk::<{ RECORD_HEAD_BYTES as usize }>().ok_or_else(cut)?;
-            let length = u64::from_le_bytes(head[1..].try_into().expect("eight bytes"));
-            let length = usize::try_from(length).map_err(|_| cut())?;
-            let (body, behind) = behind.split_at_checked(length).ok_or_else(cut)?;
-            rest = behind;
-            match mcap::parse_record(head[0], body).map_err(|error| error.to_string())? {
+        while let Some((opcode, body)) = chunk.next_record().map_err(|error| error.to_string())? {
+            match mcap::parse_record(opcode, body).map_err(|error| error.to_string())? {
                 Record::Channel(channel) => {
                     self.topics.insert(channel.id, channel.topic);
                 }

@@ -1,0 +1,124 @@
+//! What messages of a log must say alike: two of them, or one of them twice. A writer cannot
+//! get it wrong; who reads one of the two should be able to rely on it.
+
+use asperity_record::{FieldRecord, RunHeader, StepRecord, WindowRecord};
+
+use crate::messages::{StepMessage, SwitchMessage};
+use crate::read::LogProblem;
+
+/// The time of a message in the file, in nanoseconds, for a step; none if no file could give it.
+pub(crate) fn time_ns(header: &RunHeader, step: u64) -> Option<u64> {
+    let grid = header.time_grid();
+    match grid.step_ns() {
+        Some(step_ns) => step.checked_mul(step_ns),
+        None => Some(grid.time_ns(step)),
+    }
+}
+
+/// A message's time in the file, and its step.
+///
+/// # Errors
+/// If the one is not that of the other.
+pub(crate) fn time(header: &RunHeader, topic: &str, step: u64, found_ns: u64) -> Result<(), LogProblem> {
+    if time_ns(header, step) == Some(found_ns) {
+        return Ok(());
+    }
+    let topic = topic.to_owned();
+    Err(LogProblem::LogTime { topic, step, found_ns, expected_ns: time_ns(header, step) })
+}
+
+/// A step's ratio of loads, and the loads; the forces at both ends, of which there are two
+/// or none.
+///
+/// # Errors
+/// If they differ.
+pub(crate) fn step(message: &StepMessage) -> Result<(), LogProblem> {
+    let ratio = message.driving_force_n / message.normal_load_n;
+    // To the bit, but for what is no number on either side.
+    if message.ft_fn != ratio && !(message.ft_fn.is_nan() && ratio.is_nan()) {
+        let what = format!("ft_fn = {}, but its loads give {ratio}", message.ft_fn);
+        return Err(LogProblem::Contradiction { step: message.step, what });
+    }
+    if message.first_end_force_n.is_some() != message.last_end_force_n.is_some() {
+        let what = "a force on one end and none on the other".to_owned();
+        return Err(LogProblem::Contradiction { step: message.step, what });
+    }
+    Ok(())
+}
+
+/// A switch, and the step that it belongs to.
+///
+/// # Errors
+/// If it is of another step, or its block not behind that of the switch before.
+pub(crate) fn switch(open: &StepRecord, message: &SwitchMessage) -> Result<(), LogProblem> {
+    let contradiction = |what: String| Err(LogProblem::Contradiction { step: open.step, what });
+    if message.step != open.step || message.time_s != open.time_s {
+        return contradiction(format!(
+            "a switch that says it is of step {}, {} s",
+            message.step, message.time_s
+        ));
+    }
+    match open.switches.last() {
+        Some(before) if before.block >= message.block => {
+            contradiction(format!("a switch of block {} behind one of block {}", message.block, before.block))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// States of all blocks, and the chain that they are of; `detached` where it is known which
+/// blocks are.
+///
+/// # Errors
+/// If an array has not one value per block, or other blocks slide.
+pub(crate) fn fields(record: &FieldRecord, blocks: u32, detached: Option<&[bool]>) -> Result<(), LogProblem> {
+    let lengths = [
+        ("displacement_m", record.displacement_m.len()),
+        ("velocity_m_per_s", record.velocity_m_per_s.len()),
+        ("tangential_force_n", record.tangential_force_n.len()),
+        ("stick_position_m", record.stick_position_m.len()),
+        ("detached", record.detached.len()),
+    ];
+    let step = record.step;
+    if let Some((key, found)) = lengths.into_iter().find(|(_, length)| *length != blocks as usize) {
+        return Err(LogProblem::ArrayLength { step, key, found, expected: blocks as usize });
+    }
+    let Some(detached) = detached else { return Ok(()) };
+    let differing = record.detached.iter().zip(detached).position(|(said, known)| *said != u8::from(*known));
+    match differing {
+        None => Ok(()),
+        Some(n) => Err(LogProblem::Contradiction {
+            step,
+            what: format!(
+                "detached = {} for block {}, but its switches leave it {}",
+                record.detached[n],
+                n + 1,
+                if detached[n] { "detached" } else { "stuck" }
+            ),
+        }),
+    }
+}
+
+/// States of some blocks, and the chain that they are of.
+///
+/// # Errors
+/// If they are of blocks that it does not have, or the arrays differ in length.
+pub(crate) fn window(record: &WindowRecord, blocks: u32) -> Result<(), LogProblem> {
+    let step = record.step;
+    let expected = record.displacement_m.len();
+    for (key, found) in [
+        ("velocity_m_per_s", record.velocity_m_per_s.len()),
+        ("tangential_force_n", record.tangential_force_n.len()),
+    ] {
+        if found != expected {
+            return Err(LogProblem::ArrayLength { step, key, found, expected });
+        }
+    }
+    let behind = u64::from(record.first_block) + expected as u64;
+    if record.first_block == 0 || expected == 0 || behind > u64::from(blocks) + 1 {
+        let what =
+            format!("a window of {expected} blocks from block {} of a chain of {blocks}", record.first_block);
+        return Err(LogProblem::Contradiction { step, what });
+    }
+    Ok(())
+}

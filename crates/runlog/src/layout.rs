@@ -1,0 +1,173 @@
+//! Where in a log what may stand. Checksums and digest say that nothing was changed since;
+//! this says that what was written is a log: one header, one end, one scenario, every
+//! message on a channel that was announced, none behind the end.
+
+use std::collections::BTreeMap;
+
+use mcap::records::Record;
+
+use crate::metadata::{RUN, RUN_END};
+use crate::read::LogProblem;
+use crate::write::SCENARIO;
+
+/// Follows the records of a file.
+#[derive(Debug, Default)]
+pub(crate) struct Layout {
+    section: Section,
+    /// Whether there was any record yet.
+    begun: bool,
+    has_scenario: bool,
+    channels: BTreeMap<u16, Channel>,
+    /// A message out of its number, which a salvaged log may have and no other.
+    gap: Option<Gap>,
+}
+
+/// How far the file has come.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+enum Section {
+    /// Before `run`.
+    #[default]
+    Start,
+    /// Between `run` and `run_end`.
+    Run,
+    /// Behind `run_end`.
+    Ended,
+    /// Behind the end of the data: what says again what was said, to find it faster.
+    Summary,
+    /// Behind the footer.
+    Closed,
+}
+
+#[derive(Debug)]
+struct Channel {
+    topic: String,
+    messages: u32,
+}
+
+#[derive(Debug, Clone)]
+struct Gap {
+    topic: String,
+    expected: u32,
+    found: u32,
+}
+
+impl Layout {
+    /// Takes the next record of the file, those in chunks included.
+    ///
+    /// # Errors
+    /// If it may not stand there.
+    pub(crate) fn take(&mut self, record: &Record<'_>) -> Result<(), LogProblem> {
+        use Section::{Closed, Ended, Run, Start, Summary};
+        let misplaced = |what| Err(LogProblem::Misplaced(what));
+        let first = !std::mem::replace(&mut self.begun, true);
+        match (first, record) {
+            (true, Record::Header(_)) => return Ok(()),
+            (true, _) => return misplaced("the first record is no MCAP header"),
+            (false, Record::Header(_)) => return misplaced("there are two MCAP headers"),
+            (false, _) => {}
+        }
+        match (record, self.section) {
+            (_, Closed) => misplaced("there is something behind the footer"),
+            (Record::Metadata(metadata), section) if metadata.name == RUN => match section {
+                Start => {
+                    self.section = Run;
+                    Ok(())
+                }
+                _ => misplaced("there are two metadata `run`"),
+            },
+            (Record::Metadata(metadata), section) if metadata.name == RUN_END => match section {
+                Start => Err(LogProblem::NoHeader),
+                Run => {
+                    self.section = Ended;
+                    Ok(())
+                }
+                Ended => misplaced("there are two metadata `run_end`"),
+                _ => misplaced("metadata `run_end` stands behind the end of the data"),
+            },
+            (Record::Attachment { header, .. }, Start | Run) if header.name == SCENARIO => {
+                if self.has_scenario {
+                    return misplaced("there are two attachments `scenario.toml`");
+                }
+                self.has_scenario = true;
+                Ok(())
+            }
+            (Record::Message { .. } | Record::Channel(_), Start) => Err(LogProblem::NoHeader),
+            (Record::Message { .. } | Record::Metadata(_) | Record::Attachment { .. }, Ended) => {
+                misplaced("there are messages, metadata or attachments behind metadata `run_end`")
+            }
+            (Record::Message { .. } | Record::Metadata(_) | Record::Attachment { .. }, Summary) => {
+                misplaced("there are messages, metadata or attachments behind the end of the data")
+            }
+            (Record::Chunk { .. }, Ended | Summary) => {
+                misplaced("there is a chunk behind metadata `run_end`")
+            }
+            (Record::Message { .. } | Record::Channel(_), Run) if !self.has_scenario => {
+                misplaced("there is no attachment `scenario.toml` before the first channel")
+            }
+            (Record::Channel(channel), _) => self.channel(channel.id, &channel.topic),
+            (Record::Message { header, .. }, Run) => self.message(header.channel_id, header.sequence),
+            (Record::DataEnd(_), Summary) => misplaced("the data ends twice"),
+            (Record::DataEnd(_), _) => {
+                self.section = Summary;
+                Ok(())
+            }
+            (Record::Footer(_), Summary) => {
+                self.section = Closed;
+                Ok(())
+            }
+            (Record::Footer(_), _) => misplaced("there is a footer before the end of the data"),
+            _ => Ok(()),
+        }
+    }
+
+    /// The topic of a channel that was announced.
+    pub(crate) fn topic(&self, channel: u16) -> Option<&str> {
+        self.channels.get(&channel).map(|channel| channel.topic.as_str())
+    }
+
+    /// Whether a channel has been announced.
+    pub(crate) fn has_channels(&self) -> bool {
+        !self.channels.is_empty()
+    }
+
+    /// That no message is missing between others.
+    ///
+    /// # Errors
+    /// If one is.
+    pub(crate) fn check_numbers(&self) -> Result<(), LogProblem> {
+        match self.gap.clone() {
+            None => Ok(()),
+            Some(Gap { topic, expected, found }) => Err(LogProblem::Number { topic, expected, found }),
+        }
+    }
+
+    /// Channels come once before the messages and again in the summary.
+    fn channel(&mut self, id: u16, topic: &str) -> Result<(), LogProblem> {
+        match self.channels.get(&id) {
+            Some(known) if known.topic == topic => return Ok(()),
+            Some(known) => {
+                return Err(LogProblem::ChannelReused {
+                    id,
+                    topic: known.topic.clone(),
+                    other: topic.to_owned(),
+                });
+            }
+            None => {}
+        }
+        if self.channels.values().any(|known| known.topic == topic) {
+            return Err(LogProblem::TopicTwice(topic.to_owned()));
+        }
+        self.channels.insert(id, Channel { topic: topic.to_owned(), messages: 0 });
+        Ok(())
+    }
+
+    fn message(&mut self, id: u16, sequence: u32) -> Result<(), LogProblem> {
+        let channel = self.channels.get_mut(&id).ok_or(LogProblem::UnknownChannel(id))?;
+        if sequence != channel.messages && self.gap.is_none() {
+            self.gap =
+                Some(Gap { topic: channel.topic.clone(), expected: channel.messages, found: sequence });
+        }
+        channel.messages = channel.messages.wrapping_add(1);
+        Ok(())
+    }
+}

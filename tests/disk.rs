@@ -1,0 +1,154 @@
+//! Full disks and folders that cannot be written: a clear word, nothing under its final name
+//! that is not whole, nothing lost that was there before, and a run that goes on once there
+//! is room.
+
+#[path = "support/binary.rs"]
+mod binary;
+
+use std::env;
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use asperity_runlog::{RunReader, Topics};
+use binary::{asperity, text};
+
+/// Runs a script in a folder that is a disk of its own, of a megabyte, which only the script
+/// sees; `None` where the system does not allow such a thing.
+#[cfg(target_os = "linux")]
+fn on_a_small_disk(folder: &Path, script: &str) -> Option<Output> {
+    let mount = "mount -t tmpfs -o size=1m tmpfs \"$DISK\" && cd \"$DISK\" || exit 99";
+    let root = env::var_os("USER").is_some_and(|user| user == "root") || is_root();
+    let disk = folder.join("disk");
+    fs::create_dir_all(&disk).expect("the folder can be written");
+    let output = Command::new("unshare")
+        .args(["--mount"])
+        .args(if root { &[][..] } else { &["--map-root-user"] })
+        .args(["sh", "-c", &format!("{mount}\n{script}")])
+        .env("ASPERITY", env!("CARGO_BIN_EXE_asperity"))
+        .env("DISK", &disk)
+        .env("KEEP", folder)
+        .output();
+    let reason = match output {
+        Ok(output) if output.status.code() != Some(99) && !refused(&output) => return Some(output),
+        Ok(output) => String::from_utf8_lossy(&output.stderr).trim().to_owned(),
+        Err(error) => format!("unshare: {error}"),
+    };
+    let no_skips = env::var_os("ASPERITY_NO_SKIPS").is_some_and(|value| value == "1");
+    assert!(!no_skips, "the full disk must not be skipped: {reason}");
+    // Not eprintln, which the test harness captures: a skip must be seen.
+    writeln!(std::io::stderr(), "SKIPPED disk: no disk of its own: {reason}").expect("stderr can be written");
+    None
+}
+
+/// Whether unshare itself was refused, and the script never ran.
+#[cfg(target_os = "linux")]
+fn refused(output: &Output) -> bool {
+    String::from_utf8_lossy(&output.stderr).starts_with("unshare: ")
+}
+
+#[cfg(target_os = "linux")]
+fn is_root() -> bool {
+    let output = Command::new("id").arg("-u").output();
+    output.is_ok_and(|output| output.stdout.starts_with(b"0\n"))
+}
+
+fn digest(log: &Path) -> String {
+    let mut reader = RunReader::open(log, Topics::ALL).expect("the log has a header");
+    while reader.next_item().expect("the log is whole").is_some() {}
+    reader.end().expect("the log was read to its end").digest.clone()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_run_that_fills_the_disk_says_so_and_goes_on_when_there_is_room() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let whole = folder.path().join("whole.mcap");
+    binary::run(&["default", "--set", "time.duration_s=2"], &whole);
+    let script = r#"
+        echo precious > kept
+        run="$ASPERITY run default --set time.duration_s=2 --out run.mcap --checkpoint-s 0.01"
+        $run; echo "full: $?"
+        test ! -e run.mcap && test -e run.mcap.partial && echo "not published"
+        $ASPERITY check run.mcap.partial; echo "check: $?"
+        $run --resume; echo "still full: $?"
+        $ASPERITY check run.mcap.partial; echo "check again: $?"
+        mount -o remount,size=64m "$DISK"
+        $run --resume; echo "room: $?"
+        cp run.mcap "$KEEP/resumed.mcap"
+        cat kept; ls
+    "#;
+    let Some(output) = on_a_small_disk(folder.path(), script) else { return };
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    let lines: Vec<&str> = said.lines().filter(|line| !line.contains("incomplete")).collect();
+    assert_eq!(
+        lines,
+        [
+            "full: 1",
+            "not published",
+            "check: 1",
+            "still full: 1",
+            "check again: 1",
+            "room: 0",
+            "precious",
+            "kept",
+            "run.mcap"
+        ],
+        "{said}\n{errors}"
+    );
+    assert_eq!(errors.matches("No space left on device").count(), 2, "{errors}");
+    assert!(errors.contains("run.mcap.partial: ") && errors.contains("goes on from"), "{errors}");
+    assert_eq!(digest(&folder.path().join("resumed.mcap")), digest(&whole));
+}
+
+/// What other commands write is whole or is not there, and leaves the disk as they found it.
+#[cfg(target_os = "linux")]
+#[test]
+fn tables_and_figures_on_a_full_disk_are_whole_or_not_there() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let whole = folder.path().join("whole.mcap");
+    binary::run(&["default", "--set", "time.duration_s=2"], &whole);
+    let script = r#"
+        head -c 1040000 /dev/zero > filled
+        $ASPERITY replay "$KEEP/whole.mcap" --out replayed; echo "replay: $?"
+        $ASPERITY salvage "$KEEP/damaged.mcap" --out salvaged.mcap; echo "salvage: $?"
+        test "$HAS_REDUCE" = 1 && { $ASPERITY reduce "$KEEP/whole.mcap" --out reduced; echo "reduce: $?"; }
+        find . -type f -empty; find . -name '*.partial'
+    "#;
+    let bytes = fs::read(&whole).expect("the log can be read");
+    fs::write(folder.path().join("damaged.mcap"), &bytes[..bytes.len() / 2])
+        .expect("the folder can be written");
+    let with_reduce = format!("HAS_REDUCE={}\n{script}", u8::from(cfg!(feature = "analysis")));
+    let Some(output) = on_a_small_disk(folder.path(), &with_reduce) else { return };
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    let commands: &[&str] =
+        if cfg!(feature = "analysis") { &["replay", "salvage", "reduce"] } else { &["replay", "salvage"] };
+    let expected: Vec<String> = commands.iter().map(|command| format!("{command}: 1")).collect();
+    assert_eq!(said.lines().collect::<Vec<_>>(), expected, "{errors}");
+    assert_eq!(errors.matches("No space left on device").count(), commands.len(), "{errors}");
+}
+
+#[test]
+fn folders_that_cannot_be_written_are_named() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let file = folder.path().join("file");
+    fs::write(&file, "mine").expect("the folder can be written");
+    let nowhere = folder.path().join("nowhere").join("run.mcap");
+    let below = file.join("run.mcap");
+    for out in [&nowhere, &below] {
+        let output = asperity(&["run", "default", "--set", "time.duration_s=0.01", "--out", text(out)]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains(text(out)) && said.lines().count() == 1, "{said}");
+    }
+    assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
+    // Nobody writes to the system's own folders, not even root.
+    if cfg!(target_os = "linux") {
+        let output =
+            asperity(&["run", "default", "--set", "time.duration_s=0.01", "--out", "/proc/run.mcap"]);
+        assert_eq!(output.status.code(), Some(1));
+    }
+}

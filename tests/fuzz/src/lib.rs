@@ -1,0 +1,234 @@
+//! What must hold of any input whatsoever: it is read, or refused with an error that says
+//! where and what; nothing panics, and no length is believed before there is as much.
+//!
+//! The fuzzers call these functions with inputs that they make up (`targets/`), and
+//! `tests/hostile.rs` with those that were found and kept, so that what was mended once
+//! stays so, and these functions compile, where there is no fuzzer.
+
+pub mod edits;
+pub mod parts;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use asperity_detect::Detector;
+use asperity_detect_extent::ExtentDetector;
+use asperity_detect_global::GlobalDetector;
+use asperity_detect_onset::OnsetDetector;
+use asperity_model::{Plan, Scenario, ScenarioSource};
+use asperity_record::{Event, Record, SlipEvent};
+use asperity_runlog::{LogError, LogItem, RunReader, Topics};
+use asperity_simulator::SolverKind;
+
+use parts::Part;
+
+/// Where inputs go that must be files: in memory where there is such a place.
+fn scratch(name: &str) -> PathBuf {
+    let memory = Path::new("/dev/shm");
+    let folder = if memory.is_dir() { memory.to_owned() } else { std::env::temp_dir() };
+    let thread = format!("{:?}", std::thread::current().id());
+    let thread: String = thread.chars().filter(char::is_ascii_digit).collect();
+    folder.join(format!("asperity-fuzz-{}-{thread}-{name}", std::process::id()))
+}
+
+/// A log of any bytes.
+pub fn log_bytes(bytes: &[u8]) {
+    let path = scratch("log.mcap");
+    fs::write(&path, bytes).expect("the scratch folder can be written");
+    log_file(&path);
+    fs::remove_file(&path).expect("the file was just written");
+}
+
+/// A log that is sound but for what the input changes.
+pub fn log_edits(script: &[u8]) {
+    log_bytes(&edits::edited(short_log(), script));
+}
+
+/// A log whose `run` and `run_end` say what the input says: lines of `key=value`, those of
+/// `run_end` with `end.` in front.
+pub fn metadata(text: &[u8]) {
+    let text = String::from_utf8_lossy(text);
+    let mut parts = short_log().to_vec();
+    for part in &mut parts {
+        let (Some(name), Some(mut map)) = (part.name().map(str::to_owned), part.map()) else { continue };
+        for (key, value) in text.split('\n').filter_map(|line| line.split_once('=')) {
+            match (name.as_str(), key.strip_prefix("end.")) {
+                ("run_end", Some(key)) => map.insert(key.to_owned(), value.to_owned()),
+                ("run", None) => map.insert(key.to_owned(), value.to_owned()),
+                _ => None,
+            };
+        }
+        *part = Part::metadata(&name, &map);
+    }
+    log_bytes(&parts::put_together(&parts, parts::Packing::USUAL));
+}
+
+/// The beginning of a log of every kind of message.
+fn short_log() -> &'static [Part] {
+    static LOG: OnceLock<Vec<Part>> = OnceLock::new();
+    LOG.get_or_init(|| {
+        let log = Path::new(env!("CARGO_MANIFEST_DIR")).join(LOG_FROM_HERE);
+        let bytes = fs::read(&log).unwrap_or_else(|error| panic!("{}: {error}", log.display()));
+        parts::beginning(&parts::take_apart(&bytes), 120).expect("all blocks come to rest in it")
+    })
+}
+
+/// The path of a log from the folder of either crate that this is compiled in.
+const LOG_FROM_HERE: &str = "../../fixtures/logs/v2/complete.mcap";
+
+fn log_file(path: &Path) {
+    let all = read_log(path, Topics::ALL);
+    for topics in [Topics::RECORDS, Topics::STEPS, Topics::EVENTS, Topics::NONE] {
+        let some = read_log(path, topics);
+        // What is sound as a whole is so in part, and the same.
+        if let Ok(all) = &all {
+            let some = some.unwrap_or_else(|error| panic!("whole, but not with {topics:?}: {error}"));
+            assert!(!topics.steps || some.found == all.found, "other events with {topics:?}");
+            assert!(!topics.events || some.logged == all.logged, "other logged events with {topics:?}");
+        }
+    }
+    if let Err(error) = &all {
+        let said = error.to_string();
+        let place = path.display().to_string();
+        let what = said.strip_prefix(&place).and_then(|rest| rest.strip_prefix(": "));
+        assert!(what.is_some_and(|what| !what.is_empty()), "says not where and what: {said}");
+    }
+}
+
+/// What a log gave.
+struct Seen {
+    logged: Vec<Event>,
+    found: Vec<Event>,
+}
+
+/// Reads a log as `check` and `replay` do.
+fn read_log(path: &Path, topics: Topics) -> Result<Seen, LogError> {
+    let mut seen = Seen { logged: Vec::new(), found: Vec::new() };
+    let mut reader = RunReader::open(path, topics)?;
+    let header = reader.header().clone();
+    let grid = header.time_grid();
+    let blocks = header.blocks;
+    let mut detectors: [Box<dyn Detector>; 3] = [
+        Box::new(OnsetDetector::new(blocks)),
+        Box::new(ExtentDetector::new(blocks)),
+        Box::new(GlobalDetector::new(blocks)),
+    ];
+    while let Some(item) = reader.next_item()? {
+        match item {
+            LogItem::Event(event) => {
+                // What it says is its detector's affair, but it must be readable or refused.
+                if let Some(Err(error)) = event.decode::<SlipEvent>() {
+                    assert!(!error.to_string().is_empty());
+                }
+                seen.logged.push(event);
+            }
+            LogItem::Record(record) => {
+                assert!(grid.time_s(record.step()).is_finite());
+                match record {
+                    Record::Step(step) => {
+                        for detector in &mut detectors {
+                            detector.observe(&step, &mut |event| seen.found.push(event));
+                        }
+                    }
+                    Record::Fields(fields) => assert_eq!(fields.displacement_m.len(), blocks as usize),
+                    Record::Window(window) => {
+                        let last = window.first_block as usize + window.displacement_m.len();
+                        assert!(window.first_block > 0 && last <= blocks as usize + 1);
+                    }
+                }
+            }
+        }
+    }
+    for detector in &mut detectors {
+        detector.finish(&mut |event| seen.found.push(event));
+    }
+    Ok(seen)
+}
+
+/// A scenario's text, and overrides behind it, each after a zero byte.
+pub fn scenario(input: &[u8]) {
+    let input = String::from_utf8_lossy(input);
+    let mut pieces = input.split('\0');
+    let text = pieces.next().unwrap_or_default();
+    let source = ScenarioSource::new("fuzz.toml", text);
+    let source = pieces.fold(source, |source, assignment| source.with_override(assignment));
+    // Which files it may name is the user's affair, and what is in them that of `profile`.
+    if input.contains("profile_csv") {
+        return;
+    }
+    resolve(&source);
+}
+
+/// A shear profile.
+pub fn profile(text: &[u8]) {
+    let path = scratch("profile.csv");
+    fs::write(&path, text).expect("the scratch folder can be written");
+    let set = format!("initial_shear.profile_csv={}", path.display());
+    for blocks in [2, 100] {
+        let source = ScenarioSource::new("fuzz.toml", format!("slider.blocks = {blocks}"));
+        if let Some(scenario) = resolve(&source.with_override(&set)) {
+            assert_eq!(scenario.initial_shear.profile.len(), blocks);
+            assert!(scenario.initial_shear.profile.iter().all(|ratio| ratio.is_finite()));
+        }
+    }
+    fs::remove_file(&path).expect("the file was just written");
+}
+
+/// Resolves a scenario as far as the first step of its run.
+fn resolve(source: &ScenarioSource) -> Option<Scenario> {
+    let scenario = match Scenario::resolve(source) {
+        Ok(scenario) => scenario,
+        Err(errors) => {
+            assert!(!errors.0.is_empty());
+            for error in &errors.0 {
+                assert!(error.key.is_some() || error.place.is_some(), "says not where: {error}");
+                assert!(!error.problem.is_empty());
+            }
+            return None;
+        }
+    };
+    for written in [scenario.to_commented_toml(), scenario.to_editable_toml()] {
+        let again = Scenario::resolve(&ScenarioSource::new("again.toml", &written))
+            .unwrap_or_else(|errors| panic!("refuses what it wrote itself: {errors}\n{written}"));
+        assert_eq!(again.hash(), scenario.hash(), "reads other than it wrote:\n{written}");
+    }
+    let plan = Plan::new(&scenario);
+    assert!(plan.steps > 0 && plan.blocks >= 2);
+    for solver in [SolverKind::Plain, SolverKind::Fast] {
+        solver.start(plan.clone());
+    }
+    Some(scenario)
+}
+
+/// A pipeline.
+#[cfg(feature = "analysis")]
+pub fn pipeline(text: &[u8]) {
+    let text = String::from_utf8_lossy(text);
+    if let Err(problem) = asperity_analysis::pipeline::Pipeline::parse(&text) {
+        assert!(!problem.is_empty());
+    }
+}
+
+/// The tables of a log that is sound but for what the input changes.
+#[cfg(feature = "analysis")]
+pub fn tables(script: &[u8]) {
+    use asperity_analysis::precursors::PrecursorRules;
+    use asperity_analysis::run_data::RunData;
+    use asperity_model::analytic::LengthLaw;
+
+    let path = scratch("tables.mcap");
+    fs::write(&path, edits::edited(short_log(), script)).expect("the scratch folder can be written");
+    if let Ok(run) = RunData::read("fuzz", &path) {
+        let rules = PrecursorRules { min_blocks: 2, merge_gap_s: 1e-3 };
+        let made = [
+            asperity_analysis::tables::events(&run).map(drop),
+            asperity_analysis::tables::load_curve(&run).map(drop),
+            asperity_analysis::tables::precursors(&run, LengthLaw::Tilted, &rules).map(drop),
+        ];
+        for problem in made.into_iter().filter_map(Result::err) {
+            assert!(!problem.to_string().is_empty());
+        }
+    }
+    fs::remove_file(&path).expect("the file was just written");
+}

@@ -1,0 +1,297 @@
+//! A log taken apart into its MCAP records and put together again, with lengths and
+//! checksums that are right however wrong the rest is: damage that a checksum finds
+//! never gets as far as the layers behind it.
+
+use std::collections::BTreeMap;
+
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader};
+
+/// Opcodes of MCAP, as far as logs are made of them.
+pub mod op {
+    #![expect(missing_docs, reason = "the names are those of the format")]
+    pub const HEADER: u8 = 0x01;
+    pub const FOOTER: u8 = 0x02;
+    pub const SCHEMA: u8 = 0x03;
+    pub const CHANNEL: u8 = 0x04;
+    pub const MESSAGE: u8 = 0x05;
+    pub const CHUNK: u8 = 0x06;
+    pub const MESSAGE_INDEX: u8 = 0x07;
+    pub const ATTACHMENT: u8 = 0x09;
+    pub const METADATA: u8 = 0x0c;
+    pub const DATA_END: u8 = 0x0f;
+}
+
+/// How long a message's head is: channel, sequence, two times.
+pub const MESSAGE_HEAD: usize = 2 + 4 + 8 + 8;
+
+/// One record: its opcode, and what stands behind its length.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// What it is.
+    pub opcode: u8,
+    /// What it holds.
+    pub body: Vec<u8>,
+}
+
+impl Part {
+    /// Any record.
+    pub fn new(opcode: u8, body: impl Into<Vec<u8>>) -> Part {
+        Part { opcode, body: body.into() }
+    }
+
+    /// A metadata record.
+    pub fn metadata(name: &str, map: &BTreeMap<String, String>) -> Part {
+        let mut body = Vec::new();
+        put_text(&mut body, name);
+        let mut pairs = Vec::new();
+        for (key, value) in map {
+            put_text(&mut pairs, key);
+            put_text(&mut pairs, value);
+        }
+        body.extend((pairs.len() as u32).to_le_bytes());
+        body.extend(pairs);
+        Part::new(op::METADATA, body)
+    }
+
+    /// An attachment, its checksum right.
+    pub fn attachment(name: &str, data: &[u8]) -> Part {
+        let mut body = vec![0; 16];
+        put_text(&mut body, name);
+        put_text(&mut body, "");
+        body.extend((data.len() as u64).to_le_bytes());
+        body.extend(data);
+        let crc = crc32fast::hash(&body);
+        body.extend(crc.to_le_bytes());
+        Part::new(op::ATTACHMENT, body)
+    }
+
+    /// A channel of JSON messages.
+    pub fn channel(id: u16, schema: u16, topic: &str) -> Part {
+        let mut body = [id.to_le_bytes(), schema.to_le_bytes()].concat();
+        put_text(&mut body, topic);
+        put_text(&mut body, "json");
+        body.extend(0u32.to_le_bytes());
+        Part::new(op::CHANNEL, body)
+    }
+
+    /// A message.
+    pub fn message(channel: u16, sequence: u32, time_ns: u64, payload: &[u8]) -> Part {
+        let mut body = channel.to_le_bytes().to_vec();
+        body.extend(sequence.to_le_bytes());
+        body.extend(time_ns.to_le_bytes());
+        body.extend(time_ns.to_le_bytes());
+        body.extend(payload);
+        Part::new(op::MESSAGE, body)
+    }
+
+    /// A chunk that holds these records without compression, its checksum right.
+    pub fn chunk(parts: &[Part]) -> Part {
+        let mut records = Vec::new();
+        parts.iter().for_each(|part| part.put(&mut records));
+        let crc = crc32fast::hash(&records);
+        Part::chunk_of(records.len() as u64, crc, "", records.len() as u64, &records)
+    }
+
+    /// A chunk that says what it is told to say.
+    pub fn chunk_of(
+        uncompressed: u64,
+        crc: u32,
+        compression: &str,
+        compressed: u64,
+        records: &[u8],
+    ) -> Part {
+        let mut body = vec![0; 16];
+        body.extend(uncompressed.to_le_bytes());
+        body.extend(crc.to_le_bytes());
+        put_text(&mut body, compression);
+        body.extend(compressed.to_le_bytes());
+        body.extend(records);
+        Part::new(op::CHUNK, body)
+    }
+
+    /// The name of a metadata record, the topic of a channel.
+    pub fn name(&self) -> Option<&str> {
+        let at = match self.opcode {
+            op::METADATA => 0,
+            op::CHANNEL => 4,
+            op::ATTACHMENT => 16,
+            _ => return None,
+        };
+        text_at(&self.body, at).map(|(text, _)| text)
+    }
+
+    /// The map of a metadata record.
+    pub fn map(&self) -> Option<BTreeMap<String, String>> {
+        let (_, end) = text_at(&self.body, 0).filter(|_| self.opcode == op::METADATA)?;
+        let mut at = end + 4;
+        let mut map = BTreeMap::new();
+        while at < self.body.len() {
+            let (key, behind_key) = text_at(&self.body, at)?;
+            let (value, behind_value) = text_at(&self.body, behind_key)?;
+            map.insert(key.to_owned(), value.to_owned());
+            at = behind_value;
+        }
+        Some(map)
+    }
+
+    /// The channel of a message or of the record that announces one.
+    pub fn channel_id(&self) -> Option<u16> {
+        let known = self.opcode == op::MESSAGE || self.opcode == op::CHANNEL;
+        Some(u16::from_le_bytes(self.body.get(..2).filter(|_| known)?.try_into().ok()?))
+    }
+
+    /// What a message says.
+    pub fn payload(&self) -> Option<&[u8]> {
+        self.body.get(MESSAGE_HEAD..).filter(|_| self.opcode == op::MESSAGE)
+    }
+
+    /// The same record with another payload.
+    #[must_use]
+    pub fn with_payload(&self, payload: &[u8]) -> Part {
+        Part::new(self.opcode, [&self.body[..MESSAGE_HEAD], payload].concat())
+    }
+
+    /// Appends it as it stands in a file.
+    pub fn put(&self, out: &mut Vec<u8>) {
+        out.push(self.opcode);
+        out.extend((self.body.len() as u64).to_le_bytes());
+        out.extend(&self.body);
+    }
+}
+
+fn put_text(out: &mut Vec<u8>, text: &str) {
+    out.extend((text.len() as u32).to_le_bytes());
+    out.extend(text.as_bytes());
+}
+
+/// A text and where it ends.
+fn text_at(body: &[u8], at: usize) -> Option<(&str, usize)> {
+    let length = u32::from_le_bytes(body.get(at..at.checked_add(4)?)?.try_into().ok()?) as usize;
+    let end = (at + 4).checked_add(length)?;
+    Some((std::str::from_utf8(body.get(at + 4..end)?).ok()?, end))
+}
+
+/// The records of a whole log up to the end of its data, those in chunks one by one.
+///
+/// # Panics
+/// If it is no whole log.
+pub fn take_apart(bytes: &[u8]) -> Vec<Part> {
+    let mut reader = LinearReader::new();
+    let mut rest = bytes;
+    let mut parts = Vec::new();
+    loop {
+        match reader.next_event().expect("a whole log has an end of its data").expect("the log is whole") {
+            LinearReadEvent::ReadRequest(wanted) => {
+                let (now, later) = rest.split_at(wanted.min(rest.len()));
+                reader.insert(now.len()).copy_from_slice(now);
+                reader.notify_read(now.len());
+                rest = later;
+            }
+            LinearReadEvent::Record { opcode: op::DATA_END, .. } => return parts,
+            LinearReadEvent::Record { opcode: op::MESSAGE_INDEX, .. } => {}
+            LinearReadEvent::Record { opcode, data } => parts.push(Part::new(opcode, data)),
+        }
+    }
+}
+
+/// How a log is put together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Packing {
+    /// Most records in a chunk; 0 for none in chunks.
+    pub per_chunk: usize,
+    /// Whether the checksum of all data is given.
+    pub data_crc: bool,
+}
+
+impl Packing {
+    /// As logs are, but for compression and summary, which say nothing more.
+    pub const USUAL: Packing = Packing { per_chunk: 1000, data_crc: true };
+}
+
+/// A file of these records: those that belong there in chunks, no summary.
+pub fn put_together(parts: &[Part], packing: Packing) -> Vec<u8> {
+    let mut out = mcap::MAGIC.to_vec();
+    let chunked = |part: &Part| matches!(part.opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE);
+    for group in parts.chunk_by(|a, b| chunked(a) == chunked(b)) {
+        if packing.per_chunk > 0 && chunked(&group[0]) {
+            group.chunks(packing.per_chunk).for_each(|parts| Part::chunk(parts).put(&mut out));
+        } else {
+            group.iter().for_each(|part| part.put(&mut out));
+        }
+    }
+    let crc = if packing.data_crc { crc32fast::hash(&out) } else { 0 };
+    Part::new(op::DATA_END, crc.to_le_bytes()).put(&mut out);
+    Part::new(op::FOOTER, [0; 20]).put(&mut out);
+    out.extend(mcap::MAGIC);
+    out
+}
+
+/// Corrects what `run_end` says of the messages: counts, switches and digest.
+pub fn correct_end(parts: &mut [Part]) {
+    let mut topics: BTreeMap<u16, String> = BTreeMap::new();
+    let mut counts: BTreeMap<String, u64> = BTreeMap::new();
+    let mut digest = blake3::Hasher::new();
+    for part in parts.iter() {
+        match (part.opcode, part.channel_id()) {
+            (op::CHANNEL, Some(id)) => {
+                let topic = part.name().unwrap_or_default().to_owned();
+                counts.entry(topic.clone()).or_insert(0);
+                topics.insert(id, topic);
+            }
+            (op::MESSAGE, Some(id)) => {
+                let topic = topics.get(&id).cloned().unwrap_or_default();
+                let payload = part.payload().unwrap_or_default();
+                for bytes in [topic.as_bytes(), payload] {
+                    digest.update(&(bytes.len() as u64).to_le_bytes());
+                    digest.update(bytes);
+                }
+                *counts.entry(topic).or_insert(0) += 1;
+            }
+            _ => {}
+        }
+    }
+    for part in parts {
+        let Some(mut map) = part.map().filter(|_| part.name() == Some("run_end")) else { continue };
+        map.retain(|key, _| !key.starts_with("messages:"));
+        map.insert("switches".to_owned(), counts.get("/switch").unwrap_or(&0).to_string());
+        map.insert("digest".to_owned(), digest.finalize().to_hex().to_string());
+        map.extend(counts.iter().map(|(topic, count)| (format!("messages:{topic}"), count.to_string())));
+        *part = Part::metadata("run_end", &map);
+    }
+}
+
+/// The beginning of a log as a log of its own, whole: up to the first step from which all
+/// blocks stick after so many messages. None if it has no such step.
+pub fn beginning(parts: &[Part], messages: usize) -> Option<Vec<Part>> {
+    let topics: BTreeMap<u16, &str> = parts
+        .iter()
+        .filter(|part| part.opcode == op::CHANNEL)
+        .filter_map(|part| Some((part.channel_id()?, part.name()?)))
+        .collect();
+    let number = |part: &Part, key: &str| -> Option<u64> {
+        serde_json::from_slice::<serde_json::Value>(part.payload()?).ok()?[key].as_u64()
+    };
+    let topic = |part: &Part| part.channel_id().and_then(|id| topics.get(&id).copied()).unwrap_or_default();
+    let first = parts.iter().position(|part| part.opcode == op::MESSAGE)?;
+    // A step without sliding or switches, behind which the next step stands.
+    let end = (first + messages..parts.len()).find(|&at| {
+        topic(&parts[at]) == "/step"
+            && number(&parts[at], "sliding") == Some(0)
+            && number(&parts[at], "switches") == Some(0)
+            && parts.get(at + 1).is_some_and(|next| topic(next) == "/step")
+    })?;
+    let last_step = number(&parts[end], "step")?.to_string();
+    let mut own = parts[..=end].to_vec();
+    own.extend(parts.iter().filter(|part| part.name() == Some("run_end")).cloned());
+    for part in &mut own {
+        for (record, key) in [("run", "steps"), ("run_end", "last_step")] {
+            if let Some(mut map) = part.map().filter(|_| part.name() == Some(record)) {
+                map.insert(key.to_owned(), last_step.clone());
+                *part = Part::metadata(record, &map);
+            }
+        }
+    }
+    own.retain(|part| part.name() != Some("checkpoint"));
+    correct_end(&mut own);
+    Some(own)
+}

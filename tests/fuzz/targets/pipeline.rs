@@ -1,0 +1,5 @@
+//! Pipelines.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|input: &[u8]| asperity_fuzz::pipeline(input));

@@ -1,0 +1,5 @@
+//! Shear profiles.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|input: &[u8]| asperity_fuzz::profile(input));

@@ -3,11 +3,21 @@
 //! In reading order:
 //!
 //! - [`column`]: the columns of the event table, and what each says.
+//! - `cost`: what it costs to say that events belong together.
+//! - [`matching`]: the matching that costs least, found as the tables are read.
+//! - [`policy`]: which differences are none, and which are allowed.
+//! - [`classify`]: what became of the events that belong together.
+//! - [`statistics`]: distributions, where there are no counterparts.
+//! - [`tally`]: one pair of runs, from events to report.
 //! - [`report`]: what a diff found, as data.
-//! - [`page()`]: a report as one HTML page.
+//! - [`page`]: a report as one HTML page.
 
+pub mod classify;
 pub mod column;
-mod page;
+mod cost;
+pub mod matching;
+pub mod page;
+pub mod policy;
 pub mod report;
-
-pub use page::page;
+pub mod statistics;
+pub mod tally;

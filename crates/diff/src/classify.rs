@@ -1,0 +1,217 @@
+//! What became of the events of a group: its class, and by which rule.
+//!
+//! | class | rule |
+//! |---|---|
+//! | identical | one on each side, equal in every column compared |
+//! | within tolerance | one on each side, every difference within its column's tolerance |
+//! | open | one of the two was cut short by the end of its run, and what is known at an onset is within tolerance; or it starts behind the end of the other run |
+//! | shifted | the onset moved beyond tolerance, the blocks did not change, and the end moved no more than [`END_MOVES_ALONG`] times as far; loads may follow |
+//! | changed | anything else between one and one |
+//! | split, merged | one old event stands against several new ones, or the reverse |
+//! | missing, extra | no counterpart |
+
+use asperity_record::SlipEvent;
+
+use crate::column::{Column, Columns, Kind};
+use crate::matching::Group;
+use crate::policy::{Allowed, Policy};
+use crate::report::{CellChange, Class, Conservation};
+
+/// How much farther than its onset the end of a shifted event may move: beyond, its
+/// duration changed rather than its place.
+pub const END_MOVES_ALONG: f64 = 3.0;
+
+/// What became of a group.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Outcome {
+    pub(crate) class: Class,
+    pub(crate) rule: &'static str,
+    /// Of one against one: every cell that differs.
+    pub(crate) cells: Vec<CellChange>,
+    /// Of one against one: the farther of the shifts of onset and end, s.
+    pub(crate) shift_s: Option<f64>,
+    pub(crate) conservation: Option<Conservation>,
+}
+
+/// What the classes are told by.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rules<'a> {
+    pub(crate) columns: Columns,
+    pub(crate) policy: &'a Policy,
+    /// When the old run ended, s, if that is known.
+    pub(crate) old_until_s: Option<f64>,
+    /// The same for the new run.
+    pub(crate) new_until_s: Option<f64>,
+}
+
+impl Rules<'_> {
+    pub(crate) fn classify(&self, group: &Group) -> Outcome {
+        let unpaired =
+            |class, rule| Outcome { class, rule, cells: Vec::new(), shift_s: None, conservation: None };
+        let behind =
+            |event: &SlipEvent, until_s: Option<f64>| until_s.is_some_and(|end_s| event.onset_s > end_s);
+        match (&group.old[..], &group.new[..]) {
+            ([old], [new]) => self.pair(old, new, group.identical),
+            ([old], []) if behind(old, self.new_until_s) => {
+                unpaired(Class::Open, "starts behind the end of the new run")
+            }
+            ([], [new]) if behind(new, self.old_until_s) => {
+                unpaired(Class::Open, "starts behind the end of the old run")
+            }
+            (_, []) => unpaired(
+                Class::Missing,
+                "no new event overlaps it in blocks and overlaps it in time or starts within the window, or another fits better",
+            ),
+            ([], _) => unpaired(
+                Class::Extra,
+                "no old event overlaps it in blocks and overlaps it in time or starts within the window, or another fits better",
+            ),
+            ([_], _) => Outcome {
+                conservation: Some(self.conservation(group)),
+                ..unpaired(Class::Split, "several new events lie in its time and blocks")
+            },
+            (_, _) => Outcome {
+                conservation: Some(self.conservation(group)),
+                ..unpaired(Class::Merged, "several old events lie in its time and blocks")
+            },
+        }
+    }
+
+    fn pair(&self, old: &SlipEvent, new: &SlipEvent, identical: bool) -> Outcome {
+        let shift_s = shift_s(old, new);
+        let outcome =
+            |class, rule, cells| Outcome { class, rule, cells, shift_s: Some(shift_s), conservation: None };
+        if identical {
+            return outcome(Class::Identical, "equal in every column compared", Vec::new());
+        }
+        let cells = differing(old, new, self.columns, self.policy);
+        let is_beyond = |column: Column| cells.iter().any(|cell| cell.column == column && cell.is_beyond());
+        let any_beyond = |kinds: &[Kind], of_onset: bool| {
+            let mut of_kind = cells.iter().filter(|cell| kinds.contains(&cell.column.kind()));
+            of_kind.any(|cell| cell.is_beyond() && (cell.column.is_of_onset() || !of_onset))
+        };
+        // What the end of a run has cut short is only held against what its onset tells.
+        let cut = old.end_s.is_none() || new.end_s.is_none() || old.open || new.open;
+        const ALL: [Kind; 5] = [Kind::Time, Kind::Step, Kind::Extent, Kind::Load, Kind::Edge];
+        let (class, rule) = if cells.is_empty() {
+            (Class::Identical, "equal in every column compared")
+        } else if !any_beyond(&ALL, false) {
+            (Class::WithinTolerance, "every column within its tolerance")
+        } else if cut && !any_beyond(&ALL, true) {
+            (Class::Open, "the end of a run cut it short, and it starts alike")
+        } else if is_beyond(Column::OnsetS) && !any_beyond(&[Kind::Extent], cut) {
+            let onset_s = (old.onset_s - new.onset_s).abs();
+            if cut || shift_s <= END_MOVES_ALONG * onset_s {
+                (Class::Shifted, "same blocks, another time")
+            } else {
+                (Class::Changed, "same blocks, another duration")
+            }
+        } else if any_beyond(&[Kind::Extent], false) {
+            (Class::Changed, "other blocks")
+        } else if is_beyond(Column::EndS) {
+            (Class::Changed, "same onset, another end")
+        } else if any_beyond(&[Kind::Load], false) {
+            (Class::Changed, "same time and blocks, another load")
+        } else {
+            (Class::Changed, "same time in seconds, another step or edge")
+        };
+        outcome(class, rule, cells)
+    }
+
+    /// Whether the policy lets a match pass; numbers of matches are held against it at the end.
+    pub(crate) fn allows(&self, outcome: &Outcome) -> bool {
+        let of_class = self.policy.allowed(outcome.class) != Allowed::UpTo(0);
+        let near = outcome.shift_s.is_none_or(|shift_s| shift_s <= self.policy.max_shift_s);
+        of_class && (near || outcome.class.is_no_difference())
+    }
+
+    fn conservation(&self, group: &Group) -> Conservation {
+        let (old_duration_s, new_duration_s) = (covered_s(&group.old), covered_s(&group.new));
+        let [onset_s, end_s] = [Column::OnsetS, Column::EndS].map(|column| {
+            let last = |events: &[SlipEvent]| events.last().map(|event| column.of(event));
+            let (old, new) = (last(&group.old), last(&group.new));
+            old.zip(new).map_or(0.0, |(old, new)| self.policy.tolerance(column).between(old, new))
+        });
+        // Both are sums of differences of times: rounding is no loss.
+        let last_s = group.onset_s().abs() + old_duration_s + new_duration_s;
+        let rounding_s = (group.old.len() + group.new.len()) as f64 * f64::EPSILON * last_s;
+        let blocks = |events: &[SlipEvent]| covered_blocks(events);
+        let (old_blocks, new_blocks) = (blocks(&group.old), blocks(&group.new));
+        let count = |ranges: &[(u32, u32)]| ranges.iter().map(|(first, last)| last - first + 1).sum();
+        Conservation {
+            old_duration_s,
+            new_duration_s,
+            duration_conserved: (old_duration_s - new_duration_s).abs() <= onset_s + end_s + rounding_s,
+            old_blocks: count(&old_blocks),
+            new_blocks: count(&new_blocks),
+            blocks_conserved: old_blocks == new_blocks,
+        }
+    }
+}
+
+impl CellChange {
+    /// Whether it differs by more than its tolerance.
+    pub fn is_beyond(&self) -> bool {
+        self.difference.is_none_or(|difference| difference > self.tolerance)
+    }
+}
+
+/// The farther of the shifts of onset and end, s.
+pub(crate) fn shift_s(old: &SlipEvent, new: &SlipEvent) -> f64 {
+    let end_s = old.end_s.zip(new.end_s).map_or(0.0, |(old, new)| (old - new).abs());
+    (old.onset_s - new.onset_s).abs().max(end_s)
+}
+
+/// The cells in which two events differ. A step is only held against another where their
+/// seconds are equal: else it follows from them.
+pub(crate) fn differing(
+    old: &SlipEvent,
+    new: &SlipEvent,
+    columns: Columns,
+    policy: &Policy,
+) -> Vec<CellChange> {
+    let same = |column: Column| column.of(old) == column.of(new);
+    let is_its_own = |column: &Column| match column {
+        Column::Event => false,
+        Column::OnsetStep => same(Column::OnsetS),
+        Column::EndStep => same(Column::EndS),
+        _ => true,
+    };
+    columns
+        .iter()
+        .filter(|&column| !same(column))
+        .filter(is_its_own)
+        .map(|column| {
+            let (old, new) = (column.of(old), column.of(new));
+            let tolerance = policy.tolerance(column).between(old, new);
+            CellChange { column, old, new, difference: old.distance(new), tolerance }
+        })
+        .collect()
+}
+
+/// Time covered by events in order of onset, s.
+fn covered_s(events: &[SlipEvent]) -> f64 {
+    let mut until_s = f64::NEG_INFINITY;
+    let mut covered_s = 0.0;
+    for event in events {
+        let end_s = event.end_s.unwrap_or(event.onset_s);
+        covered_s += (end_s - event.onset_s.max(until_s)).max(0.0);
+        until_s = until_s.max(end_s);
+    }
+    covered_s
+}
+
+/// Blocks covered by events, as ranges that do not touch.
+fn covered_blocks(events: &[SlipEvent]) -> Vec<(u32, u32)> {
+    let mut ranges: Vec<(u32, u32)> =
+        events.iter().map(|event| (event.first_block, event.last_block)).collect();
+    ranges.sort_unstable();
+    let mut covered: Vec<(u32, u32)> = Vec::new();
+    for (first, last) in ranges {
+        match covered.last_mut() {
+            Some((_, until)) if first <= *until + 1 => *until = last.max(*until),
+            _ => covered.push((first, last)),
+        }
+    }
+    covered
+}

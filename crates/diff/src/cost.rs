@@ -1,0 +1,191 @@
+//! What it costs to say that events of two tables belong together.
+//!
+//! A matching is a set of groups: pairs, one old event with several new ones
+//! (split), several old with one new (merged), and events left over. It costs
+//! the sum over its groups, and the best one is that which costs least.
+//!
+//! | group | costs |
+//! |---|---|
+//! | event left over | [`ALONE`] |
+//! | pair | ½ (1 - J_t) + ½ min(1, \|onset - onset'\| / window) + (1 - J_b) |
+//! | split, merge | [`GROUP`] + (1 - share of the whole's duration that its parts cover) + for each part ½ (share of its duration outside of the whole) + ½ (share of its blocks outside) |
+//!
+//! J_t and J_b are the Jaccard indices, common over covered, of the two
+//! events' times and of their ranges of blocks. So a pair is made where it
+//! costs less than its two events do alone, 1.5: two events that start
+//! together may differ in everything else, two that share their blocks may lie
+//! side by side, and one that is a tenth of another, in time and in blocks and
+//! away from its onset, is another event. No group without a common block.
+//!
+//! Every term is made of sums, differences and products that commute, and in
+//! split and merge whole and part have the same roles. So the cost of a group
+//! is the same, to the bit, with the sides swapped; it is an integer, in units
+//! of 2⁻³², so that the sum is the same in any order.
+//!
+//! Of matchings that cost the same, that is taken whose groups end earlier
+//! (the sum of the ranks of their events among all onsets of both sides), and of
+//! those that of the lower checksum. Both are symmetric too.
+
+use std::ops::Add;
+
+use asperity_record::SlipEvent;
+
+/// The cost of an event without a counterpart.
+pub(crate) const ALONE: i64 = UNIT / 4 * 3;
+
+/// The cost of a split or merge as such: a pair is preferred where it explains as much.
+const GROUP: i64 = UNIT / 4;
+
+const UNIT: i64 = 1 << 32;
+
+/// The cost of a matching, or of a part of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Cost {
+    /// What counts, in units of 2⁻³².
+    pub(crate) primary: i64,
+    /// Breaks ties: sum of ranks.
+    pub(crate) ranks: u64,
+    /// Breaks what ties are left: sum of checksums.
+    pub(crate) checksum: u64,
+}
+
+impl Cost {
+    pub(crate) const NONE: Cost = Cost { primary: 0, ranks: 0, checksum: 0 };
+    /// Of what is not possible.
+    pub(crate) const NEVER: Cost = Cost { primary: i64::MAX / 4, ranks: 0, checksum: 0 };
+
+    pub(crate) fn is_possible(self) -> bool {
+        self.primary < Cost::NEVER.primary
+    }
+
+    pub(crate) fn and(self, primary: i64) -> Cost {
+        Cost { primary: self.primary + primary, ..self }
+    }
+}
+
+impl Add for Cost {
+    type Output = Cost;
+
+    fn add(self, other: Cost) -> Cost {
+        Cost {
+            primary: self.primary + other.primary,
+            ranks: self.ranks + other.ranks,
+            checksum: self.checksum + other.checksum,
+        }
+    }
+}
+
+/// An event with what breaks ties.
+#[derive(Debug, Clone)]
+pub(crate) struct Ranked {
+    pub(crate) event: SlipEvent,
+    /// Number of different onsets before its own, on both sides.
+    pub(crate) rank: u64,
+    checksum: u64,
+}
+
+impl Ranked {
+    pub(crate) fn new(event: SlipEvent, rank: u64) -> Ranked {
+        let mut checksum = event.onset_s.to_bits();
+        let end = event.end_s.map_or(0, f64::to_bits);
+        // With its number, so that two rows that are the same can be told apart.
+        for word in [end, event.first_block.into(), event.last_block.into(), event.event] {
+            checksum = mixed(checksum ^ word);
+        }
+        Ranked { event, rank, checksum }
+    }
+}
+
+/// The finaliser of splitmix64 (Steele, Lea and Flood 2014).
+fn mixed(word: u64) -> u64 {
+    let word = word.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let word = (word ^ word >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let word = (word ^ word >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    word ^ word >> 31
+}
+
+fn tied(primary: i64, a: &Ranked, b: &Ranked) -> Cost {
+    Cost { primary, ranks: a.rank.max(b.rank), checksum: mixed(a.checksum.wrapping_add(b.checksum)) >> 32 }
+}
+
+fn units(cost: f64) -> i64 {
+    (cost * UNIT as f64).round() as i64
+}
+
+/// The cost of a pair, if it is one.
+pub(crate) fn pair(a: &Ranked, b: &Ranked, window_s: f64) -> Option<Cost> {
+    let (first, second) = (&a.event, &b.event);
+    let blocks = common_blocks(first, second);
+    if blocks == 0 {
+        return None;
+    }
+    let apart_s = (first.onset_s - second.onset_s).abs();
+    let common_s = common_time_s(first, second);
+    if common_s == 0.0 && apart_s > window_s {
+        return None;
+    }
+    // Open events last as long as what they are held against.
+    let time = match (first.end_s, second.end_s) {
+        (None, None) => 1.0,
+        (first_end_s, second_end_s) => {
+            let length_s = |event: &SlipEvent, end_s: Option<f64>, other_end_s: Option<f64>| {
+                (end_s.or(other_end_s).unwrap_or(event.onset_s) - event.onset_s).max(0.0)
+            };
+            let covered_s = length_s(first, first_end_s, second_end_s)
+                + length_s(second, second_end_s, first_end_s)
+                - common_s;
+            match covered_s > 0.0 {
+                true => common_s / covered_s,
+                false if apart_s == 0.0 => 1.0,
+                false => 0.0,
+            }
+        }
+    };
+    let blocks_covered = f64::from(block_count(first) + block_count(second) - blocks);
+    let offset = if apart_s == 0.0 { 0.0 } else { (apart_s / window_s).min(1.0) };
+    let primary =
+        units(0.5 * (1.0 - time)) + units(0.5 * offset) + units(1.0 - f64::from(blocks) / blocks_covered);
+    (primary < 2 * ALONE).then(|| tied(primary, a, b))
+}
+
+/// The cost of taking an event for a part of a split or merged one, if it can be:
+/// to be added to [`begun`].
+pub(crate) fn part(whole: &Ranked, part: &Ranked) -> Option<Cost> {
+    let common_s = common_time_s(&whole.event, &part.event);
+    let blocks = common_blocks(&whole.event, &part.event);
+    if common_s <= 0.0 || blocks == 0 {
+        return None;
+    }
+    // What is cut short cannot be said to have been split.
+    let whole_s = whole.event.end_s? - whole.event.onset_s;
+    let inside_time = part.event.end_s.map_or(1.0, |end_s| common_s / (end_s - part.event.onset_s));
+    let inside_blocks = f64::from(blocks) / f64::from(block_count(&part.event));
+    let primary =
+        units(0.5 * (1.0 - inside_time)) + units(0.5 * (1.0 - inside_blocks)) - units(common_s / whole_s);
+    Some(tied(primary, whole, part))
+}
+
+/// The cost of a split or merge before its first part.
+pub(crate) fn begun() -> i64 {
+    GROUP + UNIT
+}
+
+fn block_count(event: &SlipEvent) -> u32 {
+    event.last_block - event.first_block + 1
+}
+
+fn common_blocks(a: &SlipEvent, b: &SlipEvent) -> u32 {
+    (a.last_block.min(b.last_block) + 1).saturating_sub(a.first_block.max(b.first_block))
+}
+
+/// Time that two events have in common, s. An event without an end lasts as long as
+/// the other.
+fn common_time_s(a: &SlipEvent, b: &SlipEvent) -> f64 {
+    let from_s = a.onset_s.max(b.onset_s);
+    let to_s = match (a.end_s, b.end_s) {
+        (Some(a), Some(b)) => a.min(b),
+        (Some(end_s), None) | (None, Some(end_s)) => end_s,
+        (None, None) => return 0.0,
+    };
+    (to_s - from_s).max(0.0)
+}

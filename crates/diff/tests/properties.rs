@@ -1,0 +1,560 @@
+//! What a diff must do whatever the tables: thousands of made-up tables, and changes put
+//! into them on purpose, which it must find again.
+
+use std::collections::BTreeMap;
+use std::convert::Infallible;
+use std::time::Instant;
+
+use asperity_diff::column::{Column, Columns};
+use asperity_diff::policy::{Policy, Tolerance};
+use asperity_diff::report::{Class, Match, RunDiff, RunSide};
+use asperity_diff::tally::{self, Comparison, Draft};
+use asperity_record::SlipEvent;
+
+/// Numbers that look random, and are the same each time (Knuth's MMIX generator).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, bound: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % bound
+    }
+
+    /// From 0 to 1.
+    fn uniform(&mut self) -> f64 {
+        self.below(1 << 30) as f64 / (1u64 << 30) as f64
+    }
+
+    /// From 1 to 10^decades, as many in each decade.
+    fn decades(&mut self, decades: f64) -> u64 {
+        10f64.powf(self.uniform() * decades) as u64
+    }
+}
+
+const STEP_S: f64 = 1e-8;
+const BLOCKS: u32 = 100;
+/// F_T/F_N grows so much in a second.
+const LOAD_PER_S: f64 = 0.2;
+
+fn event(onset_step: u64, end_step: u64, first_block: u32, last_block: u32) -> SlipEvent {
+    let time_s = |step: u64| step as f64 * STEP_S;
+    let load = |step: u64| LOAD_PER_S * time_s(step);
+    SlipEvent {
+        onset_s: time_s(onset_step),
+        end_s: Some(time_s(end_step)),
+        first_block,
+        last_block,
+        max_sliding: 1 + (last_block - first_block) / 2,
+        ft_fn_onset: load(onset_step),
+        ft_fn_end: Some(load(end_step)),
+        event: 0,
+        onset_step,
+        end_step: Some(end_step),
+        blocks_slipped: last_block - first_block + 1,
+        nucleation_block: first_block,
+        ft_fn_min: load(onset_step),
+        ft_fn_max: load(end_step),
+        open: false,
+    }
+}
+
+/// Events as a run has them: one after the other, from single steps to 10⁵ of them, chattering
+/// or far apart.
+fn table(random: &mut Random, events: usize) -> Vec<SlipEvent> {
+    let mut step = random.decades(5.0);
+    let mut made = Vec::new();
+    while made.len() < events {
+        let chatter = random.below(3) == 0;
+        let burst = if chatter { 1 + random.below(20) } else { 1 };
+        for _ in 0..burst {
+            let length = if chatter { 1 + random.below(2) } else { random.decades(5.0) };
+            let first = 1 + random.below(u64::from(BLOCKS)) as u32;
+            let last = (first + random.decades(2.0) as u32 - 1).min(BLOCKS);
+            made.push(event(step, step + length, first, last));
+            step += length + if chatter { 1 + random.below(20) } else { 10 + random.decades(8.5) };
+        }
+    }
+    made.truncate(events);
+    numbered(made)
+}
+
+fn numbered(mut events: Vec<SlipEvent>) -> Vec<SlipEvent> {
+    for (event, number) in events.iter_mut().zip(0..) {
+        event.event = number;
+    }
+    events
+}
+
+/// Moves an event by so many seconds, which need be no whole steps.
+fn shifted(event: &SlipEvent, by_s: f64) -> SlipEvent {
+    SlipEvent {
+        onset_s: event.onset_s + by_s,
+        end_s: event.end_s.map(|end_s| end_s + by_s),
+        ft_fn_onset: event.ft_fn_onset + LOAD_PER_S * by_s,
+        ..event.clone()
+    }
+}
+
+/// Cuts an event in pieces: a step between each and the next, the blocks shared out.
+fn pieces(random: &mut Random, event: &SlipEvent, count: u64) -> Vec<SlipEvent> {
+    let steps = event.end_step.unwrap() - event.onset_step;
+    let length = steps / count;
+    (0..count)
+        .map(|piece| {
+            let onset = event.onset_step + piece * length;
+            let end = if piece + 1 == count { event.end_step.unwrap() } else { onset + length - 1 };
+            let wide = event.last_block - event.first_block + 1;
+            let first = event.first_block + random.below(u64::from(wide)) as u32;
+            // The first piece has all blocks, so that the union is theirs.
+            let first = if piece == 0 { event.first_block } else { first };
+            self::event(onset, end, first, event.last_block)
+        })
+        .collect()
+}
+
+fn compare_by(old: &[SlipEvent], new: &[SlipEvent], policy: &Policy, columns: Columns) -> (RunDiff, Draft) {
+    let source = |events: &[SlipEvent]| events.to_vec().into_iter().map(Ok::<_, Infallible>);
+    let mut draft = Draft::default();
+    let comparison = Comparison {
+        columns,
+        policy,
+        old: RunSide::default(),
+        new: RunSide::default(),
+        keep_findings: usize::MAX,
+        keep_matches: usize::MAX,
+    };
+    let run = tally::compare(comparison, source(old), source(new), &mut draft, |_| Ok(())).unwrap();
+    (run, draft)
+}
+
+fn compare(old: &[SlipEvent], new: &[SlipEvent], policy: &Policy) -> RunDiff {
+    compare_by(old, new, policy, Columns::ALL).0
+}
+
+fn counts(run: &RunDiff) -> BTreeMap<Class, u64> {
+    Class::ALL
+        .into_iter()
+        .map(|class| (class, run.counts.of(class)))
+        .filter(|(_, count)| *count > 0)
+        .collect()
+}
+
+/// A tolerance of a step and a bit in times and the loads that go with them.
+fn tolerant() -> Policy {
+    let loose = Tolerance { absolute: 1e-9, relative: 0.0 };
+    [Column::OnsetS, Column::EndS, Column::FtFnOnset, Column::FtFnEnd]
+        .into_iter()
+        .fold(Policy::default(), |policy, column| policy.with_tolerance(column, loose))
+}
+
+#[test]
+fn a_table_equals_itself() {
+    let mut random = Random(11);
+    for _ in 0..1000 {
+        let events = 1 + random.below(60) as usize;
+        let table = table(&mut random, events);
+        let run = compare(&table, &table, &Policy::default());
+        assert_eq!(counts(&run), BTreeMap::from([(Class::Identical, events as u64)]));
+        assert_eq!((run.horizon, run.largest_shift_s, run.findings.len()), (None, 0.0, 0));
+    }
+    assert_eq!(compare(&[], &[], &Policy::default()).counts.total(), 0);
+}
+
+/// What is done to an event on purpose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Injected {
+    Nothing,
+    Jitter,
+    Shift,
+    Change,
+    Split,
+    Merge,
+    Drop,
+    Add,
+}
+
+const ALL: [Injected; 7] = [
+    Injected::Jitter,
+    Injected::Shift,
+    Injected::Change,
+    Injected::Split,
+    Injected::Merge,
+    Injected::Drop,
+    Injected::Add,
+];
+
+/// Both tables, with what was injected into the second, and the matches that a diff has to find: by
+/// class, with the onsets of the first events of both sides.
+type Expected = Vec<(Class, Vec<u64>, Vec<u64>)>;
+
+fn inject(
+    random: &mut Random,
+    base: &[SlipEvent],
+    kinds: &[Injected],
+) -> (Vec<SlipEvent>, Vec<SlipEvent>, Expected) {
+    let (mut old, mut new, mut expected): (Vec<SlipEvent>, Vec<SlipEvent>, Expected) = Default::default();
+    let window_steps = (Policy::default().window_s / STEP_S) as u64;
+    for (index, event) in base.iter().enumerate() {
+        let before = index.checked_sub(1).map_or(0, |before| base[before].end_step.unwrap());
+        let behind = base.get(index + 1).map_or(u64::MAX, |next| next.onset_step);
+        let length = event.end_step.unwrap() - event.onset_step;
+        let room = (event.onset_step - before).min(behind - event.end_step.unwrap());
+        let injected = match random.below(3) {
+            0 => kinds[random.below(kinds.len() as u64) as usize],
+            _ => Injected::Nothing,
+        };
+        // Where a change is not what it is meant to be, as an event that is dropped where
+        // another is added next to it, none is made.
+        let injected = match injected {
+            Injected::Drop | Injected::Add if room < 4 * window_steps => Injected::Nothing,
+            Injected::Split | Injected::Merge if length < 8 => Injected::Nothing,
+            Injected::Shift if room < 4 => Injected::Nothing,
+            other => other,
+        };
+        let (o, n) = (old.len() as u64, new.len() as u64);
+        let one = |class| (class, vec![o], vec![n]);
+        match injected {
+            Injected::Nothing => {
+                old.push(event.clone());
+                new.push(event.clone());
+                expected.push(one(Class::Identical));
+            }
+            Injected::Jitter => {
+                let by_s = 1e-12 * (2.0 * random.uniform() - 1.0);
+                old.push(event.clone());
+                new.push(shifted(event, by_s));
+                expected.push(one(Class::WithinTolerance));
+            }
+            Injected::Shift => {
+                // By less than a quarter of the way to the next event: closer to no other.
+                let steps = 1.0 + random.uniform() * ((room / 4).min(window_steps / 2) - 1) as f64;
+                old.push(event.clone());
+                new.push(shifted(event, STEP_S * if random.below(2) == 0 { steps } else { -steps }));
+                expected.push(one(Class::Shifted));
+            }
+            Injected::Change => {
+                old.push(event.clone());
+                new.push(SlipEvent { max_sliding: event.max_sliding + 1, ..event.clone() });
+                expected.push(one(Class::Changed));
+            }
+            Injected::Split | Injected::Merge => {
+                let count = 2 + random.below((length / 4).min(12) - 1);
+                let parts = pieces(random, event, count);
+                let numbers = |from: u64| (from..from + count).collect::<Vec<u64>>();
+                if injected == Injected::Split {
+                    old.push(event.clone());
+                    new.extend(parts);
+                    expected.push((Class::Split, vec![o], numbers(n)));
+                } else {
+                    old.extend(parts);
+                    new.push(event.clone());
+                    expected.push((Class::Merged, numbers(o), vec![n]));
+                }
+            }
+            Injected::Drop => {
+                old.push(event.clone());
+                expected.push((Class::Missing, vec![o], Vec::new()));
+            }
+            Injected::Add => {
+                // Half way to what comes next.
+                old.push(event.clone());
+                new.push(event.clone());
+                expected.push(one(Class::Identical));
+                let step = event.end_step.unwrap() + room / 2;
+                new.push(self::event(step, step + 1 + random.below(window_steps), 1, BLOCKS));
+                expected.push((Class::Extra, Vec::new(), vec![n + 1]));
+            }
+        }
+    }
+    (numbered(old), numbered(new), expected)
+}
+
+fn found(run: &RunDiff) -> Expected {
+    let mut found: Expected = run
+        .matches
+        .iter()
+        .map(|Match { class, old, new, .. }| {
+            let numbers =
+                |events: &[asperity_diff::report::Extent]| events.iter().map(|event| event.event).collect();
+            (*class, numbers(old), numbers(new))
+        })
+        .collect();
+    found.sort_by_key(|(_, old, new)| (old.first().copied(), new.first().copied()));
+    found
+}
+
+#[test]
+fn what_is_injected_is_found_singly_and_mixed() {
+    let mut random = Random(12);
+    let policy = tolerant();
+    let mut seen: BTreeMap<Class, usize> = BTreeMap::new();
+    for case in 0..4000 {
+        let kinds = match case % 8 {
+            7 => &ALL[..],
+            kind => &ALL[kind..=kind],
+        };
+        let events = 1 + random.below(60) as usize;
+        let base = table(&mut random, events);
+        let (old, new, mut expected) = inject(&mut random, &base, kinds);
+        let run = compare(&old, &new, &policy);
+        expected.sort_by_key(|(_, old, new)| (old.first().copied(), new.first().copied()));
+        assert_eq!(found(&run), expected, "case {case}, {kinds:?}");
+        for (class, ..) in expected {
+            *seen.entry(class).or_default() += 1;
+        }
+        // Every finding says where it comes from.
+        for finding in &run.findings {
+            assert!(!finding.rule.is_empty());
+            assert_eq!(finding.columns.is_empty(), !matches!(finding.class, Class::Shifted | Class::Changed));
+            assert_eq!(finding.conservation.is_some(), matches!(finding.class, Class::Split | Class::Merged));
+        }
+    }
+    for class in Class::ALL.into_iter().filter(|&class| class != Class::Open) {
+        assert!(seen[&class] > 500, "{class:?} only {} times", seen[&class]);
+    }
+}
+
+/// In dense chatter too, as long as what is left is the same: a drop moves no blame to others.
+#[test]
+fn drops_and_additions_in_chatter_blame_no_others() {
+    let mut random = Random(13);
+    for _ in 0..1000 {
+        let events = 2 + random.below(100) as usize;
+        let base = table(&mut random, events);
+        let at = random.below(events as u64) as usize;
+        let without = numbered([&base[..at], &base[at + 1..]].concat());
+        let run = compare(&base, &without, &Policy::default());
+        assert_eq!(
+            counts(&run),
+            BTreeMap::from([(Class::Identical, events as u64 - 1), (Class::Missing, 1)])
+        );
+        assert_eq!(run.findings[0].old[0].event, at as u64);
+        let run = compare(&without, &base, &Policy::default());
+        assert_eq!(run.findings[0].new[0].event, at as u64);
+        assert_eq!((run.findings.len(), run.findings[0].class), (1, Class::Extra));
+    }
+}
+
+#[test]
+fn swapping_the_sides_mirrors_everything() {
+    let mut random = Random(14);
+    for case in 0..2000 {
+        let events = 1 + random.below(80) as usize;
+        let base = table(&mut random, events);
+        // Changes that suit each other, and tables that have nothing to do with each other.
+        let (old, new) = match case % 3 {
+            0 => (base, table(&mut random, events)),
+            _ => {
+                let (old, new, _) = inject(&mut random, &base, &ALL);
+                (old, new)
+            }
+        };
+        let policy = if case % 2 == 0 { tolerant() } else { Policy::default() };
+        let (forth, back) = (compare(&old, &new, &policy), compare(&new, &old, &policy));
+        let mut mirrored: Expected =
+            found(&back).into_iter().map(|(class, new, old)| (class.mirrored(), old, new)).collect();
+        mirrored.sort_by_key(|(_, old, new)| (old.first().copied(), new.first().copied()));
+        assert_eq!(found(&forth), mirrored, "case {case}");
+        assert_eq!(forth.largest_shift_s, back.largest_shift_s);
+        match (forth.horizon, back.horizon) {
+            (None, None) => {}
+            (Some(forth), Some(back)) => {
+                assert_eq!((forth.at_s, forth.class), (back.at_s, back.class.mirrored()), "case {case}");
+                assert_eq!(forth.growth, back.growth, "case {case}");
+                assert_eq!(forth.beyond.length_blocks.test, back.beyond.length_blocks.test);
+                assert_eq!(forth.beyond.recurrence_s.test, back.beyond.recurrence_s.test);
+            }
+            (forth, back) => panic!("{forth:?} {back:?}"),
+        }
+    }
+}
+
+/// The tightest policy lets pass what it was drafted from, and with any of its numbers made
+/// smaller does not.
+#[test]
+fn a_drafted_policy_passes_and_is_tight() {
+    let mut random = Random(15);
+    for case in 0..500 {
+        let events = 1 + random.below(60) as usize;
+        let base = table(&mut random, events);
+        let (old, new) = match case % 3 {
+            0 => (base, table(&mut random, events)),
+            _ => {
+                let (old, new, _) = inject(&mut random, &base, &ALL);
+                (old, new)
+            }
+        };
+        let passes = |policy: &Policy| {
+            let run = compare(&old, &new, policy);
+            let exceeded = Class::ALL.into_iter().any(|class| match policy.allowed(class) {
+                asperity_diff::policy::Allowed::Any => false,
+                asperity_diff::policy::Allowed::UpTo(count) => run.counts.of(class) > count,
+            });
+            run.not_allowed.total() == 0 && !exceeded
+        };
+        let (run, draft) = compare_by(&old, &new, &Policy::default(), Columns::ALL);
+        let policy = draft.policy(Policy::default().window_s);
+        let read_back = Policy::parse("draft", &policy.to_toml()).unwrap();
+        assert_eq!(read_back, policy);
+        assert!(passes(&policy), "case {case}: {}", policy.to_toml());
+        assert_eq!(passes(&Policy::default()), run.counts.differing() == 0);
+        for column in Column::ALL {
+            let Tolerance { absolute, relative } = policy.tolerance(column);
+            if absolute > 0.0 {
+                let tighter = Tolerance { absolute: absolute.next_down(), relative };
+                assert!(!passes(&policy.clone().with_tolerance(column, tighter)), "case {case}: {column}");
+            }
+        }
+        for class in Class::ALL.into_iter().filter(|class| !class.is_no_difference()) {
+            use asperity_diff::policy::Allowed::UpTo;
+            match policy.allowed(class) {
+                UpTo(0) => {}
+                UpTo(count) => {
+                    assert!(!passes(&policy.clone().with_allowed(class, UpTo(count - 1))), "case {case}");
+                }
+                other => panic!("a draft gives counts, not {other:?}"),
+            }
+        }
+    }
+}
+
+/// The experiment that row-by-row tools fail: they blame some 900 of 1000 rows.
+#[test]
+fn a_thousand_jitters_and_one_split_are_one_split() {
+    let old = numbered(
+        (0..1000)
+            .map(|k| event(2_000_000 * k + 5, 2_000_000 * k + 20_005, 1, 1 + (k % 100) as u32))
+            .collect(),
+    );
+    let mut new: Vec<SlipEvent> = old.iter().map(|event| shifted(event, 1e-12)).collect();
+    let whole = old[100].clone();
+    let middle = whole.onset_step + 9_000;
+    new.splice(
+        100..=100,
+        [
+            event(whole.onset_step, middle, 1, whole.last_block),
+            event(middle, whole.end_step.unwrap(), 1, whole.last_block),
+        ],
+    );
+    let new = numbered(new);
+    let run = compare(&old, &new, &tolerant());
+    assert_eq!(counts(&run), BTreeMap::from([(Class::WithinTolerance, 999), (Class::Split, 1)]));
+    let split = &run.findings[0];
+    assert_eq!((split.old[0].event, split.new[0].event, split.new[1].event), (100, 100, 101));
+    let kept = split.conservation.unwrap();
+    assert!(kept.duration_conserved && kept.blocks_conserved, "{kept:?}");
+    let exact = compare(&old, &new, &Policy::default());
+    assert_eq!(counts(&exact), BTreeMap::from([(Class::Shifted, 999), (Class::Split, 1)]));
+    assert_eq!(exact.findings.len(), 1000);
+    assert_eq!(exact.horizon.unwrap().matches_before, 0);
+}
+
+#[test]
+fn what_the_end_of_a_run_cuts_short_is_open() {
+    let base =
+        numbered(vec![event(100, 200, 1, 3), event(5_000, 9_000, 1, 40), event(400_000, 400_100, 1, 2)]);
+    let mut cut = base[..2].to_vec();
+    let open = SlipEvent {
+        end_s: None,
+        end_step: None,
+        ft_fn_end: None,
+        open: true,
+        last_block: 20,
+        ..cut[1].clone()
+    };
+    cut[1] = open;
+    let source = |events: &[SlipEvent]| events.to_vec().into_iter().map(Ok::<_, Infallible>);
+    let policy = Policy::default();
+    let comparison = Comparison {
+        columns: Columns::ALL,
+        policy: &policy,
+        old: RunSide { duration_s: Some(1.0), ..RunSide::default() },
+        new: RunSide { duration_s: Some(7_000.0 * STEP_S), ..RunSide::default() },
+        keep_findings: 9,
+        keep_matches: 9,
+    };
+    let run =
+        tally::compare(comparison, source(&base), source(&cut), &mut Draft::default(), |_| Ok(())).unwrap();
+    assert_eq!(counts(&run), BTreeMap::from([(Class::Identical, 1), (Class::Open, 2)]));
+    // Without the time at which the run ended, the last is missing.
+    let run = compare(&base, &cut, &policy);
+    assert_eq!(counts(&run), BTreeMap::from([(Class::Identical, 1), (Class::Open, 1), (Class::Missing, 1)]));
+}
+
+/// Columns that one table lacks are not compared, whatever stands there.
+#[test]
+fn only_shared_columns_are_compared() {
+    let mut random = Random(16);
+    let old = table(&mut random, 50);
+    let new: Vec<SlipEvent> = old
+        .iter()
+        .map(|event| SlipEvent {
+            blocks_slipped: 0,
+            nucleation_block: 0,
+            onset_step: 0,
+            end_step: None,
+            ..event.clone()
+        })
+        .collect();
+    let seven: Columns = Column::ALL[..7].iter().copied().collect();
+    let (run, _) = compare_by(&old, &new, &Policy::default(), seven);
+    assert_eq!(counts(&run), BTreeMap::from([(Class::Identical, 50)]));
+    assert_eq!(run.columns_left_out.len(), 7, "all but the number of the event");
+}
+
+/// The time that a diff takes, s; the best of three, for the machine has others to serve.
+fn takes_s(old: &[SlipEvent], new: &[SlipEvent]) -> f64 {
+    (0..3)
+        .map(|_| {
+            let started = Instant::now();
+            let run = compare_by(old, new, &Policy::default(), Columns::ALL).0;
+            assert!(run.counts.total() > 0);
+            started.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Eight times the events in less than some twelve times the time; quadratic would be 64.
+#[test]
+fn chains_and_dense_chatter_cost_time_in_proportion() {
+    // Old and new overlap each other in turn, on and on.
+    let chain = |events: u64, offset: u64| {
+        numbered((0..events).map(|k| event(100 * k + offset, 100 * k + offset + 99, 1, 50)).collect())
+    };
+    // A step or two each, all within one window, shifted by more than their length.
+    let chatter = |events: u64, offset: u64| {
+        let mut random = Random(17);
+        let mut step = 1000 + offset;
+        let made = (0..events).map(|_| {
+            let first = 1 + random.below(10) as u32;
+            let length = 1 + random.below(2);
+            let made = event(step, step + length, first, first + random.below(3) as u32);
+            step += length + 1;
+            made
+        });
+        numbered(made.collect())
+    };
+    // One event over all others, on one side.
+    let covered = |events: u64, offset: u64| {
+        let mut made = chatter(events, 0);
+        if offset > 0 {
+            made = vec![event(999, made.last().unwrap().end_step.unwrap() + 1, 1, 100)];
+        }
+        numbered(made)
+    };
+    // One that lasts as long as the table, beside the others on the same side.
+    let beside = |events: u64, offset: u64| {
+        let mut made = chatter(events, offset);
+        made.insert(0, event(5 + offset, made.last().unwrap().end_step.unwrap() + 1, 90, 100));
+        numbered(made)
+    };
+    type Make<'a> = &'a dyn Fn(u64, u64) -> Vec<SlipEvent>;
+    let shapes: [(&str, Make<'_>, u64); 4] =
+        [("chain", &chain, 50), ("chatter", &chatter, 3), ("covered", &covered, 1), ("beside", &beside, 3)];
+    for (name, make, offset) in shapes {
+        let few = takes_s(&make(5_000, 0), &make(5_000, offset));
+        let many = takes_s(&make(40_000, 0), &make(40_000, offset));
+        println!("{name}: {few:.4} s, {many:.4} s");
+        assert!(many < 20.0 * few + 0.05, "{name}: {few} s for 5000, {many} s for 40000");
+    }
+}

@@ -65,7 +65,10 @@ pub(crate) fn build(repository: &Repository, commit: &Commit) -> Result<PathBuf,
     let target = folder.join("target");
     let libraries = seed::dependencies(&target_folder().join("debug"), &target.join("debug"))
         .map_err(io("write into"))?;
-    eprintln!("==> {}: building, {libraries} libraries taken over from this checkout", commit.title);
+    match libraries {
+        0 => eprintln!("==> {}: building", commit.title),
+        _ => eprintln!("==> {}: building, with {libraries} libraries of this checkout", commit.title),
+    }
     interrupt::check()?;
     let checkout = repository.worktree(commit, &checkout_of(commit))?;
     let cargo = |arguments: &[&str]| {

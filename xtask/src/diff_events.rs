@@ -27,8 +27,8 @@ Examples:
   cargo xtask diff-events main --policy rounding.toml
   cargo xtask diff-events --clean
 
-Both sides run the pipeline file of this checkout; if the older revision refuses it, that one runs its own, and what it does
-not know is named with the commit that brought it. The outputs stay in out/diff-events/PIPELINE/REVISION, and the page with
+Both sides run the pipeline file of this checkout. If a revision refuses it, that one runs its own, or the runs alone if it has
+none, and what it does not know is named with the commit that brought it. The outputs stay in out/diff-events/PIPELINE/REVISION, and the page with
 both timelines beside them. What was built stays in target/diff-events, so that a second call is quick. This checkout, its
 index and its branches are left alone. Exit codes: 0 within policy; 1 differs; 2 cannot be compared.")]
 pub(crate) struct DiffEventsArguments {
@@ -171,7 +171,8 @@ fn run_side(
     } else {
         None
     };
-    discard_others(&side.out, &[Some(present.as_str()), own.as_deref()])?;
+    let alone = runs_alone(&present)?;
+    discard_others(&side.out, &[Some(present.as_str()), Some(alone.as_str()), own.as_deref()])?;
 
     eprintln!("==> {}: {path} of this checkout", side.title());
     let refused = match reproduce(asperity, Path::new(&path), side, arguments)? {
@@ -181,24 +182,32 @@ fn run_side(
     if side.is_checkout {
         return Err(Failure::Check(format!("this checkout refuses {path}: {refused}")));
     }
-    let lacking = lacking(repository, &side.commit, &refused)?;
-    let why = if lacking.is_empty() { format!("\n{refused}") } else { lacking };
-    let Some(own) = own else {
-        return Err(Failure::Check(format!(
-            "{} refuses {path} of this checkout and has none of its own{}{why}",
-            side.title(),
-            revision::from_when(repository.first_touching(&side.commit, "HEAD", &path)?)
-        )));
+    // What it refuses may be a claim or a figure, and the runs would do. Its own pipeline
+    // has claims that it understands, so that comes first.
+    let why = lacking(repository, &side.commit, &refused)?;
+    let (text, what) = match own {
+        Some(own) => (own, "its own"),
+        None => (alone, "the runs of it, for it has none of its own"),
     };
-    eprintln!("==> {}: refuses that pipeline, so it runs its own{why}", side.title());
+    eprintln!("==> {}: refuses that pipeline, so it runs {what}{why}", side.title());
     let file = revision::kept_of(&side.commit).join(format!("{}.toml", arguments.pipeline));
-    write(&file, &own)?;
+    write(&file, &text)?;
     match reproduce(asperity, &file, side, arguments)? {
-        Outcome::Done => record(&side.out, &own),
-        Outcome::Refused(errors) => {
-            Err(Failure::Check(format!("{} refuses its own {path} as well: {errors}", side.title())))
-        }
+        Outcome::Done => record(&side.out, &text),
+        Outcome::Refused(refused) => Err(Failure::Check(format!(
+            "{} cannot make these runs{}",
+            side.title(),
+            lacking(repository, &side.commit, &refused)?
+        ))),
     }
+}
+
+/// A pipeline with its runs and without what is read off them.
+fn runs_alone(text: &str) -> Result<String, Failure> {
+    let mut pipeline: toml::Table =
+        text.parse().map_err(|error| Failure::Check(format!("this checkout's pipeline: {error}")))?;
+    pipeline.retain(|key, _| matches!(key, "title" | "run"));
+    Ok(pipeline.to_string())
 }
 
 enum Outcome {
@@ -258,8 +267,9 @@ fn with_errors(command: &mut Command) -> Result<(Result<(), Failure>, String), F
     Ok((outcome, errors))
 }
 
-/// What words of an error mean nothing to the old sources and something to the
-/// present ones, and which commit brought them; one line each.
+/// Which words of an error mean nothing to the old sources and something to the
+/// present ones, and which commit brought them, one line each; the error itself
+/// where there are none.
 fn lacking(repository: &Repository, old: &Commit, errors: &str) -> Result<String, Failure> {
     const SOURCES: [&str; 1] = ["crates"];
     let mut lines = String::new();
@@ -269,6 +279,9 @@ fn lacking(repository: &Repository, old: &Commit, errors: &str) -> Result<String
         }
         let from = revision::from_when(repository.first_with(old, "HEAD", word, &SOURCES)?);
         lines.push_str(&format!("\n    it does not know {word}{from}"));
+    }
+    if lines.is_empty() {
+        errors.lines().for_each(|line| lines.push_str(&format!("\n    {line}")));
     }
     Ok(lines)
 }
@@ -342,6 +355,15 @@ mod tests {
             assert_eq!(words.iter().filter(|word| **word == name).count(), 1, "{name}: {words:?}");
         }
         assert!(!words.contains(&"1"), "{words:?}");
+    }
+
+    #[test]
+    fn a_pipeline_can_be_cut_down_to_its_runs() {
+        let text = read(&root().join(pipeline(CHAPTER5))).expect("the pipeline is there");
+        let alone: toml::Table = runs_alone(&text).expect("it is TOML").parse().expect("so is this");
+        let whole: toml::Table = text.parse().expect("it is TOML");
+        assert_eq!(alone.keys().collect::<Vec<_>>(), ["run", "title"]);
+        assert_eq!(alone["run"], whole["run"]);
     }
 
     #[test]

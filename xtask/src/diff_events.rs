@@ -274,16 +274,31 @@ fn lacking(repository: &Repository, old: &Commit, errors: &str) -> Result<String
     const SOURCES: [&str; 1] = ["crates"];
     let mut lines = String::new();
     for word in words(errors) {
-        if !repository.mentions(None, word, &SOURCES)? || repository.mentions(Some(old), word, &SOURCES)? {
-            continue;
+        for spelling in [Some(word.to_owned()), variant(word)].into_iter().flatten() {
+            let is_new = repository.mentions(None, &spelling, &SOURCES)?
+                && !repository.mentions(Some(old), &spelling, &SOURCES)?;
+            if is_new {
+                let from = revision::from_when(repository.first_with(old, "HEAD", &spelling, &SOURCES)?);
+                lines.push_str(&format!("\n    it does not know {word}{from}"));
+                break;
+            }
         }
-        let from = revision::from_when(repository.first_with(old, "HEAD", word, &SOURCES)?);
-        lines.push_str(&format!("\n    it does not know {word}{from}"));
     }
     if lines.is_empty() {
         errors.lines().for_each(|line| lines.push_str(&format!("\n    {line}")));
     }
     Ok(lines)
+}
+
+/// How sources spell a word with hyphens in a file, which stands for a variant.
+fn variant(word: &str) -> Option<String> {
+    let capitalised = |part: &str| {
+        let mut letters = part.chars();
+        letters
+            .next()
+            .map_or(String::new(), |first| first.to_ascii_uppercase().to_string() + letters.as_str())
+    };
+    word.contains('-').then(|| word.split('-').map(capitalised).collect())
 }
 
 /// The words of a text that may name a key, a value or a scenario; each once, in order.
@@ -355,6 +370,8 @@ mod tests {
             assert_eq!(words.iter().filter(|word| **word == name).count(), 1, "{name}: {words:?}");
         }
         assert!(!words.contains(&"1"), "{words:?}");
+        assert_eq!(variant("load-at-first-slip").as_deref(), Some("LoadAtFirstSlip"));
+        assert_eq!(variant("load"), None);
     }
 
     #[test]

@@ -54,10 +54,12 @@ impl Cost {
     /// Of what is not possible.
     pub(crate) const NEVER: Cost = Cost { primary: i64::MAX / 4, ranks: 0, checksum: 0 };
 
+    #[inline]
     pub(crate) fn is_possible(self) -> bool {
         self.primary < Cost::NEVER.primary
     }
 
+    #[inline]
     pub(crate) fn and(self, primary: i64) -> Cost {
         Cost { primary: self.primary + primary, ..self }
     }
@@ -75,24 +77,57 @@ impl Add for Cost {
     }
 }
 
-/// An event with what breaks ties.
-#[derive(Debug, Clone)]
-pub(crate) struct Ranked {
-    pub(crate) event: SlipEvent,
+/// What of an event the matching goes by, and what breaks ties.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Span {
+    pub(crate) onset_s: f64,
+    /// Its end; infinite if the run ended before.
+    end_s: f64,
+    first_block: u32,
+    last_block: u32,
+    /// The latest onset that it is held against, s.
+    pub(crate) reach_s: f64,
     /// Number of different onsets before its own, on both sides.
-    pub(crate) rank: u64,
+    rank: u64,
     checksum: u64,
 }
 
-impl Ranked {
-    pub(crate) fn new(event: SlipEvent, rank: u64) -> Ranked {
+impl Span {
+    pub(crate) fn new(event: &SlipEvent, rank: u64, window_s: f64) -> Span {
         let mut checksum = event.onset_s.to_bits();
         let end = event.end_s.map_or(0, f64::to_bits);
         // With its number, so that two rows that are the same can be told apart.
         for word in [end, event.first_block.into(), event.last_block.into(), event.event] {
             checksum = mixed(checksum ^ word);
         }
-        Ranked { event, rank, checksum }
+        Span {
+            onset_s: event.onset_s,
+            end_s: event.end_s.unwrap_or(f64::INFINITY),
+            first_block: event.first_block,
+            last_block: event.last_block,
+            reach_s: event.end_s.unwrap_or(event.onset_s).max(event.onset_s + window_s),
+            rank,
+            checksum,
+        }
+    }
+
+    fn is_open(&self) -> bool {
+        self.end_s == f64::INFINITY
+    }
+
+    fn blocks(&self) -> u32 {
+        self.last_block - self.first_block + 1
+    }
+
+    /// How many blocks two events may have in common.
+    fn common_blocks(&self, other: &Span) -> u32 {
+        (self.last_block.min(other.last_block) + 1).saturating_sub(self.first_block.max(other.first_block))
+    }
+
+    /// Time that two events have in common, s. One without an end lasts as long as the other.
+    fn common_s(&self, other: &Span) -> f64 {
+        let to_s = self.end_s.min(other.end_s);
+        if to_s == f64::INFINITY { 0.0 } else { (to_s - self.onset_s.max(other.onset_s)).max(0.0) }
     }
 }
 
@@ -104,88 +139,65 @@ fn mixed(word: u64) -> u64 {
     word ^ word >> 31
 }
 
-fn tied(primary: i64, a: &Ranked, b: &Ranked) -> Cost {
-    Cost { primary, ranks: a.rank.max(b.rank), checksum: mixed(a.checksum.wrapping_add(b.checksum)) >> 32 }
+fn tied(primary: i64, a: &Span, b: &Span) -> Cost {
+    let checksum = mixed(a.checksum.wrapping_add(b.checksum)) >> 32;
+    Cost { primary, ranks: a.rank.max(b.rank), checksum }
 }
 
+/// A cost, which is not negative, to the next unit.
 fn units(cost: f64) -> i64 {
-    (cost * UNIT as f64).round() as i64
+    (cost * UNIT as f64 + 0.5) as i64
 }
 
 /// The cost of a pair, if it is one.
-pub(crate) fn pair(a: &Ranked, b: &Ranked, window_s: f64) -> Option<Cost> {
-    let (first, second) = (&a.event, &b.event);
-    let blocks = common_blocks(first, second);
+pub(crate) fn pair(a: &Span, b: &Span, window_s: f64) -> Option<Cost> {
+    let blocks = a.common_blocks(b);
     if blocks == 0 {
         return None;
     }
-    let apart_s = (first.onset_s - second.onset_s).abs();
-    let common_s = common_time_s(first, second);
+    let apart_s = (a.onset_s - b.onset_s).abs();
+    let common_s = a.common_s(b);
     if common_s == 0.0 && apart_s > window_s {
         return None;
     }
     // Open events last as long as what they are held against.
-    let time = match (first.end_s, second.end_s) {
-        (None, None) => 1.0,
-        (first_end_s, second_end_s) => {
-            let length_s = |event: &SlipEvent, end_s: Option<f64>, other_end_s: Option<f64>| {
-                (end_s.or(other_end_s).unwrap_or(event.onset_s) - event.onset_s).max(0.0)
-            };
-            let covered_s = length_s(first, first_end_s, second_end_s)
-                + length_s(second, second_end_s, first_end_s)
-                - common_s;
-            match covered_s > 0.0 {
-                true => common_s / covered_s,
-                false if apart_s == 0.0 => 1.0,
-                false => 0.0,
-            }
+    let time = if a.is_open() && b.is_open() {
+        1.0
+    } else {
+        let last_s = a.end_s.min(b.end_s);
+        let length_s =
+            |span: &Span| ((if span.is_open() { last_s } else { span.end_s }) - span.onset_s).max(0.0);
+        let covered_s = length_s(a) + length_s(b) - common_s;
+        match covered_s > 0.0 {
+            true => common_s / covered_s,
+            false if apart_s == 0.0 => 1.0,
+            false => 0.0,
         }
     };
-    let blocks_covered = f64::from(block_count(first) + block_count(second) - blocks);
+    let blocks = f64::from(blocks) / f64::from(a.blocks() + b.blocks() - blocks);
     let offset = if apart_s == 0.0 { 0.0 } else { (apart_s / window_s).min(1.0) };
-    let primary =
-        units(0.5 * (1.0 - time)) + units(0.5 * offset) + units(1.0 - f64::from(blocks) / blocks_covered);
+    let primary = units(0.5 * (1.0 - time)) + units(0.5 * offset) + units(1.0 - blocks);
     (primary < 2 * ALONE).then(|| tied(primary, a, b))
 }
 
 /// The cost of taking an event for a part of a split or merged one, if it can be:
-/// to be added to [`begun`].
-pub(crate) fn part(whole: &Ranked, part: &Ranked) -> Option<Cost> {
-    let common_s = common_time_s(&whole.event, &part.event);
-    let blocks = common_blocks(&whole.event, &part.event);
-    if common_s <= 0.0 || blocks == 0 {
+/// to be added to [`BEGUN`].
+pub(crate) fn part(whole: &Span, part: &Span) -> Option<Cost> {
+    let common_s = whole.common_s(part);
+    // What is cut short cannot be said to have been split.
+    if common_s <= 0.0 || whole.is_open() {
         return None;
     }
-    // What is cut short cannot be said to have been split.
-    let whole_s = whole.event.end_s? - whole.event.onset_s;
-    let inside_time = part.event.end_s.map_or(1.0, |end_s| common_s / (end_s - part.event.onset_s));
-    let inside_blocks = f64::from(blocks) / f64::from(block_count(&part.event));
-    let primary =
-        units(0.5 * (1.0 - inside_time)) + units(0.5 * (1.0 - inside_blocks)) - units(common_s / whole_s);
+    let blocks = whole.common_blocks(part);
+    if blocks == 0 {
+        return None;
+    }
+    let inside_time = if part.is_open() { 1.0 } else { common_s / (part.end_s - part.onset_s) };
+    let inside_blocks = f64::from(blocks) / f64::from(part.blocks());
+    let primary = units(0.5 * (1.0 - inside_time)) + units(0.5 * (1.0 - inside_blocks))
+        - units(common_s / (whole.end_s - whole.onset_s));
     Some(tied(primary, whole, part))
 }
 
 /// The cost of a split or merge before its first part.
-pub(crate) fn begun() -> i64 {
-    GROUP + UNIT
-}
-
-fn block_count(event: &SlipEvent) -> u32 {
-    event.last_block - event.first_block + 1
-}
-
-fn common_blocks(a: &SlipEvent, b: &SlipEvent) -> u32 {
-    (a.last_block.min(b.last_block) + 1).saturating_sub(a.first_block.max(b.first_block))
-}
-
-/// Time that two events have in common, s. An event without an end lasts as long as
-/// the other.
-fn common_time_s(a: &SlipEvent, b: &SlipEvent) -> f64 {
-    let from_s = a.onset_s.max(b.onset_s);
-    let to_s = match (a.end_s, b.end_s) {
-        (Some(a), Some(b)) => a.min(b),
-        (Some(end_s), None) | (None, Some(end_s)) => end_s,
-        (None, None) => return 0.0,
-    };
-    (to_s - from_s).max(0.0)
-}
+pub(crate) const BEGUN: i64 = GROUP + UNIT;

@@ -4,7 +4,8 @@
 //!
 //! - [`column`]: the columns of the event table, and what each says.
 //! - `cost`: what it costs to say that events belong together.
-//! - [`matching`]: the matching that costs least, found as the tables are read.
+//! - `grid`: one step of looking for the matching that costs least.
+//! - [`matching`]: that matching, found as the tables are read.
 //! - [`policy`]: which differences are none, and which are allowed.
 //! - [`classify`]: what became of the events that belong together.
 //! - [`statistics`]: distributions, where there are no counterparts.
@@ -15,6 +16,7 @@
 pub mod classify;
 pub mod column;
 mod cost;
+mod grid;
 pub mod matching;
 pub mod page;
 pub mod policy;

@@ -20,12 +20,13 @@
 //!   settled and leaves memory. Only a stretch over which it is open what is
 //!   best stays, not the table.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::VecDeque;
 
 use asperity_record::SlipEvent;
 
 use crate::column::{Column, Columns, Kind, Value};
-use crate::cost::{self, ALONE, Cost, Ranked};
+use crate::cost::{Cost, Span};
+use crate::grid::{MODES, Mode, Move, Moves, Row, State, bit};
 
 /// How many events of its own side an event may look past. Beyond so many that start
 /// within one window of each other it is arbitrary which is which.
@@ -98,6 +99,7 @@ pub fn match_tables<E>(
         rows: VecDeque::new(),
         settled: (0, 0),
         row: Row::start(0),
+        spare: Vec::new(),
         flush_at: ROWS_BETWEEN_FLUSHES,
         held: Vec::new(),
         emit,
@@ -111,31 +113,63 @@ struct Side<I> {
     source: I,
     ahead: Option<SlipEvent>,
     started: bool,
-    /// Events from number `first` of the table on.
-    events: VecDeque<Ranked>,
+    /// Events from number `first` of the table on, but for `gone` settled ones in front.
+    events: Vec<SlipEvent>,
+    /// What the matching goes by of each.
+    spans: Vec<Span>,
+    gone: usize,
     first: usize,
 }
+
+/// Settled events that may stay in memory before they are dropped all at once.
+const GONE: usize = 1024;
 
 impl<I, E> Side<I>
 where
     I: Iterator<Item = Result<SlipEvent, E>>,
 {
     fn new(name: &'static str, source: I) -> Side<I> {
-        Side { name, source, ahead: None, started: false, events: VecDeque::new(), first: 0 }
+        let (events, spans) = (Vec::new(), Vec::new());
+        Side { name, source, ahead: None, started: false, events, spans, gone: 0, first: 0 }
     }
 
     /// How many have been read, settled ones included.
     fn read(&self) -> usize {
-        self.first + self.events.len()
+        self.first + self.waiting()
     }
 
-    fn get(&self, index: usize) -> &Ranked {
-        &self.events[index - self.first]
+    /// How many have been read and are not settled.
+    fn waiting(&self) -> usize {
+        self.events.len() - self.gone
+    }
+
+    fn event(&self, index: usize) -> &SlipEvent {
+        &self.events[index - self.first + self.gone]
+    }
+
+    fn spans(&self, from: usize, to: usize) -> &[Span] {
+        let physical = |index: usize| index - self.first + self.gone;
+        &self.spans[physical(from)..physical(to)]
+    }
+
+    fn span(&self, index: usize) -> &Span {
+        &self.spans[index - self.first + self.gone]
     }
 
     /// Onset of an event, if it has been read.
     fn onset_s(&self, index: usize) -> Option<f64> {
-        self.events.get(index - self.first).map(|ranked| ranked.event.onset_s)
+        self.spans.get(index - self.first + self.gone).map(|span| span.onset_s)
+    }
+
+    /// Forgets the events before this one.
+    fn settle(&mut self, index: usize) {
+        self.gone += index - self.first;
+        self.first = index;
+        if self.gone > GONE && 2 * self.gone > self.events.len() {
+            self.events.drain(..self.gone);
+            self.spans.drain(..self.gone);
+            self.gone = 0;
+        }
     }
 
     /// Onset of the event that will be read next, s; infinite behind the last.
@@ -162,34 +196,35 @@ where
     }
 
     /// Reads all events of one onset, in an order that does not depend on the table's.
-    fn read_onset(&mut self, onset_s: f64, rank: u64, columns: Columns) -> Result<(), MatchError<E>> {
+    fn read_onset(
+        &mut self,
+        onset_s: f64,
+        rank: u64,
+        columns: Columns,
+        window_s: f64,
+    ) -> Result<(), MatchError<E>> {
         let from = self.events.len();
         while self.next_onset_s()? == onset_s {
-            if let Some(event) = self.advance()? {
-                self.events.push_back(Ranked::new(event, rank));
-            }
+            let event = self.advance()?;
+            self.events.extend(event);
         }
         if self.events.len() > from + 1 {
-            self.events.make_contiguous()[from..].sort_by(|a, b| {
-                let keys = columns.iter().map(|column| (column.of(&a.event), column.of(&b.event)));
-                keys.map(|(a, b)| in_order(a, b))
-                    .find(|order| order.is_ne())
-                    .unwrap_or(a.event.event.cmp(&b.event.event))
+            self.events[from..].sort_by(|a, b| {
+                let keys = columns.iter().map(|column| (column.of(a), column.of(b)));
+                let order = keys.map(|(a, b)| in_order(a, b)).find(|order| order.is_ne());
+                order.unwrap_or(a.event.cmp(&b.event))
             });
+        }
+        for index in from..self.events.len() {
+            self.spans.push(Span::new(&self.events[index], rank, window_s));
+            // Nothing looks past the events of its own side that come after it.
+            if let Some(before) = index.checked_sub(NEAREST) {
+                let before = &mut self.spans[before];
+                before.reach_s = before.reach_s.min(onset_s);
+            }
         }
         Ok(())
     }
-
-    /// Whether the event `index` looks as far as an onset behind its own.
-    fn reaches(&self, index: usize, onset_s: f64, window_s: f64) -> bool {
-        let event = &self.get(index).event;
-        onset_s <= latest_s(event, window_s)
-            && self.onset_s(index + NEAREST).is_none_or(|limit_s| onset_s <= limit_s)
-    }
-}
-
-fn latest_s(event: &SlipEvent, window_s: f64) -> f64 {
-    event.end_s.unwrap_or(event.onset_s).max(event.onset_s + window_s)
 }
 
 fn in_order(a: Value, b: Value) -> std::cmp::Ordering {
@@ -201,119 +236,6 @@ fn in_order(a: Value, b: Value) -> std::cmp::Ordering {
     };
     let ((a_kind, a), (b_kind, b)) = (key(a), key(b));
     a_kind.cmp(&b_kind).then(a.total_cmp(&b))
-}
-
-/// What a path through the grid is in the middle of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(u8)]
-enum Mode {
-    /// Nothing.
-    Between,
-    /// The next old event is split; one part has been found.
-    Split1,
-    /// The same, with two parts or more.
-    Split2,
-    /// The next new event is merged; one part has been found.
-    Merge1,
-    /// The same, with two parts or more.
-    Merge2,
-}
-
-const MODES: [Mode; 5] = [Mode::Between, Mode::Split1, Mode::Split2, Mode::Merge1, Mode::Merge2];
-
-/// The last move of the cheapest path to a state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-enum Move {
-    /// There is no path.
-    None,
-    /// An old event is left over.
-    SkipOld,
-    /// A new event is left over.
-    SkipNew,
-    /// A pair.
-    Pair,
-    /// A split is complete.
-    CloseSplit,
-    /// A merge is complete.
-    CloseMerge,
-    /// The first part of a split or merge.
-    Start,
-    /// The second part.
-    Second,
-    /// A further part.
-    Further,
-}
-
-const MOVES: [Move; 9] = [
-    Move::None,
-    Move::SkipOld,
-    Move::SkipNew,
-    Move::Pair,
-    Move::CloseSplit,
-    Move::CloseMerge,
-    Move::Start,
-    Move::Second,
-    Move::Further,
-];
-
-/// The last moves to the five states of a cell, four bits each.
-#[derive(Debug, Clone, Copy, Default)]
-struct Moves(u32);
-
-impl Moves {
-    fn get(self, mode: Mode) -> Move {
-        MOVES[(self.0 >> (4 * mode as u32) & 0xf) as usize]
-    }
-
-    fn set(&mut self, mode: Mode, last: Move) {
-        let shift = 4 * mode as u32;
-        self.0 = self.0 & !(0xf << shift) | (last as u32) << shift;
-    }
-}
-
-/// A state: so many old and new events taken, in this mode.
-type State = (usize, usize, Mode);
-
-/// A row of the grid: the cells with so many old events taken.
-struct Row {
-    /// New events taken in its first cell.
-    from: usize,
-    costs: Vec<[Cost; 5]>,
-    moves: Vec<Moves>,
-}
-
-impl Row {
-    /// A row with one cell, where paths start.
-    fn start(taken: usize) -> Row {
-        let mut row = Row { from: taken, costs: Vec::new(), moves: Vec::new() };
-        row.reach_to(taken);
-        row.costs[0][Mode::Between as usize] = Cost::NONE;
-        row
-    }
-
-    /// Makes room for cells with up to so many new events taken.
-    fn reach_to(&mut self, taken: usize) {
-        let cells = taken + 1 - self.from;
-        if self.costs.len() < cells {
-            self.costs.resize(cells, [Cost::NEVER; 5]);
-            self.moves.resize(cells, Moves::default());
-        }
-    }
-
-    fn cost(&self, taken: usize, mode: Mode) -> Cost {
-        self.costs[taken - self.from][mode as usize]
-    }
-
-    /// Takes a path to a state if it is cheaper than that known.
-    fn offer(&mut self, taken: usize, mode: Mode, cost: Cost, last: Move) {
-        let cell = taken - self.from;
-        let best = &mut self.costs[cell][mode as usize];
-        if cost < *best {
-            *best = cost;
-            self.moves[cell].set(mode, last);
-        }
-    }
 }
 
 struct Matcher<O, N, F> {
@@ -331,6 +253,8 @@ struct Matcher<O, N, F> {
     settled: (usize, usize),
     /// The row at hand, number `settled.0 + rows.len()`.
     row: Row,
+    /// Memory of a row that is finished, for the next one.
+    spare: Vec<[Cost; 5]>,
     flush_at: usize,
     /// Groups that are settled, but may not be the next in time.
     held: Vec<Group>,
@@ -350,7 +274,7 @@ where
                 if !self.read_onset()? {
                     return self.finish();
                 }
-                if self.new.events.len() >= ROWS_BETWEEN_FLUSHES {
+                if self.new.waiting() >= ROWS_BETWEEN_FLUSHES {
                     self.roll()?;
                 }
                 continue;
@@ -373,13 +297,13 @@ where
             return Ok(false);
         }
         let (old, new) = (self.old.read(), self.new.read());
-        self.old.read_onset(onset_s, self.onsets, self.columns)?;
-        self.new.read_onset(onset_s, self.onsets, self.columns)?;
+        self.old.read_onset(onset_s, self.onsets, self.columns, self.window_s)?;
+        self.new.read_onset(onset_s, self.onsets, self.columns, self.window_s)?;
         self.onsets += 1;
         let mut next = new;
         for old in old..self.old.read() {
-            let event = &self.old.get(old).event;
-            let twin = (next..self.new.read()).find(|&new| self.equal(event, &self.new.get(new).event));
+            let event = self.old.event(old);
+            let twin = (next..self.new.read()).find(|&new| self.equal(event, self.new.event(new)));
             if let Some(new) = twin {
                 self.twins.push_back((old, new));
                 next = new + 1;
@@ -396,20 +320,10 @@ where
     fn read_ahead(&mut self, taken: usize) -> Result<(), MatchError<E>> {
         loop {
             let next_s = self.old.next_onset_s()?.min(self.new.next_onset_s()?);
-            if !self.old.reaches(taken, next_s, self.window_s) {
+            if next_s > self.old.span(taken).reach_s {
                 return Ok(());
             }
             self.read_onset()?;
-        }
-    }
-
-    /// Whether two events may be held against each other.
-    fn may_meet(&self, old: usize, new: usize) -> bool {
-        let (old_s, new_s) = (self.old.get(old).event.onset_s, self.new.get(new).event.onset_s);
-        if old_s <= new_s {
-            self.old.reaches(old, new_s, self.window_s)
-        } else {
-            self.new.reaches(new, old_s, self.window_s)
         }
     }
 
@@ -417,11 +331,8 @@ where
     /// the next event that has a twin.
     fn row_end(&self, taken: usize) -> usize {
         let mut end = self.row.from + self.row.costs.len() - 1;
-        let onset_s = self.old.get(taken).event.onset_s;
-        while let Some(new_s) = self.new.onset_s(end) {
-            if new_s > onset_s && !self.old.reaches(taken, new_s, self.window_s) {
-                break;
-            }
+        let reach_s = self.old.span(taken).reach_s;
+        while self.new.onset_s(end).is_some_and(|new_s| new_s <= reach_s) {
             end += 1;
         }
         self.twins.front().map_or(end, |&(_, new)| end.min(new))
@@ -430,113 +341,27 @@ where
     /// Moves along the row at hand and from it to the next, which takes one old event more.
     fn take_row(&mut self, taken: usize) {
         let end = self.row_end(taken);
-        let mut row = std::mem::replace(&mut self.row, Row { from: 0, costs: Vec::new(), moves: Vec::new() });
+        let whole = *self.old.span(taken);
+        let near = self.first_within_sight(self.row.from, end, whole.onset_s);
+        let next = Row::cleared(near, end, std::mem::take(&mut self.spare));
+        let mut row = std::mem::replace(&mut self.row, next);
         row.reach_to(end);
-        // No later old event comes near those before: they start no earlier.
-        let onset_s = self.old.get(taken).event.onset_s;
-        let mut near = row.from.max(self.new.first);
-        while near < end && !self.is_within_sight(near, onset_s) {
-            near += 1;
-        }
-        let mut next = Row { from: near, costs: Vec::with_capacity(end + 2 - near), moves: Vec::new() };
-        next.reach_to(end);
-        let whole = self.old.get(taken);
-        for new in row.from..=end {
-            let between = row.cost(new, Mode::Between);
-            let splits = [row.cost(new, Mode::Split1), row.cost(new, Mode::Split2)];
-            let merges = [row.cost(new, Mode::Merge1), row.cost(new, Mode::Merge2)];
-            if new >= near {
-                if between.is_possible() {
-                    next.offer(new, Mode::Between, between.and(ALONE), Move::SkipOld);
-                }
-                if splits[1].is_possible() {
-                    next.offer(new, Mode::Between, splits[1], Move::CloseSplit);
-                }
-            }
-            if new == end {
-                break;
-            }
-            if between.is_possible() {
-                row.offer(new + 1, Mode::Between, between.and(ALONE), Move::SkipNew);
-            }
-            if merges[1].is_possible() {
-                row.offer(new + 1, Mode::Between, merges[1], Move::CloseMerge);
-            }
-            for (cost, mode) in splits.into_iter().zip([Mode::Split1, Mode::Split2]) {
-                if cost.is_possible() {
-                    row.offer(new + 1, mode, cost.and(ALONE), Move::SkipNew);
-                }
-            }
-            if new < near {
-                continue;
-            }
-            for (cost, mode) in merges.into_iter().zip([Mode::Merge1, Mode::Merge2]) {
-                if cost.is_possible() {
-                    next.offer(new, mode, cost.and(ALONE), Move::SkipOld);
-                }
-            }
-            let is_live =
-                between.is_possible() || splits.iter().chain(&merges).any(|cost| cost.is_possible());
-            if !is_live || !self.may_meet(taken, new) {
-                continue;
-            }
-            let other = self.new.get(new);
-            if between.is_possible()
-                && let Some(pair) = cost::pair(whole, other, self.window_s)
-            {
-                next.offer(new + 1, Mode::Between, between + pair, Move::Pair);
-            }
-            if let Some(part) = cost::part(whole, other) {
-                if between.is_possible() {
-                    row.offer(new + 1, Mode::Split1, between.and(cost::begun()) + part, Move::Start);
-                }
-                if splits[0].is_possible() {
-                    row.offer(new + 1, Mode::Split2, splits[0] + part, Move::Second);
-                }
-                if splits[1].is_possible() {
-                    row.offer(new + 1, Mode::Split2, splits[1] + part, Move::Further);
-                }
-            }
-            if let Some(part) = cost::part(other, whole) {
-                if between.is_possible() {
-                    next.offer(new, Mode::Merge1, between.and(cost::begun()) + part, Move::Start);
-                }
-                if merges[0].is_possible() {
-                    next.offer(new, Mode::Merge2, merges[0] + part, Move::Second);
-                }
-                if merges[1].is_possible() {
-                    next.offer(new, Mode::Merge2, merges[1] + part, Move::Further);
-                }
-            }
-        }
+        row.advance(&mut self.row, &whole, self.new.spans(near, end), self.window_s);
         self.rows.push_back((row.from, row.moves));
-        self.row = next;
+        self.spare = row.costs;
     }
 
-    /// Whether a new event may meet an old one of this onset, or a later one.
-    fn is_within_sight(&self, new: usize, onset_s: f64) -> bool {
-        self.new.get(new).event.onset_s >= onset_s || self.new.reaches(new, onset_s, self.window_s)
+    /// The first new event, from one of them up to another, that may meet an old one of this
+    /// onset or a later one. Those before it never will.
+    fn first_within_sight(&self, from: usize, end: usize, onset_s: f64) -> usize {
+        let from = from.max(self.new.first).min(end);
+        let is_far = |&new: &usize| self.new.span(new).reach_s < onset_s;
+        from + (from..end).take_while(is_far).count()
     }
 
-    /// Leads all paths to so many new events or more, without taking an old one.
-    fn run_to(&mut self, end: usize) {
-        self.row.reach_to(end);
-        for new in self.row.from..end {
-            let between = self.row.cost(new, Mode::Between);
-            let merge = self.row.cost(new, Mode::Merge2);
-            if between.is_possible() {
-                self.row.offer(new + 1, Mode::Between, between.and(ALONE), Move::SkipNew);
-            }
-            if merge.is_possible() {
-                self.row.offer(new + 1, Mode::Between, merge, Move::CloseMerge);
-            }
-            self.row.costs[new - self.row.from] = [Cost::NEVER; 5];
-        }
-    }
-
-    /// The same, where all paths end there.
+    /// Leads all paths to so many new events, without taking an old one.
     fn run_out(&mut self, end: usize) {
-        self.run_to(end);
+        self.row.run_to(end);
         let row = std::mem::replace(&mut self.row, Row::start(end));
         self.rows.push_back((row.from, row.moves));
     }
@@ -544,16 +369,13 @@ where
     /// While no old event comes, settles the new ones that the next will be too late for.
     fn roll(&mut self) -> Result<(), MatchError<E>> {
         let next_s = self.old.next_onset_s()?.min(self.new.next_onset_s()?);
-        let mut near = self.row.from.max(self.new.first);
-        while near < self.new.read() && !self.is_within_sight(near, next_s) {
-            near += 1;
-        }
+        let near = self.first_within_sight(self.row.from, self.new.read(), next_s);
         // New events with a twin wait for it.
-        near = self.twins.front().map_or(near, |&(_, new)| near.min(new));
+        let near = self.twins.front().map_or(near, |&(_, new)| near.min(new));
         if near < self.new.first + ROWS_BETWEEN_FLUSHES / 2 {
             return Ok(());
         }
-        self.run_to(near);
+        self.row.run_to(near);
         self.flush()?;
         // Cells of settled events are of no more use.
         let settled = self.settled.1.saturating_sub(self.row.from);
@@ -570,11 +392,10 @@ where
         self.settle((old, new, Mode::Between));
         self.rows.clear();
         self.twins.pop_front();
-        let pair = [&mut self.old.events, &mut self.new.events].map(|events| events.pop_front());
-        let [Some(old_twin), Some(new_twin)] = pair else { unreachable!("twins have been read") };
-        self.held.push(Group { old: vec![old_twin.event], new: vec![new_twin.event], identical: true });
-        self.old.first = old + 1;
-        self.new.first = new + 1;
+        let (old_twin, new_twin) = (self.old.event(old).clone(), self.new.event(new).clone());
+        self.held.push(Group { old: vec![old_twin], new: vec![new_twin], identical: true });
+        self.old.settle(old + 1);
+        self.new.settle(new + 1);
         self.settled = (old + 1, new + 1);
         self.row = Row::start(new + 1);
         self.flush_at = ROWS_BETWEEN_FLUSHES;
@@ -594,21 +415,8 @@ where
 
     /// Settles what all open paths have in common.
     fn flush(&mut self) -> Result<(), MatchError<E>> {
-        let taken = self.settled.0 + self.rows.len();
-        let mut open: BTreeSet<State> = BTreeSet::new();
-        for (cell, costs) in self.row.costs.iter().enumerate() {
-            let possible = MODES.into_iter().filter(|&mode| costs[mode as usize].is_possible());
-            open.extend(possible.map(|mode| (taken, self.row.from + cell, mode)));
-        }
         let start = (self.settled.0, self.settled.1, Mode::Between);
-        while let Some(last) = open.pop_last() {
-            if open.is_empty() && last.2 == Mode::Between {
-                open.insert(last);
-                break;
-            }
-            open.insert(self.before(last).0);
-        }
-        let Some(&common) = open.first() else { unreachable!("there is a path to every row") };
+        let Some(common) = self.common() else { unreachable!("there is a path to every row") };
         if common == start {
             self.flush_at *= 2;
             return Ok(());
@@ -619,6 +427,46 @@ where
         self.settled = (old, new);
         self.flush_at = self.rows.len() + ROWS_BETWEEN_FLUSHES;
         self.release()
+    }
+
+    /// The last state, at the end of a row's paths from the row before, that all open paths go
+    /// through.
+    fn common(&self) -> Option<State> {
+        let mut row = self.settled.0 + self.rows.len();
+        // Which states of a row some open path goes through: a bit for each mode.
+        let mut from = self.row.from;
+        let is_open = |costs: &[Cost; 5]| {
+            MODES
+                .into_iter()
+                .filter(|&mode| costs[mode as usize].is_possible())
+                .fold(0, |set, mode| set | bit(mode))
+        };
+        let mut open: Vec<u8> = self.row.costs.iter().map(is_open).collect();
+        loop {
+            if open.iter().map(|set| set.count_ones()).sum::<u32>() == 1 {
+                let cell = open.iter().position(|&set| set != 0)?;
+                if open[cell] == bit(Mode::Between) {
+                    return Some((row, from + cell, Mode::Between));
+                }
+            }
+            if row == self.settled.0 {
+                return Some((row, self.settled.1, Mode::Between));
+            }
+            let (before_from, moves) = &self.rows[row - 1 - self.settled.0];
+            let mut before = vec![0; moves.len()];
+            for cell in (0..open.len()).rev() {
+                let here = open[cell];
+                for mode in MODES.into_iter().filter(|&mode| here & bit(mode) != 0) {
+                    let ((old, new, mode), _) = self.before((row, from + cell, mode));
+                    if old == row {
+                        open[new - from] |= bit(mode);
+                    } else {
+                        before[new - before_from] |= bit(mode);
+                    }
+                }
+            }
+            (row, from, open) = (row - 1, *before_from, before);
+        }
     }
 
     /// The state before one on its cheapest path, and the move between.
@@ -650,50 +498,40 @@ where
     }
 
     /// Holds the groups of the path up to a state, and forgets their events.
-    fn settle(&mut self, (end_old, end_new, mode): State) {
-        let (first_old, first_new) = self.settled;
-        let mut olds: Vec<Option<SlipEvent>> =
-            self.old.events.drain(..end_old - first_old).map(|ranked| Some(ranked.event)).collect();
-        let mut news: Vec<Option<SlipEvent>> =
-            self.new.events.drain(..end_new - first_new).map(|ranked| Some(ranked.event)).collect();
-        self.old.first = end_old;
-        self.new.first = end_new;
-        let mut group = Group { old: Vec::new(), new: Vec::new(), identical: false };
-        let mut state = (end_old, end_new, mode);
-        while state != (first_old, first_new, Mode::Between) {
+    fn settle(&mut self, end: State) {
+        let empty = Group { old: Vec::new(), new: Vec::new(), identical: false };
+        let start = (self.settled.0, self.settled.1, Mode::Between);
+        let mut group = empty.clone();
+        let mut state = end;
+        while state != start {
             let (before, last) = self.before(state);
-            let old = |olds: &mut [Option<SlipEvent>]| olds[before.0 - first_old].take();
-            let new = |news: &mut [Option<SlipEvent>]| news[before.1 - first_new].take();
-            let splitting = matches!(state.2, Mode::Split1 | Mode::Split2);
-            let alone = |old: Option<SlipEvent>, new: Option<SlipEvent>| Group {
-                old: old.into_iter().collect(),
-                new: new.into_iter().collect(),
-                identical: false,
-            };
+            let old = || self.old.event(before.0).clone();
+            let new = || self.new.event(before.1).clone();
             match last {
-                Move::SkipOld => self.held.push(alone(old(&mut olds), None)),
-                Move::SkipNew => self.held.push(alone(None, new(&mut news))),
-                Move::Pair => self.held.push(alone(old(&mut olds), new(&mut news))),
+                Move::SkipOld => self.held.push(Group { old: vec![old()], ..empty.clone() }),
+                Move::SkipNew => self.held.push(Group { new: vec![new()], ..empty.clone() }),
+                Move::Pair => self.held.push(Group { old: vec![old()], new: vec![new()], identical: false }),
                 // Walking back, a group opens where it closed.
-                Move::CloseSplit => group = alone(old(&mut olds), None),
-                Move::CloseMerge => group = alone(None, new(&mut news)),
+                Move::CloseSplit => group.old.push(old()),
+                Move::CloseMerge => group.new.push(new()),
                 Move::Start | Move::Second | Move::Further => {
-                    if splitting {
-                        group.new.extend(new(&mut news));
+                    if matches!(state.2, Mode::Split1 | Mode::Split2) {
+                        group.new.push(new());
                     } else {
-                        group.old.extend(old(&mut olds));
+                        group.old.push(old());
                     }
                     if last == Move::Start {
                         group.old.reverse();
                         group.new.reverse();
-                        let empty = Group { old: Vec::new(), new: Vec::new(), identical: false };
-                        self.held.push(std::mem::replace(&mut group, empty));
+                        self.held.push(std::mem::replace(&mut group, empty.clone()));
                     }
                 }
                 Move::None => unreachable!("every state on a path has a move"),
             }
             state = before;
         }
+        self.old.settle(end.0);
+        self.new.settle(end.1);
     }
 
     /// Hands out what no later group can come before, in order of onset.
@@ -738,7 +576,7 @@ mod tests {
 
     use super::{Group, match_tables};
     use crate::column::Columns;
-    use crate::cost::{self, ALONE, Ranked};
+    use crate::cost::{self, ALONE, BEGUN, Span};
 
     const WINDOW_S: f64 = 4.0;
 
@@ -796,19 +634,22 @@ mod tests {
         groups
     }
 
+    /// An event and what the matching goes by.
+    type Ranked = (SlipEvent, Span);
+
     fn ranked(events: &[SlipEvent]) -> Vec<Ranked> {
-        events.iter().map(|event| Ranked::new(event.clone(), 0)).collect()
+        events.iter().map(|event| (event.clone(), Span::new(event, 0, WINDOW_S))).collect()
     }
 
     /// What a group costs by the table at the head of `cost.rs`.
     fn cost_of(old: &[Ranked], new: &[Ranked]) -> Option<i64> {
         let parts = |whole: &Ranked, parts: &[Ranked]| {
-            let costs = parts.iter().map(|part| cost::part(whole, part).map(|cost| cost.primary));
-            Some(cost::begun() + costs.sum::<Option<i64>>()?)
+            let costs = parts.iter().map(|part| cost::part(&whole.1, &part.1).map(|cost| cost.primary));
+            Some(BEGUN + costs.sum::<Option<i64>>()?)
         };
         match (old, new) {
             ([_], []) | ([], [_]) => Some(ALONE),
-            ([a], [b]) => cost::pair(a, b, WINDOW_S).map(|cost| cost.primary),
+            ([a], [b]) => cost::pair(&a.1, &b.1, WINDOW_S).map(|cost| cost.primary),
             ([whole], several) | (several, [whole]) => parts(whole, several),
             _ => None,
         }
@@ -817,7 +658,7 @@ mod tests {
     /// The least cost of all matchings that do not cross, by trying every one.
     fn least(old: &[Ranked], new: &[Ranked]) -> i64 {
         let twin = |a: &Ranked, b: &Ranked| {
-            let number = |ranked: &Ranked| SlipEvent { event: 0, ..ranked.event.clone() };
+            let number = |ranked: &Ranked| SlipEvent { event: 0, ..ranked.0.clone() };
             number(a) == number(b)
         };
         // Twins are matched with each other: the first old one that has one, with its first.

@@ -71,7 +71,12 @@ fn table(random: &mut Random, events: usize) -> Vec<SlipEvent> {
             let first = 1 + random.below(u64::from(BLOCKS)) as u32;
             let last = (first + random.decades(2.0) as u32 - 1).min(BLOCKS);
             made.push(event(step, step + length, first, last));
-            step += length + if chatter { 1 + random.below(20) } else { 10 + random.decades(8.5) };
+            step += length
+                + match random.below(3) {
+                    _ if chatter => 1 + random.below(20),
+                    0 => 10 + random.decades(6.0),
+                    _ => 1_000_000 + random.decades(8.0),
+                };
         }
     }
     made.truncate(events);
@@ -220,7 +225,8 @@ fn inject(
                 expected.push(one(Class::Identical));
             }
             Injected::Jitter => {
-                let by_s = 1e-12 * (2.0 * random.uniform() - 1.0);
+                let by_s =
+                    1e-12 * (0.5 + 0.5 * random.uniform()) * if random.below(2) == 0 { 1.0 } else { -1.0 };
                 old.push(event.clone());
                 new.push(shifted(event, by_s));
                 expected.push(one(Class::WithinTolerance));
@@ -310,7 +316,7 @@ fn what_is_injected_is_found_singly_and_mixed() {
         }
     }
     for class in Class::ALL.into_iter().filter(|&class| class != Class::Open) {
-        assert!(seen[&class] > 500, "{class:?} only {} times", seen[&class]);
+        assert!(seen[&class] > 300, "{class:?} only {} times", seen[&class]);
     }
 }
 

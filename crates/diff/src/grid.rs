@@ -1,0 +1,225 @@
+//! The grid through which the cheapest path is looked for, row by row: a cell
+//! for so many old and so many new events taken, a state for each mode in it.
+
+use crate::cost::{self, ALONE, BEGUN, Cost, Span};
+
+/// What a path through the grid is in the middle of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub(crate) enum Mode {
+    /// Nothing.
+    Between,
+    /// The next old event is split; one part has been found.
+    Split1,
+    /// The same, with two parts or more.
+    Split2,
+    /// The next new event is merged; one part has been found.
+    Merge1,
+    /// The same, with two parts or more.
+    Merge2,
+}
+
+pub(crate) const MODES: [Mode; 5] = [Mode::Between, Mode::Split1, Mode::Split2, Mode::Merge1, Mode::Merge2];
+
+/// A mode in a set of them.
+pub(crate) fn bit(mode: Mode) -> u8 {
+    1 << mode as u8
+}
+
+/// The last move of the cheapest path to a state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub(crate) enum Move {
+    /// There is no path.
+    None,
+    /// An old event is left over.
+    SkipOld,
+    /// A new event is left over.
+    SkipNew,
+    /// A pair.
+    Pair,
+    /// A split is complete.
+    CloseSplit,
+    /// A merge is complete.
+    CloseMerge,
+    /// The first part of a split or merge.
+    Start,
+    /// The second part.
+    Second,
+    /// A further part.
+    Further,
+}
+
+const MOVES: [Move; 9] = [
+    Move::None,
+    Move::SkipOld,
+    Move::SkipNew,
+    Move::Pair,
+    Move::CloseSplit,
+    Move::CloseMerge,
+    Move::Start,
+    Move::Second,
+    Move::Further,
+];
+
+/// The last moves to the five states of a cell, four bits each.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Moves(u32);
+
+impl Moves {
+    pub(crate) fn get(self, mode: Mode) -> Move {
+        MOVES[(self.0 >> (4 * mode as u32) & 0xf) as usize]
+    }
+
+    pub(crate) fn set(&mut self, mode: Mode, last: Move) {
+        let shift = 4 * mode as u32;
+        self.0 = self.0 & !(0xf << shift) | (last as u32) << shift;
+    }
+}
+
+/// A state: so many old and new events taken, in this mode.
+pub(crate) type State = (usize, usize, Mode);
+
+/// A row of the grid: the cells with so many old events taken.
+pub(crate) struct Row {
+    /// New events taken in its first cell.
+    pub(crate) from: usize,
+    pub(crate) costs: Vec<[Cost; 5]>,
+    pub(crate) moves: Vec<Moves>,
+}
+
+impl Row {
+    /// A row without paths, of cells from so many new events taken to so many.
+    pub(crate) fn cleared(from: usize, to: usize, mut costs: Vec<[Cost; 5]>) -> Row {
+        costs.clear();
+        let mut row = Row { from, costs, moves: Vec::new() };
+        row.reach_to(to);
+        row
+    }
+
+    /// A row with one cell, where paths start.
+    pub(crate) fn start(taken: usize) -> Row {
+        let mut row = Row::cleared(taken, taken, Vec::new());
+        row.costs[0][Mode::Between as usize] = Cost::NONE;
+        row
+    }
+
+    /// Makes room for cells with up to so many new events taken.
+    pub(crate) fn reach_to(&mut self, taken: usize) {
+        let cells = taken + 1 - self.from;
+        if self.costs.len() < cells {
+            self.costs.resize(cells, [Cost::NEVER; 5]);
+            self.moves.resize(cells, Moves::default());
+        }
+    }
+
+    pub(crate) fn cost(&self, taken: usize, mode: Mode) -> Cost {
+        self.costs[taken - self.from][mode as usize]
+    }
+
+    /// Takes a path to a state if it is cheaper than that known.
+    pub(crate) fn offer(&mut self, taken: usize, mode: Mode, cost: Cost, last: Move) {
+        let cell = taken - self.from;
+        let best = &mut self.costs[cell][mode as usize];
+        if cost < *best {
+            *best = cost;
+            self.moves[cell].set(mode, last);
+        }
+    }
+
+    /// Moves along the row and from it to the next, which has taken the old event `whole` more.
+    /// `news` are the new events from the next row's first cell to its last: those before are too
+    /// far from this old event and all that follow.
+    pub(crate) fn advance(&mut self, next: &mut Row, whole: &Span, news: &[Span], window_s: f64) {
+        let near = next.from;
+        let end = near + news.len();
+        for new in self.from..=end {
+            let here = self.costs[new - self.from];
+            let is_live = here.map(Cost::is_possible);
+            let [between, split1, split2, merge1, merge2] = here;
+            let [is_between, is_split1, is_split2, is_merge1, is_merge2] = is_live;
+            if new >= near {
+                if is_between {
+                    next.offer(new, Mode::Between, between.and(ALONE), Move::SkipOld);
+                }
+                if is_split2 {
+                    next.offer(new, Mode::Between, split2, Move::CloseSplit);
+                }
+            }
+            if new == end {
+                break;
+            }
+            if is_between {
+                self.offer(new + 1, Mode::Between, between.and(ALONE), Move::SkipNew);
+            }
+            if is_merge2 {
+                self.offer(new + 1, Mode::Between, merge2, Move::CloseMerge);
+            }
+            if is_split1 {
+                self.offer(new + 1, Mode::Split1, split1.and(ALONE), Move::SkipNew);
+            }
+            if is_split2 {
+                self.offer(new + 1, Mode::Split2, split2.and(ALONE), Move::SkipNew);
+            }
+            if new < near {
+                continue;
+            }
+            if is_merge1 {
+                next.offer(new, Mode::Merge1, merge1.and(ALONE), Move::SkipOld);
+            }
+            if is_merge2 {
+                next.offer(new, Mode::Merge2, merge2.and(ALONE), Move::SkipOld);
+            }
+            let other = &news[new - near];
+            // The one that starts first says how far it looks.
+            let may_meet = match whole.onset_s <= other.onset_s {
+                true => other.onset_s <= whole.reach_s,
+                false => whole.onset_s <= other.reach_s,
+            };
+            if !may_meet {
+                continue;
+            }
+            if is_between && let Some(pair) = cost::pair(whole, other, window_s) {
+                next.offer(new + 1, Mode::Between, between + pair, Move::Pair);
+            }
+            if let Some(part) = cost::part(whole, other) {
+                if is_between {
+                    self.offer(new + 1, Mode::Split1, between.and(BEGUN) + part, Move::Start);
+                }
+                if is_split1 {
+                    self.offer(new + 1, Mode::Split2, split1 + part, Move::Second);
+                }
+                if is_split2 {
+                    self.offer(new + 1, Mode::Split2, split2 + part, Move::Further);
+                }
+            }
+            if let Some(part) = cost::part(other, whole) {
+                if is_between {
+                    next.offer(new, Mode::Merge1, between.and(BEGUN) + part, Move::Start);
+                }
+                if is_merge1 {
+                    next.offer(new, Mode::Merge2, merge1 + part, Move::Second);
+                }
+                if is_merge2 {
+                    next.offer(new, Mode::Merge2, merge2 + part, Move::Further);
+                }
+            }
+        }
+    }
+
+    /// Leads all paths to so many new events or more, without taking an old one.
+    pub(crate) fn run_to(&mut self, end: usize) {
+        self.reach_to(end);
+        for new in self.from..end {
+            let cell = new - self.from;
+            let [between, .., merge] = self.costs[cell];
+            if between.is_possible() {
+                self.offer(new + 1, Mode::Between, between.and(ALONE), Move::SkipNew);
+            }
+            if merge.is_possible() {
+                self.offer(new + 1, Mode::Between, merge, Move::CloseMerge);
+            }
+            self.costs[cell] = [Cost::NEVER; 5];
+        }
+    }
+}

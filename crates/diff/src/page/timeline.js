@@ -239,7 +239,7 @@
           const wide = Math.max(x1 - x0, 1.5), y0 = y(side, event[LAST]), high = Math.max(y(side, event[FIRST] - 1) - y0, 1.5);
           if (wide < 3) {
             // Where they lie on each other, many look darker than one.
-            pen.globalAlpha = isDense ? .45 : 1;
+            pen.globalAlpha = isDense ? .65 : 1;
             pen.fillStyle = style.line;
             pen.fillRect(x0, y0, wide, high);
             pen.fillStyle = fills[pass];

@@ -9,8 +9,16 @@
 mod bench;
 mod ci;
 mod clients;
+mod diff_events;
 mod fuzz;
+mod git;
+mod golden;
+#[path = "../../tests/support/golden.rs"]
+mod golden_tables;
+mod interrupt;
 mod reproduce;
+mod revision;
+mod seed;
 mod test;
 mod verify;
 mod workspace;
@@ -32,6 +40,8 @@ Examples:
   cargo xtask reproduce-all
   cargo xtask test
   cargo xtask verify-solver
+  cargo xtask diff-events HEAD~1
+  cargo xtask golden
   cargo xtask bench
   cargo xtask fuzz --for-s 600
   cargo xtask ci"
@@ -62,6 +72,10 @@ enum Command {
     Test(test::TestArguments),
     /// Hold the fast solver against the plain one over all of chapter 5, in both parameter sets.
     VerifySolver(verify::VerifyArguments),
+    /// Say what became of the events of another revision.
+    DiffEvents(diff_events::DiffEventsArguments),
+    /// Hold the events of chapter 5 against the golden tables, or accept that these change.
+    Golden(golden::GoldenArguments),
     /// Measure how fast it is.
     Bench(bench::BenchArguments),
     /// Look for inputs that do harm; needs cargo-fuzz.
@@ -79,6 +93,8 @@ fn main() -> ExitCode {
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
         Command::Test(arguments) => test::command(&arguments),
         Command::VerifySolver(arguments) => verify::command(&arguments),
+        Command::DiffEvents(arguments) => diff_events::command(&arguments),
+        Command::Golden(arguments) => golden::command(&arguments),
         Command::Bench(arguments) => bench::command(&arguments),
         Command::Fuzz(arguments) => fuzz::command(&arguments),
         Command::Ci(arguments) => ci::command(&arguments),
@@ -89,7 +105,7 @@ fn main() -> ExitCode {
         Err(Failure::Exit { code, .. }) => ExitCode::from(code),
         Err(failure) => {
             eprintln!("error: {failure}");
-            ExitCode::FAILURE
+            ExitCode::from(failure.code())
         }
     }
 }

@@ -16,6 +16,29 @@ pub(crate) enum Failure {
     Exit { program: String, code: u8 },
     /// Something is not as it must be.
     Check(String),
+    /// Two things cannot be compared; a comparison that found differences exits with 1.
+    CannotCompare(String),
+    /// A signal ended it; with the code to exit with.
+    Interrupted(u8),
+}
+
+impl Failure {
+    /// What the process tells the shell.
+    pub(crate) fn code(&self) -> u8 {
+        match self {
+            Failure::Io { .. } | Failure::Check(_) => 1,
+            Failure::CannotCompare(_) => 2,
+            Failure::Exit { code, .. } | Failure::Interrupted(code) => *code,
+        }
+    }
+
+    /// The same failure, of a command that compares and so has another use for 1.
+    pub(crate) fn of_comparison(self) -> Failure {
+        match self {
+            interrupted @ Failure::Interrupted(_) => interrupted,
+            other => Failure::CannotCompare(other.to_string()),
+        }
+    }
 }
 
 impl fmt::Display for Failure {
@@ -23,7 +46,8 @@ impl fmt::Display for Failure {
         match self {
             Failure::Io { what, error } => write!(f, "failed to {what}: {error}"),
             Failure::Exit { program, code } => write!(f, "{program} exited with code {code}"),
-            Failure::Check(problem) => f.write_str(problem),
+            Failure::Check(problem) | Failure::CannotCompare(problem) => f.write_str(problem),
+            Failure::Interrupted(_) => f.write_str("interrupted"),
         }
     }
 }
@@ -78,11 +102,11 @@ pub(crate) fn output(command: &mut Command) -> Result<String, Failure> {
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-fn not_started(command: &Command, error: io::Error) -> Failure {
+pub(crate) fn not_started(command: &Command, error: io::Error) -> Failure {
     Failure::Io { what: format!("run {}", command.get_program().display()), error }
 }
 
-fn succeeded(command: &Command, status: ExitStatus) -> Result<(), Failure> {
+pub(crate) fn succeeded(command: &Command, status: ExitStatus) -> Result<(), Failure> {
     if status.success() {
         return Ok(());
     }

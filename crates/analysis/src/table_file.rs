@@ -1,9 +1,10 @@
 //! A table as CSV (full precision, stable order) and as Parquet.
 
 use std::fs::{self, File};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-use polars::prelude::{AnyValue, DataFrame, ParquetWriter};
+use polars::prelude::{AnyValue, DataFrame, ParquetReader, ParquetWriter, SerReader};
 
 use crate::AnalysisError;
 
@@ -13,10 +14,35 @@ use crate::AnalysisError;
 /// # Errors
 /// If a file cannot be written.
 pub fn write(folder: &Path, name: &str, table: &mut DataFrame) -> Result<(), AnalysisError> {
-    published(&folder.join(format!("{name}.csv")), |file| write_csv(file, table))?;
+    published(&folder.join(format!("{name}.csv")), |file| {
+        write_csv(file, table).map_err(|error| error.to_string())
+    })?;
     published(&folder.join(format!("{name}.parquet")), |file| {
         ParquetWriter::new(file).finish(table).map(|_bytes| ()).map_err(|error| error.to_string())
     })
+}
+
+/// What every Parquet file starts with.
+const PARQUET: &[u8] = b"PAR1";
+
+/// Whether a file is Parquet, by its content: what git hands over may have any name.
+///
+/// # Errors
+/// If it cannot be read.
+pub fn is_parquet(path: &Path) -> io::Result<bool> {
+    let mut start = Vec::new();
+    File::open(path)?.take(PARQUET.len() as u64).read_to_end(&mut start)?;
+    Ok(start == PARQUET)
+}
+
+/// Reads a table that was written as Parquet.
+///
+/// # Errors
+/// If the file cannot be read or is damaged.
+pub fn read_parquet(path: &Path) -> Result<DataFrame, AnalysisError> {
+    let problem = |problem: String| AnalysisError::Read { path: path.display().to_string(), problem };
+    let file = File::open(path).map_err(|error| problem(error.to_string()))?;
+    ParquetReader::new(file).finish().map_err(|error| problem(error.to_string()))
 }
 
 /// Writes a file under a temporary name and renames it once it is whole.
@@ -43,26 +69,32 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     PathBuf::from(name)
 }
 
-fn write_csv(file: File, table: &DataFrame) -> Result<(), String> {
-    let mut writer = csv::Writer::from_writer(file);
+/// Writes a table as CSV, the same text whatever the table was read from.
+///
+/// # Errors
+/// If `out` cannot be written, or a column is of a kind that no table here has.
+pub fn write_csv(out: impl Write, table: &DataFrame) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(out);
     let columns = table.columns();
-    let write = |writer: &mut csv::Writer<File>, row: Vec<String>| {
-        writer.write_record(row).map_err(|error| error.to_string())
-    };
-    write(&mut writer, columns.iter().map(|column| column.name().to_string()).collect())?;
+    writer.write_record(columns.iter().map(|column| column.name().as_str())).map_err(as_io)?;
     for row in 0..table.height() {
-        let cells = columns.iter().map(|column| {
-            let value = column.get(row).map_err(|error| error.to_string())?;
-            cell(&value)
-        });
-        write(&mut writer, cells.collect::<Result<_, String>>()?)?;
+        let cells = columns.iter().map(|column| cell(&column.get(row).map_err(io::Error::other)?));
+        writer.write_record(cells.collect::<io::Result<Vec<String>>>()?).map_err(as_io)?;
     }
-    writer.flush().map_err(|error| error.to_string())
+    writer.flush()
+}
+
+/// The system's own error, by which a reader that closed its pipe is known.
+fn as_io(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
+    }
 }
 
 /// A value as text: numbers with as many digits as it takes to read the same
 /// double back, nothing for null.
-fn cell(value: &AnyValue<'_>) -> Result<String, String> {
+fn cell(value: &AnyValue<'_>) -> io::Result<String> {
     Ok(match value {
         AnyValue::Null => String::new(),
         AnyValue::Float64(number) => number.to_string(),
@@ -71,6 +103,6 @@ fn cell(value: &AnyValue<'_>) -> Result<String, String> {
         AnyValue::Boolean(flag) => flag.to_string(),
         AnyValue::String(text) => (*text).to_owned(),
         AnyValue::StringOwned(text) => text.to_string(),
-        other => return Err(format!("no way to write {other:?} as CSV")),
+        other => return Err(io::Error::other(format!("no way to write {other:?} as CSV"))),
     })
 }

@@ -10,6 +10,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 #[command(
     name = "asperity",
     version,
+    long_version = concat!(env!("CARGO_PKG_VERSION"), "\ncode version ", env!("ASPERITY_CODE_VERSION")),
     after_help = "\
 Examples:
   asperity scenario list
@@ -141,9 +142,13 @@ pub(crate) enum TableFormat {
 #[command(after_help = "\
 Examples:
   asperity events run.mcap --format csv
-  asperity events run.mcap --format json | python3 -m json.tool")]
+  asperity events run.mcap --format json | python3 -m json.tool
+  asperity events out/chapter5/tables/default.events.parquet
+
+As a filter for `git diff` of run logs and Parquet tables:
+  git config diff.asperity.textconv 'asperity events'")]
 pub(crate) struct EventsArguments {
-    /// The run log.
+    /// The run log, or any of the Parquet tables, which is printed as CSV.
     #[arg(value_name = "RUN.mcap")]
     pub(crate) run: PathBuf,
     /// How to print the table.

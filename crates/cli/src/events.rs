@@ -1,7 +1,9 @@
-//! `asperity events`: the slip events that a log holds.
+//! `asperity events`: the slip events that a log holds; of a Parquet table, its rows.
 
 use std::io;
 
+#[cfg(feature = "analysis")]
+use asperity_analysis::table_file;
 use asperity_runlog::{LogItem, RunReader, Topics};
 
 use crate::args::EventsArguments;
@@ -10,6 +12,11 @@ use crate::exit::Failure;
 
 /// Prints them up to where the log is sound; if that is not its end, the command fails.
 pub(crate) fn command(arguments: &EventsArguments) -> Result<(), Failure> {
+    // What cannot be read is told when it is read as a log.
+    #[cfg(feature = "analysis")]
+    if table_file::is_parquet(&arguments.run).unwrap_or(false) {
+        return print_table(arguments);
+    }
     let mut reader = RunReader::open(&arguments.run, Topics::EVENTS).map_err(Failure::failed)?;
     let mut printed = Printed::begin(arguments.format, io::stdout().lock())?;
     let outcome = loop {
@@ -22,4 +29,19 @@ pub(crate) fn command(arguments: &EventsArguments) -> Result<(), Failure> {
     };
     printed.finish()?;
     outcome
+}
+
+/// A Parquet table, of slip events or any other, as the CSV file beside it reads.
+#[cfg(feature = "analysis")]
+fn print_table(arguments: &EventsArguments) -> Result<(), Failure> {
+    if arguments.format != crate::args::TableFormat::Csv {
+        return Err(Failure::BadInput(format!(
+            "--format json of {}, which is a Parquet table (accepted: csv; json of a run log)",
+            arguments.run.display()
+        )));
+    }
+    let table = table_file::read_parquet(&arguments.run).map_err(Failure::failed)?;
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    table_file::write_csv(&mut out, &table)?;
+    Ok(io::Write::flush(&mut out)?)
 }

@@ -12,12 +12,14 @@
 //! - [`tally`]: one pair of runs, from events to report.
 //! - [`provenance`]: what tells two runs apart beside their events.
 //! - [`report`]: what a diff found, as data.
+//! - [`page`]: a report as one HTML page.
 
 pub mod classify;
 pub mod column;
 mod cost;
 mod grid;
 pub mod matching;
+pub mod page;
 pub mod policy;
 pub mod provenance;
 pub mod report;

@@ -274,7 +274,9 @@ where
                 if !self.read_onset()? {
                     return self.finish();
                 }
-                if self.new.waiting() >= ROWS_BETWEEN_FLUSHES {
+                // Not if an old event of this onset has come as well, which may meet the new ones.
+                let is_behind = taken == self.old.read();
+                if is_behind && self.new.waiting() >= ROWS_BETWEEN_FLUSHES {
                     self.roll()?;
                 }
                 continue;

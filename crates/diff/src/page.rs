@@ -1,0 +1,727 @@
+//! A report as one HTML page: for people who want to see what became of their
+//! events, and to show it to others.
+//!
+//! The page is a single file that fetches nothing, so that it can be sent and
+//! kept; a policy in its head holds the browser to that. What it says in words
+//! and tables it says without scripts; a script adds the two space-time
+//! timelines, drawn on a canvas because there may be ten thousand events.
+
+mod markup;
+mod timeline;
+
+use crate::report::{CellChange, Class, Extent, Finding, Report, RunDiff, Sample, Verdict};
+use markup::{Cell, Row, json, table, text};
+use timeline::Thinning;
+
+const STYLE: &str = include_str!("page/page.css");
+const SCRIPT: &str = include_str!("page/timeline.js");
+
+/// Most findings that the page lists; the timeline shows all of them.
+const LISTED_MOST: usize = 2000;
+/// Fewest findings of a run that are listed, however many other runs have.
+const LISTED_OF_RUN: usize = 50;
+/// Most rows of a table of downstream changes.
+const DOWNSTREAM_MOST: usize = 200;
+
+/// The page of a report.
+pub fn page(report: &Report) -> String {
+    let listed = listed(report);
+    let title = format!("Events of {} and {}", report.old, report.new);
+    let sections = [
+        heading(report),
+        classes(report),
+        runs(report),
+        timelines(report),
+        findings(report, &listed),
+        beyond(report),
+        downstream(report),
+        provenance(report),
+        meanings(),
+    ];
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; \
+         script-src 'unsafe-inline'; img-src data:\">\n\
+         <meta name=\"viewport\" content=\"width=device-width\">\n<title>{}</title>\n\
+         <style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{}</main>\n\
+         <script type=\"application/json\" id=\"data\">{}</script>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+        text(&title),
+        sections.concat(),
+        json(&timeline::timeline(report, &listed)),
+    )
+}
+
+/// The findings that there is room for, each with the place of its run: of every
+/// run the first ones, and first those that the policy does not allow.
+fn listed(report: &Report) -> Vec<(usize, &Finding)> {
+    let room = (LISTED_MOST / report.runs.len().max(1)).max(LISTED_OF_RUN);
+    let mut left =
+        LISTED_MOST.saturating_sub(report.runs.iter().map(|run| run.findings.len().min(room)).sum());
+    let mut listed = Vec::new();
+    for (place, run) in report.runs.iter().enumerate() {
+        let more = run.findings.len().saturating_sub(room).min(left);
+        left -= more;
+        let mut chosen: Vec<(usize, &Finding)> = run.findings.iter().enumerate().collect();
+        chosen.sort_by_key(|(_, finding)| finding.allowed);
+        chosen.truncate(room + more);
+        chosen.sort_by_key(|&(number, _)| number);
+        listed.extend(chosen.into_iter().map(|(_, finding)| (place, finding)));
+    }
+    listed
+}
+
+fn section(title: &str, body: &str) -> String {
+    if body.is_empty() {
+        String::new()
+    } else {
+        format!("<section>\n<h2>{}</h2>\n{body}</section>\n", text(title))
+    }
+}
+
+fn paragraph(words: &str) -> String {
+    format!("<p>{}</p>\n", text(words))
+}
+
+/// A number and its thing, in the singular where there is one.
+fn counted(count: u64, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
+/// What everybody reads: the outcome in one word and one sentence.
+fn heading(report: &Report) -> String {
+    let (word, class) = match report.verdict {
+        Verdict::WithinPolicy => ("within policy", "within"),
+        Verdict::Differs => ("differs", "differs"),
+    };
+    let events = |side: fn(&RunDiff) -> u64| report.runs.iter().map(side).sum::<u64>();
+    let parts: Vec<String> = Class::ALL
+        .into_iter()
+        .filter(|&class| report.counts.of(class) > 0)
+        .map(|class| format!("{} {}", report.counts.of(class), timeline::title(class)))
+        .collect();
+    let sentence = format!(
+        "{} old and {} new slip events in {}: {}.",
+        events(|run| run.old.events),
+        events(|run| run.new.events),
+        counted(report.runs.len() as u64, "pair of runs").replace("pair of runss", "pairs of runs"),
+        if parts.is_empty() { "nothing to compare".to_owned() } else { parts.join(", ") }
+    );
+    let mut out = format!(
+        "<header>\n<h1>What became of the slip events</h1>\n<p><span class=\"verdict {class}\">{word}</span></p>\n\
+         {}<p>OLD <code>{}</code><br>NEW <code>{}</code><br>policy {}</p>\n",
+        paragraph(&sentence),
+        text(&report.old),
+        text(&report.new),
+        match &report.policy {
+            Some(policy) => format!("<code>{}</code>", text(policy)),
+            None => "exact: nothing may differ".to_owned(),
+        }
+    );
+    for unpaired in &report.unpaired {
+        out.push_str(&paragraph(&format!(
+            "Only {} has run {}, of {}: {}.",
+            unpaired.side.to_uppercase(),
+            unpaired.run.name,
+            counted(unpaired.run.events, "event"),
+            unpaired.why
+        )));
+    }
+    for exceeded in &report.exceeded {
+        out.push_str(&paragraph(&format!(
+            "The policy allows {} {} and there are {}.",
+            exceeded.allowed,
+            timeline::title(exceeded.class),
+            exceeded.found
+        )));
+    }
+    out.push_str("</header>\n");
+    out
+}
+
+/// The swatch of a class, as the timeline draws it.
+fn key(class: Class) -> String {
+    format!(
+        "<canvas class=\"key needs-script\" width=\"22\" height=\"14\" data-class=\"{}\" aria-hidden=\"true\"></canvas>",
+        class.name()
+    )
+}
+
+fn class_cell(class: Class) -> Cell {
+    Cell::Html(format!("<span class=\"class\">{}{}</span>", key(class), text(timeline::title(class))))
+}
+
+fn classes(report: &Report) -> String {
+    let sum = |class: Class| report.runs.iter().map(|run| run.not_allowed.of(class)).sum::<u64>();
+    let rows = Class::ALL.into_iter().filter(|&class| report.counts.of(class) > 0).map(|class| {
+        Row::from(vec![
+            class_cell(class),
+            Cell::number(report.counts.of(class)),
+            Cell::number(sum(class)),
+            Cell::text(meaning(class)),
+        ])
+    });
+    section("Classes", &table("", &["class", "#matches", "#not allowed", "what it means"], rows))
+}
+
+fn meaning(class: Class) -> &'static str {
+    match class {
+        Class::Identical => "one event on each side, equal in every column compared",
+        Class::WithinTolerance => "one on each side, every column within its tolerance",
+        Class::Shifted => "one on each side, of the same blocks at another time",
+        Class::Changed => "one on each side that differ in anything else",
+        Class::Split => "one old event that is several new ones",
+        Class::Merged => "several old events that are one new one",
+        Class::Missing => "an old event without a new one",
+        Class::Extra => "a new event without an old one",
+        Class::Open => "cut short by the end of one of the runs, or behind it",
+    }
+}
+
+fn runs(report: &Report) -> String {
+    let there: Vec<Class> = Class::ALL.into_iter().filter(|&class| report.counts.of(class) > 0).collect();
+    let titles: Vec<String> = there.iter().map(|&class| format!("#{}", timeline::title(class))).collect();
+    let mut headings = vec!["run", "#old events", "#new events"];
+    headings.extend(titles.iter().map(String::as_str));
+    headings.extend(["#largest shift, s", "#first difference, s"]);
+    let rows = report.runs.iter().enumerate().map(|(place, run)| {
+        let name = text(timeline::name(run));
+        let mut cells = vec![
+            Cell::Html(format!("<a href=\"#timeline\" data-run=\"{place}\">{name}</a>")),
+            Cell::number(run.old.events),
+            Cell::number(run.new.events),
+        ];
+        cells
+            .extend(there.iter().map(|&class| Cell::optional(Some(run.counts.of(class)).filter(|&n| n > 0))));
+        cells.push(Cell::optional(Some(run.largest_shift_s).filter(|&shift| shift > 0.0).map(short)));
+        cells.push(Cell::optional(run.horizon.as_ref().map(|horizon| horizon.at_s)));
+        Row::from(cells)
+    });
+    section("Runs", &format!("<div class=\"wide\">{}</div>\n", table("", &headings, rows)))
+}
+
+/// A difference: three digits tell how large it is.
+fn short(value: f64) -> String {
+    if value != 0.0 && !(1e-3..1e4).contains(&value.abs()) {
+        format!("{value:.2e}")
+    } else {
+        format!("{value:.3}")
+    }
+}
+
+fn timelines(report: &Report) -> String {
+    if report.runs.is_empty() {
+        return String::new();
+    }
+    let boxes: String = Class::ALL
+        .into_iter()
+        .filter(|&class| report.counts.of(class) > 0)
+        .map(|class| {
+            format!(
+                "<label><input type=\"checkbox\" checked data-class=\"{}\"> {}{}</label>",
+                class.name(),
+                key(class),
+                text(timeline::title(class))
+            )
+        })
+        .collect();
+    let thinned = Thinning::of(report, timeline::EVENTS_MOST).words();
+    let left_out: u64 = report.runs.iter().map(|run| run.matches_left_out).sum();
+    let left_out = (left_out > 0)
+        .then(|| format!("The report itself leaves out {} for want of room.", counted(left_out, "match")));
+    let notes: String = [thinned, left_out].into_iter().flatten().map(|words| paragraph(&words)).collect();
+    section(
+        "Timelines",
+        &format!(
+            "<p class=\"without-script\">The timelines are drawn by a script, which this browser does not run.</p>\n\
+             {notes}<div class=\"controls needs-script\">\n\
+             <label>run <select id=\"run\"></select></label>\n\
+             <button data-action=\"in\">zoom in</button><button data-action=\"out\">zoom out</button>\
+             <button data-action=\"left\" aria-label=\"earlier\">◀</button>\
+             <button data-action=\"right\" aria-label=\"later\">▶</button>\
+             <button data-action=\"whole\">whole run</button><button data-action=\"save\">save as PNG</button>\n</div>\n\
+             <div class=\"controls needs-script\"><fieldset><legend>show</legend>{boxes}</fieldset></div>\n\
+             <figure class=\"needs-script\">\n<canvas id=\"timeline\" tabindex=\"0\" role=\"img\" aria-label=\"Space-time \
+             timelines of the old run above and the new run below; every event a rectangle from its onset to its end and \
+             from its first to its last block. The same is in the tables of this page.\"></canvas>\n\
+             <figcaption>Each rectangle is a slip event: onset to end across, first to last block up; none is drawn \
+             thinner than 1.5 dots. Between the timelines, marks stand where events differ, and lines lead to those \
+             that belong together; where there are too many, bars count the matches of each class. Drag to move; the wheel zooms once the picture has been clicked; with the keyboard: \
+             arrows, +, -, 0. <span id=\"drawn\"></span></figcaption>\n</figure>\n<div id=\"hover\" role=\"status\"></div>\n"
+        ),
+    )
+}
+
+/// Events by number, with when and where.
+fn events(events: &[Extent]) -> Cell {
+    if events.is_empty() {
+        return Cell::None;
+    }
+    let lines: Vec<String> = events
+        .iter()
+        .map(|event| {
+            let end = event.end_s.map_or("the run's end".to_owned(), |end| format!("{end} s"));
+            let blocks = if event.first_block == event.last_block {
+                format!("block {}", event.first_block)
+            } else {
+                format!("blocks {} to {}", event.first_block, event.last_block)
+            };
+            format!(
+                "<b>{}</b> <span class=\"value\">{} s to {}</span>, {blocks}",
+                event.event,
+                event.onset_s,
+                text(end)
+            )
+        })
+        .collect();
+    Cell::Html(lines.join("<br>"))
+}
+
+fn cell_change(change: &CellChange) -> String {
+    let measured = change.difference.map_or(String::new(), |difference| {
+        format!(
+            " <span class=\"soft\">(by {}, allowed {})</span>",
+            short(difference),
+            short_or_zero(change.tolerance)
+        )
+    });
+    format!(
+        "{} <span class=\"value\">{} → {}</span>{measured}",
+        text(change.column),
+        text(change.old),
+        text(change.new)
+    )
+}
+
+fn short_or_zero(value: f64) -> String {
+    if value == 0.0 { "0".to_owned() } else { short(value) }
+}
+
+/// What differs, column by column; of a split or merge, what was kept.
+fn differences(finding: &Finding) -> Cell {
+    let mut lines: Vec<String> = finding.columns.iter().map(cell_change).collect();
+    if let Some(kept) = &finding.conservation {
+        let word = |conserved: bool| if conserved { "conserved" } else { "not conserved" };
+        lines.push(format!(
+            "duration {}: <span class=\"value\">{} s → {} s</span>",
+            word(kept.duration_conserved),
+            short(kept.old_duration_s),
+            short(kept.new_duration_s)
+        ));
+        lines.push(format!(
+            "blocks {}: <span class=\"value\">{} → {}</span>",
+            word(kept.blocks_conserved),
+            kept.old_blocks,
+            kept.new_blocks
+        ));
+    }
+    if lines.is_empty() { Cell::None } else { Cell::Html(lines.join("<br>")) }
+}
+
+fn findings(report: &Report, listed: &[(usize, &Finding)]) -> String {
+    let total: u64 = report.runs.iter().map(|run| run.findings.len() as u64 + run.findings_left_out).sum();
+    if total == 0 {
+        return String::new();
+    }
+    let rows = listed.iter().enumerate().map(|(number, &(run, finding))| Row {
+        attributes: format!(" data-finding=\"{number}\" tabindex=\"0\""),
+        cells: vec![
+            class_cell(finding.class),
+            Cell::text(timeline::name(&report.runs[run])),
+            events(&finding.old),
+            events(&finding.new),
+            differences(finding),
+            Cell::Text(if finding.allowed {
+                format!("{}; allowed by the policy", finding.rule)
+            } else {
+                finding.rule.clone()
+            }),
+        ],
+    });
+    let headings = ["class", "run", "old event", "new event", "what differs", "rule"];
+    let left_out = total - listed.len() as u64;
+    let more = if left_out > 0 {
+        paragraph(&format!("{left_out} more are not listed here; --format json and --matches have them."))
+    } else {
+        String::new()
+    };
+    section(
+        "Findings",
+        &format!(
+            "<p class=\"needs-script\">Those of the run and classes that are shown above; a click leads to the place in \
+             the timelines.</p>\n{more}<div class=\"list\">{}</div>\n",
+            table("", &headings, rows)
+        ),
+    )
+}
+
+/// How runs part, and what their events have in common from there on.
+fn beyond(report: &Report) -> String {
+    let mut out = String::new();
+    for run in &report.runs {
+        let Some(horizon) = &run.horizon else { continue };
+        let beyond = &horizon.beyond;
+        let growth = horizon.growth.iter().map(|decade| {
+            Row::from(vec![
+                Cell::number(format!("{} to {}", decade.from, decade.to)),
+                Cell::number(decade.from_s),
+                Cell::number(decade.differing),
+                Cell::number(short_or_zero(decade.largest_shift_s)),
+            ])
+        });
+        let sample = |quantity: &str, sample: &Sample| {
+            let median = |value: Option<f64>| Cell::optional(value.map(short));
+            Row::from(vec![
+                Cell::text(quantity),
+                median(sample.old_median),
+                median(sample.new_median),
+                Cell::optional(sample.test.map(|test| short(test.distance))),
+                Cell::optional(sample.test.map(|test| short(test.p))),
+            ])
+        };
+        let statistics = [
+            Row::from(vec![
+                Cell::text("number of events"),
+                Cell::number(beyond.old_events),
+                Cell::number(beyond.new_events),
+                Cell::None,
+                Cell::None,
+            ]),
+            sample("length, blocks (median)", &beyond.length_blocks),
+            sample("onset to onset, s (median)", &beyond.recurrence_s),
+        ];
+        out.push_str(&format!(
+            "<details{}><summary>{}: first difference at {} s, after {}</summary>\n{}{}</details>\n",
+            if report.runs.len() == 1 { " open" } else { "" },
+            text(timeline::name(run)),
+            horizon.at_s,
+            counted(horizon.matches_before, "match").replace("matchs", "matches"),
+            table(
+                "How the difference grows, by decades of matches",
+                &["#matches", "#from, s", "#differing", "#largest shift, s"],
+                growth
+            ),
+            table(
+                "From there on, as distributions (two-sample Kolmogorov-Smirnov)",
+                &["quantity", "#old", "#new", "#distance", "#p at most"],
+                statistics
+            ),
+        ));
+    }
+    section("Where runs part", &out)
+}
+
+/// What it does to the results that are read off the events.
+fn downstream(report: &Report) -> String {
+    let mut out = String::new();
+    for run in &report.runs {
+        let Some(changes) = run.precursors.as_ref().filter(|changes| !changes.rows.is_empty()) else {
+            continue;
+        };
+        let rows = changes.rows.iter().take(DOWNSTREAM_MOST).map(|row| {
+            Row::from(vec![
+                Cell::number(row.lp_l),
+                Cell::optional(row.old_ft_fn),
+                Cell::optional(row.new_ft_fn),
+                Cell::optional(row.old_event),
+                Cell::optional(row.new_event),
+            ])
+        });
+        let caption = format!(
+            "Precursors of {}: {} of {} rows are the same{}",
+            timeline::name(run),
+            changes.same_rows,
+            changes.old_rows.max(changes.new_rows),
+            if changes.rows.len() > DOWNSTREAM_MOST {
+                format!("; the first {DOWNSTREAM_MOST} that are not")
+            } else {
+                String::new()
+            }
+        );
+        let headings = ["#L_p/L", "#old F_T/F_N", "#new F_T/F_N", "#old event", "#new event"];
+        out.push_str(&table(&caption, &headings, rows));
+    }
+    if !report.claims.is_empty() {
+        let rows = report.claims.iter().map(|claim| {
+            let verdict = |verdict: &Option<String>| verdict.as_ref().map_or(Cell::None, Cell::text);
+            Row::from(vec![
+                Cell::text(&claim.about),
+                Cell::text(&claim.run),
+                Cell::text(&claim.measure),
+                Cell::optional(claim.old_value),
+                Cell::optional(claim.new_value),
+                verdict(&claim.old_verdict),
+                verdict(&claim.new_verdict),
+            ])
+        });
+        let headings = ["about", "run", "measure", "#old value", "#new value", "old verdict", "new verdict"];
+        out.push_str(&format!(
+            "<div class=\"wide\">{}</div>\n",
+            table("Claims that changed", &headings, rows)
+        ));
+    }
+    section("What follows for the results", &out)
+}
+
+/// What tells the runs apart beside their events, the same change of many runs once.
+fn provenance(report: &Report) -> String {
+    type Change<'a> = (&'a str, Option<&'a str>, Option<&'a str>);
+    let mut changes: Vec<(Change<'_>, Vec<String>)> = Vec::new();
+    for run in &report.runs {
+        for change in &run.provenance {
+            let key: Change<'_> = (&change.key, change.old.as_deref(), change.new.as_deref());
+            match changes.iter_mut().find(|(other, _)| *other == key) {
+                Some((_, names)) => names.push(timeline::name(run)),
+                None => changes.push((key, vec![timeline::name(run)])),
+            }
+        }
+    }
+    let value = |value: Option<&str>| {
+        value.map_or(Cell::None, |value| Cell::Html(format!("<span class=\"value\">{}</span>", text(value))))
+    };
+    let rows = changes.iter().map(|((key, old, new), names)| {
+        let of = if names.len() == report.runs.len() { "all".to_owned() } else { names.join(", ") };
+        Row::from(vec![Cell::text(key), value(*old), value(*new), Cell::Text(of)])
+    });
+    let mut out = if changes.is_empty() {
+        paragraph(
+            "Nothing that the files tell: the same scenarios, code and solver, or tables, which do not say.",
+        )
+    } else {
+        table("", &["what", "old", "new", "runs"], rows)
+    };
+    let left_out: Vec<String> = report
+        .runs
+        .iter()
+        .filter(|run| !run.columns_left_out.is_empty())
+        .map(|run| {
+            let names: Vec<&str> = run.columns_left_out.iter().map(|column| column.name()).collect();
+            format!("{} ({})", timeline::name(run), names.join(", "))
+        })
+        .collect();
+    if !left_out.is_empty() {
+        out.push_str(&paragraph(&format!(
+            "Columns that one side lacks were not compared: {}.",
+            left_out.join("; ")
+        )));
+    }
+    section("What else differs", &out)
+}
+
+fn meanings() -> String {
+    format!(
+        "<footer class=\"soft\">{}</footer>\n",
+        paragraph(
+            "A split or merge is one match of several events. Times are simulated time. Made by asperity diff; \
+             this file fetches nothing."
+        )
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::column::{Column, Value};
+    use crate::report::{
+        Conservation, Counts, FORMAT, Horizon, Match, ProvenanceChange, RunSide, Statistics, VERSION,
+    };
+
+    fn extent(event: u64, onset_s: f64, end_s: f64, blocks: [u32; 2]) -> Extent {
+        Extent { event, onset_s, end_s: Some(end_s), first_block: blocks[0], last_block: blocks[1] }
+    }
+
+    /// A run of a few events, one of which splits, one moves, one is missing.
+    fn made_up(name: &str) -> Report {
+        let at = |event: u64| 0.1 * (event + 1) as f64;
+        let lasting =
+            |event: u64, number: u64| extent(number, at(event), at(event) + 0.01, [1, 10 + event as u32]);
+        let one = |class, old: Option<Extent>, new: Option<Extent>| Match {
+            class,
+            allowed: class == Class::Identical,
+            old: old.into_iter().collect(),
+            new: new.into_iter().collect(),
+        };
+        let mut matches: Vec<Match> = (0..5)
+            .map(|event| one(Class::Identical, Some(lasting(event, event)), Some(lasting(event, event))))
+            .collect();
+        let halves =
+            vec![extent(5, at(5), at(5) + 0.004, [1, 8]), extent(6, at(5) + 0.006, at(5) + 0.01, [9, 15])];
+        matches.push(Match { class: Class::Split, allowed: false, old: vec![lasting(5, 5)], new: halves });
+        matches.push(one(Class::Missing, Some(lasting(6, 6)), None));
+        let moved = extent(7, at(7) + 0.003, at(7) + 0.013, [1, 17]);
+        matches.push(one(Class::Shifted, Some(lasting(7, 7)), Some(moved)));
+        let mut counts = Counts::default();
+        matches.iter().for_each(|found| *counts.of_mut(found.class) += 1);
+        let findings = matches
+            .iter()
+            .filter(|found| !found.class.is_no_difference())
+            .map(|found| Finding {
+                class: found.class,
+                allowed: false,
+                rule: format!("the rule of {}", found.class.name()),
+                old: found.old.clone(),
+                new: found.new.clone(),
+                shift_s: None,
+                columns: if found.class == Class::Shifted {
+                    vec![CellChange {
+                        column: Column::OnsetS,
+                        old: Value::Number(0.8),
+                        new: Value::Number(0.803),
+                        difference: Some(0.003),
+                        tolerance: 0.0,
+                    }]
+                } else {
+                    Vec::new()
+                },
+                conservation: (found.class == Class::Split).then_some(Conservation {
+                    old_duration_s: 0.01,
+                    new_duration_s: 0.008,
+                    duration_conserved: false,
+                    old_blocks: 15,
+                    new_blocks: 15,
+                    blocks_conserved: true,
+                }),
+            })
+            .collect();
+        let side = |events| RunSide {
+            name: name.to_owned(),
+            path: format!("{name}.mcap"),
+            events,
+            duration_s: Some(1.0),
+            blocks: Some(20),
+            scenario_hash: None,
+        };
+        let run = RunDiff {
+            old: side(8),
+            new: side(8),
+            provenance: vec![ProvenanceChange {
+                key: "code_version".to_owned(),
+                old: Some("0123".to_owned()),
+                new: Some("4567".to_owned()),
+            }],
+            columns: Column::ALL.to_vec(),
+            columns_left_out: Vec::new(),
+            counts,
+            not_allowed: counts,
+            column_changes: Vec::new(),
+            largest_shift_s: 0.003,
+            findings,
+            findings_left_out: 0,
+            matches,
+            matches_left_out: 0,
+            horizon: Some(Horizon {
+                at_s: at(5),
+                class: Class::Split,
+                old_event: Some(5),
+                new_event: Some(5),
+                matches_before: 5,
+                growth: Vec::new(),
+                beyond: Statistics {
+                    old_events: 3,
+                    new_events: 3,
+                    old_per_s: None,
+                    new_per_s: None,
+                    length_blocks: Sample { old_median: None, new_median: None, test: None },
+                    recurrence_s: Sample { old_median: None, new_median: None, test: None },
+                },
+            }),
+            precursors: None,
+        };
+        Report {
+            format: FORMAT,
+            version: VERSION,
+            old: "before.mcap".to_owned(),
+            new: "after.mcap".to_owned(),
+            policy: None,
+            verdict: Verdict::Differs,
+            counts,
+            runs: vec![run],
+            unpaired: Vec::new(),
+            exceeded: Vec::new(),
+            claims: Vec::new(),
+        }
+    }
+
+    /// What the script is given.
+    fn data(page: &str) -> serde_json::Value {
+        let (_, rest) = page.split_once("id=\"data\">").expect("the page has data");
+        let (data, _) = rest.split_once("</script>").expect("the data end");
+        serde_json::from_str(data).expect("the data are JSON")
+    }
+
+    #[test]
+    fn what_it_says_in_words_needs_no_script() {
+        let page = page(&made_up("default"));
+        let (words, _) = page.split_once("<script").expect("the page has a script");
+        for part in [
+            "8 old and 8 new slip events in 1 pair of runs: 5 identical, 1 shifted, 1 split, 1 missing.",
+            "differs</span>",
+            "the rule of split",
+            "duration not conserved",
+            "onset_s <span class=\"value\">0.8 → 0.803</span>",
+            "0.8 s to 0.81 s",
+            "code_version",
+        ] {
+            assert!(words.contains(part), "{part}");
+        }
+        // One row each for the finding, its old and its new events.
+        assert_eq!(words.matches("data-finding=").count(), 3);
+    }
+
+    #[test]
+    fn nothing_is_fetched_and_names_cannot_break_out() {
+        let page = page(&made_up("</script><img title=x>&\"'"));
+        assert!(!page.contains("<img"), "a name is text");
+        for outward in ["http:", "https:", "//www", " src=", "@import", "url(", "<link"] {
+            assert!(!page.contains(outward), "{outward}");
+        }
+        assert_eq!(page.matches("</script>").count(), 2);
+        assert_eq!(data(&page)["runs"][0]["name"], "</script><img title=x>&\"'");
+    }
+
+    #[test]
+    fn the_timeline_holds_every_event_and_findings_lead_to_theirs() {
+        let report = made_up("default");
+        let data = data(&page(&report));
+        let run = &data["runs"][0];
+        for (side, events) in [("old", 8), ("new", 8)] {
+            assert_eq!(run[side].as_array().map(Vec::len), Some(events), "{side}");
+        }
+        let findings = data["findings"].as_array().expect("a list");
+        assert_eq!(findings.len(), 3);
+        for (finding, listed) in findings.iter().zip(&report.runs[0].findings) {
+            let place = finding["match"].as_u64().expect("every finding is a match");
+            let found = &report.runs[0].matches[place as usize];
+            assert_eq!((found.class, &found.old, &found.new), (listed.class, &listed.old, &listed.new));
+            let is_there = |side: &str| {
+                let events = run[side].as_array().expect("a list");
+                events.iter().filter(|event| event[6] == place).count()
+            };
+            assert_eq!((is_there("old"), is_there("new")), (found.old.len(), found.new.len()));
+        }
+    }
+
+    #[test]
+    fn too_many_events_are_thinned_and_it_says_so() {
+        let mut report = made_up("default");
+        let run = &mut report.runs[0];
+        let same = run.matches[0].clone();
+        run.matches.extend(std::iter::repeat_n(same, 1000));
+        assert_eq!(Thinning::of(&report, 3000).words(), None);
+        let words = Thinning::of(&report, 500).words().expect("there is no room for all");
+        assert!(words.contains("draws all of those that differ and one in 5 of those"), "{words}");
+        let words = Thinning::of(&report, 3).words().expect("there is no room even for what differs");
+        assert!(words.contains("one in 2 of those that differ"), "{words}");
+    }
+
+    #[test]
+    fn of_many_findings_those_not_allowed_are_listed_first() {
+        let mut report = made_up("default");
+        let run = &mut report.runs[0];
+        let allowed = Finding { allowed: true, rule: "let pass".to_owned(), ..run.findings[2].clone() };
+        run.findings.splice(0..0, std::iter::repeat_n(allowed, LISTED_MOST));
+        let page = page(&report);
+        assert!(page.contains("the rule of split") && page.contains("the rule of shifted"));
+        assert!(page.contains("3 more are not listed here"));
+        assert_eq!(page.matches("<tr data-finding=").count(), LISTED_MOST);
+    }
+}

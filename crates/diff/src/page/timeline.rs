@@ -1,0 +1,215 @@
+//! What the page's script draws: the events of every run on both sides, and
+//! where in them each listed finding lies.
+
+use std::collections::HashMap;
+
+use serde::Serialize;
+
+use crate::report::{Class, Extent, Finding, Match, Report, RunDiff};
+
+/// Most events that a page holds, of both sides and all runs: some ten megabytes, and
+/// what a browser still draws at once.
+pub(super) const EVENTS_MOST: usize = 200_000;
+
+/// Number, onset in s, end in s or null, first and last block, place of the class, place of
+/// the match in its run.
+type EventRow = (u64, f64, Option<f64>, u32, u32, usize, usize);
+
+/// All that the script knows.
+#[derive(Serialize)]
+pub(super) struct Timeline {
+    old: String,
+    new: String,
+    classes: Vec<ClassWords>,
+    runs: Vec<RunEvents>,
+    findings: Vec<FindingPlace>,
+}
+
+#[derive(Serialize)]
+struct ClassWords {
+    word: &'static str,
+    title: String,
+}
+
+#[derive(Serialize)]
+struct RunEvents {
+    name: String,
+    blocks: u32,
+    from_s: f64,
+    to_s: f64,
+    horizon_s: Option<f64>,
+    old: Vec<EventRow>,
+    new: Vec<EventRow>,
+    total: Total,
+    counts: Vec<u64>,
+}
+
+#[derive(Serialize)]
+struct Total {
+    old: u64,
+    new: u64,
+}
+
+#[derive(Serialize)]
+struct FindingPlace {
+    run: usize,
+    class: usize,
+    #[serde(rename = "match")]
+    place: Option<usize>,
+    from_s: f64,
+    to_s: f64,
+}
+
+/// What a class is called in sentences.
+pub(super) fn title(class: Class) -> String {
+    match class {
+        Class::Open => "open at the edge".to_owned(),
+        other => other.name().replace('-', " "),
+    }
+}
+
+/// What a pair of runs is called.
+pub(super) fn name(run: &RunDiff) -> String {
+    if run.old.name == run.new.name {
+        run.old.name.clone()
+    } else {
+        format!("{} → {}", run.old.name, run.new.name)
+    }
+}
+
+/// The timeline of a report, with the findings that the page lists, each with
+/// the place of its run.
+pub(super) fn timeline(report: &Report, listed: &[(usize, &Finding)]) -> Timeline {
+    let thinning = Thinning::of(report, EVENTS_MOST);
+    let runs = report.runs.iter().map(|run| run_events(run, thinning)).collect();
+    let places: Vec<HashMap<Key, usize>> = report
+        .runs
+        .iter()
+        .map(|run| {
+            run.matches.iter().enumerate().map(|(place, found)| (key_of_match(found), place)).collect()
+        })
+        .collect();
+    let findings = listed
+        .iter()
+        .map(|&(run, finding)| {
+            let (from_s, to_s) = span(finding.old.iter().chain(&finding.new));
+            FindingPlace {
+                run,
+                class: place(finding.class),
+                place: places[run].get(&key(finding.class, &finding.old, &finding.new)).copied(),
+                from_s,
+                to_s,
+            }
+        })
+        .collect();
+    Timeline {
+        old: report.old.clone(),
+        new: report.new.clone(),
+        classes: Class::ALL
+            .iter()
+            .map(|&class| ClassWords { word: class.name(), title: title(class) })
+            .collect(),
+        runs,
+        findings,
+    }
+}
+
+fn place(class: Class) -> usize {
+    Class::ALL.iter().position(|&other| other == class).expect("every class is among all")
+}
+
+fn run_events(run: &RunDiff, thinning: Thinning) -> RunEvents {
+    let (mut old, mut new) = (Vec::new(), Vec::new());
+    let (mut same, mut differing) = (0_usize, 0_usize);
+    for (number, found) in run.matches.iter().enumerate() {
+        let (before, every) = if found.class.is_no_difference() {
+            (&mut same, thinning.same)
+        } else {
+            (&mut differing, thinning.differing)
+        };
+        let keeps = before.is_multiple_of(every);
+        *before += 1;
+        if keeps {
+            let row = |event: &Extent| {
+                let Extent { event, onset_s, end_s, first_block, last_block } = *event;
+                (event, onset_s, end_s, first_block, last_block, place(found.class), number)
+            };
+            old.extend(found.old.iter().map(row));
+            new.extend(found.new.iter().map(row));
+        }
+    }
+    let events = || run.matches.iter().flat_map(|found| found.old.iter().chain(&found.new));
+    let (from_s, last_s) = span(events());
+    let ends = [run.old.duration_s, run.new.duration_s];
+    let blocks = [run.old.blocks, run.new.blocks];
+    let highest = events().map(|event| event.last_block).max();
+    RunEvents {
+        name: name(run),
+        blocks: blocks.into_iter().flatten().chain(highest).max().unwrap_or(1),
+        // A run starts at 0; its table may start anywhere.
+        from_s: from_s.min(0.0),
+        to_s: ends.into_iter().flatten().fold(last_s, f64::max),
+        horizon_s: run.horizon.as_ref().map(|horizon| horizon.at_s),
+        old,
+        new,
+        total: Total { old: run.old.events, new: run.new.events },
+        counts: Class::ALL.iter().map(|&class| run.counts.of(class)).collect(),
+    }
+}
+
+/// From the first onset to the last end, s; 0 to 0 without events.
+fn span<'a>(events: impl Iterator<Item = &'a Extent>) -> (f64, f64) {
+    events
+        .map(|event| (event.onset_s, event.end_s.unwrap_or(event.onset_s).max(event.onset_s)))
+        .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+        .unwrap_or((0.0, 0.0))
+}
+
+/// A match, by its class and its first event on either side: a finding is the
+/// match of the same key.
+type Key = (Class, Option<u64>, Option<u64>);
+
+fn key(class: Class, old: &[Extent], new: &[Extent]) -> Key {
+    let first = |events: &[Extent]| events.first().map(|event| event.event);
+    (class, first(old), first(new))
+}
+
+fn key_of_match(found: &Match) -> Key {
+    key(found.class, &found.old, &found.new)
+}
+
+/// Which matches are left out where there is no room for all: of those that are the same
+/// and of those that differ, all but one in so many, evenly over each run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Thinning {
+    same: usize,
+    differing: usize,
+}
+
+impl Thinning {
+    /// For a page of so many events at most; what differs comes first.
+    pub(super) fn of(report: &Report, most: usize) -> Thinning {
+        let matches = || report.runs.iter().flat_map(|run| &run.matches);
+        let events = |is_same: bool| -> usize {
+            matches()
+                .filter(|found| found.class.is_no_difference() == is_same)
+                .map(|found| found.old.len() + found.new.len())
+                .sum()
+        };
+        let (same, differing) = (events(true), events(false));
+        let every = |events: usize, room: usize| events.div_ceil(room.max(1)).max(1);
+        Thinning { same: every(same, most.saturating_sub(differing)), differing: every(differing, most) }
+    }
+
+    /// What is drawn, in words; nothing where all is.
+    pub(super) fn words(self) -> Option<String> {
+        let part = |every: usize| if every == 1 { "all".to_owned() } else { format!("one in {every}") };
+        (self.same > 1 || self.differing > 1).then(|| {
+            format!(
+                "Too many events for a page: it draws {} of those that differ and {} of those that do not.",
+                part(self.differing),
+                part(self.same)
+            )
+        })
+    }
+}

@@ -1,0 +1,50 @@
+//! Events that are far from each other and start together on both sides.
+//!
+//! The new side was settled ahead while no old event was at hand, and an old
+//! event that was read at the same onset came too late: one event in sixty was
+//! missing on the old side and extra on the new one.
+
+use std::convert::Infallible;
+
+use asperity_diff::column::Columns;
+use asperity_diff::policy::Policy;
+use asperity_diff::report::{Counts, RunSide};
+use asperity_diff::tally::{Comparison, Draft, compare};
+use asperity_record::SlipEvent;
+
+fn event(number: u64, ft_fn: f64) -> SlipEvent {
+    let onset_s = number as f64;
+    SlipEvent {
+        onset_s,
+        end_s: Some(onset_s + 1e-6),
+        first_block: 1,
+        last_block: 1 + (number % 7) as u32,
+        max_sliding: 1,
+        ft_fn_onset: ft_fn,
+        ft_fn_end: Some(ft_fn),
+        event: number,
+        onset_step: number * 100_000_000,
+        end_step: Some(number * 100_000_000 + 100),
+        blocks_slipped: 1,
+        nucleation_block: 1,
+        ft_fn_min: ft_fn,
+        ft_fn_max: ft_fn,
+        open: false,
+    }
+}
+
+#[test]
+fn none_is_lost_where_only_the_last_digit_of_the_load_differs() {
+    let events = |ft_fn: f64| (0..1000).map(move |number| Ok::<_, Infallible>(event(number, ft_fn)));
+    let comparison = Comparison {
+        columns: Columns::ALL,
+        policy: &Policy::default(),
+        old: RunSide::default(),
+        new: RunSide::default(),
+        keep_findings: 0,
+        keep_matches: 0,
+    };
+    let run = compare(comparison, events(0.3), events(0.3_f64.next_up()), &mut Draft::default(), |_| Ok(()))
+        .expect("both tables are in order");
+    assert_eq!(run.counts, Counts { changed: 1000, ..Counts::default() });
+}

@@ -1,0 +1,192 @@
+//! The page of a diff in a real browser: that its script runs, draws every
+//! event, and leads from a finding to its place.
+//!
+//! Needs Chromium, without which these tests skip, and say so; with
+//! `ASPERITY_NO_SKIPS=1` they fail instead.
+
+#[path = "support/binary.rs"]
+mod binary;
+
+use std::collections::BTreeMap;
+use std::env;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use binary::{asperity, text};
+
+/// What the browser is called, and how it is kept from calling home.
+const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
+const QUIET: [&str; 10] = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-dev-shm-usage",
+    "--virtual-time-budget=10000",
+];
+
+/// The browser, unless the test skips.
+fn browser() -> Option<PathBuf> {
+    let folders =
+        env::var_os("PATH").map(|path| env::split_paths(&path).collect::<Vec<_>>()).unwrap_or_default();
+    let candidates = NAMES.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
+    if let Some(found) = candidates.into_iter().find(|path| path.is_file()) {
+        return Some(found);
+    }
+    let reason = format!("no browser is installed (accepted: one of {} on PATH)", NAMES.join(", "));
+    let no_skips = env::var_os("ASPERITY_NO_SKIPS").is_some_and(|value| value == "1");
+    assert!(!no_skips, "page must not be skipped: {reason}");
+    // Not eprintln, which the test harness captures: a skip must be seen.
+    writeln!(std::io::stderr(), "SKIPPED page: {reason}").expect("stderr can be written");
+    None
+}
+
+/// The attributes that the page's script leaves on the root element, after the
+/// page has been loaded and `script` has run behind its own.
+fn loaded(browser: &Path, page: &Path, script: &str) -> BTreeMap<String, String> {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let html = fs::read_to_string(page).expect("the page can be read");
+    let tried = folder.path().join("tried.html");
+    let behind = format!("<script>{script}</script></body>");
+    fs::write(&tried, html.replace("</body>", &behind)).expect("the folder can be written");
+    let output = Command::new(browser)
+        .args(QUIET)
+        .arg(format!("--user-data-dir={}", text(folder.path())))
+        .args(["--window-size=1280,1000", "--dump-dom"])
+        .arg(format!("file://{}", text(&tried)))
+        .output()
+        .expect("the browser starts");
+    let dom = String::from_utf8_lossy(&output.stdout);
+    let said = String::from_utf8_lossy(&output.stderr);
+    let (_, tag) = dom.split_once("<html").unwrap_or_else(|| panic!("no page came back: {said}"));
+    let (tag, _) = tag.split_once('>').expect("a tag ends");
+    let attributes: BTreeMap<String, String> = tag
+        .split("data-")
+        .skip(1)
+        .filter_map(|attribute| {
+            let (name, value) = attribute.split_once("=\"")?;
+            Some((name.to_owned(), value.split('"').next().unwrap_or_default().to_owned()))
+        })
+        .collect();
+    assert!(!attributes.contains_key("failure"), "the script failed: {attributes:?}");
+    attributes
+}
+
+fn number(attributes: &BTreeMap<String, String>, name: &str) -> usize {
+    attributes
+        .get(name)
+        .and_then(|value| value.parse().ok())
+        .unwrap_or_else(|| panic!("data-{name} is no number: {attributes:?}"))
+}
+
+/// Diffs two tables, which must differ, and gives the page.
+fn page(folder: &Path, old: &Path, new: &Path) -> PathBuf {
+    let page = folder.join("page.html");
+    let output = asperity(&["diff", text(old), text(new), "--page", text(&page)]);
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    page
+}
+
+fn golden(run: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../fixtures/golden/chapter5/{run}.csv"))
+}
+
+fn rows(table: &Path) -> usize {
+    fs::read_to_string(table).expect("the table can be read").lines().count() - 1
+}
+
+#[test]
+fn a_split_and_a_missing_event_are_drawn_and_found() {
+    let Some(browser) = browser() else { return };
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let table = |name: &str, rows: &str| {
+        let path = folder.path().join(name);
+        let header = "onset_s,end_s,first_block,last_block,max_sliding,ft_fn_onset,ft_fn_end\n";
+        fs::write(&path, header.to_owned() + rows).expect("the folder can be written");
+        path
+    };
+    let old = table(
+        "old.csv",
+        "0.1,0.11,1,5,5,0.1,0.1\n0.2,0.22,1,9,9,0.2,0.2\n0.3,0.31,1,4,4,0.3,0.3\n0.4,0.41,1,12,12,0.4,0.4\n",
+    );
+    let new = table(
+        "new.csv",
+        "0.1,0.11,1,5,5,0.1,0.1\n0.2,0.209,1,5,5,0.2,0.2\n0.211,0.22,5,9,5,0.2,0.2\n0.4,0.41,1,12,12,0.4,0.4\n",
+    );
+    let page = page(folder.path(), &old, &new);
+    let seen = loaded(&browser, &page, "");
+    assert_eq!((number(&seen, "drawn"), number(&seen, "events")), (8, 8));
+
+    // A click on the first finding leads to it, and nothing else stays in view.
+    let click = "document.querySelector('tr[data-finding]').click()";
+    let seen = loaded(&browser, &page, click);
+    assert_eq!(number(&seen, "chosen"), 0);
+    assert_eq!(number(&seen, "drawn"), 3, "one old and two new events");
+
+    // What is filtered out is neither drawn nor listed.
+    let filter = "const box = document.querySelector('input[data-class=identical]'); box.click(); \
+                  document.documentElement.dataset.rows = \
+                  [...document.querySelectorAll('tr[data-finding]')].filter((row) => !row.hidden).length";
+    let seen = loaded(&browser, &page, filter);
+    assert_eq!((number(&seen, "drawn"), number(&seen, "rows")), (4, 2));
+}
+
+#[test]
+fn one_changed_event_of_a_whole_run_is_found() {
+    let Some(browser) = browser() else { return };
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let old = golden("default");
+    let csv = fs::read_to_string(&old).expect("the table can be read");
+    let mut lines: Vec<String> = csv.lines().map(ToOwned::to_owned).collect();
+    let row = lines.len() / 2;
+    let mut cells: Vec<&str> = lines[row].split(',').collect();
+    let last_block = (cells[3].parse::<u32>().expect("a block") + 1).to_string();
+    cells[3] = &last_block;
+    lines[row] = cells.join(",");
+    let new = folder.path().join("default.csv");
+    fs::write(&new, lines.join("\n") + "\n").expect("the folder can be written");
+
+    let page = page(folder.path(), &old, &new);
+    let seen = loaded(&browser, &page, "");
+    assert_eq!(number(&seen, "drawn"), 2 * rows(&old));
+    let seen = loaded(&browser, &page, "document.querySelector('tr[data-finding]').click()");
+    assert!((2..20).contains(&number(&seen, "drawn")), "{seen:?}");
+    let rows = "document.documentElement.dataset.rows = document.querySelectorAll('tr[data-finding]').length";
+    assert_eq!(number(&loaded(&browser, &page, rows), "rows"), 1);
+}
+
+/// As when two chaotic runs part: from a third of the run on, of three events one
+/// is gone, one is longer, and one is the same.
+#[test]
+fn thousands_of_events_that_differ_are_drawn() {
+    let Some(browser) = browser() else { return };
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let old = golden("load-on-far-end");
+    let csv = fs::read_to_string(&old).expect("the table can be read");
+    let third = csv.lines().count() / 3;
+    let lines = csv.lines().enumerate().filter_map(|(row, line)| match row % 3 {
+        0 if row > third => None,
+        1 if row > third => {
+            let mut cells: Vec<String> = line.split(',').map(ToOwned::to_owned).collect();
+            let last_block: u32 = cells[3].parse().expect("a block");
+            cells[3] = (last_block + 7).min(100).to_string();
+            Some(cells.join(","))
+        }
+        _ => Some(line.to_owned()),
+    });
+    let new = folder.path().join("load-on-far-end.csv");
+    fs::write(&new, lines.collect::<Vec<_>>().join("\n") + "\n").expect("the folder can be written");
+    let page = page(folder.path(), &old, &new);
+    let seen = loaded(&browser, &page, "");
+    let all = rows(&old) + rows(&new);
+    assert!(all > 12_000, "{all} events are not many");
+    assert_eq!((number(&seen, "drawn"), number(&seen, "events")), (all, all));
+    let zoomed = loaded(&browser, &page, "document.querySelector('button[data-action=in]').click()");
+    assert!(number(&zoomed, "drawn") < all, "{zoomed:?}");
+}

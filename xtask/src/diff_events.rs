@@ -1,0 +1,418 @@
+//! `cargo xtask diff-events`: one pipeline by two revisions of this project,
+//! and what became of the events.
+//!
+//! Old means the other revision, new this checkout as it stands, changes that
+//! are not committed included. The diff itself is always the present one.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use clap::Args;
+
+use crate::git::{Commit, Repository};
+use crate::interrupt;
+use crate::reproduce::{ALL, CHAPTER5, ParameterSet, pipeline};
+use crate::revision;
+use crate::workspace::{Failure, asperity, program, root};
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  cargo xtask diff-events HEAD~1
+  cargo xtask diff-events v0.1.0 --pipeline chapter6
+  cargo xtask diff-events HEAD~5 --new HEAD~4
+  cargo xtask diff-events main --policy rounding.toml
+  cargo xtask diff-events --clean
+
+Both sides run the pipeline file of this checkout. If a revision refuses it, that one runs its own, or the runs alone if it has
+none, and what it does not know is named with the commit that brought it. The outputs stay in out/diff-events/PIPELINE/REVISION, and the page with
+both timelines beside them. What was built stays in target/diff-events, so that a second call is quick. This checkout, its
+index and its branches are left alone. Exit codes: 0 within policy; 1 differs; 2 cannot be compared.")]
+pub(crate) struct DiffEventsArguments {
+    /// The older revision: a commit, a tag, a branch, HEAD~3.
+    #[arg(value_name = "REV", required_unless_present = "clean")]
+    old: Option<String>,
+    /// The newer revision [default: this checkout as it stands].
+    #[arg(long, value_name = "REV", conflicts_with = "clean")]
+    new: Option<String>,
+    /// Which runs: those of this pipeline.
+    #[arg(long, value_name = "NAME", default_value = CHAPTER5, value_parser = ALL)]
+    pipeline: String,
+    /// Which reading of the thesis to run [default: what the pipeline says].
+    #[arg(long, value_enum, value_name = "SET")]
+    parameter_set: Option<ParameterSet>,
+    /// What may differ, as of `asperity diff` [default: nothing].
+    #[arg(long, value_name = "POLICY.toml")]
+    policy: Option<PathBuf>,
+    /// Remove what was built of REV, or of all revisions, and do nothing else.
+    #[arg(long)]
+    clean: bool,
+}
+
+pub(crate) fn command(arguments: &DiffEventsArguments) -> Result<(), Failure> {
+    let repository = Repository::new(root());
+    let old = arguments.old.as_deref().map(|revision| repository.commit(revision)).transpose();
+    let old = old.map_err(Failure::of_comparison)?;
+    match old {
+        _ if arguments.clean => revision::clean(&repository, old.as_ref()),
+        Some(old) => {
+            let sides = run_both(&repository, &old, arguments).map_err(Failure::of_comparison)?;
+            compare(&sides, arguments)
+        }
+        None => Err(Failure::CannotCompare("no revision to compare with (accepted: REV)".to_owned())),
+    }
+}
+
+/// One of the two.
+struct Side {
+    /// The commit; of the checkout, the one that it is based on.
+    commit: Commit,
+    /// How many files differ from that commit; none of a revision.
+    changed_files: usize,
+    is_checkout: bool,
+    out: PathBuf,
+}
+
+impl Side {
+    fn new(
+        repository: &Repository,
+        revision: Option<&str>,
+        arguments: &DiffEventsArguments,
+    ) -> Result<Side, Failure> {
+        let commit = repository.commit(revision.unwrap_or("HEAD"))?;
+        let changed_files = if revision.is_some() { 0 } else { repository.changed_files()? };
+        let mut name = commit.short().to_owned();
+        if changed_files > 0 {
+            name.push_str("-changed");
+        }
+        let pipeline = match arguments.parameter_set {
+            Some(set) => format!("{}-{}", arguments.pipeline, set.word()),
+            None => arguments.pipeline.clone(),
+        };
+        let out = Path::new("out").join("diff-events").join(pipeline).join(name);
+        Ok(Side { commit, changed_files, is_checkout: revision.is_none(), out })
+    }
+
+    /// What it is called in what is said.
+    fn title(&self) -> String {
+        match (self.is_checkout, self.changed_files) {
+            (false, _) => self.commit.title.clone(),
+            (true, 0) => format!("this checkout, {}", self.commit.title),
+            (true, files) => {
+                format!("this checkout, {} and changes in {files} files not committed", self.commit.title)
+            }
+        }
+    }
+
+    fn asperity(&self, repository: &Repository) -> Result<PathBuf, Failure> {
+        if self.is_checkout {
+            Ok(asperity()?.get_program().into())
+        } else {
+            revision::build(repository, &self.commit)
+        }
+    }
+}
+
+struct Sides {
+    old: Side,
+    new: Side,
+}
+
+fn run_both(
+    repository: &Repository,
+    old: &Commit,
+    arguments: &DiffEventsArguments,
+) -> Result<Sides, Failure> {
+    interrupt::install()?;
+    let old = Side::new(repository, Some(&old.id), arguments)?;
+    let new = Side::new(repository, arguments.new.as_deref(), arguments)?;
+    eprintln!("==> old: {}", old.title());
+    eprintln!("==> new: {}", new.title());
+    let programs = [old.asperity(repository)?, new.asperity(repository)?];
+    for (side, program) in [&old, &new].into_iter().zip(programs) {
+        if !commands(&program)?.contains("reproduce") {
+            return Err(Failure::Check(format!(
+                "{} knows no `asperity reproduce`{}",
+                side.title(),
+                revision::from_when(repository.first_with(
+                    &side.commit,
+                    "HEAD",
+                    "Reproduce(",
+                    &["crates/cli"]
+                )?)
+            )));
+        }
+        run_side(repository, side, &program, arguments)?;
+    }
+    Ok(Sides { old, new })
+}
+
+/// The commands that a version has, out of its help.
+fn commands(asperity: &Path) -> Result<BTreeSet<String>, Failure> {
+    let help = crate::workspace::output(program(asperity).arg("--help"))?;
+    let indented = help.lines().filter_map(|line| line.strip_prefix("  "));
+    Ok(indented.filter_map(|line| line.split_whitespace().next()).map(ToOwned::to_owned).collect())
+}
+
+/// Runs the pipeline of this checkout, or the side's own if it refuses that one.
+fn run_side(
+    repository: &Repository,
+    side: &Side,
+    asperity: &Path,
+    arguments: &DiffEventsArguments,
+) -> Result<(), Failure> {
+    let path = pipeline(&arguments.pipeline);
+    let present = read(&root().join(&path))?;
+    let own = if !side.is_checkout && repository.has(&side.commit, &path)? {
+        Some(repository.show(&side.commit, &path)?)
+    } else {
+        None
+    };
+    let alone = runs_alone(&present)?;
+    discard_others(&side.out, &[Some(present.as_str()), Some(alone.as_str()), own.as_deref()])?;
+
+    eprintln!("==> {}: {path} of this checkout", side.title());
+    let refused = match reproduce(asperity, Path::new(&path), side, arguments)? {
+        Outcome::Done => return record(&side.out, &present),
+        Outcome::Refused(errors) => errors,
+    };
+    if side.is_checkout {
+        return Err(Failure::Check(format!("this checkout refuses {path}: {refused}")));
+    }
+    // What it refuses may be a claim or a figure, and the runs would do. Its own pipeline
+    // has claims that it understands, so that comes first.
+    let why = lacking(repository, &side.commit, &refused)?;
+    let (text, what) = match own {
+        Some(own) => (own, "its own"),
+        None => (alone, "the runs of it, for it has none of its own"),
+    };
+    eprintln!("==> {}: refuses that pipeline, so it runs {what}{why}", side.title());
+    let file = revision::kept_of(&side.commit).join(format!("{}.toml", arguments.pipeline));
+    write(&file, &text)?;
+    match reproduce(asperity, &file, side, arguments)? {
+        Outcome::Done => record(&side.out, &text),
+        Outcome::Refused(refused) => Err(Failure::Check(format!(
+            "{} cannot make these runs{}",
+            side.title(),
+            lacking(repository, &side.commit, &refused)?
+        ))),
+    }
+}
+
+/// A pipeline with its runs and without what is read off them.
+fn runs_alone(text: &str) -> Result<String, Failure> {
+    let mut pipeline: toml::Table =
+        text.parse().map_err(|error| Failure::Check(format!("this checkout's pipeline: {error}")))?;
+    pipeline.retain(|key, _| matches!(key, "title" | "run"));
+    Ok(pipeline.to_string())
+}
+
+enum Outcome {
+    Done,
+    /// Bad input, with what was said.
+    Refused(String),
+}
+
+fn reproduce(
+    asperity: &Path,
+    pipeline: &Path,
+    side: &Side,
+    arguments: &DiffEventsArguments,
+) -> Result<Outcome, Failure> {
+    let mut command = program(asperity);
+    command.arg("reproduce").arg(pipeline).arg("--out").arg(&side.out);
+    if let Some(set) = arguments.parameter_set {
+        command.arg("--set").arg(format!("parameter_set={}", set.word()));
+    }
+    let (outcome, errors) = with_errors(&mut command)?;
+    match outcome {
+        Ok(()) => Ok(Outcome::Done),
+        Err(Failure::Exit { code: 2, .. }) => Ok(Outcome::Refused(errors)),
+        Err(Failure::Exit { code, .. }) => {
+            Err(Failure::Check(format!("{} failed with code {code}: {errors}", side.title())))
+        }
+        Err(other) => Err(other),
+    }
+}
+
+/// Runs a command, says on stderr what it says there, and keeps its errors for
+/// later: what they mean may be that the version is old.
+fn with_errors(command: &mut Command) -> Result<(Result<(), Failure>, String), Failure> {
+    let (reader, writer) =
+        std::io::pipe().map_err(|error| Failure::Io { what: "make a pipe".to_owned(), error })?;
+    command.stdout(Stdio::null()).stderr(writer);
+    let said = std::thread::spawn(move || {
+        let mut errors = Vec::new();
+        for line in BufReader::new(reader).lines() {
+            match line {
+                Ok(line) => match line.strip_prefix("error: ") {
+                    Some(error) => errors.push(error.to_owned()),
+                    None => eprintln!("    {line}"),
+                },
+                Err(error) => {
+                    errors.push(format!("the rest cannot be read: {error}"));
+                    break;
+                }
+            }
+        }
+        errors.join("\n")
+    });
+    let outcome = interrupt::run(command);
+    // Or the reader would wait for what this end might still write.
+    command.stderr(Stdio::null());
+    let errors = said.join().map_err(|_panic| Failure::Check("the reader of errors panicked".to_owned()))?;
+    Ok((outcome, errors))
+}
+
+/// Which words of an error mean nothing to the old sources and something to the
+/// present ones, and which commit brought them, one line each; the error itself
+/// where there are none.
+fn lacking(repository: &Repository, old: &Commit, errors: &str) -> Result<String, Failure> {
+    const SOURCES: [&str; 1] = ["crates"];
+    let mut lines = String::new();
+    for word in words(errors) {
+        for spelling in [Some(word.to_owned()), variant(word)].into_iter().flatten() {
+            let is_new = repository.mentions(None, &spelling, &SOURCES)?
+                && !repository.mentions(Some(old), &spelling, &SOURCES)?;
+            if is_new {
+                let from = revision::from_when(repository.first_with(old, "HEAD", &spelling, &SOURCES)?);
+                lines.push_str(&format!("\n    it does not know {word}{from}"));
+                break;
+            }
+        }
+    }
+    if lines.is_empty() {
+        errors.lines().for_each(|line| lines.push_str(&format!("\n    {line}")));
+    }
+    Ok(lines)
+}
+
+/// How sources spell a word with hyphens in a file, which stands for a variant.
+fn variant(word: &str) -> Option<String> {
+    let capitalised = |part: &str| {
+        let mut letters = part.chars();
+        letters
+            .next()
+            .map_or(String::new(), |first| first.to_ascii_uppercase().to_string() + letters.as_str())
+    };
+    word.contains('-').then(|| word.split('-').map(capitalised).collect())
+}
+
+/// The words of a text that may name a key, a value or a scenario; each once, in order.
+fn words(text: &str) -> Vec<&str> {
+    let is_part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+    let mut found: Vec<&str> = Vec::new();
+    for word in text.split(|c: char| !is_part(c)) {
+        let word = word.trim_matches(|c: char| !c.is_ascii_alphanumeric());
+        let is_name = word.len() > 2 && word.starts_with(|c: char| c.is_ascii_alphabetic());
+        if is_name && !found.contains(&word) {
+            found.push(word);
+        }
+    }
+    found
+}
+
+/// The pipeline that a folder was made of, written once all of it is there.
+fn record(out: &Path, text: &str) -> Result<(), Failure> {
+    write(&root().join(out).join("pipeline.toml"), text)
+}
+
+/// Removes an output that was made of another pipeline: runs that it no longer
+/// has would be compared all the same.
+fn discard_others(out: &Path, texts: &[Option<&str>]) -> Result<(), Failure> {
+    let out = root().join(out);
+    let made_of = fs::read_to_string(out.join("pipeline.toml")).ok();
+    if !out.exists() || made_of.is_some() && texts.contains(&made_of.as_deref()) {
+        return Ok(());
+    }
+    fs::remove_dir_all(&out).map_err(|error| Failure::Io { what: format!("remove {}", out.display()), error })
+}
+
+fn compare(sides: &Sides, arguments: &DiffEventsArguments) -> Result<(), Failure> {
+    let Sides { old, new } = sides;
+    let name = |side: &Side| side.out.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let page = old.out.with_file_name(format!("{}..{}.html", name(old), name(new)));
+    let mut diff = asperity()?;
+    diff.arg("diff").args([&old.out, &new.out]).arg("--page").arg(&page);
+    if let Some(policy) = &arguments.policy {
+        let policy = std::path::absolute(policy)
+            .map_err(|error| Failure::Io { what: format!("find {}", policy.display()), error })?;
+        diff.arg("--policy").arg(policy);
+    }
+    let outcome = interrupt::run(&mut diff);
+    eprintln!("==> old  {}: {}", old.out.display(), old.title());
+    eprintln!("==> new  {}: {}", new.out.display(), new.title());
+    eprintln!("==> page {}", page.display());
+    outcome
+}
+
+fn read(path: &Path) -> Result<String, Failure> {
+    fs::read_to_string(path).map_err(|error| Failure::Io { what: format!("read {}", path.display()), error })
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    fs::write(path, text).map_err(|error| Failure::Io { what: format!("write {}", path.display()), error })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_of_an_error_are_its_names() {
+        let error = "pipelines/old.toml: run a: --set normal_load.schedule_s=[0,1], line 1, column 1: \
+                     `normal_load.schedule_s` is no key (accepted: a.b, `unload-400`)";
+        let words = words(error);
+        for name in ["normal_load.schedule_s", "unload-400", "a.b", "pipelines"] {
+            assert_eq!(words.iter().filter(|word| **word == name).count(), 1, "{name}: {words:?}");
+        }
+        assert!(!words.contains(&"1"), "{words:?}");
+        assert_eq!(variant("load-at-first-slip").as_deref(), Some("LoadAtFirstSlip"));
+        assert_eq!(variant("load"), None);
+    }
+
+    #[test]
+    fn a_pipeline_can_be_cut_down_to_its_runs() {
+        let text = read(&root().join(pipeline(CHAPTER5))).expect("the pipeline is there");
+        let alone: toml::Table = runs_alone(&text).expect("it is TOML").parse().expect("so is this");
+        let whole: toml::Table = text.parse().expect("it is TOML");
+        assert_eq!(alone.keys().collect::<Vec<_>>(), ["run", "title"]);
+        assert_eq!(alone["run"], whole["run"]);
+    }
+
+    #[test]
+    fn errors_are_kept_and_the_code_tells_a_refusal() {
+        let run = |script: &str| {
+            let mut command = Command::new("sh");
+            command.args(["-c", script]);
+            with_errors(&mut command).expect("sh starts")
+        };
+        let (outcome, errors) = run("echo 'error: a' >&2; echo other >&2; echo 'error: b' >&2; exit 2");
+        assert!(matches!(outcome, Err(Failure::Exit { code: 2, .. })), "{outcome:?}");
+        assert_eq!(errors, "a\nb");
+        let (outcome, errors) = run("true");
+        assert!(outcome.is_ok() && errors.is_empty());
+    }
+
+    #[test]
+    fn outputs_of_another_pipeline_are_not_compared() {
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let out = folder.path().join("out");
+        let there = || out.join("runs").exists();
+        // Broken off before the record, made of this pipeline, of the revision's own, of another.
+        for (made_of, stays) in [(None, false), (Some("new"), true), (Some("own"), true), (Some("x"), false)]
+        {
+            fs::create_dir_all(out.join("runs")).expect("folders can be made");
+            if let Some(text) = made_of {
+                record(&out, text).expect("it can be written");
+            }
+            discard_others(&out, &[Some("new"), Some("own")]).expect("it can be removed");
+            assert_eq!(there(), stays, "{made_of:?}");
+            discard_others(&out, &[Some("other"), None]).expect("it can be removed");
+            assert!(!there());
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Takes compiled dependencies over into a fresh target folder.
+//!
+//! Two revisions of this workspace share nearly all dependencies, and polars
+//! alone takes minutes. Cargo takes what was compiled elsewhere for its own if
+//! names and times of change agree; what a revision builds differently has
+//! another name, and is built. The workspace's own crates are left out: those
+//! must be compiled from the revision's sources.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::Path;
+
+/// What packages of this workspace are called.
+const OURS: [&str; 2] = ["asperity", "xtask"];
+
+/// Takes over what there is in `from`, a folder of one profile such as
+/// `target/debug`, and gives the number of libraries; none if `to` is there.
+///
+/// # Errors
+/// If a file cannot be read or written.
+pub(crate) fn dependencies(from: &Path, to: &Path) -> io::Result<usize> {
+    if to.exists() || !from.join("deps").is_dir() {
+        return Ok(0);
+    }
+    // Under its name only when it is whole: half of it would never be filled up.
+    let partial = to.with_extension("partial");
+    if partial.exists() {
+        fs::remove_dir_all(&partial)?;
+    }
+    fs::create_dir_all(partial.join("deps"))?;
+    let mut libraries = 0;
+    for entry in fs::read_dir(from.join("deps"))? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        // Programs have no `lib` in front; all of them are this workspace's.
+        if name.strip_prefix("lib").is_some_and(|name| !is_ours(name)) {
+            let to = partial.join("deps").join(&name);
+            // One file for both: compilers replace a library and never write into it.
+            fs::hard_link(entry.path(), &to).or_else(|_other_disk| copy(&entry.path(), &to))?;
+            libraries += usize::from(name.ends_with(".rlib"));
+        }
+    }
+    for folder in ["build", ".fingerprint"] {
+        if !from.join(folder).is_dir() {
+            continue;
+        }
+        for entry in fs::read_dir(from.join(folder))? {
+            let entry = entry?;
+            if !is_ours(&entry.file_name().to_string_lossy()) {
+                // Cargo does write into these.
+                copy(&entry.path(), &partial.join(folder).join(entry.file_name()))?;
+            }
+        }
+    }
+    fs::rename(&partial, to)?;
+    Ok(libraries)
+}
+
+fn is_ours(name: &str) -> bool {
+    OURS.iter().any(|ours| name.starts_with(ours))
+}
+
+/// Copies a file or a folder with all in it; files keep their times, by which cargo goes.
+fn copy(from: &Path, to: &Path) -> io::Result<()> {
+    if from.is_dir() {
+        fs::create_dir_all(to)?;
+        for entry in fs::read_dir(from)? {
+            let entry = entry?;
+            copy(&entry.path(), &to.join(entry.file_name()))?;
+        }
+        return Ok(());
+    }
+    fs::copy(from, to)?;
+    File::open(to)?.set_modified(fs::metadata(from)?.modified()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::{Duration, SystemTime};
+
+    #[test]
+    fn dependencies_are_taken_over_with_their_times_and_our_own_crates_are_not() {
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let from = folder.path().join("present/debug");
+        let to = folder.path().join("old/target/debug");
+        let long_ago = SystemTime::UNIX_EPOCH + Duration::from_secs(1_000_000);
+        let theirs = [
+            "deps/libpolars-12.rlib",
+            "deps/libpolars-12.rmeta",
+            ".fingerprint/polars-12/lib-polars",
+            "build/libc-3/out/flags",
+        ];
+        let ours = [
+            "deps/libasperity_model-4.rlib",
+            "deps/tidy-5",
+            "deps/libxtask-6.rmeta",
+            ".fingerprint/asperity-model-4/lib-asperity_model",
+            "build/asperity-cli-7/output",
+        ];
+        for name in theirs.iter().chain(&ours) {
+            let path = from.join(name);
+            fs::create_dir_all(path.parent().expect("it lies in a folder")).expect("folders can be made");
+            fs::write(&path, name).expect("files can be written");
+            let file = File::open(&path).expect("it is there");
+            file.set_modified(long_ago).expect("times can be set");
+        }
+        assert_eq!(dependencies(&from, &to).expect("all can be read"), 1);
+        for name in theirs {
+            let time = fs::metadata(to.join(name)).and_then(|metadata| metadata.modified());
+            assert_eq!(time.expect("it was taken over"), long_ago, "{name}");
+        }
+        for name in ours {
+            assert!(!to.join(name).exists(), "{name}");
+        }
+        // What cargo rewrites in one must not change in the other.
+        fs::write(to.join(theirs[2]), "other").expect("files can be written");
+        assert_eq!(fs::read_to_string(from.join(theirs[2])).expect("it is there"), theirs[2]);
+        assert_eq!(dependencies(&from, &to).expect("it is there"), 0, "only into a fresh folder");
+    }
+}

@@ -6,6 +6,7 @@
 //! `cargo xtask golden --accept REASON` and in no other way: no variable in the
 //! environment makes this test pass.
 
+#[expect(dead_code, reason = "no single scenario is run")]
 #[path = "support/binary.rs"]
 mod binary;
 #[path = "support/golden.rs"]

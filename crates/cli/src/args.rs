@@ -196,6 +196,7 @@ Examples:
   asperity diff reference.csv run.mcap --policy policy.toml
   asperity diff before.mcap after.mcap --draft-policy policy.toml
   asperity diff coarse/runs fine/runs --pair name
+  asperity diff before.mcap after.mcap --page diff.html
   asperity diff before.mcap after.mcap --format json | python3 -m json.tool
 
 Events are matched by when and where they slid, never by row: one event more or less moves no blame to those behind it.
@@ -233,6 +234,9 @@ pub(crate) struct DiffArguments {
     /// By what the runs of two folders are paired.
     #[arg(long, value_enum, default_value = "hash")]
     pub(crate) pair: PairBy,
+    /// Write a page with both timelines, every event in them and those that differ marked.
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) page: Option<PathBuf>,
     /// Write one row per match, identical ones too.
     #[cfg(feature = "analysis")]
     #[arg(long, value_name = "FILE.parquet")]

@@ -82,6 +82,10 @@ pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
         fs::write(path, text)
             .map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))?;
     }
+    if let Some(path) = &arguments.page {
+        fs::write(path, asperity_diff::page::page(&report))
+            .map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))?;
+    }
     print(&report, arguments.format)?;
     if keeps { Ok(()) } else { Err(Failure::Said(Code::Failed)) }
 }
@@ -94,11 +98,16 @@ fn read_policy(arguments: &DiffArguments) -> Result<Policy, Failure> {
     Policy::parse(&path.display().to_string(), &text).map_err(Failure::bad_input)
 }
 
+/// What a page has room for, of each class and of matches in a run.
+const FINDINGS_OF_A_PAGE: usize = 1000;
+const MATCHES_OF_A_PAGE: usize = 200_000;
+
 /// How many findings of each class and how many matches the report of a pair of runs has to hold.
 fn room(arguments: &DiffArguments) -> (usize, usize) {
     match arguments.format {
-        DiffFormat::Text => (summary::KEPT_OF_A_CLASS, 0),
         DiffFormat::Json => (usize::MAX, usize::MAX),
+        DiffFormat::Text if arguments.page.is_some() => (FINDINGS_OF_A_PAGE, MATCHES_OF_A_PAGE),
+        DiffFormat::Text => (summary::KEPT_OF_A_CLASS, 0),
     }
 }
 

@@ -5,7 +5,7 @@
 //! `fixtures/hostile` holds such files: logs made by `support/forgeries.rs`, which says of
 //! each what is wrong with it and what is to be said of it, and texts. Where they are made
 //! anew, `ASPERITY_UPDATE_FIXTURES=1` has the test write them. `found` holds the inputs that
-//! fuzzing brought to light, and `corpus` those by which it gets everywhere soonest.
+//! fuzzing brought to light, and `corpus` a choice of those by which it gets about.
 
 #[path = "support/binary.rs"]
 mod binary;
@@ -116,7 +116,13 @@ fn read_by_all(file: &Path, must_refuse: bool) {
     assert!(!salvage.err.contains("panicked"), "salvage of {}: {}", text(file), salvage.err);
     if out.exists() {
         let said = refused(folder, &["check", text(&out)], &out);
-        assert!(said.contains(": incomplete: "), "salvaged of {}: {said}", text(file));
+        // Messages that contradict each other are kept, if checksums vouch for them.
+        let incomplete = said.contains(": incomplete: ");
+        assert!(
+            incomplete || (!must_refuse && said.contains(": damaged: ")),
+            "salvaged of {}: {said}",
+            text(file)
+        );
     }
     for arguments in commands {
         if must_refuse || bounded(folder, &arguments).code != Some(0) {
@@ -305,20 +311,21 @@ fn what_unpacks_to_much_is_read_in_bounds() {
 /// What fuzzing found, and the inputs that reach the most, through the same functions.
 #[test]
 fn what_fuzzing_found_stays_mended() {
-    type Target = (&'static str, fn(&[u8]));
-    let targets: [Target; 5] = [
+    type Law = fn(&[u8]);
+    let targets: &[(&str, Law)] = &[
         ("log_bytes", laws::log_bytes),
         ("log_edits", laws::log_edits),
         ("metadata", laws::metadata),
         ("scenario", laws::scenario),
         ("profile", laws::profile),
+        #[cfg(feature = "analysis")]
+        ("pipeline", laws::pipeline),
+        #[cfg(feature = "analysis")]
+        ("tables", laws::tables),
     ];
-    let mut targets = targets.to_vec();
-    #[cfg(feature = "analysis")]
-    targets.extend([("pipeline", laws::pipeline as fn(&[u8])), ("tables", laws::tables)]);
     let mut read = 0;
     for kept in ["found", "corpus"] {
-        for (target, law) in &targets {
+        for (target, law) in targets {
             let folder = fixtures().join(kept).join(target);
             if !folder.is_dir() {
                 continue;
@@ -329,5 +336,5 @@ fn what_fuzzing_found_stays_mended() {
             }
         }
     }
-    assert!(read > 1, "{read} inputs are kept");
+    assert!(read > 300, "{read} inputs are kept");
 }

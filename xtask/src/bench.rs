@@ -11,8 +11,8 @@ Examples:
   cargo xtask bench runs logs
 
 Parts: loop (the scalar loop against C), runs (the default run), chains (longer and shorter ones), logs (reading them),
-chapter5 (all of it). Prints tables of ratios to what is measured along in the same minutes. Leave the machine alone
-meanwhile. All of it takes some ten minutes.")]
+diff (event tables of up to a million events), chapter5 (all of it). Prints tables of ratios to what is measured along in
+the same minutes. Leave the machine alone meanwhile. All of it takes some ten minutes.")]
 pub(crate) struct BenchArguments {
     /// What to measure [default: everything].
     #[arg(value_name = "PART")]

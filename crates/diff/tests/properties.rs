@@ -3,7 +3,6 @@
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
-use std::time::Instant;
 
 use asperity_diff::column::{Column, Columns};
 use asperity_diff::policy::{Policy, Tolerance};
@@ -117,8 +116,11 @@ fn pieces(random: &mut Random, event: &SlipEvent, count: u64) -> Vec<SlipEvent> 
         .collect()
 }
 
+fn source(events: &[SlipEvent]) -> impl Iterator<Item = Result<SlipEvent, Infallible>> {
+    events.iter().cloned().map(Ok)
+}
+
 fn compare_by(old: &[SlipEvent], new: &[SlipEvent], policy: &Policy, columns: Columns) -> (RunDiff, Draft) {
-    let source = |events: &[SlipEvent]| events.to_vec().into_iter().map(Ok::<_, Infallible>);
     let mut draft = Draft::default();
     let comparison = Comparison {
         columns,
@@ -469,7 +471,6 @@ fn what_the_end_of_a_run_cuts_short_is_open() {
         ..cut[1].clone()
     };
     cut[1] = open;
-    let source = |events: &[SlipEvent]| events.to_vec().into_iter().map(Ok::<_, Infallible>);
     let policy = Policy::default();
     let comparison = Comparison {
         columns: Columns::ALL,
@@ -506,61 +507,4 @@ fn only_shared_columns_are_compared() {
     let (run, _) = compare_by(&old, &new, &Policy::default(), seven);
     assert_eq!(counts(&run), BTreeMap::from([(Class::Identical, 50)]));
     assert_eq!(run.columns_left_out.len(), 7, "all but the number of the event");
-}
-
-/// The time that a diff takes, s; the best of three, for the machine has others to serve.
-fn takes_s(old: &[SlipEvent], new: &[SlipEvent]) -> f64 {
-    (0..3)
-        .map(|_| {
-            let started = Instant::now();
-            let run = compare_by(old, new, &Policy::default(), Columns::ALL).0;
-            assert!(run.counts.total() > 0);
-            started.elapsed().as_secs_f64()
-        })
-        .fold(f64::INFINITY, f64::min)
-}
-
-/// Eight times the events in less than some twelve times the time; quadratic would be 64.
-#[test]
-fn chains_and_dense_chatter_cost_time_in_proportion() {
-    // Old and new overlap each other in turn, on and on.
-    let chain = |events: u64, offset: u64| {
-        numbered((0..events).map(|k| event(100 * k + offset, 100 * k + offset + 99, 1, 50)).collect())
-    };
-    // A step or two each, all within one window, shifted by more than their length.
-    let chatter = |events: u64, offset: u64| {
-        let mut random = Random(17);
-        let mut step = 1000 + offset;
-        let made = (0..events).map(|_| {
-            let first = 1 + random.below(10) as u32;
-            let length = 1 + random.below(2);
-            let made = event(step, step + length, first, first + random.below(3) as u32);
-            step += length + 1;
-            made
-        });
-        numbered(made.collect())
-    };
-    // One event over all others, on one side.
-    let covered = |events: u64, offset: u64| {
-        let mut made = chatter(events, 0);
-        if offset > 0 {
-            made = vec![event(999, made.last().unwrap().end_step.unwrap() + 1, 1, 100)];
-        }
-        numbered(made)
-    };
-    // One that lasts as long as the table, beside the others on the same side.
-    let beside = |events: u64, offset: u64| {
-        let mut made = chatter(events, offset);
-        made.insert(0, event(5 + offset, made.last().unwrap().end_step.unwrap() + 1, 90, 100));
-        numbered(made)
-    };
-    type Make<'a> = &'a dyn Fn(u64, u64) -> Vec<SlipEvent>;
-    let shapes: [(&str, Make<'_>, u64); 4] =
-        [("chain", &chain, 50), ("chatter", &chatter, 3), ("covered", &covered, 1), ("beside", &beside, 3)];
-    for (name, make, offset) in shapes {
-        let few = takes_s(&make(5_000, 0), &make(5_000, offset));
-        let many = takes_s(&make(40_000, 0), &make(40_000, offset));
-        println!("{name}: {few:.4} s, {many:.4} s");
-        assert!(many < 20.0 * few + 0.05, "{name}: {few} s for 5000, {many} s for 40000");
-    }
 }

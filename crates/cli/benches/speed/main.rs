@@ -6,6 +6,7 @@
 
 #![expect(clippy::print_stdout, reason = "the tables are what a benchmark is for")]
 
+mod diff;
 mod logs;
 mod scalar;
 
@@ -26,11 +27,12 @@ const ROUNDS: usize = 5;
 const SCALAR_STEPS: u64 = 2_000_000;
 
 /// What can be measured, by name.
-const PARTS: [(&str, fn()); 5] = [
+const PARTS: [(&str, fn()); 6] = [
     ("loop", against_c),
     ("runs", default_runs),
     ("chains", long_chains),
     ("logs", logs::logs),
+    ("diff", diff::tables),
     ("chapter5", whole_chapter),
 ];
 

@@ -153,8 +153,8 @@ pub(crate) fn pair(old: &Given, new: &Given, by: PairBy) -> Paired {
     let by_name = |old: &Run, new: &Run| {
         same_name(old, new) && (by == PairBy::Name || old.hash().is_none() || new.hash().is_none())
     };
-    let rules: [&dyn Fn(&Run, &Run) -> bool; 3] =
-        [&|old, new| by_hash(old, new) && same_name(old, new), &by_hash, &by_name];
+    type Rule<'a> = &'a dyn Fn(&Run, &Run) -> bool;
+    let rules: [Rule<'_>; 3] = [&|old, new| by_hash(old, new) && same_name(old, new), &by_hash, &by_name];
     for rule in rules {
         for (run, partner) in old.runs.iter().zip(&mut partners).filter(|(_, partner)| partner.is_none()) {
             let found = left.iter_mut().find(|other| other.is_some_and(|other| rule(run, other)));

@@ -1,0 +1,132 @@
+//! Diffs of large event tables: time against a plain scan of both, and memory.
+//!
+//! The two tables differ by rounding in every row; of each thousand events one has split and one is gone. *Bunches* of events with a pause
+//! longer than the time window between them are what runs have; *chatter* without end, all of it within
+//! the time window of something, is the worst there is.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use asperity_record::SlipEvent;
+
+use crate::{ASPERITY, seconds};
+
+const SIZES: [u64; 3] = [10_000, 100_000, 1_000_000];
+
+/// The time before an event, by its number, in steps of 1e-8 s.
+type Pause = fn(u64) -> u64;
+
+/// What the tables hold.
+const KINDS: [(&str, Pause); 2] =
+    [("bunches", |n| if n % 8 == 0 { 30_000 } else { 300 }), ("chatter", |_| 4)];
+
+pub(crate) fn tables() {
+    println!("## Diffs of event tables\n");
+    println!(
+        "| tables | events on each side | `asperity diff` of CSV, s | times a plain scan of both | its memory, MB |\n|---|---|---|---|---|"
+    );
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    for (kind, pause) in KINDS {
+        for count in SIZES {
+            let files = [false, true].map(|is_new| {
+                let path = folder.path().join(format!("{is_new}.csv"));
+                write(&path, table(count, pause, is_new));
+                path
+            });
+            let scan_s = seconds(|| files.iter().for_each(|file| scan(file)));
+            let (command_s, command_mb) = command(&files);
+            println!("| {kind} | {count} | {command_s:.2} | {:.1} | {command_mb:.0} |", command_s / scan_s);
+        }
+    }
+    println!();
+}
+
+/// The same table for the same arguments, event by event.
+fn table(count: u64, pause: Pause, is_new: bool) -> impl Iterator<Item = SlipEvent> {
+    let mut step = 0;
+    (0..count).flat_map(move |n| {
+        step += pause(n);
+        let (onset, end) = (step, step + if n % 1000 == 300 { 9 } else { 1 + n % 3 });
+        step = end;
+        let (first, last) = (1 + (n % 5) as u32, 6 + (n % 37) as u32);
+        match (is_new, n % 1000) {
+            (true, 300) => vec![
+                event(n, onset, onset + 4, first, last, 1e-12),
+                event(n, onset + 5, end, first, last, 1e-12),
+            ],
+            (true, 700) => Vec::new(),
+            (true, _) => vec![event(n, onset, end, first, last, 1e-12)],
+            (false, _) => vec![event(n, onset, end, first, last, 0.0)],
+        }
+    })
+}
+
+fn event(event: u64, onset: u64, end: u64, first_block: u32, last_block: u32, off_s: f64) -> SlipEvent {
+    let load = |step: u64| step as f64 * 2e-9;
+    SlipEvent {
+        onset_s: onset as f64 / 1e8 + off_s,
+        end_s: Some(end as f64 / 1e8 + off_s),
+        first_block,
+        last_block,
+        max_sliding: 1,
+        ft_fn_onset: load(onset),
+        ft_fn_end: Some(load(end)),
+        event,
+        onset_step: onset,
+        end_step: Some(end),
+        blocks_slipped: last_block + 1 - first_block,
+        nucleation_block: first_block,
+        ft_fn_min: load(onset),
+        ft_fn_max: load(end),
+        open: false,
+    }
+}
+
+/// Most memory that a process has had, in MB; 0 where the system does not tell.
+fn peak_mb(process: &str) -> f64 {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok()).map_or(0.0, |kb| kb / 1024.0)
+}
+
+fn write(path: &Path, events: impl Iterator<Item = SlipEvent>) {
+    let mut table = csv::Writer::from_path(path).expect("the table can be written");
+    events.for_each(|event| table.serialize(event).expect("the table can be written"));
+    table.flush().expect("the table can be written");
+}
+
+/// Reads every cell, and does nothing with it.
+fn scan(path: &Path) {
+    let mut reader = csv::Reader::from_path(path).expect("the table is there");
+    let mut row = csv::StringRecord::new();
+    let mut sum = 0.0;
+    while reader.read_record(&mut row).expect("the table is sound") {
+        sum += row.iter().filter_map(|cell| cell.parse::<f64>().ok()).sum::<f64>();
+    }
+    std::hint::black_box(sum);
+}
+
+/// Seconds and peak memory of `asperity diff`.
+fn command(files: &[std::path::PathBuf; 2]) -> (f64, f64) {
+    let start = Instant::now();
+    let mut child = Command::new(ASPERITY)
+        .arg("diff")
+        .args(files)
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("the binary was built with the bench");
+    let mut memory_mb = 0.0f64;
+    let status = loop {
+        memory_mb = memory_mb.max(peak_mb(&child.id().to_string()));
+        match child.try_wait().expect("it can be waited for") {
+            Some(status) => break status,
+            None => std::thread::sleep(Duration::from_millis(2)),
+        }
+    };
+    let elapsed_s = start.elapsed().as_secs_f64();
+    // They do differ.
+    assert_eq!(status.code(), Some(1), "{status}");
+    (elapsed_s, memory_mb)
+}

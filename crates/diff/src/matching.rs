@@ -627,7 +627,9 @@ mod tests {
 
     fn groups(old: &[SlipEvent], new: &[SlipEvent]) -> Vec<Group> {
         let mut groups = Vec::new();
-        let source = |events: &[SlipEvent]| events.to_vec().into_iter().map(Ok::<_, Infallible>);
+        fn source(events: &[SlipEvent]) -> impl Iterator<Item = Result<SlipEvent, Infallible>> {
+            events.iter().cloned().map(Ok)
+        }
         match_tables(source(old), source(new), Columns::ALL, WINDOW_S, |group| {
             groups.push(group);
             Ok(())

@@ -274,7 +274,8 @@ where
                 if !self.read_onset()? {
                     return self.finish();
                 }
-                if self.new.waiting() >= ROWS_BETWEEN_FLUSHES {
+                let none_came = taken == self.old.read();
+                if none_came && self.new.waiting() >= ROWS_BETWEEN_FLUSHES {
                     self.roll()?;
                 }
                 continue;

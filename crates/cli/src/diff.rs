@@ -52,7 +52,8 @@ pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     let exceeded: Vec<Exceeded> = Class::ALL
         .into_iter()
         .filter_map(|class| match policy.allowed(class) {
-            Allowed::UpTo(allowed) if counts.of(class) > allowed => {
+            // Where none is allowed each is a finding that is not.
+            Allowed::UpTo(allowed) if allowed > 0 && counts.of(class) > allowed => {
                 Some(Exceeded { class, allowed, found: counts.of(class) })
             }
             _ => None,

@@ -3,6 +3,7 @@
 
 use std::fmt::Write;
 
+use asperity_diff::column::Value;
 use asperity_diff::report::{
     CellChange, Class, ColumnChange, Extent, Finding, Horizon, KolmogorovSmirnov, Report, RunDiff, Sample,
     Verdict,
@@ -188,15 +189,14 @@ fn conservation(finding: &Finding) -> String {
     if text.is_empty() { "; duration and blocks conserved".to_owned() } else { text }
 }
 
+/// A cell: both values where they are whole or one is missing, else the old one and how far
+/// from it the new one is, for that takes all digits to see.
 fn cell(change: &CellChange) -> String {
-    let by = match change.difference {
-        Some(difference) if change.new.magnitude() < change.old.magnitude() => {
-            format!(" (-{})", short(difference))
-        }
-        Some(difference) => format!(" (+{})", short(difference)),
-        None => String::new(),
-    };
-    format!("{} {} -> {}{by}", change.column, change.old, change.new)
+    let CellChange { column, old, new, difference, .. } = *change;
+    match (old, new, difference) {
+        (Value::Number(old), Value::Number(new), Some(_)) => format!("{column} {old} {:+.2e}", new - old),
+        _ => format!("{column} {old} -> {new}"),
+    }
 }
 
 fn short(value: f64) -> String {

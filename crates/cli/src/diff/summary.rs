@@ -76,6 +76,8 @@ fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     }
     match (differing.len().saturating_sub(RUNS), report.runs.len() - differing.len()) {
         (0, 0) => {}
+        // The last line says so of all.
+        (0, same) if same == report.runs.len() => {}
         (0, same) => lines.push(format!("  in {same} more nothing differs")),
         (more, same) => {
             lines.push(format!("  {more} more differ, see --format json; in {same} nothing differs"))
@@ -284,7 +286,7 @@ fn horizon(run: &RunDiff, differing_runs: usize, lines: &mut Vec<String>) {
 }
 
 fn distribution(what: &str, sample: &Sample) -> String {
-    let median = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
+    let median = |value: Option<f64>| value.map_or("-".to_owned(), short);
     let verdict = match sample.test {
         None => "too few for a test".to_owned(),
         Some(KolmogorovSmirnov { p, .. }) if p < 0.001 => format!("not alike (p = {p:.0e})"),

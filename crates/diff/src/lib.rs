@@ -2,7 +2,7 @@
 //!
 //! In reading order:
 //!
-//! - [`column`]: the columns of the event table, and what each says.
+//! - [`mod@column`]: the columns of the event table, and what each says.
 //! - `cost`: what it costs to say that events belong together.
 //! - `grid`: one step of looking for the matching that costs least.
 //! - [`matching`]: that matching, found as the tables are read.

@@ -5,7 +5,11 @@
 //! the arrays do not overlap, which it must know to vectorise them. Every block
 //! is computed on its own, with the same operations in the same order, and
 //! multiplication and addition are never fused, so all versions give the same
-//! bits.
+//! bits. Where stuck and sliding blocks differ, both are computed and one is selected:
+//! an `if` would be compiled to a branch, or to stores under a mask, which some
+//! processors are slow at.
+
+use std::hint::select_unpredictable;
 
 /// The sweeps, in the version that this machine runs fastest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -129,10 +133,13 @@ impl Sweeps {
                     term: &Term<'_>,
                     chain: &TermChain<'_>,
                 ) {
-                    if chain.rigid {
-                        next_term::<true>(u, v, strain, guard, term, chain);
-                    } else {
-                        next_term::<false>(u, v, strain, guard, term, chain);
+                    match (term.first, chain.back > 0.0, chain.rigid) {
+                        (true, _, false) => next_term::<FIRST, false>(u, v, strain, guard, term, chain),
+                        (true, _, true) => next_term::<FIRST, true>(u, v, strain, guard, term, chain),
+                        (_, true, false) => next_term::<PLUS, false>(u, v, strain, guard, term, chain),
+                        (_, true, true) => next_term::<PLUS, true>(u, v, strain, guard, term, chain),
+                        (_, false, false) => next_term::<MINUS, false>(u, v, strain, guard, term, chain),
+                        (_, false, true) => next_term::<MINUS, true>(u, v, strain, guard, term, chain),
                     }
                 }
                 $(#[$feature])?
@@ -320,41 +327,57 @@ fn take_step<const EVERYWHERE: bool>(
     old: &Blocks<'_>,
     constants: &Constants,
 ) -> bool {
-    let &Constants { k, eta, dt, dt_over_m, kt, two_way, .. } = constants;
-    let blocks = u_new.len();
-    let last = blocks - 1;
-    let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
-    let Blocks { u, v, u_stick, slip, threshold, sliding_friction, driving_force } = *old;
-    let (u, v, u_stick, slip) = (&u[..blocks], &v[..blocks], &u_stick[..blocks], &slip[..blocks]);
-    let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
-    let driving_force = &driving_force[..blocks];
-
-    // As wide as the numbers it is told by: a narrower flag would be packed and unpacked.
-    let mut any_switch = 0u64;
-    macro_rules! block {
-        ($n:expr, $tau:expr) => {
-            let n = $n;
-            tau[n] = $tau;
-            let slides = slip[n] != 0.0;
-            let spring = -kt * (u[n] - u_stick[n]);
-            let drag = if v[n] == 0.0 { 0.0 } else { -sliding_friction[n].copysign(v[n]) };
-            let friction = if slides { drag } else { spring };
-
-            v_new[n] = v[n] + (tau[n] + friction) * dt_over_m;
-            u_new[n] = u[n] + v_new[n] * dt;
-
-            let detaches = tau[n].abs() >= threshold[n];
-            let switches = if slides { comes_to_rest(v[n], v_new[n], two_way) } else { detaches };
-            any_switch |= u64::from(switches);
-        };
-    }
-    block!(0, k * (u[1] - u[0]) + eta * (v[1] - v[0]) + driving_force[0]);
+    let &Constants { k, eta, .. } = constants;
+    let last = u_new.len() - 1;
+    let (u, v) = (&old.u[..=last], &old.v[..=last]);
+    let driving_force = &old.driving_force[..=last];
+    let tau = &mut tau[..=last];
     for n in 1..last {
         let pull = k * (u[n + 1] - 2.0 * u[n] + u[n - 1]) + eta * (v[n + 1] - 2.0 * v[n] + v[n - 1]);
-        block!(n, if EVERYWHERE { pull + driving_force[n] } else { pull });
+        tau[n] = if EVERYWHERE { pull + driving_force[n] } else { pull };
     }
-    block!(last, k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]) + driving_force[last]);
-    any_switch != 0
+    tau[0] = k * (u[1] - u[0]) + eta * (v[1] - v[0]) + driving_force[0];
+    tau[last] = k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]) + driving_force[last];
+    if constants.two_way {
+        move_blocks::<true>(u_new, v_new, tau, old, constants)
+    } else {
+        move_blocks::<false>(u_new, v_new, tau, old, constants)
+    }
+}
+
+/// Friction, new velocities and positions from the forces; whether any block may switch.
+#[inline(always)]
+fn move_blocks<const TWO_WAY: bool>(
+    u_new: &mut [f64],
+    v_new: &mut [f64],
+    tau: &[f64],
+    old: &Blocks<'_>,
+    constants: &Constants,
+) -> bool {
+    let &Constants { dt, dt_over_m, kt, .. } = constants;
+    let blocks = u_new.len();
+    let (v_new, tau) = (&mut v_new[..blocks], &tau[..blocks]);
+    let Blocks { u, v, u_stick, slip, threshold, sliding_friction, .. } = *old;
+    let (u, v, u_stick, slip) = (&u[..blocks], &v[..blocks], &u_stick[..blocks], &slip[..blocks]);
+    let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
+    // By how much each block is beyond where it switches: negative for all if none does,
+    // which their sign bits tell.
+    let mut beyond = u64::MAX;
+    for n in 0..blocks {
+        let slides = slip[n] != 0.0;
+        let spring = kt * (u[n] - u_stick[n]);
+        let drag = select_unpredictable(v[n] == 0.0, 0.0, sliding_friction[n].copysign(v[n]));
+        let friction = select_unpredictable(slides, drag, spring);
+
+        let new_v = v[n] + (tau[n] - friction) * dt_over_m;
+        v_new[n] = new_v;
+        u_new[n] = u[n] + new_v * dt;
+
+        let detached_by = tau[n].abs() - threshold[n];
+        let turned_by = if TWO_WAY { 0.0 - new_v * v[n] } else { 0.0 - new_v };
+        beyond &= select_unpredictable(slides, turned_by, detached_by).to_bits();
+    }
+    is_positive(beyond)
 }
 
 #[inline(always)]
@@ -373,21 +396,31 @@ fn rigid_step(
     let (u, v, slip) = (&u[..blocks], &v[..blocks], &slip[..blocks]);
     let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
     let driving_force = &driving_force[..blocks];
-    let mut any_switch = 0u64;
+    let mut beyond = u64::MAX;
     for n in 0..blocks {
         tau[n] += driving_force[n];
         let slides = slip[n] != 0.0;
-        let drag = if v[n] == 0.0 { 0.0 } else { -sliding_friction[n].copysign(v[n]) };
-        let friction = drag / (1.0 + v[n].abs() * weakening) - radiation * v[n];
+        let drag = select_unpredictable(v[n] == 0.0, 0.0, sliding_friction[n].copysign(v[n]));
+        let friction = drag / (1.0 + v[n].abs() * weakening) + radiation * v[n];
         // What is stuck is held by just as much as pulls.
-        let force = if slides { tau[n] + friction } else { 0.0 };
-        v_new[n] = v[n] + force * dt_over_m;
-        u_new[n] = u[n] + v_new[n] * dt;
-        let detaches = tau[n].abs() >= threshold[n];
-        let switches = if slides { stops(v[n], v_new[n]) } else { detaches };
-        any_switch |= u64::from(switches);
+        let force = select_unpredictable(slides, tau[n] - friction, 0.0);
+
+        let new_v = v[n] + force * dt_over_m;
+        v_new[n] = new_v;
+        u_new[n] = u[n] + new_v * dt;
+
+        let detached_by = tau[n].abs() - threshold[n];
+        let turned_by = 0.0 - new_v * v[n];
+        beyond &= select_unpredictable(slides, turned_by, detached_by).to_bits();
     }
-    any_switch != 0
+    is_positive(beyond)
+}
+
+/// Whether the sign bit is clear: of bits of which all are set that every number had, whether
+/// any of them was 0 or above.
+#[inline(always)]
+fn is_positive(bits: u64) -> bool {
+    bits >> 63 == 0
 }
 
 /// A step that has been taken, but for its switches.
@@ -445,7 +478,7 @@ pub(crate) struct TermChain<'a> {
     /// The drive's part of the springs, by block.
     pub(crate) driven: &'a [(usize, f64)],
     /// The next term is `by` times the difference of this one, `stay` times this one
-    /// and `back` times the one before, the first half of that.
+    /// and `back`, 1 or -1, times the one before; the first is half of that but for the last.
     pub(crate) by: f64,
     pub(crate) stay: f64,
     pub(crate) back: f64,
@@ -467,7 +500,7 @@ fn terms(
     for j in 0..count {
         let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
         let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
-        // The first has none before it: itself, times 0.
+        // The first has none before it.
         let before = j.saturating_sub(1) * pitch;
         let term = Term {
             u: &known_u[j * pitch..],
@@ -475,8 +508,7 @@ fn terms(
             before_u: &known_u[before..],
             before_v: &known_v[before..],
             strain: now,
-            half: if j == 0 { 0.5 } else { 1.0 },
-            back: if j == 0 { 0.0 } else { chain.back },
+            first: j == 0,
         };
         let (next_u, next_v) = (&mut next_u[..blocks], &mut next_v[..blocks]);
         next_term(next_u, next_v, next, &mut guard[j * pitch..][..blocks], &term);
@@ -493,12 +525,16 @@ struct Term<'a> {
     /// `stiffness u + damping v` of each block, between its two neighbours; the ends' own
     /// values stand again beyond them, which makes them free.
     strain: &'a [f64],
-    half: f64,
-    back: f64,
+    first: bool,
 }
 
+/// What becomes of the term before in the next: there is none, it is added, it is subtracted.
+const FIRST: i8 = 0;
+const PLUS: i8 = 1;
+const MINUS: i8 = -1;
+
 #[inline(always)]
-fn next_term<const RIGID: bool>(
+fn next_term<const BACK: i8, const RIGID: bool>(
     next_u: &mut [f64],
     next_v: &mut [f64],
     next_strain: &mut [f64],
@@ -514,19 +550,23 @@ fn next_term<const RIGID: bool>(
     let (before_u, before_v) = (&term.before_u[..blocks], &term.before_v[..blocks]);
     let (spring, sigma) = (&chain.spring[..blocks], &chain.sigma[..blocks]);
     let &TermChain { stiffness, damping, by, stay, .. } = chain;
-    let &Term { half, back, .. } = term;
     for n in 0..blocks {
         let pull = (strain[n + 2] + strain[n]) - 2.0 * strain[n + 1];
         let mut change = pull - spring[n] * u[n];
         if RIGID {
-            change = if sigma[n] == 0.0 { 0.0 } else { change };
+            change = select_unpredictable(sigma[n] == 0.0, 0.0, change);
         }
-        let new_v = half * (change + (stay * v[n] + back * before_v[n]));
-        let new_u = half * ((change + by * v[n]) + (stay * u[n] + back * before_u[n]));
+        let go_on = |change: f64, stays: f64, before: f64| match BACK {
+            FIRST => 0.5 * (change + stays),
+            PLUS => change + (stays + before),
+            _ => change + (stays - before),
+        };
+        let new_v = go_on(change, stay * v[n], before_v[n]);
+        let new_u = go_on(change + by * v[n], stay * u[n], before_u[n]);
         next_v[n] = new_v;
         next_u[n] = new_u;
         next_strain[n + 1] = stiffness * new_u + damping * new_v;
-        guard[n] = if sigma[n] == 0.0 { pull } else { v[n] };
+        guard[n] = select_unpredictable(sigma[n] == 0.0, pull, v[n]);
     }
     for &(n, drive) in chain.driven {
         if sigma[n] == 0.0 {
@@ -597,7 +637,7 @@ fn first_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], held: &
         let friction = -spring[n] * (u[n] - anchor[n]) - drag[n] * sigma[n];
         d_v[n] = (guard[n] + friction) * dt_over_m;
         d_u[n] = (v[n] + d_v[n]) * dt;
-        guard[n] = if sigma[n] == 0.0 { guard[n] } else { v[n] };
+        guard[n] = select_unpredictable(sigma[n] == 0.0, guard[n], v[n]);
     }
 }
 
@@ -621,7 +661,7 @@ fn second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], second
         let change = (guard[n] - spring[n] * u[n]) * dt_over_m * dt;
         d_v[n] = change;
         d_u[n] = v[n] * dt + change;
-        guard[n] = if sigma[n] == 0.0 { guard[n] } else { v[n] };
+        guard[n] = select_unpredictable(sigma[n] == 0.0, guard[n], v[n]);
     }
 }
 
@@ -682,14 +722,14 @@ pub(crate) fn margin(
     reserve: &Reserve,
 ) -> f64 {
     let stuck = sigma == 0.0;
-    let (more_bend, limit) =
-        if stuck { (reserve.stuck_bend, -reserve.stuck) } else { (reserve.sliding_bend, -reserve.sliding) };
+    let more_bend = select_unpredictable(stuck, reserve.stuck_bend, reserve.sliding_bend);
+    let limit = select_unpredictable(stuck, -reserve.stuck, -reserve.sliding);
     let (first, last) = (reserve.share * threshold, reserve.share * last_threshold);
     // Distance from the limit, but for the reserve: of what is stuck, how much force is
     // missing; of what slides, how much velocity there is.
     macro_rules! clear {
         ($limit:expr, $guard:expr) => {
-            if stuck { $limit - $guard.abs() } else { sigma * $guard }
+            select_unpredictable(stuck, $limit - $guard.abs(), sigma * $guard)
         };
     }
     let sag = (bend + more_bend) * steps * steps / 8.0;
@@ -710,7 +750,7 @@ fn margins(kept: &mut [f64], course: &Course<'_>) -> bool {
     let mut any = 0u64;
     for n in 0..blocks {
         let tangent = now[n] + steps * rate[n];
-        let unit = if sigma[n] == 0.0 { stuck_unit } else { sliding_unit };
+        let unit = select_unpredictable(sigma[n] == 0.0, stuck_unit, sliding_unit);
         let (end, bend) = (tangent + unit * sum[n], unit * bend[n]);
         let thresholds = [threshold[n], threshold[n] * decline];
         let margin = margin(now[n], end, tangent, steps, bend, sigma[n], thresholds, reserve);
@@ -734,12 +774,14 @@ pub(crate) struct Guarded<'a> {
 
 #[inline(always)]
 fn first_crossing(guarded: &Guarded<'_>) -> f64 {
+    let blocks = guarded.now.len();
     let &Guarded { now, rate, sigma, limit, decline } = guarded;
-    let mut first = Crossing::never(decline);
-    for at in eights(now.len()) {
-        first.or_sooner(&eight(now, at), &eight(rate, at), &eight(sigma, at), &eight(limit, at));
+    let (rate, sigma, limit) = (&rate[..blocks], &sigma[..blocks], &limit[..blocks]);
+    let mut first = NEVER;
+    for n in 0..blocks {
+        first = first.min(crossing(now[n], rate[n], sigma[n], limit[n], decline));
     }
-    first.steps()
+    f64::from_bits(first as u64)
 }
 
 /// Forces and velocities of a step, and of the one before it.
@@ -752,89 +794,34 @@ pub(crate) struct Steps<'a> {
 
 #[inline(always)]
 fn crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64], decline: f64) -> f64 {
-    let mut first = Crossing::never(decline);
-    for at in eights(slip.len()) {
-        let (tau, tau_before) = (eight(steps.tau, at), eight(steps.tau_before, at));
-        let (v, v_before) = (eight(steps.v, at), eight(steps.v_before, at));
-        let slip = eight(slip, at);
-        let (mut now, mut rate, mut sigma) = ([0.0; 8], [0.0; 8], [0.0; 8]);
-        for lane in 0..8 {
-            now[lane] = if slip[lane] == 0.0 { tau[lane] } else { v[lane] };
-        }
-        for lane in 0..8 {
-            rate[lane] = now[lane] - if slip[lane] == 0.0 { tau_before[lane] } else { v_before[lane] };
-        }
-        for lane in 0..8 {
-            sigma[lane] = slip[lane] * sign(v[lane]);
-        }
-        first.or_sooner(&now, &rate, &sigma, &eight(threshold, at));
+    let blocks = slip.len();
+    let &Steps { tau, tau_before, v, v_before } = steps;
+    let (tau, tau_before) = (&tau[..blocks], &tau_before[..blocks]);
+    let (v, v_before, threshold) = (&v[..blocks], &v_before[..blocks], &threshold[..blocks]);
+    let mut first = NEVER;
+    for n in 0..blocks {
+        let stuck = slip[n] == 0.0;
+        let now = select_unpredictable(stuck, tau[n], v[n]);
+        let rate = now - select_unpredictable(stuck, tau_before[n], v_before[n]);
+        first = first.min(crossing(now, rate, slip[n] * sign(v[n]), threshold[n], decline));
     }
-    first.steps()
+    f64::from_bits(first as u64)
 }
 
-/// Where groups of eight begin, the last of which may overlap the one before.
+/// The bits of infinity.
+const NEVER: i64 = f64::INFINITY.to_bits() as i64;
+
+/// Steps until one guard would reach its limit, as bits: in the order of the numbers, but
+/// for negative ones among themselves, and the least of integers is found in vectors.
 #[inline(always)]
-fn eights(blocks: usize) -> impl Iterator<Item = usize> {
-    (0..blocks).step_by(8).map(move |at| at.min(blocks.saturating_sub(8)))
-}
-
-/// Eight values from `at` on; zeros behind the last of fewer than eight.
-#[inline(always)]
-fn eight(values: &[f64], at: usize) -> [f64; 8] {
-    match values[at..].first_chunk() {
-        Some(lanes) => *lanes,
-        None => std::array::from_fn(|lane| values.get(at + lane).copied().unwrap_or(0.0)),
-    }
-}
-
-/// The first crossing of each of eight lanes, as the room that is left and how much of
-/// it each step takes: divided only at the end.
-struct Crossing {
-    room: [f64; 8],
-    closing: [f64; 8],
-    decline: f64,
-}
-
-impl Crossing {
-    fn never(decline: f64) -> Crossing {
-        Crossing { room: [f64::INFINITY; 8], closing: [1.0; 8], decline }
-    }
-
-    #[inline(always)]
-    fn or_sooner(&mut self, now: &[f64; 8], rate: &[f64; 8], sigma: &[f64; 8], limit: &[f64; 8]) {
-        let (mut room, mut closing) = ([0.0; 8], [0.0; 8]);
-        // One operation at a time, both alternatives in any case: so it is vectorised.
-        for lane in 0..8 {
-            let kept = rate[lane].abs() + limit[lane] * self.decline;
-            let going = -sigma[lane] * rate[lane];
-            closing[lane] = if sigma[lane] == 0.0 { kept } else { going };
-        }
-        for lane in 0..8 {
-            let by_rate = if rate[lane] > 0.0 { now[lane] } else { -now[lane] };
-            // Where thresholds come down it may be met on either side.
-            let towards = if self.decline == 0.0 { by_rate } else { now[lane].abs() };
-            let (kept, going) = (limit[lane] - towards, sigma[lane] * now[lane]);
-            room[lane] = if sigma[lane] == 0.0 { kept } else { going };
-        }
-        for lane in 0..8 {
-            // Where nothing closes in there is no crossing.
-            room[lane] = if closing[lane] > 0.0 { room[lane] } else { f64::INFINITY };
-            closing[lane] = if closing[lane] > 0.0 { closing[lane] } else { 1.0 };
-        }
-        for lane in 0..8 {
-            let sooner = room[lane] * self.closing[lane] < self.room[lane] * closing[lane];
-            self.room[lane] = if sooner { room[lane] } else { self.room[lane] };
-            self.closing[lane] = if sooner { closing[lane] } else { self.closing[lane] };
-        }
-    }
-
-    fn steps(&self) -> f64 {
-        self.room
-            .iter()
-            .zip(&self.closing)
-            .map(|(room, closing)| room / closing)
-            .fold(f64::INFINITY, f64::min)
-    }
+fn crossing(now: f64, rate: f64, sigma: f64, limit: f64, decline: f64) -> i64 {
+    let stuck = sigma == 0.0;
+    // Where thresholds come down one may be met on either side.
+    let by_rate = select_unpredictable(rate > 0.0, now, -now);
+    let towards = select_unpredictable(decline == 0.0, by_rate, now.abs());
+    let room = select_unpredictable(stuck, limit - towards, sigma * now);
+    let closing = select_unpredictable(stuck, rate.abs() + limit * decline, -sigma * rate);
+    select_unpredictable(closing > 0.0, room / closing, f64::INFINITY).to_bits() as i64
 }
 
 /// `sum_j coefficient_j term_j` of `LANES` blocks from `at` on.
@@ -1119,13 +1106,7 @@ fn largest(values: &[f64]) -> f64 {
 /// The sign of a velocity; 0 for 0, where `v / |v|` would be no number.
 #[inline]
 fn sign(velocity: f64) -> f64 {
-    if velocity > 0.0 {
-        1.0
-    } else if velocity < 0.0 {
-        -1.0
-    } else {
-        0.0
-    }
+    select_unpredictable(velocity.abs() > 0.0, 1f64.copysign(velocity), 0.0)
 }
 
 /// Whether a sliding block re-attaches by the laws without friction springs: where its

@@ -42,28 +42,28 @@ pub(crate) const MOST_TERMS: usize = 48;
 const FOLLOWED: usize = MOST_TERMS + 16;
 
 /// Steps between two of the numbers of steps that coefficients are kept for.
-pub(crate) const GRID_STEPS: u64 = 16;
+pub(crate) const GRID_STEPS: u64 = 12;
 
 /// Longest window: bounds the tables.
 const MOST_STEPS: u64 = 16_384;
 
 /// Ratio of the lengths of windows, about.
-const RATIO: f64 = 1.4;
+const RATIO: f64 = 1.1;
 
 /// Largest growth, as an exponent, of the terms over that of the map itself: digits
 /// that are lost as they cancel.
 const MOST_GROWTH: f64 = 4.0;
 
-/// Share of what is linear in the state that the terms of a length are chosen to leave
-/// out; what they do leave out is held against the whole state when a window is opened.
+/// Share of what is linear in the state that the most terms of a length leave out. Most windows
+/// take fewer: what counts is what they leave out of the whole state.
 const NEGLIGIBLE: f64 = 1e-14;
 
-/// One possible length of a window. Arrays are by term; a window uses as many of them
-/// as it has taken, whatever its length turns out to be.
+/// One possible length of a window. Arrays are by term; a window uses as many entries
+/// as it has taken terms, whatever its length turns out to be.
 #[derive(Debug, Clone)]
 pub(crate) struct Length {
     pub(crate) steps: u64,
-    /// How many terms it takes.
+    /// The most terms that it takes.
     pub(crate) terms: usize,
     /// `s_j(steps)`.
     pub(crate) double_sum: [f64; MOST_TERMS],
@@ -87,6 +87,13 @@ impl Length {
     /// The same for the double sum.
     pub(crate) fn left_out_of_sum(&self, terms: usize) -> [f64; 2] {
         [self.sums[1][terms], self.sums[1][terms - 1]]
+    }
+
+    /// What is left out of the double sum, from the sizes of the last of `terms` terms and the
+    /// one behind it: of displacements, and of velocities.
+    pub(crate) fn left_out_of(&self, terms: usize, ends: [[f64; 2]; 2]) -> [f64; 2] {
+        let factors = self.left_out_of_sum(terms);
+        [0, 1].map(|part| factors[0] * ends[0][part] + factors[1] * ends[1][part])
     }
 }
 

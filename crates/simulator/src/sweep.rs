@@ -10,6 +10,7 @@
 //! processors are slow at.
 
 use std::hint::select_unpredictable;
+use std::ops::Range;
 
 /// The sweeps, in the version that this machine runs fastest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,14 +111,14 @@ impl Sweeps {
         switching(marks: &mut [u64], after: &After<'_>)
     }
 
-    /// The terms behind the first in a basis of polynomials of the map without forcing, so
-    /// many, and the guards of all but the last.
+    /// In a basis of polynomials of the map without forcing, the term behind each of these, and
+    /// the guards of these.
     pub(crate) fn terms(
         self,
         rows: Terms<'_>,
         strains: [&mut [f64]; 2],
         chain: &TermChain<'_>,
-        count: usize,
+        behind: Range<usize>,
     ) {
         // A term stays a function of its own: only of a function's arguments is it known
         // that they do not overlap.
@@ -143,8 +144,8 @@ impl Sweeps {
                     }
                 }
                 $(#[$feature])?
-                fn all(rows: Terms<'_>, strains: [&mut [f64]; 2], chain: &TermChain<'_>, count: usize) {
-                    terms(rows, strains, chain, count, |u, v, strain, guard, term| {
+                fn all(rows: Terms<'_>, strains: [&mut [f64]; 2], chain: &TermChain<'_>, behind: Range<usize>) {
+                    terms(rows, strains, chain, behind, |u, v, strain, guard, term| {
                         next(u, v, strain, guard, term, chain);
                     });
                 }
@@ -156,17 +157,17 @@ impl Sweeps {
         match self {
             Sweeps::Baseline => {}
             Sweeps::Avx2 => {
-                return unsafe { version!(#[target_feature(enable = "avx2")])(rows, strains, chain, count) };
+                return unsafe { version!(#[target_feature(enable = "avx2")])(rows, strains, chain, behind) };
             }
             Sweeps::Avx512 => {
                 return unsafe {
                     version!(#[target_feature(enable = "avx512f,avx512vl,avx512dq")])(
-                        rows, strains, chain, count,
+                        rows, strains, chain, behind,
                     )
                 };
             }
         }
-        version!()(rows, strains, chain, count);
+        version!()(rows, strains, chain, behind);
     }
 
     dispatch! {
@@ -288,9 +289,13 @@ pub(crate) struct Constants {
 #[inline(always)]
 fn pull_of_neighbours(tau: &mut [f64], u: &[f64], v: &[f64], k: f64, eta: f64) {
     let last = tau.len() - 1;
-    let (u, v) = (&u[..=last], &v[..=last]);
-    for n in 1..last {
-        tau[n] = k * (u[n + 1] - 2.0 * u[n] + u[n - 1]) + eta * (v[n + 1] - 2.0 * v[n] + v[n - 1]);
+    let inner = last.saturating_sub(1);
+    let [u_left, u_here, u_right] = [0, 1, 2].map(|from| &u[from..][..inner]);
+    let [v_left, v_here, v_right] = [0, 1, 2].map(|from| &v[from..][..inner]);
+    let tau_here = &mut tau[1..][..inner];
+    for n in 0..inner {
+        tau_here[n] =
+            k * (u_right[n] - 2.0 * u_here[n] + u_left[n]) + eta * (v_right[n] - 2.0 * v_here[n] + v_left[n]);
     }
     tau[0] = k * (u[1] - u[0]) + eta * (v[1] - v[0]);
     tau[last] = k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]);
@@ -327,17 +332,17 @@ fn take_step<const EVERYWHERE: bool>(
     old: &Blocks<'_>,
     constants: &Constants,
 ) -> bool {
-    let &Constants { k, eta, .. } = constants;
-    let last = u_new.len() - 1;
-    let (u, v) = (&old.u[..=last], &old.v[..=last]);
-    let driving_force = &old.driving_force[..=last];
-    let tau = &mut tau[..=last];
-    for n in 1..last {
-        let pull = k * (u[n + 1] - 2.0 * u[n] + u[n - 1]) + eta * (v[n + 1] - 2.0 * v[n] + v[n - 1]);
-        tau[n] = if EVERYWHERE { pull + driving_force[n] } else { pull };
+    let tau = &mut tau[..u_new.len()];
+    pull_of_neighbours(tau, old.u, old.v, constants.k, constants.eta);
+    let (last, driving_force) = (tau.len() - 1, old.driving_force);
+    if EVERYWHERE {
+        for (tau, force) in tau.iter_mut().zip(driving_force) {
+            *tau += force;
+        }
+    } else {
+        tau[0] += driving_force[0];
+        tau[last] += driving_force[last];
     }
-    tau[0] = k * (u[1] - u[0]) + eta * (v[1] - v[0]) + driving_force[0];
-    tau[last] = k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]) + driving_force[last];
     if constants.two_way {
         move_blocks::<true>(u_new, v_new, tau, old, constants)
     } else {
@@ -490,14 +495,15 @@ fn terms(
     rows: Terms<'_>,
     strains: [&mut [f64]; 2],
     chain: &TermChain<'_>,
-    count: usize,
+    behind: Range<usize>,
     next_term: impl Fn(&mut [f64], &mut [f64], &mut [f64], &mut [f64], &Term<'_>),
 ) {
     let blocks = chain.sigma.len();
     let Terms { u, v, guard, pitch } = rows;
     let [mut now, mut next] = strains;
-    strain(now, &u[..blocks], &v[..blocks], chain.stiffness, chain.damping);
-    for j in 0..count {
+    let first = behind.start * pitch;
+    strain(now, &u[first..first + blocks], &v[first..first + blocks], chain.stiffness, chain.damping);
+    for j in behind {
         let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
         let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
         // The first has none before it.
@@ -544,14 +550,14 @@ fn next_term<const BACK: i8, const RIGID: bool>(
 ) {
     let blocks = next_u.len();
     let (next_v, guard) = (&mut next_v[..blocks], &mut guard[..blocks]);
-    let strain = &term.strain[..blocks + 2];
-    let next_strain = &mut next_strain[..blocks + 2];
+    let [left, here, right] = [0, 1, 2].map(|from| &term.strain[from..][..blocks]);
+    let next_here = &mut next_strain[1..][..blocks];
     let (u, v) = (&term.u[..blocks], &term.v[..blocks]);
     let (before_u, before_v) = (&term.before_u[..blocks], &term.before_v[..blocks]);
     let (spring, sigma) = (&chain.spring[..blocks], &chain.sigma[..blocks]);
     let &TermChain { stiffness, damping, by, stay, .. } = chain;
     for n in 0..blocks {
-        let pull = (strain[n + 2] + strain[n]) - 2.0 * strain[n + 1];
+        let pull = (right[n] + left[n]) - 2.0 * here[n];
         let mut change = pull - spring[n] * u[n];
         if RIGID {
             change = select_unpredictable(sigma[n] == 0.0, 0.0, change);
@@ -565,7 +571,7 @@ fn next_term<const BACK: i8, const RIGID: bool>(
         let new_u = go_on(change + by * v[n], stay * u[n], before_u[n]);
         next_v[n] = new_v;
         next_u[n] = new_u;
-        next_strain[n + 1] = stiffness * new_u + damping * new_v;
+        next_here[n] = stiffness * new_u + damping * new_v;
         guard[n] = select_unpredictable(sigma[n] == 0.0, pull, v[n]);
     }
     for &(n, drive) in chain.driven {

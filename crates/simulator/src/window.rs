@@ -19,7 +19,8 @@
 //! values at both, and, from the window's first step, within `Q i^2 / 2` of its tangent.
 //! A window is taken only as far as every stuck block stays below its threshold
 //! and every sliding block keeps its direction by one of these bounds: first over
-//! the window as a whole, and, for the few blocks that fail it, part by part.
+//! the window as a whole, and, for the few blocks that fail it, over its halves, their
+//! halves, and so on.
 //!
 //! **Remainder.** With `M` the chain's stiffness (springs, drive, friction springs
 //! of stuck blocks) and `C` its damping, `-eta` times the second difference, the scheme reads
@@ -50,7 +51,11 @@ use crate::basis::{Basis, GRID_STEPS, MOST_TERMS};
 use crate::state::ChainState;
 use crate::sweep::{Course, Guarded, Held, Reserve, Second, Sweeps, TermChain, Terms, margin};
 
-/// Size of what is left out of a state, relative to it: a rounding error or two.
+/// Fewest terms that a window takes.
+const FEWEST_TERMS: usize = 4;
+
+/// Size of what is left out of a state, relative to it: a rounding error or two. Terms are
+/// taken until it is no more.
 const NEGLIGIBLE: f64 = 4e-16;
 
 /// Share of thresholds and velocities that bounds keep in reserve for rounding.
@@ -201,14 +206,25 @@ impl Rows {
     }
 }
 
-/// One guard: its value and rate where a window starts, what it is of, and the unit of its
-/// terms.
-struct Alone {
+/// One guard: its value and rate where a window starts, what it is of, its terms and their
+/// unit, and what is kept in reserve.
+struct Alone<'a> {
     now: f64,
     rate: f64,
     sigma: f64,
     threshold: f64,
+    terms: &'a [f64],
     unit: f64,
+    reserve: &'a Reserve,
+}
+
+/// A guard at the start of a window, or at the end of a length.
+struct Place {
+    index: Option<usize>,
+    steps: u64,
+    guard: f64,
+    /// Bound on its second differences up to there.
+    bend: f64,
 }
 
 /// How the normal load goes on, over that of the start.
@@ -224,6 +240,23 @@ impl Load {
     /// What it is so many steps behind the first, over what it is there.
     fn decline(&self, steps: f64) -> f64 {
         if self.rate == 0.0 { 1.0 } else { (self.factor + self.rate * steps) / self.factor }
+    }
+}
+
+/// The largest displacement and the largest velocity where a window starts.
+struct Sizes {
+    now: [f64; 2],
+    /// Of their change in the first step.
+    rate: [f64; 2],
+    /// Of `w_0`; velocities in displacement per step.
+    first_term: [f64; 2],
+    /// What of them may be left out, in the units of terms.
+    negligible: [f64; 2],
+}
+
+impl Sizes {
+    fn are_negligible(&self, left_out: [f64; 2]) -> bool {
+        left_out[0] <= self.negligible[0] && left_out[1] <= self.negligible[1]
     }
 }
 
@@ -447,27 +480,77 @@ impl Window {
             })
             .max(1);
         let index = fitting - 1;
-        self.take_terms(plan, self.basis.lengths[index].terms);
-        match self.certified(plan, state, index) {
+        let sizes = self.sizes(plan);
+        let ends = self.take_enough_terms(plan, index, &sizes);
+        match self.certified(plan, state, index, &sizes, ends) {
             Some(index) => Ok(index),
             None => Err(shortest),
         }
     }
 
-    /// `w_1` to `w_J`, and the guards of all but the last.
-    fn take_terms(&mut self, plan: &Plan, count: usize) {
-        let blocks = self.blocks;
-        let dt = plan.grid.step_s();
-        let Basis { centre, focus, sigma, .. } = self.basis;
-        let by = 2.0 / focus;
-        let unit = by * dt * dt / plan.block_mass_kg;
-        let (stiffness, damping) = (unit * plan.stiffness_n_per_m, unit * plan.damping_kg_per_s / dt);
+    fn sizes(&self, plan: &Plan) -> Sizes {
+        let size = |values: &[f64]| self.sweeps.largest(values);
+        let now = [size(self.first_u.row(0)), size(self.first_v.row(0))];
+        Sizes {
+            now,
+            rate: [size(self.first_u.row(1)), size(self.first_v.row(1))],
+            first_term: self.size_of_term(0),
+            negligible: [NEGLIGIBLE * now[0], NEGLIGIBLE * now[1] * plan.grid.step_s()],
+        }
+    }
+
+    fn size_of_term(&self, term: usize) -> [f64; 2] {
+        [&self.u, &self.v].map(|rows| self.sweeps.largest(rows.row(term)))
+    }
+
+    /// As many terms as leave out of a window of this length what is negligible, at most as
+    /// many as the length has; sizes of the last of them and the one behind it.
+    fn take_enough_terms(&mut self, plan: &Plan, index: usize, sizes: &Sizes) -> [[f64; 2]; 2] {
+        let length = &self.basis.lengths[index];
+        let most = length.terms;
+        // As if all terms were as large as the first; most often they are smaller.
+        let enough = |terms: &usize| {
+            let left_out = length.left_out_of_sum(*terms).into_iter().sum::<f64>();
+            sizes.are_negligible(sizes.first_term.map(|size| left_out * size))
+        };
+        let mut terms = (FEWEST_TERMS..=most).rev().take_while(enough).last().unwrap_or(most);
+        self.scale_springs(plan);
+        self.take_terms(plan, 0, terms);
+        loop {
+            let ends = [terms - 1, terms].map(|term| self.size_of_term(term));
+            let left_out = self.basis.lengths[index].left_out_of(terms, ends);
+            if terms == most || sizes.are_negligible(left_out) {
+                return ends;
+            }
+            self.take_terms(plan, terms, terms + 1);
+            terms += 1;
+        }
+    }
+
+    /// Springs in the units of terms.
+    fn scale_springs(&mut self, plan: &Plan) {
+        let unit = self.unit_of_terms(plan);
         self.scaled_spring.copy_from_slice(&self.spring);
         self.sweeps.scale(&mut self.scaled_spring, unit);
         for ((n, drive), spring) in self.driven.iter_mut().zip(&plan.drive.springs) {
             *drive = unit * spring.stiffness_n_per_m;
             self.scaled_spring[*n] += *drive;
         }
+    }
+
+    /// What stiffnesses are multiplied with in them.
+    fn unit_of_terms(&self, plan: &Plan) -> f64 {
+        let dt = plan.grid.step_s();
+        2.0 / self.basis.focus * dt * dt / plan.block_mass_kg
+    }
+
+    /// The terms behind `w_from` up to `w_to`, and the guards of all but the last.
+    fn take_terms(&mut self, plan: &Plan, from: usize, to: usize) {
+        let blocks = self.blocks;
+        let Basis { centre, focus, sigma, .. } = self.basis;
+        let (by, unit) = (2.0 / focus, self.unit_of_terms(plan));
+        let (stiffness, damping) =
+            (unit * plan.stiffness_n_per_m, unit * plan.damping_kg_per_s / plan.grid.step_s());
         let [first, second] = &mut self.strain;
         let chain = TermChain {
             spring: &self.scaled_spring,
@@ -482,9 +565,9 @@ impl Window {
         };
         let pitch = self.u.pitch;
         let rows = Terms { u: self.u.all_mut(), v: self.v.all_mut(), guard: self.guard.all_mut(), pitch };
-        self.sweeps.terms(rows, [first.with_image(blocks), second.with_image(blocks)], &chain, count);
-        self.terms = count;
-        self.applications += count as u64;
+        self.sweeps.terms(rows, [first.with_image(blocks), second.with_image(blocks)], &chain, from..to);
+        self.terms = to;
+        self.applications += (to - from) as u64;
     }
 
     /// What turns guards of terms into those of stuck and of sliding blocks.
@@ -495,25 +578,25 @@ impl Window {
 
     /// The longest of the lengths up to `index` over which no block switches by the
     /// bounds.
-    fn certified(&mut self, plan: &Plan, state: &ChainState, mut index: usize) -> Option<usize> {
+    fn certified(
+        &mut self,
+        plan: &Plan,
+        state: &ChainState,
+        mut index: usize,
+        sizes: &Sizes,
+        ends: [[f64; 2]; 2],
+    ) -> Option<usize> {
         let blocks = self.blocks;
-        let sweeps = self.sweeps;
-        let size = |values: &[f64]| sweeps.largest(values);
-        let (u_scale, v_scale) = (size(self.first_u.row(0)), size(self.first_v.row(0)));
-        let (du, dv) = (size(self.first_u.row(1)), size(self.first_v.row(1)));
         let dt = plan.grid.step_s();
-        let sizes = |j: usize| [size(self.u.row(j)), size(self.v.row(j))];
+        let &Sizes { now: [u_scale, v_scale], rate: [du, dv], first_term: first, .. } = sizes;
         let terms = self.terms;
-        let (first, ends) = (sizes(0), [sizes(terms - 1), sizes(terms)]);
         loop {
             let length = &self.basis.lengths[index];
             let steps = length.steps as f64;
-            let factors = length.left_out_of_sum(terms);
-            let left_out = [0, 1].map(|part| (0..2).map(|i| factors[i] * ends[i][part]).sum::<f64>());
-            if left_out[0] <= NEGLIGIBLE * u_scale && left_out[1] <= NEGLIGIBLE * v_scale * dt {
+            if sizes.are_negligible(length.left_out_of(terms, ends)) {
                 let norms = ends.map(|[u, v]| self.norms.at_most(blocks, u, v / dt));
                 let out = |factors: [f64; 2]| factors[0] * norms[0] + factors[1] * norms[1];
-                let (bend, sum) = (out(length.left_out(terms)), out(factors));
+                let (bend, sum) = (out(length.left_out(terms)), out(length.left_out_of_sum(terms)));
                 // Sizes of what cancels in a state, which its rounding follows. Terms grow
                 // or fall along the basis, so their sizes are taken at its ends.
                 let largest =
@@ -605,9 +688,11 @@ impl Window {
             rate: self.first_guard.row(1)[n],
             sigma: self.sigma[n],
             threshold: self.threshold[n],
+            terms: &guard[..self.terms],
             unit: if self.sigma[n] == 0.0 { stuck_unit } else { sliding_unit },
+            reserve,
         };
-        self.certified_alone(&alone, &guard, longest, reserve)
+        self.certified_alone(&alone, longest)
     }
 
     /// The longest of the lengths up to `longest` over which the sum of the driving forces
@@ -633,39 +718,58 @@ impl Window {
             rate: plan.drive.total_force_n(plan.drive.velocity_m_per_s * dt, self.first_u.row(1)),
             sigma: 0.0,
             threshold: ratio * plan.total_normal_load_n * self.load.factor,
+            terms: &guard[..self.terms],
             unit: 1.0,
+            reserve,
         };
-        self.certified_alone(&alone, &guard, longest, reserve)
+        self.certified_alone(&alone, longest)
     }
 
-    /// The longest of the lengths up to `longest` over which one guard, whose terms are
-    /// given, stays clear of its limit, part by part.
-    fn certified_alone(
-        &self,
-        alone: &Alone,
-        guard: &[f64; MOST_TERMS],
-        longest: usize,
-        reserve: &Reserve,
-    ) -> Option<usize> {
-        let &Alone { now, rate, sigma, threshold, unit } = alone;
-        let (mut from, mut from_steps) = (now, 0);
-        let mut best = None;
-        for (index, length) in self.basis.lengths[..=longest].iter().enumerate() {
-            let [sum, bend] = self.sweeps.products(&guard[..self.terms], &length.double_sum, &length.last);
-            let to = now + length.steps as f64 * rate + unit * sum;
-            let steps = (length.steps - from_steps) as f64;
-            // The tangent is known where the window starts.
-            let tangent = if from_steps == 0 { from + steps * rate } else { f64::NAN };
-            let thresholds =
-                [from_steps, length.steps].map(|steps| threshold * self.load.decline(steps as f64));
-            let stays = margin(from, to, tangent, steps, unit * bend, sigma, thresholds, reserve) > 0.0;
-            if !stays {
-                break;
-            }
-            best = Some(index);
-            (from, from_steps) = (to, length.steps);
+    /// The longest of the lengths up to `longest` over which one guard stays clear of its limit,
+    /// part by part.
+    fn certified_alone(&self, alone: &Alone<'_>, longest: usize) -> Option<usize> {
+        let start = Place { index: None, steps: 0, guard: alone.now, bend: f64::NAN };
+        match self.stays_clear(alone, &start, &self.place(alone, longest)) {
+            Ok(()) => Some(longest),
+            Err(index) => index,
         }
-        best
+    }
+
+    /// Where the guard is at the end of a length.
+    fn place(&self, alone: &Alone<'_>, index: usize) -> Place {
+        let length = &self.basis.lengths[index];
+        let [sum, bend] = self.sweeps.products(alone.terms, &length.double_sum, &length.whole);
+        let guard = alone.now + length.steps as f64 * alone.rate + alone.unit * sum;
+        Place { index: Some(index), steps: length.steps, guard, bend: alone.unit * bend }
+    }
+
+    /// Whether the guard stays clear of its limit from one place to another, as a whole or
+    /// else from one to the middle and from there to the other; if not, the last length that it
+    /// does.
+    fn stays_clear(&self, alone: &Alone<'_>, from: &Place, to: &Place) -> Result<(), Option<usize>> {
+        let &Alone { rate, sigma, threshold, unit, reserve, .. } = alone;
+        let steps = (to.steps - from.steps) as f64;
+        // The tangent is known where the window starts.
+        let tangent = if from.steps == 0 { from.guard + steps * rate } else { f64::NAN };
+        let thresholds = [from, to].map(|place| threshold * self.load.decline(place.steps as f64));
+        let stays =
+            |bend: f64| margin(from.guard, to.guard, tangent, steps, bend, sigma, thresholds, reserve) > 0.0;
+        if stays(to.bend) {
+            return Ok(());
+        }
+        let next = from.index.map_or(0, |index| index + 1);
+        let between = &self.basis.lengths[next..to.index.unwrap_or(next)];
+        if between.is_empty() {
+            // One length from the next: the sharper bound between these two.
+            let length = &self.basis.lengths[next];
+            let [_, bend] = self.sweeps.products(alone.terms, &length.double_sum, &length.last);
+            return if stays(unit * bend) { Ok(()) } else { Err(from.index) };
+        }
+        let middle_steps = from.steps + (to.steps - from.steps) / 2;
+        let below = between.partition_point(|length| length.steps <= middle_steps);
+        let middle = self.place(alone, next + below.saturating_sub(1));
+        self.stays_clear(alone, from, &middle)?;
+        self.stays_clear(alone, &middle, to)
     }
 
     /// The steps that are best taken one by one where a switch is foreseen so soon that no
@@ -721,8 +825,8 @@ const FORESIGHT: f64 = 1.1;
 mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
-    use super::Window;
-    use crate::sweep::Sweeps;
+    use super::{Alone, Window};
+    use crate::sweep::{Reserve, Sweeps, margin};
     use crate::{Plain, Solver};
 
     /// A chain in which no block switches for long: thresholds out of reach, some
@@ -759,7 +863,8 @@ mod tests {
             for opened in 0..lengths {
                 let state = start.snapshot();
                 assert!(window.start(&plan, &state));
-                window.take_terms(&plan, window.basis.lengths[opened].terms);
+                window.scale_springs(&plan);
+                window.take_terms(&plan, 0, window.basis.lengths[opened].terms);
                 let left_out = |index: usize| {
                     let length = &window.basis.lengths[index];
                     let factors = length.left_out_of_sum(window.terms);
@@ -794,5 +899,120 @@ mod tests {
             }
             assert!(compared > 20, "{set}: {compared}");
         }
+    }
+
+    #[test]
+    fn calm_states_take_fewer_terms_and_land_as_exactly() {
+        for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
+            let (plan, start) = free_run(set);
+            let mut window = Window::new(&plan, Sweeps::Baseline);
+            let (mut fewer, lengths) = (0, window.basis.lengths.len());
+            for index in 0..lengths {
+                let mut counts = Vec::new();
+                for agitation in [1e-12, 1e-6, 1.0] {
+                    // All slide along, by the drive's side, and ring a little.
+                    let mut state = start.snapshot();
+                    state.step = (1e-3 / (plan.drive.velocity_m_per_s * plan.grid.step_s())) as u64;
+                    for n in 0..plan.blocks {
+                        let pattern = ((n * n * 7919) % 101) as f64 / 101.0;
+                        state.displacement_m[n] = 1e-3;
+                        state.velocity_m_per_s[n] = 10.0 + agitation * pattern;
+                        state.slip[n] = 1.0;
+                    }
+                    state.detached = plan.blocks as u32;
+                    assert!(window.start(&plan, &state));
+                    let sizes = window.sizes(&plan);
+                    let ends = window.take_enough_terms(&plan, index, &sizes);
+                    let length = &window.basis.lengths[index];
+                    let left_out = length.left_out_of(window.terms, ends);
+                    assert!(window.terms == length.terms || sizes.are_negligible(left_out));
+                    counts.push(window.terms);
+
+                    let mut plain = start.clone();
+                    plain.restore(&state);
+                    while plain.step() < state.step + window.steps(index) {
+                        plain.take_step();
+                        assert!(plain.switched().is_empty());
+                    }
+                    window.land(&plan, index, &mut state);
+                    let exact = plain.state();
+                    for n in 0..plan.blocks {
+                        let off_m = (state.displacement_m[n] - exact.displacement_m[n]).abs();
+                        let off_m_per_s = (state.velocity_m_per_s[n] - exact.velocity_m_per_s[n]).abs();
+                        assert!(
+                            off_m <= 1e-3 * 1e-12 && off_m_per_s <= 10.0 * 1e-12,
+                            "{off_m} {off_m_per_s}"
+                        );
+                    }
+                }
+                assert!(counts.is_sorted(), "{set}, length {index}: {counts:?}");
+                fewer += usize::from(counts[0] < counts[2]);
+            }
+            assert!(2 * fewer > lengths, "{set}: {fewer} of {lengths}");
+        }
+    }
+
+    #[test]
+    fn a_guard_is_certified_as_far_as_length_by_length_and_stays_clear_so_far() {
+        const TERMS: usize = 20;
+        let reserve = Reserve { stuck_bend: 0.0, sliding_bend: 0.0, stuck: 0.0, sliding: 0.0, share: 1.0 };
+        // Numbers without pattern, the same on every machine.
+        let mut seed = 1u64;
+        let mut noise = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let (mut whole, mut part) = (0, 0);
+        for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
+            let (plan, _) = free_run(set);
+            let window = Window::new(&plan, Sweeps::Baseline);
+            let lengths = &window.basis.lengths;
+            let longest = lengths.len() - 1;
+            let steps = lengths[longest].steps as f64;
+            for sigma in [0.0, 1.0, -1.0].repeat(200) {
+                let terms: Vec<f64> = (0..TERMS).map(|j| noise() * libm::exp(-0.5 * j as f64)).collect();
+                let now = if sigma == 0.0 { noise() } else { sigma * (0.01 + noise().abs()) };
+                let alone = Alone {
+                    now,
+                    rate: 2.0 * noise() / steps,
+                    sigma,
+                    threshold: 0.55,
+                    terms: &terms,
+                    unit: 8.0 * noise().abs() / (steps * steps),
+                    reserve: &reserve,
+                };
+                let at = |i: u64| {
+                    let sum: f64 = terms.iter().zip(window.basis.double_sum(i)).map(|(x, s)| x * s).sum();
+                    alone.now + i as f64 * alone.rate + alone.unit * sum
+                };
+                let certified = window.certified_alone(&alone, longest);
+
+                let mut one_by_one = None;
+                let (mut from, mut from_steps) = (alone.now, 0);
+                for (index, length) in lengths.iter().enumerate() {
+                    let steps = (length.steps - from_steps) as f64;
+                    let bend: f64 = terms.iter().zip(&length.last).map(|(x, c)| x.abs() * c).sum();
+                    let tangent = if from_steps == 0 { from + steps * alone.rate } else { f64::NAN };
+                    let to = at(length.steps);
+                    let bend = alone.unit * bend;
+                    if margin(from, to, tangent, steps, bend, sigma, [0.55, 0.55], &reserve) <= 0.0 {
+                        break;
+                    }
+                    one_by_one = Some(index);
+                    (from, from_steps) = (to, length.steps);
+                }
+                assert!(certified >= one_by_one, "{certified:?} {one_by_one:?}");
+                match certified {
+                    Some(index) if index == longest => whole += 1,
+                    _ => part += 1,
+                }
+                let certified_steps = certified.map_or(0, |index| lengths[index].steps);
+                for i in (0..=certified_steps).step_by(super::GRID_STEPS as usize) {
+                    let clear = if sigma == 0.0 { at(i).abs() < 0.55 } else { sigma * at(i) > 0.0 };
+                    assert!(clear, "{i} of {certified_steps}: {} {sigma}", at(i));
+                }
+            }
+        }
+        assert!(whole > 100 && part > 100, "{whole} {part}");
     }
 }

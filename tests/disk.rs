@@ -19,12 +19,11 @@ use binary::{asperity, text};
 #[cfg(target_os = "linux")]
 fn on_a_small_disk(folder: &Path, script: &str) -> Option<Output> {
     let mount = "mount -t tmpfs -o size=1m tmpfs \"$DISK\" && cd \"$DISK\" || exit 99";
-    let root = env::var_os("USER").is_some_and(|user| user == "root") || is_root();
     let disk = folder.join("disk");
     fs::create_dir_all(&disk).expect("the folder can be written");
     let output = Command::new("unshare")
         .args(["--mount"])
-        .args(if root { &[][..] } else { &["--map-root-user"] })
+        .args(if is_root() { &[][..] } else { &["--map-root-user"] })
         .args(["sh", "-c", &format!("{mount}\n{script}")])
         .env("ASPERITY", env!("CARGO_BIN_EXE_asperity"))
         .env("DISK", &disk)

@@ -1,9 +1,10 @@
 //! Event tables and tables of matches as Parquet files: read for a diff, and
 //! written by it, a batch of rows at a time.
 
-use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::fs::File;
+use std::path::Path;
 
+use asperity_export::whole::WholeFile;
 use polars::prelude::{
     AnyValue, Column, DataFrame, NamedFrom, ParquetReader, ParquetWriter, SerReader, Series,
 };
@@ -99,8 +100,7 @@ const BATCH: usize = 1 << 16;
 
 /// A Parquet file of matches that is being written, under a temporary name until it is whole.
 pub struct MatchFile {
-    path: PathBuf,
-    partial: PathBuf,
+    whole: WholeFile,
     writer: polars::io::parquet::write::BatchedWriter<File>,
     rows: Vec<MatchRow>,
 }
@@ -111,12 +111,9 @@ impl MatchFile {
     /// # Errors
     /// If it cannot be written.
     pub fn create(path: &Path) -> Result<MatchFile, AnalysisError> {
-        let mut partial = path.as_os_str().to_owned();
-        partial.push(".partial");
-        let partial = PathBuf::from(partial);
-        let file = File::create(&partial).map_err(|error| failed(path, error))?;
+        let (whole, file) = WholeFile::create(path).map_err(|error| failed(path, error))?;
         let writer = ParquetWriter::new(file).batched(frame(&[])?.schema())?;
-        Ok(MatchFile { path: path.to_owned(), partial, writer, rows: Vec::new() })
+        Ok(MatchFile { whole, writer, rows: Vec::new() })
     }
 
     /// Adds a row.
@@ -141,7 +138,8 @@ impl MatchFile {
     pub fn finish(mut self) -> Result<(), AnalysisError> {
         self.write()?;
         self.writer.finish()?;
-        fs::rename(&self.partial, &self.path).map_err(|error| failed(&self.path, error))
+        let path = self.whole.path().to_owned();
+        self.whole.publish().map_err(|error| failed(&path, error))
     }
 }
 

@@ -1,9 +1,10 @@
 //! A table as CSV (full precision, stable order) and as Parquet.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use asperity_export::whole::WholeFile;
 use polars::prelude::{AnyValue, DataFrame, ParquetReader, ParquetWriter, SerReader};
 
 use crate::AnalysisError;
@@ -50,23 +51,11 @@ pub(crate) fn published(
     path: &Path,
     write: impl FnOnce(File) -> Result<(), String>,
 ) -> Result<(), AnalysisError> {
-    let partial = with_suffix(path, ".partial");
-    let outcome = File::create(&partial)
-        .map_err(|error| error.to_string())
-        .and_then(write)
-        .and_then(|()| fs::rename(&partial, path).map_err(|error| error.to_string()));
-    outcome.map_err(|problem| {
-        // A part of a table is of no use to anybody, and may fill the disk. If it cannot be
-        // removed either, the first problem is the one to tell.
-        fs::remove_file(&partial).ok();
-        AnalysisError::Write { path: path.display().to_string(), problem }
-    })
-}
-
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(suffix);
-    PathBuf::from(name)
+    let outcome = WholeFile::create(path).map_err(|error| error.to_string()).and_then(|(whole, file)| {
+        write(file)?;
+        whole.publish().map_err(|error| error.to_string())
+    });
+    outcome.map_err(|problem| AnalysisError::Write { path: path.display().to_string(), problem })
 }
 
 /// Writes a table as CSV, the same text whatever the table was read from.

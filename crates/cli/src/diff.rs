@@ -10,6 +10,7 @@ mod table;
 
 use std::fs;
 use std::io::{self, Write};
+use std::path::Path;
 
 use asperity_diff::column::{Column, Columns};
 use asperity_diff::matching::{self, MatchError};
@@ -19,6 +20,7 @@ use asperity_diff::report::{
     ClaimChange, Class, Counts, Exceeded, FORMAT, Report, RunDiff, VERSION, Verdict,
 };
 use asperity_diff::tally::{self, Comparison, Draft, Matched};
+use asperity_export::whole::WholeFile;
 use asperity_record::SlipEvent;
 
 use crate::args::{DiffArguments, DiffFormat};
@@ -80,15 +82,18 @@ pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
             report.old,
             draft.policy(policy.window_s).to_toml()
         );
-        fs::write(path, text)
-            .map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))?;
+        write(path, &text)?;
     }
     if let Some(path) = &arguments.page {
-        fs::write(path, asperity_diff::page::page(&report))
-            .map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))?;
+        write(path, &asperity_diff::page::page(&report))?;
     }
     print(&report, arguments.format)?;
     if keeps { Ok(()) } else { Err(Failure::Said(Code::Failed)) }
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    WholeFile::write(path, text)
+        .map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))
 }
 
 fn read_policy(arguments: &DiffArguments) -> Result<Policy, Failure> {

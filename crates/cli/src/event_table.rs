@@ -1,9 +1,10 @@
 //! Events as tables: CSV with one header line, numbers in full precision, or a JSON array.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use asperity_export::whole::WholeFile;
 use asperity_record::{Event, EventPayload, GlobalSlip, Onset, SlipEvent};
 
 use crate::args::TableFormat;
@@ -51,7 +52,7 @@ fn unreadable(event: &Event, error: &serde_json::Error) -> Failure {
 
 /// The tables of one run, each in a file that bears its name only once it is whole.
 pub(crate) struct EventTables {
-    tables: Vec<(&'static TableKind, PathBuf, csv::Writer<BufWriter<File>>)>,
+    tables: Vec<(&'static TableKind, WholeFile, csv::Writer<BufWriter<File>>)>,
 }
 
 impl EventTables {
@@ -66,12 +67,12 @@ impl EventTables {
         let kinds = KINDS.iter().filter(|kind| topics.contains(&kind.topic));
         let paths = EventTables::paths(out, name, topics);
         let tables = kinds.zip(paths).map(|(kind, path)| {
-            let file =
-                File::create(partial(&path)).map_err(|error| not_written(&path, &Failure::Output(error)))?;
+            let (whole, file) =
+                WholeFile::create(&path).map_err(|error| not_written(&path, &Failure::Output(error)))?;
             // The header by hand: it must stand there without events as well.
             let mut table = csv::WriterBuilder::new().has_headers(false).from_writer(BufWriter::new(file));
             table.write_record(kind.columns).map_err(|error| not_written(&path, &as_output(error)))?;
-            Ok((kind, path, table))
+            Ok((kind, whole, table))
         });
         Ok(EventTables { tables: tables.collect::<Result<_, Failure>>()? })
     }
@@ -80,36 +81,22 @@ impl EventTables {
     pub(crate) fn write(&mut self, event: &Event) -> Result<(), Failure> {
         let table = self.tables.iter_mut().find(|(kind, ..)| kind.topic == event.topic);
         match table {
-            Some((kind, path, table)) => {
-                (kind.write)(event, table).map_err(|failure| not_written(path, &failure))
+            Some((kind, whole, table)) => {
+                (kind.write)(event, table).map_err(|failure| not_written(whole.path(), &failure))
             }
             None => Ok(()),
         }
     }
 
     /// Gives the tables their names.
-    pub(crate) fn publish(mut self) -> Result<(), Failure> {
-        for (_, path, table) in &mut self.tables {
-            let written = table.flush().and_then(|()| fs::rename(partial(path), &*path));
-            written.map_err(|error| not_written(path, &Failure::Output(error)))?;
+    pub(crate) fn publish(self) -> Result<(), Failure> {
+        for (_, whole, mut table) in self.tables {
+            let path = whole.path().to_owned();
+            let written = table.flush().and_then(|()| whole.publish());
+            written.map_err(|error| not_written(&path, &Failure::Output(error)))?;
         }
-        // Their names are theirs: nothing is left to remove.
-        self.tables.clear();
         Ok(())
     }
-}
-
-impl Drop for EventTables {
-    /// A part of a table is of no use to anybody, and may fill the disk.
-    fn drop(&mut self) {
-        for (_, path, _) in &self.tables {
-            fs::remove_file(partial(path)).ok();
-        }
-    }
-}
-
-fn partial(path: &Path) -> PathBuf {
-    path.with_extension("csv.partial")
 }
 
 fn not_written(path: &Path, failure: &Failure) -> Failure {

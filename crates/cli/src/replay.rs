@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use asperity_export::whole::WholeFile;
 use asperity_record::{EventPayload, RunHeader, SlipEvent};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 use asperity_stream::{Given, Item, StreamError};
@@ -251,9 +252,8 @@ impl Replay<'_> {
             runs,
         };
         let path = out.join(RECORD);
-        let partial = out.join(format!("{RECORD}.partial"));
         let text = serde_json::to_string_pretty(&record).expect("paths and numbers are JSON");
-        let written = fs::write(&partial, text + "\n").and_then(|()| fs::rename(&partial, &path));
-        written.map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))
+        WholeFile::write(&path, text + "\n")
+            .map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))
     }
 }

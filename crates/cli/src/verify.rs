@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use asperity_detect::detect_all;
+use asperity_export::whole::WholeFile;
 use asperity_model::Plan;
 use asperity_record::{Event, EventPayload, SlipEvent, StepRecord};
 use asperity_simulator::equality::{self, Agreement, NearTie, TOLERANCE};
@@ -271,5 +272,5 @@ fn write_proof(path: &Path, proof: &Proof) -> Result<(), Failure> {
     }
     let mut text = serde_json::to_string(proof).map_err(|error| failed(error.into()))?;
     text.push('\n');
-    fs::write(path, text).map_err(failed)
+    WholeFile::write(path, text).map_err(failed)
 }

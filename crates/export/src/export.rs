@@ -7,8 +7,6 @@
 //! what was exported and from which run.
 
 use std::collections::BTreeMap;
-use std::ffi::OsString;
-use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -20,6 +18,7 @@ use crate::batch::Batch;
 use crate::format::{About, Format, FormatError, State, TableWriter};
 use crate::layout::{FIELDS, Layout, STEP, SWITCH, WINDOW, layouts};
 use crate::rows;
+use crate::whole::WholeFile;
 
 /// So many rows are held of each table before they are written: enough for row
 /// groups that readers like, and a few MB.
@@ -126,7 +125,7 @@ struct Table {
     path: PathBuf,
     batch: Batch,
     /// None until the first rows are written.
-    writer: Option<Box<dyn TableWriter>>,
+    writer: Option<(WholeFile, Box<dyn TableWriter>)>,
     rows: u64,
 }
 
@@ -192,13 +191,7 @@ impl<'a> Export<'a> {
     /// # Errors
     /// If a file cannot be written. None has its final name then.
     pub fn run(mut self, progress: impl FnMut(u64)) -> Result<Report, ExportError> {
-        self.read(progress).inspect_err(|_| {
-            // A part of a table is of no use to anybody, and may fill the disk. If it cannot be
-            // removed either, the first problem is the one to tell.
-            for path in self.tables.iter().map(|table| &table.path).chain([&self.manifest_path()]) {
-                fs::remove_file(partial(path)).ok();
-            }
-        })
+        self.read(progress)
     }
 
     fn read(&mut self, mut progress: impl FnMut(u64)) -> Result<Report, ExportError> {
@@ -352,38 +345,40 @@ impl<'a> Export<'a> {
         };
         let manifest =
             serde_json::to_string_pretty(&manifest).expect("texts and finite numbers can always be JSON");
+        let mut files = Vec::new();
         for table in &mut self.tables {
-            if let Some(writer) = table.writer.take() {
+            if let Some((whole, writer)) = table.writer.take() {
                 let path = &table.path;
                 let file = writer.finish(&about).map_err(|error| write_error(path, error))?;
                 file.sync_all().map_err(|error| write_error(path, error))?;
+                files.push((whole, Some(table.rows)));
             }
         }
         let manifest_path = self.manifest_path();
-        write_whole(&partial(&manifest_path), &manifest)
-            .map_err(|error| write_error(&manifest_path, error))?;
-        let mut files: Vec<(PathBuf, Option<u64>)> =
-            self.tables.iter().map(|table| (table.path.clone(), Some(table.rows))).collect();
-        files.push((manifest_path, None));
-        for (path, _) in &files {
+        let manifest =
+            synced(&manifest_path, &manifest).map_err(|error| write_error(&manifest_path, error))?;
+        files.push((manifest, None));
+        let publish = |(whole, rows): (WholeFile, Option<u64>)| {
+            let path = whole.path().to_owned();
             // Some time has passed since this was asked first.
             if !self.request.replace && path.exists() {
-                return Err(ExportError::Exists(path.clone()));
+                return Err(ExportError::Exists(path));
             }
-            fs::rename(partial(path), path).map_err(|error| write_error(path, error))?;
-        }
-        Ok(files)
+            whole.publish().map_err(|error| write_error(&path, error))?;
+            Ok((path, rows))
+        };
+        files.into_iter().map(publish).collect()
     }
 }
 
 impl Table {
     fn flush(&mut self, format: &dyn Format) -> Result<(), ExportError> {
         let at = |error: FormatError| write_error(&self.path, error);
-        let writer = match &mut self.writer {
+        let (_, writer) = match &mut self.writer {
             Some(writer) => writer,
             None => {
-                let file = File::create(partial(&self.path)).map_err(|error| at(error.into()))?;
-                self.writer.insert(format.start(&self.layout, file).map_err(at)?)
+                let (whole, file) = WholeFile::create(&self.path).map_err(|error| at(error.into()))?;
+                self.writer.insert((whole, format.start(&self.layout, file).map_err(at)?))
             }
         };
         writer.write(&self.batch).map_err(at)?;
@@ -409,18 +404,13 @@ fn write_error(path: &Path, error: impl Into<FormatError>) -> ExportError {
     ExportError::Write { path: path.to_owned(), error: error.into() }
 }
 
-/// Where a file stands until all of them are whole.
-fn partial(path: &Path) -> PathBuf {
-    let mut name = OsString::from(path);
-    name.push(".partial");
-    name.into()
-}
-
-fn write_whole(path: &Path, text: &str) -> io::Result<()> {
-    let mut file = File::create(path)?;
+/// A text and the end of its line on the disk, but not under its name.
+fn synced(path: &Path, text: &str) -> io::Result<WholeFile> {
+    let (whole, mut file) = WholeFile::create(path)?;
     file.write_all(text.as_bytes())?;
     file.write_all(b"\n")?;
-    file.sync_all()
+    file.sync_all()?;
+    Ok(whole)
 }
 
 /// `NAME.export.json`: what was exported and from which run.

@@ -9,6 +9,7 @@
 //! - `comma` and `lines`: CSV and NDJSON. Parquet needs polars, so it is in
 //!   `asperity-analysis`, and looks like these from here.
 //! - [`export`]: from the log to the files.
+//! - [`whole`]: files that bear their name only once they are whole, these and all other tables.
 
 pub mod batch;
 mod comma;
@@ -17,6 +18,7 @@ pub mod format;
 pub mod layout;
 mod lines;
 mod rows;
+pub mod whole;
 
 pub use comma::Csv;
 pub use export::{Export, ExportError, Ran, Report, Request, name_of};

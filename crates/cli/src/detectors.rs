@@ -10,12 +10,12 @@ use asperity_detect::{Detector, SlipRules};
 use asperity_detect_extent::ExtentDetector;
 use asperity_detect_global::GlobalDetector;
 use asperity_detect_onset::OnsetDetector;
+use asperity_model::text::{self, Lines};
 use asperity_record::{EventKind, RunHeader};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
 use crate::exit::Failure;
-use crate::text_file;
 
 type Start = fn(u32, SlipRules) -> Box<dyn Detector>;
 
@@ -67,14 +67,12 @@ struct Written {
 impl Settings {
     /// Reads a settings file; what it leaves out is as in a live run.
     pub(crate) fn read(file: &Path) -> Result<Settings, Failure> {
-        let text = text_file::read(file).map_err(|error| {
+        let text = text::read(file).map_err(|error| {
             Failure::BadInput(format!("--detectors {}: {error} (accepted: a TOML file)", file.display()))
         })?;
         Settings::parse(&text).map_err(|(place, problem)| {
-            let before = &text[..place.min(text.len())];
-            let line = before.matches('\n').count() + 1;
-            let column = before.rsplit('\n').next().map_or(0, |tail| tail.chars().count()) + 1;
-            Failure::BadInput(format!("{}:{line}:{column}: {problem}", file.display()))
+            let place = Lines::of(&text).place(&text, place);
+            Failure::BadInput(format!("{}:{place}: {problem}", file.display()))
         })
     }
 

@@ -20,7 +20,6 @@ mod resume;
 mod run;
 mod salvage;
 mod scenario;
-mod text_file;
 #[cfg(feature = "analysis")]
 mod verify;
 

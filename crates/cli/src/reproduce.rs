@@ -9,7 +9,7 @@ use asperity_analysis::precursors::PrecursorRules;
 use asperity_analysis::run_data::RunData;
 use asperity_analysis::{figures, table_file, tables};
 use asperity_model::analytic::LengthLaw;
-use asperity_model::{Plan, Scenario};
+use asperity_model::{Plan, Scenario, text};
 use asperity_runlog::{Existing, RunReader, Topics, Unfinished};
 use asperity_simulator::SolverKind;
 
@@ -19,7 +19,7 @@ use crate::exit::Failure;
 use crate::interrupt;
 use crate::progress::Board;
 use crate::run::Task;
-use crate::{run, scenario, text_file};
+use crate::{run, scenario};
 
 pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure> {
     let out = &arguments.out;
@@ -63,7 +63,7 @@ impl Job {
 /// Reads a pipeline, and resolves its runs with overrides.
 pub(crate) fn read_pipeline(file: &Path, set: &[String]) -> Result<(Pipeline, Vec<Job>), Failure> {
     let path = file.display();
-    let text = text_file::read(file)
+    let text = text::read(file)
         .map_err(|error| Failure::BadInput(format!("pipeline {path}: {error} (accepted: a TOML file)")))?;
     let pipeline = Pipeline::parse(&text).map_err(|error| Failure::BadInput(format!("{path}: {error}")))?;
     let jobs = pipeline

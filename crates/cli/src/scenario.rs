@@ -3,11 +3,10 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use asperity_model::{Scenario, ScenarioSource, builtin};
+use asperity_model::{Scenario, ScenarioSource, builtin, text};
 
 use crate::args::{ScenarioChoice, ScenarioCommand};
 use crate::exit::Failure;
-use crate::text_file;
 
 pub(crate) fn command(command: ScenarioCommand) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
@@ -38,7 +37,7 @@ pub(crate) fn resolve(name: &str, set: &[String]) -> Result<Scenario, Failure> {
         Some(text) => ScenarioSource::new(format!("built-in {name}"), text),
         None => ScenarioSource::new(
             name,
-            text_file::read(Path::new(name)).map_err(|error| {
+            text::read(Path::new(name)).map_err(|error| {
                 let names: Vec<&str> = builtin::all().map(|(name, _)| name).collect();
                 Failure::BadInput(format!(
                     "scenario {name}: neither a file that can be read ({error}) nor a built-in scenario \

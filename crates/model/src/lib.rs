@@ -6,6 +6,7 @@
 //! - [`keys`]: every key a scenario may have, once: symbol, unit, range,
 //!   default, meaning. The checks, `asperity scenario show` and the key
 //!   reference are made from this table.
+//! - [`text`]: reading what somebody wrote, and places in it.
 //! - [`source`]: scenario texts and `--set` overrides as layers, each value with
 //!   the place it was written at, for errors that can point there.
 //! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
@@ -27,6 +28,7 @@ pub mod plan;
 mod profile;
 pub mod scenario;
 pub mod source;
+pub mod text;
 
 pub use load::LoadCourse;
 pub use plan::{Ageing, Drive, DriveSpring, Friction, Law, Plan, Reattach, RecordingPlan, WindowPlan};

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use crate::text;
+
 /// What such a file must look like.
 pub(crate) const ACCEPTED: &str =
     "a CSV file with the header x_over_l,tau_over_p and rows by ascending x_over_l, the first 0, the last 1";
@@ -11,7 +13,7 @@ pub(crate) const ACCEPTED: &str =
 /// # Errors
 /// In words, with file and line, if the file cannot be read or is no such profile.
 pub(crate) fn read(path: &Path, blocks: usize) -> Result<Vec<f64>, String> {
-    let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let text = text::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
     let rows = parse(&text).map_err(|(line, problem)| format!("{}:{line}: {problem}", path.display()))?;
     let mut behind = 1;
     let at_block = |n: usize| {
@@ -61,6 +63,13 @@ fn parse(text: &str) -> Result<Vec<(f64, f64)>, (usize, String)> {
 #[cfg(test)]
 mod tests {
     use super::parse;
+
+    #[test]
+    #[cfg(unix)]
+    fn a_file_without_end_is_refused() {
+        let endless = super::read(std::path::Path::new("/dev/zero"), 10).unwrap_err();
+        assert!(endless.starts_with("/dev/zero: the file is longer than"), "{endless}");
+    }
 
     #[test]
     fn wrong_files_are_refused_with_line_and_reason() {

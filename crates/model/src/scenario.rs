@@ -368,11 +368,19 @@ impl Scenario {
         }
         self.check_laws(&mut refuse);
         let longest_s = longest_stable_step_s(self);
-        if self.time.step_s >= longest_s {
+        // Written so that a chain whose fastest vibration is no number is refused as well.
+        let is_stable = self.time.step_s < longest_s;
+        if !is_stable {
             refuse(
                 "time.step_s",
                 format!("{:e} is beyond the stability of the scheme for this chain", self.time.step_s),
-                format!("a number above 0 and below {longest_s:.3e}"),
+                if longest_s > 0.0 {
+                    format!("a number above 0 and below {longest_s:.3e}")
+                } else {
+                    "none: stiffness, damping or mass are so large or small that no number tells how fast a \
+                     block swings"
+                        .to_owned()
+                },
             );
         }
         let grid = TimeGrid::new(self.time.step_s);
@@ -683,10 +691,12 @@ fn unknown_keys(
         if known.iter().any(|key| key.path == path) {
             continue;
         }
+        // Of a key longer than any, what follows tells no more about which was meant.
+        let start: String = path.chars().take(LONGEST_KEY).collect();
         let suggestion = known
             .iter()
             .map(|key| key.path)
-            .min_by_key(|candidate| edit_distance(candidate, path))
+            .min_by_key(|candidate| edit_distance(candidate, &start))
             .expect("there are keys");
         errors.push(ScenarioError {
             place: Some(entry.place.clone()),
@@ -788,6 +798,9 @@ fn wrap(text: &str, width: usize) -> Vec<String> {
     }
     lines
 }
+
+/// Characters of a key that are looked at to guess which was meant.
+const LONGEST_KEY: usize = 100;
 
 /// Levenshtein distance, to suggest the key that was probably meant.
 fn edit_distance(a: &str, b: &str) -> usize {
@@ -1004,6 +1017,12 @@ mod tests {
                 "time.step_s = 1e-4",
                 "test.toml:1:15: time.step_s: 1e-4 is beyond the stability of the scheme for this chain \
                  (accepted: a number above 0 and below 3.379e-6)",
+            ),
+            (
+                "time.step_s = 1e-8\nslider.mass_kg = 1e-320",
+                "test.toml:1:15: time.step_s: 1e-8 is beyond the stability of the scheme for this chain \
+                 (accepted: none: stiffness, damping or mass are so large or small that no number tells how \
+                 fast a block swings)",
             ),
             (
                 "time.duration_s = 2.4e-8",

@@ -12,6 +12,8 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::text::Lines;
+
 /// A scenario as written: a base text and what overrides it.
 #[derive(Debug, Clone)]
 pub struct ScenarioSource {
@@ -23,15 +25,14 @@ struct Layer {
     /// A file's path, `built-in default`, or `--set`.
     origin: String,
     text: String,
+    lines: Lines,
     is_override: bool,
 }
 
 impl ScenarioSource {
     /// A scenario text and the name of where it comes from.
     pub fn new(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
-        ScenarioSource {
-            layers: vec![Layer { origin: origin.into(), text: text.into(), is_override: false }],
-        }
+        ScenarioSource { layers: vec![Layer::new(origin.into(), text.into(), false)] }
     }
 
     /// Adds an override of the form `key=value`; later ones win. A value that
@@ -45,7 +46,7 @@ impl ScenarioSource {
             }
             _ => assignment.to_owned(),
         };
-        self.layers.push(Layer { origin: format!("--set {assignment}"), text, is_override: true });
+        self.layers.push(Layer::new(format!("--set {assignment}"), text, true));
         self
     }
 
@@ -74,14 +75,15 @@ impl ScenarioSource {
 }
 
 impl Layer {
+    fn new(origin: String, text: String, is_override: bool) -> Layer {
+        Layer { lines: Lines::of(&text), origin, text, is_override }
+    }
+
     fn place(&self, span: Range<usize>) -> String {
         if self.is_override {
             return self.origin.clone();
         }
-        let before = &self.text[..span.start.min(self.text.len())];
-        let line = before.matches('\n').count() + 1;
-        let column = before.rsplit('\n').next().map_or(0, |tail| tail.chars().count()) + 1;
-        format!("{}:{line}:{column}", self.origin)
+        format!("{}:{}", self.origin, self.lines.place(&self.text, span.start))
     }
 }
 

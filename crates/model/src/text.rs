@@ -1,0 +1,62 @@
+//! Texts that somebody wrote: reading them, and saying where in them something is.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+/// No text that somebody wrote is longer; `/dev/zero` is.
+const LONGEST_BYTES: u64 = 64 << 20;
+
+/// The text of a file, which is not made room for beyond what any has.
+///
+/// # Errors
+/// If the system refuses, or the file is too long or no text.
+pub fn read(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let bytes = File::open(path)?.take(LONGEST_BYTES + 1).read_to_string(&mut text)?;
+    if bytes as u64 > LONGEST_BYTES {
+        let problem = format!("the file is longer than {LONGEST_BYTES} bytes");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, problem));
+    }
+    Ok(text)
+}
+
+/// Where the lines of a text begin, found once: a place in it is told without another
+/// look at all that stands before it.
+#[derive(Debug, Clone)]
+pub struct Lines {
+    /// In bytes, ascending; the first is 0.
+    starts: Vec<usize>,
+}
+
+impl Lines {
+    /// Those of a text.
+    pub fn of(text: &str) -> Lines {
+        let behind_breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at + 1);
+        Lines { starts: [0].into_iter().chain(behind_breaks).collect() }
+    }
+
+    /// `LINE:COLUMN` of a byte of that text, both counted from 1, columns in characters.
+    pub fn place(&self, text: &str, at: usize) -> String {
+        let at = text.floor_char_boundary(at);
+        let line = self.starts.partition_point(|start| *start <= at);
+        let column = text[self.starts[line - 1]..at].chars().count() + 1;
+        format!("{line}:{column}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Lines;
+
+    #[test]
+    fn places_count_lines_and_characters_from_1() {
+        let text = "a = 1\n\u{b5} = \u{b5}x\n\nend";
+        let lines = Lines::of(text);
+        for (part, place) in [("a", "1:1"), ("1", "1:5"), ("x", "2:6"), ("end", "4:1"), ("nd", "4:2")] {
+            assert_eq!(lines.place(text, text.find(part).unwrap()), place, "{part}");
+        }
+        assert_eq!(lines.place(text, text.len() + 5), "4:4");
+        assert_eq!(Lines::of("").place("", 0), "1:1");
+    }
+}

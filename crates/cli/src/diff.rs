@@ -8,7 +8,6 @@ mod sides;
 mod summary;
 mod table;
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -21,6 +20,7 @@ use asperity_diff::report::{
 };
 use asperity_diff::tally::{self, Comparison, Draft, Matched};
 use asperity_export::whole::WholeFile;
+use asperity_model::text;
 use asperity_record::SlipEvent;
 
 use crate::args::{DiffArguments, DiffFormat};
@@ -98,7 +98,7 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
 
 fn read_policy(arguments: &DiffArguments) -> Result<Policy, Failure> {
     let Some(path) = &arguments.policy else { return Ok(Policy::default()) };
-    let text = fs::read_to_string(path).map_err(|error| {
+    let text = text::read(path).map_err(|error| {
         Failure::BadInput(format!("policy {}: {error} (accepted: a TOML file)", path.display()))
     })?;
     Policy::parse(&path.display().to_string(), &text).map_err(Failure::bad_input)

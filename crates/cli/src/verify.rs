@@ -7,7 +7,7 @@ use std::sync::Mutex;
 
 use asperity_detect::detect_all;
 use asperity_export::whole::WholeFile;
-use asperity_model::Plan;
+use asperity_model::{Plan, text};
 use asperity_record::{Event, EventPayload, SlipEvent, StepRecord};
 use asperity_simulator::equality::{self, Agreement, NearTie, TOLERANCE};
 use serde::{Deserialize, Serialize};
@@ -192,7 +192,7 @@ fn known_ties(folder: &Path) -> Result<Vec<(PathBuf, Proof)>, Failure> {
     paths
         .into_iter()
         .map(|path| {
-            let text = fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
+            let text = text::read(&path).map_err(|error| unreadable(&path, &error))?;
             let proof = serde_json::from_str(&text).map_err(|error| unreadable(&path, &error))?;
             Ok((path, proof))
         })

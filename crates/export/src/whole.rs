@@ -9,11 +9,13 @@ use std::path::{Path, PathBuf};
 /// its name. If that never happens it is removed: a part of a table is of no use to anybody, and
 /// may fill the disk.
 ///
-/// A process that is killed leaves the `.partial`, and whatever stood under the name before.
+/// A process that is killed leaves the `.partial`, and whatever stood under the name before. A
+/// link is followed, and what is no file, as `/dev/stdout` or a pipe, is written to as it stands.
 #[derive(Debug)]
 pub struct WholeFile {
     path: PathBuf,
-    is_published: bool,
+    /// Where it stands and what it is to be called, while both differ.
+    unpublished: Option<(PathBuf, PathBuf)>,
 }
 
 impl WholeFile {
@@ -22,9 +24,20 @@ impl WholeFile {
     /// # Errors
     /// If that fails.
     pub fn create(path: &Path) -> io::Result<(WholeFile, File)> {
-        let whole = WholeFile { path: path.to_owned(), is_published: false };
-        let file = File::create(whole.partial_path())?;
-        Ok((whole, file))
+        let path = path.to_owned();
+        let (name, is_file) = match fs::metadata(&path) {
+            Ok(there) => (fs::canonicalize(&path)?, there.is_file()),
+            Err(_) => (path.clone(), true),
+        };
+        if !is_file {
+            let file = File::options().write(true).open(&path)?;
+            return Ok((WholeFile { path, unpublished: None }, file));
+        }
+        let mut partial = OsString::from(&name);
+        partial.push(".partial");
+        let partial = PathBuf::from(partial);
+        let file = File::create(&partial)?;
+        Ok((WholeFile { path, unpublished: Some((partial, name)) }, file))
     }
 
     /// Writes all of a file.
@@ -34,18 +47,13 @@ impl WholeFile {
     pub fn write(path: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
         let (whole, mut file) = WholeFile::create(path)?;
         file.write_all(content.as_ref())?;
+        drop(file);
         whole.publish()
     }
 
-    /// The name that it is to have.
+    /// The name that it is to have, as it was given.
     pub fn path(&self) -> &Path {
         &self.path
-    }
-
-    fn partial_path(&self) -> PathBuf {
-        let mut name = OsString::from(&self.path);
-        name.push(".partial");
-        name.into()
     }
 
     /// Gives the file its name, in place of what may have it.
@@ -53,17 +61,19 @@ impl WholeFile {
     /// # Errors
     /// If that fails.
     pub fn publish(mut self) -> io::Result<()> {
-        fs::rename(self.partial_path(), &self.path)?;
-        self.is_published = true;
+        if let Some((partial, name)) = &self.unpublished {
+            fs::rename(partial, name)?;
+        }
+        self.unpublished = None;
         Ok(())
     }
 }
 
 impl Drop for WholeFile {
     fn drop(&mut self) {
-        if !self.is_published {
+        if let Some((partial, _)) = &self.unpublished {
             // If it cannot be removed either, the problem that led here is the one to tell.
-            fs::remove_file(self.partial_path()).ok();
+            fs::remove_file(partial).ok();
         }
     }
 }
@@ -96,5 +106,24 @@ mod tests {
         whole.publish().unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "new\n");
         assert_eq!(names(), ["a.b.csv"]);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn links_are_followed_and_devices_written_to() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        WholeFile::write(&link, "new").unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read_to_string(&file).unwrap(), "new");
+
+        // A link to a device, so that no device is at stake.
+        fs::remove_file(&link).unwrap();
+        std::os::unix::fs::symlink("/dev/null", &link).unwrap();
+        WholeFile::write(&link, "gone").unwrap();
+        assert!(!fs::metadata(&link).unwrap().is_file());
+        assert!(WholeFile::write(folder.path(), "a folder").is_err());
     }
 }

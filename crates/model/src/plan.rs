@@ -438,7 +438,8 @@ pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
         _ => 0.0,
     };
     let damping = (4.0 * springs.damping_kg_per_s + radiation) / springs.block_mass_kg;
-    ((damping * damping + 4.0 * stiffest).sqrt() - damping) / stiffest
+    // The positive root, in the form in which nothing cancels or overflows.
+    4.0 / (damping + libm::hypot(damping, 2.0 * stiffest.sqrt()))
 }
 
 #[cfg(test)]

@@ -368,13 +368,14 @@ impl Scenario {
         }
         self.check_laws(&mut refuse);
         let longest_s = longest_stable_step_s(self);
-        // Written so that a chain whose fastest vibration is no number is refused as well.
-        let is_stable = self.time.step_s < longest_s;
+        // Written so that a chain whose fastest vibration is no number is refused as well; and a
+        // little below the bound, which rounds.
+        let is_stable = longest_s.is_finite() && self.time.step_s < longest_s * (1.0 - 1e-12);
         if !is_stable {
             refuse(
                 "time.step_s",
                 format!("{:e} is beyond the stability of the scheme for this chain", self.time.step_s),
-                if longest_s > 0.0 {
+                if longest_s > 0.0 && longest_s.is_finite() {
                     format!("a number above 0 and below {longest_s:.3e}")
                 } else {
                     "none: stiffness, damping or mass are so large or small that no number tells how fast a \
@@ -1023,6 +1024,17 @@ mod tests {
                 "test.toml:1:15: time.step_s: 1e-8 is beyond the stability of the scheme for this chain \
                  (accepted: none: stiffness, damping or mass are so large or small that no number tells how \
                  fast a block swings)",
+            ),
+            (
+                "time.step_s = 1e-8\nslider.mass_kg = 1e-297",
+                "test.toml:1:15: time.step_s: 1e-8 is beyond the stability of the scheme for this chain \
+                 (accepted: a number above 0 and below 3.085e-155)",
+            ),
+            (
+                "time.step_s = 1.7e-13\nslider.relative_damping = 7.5e7\ntime.duration_s = 1.7e-12\n\
+                 recording.sample_s = 0\nrecording.fields_s = 0",
+                "test.toml:1:15: time.step_s: 1.7e-13 is beyond the stability of the scheme for this chain \
+                 (accepted: a number above 0 and below 1.468e-13)",
             ),
             (
                 "time.duration_s = 2.4e-8",

@@ -12,17 +12,17 @@ const LONGEST_BYTES: u64 = 64 << 20;
 /// # Errors
 /// If the system refuses, or the file is too long or no text.
 pub fn read(path: &Path) -> io::Result<String> {
-    let mut text = String::new();
-    let bytes = File::open(path)?.take(LONGEST_BYTES + 1).read_to_string(&mut text)?;
-    if bytes as u64 > LONGEST_BYTES {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(LONGEST_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LONGEST_BYTES {
         let problem = format!("the file is longer than {LONGEST_BYTES} bytes");
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, problem));
     }
-    Ok(text)
+    String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()))
 }
 
 /// Where the lines of a text begin, found once: a place in it is told without another
-/// look at all that stands before it.
+/// look at the lines before it.
 #[derive(Debug, Clone)]
 pub struct Lines {
     /// In bytes, ascending; the first is 0.

@@ -1130,7 +1130,7 @@ pub(crate) fn comes_to_rest(velocity: f64, new_velocity: f64, two_way: bool) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::{Blocks, Constants, Sweeps};
+    use super::{After, Blocks, Constants, Sweeps};
 
     /// Numbers without pattern, the same on every machine.
     fn noise(seed: u64, count: usize) -> Vec<f64> {
@@ -1196,4 +1196,68 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn no_switch_happens_without_the_hint_of_the_step() {
+        const BLOCKS: usize = 11;
+        const AT: usize = 5;
+        let tiny = f64::MIN_POSITIVE * f64::EPSILON;
+        let numbers = [0.0, tiny, 1e-200, 0.5, 1.0 - f64::EPSILON / 2.0, 1.0, 1.0 + f64::EPSILON];
+        let signed = || numbers.into_iter().flat_map(|x| [x, -x]);
+        let (mut switches, mut quiet) = (0, 0);
+        for (take, rigid, two_way) in [
+            (Sweeps::step_driven_everywhere as StepSweep, false, false),
+            (Sweeps::step_driven_everywhere, false, true),
+            (Sweeps::rigid_step, true, true),
+        ] {
+            for (slip, v, force) in [0.0, 1.0]
+                .into_iter()
+                .flat_map(|s| signed().flat_map(move |v| signed().map(move |f| (s, v, f))))
+            {
+                // One block among others that stick unloaded; the force alone changes its velocity.
+                let alone = |x: f64| std::array::from_fn::<f64, BLOCKS, _>(|n| if n == AT { x } else { 0.0 });
+                let (slip, v) = (alone(slip), alone(v));
+                let old = Blocks {
+                    u: &alone(0.0),
+                    v: &v,
+                    u_stick: &alone(0.0),
+                    slip: &slip,
+                    threshold: &[1.0; BLOCKS],
+                    sliding_friction: &[0.0; BLOCKS],
+                    driving_force: &alone(force),
+                };
+                let constants = Constants {
+                    k: 0.0,
+                    eta: 0.0,
+                    dt: 1.0,
+                    dt_over_m: 1.0,
+                    kt: 0.0,
+                    two_way,
+                    weakening: 0.0,
+                    radiation: 0.0,
+                };
+                for sweeps in Sweeps::available() {
+                    let (mut u_new, mut v_new, mut tau) = ([0.0; BLOCKS], [0.0; BLOCKS], [0.0; BLOCKS]);
+                    let hint = take(sweeps, &mut u_new, &mut v_new, &mut tau, &old, &constants);
+                    let after = After {
+                        slip: &slip,
+                        v: &v,
+                        v_new: &v_new,
+                        tau: &tau,
+                        threshold: old.threshold,
+                        two_way,
+                        rigid,
+                    };
+                    let mut marks = [0];
+                    sweeps.switching(&mut marks, &after);
+                    assert!(hint || marks == [0], "{slip:?} {v:?} {force} {two_way} {rigid} {sweeps:?}");
+                    switches += usize::from(marks != [0]);
+                    quiet += usize::from(!hint);
+                }
+            }
+        }
+        assert!(switches > 100 && quiet > 100, "{switches} {quiet}");
+    }
+
+    type StepSweep = fn(Sweeps, &mut [f64], &mut [f64], &mut [f64], &Blocks<'_>, &Constants) -> bool;
 }

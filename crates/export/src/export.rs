@@ -189,12 +189,9 @@ impl<'a> Export<'a> {
     /// that is incomplete or damaged is exported as far as it is sound.
     ///
     /// # Errors
-    /// If a file cannot be written. None has its final name then.
-    pub fn run(mut self, progress: impl FnMut(u64)) -> Result<Report, ExportError> {
-        self.read(progress)
-    }
-
-    fn read(&mut self, mut progress: impl FnMut(u64)) -> Result<Report, ExportError> {
+    /// If a file cannot be written. None has its final name then, unless all were whole and only
+    /// giving one of them its name failed.
+    pub fn run(mut self, mut progress: impl FnMut(u64)) -> Result<Report, ExportError> {
         let mut ran = Ran { state: State::Whole, last_step: 0, last_s: 0.0, problem: None };
         loop {
             match self.reader.next_item() {
@@ -226,7 +223,7 @@ impl<'a> Export<'a> {
         }
         ran.last_s = self.header().time_grid().time_s(ran.last_step);
         let files = self.finish(&ran)?;
-        Ok(Report { files, ran, left_out: std::mem::take(&mut self.left_out) })
+        Ok(Report { files, ran, left_out: self.left_out })
     }
 
     /// The inner error is what is wrong with the log, the outer one with a file.

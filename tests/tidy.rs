@@ -25,7 +25,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("analysis", &["record", "runlog", "model", "export"]),
     ("diff", &["record"]),
     (
-        "cli",
+        "run",
         &[
             "record",
             "model",
@@ -36,11 +36,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "detect-global",
             "stream",
             "runlog",
-            "export",
-            "analysis",
-            "diff",
         ],
     ),
+    ("cli", &["record", "model", "runlog", "run", "export", "analysis", "diff"]),
     ("xtask", &[]),
 ];
 

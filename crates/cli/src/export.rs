@@ -70,7 +70,7 @@ fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) ->
     let header = export.header();
     let duration_s = header.time_grid().time_s(header.steps);
     let mut progress = board.steps(&request.name, header.steps, duration_s);
-    let outcome = export.run(|step| progress.reached(step));
+    let outcome = export.run(|step| progress.advance(step));
     progress.clear();
     let Report { files, ran, left_out } = outcome.map_err(failure)?;
     let mut out = io::stdout().lock();

@@ -128,6 +128,11 @@ impl Layout {
         self.channels.get(&channel).map(|channel| channel.topic.as_str())
     }
 
+    /// The topics of all channels that were announced.
+    pub(crate) fn topics(&self) -> impl Iterator<Item = &str> {
+        self.channels.values().map(|channel| channel.topic.as_str())
+    }
+
     /// Whether a channel has been announced.
     pub(crate) fn has_channels(&self) -> bool {
         !self.channels.is_empty()

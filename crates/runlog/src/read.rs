@@ -375,6 +375,12 @@ impl RunReader {
         &self.scenario_toml
     }
 
+    /// The topics of events that the log announces: one for each detector that it was written
+    /// with, whether it found anything or not. Known once the first item has been read.
+    pub fn event_topics(&self) -> impl Iterator<Item = String> {
+        self.layout.topics().filter(|topic| topic.starts_with(EVENTS)).map(str::to_owned)
+    }
+
     /// The state of the last checkpoint in what has been read, as JSON; whatever it needs of
     /// the log stands before it.
     pub fn checkpoint(&self) -> Option<&str> {
@@ -406,6 +412,15 @@ impl RunReader {
             }
             self.advance().map_err(|problem| LogError { path: self.path.clone(), problem })?;
         }
+    }
+
+    /// Reads the log to its end, and gives what that says.
+    ///
+    /// # Errors
+    /// As [`RunReader::next_item`].
+    pub fn verify(&mut self) -> Result<RunEnd, LogError> {
+        while self.next_item()?.is_some() {}
+        Ok(self.end.clone().expect("a log that was read to its end has one"))
     }
 
     /// Reads one MCAP record.

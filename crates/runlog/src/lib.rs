@@ -20,15 +20,17 @@
 mod agree;
 mod chunk;
 mod layout;
-mod lengths;
 mod messages;
 mod metadata;
+mod parse;
 mod read;
 mod salvage;
 mod versions;
+mod whole;
 mod write;
 
 pub use metadata::MetadataError;
 pub use read::{LogError, LogItem, LogProblem, RunReader, Topics};
 pub use salvage::{Damage, Gap, SalvageError, Salvaged, Settle, salvage};
+pub use whole::WholeFile;
 pub use write::{Existing, RunWriter, Unfinished, WriteError, partial_path};

@@ -17,9 +17,9 @@ use serde::de::DeserializeOwned;
 use crate::agree;
 use crate::chunk::{Chunk, RECORD_HEAD_BYTES};
 use crate::layout::Layout;
-use crate::lengths;
 use crate::messages::{EVENTS, FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
 use crate::metadata::{self, MetadataError, RUN, RUN_END, SALVAGE};
+use crate::parse;
 use crate::versions;
 use crate::write::{CHECKPOINT, SCENARIO, digest_message};
 
@@ -675,7 +675,7 @@ fn decode<T: DeserializeOwned>(topic: &str, sequence: u32, data: &[u8]) -> Resul
 
 /// A record out of its bytes.
 fn parse(opcode: u8, body: &[u8], at: u64) -> Result<Raw<'static>, LogProblem> {
-    if !lengths::fit(opcode, body) {
+    if !parse::fit(opcode, body) {
         return Err(LogProblem::InnerLength { at, opcode });
     }
     match mcap::parse_record(opcode, body) {

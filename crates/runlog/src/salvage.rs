@@ -23,9 +23,9 @@ use mcap::records::{Record, op};
 use serde_json::Value;
 
 use crate::chunk::{Chunk, RECORD_HEAD_BYTES};
-use crate::lengths;
 use crate::messages::{FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
 use crate::metadata::{self, RUN, RUN_END};
+use crate::parse;
 use crate::read::{LogProblem, RunReader, Topics};
 use crate::versions;
 use crate::write::{CHECKPOINT, Existing, RunWriter, SCENARIO, WriteError, partial_path};
@@ -391,7 +391,7 @@ fn looks_like_a_piece(bytes: &[u8]) -> bool {
 
 /// A record out of its bytes, no length in which is believed that they do not bear out.
 fn parsed(opcode: u8, body: &[u8]) -> Result<Record<'_>, mcap::McapError> {
-    if lengths::fit(opcode, body) {
+    if parse::fit(opcode, body) {
         mcap::parse_record(opcode, body)
     } else {
         Err(mcap::McapError::UnexpectedEoc)

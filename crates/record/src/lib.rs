@@ -19,7 +19,7 @@ mod time;
 pub use checkpoint::Checkpoint;
 pub use event::{Event, EventKind, EventPayload, GlobalSlip, Onset, SlipEvent};
 pub use fields::{FieldRecord, WindowRecord};
-pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
+pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, TopicComparison};
 pub use step::{Direction, StepRecord, Switch};
 pub use time::TimeGrid;
 

@@ -124,6 +124,7 @@ impl CheckProblem {
     fn verdict(&self) -> Verdict {
         match self {
             CheckProblem::Log(LogError { problem, .. }) if problem.is_early_end() => Verdict::Incomplete,
+            CheckProblem::Log(LogError { problem, .. }) if problem.is_no_run_log() => Verdict::NoRunLog,
             _ => Verdict::Damaged,
         }
     }

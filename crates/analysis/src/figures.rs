@@ -23,10 +23,11 @@ mod velocities;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use asperity_stream::at_once;
 use serde::Deserialize;
 
+use crate::AnalysisError;
 use crate::run_data::RunData;
-use crate::{AnalysisError, parallel};
 use plot::{BLUE, Dash, Look, RED, Series, Sheet};
 
 /// A kind of figure.
@@ -104,7 +105,7 @@ impl Figures {
 
     /// Draws all figures into a folder.
     pub(crate) fn draw(&self, runs: &BTreeMap<String, RunData>, folder: &Path) -> Result<(), AnalysisError> {
-        parallel::try_map(&self.all(), |figure| {
+        at_once(&self.all(), None, |figure| {
             let failed = |problem: String| AnalysisError::Figure { file: figure.file().to_owned(), problem };
             let sheet = figure.sheet(runs).map_err(failed)?;
             sheet.write(&folder.join(figure.file())).map_err(failed)

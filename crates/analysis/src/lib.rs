@@ -20,7 +20,6 @@ pub mod figures;
 #[cfg(test)]
 mod made_up;
 pub mod measure;
-mod parallel;
 pub mod parquet_tables;
 pub mod pipeline;
 pub mod precursors;

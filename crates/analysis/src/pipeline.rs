@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use asperity_model::analytic::LengthLaw;
+use asperity_stream::at_once;
 use serde::Deserialize;
 
 use crate::claims::{self, Claim};
@@ -11,7 +12,7 @@ use crate::figures::Figures;
 use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
 use crate::study::Study;
-use crate::{AnalysisError, parallel, table_file, tables};
+use crate::{AnalysisError, table_file, tables};
 
 /// A pipeline, as written.
 #[derive(Debug, Clone, Deserialize)]
@@ -130,7 +131,7 @@ impl Pipeline {
                 problem: error.to_string(),
             })?;
         }
-        let runs = parallel::try_map(&self.run, |spec| {
+        let runs = at_once(&self.run, None, |spec| {
             let run = RunData::read(&spec.name, &runs_folder.join(format!("{}.mcap", spec.name)))?;
             table_file::write(&table_folder, &format!("{}.events", run.name), &mut tables::events(&run)?)?;
             table_file::write(&table_folder, &format!("{}.load", run.name), &mut tables::load_curve(&run)?)?;

@@ -22,7 +22,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("stream", &["record", "detect"]),
     ("runlog", &["record"]),
     ("export", &["record", "runlog"]),
-    ("analysis", &["record", "runlog", "model", "export"]),
+    ("analysis", &["record", "runlog", "model", "export", "stream"]),
     ("diff", &["record"]),
     (
         "run",

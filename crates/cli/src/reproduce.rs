@@ -85,7 +85,7 @@ pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
         return Err(Failure::Said(code));
     }
     board.line("reducing and drawing");
-    pipeline.reduce(&runs_folder, &arguments.out).map_err(Failure::failed)?;
+    pipeline.reduce(&runs_folder, &arguments.out, &mut |_| {}).map_err(Failure::failed)?;
     print_where_to_look(&pipeline, &arguments.out)?;
     Ok(())
 }

@@ -2,7 +2,6 @@
 //! in the libraries.
 
 mod args;
-mod at_once;
 mod check;
 mod diff;
 mod event_table;

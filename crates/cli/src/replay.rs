@@ -4,8 +4,7 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, OnceLock};
+use std::sync::OnceLock;
 
 use asperity_export::whole::WholeFile;
 use asperity_record::Event;
@@ -14,7 +13,6 @@ use asperity_run::{CODE_VERSION, Comparison, ReplayError, Watch};
 use serde::Serialize;
 
 use crate::args::ReplayArguments;
-use crate::at_once::at_once;
 use crate::event_table::{EventTables, Printed};
 use crate::exit::{self, Code, Failure};
 use crate::progress::{Board, RunProgress};
@@ -45,27 +43,15 @@ pub(crate) fn command(arguments: &ReplayArguments) -> Result<(), Failure> {
     }
     let board = Board::new();
     let replay = Replay { arguments, settings, board };
-    let replayed: Mutex<Vec<ReplayedRun>> = Mutex::default();
-    let failures = AtomicUsize::new(0);
-    at_once(&arguments.runs, arguments.jobs, |run| {
-        match replay.one(run) {
-            Ok(one) => replayed.lock().expect("no one panics with it").push(one),
-            // Of many, the others are replayed all the same.
-            Err(Failure::Failed(problem)) if arguments.runs.len() > 1 => {
-                failures.fetch_add(1, Ordering::Relaxed);
-                exit::report(&Failure::Failed(problem));
-            }
-            Err(other) => return Err(other),
-        }
-        Ok(())
-    })?;
-    let mut runs = replayed.into_inner().expect("no one panics with it");
+    let replayed = exit::each_of(&arguments.runs, arguments.jobs, |run| replay.one(run))?;
+    let failures = replayed.iter().filter(|run| run.is_none()).count();
+    let mut runs: Vec<ReplayedRun> = replayed.into_iter().flatten().collect();
     let differing = runs.iter().filter(|run| run.same_as_logged == Some(false)).count();
     if let Some(out) = &arguments.out {
         runs.sort_by(|a, b| a.log.cmp(&b.log));
         replay.write_record(out, &runs)?;
     }
-    if failures.into_inner() + differing > 0 { Err(Failure::Said(Code::Failed)) } else { Ok(()) }
+    if failures + differing > 0 { Err(Failure::Said(Code::Failed)) } else { Ok(()) }
 }
 
 /// The name of a run's tables: that of its log.

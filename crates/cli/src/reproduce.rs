@@ -10,11 +10,10 @@ use asperity_analysis::run_data::RunData;
 use asperity_analysis::{figures, table_file, tables};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
-use asperity_run::SolverKind;
 use asperity_run::study::Job;
+use asperity_run::{SolverKind, at_once};
 
 use crate::args::{ReduceArguments, ReproduceArguments};
-use crate::at_once::at_once;
 use crate::exit::Failure;
 use crate::interrupt;
 use crate::progress::Board;

@@ -3,15 +3,14 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
 use asperity_export::whole::WholeFile;
 use asperity_model::{Plan, text};
+use asperity_run::at_once;
 use asperity_run::study::Job;
 use asperity_run::verify::{Proof, Verified, verify};
 
 use crate::args::VerifySolverArguments;
-use crate::at_once::at_once;
 use crate::exit::Failure;
 use crate::progress::Board;
 use crate::reproduce::read_pipeline;
@@ -46,13 +45,7 @@ pub(crate) fn command(arguments: &VerifySolverArguments) -> Result<(), Failure> 
     let board = Board::new();
     board.line(&format!("{} runs, {:e} plain steps", jobs.len(), steps as f64));
     jobs.sort_by_key(|job| std::cmp::Reverse(job.cost()));
-    let outcomes = Mutex::new(Vec::new());
-    at_once(&jobs, arguments.jobs, |job| {
-        let outcome = compare(job, arguments.for_s, &board)?;
-        outcomes.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(outcome);
-        Ok(())
-    })?;
-    let mut outcomes = outcomes.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut outcomes = at_once(&jobs, arguments.jobs, |job| compare(job, arguments.for_s, &board))?;
     outcomes.sort_by(|a, b| a.run.cmp(&b.run));
     print(&outcomes)?;
     compare_with_known(arguments, &jobs, &outcomes, &known)

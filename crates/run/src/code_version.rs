@@ -116,7 +116,12 @@ mod tests {
         write(workspace, "crates/run/src/lib.rs", "run");
         write(workspace, "crates/stream/Cargo.toml", &manifest("asperity-record = { workspace = true }\n"));
         write(workspace, "crates/stream/src/lib.rs", "stream");
-        write(workspace, "crates/record/Cargo.toml", &(manifest("serde.workspace = true\n") + "[dev-dependencies]\nasperity-testkit.workspace = true\n"));
+        write(
+            workspace,
+            "crates/record/Cargo.toml",
+            &(manifest("serde.workspace = true\n")
+                + "[dev-dependencies]\nasperity-testkit.workspace = true\n"),
+        );
         write(workspace, "crates/record/src/deep/step.rs", "step");
         write(workspace, "crates/figures/Cargo.toml", &manifest(""));
         write(workspace, "crates/figures/src/lib.rs", "figures");
@@ -159,7 +164,8 @@ mod tests {
 
     #[test]
     fn this_program_bears_the_version_of_its_sources() {
-        let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("it is there");
+        let workspace =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("it is there");
         let files = sources(&workspace, "run").expect("the sources are there");
         assert!(files.contains_key("crates/simulator/src/plain.rs"));
         assert!(files.contains_key("crates/detect-extent/src/lib.rs"));

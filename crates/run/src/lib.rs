@@ -67,3 +67,4 @@ pub use watch::{Notice, Watch};
 
 pub use asperity_detect::Detector;
 pub use asperity_simulator::{Counters, SolverKind};
+pub use asperity_stream::at_once;

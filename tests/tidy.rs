@@ -16,41 +16,15 @@ use serde_json::Value;
 
 /// Circles of files that are known, each by its files: none is to join them, and one that was
 /// opened leaves this list.
-const CIRCLES: &[&[&str]] = &[
-    &[
-        "crates/analysis/src/figures/damping.rs",
-        "crates/analysis/src/figures/displacement.rs",
-        "crates/analysis/src/figures/forces.rs",
-        "crates/analysis/src/figures/front.rs",
-        "crates/analysis/src/figures/initial_shear.rs",
-        "crates/analysis/src/figures/lengths.rs",
-        "crates/analysis/src/figures/load.rs",
-        "crates/analysis/src/figures/loads.rs",
-        "crates/analysis/src/figures/onset.rs",
-        "crates/analysis/src/figures/slipped.rs",
-        "crates/analysis/src/figures/spread.rs",
-        "crates/analysis/src/figures/stress.rs",
-        "crates/analysis/src/figures/study.rs",
-        "crates/analysis/src/figures/velocities.rs",
-        "crates/analysis/src/figures.rs",
-    ],
-    &[
-        "crates/model/src/chain.rs",
-        "crates/model/src/initial.rs",
-        "crates/model/src/plan.rs",
-        "crates/model/src/scenario.rs",
-    ],
-    &[
-        "crates/simulator/src/fast.rs",
-        "crates/simulator/src/lib.rs",
-        "crates/simulator/src/plain.rs",
-        "crates/simulator/src/recorder.rs",
-    ],
-];
+const CIRCLES: &[&[&str]] = &[&[
+    "crates/simulator/src/fast.rs",
+    "crates/simulator/src/lib.rs",
+    "crates/simulator/src/plain.rs",
+    "crates/simulator/src/recorder.rs",
+]];
 
 /// Libraries whose `lib.rs` shows no example that runs yet; one that does leaves this list.
 const WITHOUT_EXAMPLE: &[&str] = &[
-    "analysis",
     "detect",
     "detect-extent",
     "detect-global",

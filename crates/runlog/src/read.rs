@@ -149,6 +149,12 @@ impl RunReader {
         &self.scenario_toml
     }
 
+    /// The topics of events that the log announces: one for each detector that it was written
+    /// with, whether it found anything or not. Known once the first item has been read.
+    pub fn event_topics(&self) -> impl Iterator<Item = String> {
+        self.records.layout().topics().filter(|topic| topic.starts_with(EVENTS)).map(str::to_owned)
+    }
+
     /// The state of the last checkpoint in what has been read, as JSON; whatever it needs of
     /// the log stands before it.
     pub fn checkpoint(&self) -> Option<&str> {

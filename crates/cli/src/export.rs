@@ -13,14 +13,13 @@ use crate::at_once::at_once;
 use crate::exit::{self, Code, Failure};
 use crate::progress::Board;
 
-pub(crate) fn command(arguments: &ExportArguments) -> Result<(), Failure> {
+pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
     let requests = requests(arguments)?;
     std::fs::create_dir_all(&arguments.out)
         .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", arguments.out.display())))?;
-    let board = Board::new();
     let some_failed = AtomicBool::new(false);
     at_once(&requests, arguments.jobs, |(run, request)| {
-        match export_one(run, request, arguments.to, &board) {
+        match export_one(run, request, arguments.to, board) {
             // Of many, the others are exported all the same.
             Err(Failure::Failed(problem)) if requests.len() > 1 => {
                 some_failed.store(true, Ordering::Relaxed);
@@ -52,7 +51,7 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
             to_s: arguments.to_s,
             out: arguments.out.clone(),
             name,
-            replace: arguments.replace,
+            replace: arguments.force,
         };
         requests.push((run.clone(), request));
     }
@@ -104,7 +103,7 @@ fn failure(error: ExportError) -> Failure {
     match error {
         ExportError::UnknownTopic { .. } | ExportError::EmptyRange { .. } => Failure::bad_input(error),
         ExportError::Exists(_) => Failure::BadInput(format!(
-            "{error}; nothing of this run was written (accepted: another folder, or --replace)"
+            "{error}; nothing of this run was written (accepted: another folder, or --force)"
         )),
         ExportError::Log(_) | ExportError::Write { .. } => Failure::failed(error),
     }

@@ -79,12 +79,11 @@ pub(crate) fn read_pipeline(file: &Path, set: &[String]) -> Result<(Pipeline, Ve
     Ok((pipeline, jobs))
 }
 
-pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
+pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(), Failure> {
     let (pipeline, jobs) = read_pipeline(&arguments.pipeline, &arguments.set)?;
     let runs_folder = arguments.out.join("runs");
     create_folder(&runs_folder)?;
     interrupt::install()?;
-    let board = Board::new();
     let solver = SolverKind::from(arguments.solver);
     let (done, mut missing): (Vec<Job>, Vec<Job>) =
         jobs.into_iter().partition(|job| !arguments.fresh && is_done(&runs_folder, job, solver));
@@ -93,7 +92,13 @@ pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
     }
     // The longest first, so that no core waits for one at the end.
     missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));
-    at_once(&missing, arguments.jobs, |job| make_run(job, &runs_folder, solver, arguments.fresh, &board))?;
+    let overall = board.overall(missing.iter().map(|job| (job.name.clone(), job.cost())));
+    at_once(&missing, arguments.jobs, |job| {
+        make_run(job, &runs_folder, solver, arguments.fresh, overall.board())?;
+        overall.done(&job.name);
+        Ok(())
+    })?;
+    drop(overall);
 
     if let Some(code) = interrupt::code() {
         return Err(Failure::Said(code));

@@ -39,7 +39,7 @@ pub(crate) struct Task<'a> {
 /// The time between checkpoints where nobody asks for another.
 pub(crate) const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(1);
 
-pub(crate) fn command(arguments: &RunArguments) -> Result<(), Failure> {
+pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Failure> {
     let scenario = arguments.choice.resolve()?;
     let out = arguments.out.as_path();
     let checkpoint_interval = Duration::try_from_secs_f64(arguments.checkpoint_s).map_err(|_| {
@@ -56,9 +56,8 @@ pub(crate) fn command(arguments: &RunArguments) -> Result<(), Failure> {
         name: &scenario.name,
         checkpoint_interval,
     };
-    let board = Board::new();
     if out.exists() {
-        return if arguments.resume { task.is_whole(&board) } else { Err(taken(out)) };
+        return if arguments.resume { task.is_whole(board) } else { Err(taken(out)) };
     }
     let unfinished = Unfinished::of(out).map_err(Failure::failed)?;
     if let (Some(unfinished), false) = (&unfinished, arguments.resume) {
@@ -70,10 +69,9 @@ pub(crate) fn command(arguments: &RunArguments) -> Result<(), Failure> {
         )));
     }
     interrupt::install()?;
-    let counters =
-        execute(&task, unfinished, &board).map_err(|error| error.into_failure(&board, task.name))?;
+    let counters = execute(&task, unfinished, board).map_err(|error| error.into_failure(board, task.name))?;
     if arguments.stats {
-        board.line(counters.to_string().trim_end());
+        board.answer(counters.to_string().trim_end());
     }
     Ok(())
 }

@@ -49,7 +49,7 @@ struct Outcome {
     events: usize,
 }
 
-pub(crate) fn command(arguments: &VerifySolverArguments) -> Result<(), Failure> {
+pub(crate) fn command(arguments: &VerifySolverArguments, board: &Board) -> Result<(), Failure> {
     let (_, mut jobs) = read_pipeline(&arguments.pipeline, &arguments.set)?;
     if let Some(unknown) = arguments.only.iter().find(|only| jobs.iter().all(|job| job.name != **only)) {
         let known: Vec<&str> = jobs.iter().map(|job| job.name.as_str()).collect();
@@ -67,12 +67,11 @@ pub(crate) fn command(arguments: &VerifySolverArguments) -> Result<(), Failure> 
         None if Path::new(NEAR_TIES).is_dir() => known_ties(Path::new(NEAR_TIES))?,
         None => Vec::new(),
     };
-    let board = Board::new();
     board.line(&format!("{} runs, {:e} plain steps", jobs.len(), steps as f64));
     jobs.sort_by_key(|job| std::cmp::Reverse(job.cost()));
     let outcomes = Mutex::new(Vec::new());
     at_once(&jobs, arguments.jobs, |job| {
-        let outcome = compare(job, arguments.for_s, &board)?;
+        let outcome = compare(job, arguments.for_s, board)?;
         outcomes.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(outcome);
         Ok(())
     })?;

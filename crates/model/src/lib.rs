@@ -13,6 +13,7 @@
 //! - `profile`: initial shear from a CSV file.
 //! - [`builtin`]: the scenarios that come with the program.
 //! - [`plan`]: the [`Plan`]: the numbers of the physics, derived from a scenario.
+//! - [`elastic`]: what holds a slider together.
 //! - [`load`], [`initial`]: normal load per block; displacements, velocities and
 //!   friction springs at the start.
 //! - [`chain`]: the stuck chain at rest or in steady motion.
@@ -21,6 +22,7 @@
 pub mod analytic;
 pub mod builtin;
 pub mod chain;
+pub mod elastic;
 pub mod initial;
 pub mod keys;
 pub mod load;
@@ -30,6 +32,7 @@ pub mod scenario;
 pub mod source;
 pub mod text;
 
+pub use elastic::Elastic;
 pub use load::LoadCourse;
 pub use plan::{Ageing, Drive, DriveSpring, Friction, Law, Plan, Reattach, RecordingPlan, WindowPlan};
 pub use scenario::{DriveKind, ParameterSet, Scenario};

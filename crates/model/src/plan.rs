@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::elastic::{Chain, Elastic};
 use crate::initial::InitialState;
 use crate::load::LoadCourse;
 use crate::scenario::{DriveKind, FrictionLaw, ScheduleFrom, Start};
@@ -20,9 +21,11 @@ pub struct Plan {
     pub spacing_m: f64,
     /// Block mass `m = M / N`.
     pub block_mass_kg: f64,
-    /// Stiffness between neighbours `k` (5.5).
+    /// What holds the blocks together.
+    pub elastic: Elastic,
+    /// Stiffness between neighbours `k` (5.5), as [`Plan::elastic`] has it.
     pub stiffness_n_per_m: f64,
-    /// Viscous damping between neighbours `eta` (5.7).
+    /// Viscous damping between neighbours `eta` (5.7), as [`Plan::elastic`] has it.
     pub damping_kg_per_s: f64,
     /// The friction law's numbers.
     pub friction: Friction,
@@ -314,8 +317,9 @@ impl Plan {
             length_m: scenario.slider.length_m,
             spacing_m: springs.spacing_m,
             block_mass_kg: springs.block_mass_kg,
-            stiffness_n_per_m: springs.stiffness_n_per_m,
-            damping_kg_per_s: springs.damping_kg_per_s,
+            stiffness_n_per_m: springs.elastic.stiffness_n_per_m(),
+            damping_kg_per_s: springs.elastic.damping_kg_per_s(),
+            elastic: springs.elastic.clone(),
             friction: Friction {
                 law,
                 static_coefficient: friction.static_coefficient,
@@ -355,7 +359,7 @@ impl Plan {
             },
         };
         if scenario.time.start == Start::Loaded {
-            initial::load(&mut plan);
+            initial::start_loaded(&mut plan);
         }
         plan
     }
@@ -391,9 +395,8 @@ impl Plan {
 pub(crate) struct Springs {
     pub(crate) spacing_m: f64,
     pub(crate) block_mass_kg: f64,
-    pub(crate) stiffness_n_per_m: f64,
+    pub(crate) elastic: Elastic,
     pub(crate) interfacial_stiffness_n_per_m: f64,
-    pub(crate) damping_kg_per_s: f64,
 }
 
 impl Springs {
@@ -406,40 +409,38 @@ impl Springs {
         Springs {
             spacing_m: slider.length_m / gaps,
             block_mass_kg,
-            stiffness_n_per_m,
+            elastic: Elastic::Chain(Chain {
+                nodes: slider.blocks as usize,
+                stiffness_n_per_m,
+                damping_kg_per_s: slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt(),
+            }),
             interfacial_stiffness_n_per_m: match scenario.friction.law {
                 FrictionLaw::InterfacialSprings => {
                     scenario.friction.interfacial_stiffness_ratio * stiffness_n_per_m
                 }
                 FrictionLaw::Rigid | FrictionLaw::VelocityWeakening => 0.0,
             },
-            damping_kg_per_s: slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt(),
         }
     }
 }
 
-/// The time step beyond which the scheme is unstable for a scenario's chain.
-///
-/// One mode with `x'' = -w^2 x - g x'` advances by Euler-Cromer as
-/// `v' = v - dt (w^2 x + g v)`, `x' = x + dt v'`. Its characteristic polynomial
-/// `z^2 - (2 - g dt - w^2 dt^2) z + (1 - g dt)` has both roots inside the unit
-/// circle if and only if `w^2 dt^2 + 2 g dt < 4`. The stiffest mode is bounded by
-/// `w^2 = (4 k + k_t + K) / m` and `g = 4 eta / m`.
+/// The time step beyond which the scheme is unstable for a scenario's slider.
 pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
     let springs = Springs::of(scenario);
     let stiffest_drive = match scenario.drive.kind {
         DriveKind::Top => top_stiffness_n_per_m(scenario).into_iter().fold(0.0, f64::max),
         DriveKind::Side | DriveKind::LeftRight => scenario.drive.stiffness_n_per_m,
     };
-    let stiffest = (4.0 * springs.stiffness_n_per_m + springs.interfacial_stiffness_n_per_m + stiffest_drive)
-        / springs.block_mass_kg;
     let radiation = match scenario.friction.law {
         FrictionLaw::VelocityWeakening => scenario.friction.radiation_kg_per_s,
         _ => 0.0,
     };
-    let damping = (4.0 * springs.damping_kg_per_s + radiation) / springs.block_mass_kg;
-    // The positive root, in the form in which nothing cancels or overflows.
-    4.0 / (damping + libm::hypot(damping, 2.0 * stiffest.sqrt()))
+    springs.elastic.longest_stable_step_s(
+        springs.block_mass_kg,
+        springs.interfacial_stiffness_n_per_m,
+        stiffest_drive,
+        radiation,
+    )
 }
 
 #[cfg(test)]

@@ -23,6 +23,9 @@ pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverRepo
 pub use step::{Direction, StepRecord, Switch};
 pub use time::TimeGrid;
 
+/// The most blocks that a scenario, and so a run log, may have.
+pub const MOST_BLOCKS: u64 = 100_000;
+
 /// Anything a solver yields, in the order in which it happened.
 ///
 /// Within one step the order is [`Record::Step`], [`Record::Fields`],

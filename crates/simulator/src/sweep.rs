@@ -9,11 +9,11 @@
 //! an `if` would be compiled to a branch, or to stores under a mask, which some
 //! processors are slow at.
 //!
-//! In reading order: `chain`, what neighbours pull; `step`, the equations of a step; `terms`,
+//! In reading order: `elastic`, how nodes pull at each other; `step`, the equations of a step; `terms`,
 //! `guards` and `linear`, what windows are made of; `waves`, what jumps of long chains are.
 //! `versions` has the instruction sets.
 
-mod chain;
+mod elastic;
 mod guards;
 mod linear;
 mod step;

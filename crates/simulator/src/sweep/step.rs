@@ -2,12 +2,14 @@
 
 use std::hint::select_unpredictable;
 
-use crate::sweep::chain::pull_of_neighbours;
+use asperity_model::Elastic;
+
+use crate::sweep::elastic::pull;
 use crate::sweep::versions::{Sweeps, dispatch};
 
 impl Sweeps {
     dispatch! {
-        /// One step: `tau` as [`Sweeps::pull_of_neighbours`] has it and the driving forces on
+        /// One step: `tau` as [`Sweeps::pull`] has it and the driving forces on
         /// the first and the last block, friction, new velocities and positions (4.13, 4.14);
         /// whether any block may switch.
         step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
@@ -36,21 +38,24 @@ impl Sweeps {
     }
 }
 
-/// What a step depends on, one value per block.
+/// What a step depends on. Nodes move, contacts rub; every node of a chain carries one.
 pub(crate) struct Blocks<'a> {
+    /// What holds the nodes together.
+    pub(crate) elastic: &'a Elastic,
+    /// Of each node.
     pub(crate) u: &'a [f64],
     pub(crate) v: &'a [f64],
+    pub(crate) driving_force: &'a [f64],
+    /// Of each contact.
     pub(crate) u_stick: &'a [f64],
     pub(crate) slip: &'a [f64],
     pub(crate) threshold: &'a [f64],
     pub(crate) sliding_friction: &'a [f64],
-    pub(crate) driving_force: &'a [f64],
 }
 
+/// The numbers that all nodes and contacts have in common.
 #[derive(Debug, Clone)]
 pub(crate) struct Constants {
-    pub(crate) k: f64,
-    pub(crate) eta: f64,
     pub(crate) dt: f64,
     pub(crate) dt_over_m: f64,
     pub(crate) kt: f64,
@@ -92,7 +97,7 @@ fn take_step<const EVERYWHERE: bool>(
     constants: &Constants,
 ) -> bool {
     let tau = &mut tau[..u_new.len()];
-    pull_of_neighbours(tau, old.u, old.v, constants.k, constants.eta);
+    pull(tau, old.u, old.v, old.elastic);
     let (last, driving_force) = (tau.len() - 1, old.driving_force);
     if EVERYWHERE {
         for (tau, force) in tau.iter_mut().zip(driving_force) {
@@ -152,9 +157,9 @@ fn rigid_step(
     old: &Blocks<'_>,
     constants: &Constants,
 ) -> bool {
-    let &Constants { k, eta, dt, dt_over_m, weakening, radiation, .. } = constants;
+    let &Constants { dt, dt_over_m, weakening, radiation, .. } = constants;
     let blocks = u_new.len();
-    pull_of_neighbours(tau, old.u, old.v, k, eta);
+    pull(tau, old.u, old.v, old.elastic);
     let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
     let Blocks { u, v, slip, threshold, sliding_friction, driving_force, .. } = *old;
     let (u, v, slip) = (&u[..blocks], &v[..blocks], &slip[..blocks]);
@@ -239,6 +244,8 @@ fn comes_to_rest(velocity: f64, new_velocity: f64, two_way: bool) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use asperity_model::elastic::{Chain, Elastic};
+
     use super::{After, Blocks, Constants, Sweeps};
 
     /// Numbers without pattern, the same on every machine.
@@ -255,6 +262,8 @@ mod tests {
     #[test]
     fn all_instruction_sets_give_the_same_bits() {
         for blocks in [2, 3, 7, 8, 9, 64, 101] {
+            let elastic =
+                Elastic::Chain(Chain { nodes: blocks, stiffness_n_per_m: 3.7, damping_kg_per_s: 0.9 });
             for two_way in [false, true] {
                 let run = |sweeps: Sweeps| {
                     let mut u = noise(1, blocks);
@@ -268,6 +277,7 @@ mod tests {
                     let mut any = Vec::new();
                     for step in 0..50 {
                         let old = Blocks {
+                            elastic: &elastic,
                             u: &u,
                             v: &v,
                             u_stick: &u_stick,
@@ -277,8 +287,6 @@ mod tests {
                             driving_force: &noise(6 + step, blocks),
                         };
                         let constants = Constants {
-                            k: 3.7,
-                            eta: 0.9,
                             dt: 0.01,
                             dt_over_m: 0.013,
                             kt: 2.1,
@@ -327,6 +335,11 @@ mod tests {
                 let alone = |x: f64| std::array::from_fn::<f64, BLOCKS, _>(|n| if n == AT { x } else { 0.0 });
                 let (slip, v) = (alone(slip), alone(v));
                 let old = Blocks {
+                    elastic: &Elastic::Chain(Chain {
+                        nodes: BLOCKS,
+                        stiffness_n_per_m: 0.0,
+                        damping_kg_per_s: 0.0,
+                    }),
                     u: &alone(0.0),
                     v: &v,
                     u_stick: &alone(0.0),
@@ -335,16 +348,8 @@ mod tests {
                     sliding_friction: &[0.0; BLOCKS],
                     driving_force: &alone(force),
                 };
-                let constants = Constants {
-                    k: 0.0,
-                    eta: 0.0,
-                    dt: 1.0,
-                    dt_over_m: 1.0,
-                    kt: 0.0,
-                    two_way,
-                    weakening: 0.0,
-                    radiation: 0.0,
-                };
+                let constants =
+                    Constants { dt: 1.0, dt_over_m: 1.0, kt: 0.0, two_way, weakening: 0.0, radiation: 0.0 };
                 for sweeps in Sweeps::available() {
                     let (mut u_new, mut v_new, mut tau) = ([0.0; BLOCKS], [0.0; BLOCKS], [0.0; BLOCKS]);
                     let hint = take(sweeps, &mut u_new, &mut v_new, &mut tau, &old, &constants);

@@ -4,6 +4,8 @@
 use std::hint::select_unpredictable;
 use std::ops::Range;
 
+use asperity_model::elastic::Chain;
+
 use crate::sweep::step::sign;
 use crate::sweep::versions::{Sweeps, dispatch};
 
@@ -174,8 +176,8 @@ pub(crate) struct TermChain<'a> {
     pub(crate) sigma: &'a [f64],
     /// Whether stuck blocks do not move at all.
     pub(crate) rigid: bool,
-    pub(crate) stiffness: f64,
-    pub(crate) damping: f64,
+    /// Stiffness and damping in these units.
+    pub(crate) springs: Chain,
     /// The drive's part of the springs, by block.
     pub(crate) driven: &'a [(usize, f64)],
     /// The next term is `by` times the difference of this one, `stay` times this one
@@ -198,7 +200,7 @@ fn terms(
     let Terms { u, v, guard, pitch } = rows;
     let [mut now, mut next] = strains;
     let first = behind.start * pitch;
-    strain(now, &u[first..first + blocks], &v[first..first + blocks], chain.stiffness, chain.damping);
+    chain.springs.strains(now, &u[first..first + blocks], &v[first..first + blocks]);
     for j in behind {
         let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
         let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
@@ -251,9 +253,9 @@ fn next_term<const BACK: i8, const RIGID: bool>(
     let (u, v) = (&term.u[..blocks], &term.v[..blocks]);
     let (before_u, before_v) = (&term.before_u[..blocks], &term.before_v[..blocks]);
     let (spring, sigma) = (&chain.spring[..blocks], &chain.sigma[..blocks]);
-    let &TermChain { stiffness, damping, by, stay, .. } = chain;
+    let &TermChain { springs, by, stay, .. } = chain;
     for n in 0..blocks {
-        let pull = (right[n] + left[n]) - 2.0 * here[n];
+        let pull = Chain::pull_of_strains(left[n], here[n], right[n]);
         let mut change = pull - spring[n] * u[n];
         if RIGID {
             change = select_unpredictable(sigma[n] == 0.0, 0.0, change);
@@ -267,7 +269,7 @@ fn next_term<const BACK: i8, const RIGID: bool>(
         let new_u = go_on(change + by * v[n], stay * u[n], before_u[n]);
         next_v[n] = new_v;
         next_u[n] = new_u;
-        next_here[n] = stiffness * new_u + damping * new_v;
+        next_here[n] = springs.strain(new_u, new_v);
         guard[n] = select_unpredictable(sigma[n] == 0.0, pull, v[n]);
     }
     for &(n, drive) in chain.driven {
@@ -275,18 +277,5 @@ fn next_term<const BACK: i8, const RIGID: bool>(
             guard[n] -= drive * u[n];
         }
     }
-    next_strain[0] = next_strain[1];
-    next_strain[blocks + 1] = next_strain[blocks];
-}
-
-/// `stiffness u + damping v`, with the ends' own values beyond them.
-#[inline(always)]
-fn strain(result: &mut [f64], u: &[f64], v: &[f64], stiffness: f64, damping: f64) {
-    let blocks = u.len();
-    let (v, result) = (&v[..blocks], &mut result[..blocks + 2]);
-    for n in 0..blocks {
-        result[n + 1] = stiffness * u[n] + damping * v[n];
-    }
-    result[0] = result[1];
-    result[blocks + 1] = result[blocks];
+    Chain::free_ends(&mut next_strain[..blocks + 2]);
 }

@@ -145,9 +145,9 @@ impl Replay<'_> {
         let mut reader = RunReader::open(run, topics).map_err(Failure::failed)?;
         let header: RunHeader = reader.header().clone();
         let detectors = self.settings.start(&header);
-        let emitted: Vec<&str> = detectors.iter().map(|detector| detector.emits().topic).collect();
+        let emitted = detectors.iter().map(|detector| detector.emits()).collect();
         let mut tables = match &self.arguments.out {
-            Some(out) => Some(EventTables::create(out, &name(run), &emitted)?),
+            Some(out) => Some(EventTables::create(out, &name(run), emitted)?),
             None => None,
         };
         let mut printed = match self.arguments.format {

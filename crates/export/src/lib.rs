@@ -3,7 +3,8 @@
 //! In reading order:
 //!
 //! - [`layout`]: which columns each topic's table has, and why arrays become rows.
-//! - `rows`: what of a record goes into which row.
+//! - [`rows`]: what of a record goes into which row.
+//! - `foreign`: the columns of events whose detector is not at hand.
 //! - [`batch`]: some rows, by columns; what is held in memory at a time.
 //! - [`mod@format`]: what a file format must do.
 //! - `comma` and `lines`: CSV and NDJSON. Parquet needs polars, so it is in
@@ -14,12 +15,13 @@
 pub mod batch;
 mod comma;
 pub mod export;
+mod foreign;
 pub mod format;
 pub mod layout;
 mod lines;
-mod rows;
+pub mod rows;
 pub mod whole;
 
-pub use comma::Csv;
+pub use comma::{Csv, CsvRows, Spelling};
 pub use export::{Export, ExportError, Ran, Report, Request, name_of};
 pub use lines::Ndjson;

@@ -9,17 +9,25 @@
 //! Blocks are numbered from 1, as in the source thesis. Units stand last in
 //! names and are SI throughout.
 
+// Lets `payload!` name this crate by its own name, here as in crates that use it.
+extern crate self as asperity_record;
+
 mod checkpoint;
+mod column;
 mod event;
 mod fields;
 mod header;
+mod payload;
 mod step;
 mod time;
 
 pub use checkpoint::Checkpoint;
+pub use column::{Cell, CellValue, Column, ColumnKind, markdown, unit_of};
 pub use event::{Event, EventKind, EventPayload, GlobalSlip, Onset, SlipEvent};
 pub use fields::{FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
+#[doc(hidden)]
+pub use payload::macros;
 pub use step::{Direction, StepRecord, Switch};
 pub use time::TimeGrid;
 

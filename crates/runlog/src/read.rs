@@ -30,6 +30,9 @@ pub(crate) const LONGEST_RECORD_BYTES: usize = 1 << 26;
 /// Most that is made room for at once: a length is only believed as far as there are bytes.
 const LONGEST_READ_BYTES: usize = 1 << 20;
 
+/// Most that is kept of the schemas of a log's topics, in bytes; ours are some thousand.
+const MOST_SCHEMA_BYTES: usize = 1 << 20;
+
 /// A run log that cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {problem}", path.display())]
@@ -312,6 +315,11 @@ pub struct RunReader {
     record_step: u64,
     ready: VecDeque<LogItem>,
     counts: BTreeMap<String, u64>,
+    /// JSON schemas by their number in the file, as far as there is room.
+    schemas: BTreeMap<u16, String>,
+    schema_bytes: usize,
+    /// Topics of events, and the number of the schema of each.
+    event_topics: BTreeMap<String, u16>,
     switches: u64,
     digest: blake3::Hasher,
     finished: bool,
@@ -351,6 +359,9 @@ impl RunReader {
             record_step: 0,
             ready: VecDeque::new(),
             counts: BTreeMap::new(),
+            schemas: BTreeMap::new(),
+            schema_bytes: 0,
+            event_topics: BTreeMap::new(),
             switches: 0,
             digest: blake3::Hasher::new(),
             finished: false,
@@ -373,6 +384,13 @@ impl RunReader {
     /// The resolved scenario, as TOML.
     pub fn scenario_toml(&self) -> &str {
         &self.scenario_toml
+    }
+
+    /// The topics of events that have been announced, all of them before the first item, and
+    /// the JSON schema of each; empty where there is none.
+    pub fn event_schemas(&self) -> BTreeMap<&str, &str> {
+        let schema = |id: &u16| self.schemas.get(id).map_or("", String::as_str);
+        self.event_topics.iter().map(|(topic, id)| (topic.as_str(), schema(id))).collect()
     }
 
     /// The state of the last checkpoint in what has been read, as JSON; whatever it needs of
@@ -488,7 +506,17 @@ impl RunReader {
                 self.close_step()?;
                 self.checkpoint = Some(text(CHECKPOINT, data)?);
             }
+            Raw::Schema { header, data } => {
+                let is_new = !self.schemas.contains_key(&header.id);
+                if is_new && self.schema_bytes + data.len() <= MOST_SCHEMA_BYTES {
+                    self.schema_bytes += data.len();
+                    self.schemas.insert(header.id, String::from_utf8_lossy(&data).into_owned());
+                }
+            }
             Raw::Channel(channel) => {
+                if channel.topic.starts_with(EVENTS) {
+                    self.event_topics.insert(channel.topic.clone(), channel.schema_id);
+                }
                 self.counts.entry(channel.topic).or_insert(0);
             }
             Raw::Message { header, data } => {

@@ -11,6 +11,32 @@
 //!   `asperity-analysis`, and looks like these from here.
 //! - [`export`]: from the log to the files.
 //! - [`whole`]: files that bear their name only once they are whole, these and all other tables.
+//!
+//! ```
+//! use asperity_export::{Csv, Export, Request, name_of};
+//! use asperity_record::{EventKind, SlipEvent};
+//!
+//! # let run = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/v2/complete.mcap");
+//! # let run = std::path::Path::new(run);
+//! # let folder = tempfile::tempdir()?;
+//! # let out = folder.path().to_owned();
+//! // The slip events of the log at `run` from 0.5 s on, as CSV in the folder `out`.
+//! let request = Request {
+//!     topics: vec!["/events/slip".to_owned()],
+//!     from_s: Some(0.5),
+//!     to_s: None,
+//!     out,
+//!     name: name_of(run),
+//!     replace: false,
+//! };
+//! let report = Export::open(run, request, &[EventKind::of::<SlipEvent>()], &Csv)?.run(|_step| {})?;
+//! let (path, rows) = &report.files[0];
+//! let table = std::fs::read_to_string(path)?;
+//! assert!(table.starts_with("onset_s,end_s,first_block,last_block,max_sliding,ft_fn_onset,ft_fn_end"));
+//! assert_eq!(table.lines().count() as u64, rows.unwrap() + 1);
+//! # assert!(rows.unwrap() > 0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod batch;
 mod comma;

@@ -1,7 +1,7 @@
 //! Records as rows, with the doubles of the log as they are. Events say themselves what their
 //! row is.
 
-use asperity_record::{Cell, CellValue, Direction, FieldRecord, StepRecord, Switch, WindowRecord};
+use asperity_record::{Cell, CellValue, FieldRecord, StepRecord, Switch, WindowRecord};
 
 use crate::batch::Batch;
 
@@ -44,10 +44,7 @@ pub(crate) fn switch(batch: &mut Batch, record: &StepRecord, switch: &Switch) {
         Cell::Step(record.step),
         Cell::Number(record.time_s),
         Cell::Count(switch.block),
-        Cell::Word(match switch.direction {
-            Direction::Detach => "detach",
-            Direction::Attach => "attach",
-        }),
+        switch.direction.cell(),
         Cell::Number(switch.displacement_m),
         Cell::Number(switch.velocity_m_per_s),
         Cell::Number(switch.tangential_force_n),

@@ -1,16 +1,12 @@
 //! What the command says and how it exits: 0 for success, 1 for what could not
 //! be done, 2 for bad input, upon which nothing is written.
 
-#[path = "support/binary.rs"]
-mod binary;
-#[path = "support/small.rs"]
-mod small;
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use binary::{asperity, succeed, text};
+use crate::support::binary::{asperity, succeed, text};
+use crate::support::{binary, small};
 
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder can be made")

@@ -2,16 +2,13 @@
 //! in one folder, and print what the page says that they print.
 //!
 //! To write into the page what they print now, look at it, and commit it:
-//! `UPDATE_EXPECT=1 cargo xtask test --test recipes`
-
-#[path = "support/clients.rs"]
-mod clients;
+//! `UPDATE_EXPECT=1 cargo xtask test --test root recipes::`
 
 use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use clients::{Python, file, said};
+use crate::support::clients::{Python, file, said};
 
 fn page() -> String {
     fs::read_to_string(file("fixtures/clients/README.md")).expect("the page is there")

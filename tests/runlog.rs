@@ -1,17 +1,13 @@
 //! The layout of a run log, as a reader that knows MCAP and not asperity sees it;
 //! and that no damage to it goes unseen.
 
-#[path = "support/binary.rs"]
-mod binary;
-#[path = "support/small.rs"]
-mod small;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::support::binary::{succeed, text};
+use crate::support::{binary, small};
 use asperity_runlog::{Existing, LogError, LogItem, RunReader, RunWriter, Topics, partial_path};
-use binary::{succeed, text};
 use mcap::read::{ChunkFlattener, LinearReader};
 use mcap::records::Record;
 

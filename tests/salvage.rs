@@ -1,15 +1,13 @@
 //! Damaged logs, put together again: all that was not hit is there, nothing else is, and what
 //! is missing is told.
 
-#[path = "support/binary.rs"]
-mod binary;
-
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use crate::support::binary;
+use crate::support::binary::{asperity, succeed, text};
 use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
-use binary::{asperity, succeed, text};
 use mcap::read::LinearReader;
 use mcap::records::Record;
 

@@ -188,24 +188,31 @@ fn every_source_file_says_what_it_is_for() {
     }
 }
 
-/// Cargo does not look into the tests folder of a virtual workspace.
+/// A file that no module names is never compiled, and says nothing of it.
 #[test]
-fn every_root_test_is_declared() {
+fn every_root_test_is_a_module_of_the_one_program() {
     let manifest: toml::Table =
         read(&root().join("crates/cli/Cargo.toml")).parse().expect("a manifest is TOML");
-    let declared: BTreeSet<&str> = manifest["test"]
+    let declared: Vec<&str> = manifest["test"]
         .as_array()
         .expect("tests are declared")
         .iter()
         .map(|test| test["path"].as_str().expect("a declared test has a path"))
         .collect();
-    for entry in fs::read_dir(root().join("tests")).expect("the folder is there") {
-        let path = entry.expect("the folder can be read").path();
-        if path.extension().is_some_and(|extension| extension == "rs") {
-            let expected = format!("../../{}", short(&path));
+    assert_eq!(declared, ["../../tests/main.rs"], "[[test]] of crates/cli/Cargo.toml");
+    let main = read(&root().join("tests/main.rs"));
+    for (folder, before) in [("tests", ""), ("tests/support", "    pub(crate) ")] {
+        for entry in fs::read_dir(root().join(folder)).expect("the folder is there") {
+            let path = entry.expect("the folder can be read").path();
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            if path.extension().is_none_or(|extension| extension != "rs") || name == "main" {
+                continue;
+            }
+            let wanted = format!("{before}mod {name};");
             assert!(
-                declared.contains(&*expected),
-                "crates/cli/Cargo.toml lacks [[test]] path = {expected:?}"
+                main.lines().any(|line| line == wanted),
+                "tests/main.rs lacks `{wanted}` for {}",
+                short(&path)
             );
         }
     }

@@ -227,7 +227,7 @@ fn bad_scenarios_are_refused_and_nothing_is_written() {
 
     for (set, told) in [
         ("nonsense", "--set nonsense: not TOML"),
-        ("slider.blokcs=7", "the nearest is slider.blocks"),
+        ("slider.blokcs=7", "did you mean slider.blocks?"),
         ("normal_load.tilt=2", "normal_load.tilt: 2 is not accepted (accepted: a number from -1 to 1)"),
         ("time.step_s=1e-3", "beyond the stability of the scheme"),
     ] {

@@ -22,10 +22,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("stream", &["record", "detect"]),
     ("runlog", &["record"]),
     ("export", &["record", "runlog"]),
-    ("analysis", &["record", "runlog", "model", "export"]),
+    ("analysis", &["record", "runlog", "model", "export", "stream"]),
     ("diff", &["record"]),
     (
-        "cli",
+        "run",
         &[
             "record",
             "model",
@@ -36,11 +36,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "detect-global",
             "stream",
             "runlog",
-            "export",
-            "analysis",
-            "diff",
         ],
     ),
+    ("cli", &["record", "model", "runlog", "run", "export", "analysis", "diff"]),
     ("xtask", &[]),
 ];
 

@@ -3,8 +3,8 @@
 use std::io::{IsTerminal, stderr};
 use std::time::{Duration, Instant};
 
-use asperity_record::{EventPayload, SlipEvent};
-use asperity_stream::Item;
+use asperity_record::{Event, EventPayload, SlipEvent};
+use asperity_run::{Notice, Watch};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
 /// How often a run that goes on for long says so where there is no terminal.
@@ -71,22 +71,25 @@ pub(crate) struct RunProgress {
     last_line: Instant,
 }
 
-impl RunProgress {
-    /// Takes note of what has just been logged.
-    pub(crate) fn saw(&mut self, item: &Item) {
-        match item {
-            Item::Event(event) => {
-                if let Some(events) = &mut self.events {
-                    *events += u64::from(event.topic == SlipEvent::TOPIC);
-                }
-            }
-            Item::Record(record) => self.reached(record.step()),
-            Item::Checkpoint(_) => {}
+impl Watch for RunProgress {
+    fn event(&mut self, event: &Event) {
+        if let Some(events) = &mut self.events {
+            *events += u64::from(event.topic == SlipEvent::TOPIC);
         }
     }
 
+    fn reached(&mut self, step: u64) {
+        self.advance(step);
+    }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        self.board.line(&format!("{}: {notice}", self.name));
+    }
+}
+
+impl RunProgress {
     /// Takes note of the last step taken.
-    pub(crate) fn reached(&mut self, step: u64) {
+    pub(crate) fn advance(&mut self, step: u64) {
         self.bar.set_position(step);
         if self.board.on_terminal {
             self.bar.set_message(self.status(step));

@@ -13,6 +13,7 @@
 //! - `profile`: initial shear from a CSV file.
 //! - [`builtin`]: the scenarios that come with the program.
 //! - [`plan`]: the [`Plan`]: the numbers of the physics, derived from a scenario.
+//! - [`elastic`]: what holds a slider together.
 //! - [`load`], [`initial`]: normal load per block; displacements, velocities and
 //!   friction springs at the start.
 //! - [`chain`]: the stuck chain at rest or in steady motion.
@@ -21,16 +22,27 @@
 pub mod analytic;
 pub mod builtin;
 pub mod chain;
+mod contradictions;
+mod derive;
+pub mod elastic;
+mod fill_in;
 pub mod initial;
 pub mod keys;
 pub mod load;
+mod near;
 pub mod plan;
 mod profile;
+mod resolve;
 pub mod scenario;
+mod show;
 pub mod source;
 pub mod text;
+mod words;
 
+pub use elastic::Elastic;
 pub use load::LoadCourse;
-pub use plan::{Ageing, Drive, DriveSpring, Friction, Law, Plan, Reattach, RecordingPlan, WindowPlan};
-pub use scenario::{DriveKind, ParameterSet, Scenario};
+pub use plan::{Ageing, Drive, DriveSpring, Friction, InitialState, Law, Plan, RecordingPlan, WindowPlan};
+pub use resolve::{ResolveError, resolve};
+pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
+pub use words::{DriveKind, ParameterSet, Reattach};

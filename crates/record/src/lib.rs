@@ -19,9 +19,12 @@ mod time;
 pub use checkpoint::Checkpoint;
 pub use event::{Event, EventKind, EventPayload, GlobalSlip, Onset, SlipEvent};
 pub use fields::{FieldRecord, WindowRecord};
-pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
+pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, TopicComparison};
 pub use step::{Direction, StepRecord, Switch};
 pub use time::TimeGrid;
+
+/// The most blocks that a scenario, and so a run log, may have.
+pub const MOST_BLOCKS: u64 = 100_000;
 
 /// Anything a solver yields, in the order in which it happened.
 ///

@@ -17,7 +17,7 @@ use std::process::Command;
 
 use crate::support::binary;
 use crate::support::clients::{file, said};
-use crate::support::markdown::{anchors, blocks, code, links, prose};
+use crate::support::markdown::{anchors, blocks, code, links, paragraphs};
 
 /// Most lines of the README: what a visitor reads before deciding to try it.
 const README_LINES: usize = 130;
@@ -67,8 +67,8 @@ fn every_link_leads_somewhere() {
     for name in pages() {
         let page = read(&name);
         let folder = Path::new(&name).parent().expect("a page is in a folder");
-        for (line, text) in prose(&page) {
-            for target in links(text).filter(|target| !target.contains("://")) {
+        for (line, text) in paragraphs(&page) {
+            for target in links(&text).filter(|target| !target.contains("://")) {
                 let (path, anchor) = target.split_once('#').unwrap_or((target, ""));
                 let linked = if path.is_empty() { file(&name) } else { file("").join(folder).join(path) };
                 assert!(linked.exists(), "{name}:{line}: {target} is not there");
@@ -93,9 +93,9 @@ fn every_path_that_a_page_names_is_there() {
     let mut named = 0;
     for name in pages() {
         let page = read(&name);
-        for (line, text) in prose(&page) {
+        for (line, text) in paragraphs(&page) {
             let plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
-            let paths = code(text)
+            let paths = code(&text)
                 .filter(|code| FOLDERS.iter().any(|folder| code.starts_with(folder)))
                 .filter(|code| code.chars().all(plain));
             for path in paths {
@@ -119,16 +119,16 @@ fn one_notation_everywhere() {
     let mut said = BTreeSet::new();
     for name in pages() {
         let page = read(&name);
-        let mut heading = "";
-        for (line, text) in prose(&page) {
+        let mut heading = String::new();
+        for (line, text) in paragraphs(&page) {
             if text.starts_with("## ") {
-                heading = text;
+                heading.clone_from(&text);
             }
             if ["F_X", "F_{X", "mu_k", "mu_{k", "μ_k"].iter().any(|other| text.contains(other)) {
                 let explained = text.contains("F_X") && text.contains("μ_k");
                 let quoted = heading == "## Errata of the thesis" || explained;
                 assert!(quoted, "{name}:{line}: {text} (accepted: F_T, mu_d)");
-                said.insert((name.clone(), heading.to_owned()));
+                said.insert((name.clone(), heading.clone()));
             }
         }
     }

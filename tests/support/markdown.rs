@@ -50,6 +50,26 @@ pub(crate) fn prose(page: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
+/// The paragraphs of a page outside its fenced blocks, each on one line, with the number of its
+/// first line. Headings and rows of tables are paragraphs of their own.
+pub(crate) fn paragraphs(page: &str) -> Vec<(usize, String)> {
+    let mut paragraphs: Vec<(usize, String)> = Vec::new();
+    let mut last = None;
+    for (number, line) in prose(page) {
+        let is_alone = line.starts_with(['|', '#', '!']);
+        match (&mut last, paragraphs.last_mut()) {
+            (Some(last), Some((_, paragraph))) if !is_alone && *last + 1 == number => {
+                paragraph.push(' ');
+                paragraph.push_str(line.trim());
+            }
+            _ => paragraphs.push((number, line.trim().to_owned())),
+        }
+        last = (!is_alone && !line.trim().is_empty()).then_some(number);
+    }
+    paragraphs.retain(|(_, paragraph)| !paragraph.is_empty());
+    paragraphs
+}
+
 /// What a link to one of the page's headings says behind the `#`, as GitHub makes it.
 pub(crate) fn anchors(page: &str) -> Vec<String> {
     let mut anchors: Vec<String> = Vec::new();
@@ -67,12 +87,12 @@ pub(crate) fn anchors(page: &str) -> Vec<String> {
     anchors
 }
 
-/// The targets of the links and pictures in a line.
-pub(crate) fn links(line: &str) -> impl Iterator<Item = &str> {
-    line.split("](").skip(1).filter_map(|rest| rest.split(')').next())
+/// The targets of the links and pictures in a paragraph.
+pub(crate) fn links(paragraph: &str) -> impl Iterator<Item = &str> {
+    paragraph.split("](").skip(1).filter_map(|rest| rest.split(')').next())
 }
 
-/// What stands in backquotes in a line.
-pub(crate) fn code(line: &str) -> impl Iterator<Item = &str> {
-    line.split('`').skip(1).step_by(2)
+/// What stands in backquotes in a paragraph.
+pub(crate) fn code(paragraph: &str) -> impl Iterator<Item = &str> {
+    paragraph.split('`').skip(1).step_by(2)
 }

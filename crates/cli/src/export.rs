@@ -11,13 +11,12 @@ use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
 use crate::progress::Board;
 
-pub(crate) fn command(arguments: &ExportArguments) -> Result<(), Failure> {
+pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
     let requests = requests(arguments)?;
     std::fs::create_dir_all(&arguments.out)
         .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", arguments.out.display())))?;
-    let board = Board::new();
     let exported = exit::each_of(&requests, arguments.jobs, |(run, request)| {
-        export_one(run, request, arguments.to, &board)
+        export_one(run, request, arguments.to, board)
     })?;
     if exported.contains(&None) { Err(Failure::Said(Code::Failed)) } else { Ok(()) }
 }
@@ -41,7 +40,7 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
             to_s: arguments.to_s,
             out: arguments.out.clone(),
             name,
-            replace: arguments.replace,
+            replace: arguments.force,
         };
         requests.push((run.clone(), request));
     }
@@ -93,7 +92,7 @@ fn failure(error: ExportError) -> Failure {
     match error {
         ExportError::UnknownTopic { .. } | ExportError::EmptyRange { .. } => Failure::bad_input(error),
         ExportError::Exists(_) => Failure::BadInput(format!(
-            "{error}; nothing of this run was written (accepted: another folder, or --replace)"
+            "{error}; nothing of this run was written (accepted: another folder, or --force)"
         )),
         ExportError::Log(_) | ExportError::Write { .. } => Failure::failed(error),
     }

@@ -1,7 +1,7 @@
 //! The stuck chain at rest or in steady motion.
 
-use crate::Plan;
 pub use crate::elastic::Stiffness;
+use crate::plan::Plan;
 
 impl Stiffness {
     /// Of a plan's slider, every contact stuck by a friction spring.

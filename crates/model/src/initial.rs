@@ -1,44 +1,34 @@
 //! The chain before its first step.
 
 use crate::chain::{SteadyLoading, Stiffness};
+use crate::elastic::Elastic;
 pub use crate::elastic::second_difference as neighbour_pull;
-use crate::plan::Springs;
-use crate::{Drive, Plan, Scenario};
+use crate::plan::{Drive, InitialState, Plan};
+use crate::scenario::Scenario;
 
-/// Displacements from the grid, velocities and friction springs before the first step;
-/// all blocks are stuck. One value per block.
-#[derive(Debug, Clone, PartialEq)]
-pub struct InitialState {
-    /// The step behind which the run begins: 0, or where it starts loaded.
-    pub step: u64,
-    /// `u_n`.
-    pub displacement_m: Vec<f64>,
-    /// `v_n`.
-    pub velocity_m_per_s: Vec<f64>,
-    /// `u_stick,n`.
-    pub stick_position_m: Vec<f64>,
-}
-
+/// The state at time 0, from which a run starts at rest.
 pub(crate) fn state(
     scenario: &Scenario,
-    springs: &Springs,
+    elastic: &Elastic,
+    spacing_m: f64,
+    interfacial_stiffness_n_per_m: f64,
     drive: &Drive,
     normal_load_n: &[f64],
 ) -> InitialState {
     let blocks = normal_load_n.len();
     let shear = &scenario.initial_shear;
-    let mut tau0 = shear_profile(beta(scenario), normal_load_n, springs.spacing_m);
+    let mut tau0 = shear_profile(beta(scenario), normal_load_n, spacing_m);
     for ((tau, ratio), p) in tau0.iter_mut().zip(&shear.profile).zip(normal_load_n) {
         *tau += ratio * p;
     }
 
     // Displacements whose spring forces are the profile, from u_1 = 0.
-    let u = springs.elastic.displacements_m(&tau0);
+    let u = elastic.displacements_m(&tau0);
 
     // Each friction spring balances what its neighbours pull.
     // And what the drive pulls, which measures its springs from the grid too.
-    let kt = springs.interfacial_stiffness_n_per_m;
-    let mut pull: Vec<f64> = (0..blocks).map(|n| springs.elastic.spring_force_n(&u, n)).collect();
+    let kt = interfacial_stiffness_n_per_m;
+    let mut pull: Vec<f64> = (0..blocks).map(|n| elastic.spring_force_n(&u, n)).collect();
     for spring in &drive.springs {
         pull[spring.block] += spring.force_n(0.0, u[spring.block]);
     }

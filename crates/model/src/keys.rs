@@ -502,6 +502,19 @@ impl Key {
     }
 }
 
+impl Value {
+    /// As a value of TOML.
+    pub(crate) fn to_toml(self) -> toml::Value {
+        match self {
+            Value::Number(value) => toml::Value::Float(value),
+            Value::Count(value) => toml::Value::Integer(value as i64),
+            Value::Text(text) => toml::Value::String(text.to_owned()),
+            Value::Flag(flag) => toml::Value::Boolean(flag),
+            Value::NoNumbers => toml::Value::Array(Vec::new()),
+        }
+    }
+}
+
 impl Kind {
     /// Whether a finite number is in range; false for kinds that hold no number.
     pub fn accepts_number(&self, value: f64) -> bool {

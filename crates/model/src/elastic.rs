@@ -395,8 +395,8 @@ mod tests {
         let force = numbers(4);
         let u = elastic.displacements_m(&force);
         assert_eq!(u[0], 0.0);
-        for n in 0..CHAIN.nodes - 1 {
-            assert!((elastic.spring_force_n(&u, n) - force[n]).abs() < 1e-12, "node {n}");
+        for (n, force) in force.iter().enumerate().take(CHAIN.nodes - 1) {
+            assert!((elastic.spring_force_n(&u, n) - force).abs() < 1e-12, "node {n}");
         }
     }
 

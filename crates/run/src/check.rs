@@ -5,7 +5,7 @@ use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource};
 use asperity_record::{EventPayload, Record, RunHeader, SlipEvent};
-use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
+use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 
 use crate::agreement::{Agreement, Difference, OtherDetectors};
 use crate::detectors;
@@ -50,12 +50,7 @@ pub struct Checked {
 impl fmt::Display for Checked {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (&self.problem, self.verdict) {
-            // What it is not stands before this: only why.
-            (Some(CheckProblem::Log(LogError { problem: LogProblem::NoRunLog(why), .. })), _)
-                if self.verdict == Verdict::NoRunLog =>
-            {
-                write!(f, "{why}")
-            }
+            (Some(problem), Verdict::NoRunLog) => write!(f, "{problem}"),
             (Some(problem), _) => write!(f, "{}: {problem}", self.seen),
             (None, _) => write!(f, "{}", self.seen),
         }

@@ -33,7 +33,6 @@ const WITHOUT_EXAMPLE: &[&str] = &[
     "export",
     "model",
     "record",
-    "runlog",
     "simulator",
     "stream",
 ];

@@ -245,8 +245,15 @@ impl Chain {
         for n in 0..nodes {
             strain[n + 1] = self.strain(u[n], v[n]);
         }
+        Chain::free_ends(strain);
+    }
+
+    /// Puts the strains of the first and the last node beyond the ends too: nothing pulls there.
+    #[inline(always)]
+    pub fn free_ends(strain: &mut [f64]) {
+        let beyond = strain.len() - 1;
         strain[0] = strain[1];
-        strain[nodes + 1] = strain[nodes];
+        strain[beyond] = strain[beyond - 1];
     }
 
     /// The pull on a node from its strain and those beside it, `(right + left) - 2 here`.

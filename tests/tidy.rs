@@ -31,7 +31,6 @@ const WITHOUT_EXAMPLE: &[&str] = &[
     "detect-onset",
     "diff",
     "export",
-    "model",
     "record",
     "simulator",
     "stream",

@@ -27,7 +27,6 @@ const WITHOUT_EXAMPLE: &[&str] = &[
     "diff",
     "export",
     "record",
-    "runlog",
     "stream",
 ];
 

@@ -3,11 +3,12 @@
 use asperity_export::batch::Batch;
 use asperity_export::layout::step_columns;
 use asperity_export::rows;
-use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+use asperity_model::analytic::LengthLaw;
 use asperity_record::{EventPayload, SlipEvent, StepRecord};
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 
-use crate::AnalysisError;
+use crate::curves::{Residuals, precursor_points, residuals};
+use crate::error::AnalysisError;
 use crate::parquet_tables;
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
@@ -21,30 +22,6 @@ pub fn events(run: &RunData) -> Result<DataFrame, AnalysisError> {
     let mut rows = Batch::new(SlipEvent::COLUMNS);
     run.slips.iter().for_each(|slip| rows.push(slip.cells().as_ref()));
     Ok(parquet_tables::frame(SlipEvent::COLUMNS, &rows)?)
-}
-
-/// One precursor beside the theory.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PrecursorPoint {
-    /// `L_p / L` (5.17).
-    pub lp_l: f64,
-    /// `F_T / F_N` at its onset.
-    pub ft_fn: f64,
-    /// What the length law predicts for it.
-    pub predicted: f64,
-}
-
-/// The precursors of a run beside a length law.
-pub fn precursor_points(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Vec<PrecursorPoint> {
-    let parameters = LengthLawParameters::of(&run.scenario);
-    precursors::find(run, rules)
-        .iter()
-        .map(|precursor| {
-            let lp_l = precursor.length_ratio(run.header.blocks);
-            let predicted = law.load_ratio(&parameters, lp_l);
-            PrecursorPoint { lp_l, ft_fn: precursor.start.ft_fn_onset, predicted }
-        })
-        .collect()
 }
 
 /// The precursor table: `L_p / L` against `F_T / F_N`, the length law's value
@@ -84,32 +61,6 @@ pub fn load_curve(run: &RunData) -> Result<DataFrame, AnalysisError> {
     let mut rows = Batch::new(&columns);
     run.steps.iter().for_each(|record| rows::step(&mut rows, record, end_forces));
     Ok(parquet_tables::frame(&columns, &rows)?)
-}
-
-/// How well the precursors of a run follow a length law; in units of `F_T / F_N`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Residuals {
-    /// Number of precursors, the first global slip included.
-    pub count: usize,
-    /// Root mean square.
-    pub rms: f64,
-    /// Largest magnitude.
-    pub max: f64,
-}
-
-/// The residuals of a run against a length law; `None` without precursors.
-pub fn residuals(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Option<Residuals> {
-    let points = precursor_points(run, law, rules);
-    if points.is_empty() {
-        return None;
-    }
-    let residuals = points.iter().map(|point| point.ft_fn - point.predicted);
-    let squares: f64 = residuals.clone().map(|residual| residual * residual).sum();
-    Some(Residuals {
-        count: points.len(),
-        rms: (squares / points.len() as f64).sqrt(),
-        max: residuals.fold(0.0, |max: f64, residual| max.max(residual.abs())),
-    })
 }
 
 /// The residuals of several runs as a table.

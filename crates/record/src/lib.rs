@@ -52,11 +52,14 @@ pub use checkpoint::Checkpoint;
 pub use column::{Cell, CellValue, Column, ColumnKind, markdown, unit_of};
 pub use event::{Event, EventKind, EventPayload, GlobalSlip, Onset, SlipEvent};
 pub use fields::{FieldRecord, WindowRecord};
-pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
+pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, TopicComparison};
 #[doc(hidden)]
 pub use payload::macros;
 pub use step::{Direction, StepRecord, Switch};
 pub use time::TimeGrid;
+
+/// The most blocks that a scenario, and so a run log, may have.
+pub const MOST_BLOCKS: u64 = 100_000;
 
 /// Anything a solver yields, in the order in which it happened.
 ///

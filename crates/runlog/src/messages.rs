@@ -11,11 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-pub(crate) const STEP: &str = "/step";
-pub(crate) const SWITCH: &str = "/switch";
-pub(crate) const FIELDS: &str = "/fields";
-pub(crate) const WINDOW: &str = "/window";
-pub(crate) const EVENTS: &str = "/events/";
+use crate::format::{FIELDS, STEP, SWITCH, WINDOW};
 
 /// The chain's load at the end of one time step.
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]

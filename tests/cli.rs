@@ -1,16 +1,12 @@
 //! What the command says and how it exits: 0 for success, 1 for what could not
 //! be done, 2 for bad input, upon which nothing is written.
 
-#[path = "support/binary.rs"]
-mod binary;
-#[path = "support/small.rs"]
-mod small;
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use binary::{asperity, succeed, text};
+use crate::support::binary::{asperity, succeed, text};
+use crate::support::{binary, small};
 
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder can be made")
@@ -351,7 +347,7 @@ fn bad_scenarios_are_refused_and_nothing_is_written() {
 
     for (set, told) in [
         ("nonsense", "--set nonsense: not TOML"),
-        ("slider.blokcs=7", "the nearest is slider.blocks"),
+        ("slider.blokcs=7", "did you mean slider.blocks?"),
         ("normal_load.tilt=2", "normal_load.tilt: 2 is not accepted (accepted: a number from -1 to 1)"),
         ("time.step_s=1e-3", "beyond the stability of the scheme"),
     ] {

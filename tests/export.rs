@@ -1,18 +1,14 @@
 //! `asperity export` against the log itself: every value to the bit, only what was
 //! asked for, and of a log that is not whole what is sound.
 
-#[path = "support/binary.rs"]
-mod binary;
-#[path = "support/small.rs"]
-mod small;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::support::binary::{asperity, succeed, text};
+use crate::support::{binary, small};
 use asperity_record::{Event, FieldRecord, Record, StepRecord, WindowRecord};
 use asperity_runlog::{LogItem, RunReader, Topics};
-use binary::{asperity, succeed, text};
 use serde_json::{Map, Value, json};
 
 const TOPICS: [&str; 7] =

@@ -9,7 +9,7 @@ use crate::workspace::{Failure, cargo, run};
 #[command(after_help = "\
 Examples:
   cargo xtask test
-  cargo xtask test --test clients -- --nocapture
+  cargo xtask test --test root clients:: -- --nocapture
 
 Without python3, or node and npm, or their packages, the tests of those clients
 are skipped, and without Chromium those of the page that asperity diff writes.

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 use serde::Deserialize;
 
-use crate::AnalysisError;
+use crate::error::AnalysisError;
 use crate::measure::Measure;
 use crate::run_data::RunData;
 
@@ -52,13 +52,13 @@ pub struct Claim {
     /// A run whose value is taken off: the claim is about the difference.
     pub minus: Option<String>,
     /// Runs that differ from the run in what should not matter, the time step say: a
-    /// number stated is then held against the spread of all of them, give or take what is
+    /// number stated is then compared with the spread of all of them, give or take what is
     /// allowed of any number. To lie in it says no more than that nothing speaks against
     /// it, and is not counted as agreement.
     #[serde(default)]
     pub spread: Vec<String>,
-    /// The same runs with the parameter set `as-stated`, where the claim is to be held
-    /// against them as well.
+    /// The same runs with the parameter set `as-stated`, where the claim is to be
+    /// judged in them as well.
     pub as_stated: Option<Runs>,
     /// What to measure in it.
     pub measure: Measure,
@@ -233,7 +233,7 @@ pub fn table(outcomes: &[Outcome<'_>]) -> Result<DataFrame, AnalysisError> {
         texts("about", &|outcome| outcome.claim.about.clone()),
         texts("run", &|outcome| outcome.claim.run.clone()),
         texts("quote", &|outcome| outcome.claim.quote.clone()),
-        texts("measure", &|outcome| measure_name(outcome.claim.measure)),
+        texts("measure", &|outcome| outcome.claim.measure.name()),
         texts("stated", &|outcome| outcome.claim.stated.clone().unwrap_or_default()),
         numbers("ours", &|outcome| outcome.own.ours),
         numbers("deviation", &|outcome| outcome.own.deviation),
@@ -338,7 +338,7 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, R
             "| {} | {run} | {} | {} | {} | {} | {} | {} | **{}**{note} | {} |{second}",
             claim.about,
             claim.quote.replace('|', "\\|"),
-            measure_name(claim.measure),
+            claim.measure.name(),
             claim.stated.as_deref().unwrap_or("-"),
             number(outcome.own.ours),
             signed(outcome.own.deviation),
@@ -349,18 +349,6 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, R
         .expect("writing to a string cannot fail");
     }
     page
-}
-
-/// A measure in words: its name with spaces.
-pub(crate) fn measure_name(measure: Measure) -> String {
-    let mut words = String::new();
-    for letter in format!("{measure:?}").chars() {
-        if letter.is_uppercase() && !words.is_empty() {
-            words.push(' ');
-        }
-        words.extend(letter.to_lowercase());
-    }
-    words
 }
 
 #[cfg(test)]

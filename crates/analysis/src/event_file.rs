@@ -9,7 +9,7 @@ use polars::prelude::{
     AnyValue, Column, DataFrame, NamedFrom, ParquetReader, ParquetWriter, SerReader, Series,
 };
 
-use crate::AnalysisError;
+use crate::error::AnalysisError;
 
 /// A cell of a table.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,6 +8,7 @@ mod displacement;
 mod forces;
 mod front;
 mod initial_shear;
+mod kind;
 mod lengths;
 mod load;
 mod loads;
@@ -23,23 +24,12 @@ mod velocities;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use asperity_stream::at_once;
 use serde::Deserialize;
 
+use crate::error::AnalysisError;
 use crate::run_data::RunData;
-use crate::{AnalysisError, parallel};
-use plot::{BLUE, Dash, Look, RED, Series, Sheet};
-
-/// A kind of figure.
-trait Figure: Sync {
-    /// The file to write, without folder.
-    fn file(&self) -> &str;
-
-    /// The runs it is made of.
-    fn runs(&self) -> Vec<&str>;
-
-    /// What is on it; in words, what its runs lack.
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String>;
-}
+use kind::Figure;
 
 macro_rules! kinds {
     ($($(#[$doc:meta])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
@@ -102,56 +92,22 @@ impl Figures {
         self.all().into_iter().map(|figure| figure.file())
     }
 
-    /// Draws all figures into a folder.
-    pub(crate) fn draw(&self, runs: &BTreeMap<String, RunData>, folder: &Path) -> Result<(), AnalysisError> {
-        parallel::try_map(&self.all(), |figure| {
+    /// Draws all figures into a folder; `drawn` is called after each.
+    pub(crate) fn draw(
+        &self,
+        runs: &BTreeMap<String, RunData>,
+        folder: &Path,
+        drawn: &(dyn Fn() + Sync),
+    ) -> Result<(), AnalysisError> {
+        at_once(&self.all(), None, |figure| {
             let failed = |problem: String| AnalysisError::Figure { file: figure.file().to_owned(), problem };
             let sheet = figure.sheet(runs).map_err(failed)?;
-            sheet.write(&folder.join(figure.file())).map_err(failed)
+            sheet.write(&folder.join(figure.file())).map_err(failed)?;
+            drawn();
+            Ok(())
         })
-        .map(|_| ())
+        .map(drop)
     }
-}
-
-/// A run and what the legend calls it; `k_t` and `k_{t}` set subscripts.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Labelled {
-    run: String,
-    label: String,
-}
-
-impl Labelled {
-    fn find<'a>(&self, runs: &'a BTreeMap<String, RunData>) -> Result<&'a RunData, String> {
-        find(runs, &self.run)
-    }
-}
-
-/// The runs of a figure's series or panels.
-fn run_names(labelled: &[Labelled]) -> Vec<&str> {
-    labelled.iter().map(|labelled| labelled.run.as_str()).collect()
-}
-
-/// What the legend calls the dynamic coefficient, where the figure does not say: chapter 5
-/// of the thesis writes `mu_k`, chapter 6 `mu_d`.
-const DYNAMIC: &str = "μ_k";
-
-/// The friction coefficients as lines across a figure.
-fn coefficient_lines(run: &RunData, to_x: f64, dynamic: &str) -> [Series; 2] {
-    let friction = &run.plan.friction;
-    let line = |label: &str, mu: f64, look: Look| Series {
-        label: label.to_owned(),
-        points: vec![(0.0, mu), (to_x, mu)],
-        look,
-    };
-    [
-        line("μ_s", friction.static_coefficient, Look::Line(Dash::Dashed, BLUE)),
-        line(dynamic, friction.dynamic_coefficient, Look::Line(Dash::DotDashed, RED)),
-    ]
-}
-
-fn find<'a>(runs: &'a BTreeMap<String, RunData>, name: &str) -> Result<&'a RunData, String> {
-    runs.get(name).ok_or_else(|| format!("there is no run {name}"))
 }
 
 /// Draws the two figures that any run allows: its load curve and its precursors
@@ -168,7 +124,7 @@ pub fn draw_overview(run: RunData, folder: &Path) -> Result<(), AnalysisError> {
         lengths: vec![lengths::Lengths::of_run("precursors.png", &name, label, law)],
         ..Figures::default()
     };
-    figures.draw(&BTreeMap::from([(name, run)]), folder)
+    figures.draw(&BTreeMap::from([(name, run)]), folder, &|| {})
 }
 
 #[cfg(test)]
@@ -177,14 +133,16 @@ mod tests {
 
     use asperity_record::FieldRecord;
 
+    use super::Figures;
+    use super::kind::Figure;
     use super::plot::{Panel, Sheet};
-    use super::{Figure, Figures};
-    use crate::precursors::tests::{EVENTS, run};
+    use crate::made_up;
+    use crate::made_up::EVENTS;
     use crate::run_data::RunData;
 
     /// A run with a state whose load has fallen to a quarter.
     fn runs() -> BTreeMap<String, RunData> {
-        let mut run = run(&EVENTS);
+        let mut run = made_up::run("", &EVENTS);
         for record in &mut run.steps[3..] {
             record.normal_load_n = 100.0;
         }

@@ -1,26 +1,44 @@
 //! Run logs to tables, tables to figures, claims against measurements.
 //!
+//! ```
+//! use asperity_analysis::measure::Measure;
+//! use asperity_analysis::precursors::{self, PrecursorRules};
+//! use asperity_analysis::run_data::RunData;
+//!
+//! # let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/v2/complete.mcap");
+//! let run = RunData::read("complete", path.as_ref())?;
+//! for precursor in precursors::find(&run, &PrecursorRules::default()) {
+//!     let (length, load) = (precursor.length_ratio(run.header.blocks), precursor.start.ft_fn_onset);
+//!     println!("L_p/L = {length:.2} at F_T/F_N = {load:.3}");
+//! }
+//! assert_eq!(Measure::CoefficientRatio.of(&run, None), Some(0.7 / 0.45));
+//! assert!(Measure::PrecursorCount.of(&run, None) > Some(0.0));
+//! # Ok::<(), asperity_analysis::AnalysisError>(())
+//! ```
+//!
 //! In reading order:
 //!
 //! - [`run_data`]: a run log in memory.
 //! - [`precursors`]: which slip events count as precursors.
+//! - [`curves`]: what is read off a run for measures, tables and figures alike.
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
 //! - [`parquet_tables`]: what a log holds as Parquet, written as it is read.
 //! - [`event_file`]: event tables and matches of a diff as Parquet.
 //! - [`measure`]: single numbers read off a run.
 //! - [`claims`]: what a text claims beside what was measured, and the verdict.
-//! - [`study`]: such numbers against a parameter.
+//! - [`study`]: the same numbers of several runs against a parameter.
 //! - [`figures`]: drawn with plotters and an embedded font.
 //! - [`pipeline`]: the TOML that says which runs, tables, figures and claims.
 
 pub mod claims;
+pub mod curves;
+mod error;
 pub mod event_file;
 pub mod figures;
 #[cfg(test)]
 mod made_up;
 pub mod measure;
-mod parallel;
 pub mod parquet_tables;
 pub mod pipeline;
 pub mod precursors;
@@ -29,45 +47,4 @@ pub mod study;
 pub mod table_file;
 pub mod tables;
 
-/// A table, figure or claim that could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum AnalysisError {
-    /// A run log could not be read.
-    #[error(transparent)]
-    Log(#[from] asperity_runlog::LogError),
-    /// A run log holds an event or scenario that cannot be understood.
-    #[error("{run}: {problem}")]
-    Run {
-        /// The run.
-        run: String,
-        /// What is wrong.
-        problem: String,
-    },
-    /// polars refused.
-    #[error("table: {0}")]
-    Table(#[from] polars::error::PolarsError),
-    /// A file could not be read.
-    #[error("{path}: {problem}")]
-    Read {
-        /// The file.
-        path: String,
-        /// Why.
-        problem: String,
-    },
-    /// A file could not be written.
-    #[error("{path}: {problem}")]
-    Write {
-        /// The file.
-        path: String,
-        /// Why.
-        problem: String,
-    },
-    /// A figure asks for what its run does not have.
-    #[error("figure {file}: {problem}")]
-    Figure {
-        /// The figure's file.
-        file: String,
-        /// What is missing or went wrong.
-        problem: String,
-    },
-}
+pub use error::AnalysisError;

@@ -5,6 +5,17 @@ use asperity_record::{Direction, RunHeader, SlipEvent, StepRecord, Switch};
 
 use crate::run_data::RunData;
 
+/// Slip events of three blocks: onset and end step, blocks.
+pub(crate) const EVENTS: [(u64, u64, &[u32]); 7] = [
+    (100, 101, &[1]),
+    (200, 210, &[1, 2]),
+    (300, 310, &[1]),
+    (400, 410, &[2, 3]),
+    (412, 420, &[1, 3]),
+    (500, 510, &[1, 2, 3]),
+    (600, 610, &[1, 2, 3]),
+];
+
 /// A run of three blocks with these slip events: onset and end step, blocks. There is a step
 /// record before each onset, where its blocks detach, and none besides.
 pub(crate) fn run(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData {

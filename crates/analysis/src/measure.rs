@@ -1,12 +1,12 @@
-//! Single numbers read off a run, for claims to be held against.
+//! Single numbers read off a run, which claims and studies are made of.
 
 use asperity_model::analytic::{self, LengthLaw};
-use asperity_record::{Direction, FieldRecord, SlipEvent, StepRecord};
+use asperity_record::{Direction, SlipEvent, StepRecord};
 use serde::Deserialize;
 
-use crate::precursors::{self, Precursor, PrecursorRules};
+use crate::curves::{self, event_in_window, first_onset_fields, front_profile, nearest_precursor, ring_down};
+use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
-use crate::tables;
 
 /// A block counts as affected by the force on block 1 while it carries more
 /// than this part of it: where the eye loses a decaying curve.
@@ -31,7 +31,7 @@ pub enum Measure {
     AffectedBlocksTheory,
     /// Number of blocks of the precursor nearest in length to what is claimed.
     PrecursorNearest,
-    /// Mean of `tau_n / p_n` behind the front of that precursor, at its end.
+    /// Mean of `tau_n / p_n` over the blocks that the front of that precursor passed, at its end.
     MeanBehindFront,
     /// Root mean square of the residuals against (5.22), over `mu_d`.
     #[serde(rename = "residual-rms-5.22")]
@@ -115,6 +115,18 @@ pub enum Measure {
 }
 
 impl Measure {
+    /// Its name in words.
+    pub fn name(self) -> String {
+        let mut words = String::new();
+        for letter in format!("{self:?}").chars() {
+            if letter.is_uppercase() && !words.is_empty() {
+                words.push(' ');
+            }
+            words.extend(letter.to_lowercase());
+        }
+        words
+    }
+
     /// Measures a run; `None` where the run does not have what it takes. `near`
     /// is a number of blocks, for measures that look for the nearest precursor, or
     /// the load `F_T / F_N` for those that are taken at one.
@@ -213,36 +225,12 @@ fn time_to_reach(run: &RunData, load_ratio: f64) -> Option<f64> {
 }
 
 fn residual(run: &RunData, law: LengthLaw) -> Option<f64> {
-    Some(tables::residuals(run, law, &PrecursorRules::default())?.rms / run.plan.friction.dynamic_coefficient)
-}
-
-/// The state at the onset of the first slip event.
-pub fn first_onset_fields(run: &RunData) -> Option<&FieldRecord> {
-    run.fields_at(run.slips.first()?.onset_step)
+    Some(curves::residuals(run, law, &PrecursorRules::default())?.rms / run.plan.friction.dynamic_coefficient)
 }
 
 fn affected_blocks(run: &RunData) -> Option<f64> {
     let tau = &first_onset_fields(run)?.tangential_force_n;
     Some(tau.iter().filter(|&&force| force > AFFECTED_THRESHOLD * tau[0]).count() as f64)
-}
-
-/// The precursor whose length is nearest to `blocks`; the earliest of equals.
-pub fn nearest_precursor(run: &RunData, blocks: f64) -> Option<Precursor<'_>> {
-    let distance = |precursor: &Precursor<'_>| (f64::from(precursor.last_block) - blocks).abs();
-    let precursors = precursors::find(run, &PrecursorRules::default());
-    precursors.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
-}
-
-/// That precursor, and `tau_n / p_n` of every block at its end.
-pub fn front_profile(run: &RunData, blocks: f64) -> Option<(Precursor<'_>, Vec<f64>)> {
-    let precursor = nearest_precursor(run, blocks)?;
-    let fields = run.fields_at(precursor.end.end_step?)?;
-    // The load of that step, which need not be that of the start.
-    let record = run.steps.iter().find(|record| record.step == fields.step)?;
-    let factor = record.normal_load_n / run.plan.total_normal_load_n;
-    let loads = run.plan.normal_load_n.iter().map(|p| p * factor);
-    let profile = fields.tangential_force_n.iter().zip(loads).map(|(tau, p)| tau / p).collect();
-    Some((precursor, profile))
 }
 
 /// One side of the step from which on the drive is held.
@@ -284,8 +272,8 @@ fn longest_flank(run: &RunData, side: Side) -> Option<&[StepRecord]> {
     }
     let (from, to) = longest?;
     let first = run.steps.partition_point(|record| record.step < from);
-    let behind = run.steps.partition_point(|record| record.step <= to);
-    Some(&run.steps[first..behind])
+    let end = run.steps.partition_point(|record| record.step <= to);
+    Some(&run.steps[first..end])
 }
 
 /// Mean of what step records hold, linear between them.
@@ -337,7 +325,7 @@ fn largest_drop(run: &RunData) -> Option<&SlipEvent> {
 
 fn residual_beside_hold(run: &RunData, side: Side) -> Option<f64> {
     let rules = PrecursorRules::default();
-    let points = tables::precursor_points(run, LengthLaw::natural(&run.scenario), &rules);
+    let points = curves::precursor_points(run, LengthLaw::natural(&run.scenario), &rules);
     let mut squares = Vec::new();
     for (precursor, point) in precursors::find(run, &rules).iter().zip(points) {
         let onset = precursor.start.onset_step;
@@ -347,17 +335,6 @@ fn residual_beside_hold(run: &RunData, side: Side) -> Option<f64> {
     }
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
     (!squares.is_empty()).then(|| mean.sqrt() / run.plan.friction.dynamic_coefficient)
-}
-
-/// The slip event that begins within the first dense window and is nearest in length to
-/// so many blocks; the earliest of equals.
-pub fn event_in_window(run: &RunData, blocks: f64) -> Option<&SlipEvent> {
-    let window = run.plan.recording.windows.first()?;
-    let distance = |slip: &&SlipEvent| (f64::from(slip.last_block) - blocks).abs();
-    run.slips
-        .iter()
-        .filter(|slip| (window.from_step..=window.to_step).contains(&slip.onset_step))
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
 /// Duration of a slip event over the time in which sound crosses its blocks.
@@ -447,58 +424,8 @@ fn decaying_drive_onset_error(run: &RunData) -> Option<f64> {
     (decay_m > 0.0).then_some((run.slips.first()?.ft_fn_onset / predicted - 1.0).abs())
 }
 
-/// The sum of the magnitudes of all driving forces over the normal load: `F_T / F_N`
-/// where all pull one way.
-pub fn pull_ratio(record: &StepRecord) -> f64 {
-    let pull_n = record.end_forces_n.map_or(record.driving_force_n, |ends| ends[0].abs() + ends[1].abs());
-    pull_n / record.normal_load_n
-}
-
-/// Pull ratio and share of the blocks that slid, for every slip event in which more
-/// blocks slid than in any before, wherever it began, up to the first global slip.
-pub fn growing_slips(run: &RunData) -> Vec<(f64, f64)> {
-    let mut most = 0;
-    let mut grown = Vec::new();
-    for slip in &run.slips {
-        if slip.blocks_slipped <= most {
-            continue;
-        }
-        most = slip.blocks_slipped;
-        if let Some(record) = record_at(run, slip.onset_step) {
-            grown.push((pull_ratio(record), f64::from(most) / f64::from(run.header.blocks)));
-        }
-        if most == run.header.blocks {
-            break;
-        }
-    }
-    grown
-}
-
-/// The last step record up to a step, or the first one where the step is before it.
-pub fn record_at(run: &RunData, step: u64) -> Option<&StepRecord> {
-    let behind = run.steps.partition_point(|record| record.step <= step);
-    run.steps.get(behind.saturating_sub(1))
-}
-
 fn largest(deviations: impl Iterator<Item = f64>) -> Option<f64> {
     deviations.map(f64::abs).reduce(f64::max)
-}
-
-/// Velocity of block 1 over its initial value against time `t sqrt(k / m)`, as
-/// simulated and after (5.28), in a run that rings down one mode.
-pub fn ring_down(run: &RunData) -> Vec<(f64, f64, f64)> {
-    let initial = run.plan.initial.velocity_m_per_s[0];
-    let shape = analytic::mode_shape(run.scenario.initial_velocity.mode, run.header.blocks);
-    let rate = (run.plan.stiffness_n_per_m / run.plan.block_mass_kg).sqrt();
-    run.windows
-        .iter()
-        .filter(|record| record.first_block == 1)
-        .map(|record| {
-            let phase = record.time_s * rate;
-            let theory = analytic::mode_velocity(shape, run.scenario.slider.relative_damping, phase);
-            (phase, record.velocity_m_per_s[0] / initial, theory)
-        })
-        .collect()
 }
 
 fn ring_down_error(run: &RunData) -> Option<f64> {
@@ -509,11 +436,11 @@ fn ring_down_error(run: &RunData) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::{FieldRecord, StepRecord};
+    use asperity_record::StepRecord;
 
-    use super::{Measure, front_profile, growing_slips, pull_ratio, record_at};
+    use super::Measure;
     use crate::made_up;
-    use crate::precursors::tests::{EVENTS, run};
+    use crate::made_up::EVENTS;
     use crate::run_data::RunData;
 
     /// Slips before and after a hold at 1 s, in steps of 1e-7 s; the load falls from 400 N at
@@ -579,7 +506,7 @@ mod tests {
     }
 
     #[test]
-    fn global_slips_are_timed_and_their_middle_held_against_the_coefficient() {
+    fn global_slips_are_timed_and_their_middle_compared_with_the_coefficient() {
         let mut run = unloaded();
         assert_eq!(Measure::FirstGlobalSlipTime.of(&run, None), Some(2.0));
         (run.slips[3].ft_fn_min, run.slips[3].ft_fn_max) = (0.4, 0.5);
@@ -617,29 +544,8 @@ mod tests {
     }
 
     #[test]
-    fn fronts_are_over_the_load_of_their_step() {
-        let mut run = unloaded();
-        let step = run.slips[3].end_step.unwrap();
-        let record = StepRecord { step, normal_load_n: 300.0, ..run.steps[0].clone() };
-        let at = run.steps.partition_point(|record| record.step < step);
-        run.steps.insert(at, record);
-        run.fields.push(FieldRecord {
-            step,
-            time_s: run.plan.grid.time_s(step),
-            displacement_m: vec![0.0; 3],
-            velocity_m_per_s: vec![0.0; 3],
-            tangential_force_n: vec![45.0; 3],
-            stick_position_m: vec![0.0; 3],
-            detached: vec![0; 3],
-        });
-        let (_, profile) = front_profile(&run, 3.0).unwrap();
-        // 100 N on each of three blocks, not the 133 N of the start.
-        assert!(profile.iter().all(|ratio| (ratio - 0.45).abs() < 1e-12), "{profile:?}");
-    }
-
-    #[test]
     fn precursors_are_counted_and_measured_before_the_first_global_slip() {
-        let run = run(&EVENTS);
+        let run = made_up::run("", &EVENTS);
         let of = |measure: Measure| measure.of(&run, None);
         // Blocks 1, 1-2 and 1-3 with one of them at rest; then all three, twice.
         assert_eq!(of(Measure::PrecursorCount), Some(3.0));
@@ -654,7 +560,7 @@ mod tests {
 
     #[test]
     fn a_run_without_events_has_no_precursors_and_no_first_slip() {
-        let run = run(&[]);
+        let run = made_up::run("", &[]);
         assert_eq!(Measure::PrecursorCount.of(&run, None), Some(0.0));
         assert_eq!(Measure::LongestPrecursor.of(&run, None), Some(0.0));
         assert_eq!(Measure::LoadAtFirstSlip.of(&run, None), None);
@@ -663,7 +569,7 @@ mod tests {
 
     #[test]
     fn length_at_a_load_is_that_of_the_longest_precursor_up_to_it() {
-        let mut run = run(&EVENTS);
+        let mut run = made_up::run("", &EVENTS);
         for (slip, load) in run.slips.iter_mut().zip([0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6]) {
             slip.ft_fn_onset = load;
         }
@@ -674,18 +580,5 @@ mod tests {
         assert_eq!([at(0.05), at(0.15), at(0.35)], [Some(0.0), Some(1.0 / 3.0), Some(2.0 / 3.0)]);
         // The run never came to such a load.
         assert_eq!(at(0.7), None);
-    }
-
-    #[test]
-    fn both_ends_count_with_the_current_load() {
-        let mut run = run(&EVENTS);
-        run.steps[1].end_forces_n = Some([-30.0, 20.0]);
-        run.steps[1].normal_load_n = 100.0;
-        assert_eq!(pull_ratio(&run.steps[1]), 0.5);
-        // Events 0, 1 and 5 are each larger than all before; records lie a step before onsets.
-        let grown = growing_slips(&run);
-        assert_eq!(grown, [(0.0025, 1.0 / 3.0), (0.5, 2.0 / 3.0), (0.0025, 1.0)]);
-        assert_eq!(record_at(&run, 250).unwrap().step, 199);
-        assert_eq!(record_at(&run, 0).unwrap().step, 99);
     }
 }

@@ -2,16 +2,20 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Mutex;
 
 use asperity_model::analytic::LengthLaw;
+use asperity_stream::at_once;
+use polars::prelude::DataFrame;
 use serde::Deserialize;
 
 use crate::claims::{self, Claim};
+use crate::error::AnalysisError;
 use crate::figures::Figures;
 use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
 use crate::study::Study;
-use crate::{AnalysisError, parallel, table_file, tables};
+use crate::{table_file, tables};
 
 /// A pipeline, as written.
 #[derive(Debug, Clone, Deserialize)]
@@ -51,7 +55,7 @@ pub struct RunSpec {
     pub set: Vec<String>,
 }
 
-/// A run whose precursors are held against a length law.
+/// A run whose precursors are compared with a length law.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PrecursorSpec {
@@ -62,6 +66,53 @@ pub struct PrecursorSpec {
     /// Which events to merge and drop; by default none.
     #[serde(default)]
     pub rules: PrecursorRules,
+}
+
+/// What a reduction is busy with, in this order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Reading the runs, and writing the tables of each.
+    Runs,
+    /// Writing the tables of several runs, and the claims.
+    Tables,
+    /// Drawing the figures.
+    Figures,
+}
+
+/// How far a reduction has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// What it is busy with.
+    pub stage: Stage,
+    /// How many runs, tables or figures of this stage are done.
+    pub done: usize,
+    /// How many there are.
+    pub of: usize,
+}
+
+/// Who is told how far a reduction has come: by whichever thread has done something, one at a
+/// time.
+type Watcher<'a> = &'a mut (dyn FnMut(Progress) + Send);
+
+/// Counts what is done in a stage.
+struct Counter<'a> {
+    stage: Stage,
+    of: usize,
+    told: Mutex<(usize, Watcher<'a>)>,
+}
+
+impl<'a> Counter<'a> {
+    fn begin(stage: Stage, of: usize, watcher: Watcher<'a>) -> Counter<'a> {
+        watcher(Progress { stage, done: 0, of });
+        Counter { stage, of, told: Mutex::new((0, watcher)) }
+    }
+
+    fn one_more(&self) {
+        let mut told = self.told.lock().expect("whoever is told does not panic");
+        let (done, watcher) = &mut *told;
+        *done += 1;
+        watcher(Progress { stage: self.stage, done: *done, of: self.of });
+    }
 }
 
 impl Pipeline {
@@ -118,11 +169,17 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// Reads the runs, and writes `tables/` and `figures/` into `out`.
+    /// Reads the runs, and writes `tables/` and `figures/` into `out`. `watcher` is told of
+    /// every stage as it begins and of everything that is done in it.
     ///
     /// # Errors
     /// If a log cannot be read, a figure lacks its data, or a file cannot be written.
-    pub fn reduce(&self, runs_folder: &Path, out: &Path) -> Result<(), AnalysisError> {
+    pub fn reduce(
+        &self,
+        runs_folder: &Path,
+        out: &Path,
+        watcher: &mut (dyn FnMut(Progress) + Send),
+    ) -> Result<(), AnalysisError> {
         let (table_folder, figure_folder) = (out.join("tables"), out.join("figures"));
         for folder in [&table_folder, &figure_folder] {
             std::fs::create_dir_all(folder).map_err(|error| AnalysisError::Write {
@@ -130,38 +187,62 @@ impl Pipeline {
                 problem: error.to_string(),
             })?;
         }
-        let runs = parallel::try_map(&self.run, |spec| {
+        let counter = Counter::begin(Stage::Runs, self.run.len(), watcher);
+        let runs = at_once(&self.run, None, |spec| {
             let run = RunData::read(&spec.name, &runs_folder.join(format!("{}.mcap", spec.name)))?;
             table_file::write(&table_folder, &format!("{}.events", run.name), &mut tables::events(&run)?)?;
             table_file::write(&table_folder, &format!("{}.load", run.name), &mut tables::load_curve(&run)?)?;
+            counter.one_more();
             Ok::<_, AnalysisError>((spec.name.clone(), run))
         })?;
         let runs = BTreeMap::from_iter(runs);
-        let mut held: Vec<(&RunData, LengthLaw, PrecursorRules)> = Vec::new();
+        self.write_tables(&runs, &table_folder, watcher)?;
+        let counter = Counter::begin(Stage::Figures, self.figure.files().count(), watcher);
+        self.figure.draw(&runs, &figure_folder, &|| counter.one_more())
+    }
+
+    /// Writes the tables of several runs, and the claims.
+    fn write_tables(
+        &self,
+        runs: &BTreeMap<String, RunData>,
+        folder: &Path,
+        watcher: Watcher<'_>,
+    ) -> Result<(), AnalysisError> {
+        let singles =
+            [!self.precursors.is_empty(), !self.first_global_slips.is_empty(), !self.claim.is_empty()];
+        let of =
+            self.precursors.len() + self.study.len() + singles.into_iter().filter(|&there| there).count();
+        let counter = Counter::begin(Stage::Tables, of, watcher);
+        let write = |name: &str, mut table: DataFrame| {
+            table_file::write(folder, name, &mut table)?;
+            counter.one_more();
+            Ok::<_, AnalysisError>(())
+        };
+        let mut compared: Vec<(&RunData, LengthLaw, PrecursorRules)> = Vec::new();
         for PrecursorSpec { run, law, rules } in &self.precursors {
             let run = &runs[run];
             let name = format!("{}.precursors-{}", run.name, law.file_word());
-            table_file::write(&table_folder, &name, &mut tables::precursors(run, *law, rules)?)?;
-            held.push((run, *law, *rules));
+            write(&name, tables::precursors(run, *law, rules)?)?;
+            compared.push((run, *law, *rules));
         }
-        if !held.is_empty() {
-            table_file::write(&table_folder, "residuals", &mut tables::residual_table(&held)?)?;
+        if !compared.is_empty() {
+            write("residuals", tables::residual_table(&compared)?)?;
         }
         if !self.first_global_slips.is_empty() {
             let all: Vec<&RunData> = self.first_global_slips.iter().map(|run| &runs[run]).collect();
-            table_file::write(&table_folder, "first-global-slips", &mut tables::first_global_slips(&all)?)?;
+            write("first-global-slips", tables::first_global_slips(&all)?)?;
         }
         for study in &self.study {
-            table_file::write(&table_folder, &format!("study-{}", study.name), &mut study.table(&runs)?)?;
+            write(&format!("study-{}", study.name), study.table(runs)?)?;
         }
         if !self.claim.is_empty() {
-            let outcomes = claims::judge(&self.claim, &runs);
-            table_file::write(&table_folder, "claims", &mut claims::table(&outcomes)?)?;
-            let page = claims::markdown(&self.title, &outcomes, &runs);
-            table_file::published(&table_folder.join("claims.md"), |mut file| {
+            let outcomes = claims::judge(&self.claim, runs);
+            write("claims", claims::table(&outcomes)?)?;
+            let page = claims::markdown(&self.title, &outcomes, runs);
+            table_file::published(&folder.join("claims.md"), |mut file| {
                 std::io::Write::write_all(&mut file, page.as_bytes()).map_err(|error| error.to_string())
             })?;
         }
-        self.figure.draw(&runs, &figure_folder)
+        Ok(())
     }
 }

@@ -68,10 +68,57 @@ impl Precursor<'_> {
     }
 }
 
+/// Tells precursors from other slip events as they go by, in the order of their onsets: a
+/// precursor starts at block 1 and runs farther than any before it, until the whole slider
+/// has slid. This is the rule for slip events one by one, nothing merged or dropped.
+///
+/// ```
+/// use asperity_analysis::precursors::Growth;
+///
+/// let mut growth = Growth::new(100);
+/// // First and last block, and how many blocks slid.
+/// let slips = [(1, 5, 5), (40, 60, 21), (1, 3, 3), (1, 17, 17), (1, 100, 100), (1, 100, 100)];
+/// let found = slips.map(|(first, last, slipped)| growth.extends(first, last, slipped));
+/// assert_eq!(found, [true, false, false, true, true, false]);
+/// assert!(growth.is_over());
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Growth {
+    blocks: u32,
+    longest: u32,
+    over: bool,
+}
+
+impl Growth {
+    /// For a slider of this many blocks.
+    pub fn new(blocks: u32) -> Growth {
+        Growth { blocks, longest: 0, over: false }
+    }
+
+    /// Whether the next slip event is a precursor, or the slip of the whole slider that ends
+    /// them.
+    pub fn extends(&mut self, first_block: u32, last_block: u32, blocks_slipped: u32) -> bool {
+        if self.over {
+            return false;
+        }
+        self.over = blocks_slipped == self.blocks;
+        let extends = first_block == 1 && (last_block > self.longest || self.over);
+        if extends {
+            self.longest = last_block;
+        }
+        extends
+    }
+
+    /// Whether the whole slider has slid, so that no precursor follows.
+    pub fn is_over(&self) -> bool {
+        self.over
+    }
+}
+
 /// The precursors of a run, up to and including the first slip of the whole slider.
 pub fn find<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<Precursor<'a>> {
     let mut precursors = Vec::new();
-    let mut longest = 0;
+    let mut growth = Growth::new(run.header.blocks);
     for group in run.slips.chunk_by(|before, next| belongs_together(before, next, rules.merge_gap_s)) {
         let (Some(start), Some(end)) = (group.first(), group.last()) else { continue };
         let first_block = group.iter().map(|slip| slip.first_block).min().unwrap_or(0);
@@ -83,12 +130,10 @@ pub fn find<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<Precursor<'a>> 
         if blocks_slipped < rules.min_blocks {
             continue;
         }
-        let global = blocks_slipped == run.header.blocks;
-        if first_block == 1 && (last_block > longest || global) {
-            longest = last_block;
+        if growth.extends(first_block, last_block, blocks_slipped) {
             precursors.push(Precursor { start, end, merged: group.len() as u32, last_block, blocks_slipped });
         }
-        if global {
+        if growth.is_over() {
             break;
         }
     }
@@ -113,15 +158,11 @@ fn distinct_blocks(run: &RunData, onset_step: u64, end_step: u64) -> u32 {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
-    use super::{PrecursorRules, find};
+mod tests {
+    use super::{Growth, PrecursorRules, find};
     use crate::made_up;
+    use crate::made_up::EVENTS;
     use crate::run_data::RunData;
-
-    /// A run of three blocks and these slip events: onset and end step, blocks.
-    pub(crate) fn run(events: &[(u64, u64, &[u32])]) -> RunData {
-        made_up::run("", events)
-    }
 
     fn found(run: &RunData, min_blocks: u32, merge_gap_s: f64) -> Vec<(u64, u32, u32, u32)> {
         find(run, &PrecursorRules { min_blocks, merge_gap_s })
@@ -130,28 +171,31 @@ pub(crate) mod tests {
             .collect()
     }
 
-    pub(crate) const EVENTS: [(u64, u64, &[u32]); 7] = [
-        (100, 101, &[1]),
-        (200, 210, &[1, 2]),
-        (300, 310, &[1]),
-        (400, 410, &[2, 3]),
-        (412, 420, &[1, 3]),
-        (500, 510, &[1, 2, 3]),
-        (600, 610, &[1, 2, 3]),
-    ];
-
     #[test]
     fn precursors_start_at_block_1_grow_and_end_with_the_first_global_slip() {
         let all = [(0, 1, 1, 1), (1, 1, 2, 2), (4, 1, 3, 2), (5, 1, 3, 3)];
-        assert_eq!(found(&run(&EVENTS), 1, 0.0), all);
-        assert_eq!(found(&run(&EVENTS[5..]), 1, 0.0), [(0, 1, 3, 3)]);
+        assert_eq!(found(&made_up::run("", &EVENTS), 1, 0.0), all);
+        assert_eq!(found(&made_up::run("", &EVENTS[5..]), 1, 0.0), [(0, 1, 3, 3)]);
+    }
+
+    #[test]
+    fn one_by_one_events_are_told_as_in_a_whole_run() {
+        let run = made_up::run("", &EVENTS);
+        let mut growth = Growth::new(3);
+        let told = run
+            .slips
+            .iter()
+            .filter(|slip| growth.extends(slip.first_block, slip.last_block, slip.blocks_slipped));
+        let numbers: Vec<u64> = told.map(|slip| slip.event).collect();
+        let whole = found(&run, 1, 0.0);
+        assert_eq!(numbers, whole.iter().map(|(event, ..)| *event).collect::<Vec<u64>>());
     }
 
     #[test]
     fn rules_drop_short_events_and_merge_close_ones() {
-        assert_eq!(found(&run(&EVENTS), 2, 0.0), [(1, 1, 2, 2), (4, 1, 3, 2), (5, 1, 3, 3)]);
+        assert_eq!(found(&made_up::run("", &EVENTS), 2, 0.0), [(1, 1, 2, 2), (4, 1, 3, 2), (5, 1, 3, 3)]);
         // Events 3 and 4 are two steps, 2e-7 s, apart, and together take all blocks.
-        assert_eq!(found(&run(&EVENTS), 1, 2.5e-7), [(0, 1, 1, 1), (1, 1, 2, 2), (3, 2, 3, 3)]);
+        assert_eq!(found(&made_up::run("", &EVENTS), 1, 2.5e-7), [(0, 1, 1, 1), (1, 1, 2, 2), (3, 2, 3, 3)]);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{Event, FieldRecord, Record, RunHeader, SlipEvent, StepRecord, WindowRecord};
 use asperity_runlog::{LogItem, RunReader, Topics};
 
-use crate::AnalysisError;
+use crate::error::AnalysisError;
 
 /// Everything in a run log.
 #[derive(Debug)]
@@ -73,6 +73,12 @@ impl RunData {
     pub fn fields_at(&self, step: u64) -> Option<&FieldRecord> {
         let index = self.fields.binary_search_by_key(&step, |record| record.step).ok()?;
         Some(&self.fields[index])
+    }
+
+    /// The last step record up to a step, or the first one where the step is before it.
+    pub fn record_at(&self, step: u64) -> Option<&StepRecord> {
+        let after = self.steps.partition_point(|record| record.step <= step);
+        self.steps.get(after.saturating_sub(1))
     }
 
     /// The first slip event in which every block slid.

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 use serde::Deserialize;
 
-use crate::AnalysisError;
-use crate::claims::measure_name;
+use crate::error::AnalysisError;
 use crate::measure::Measure;
 use crate::run_data::RunData;
 
@@ -55,7 +54,7 @@ impl Study {
         ];
         for measure in &self.measures {
             let measured: Vec<Option<f64>> = members.iter().map(|run| measure.of(run, None)).collect();
-            columns.push(Series::new(measure_name(*measure).replace(' ', "_").into(), measured).into());
+            columns.push(Series::new(measure.name().replace(' ', "_").into(), measured).into());
         }
         Ok(DataFrame::new_infer_height(columns)?)
     }
@@ -81,11 +80,15 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::{Study, parameter};
-    use crate::precursors::tests::{EVENTS, run};
+    use crate::made_up;
+    use crate::made_up::EVENTS;
 
     #[test]
     fn a_study_has_a_row_per_run_and_a_column_per_measure() {
-        let runs = BTreeMap::from([("a".to_owned(), run(&EVENTS)), ("b".to_owned(), run(&[]))]);
+        let runs = BTreeMap::from([
+            ("a".to_owned(), made_up::run("", &EVENTS)),
+            ("b".to_owned(), made_up::run("", &[])),
+        ]);
         let study: Study = toml::from_str(
             "name = \"s\"\nparameter = \"slider.blocks\"\nruns = [\"b\", \"a\"]\n\
              measures = [\"precursor-count\", \"residual-rms-5.57\"]",
@@ -103,7 +106,7 @@ mod tests {
 
     #[test]
     fn a_parameter_is_read_from_the_scenario_or_refused_by_name() {
-        let run = run(&EVENTS);
+        let run = made_up::run("", &EVENTS);
         assert_eq!(parameter(&run, "slider.blocks"), Ok(3.0));
         assert_eq!(parameter(&run, "drive.decay_length_m"), Ok(0.0));
         assert_eq!(

@@ -7,7 +7,7 @@ use std::path::Path;
 use asperity_export::whole::WholeFile;
 use polars::prelude::{AnyValue, DataFrame, ParquetReader, ParquetWriter, SerReader};
 
-use crate::AnalysisError;
+use crate::error::AnalysisError;
 
 /// Writes `NAME.csv` and `NAME.parquet` into a folder, each under a temporary
 /// name until it is whole.

@@ -1,61 +1,27 @@
 //! The tables that a run is reduced to.
 
-use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+use asperity_export::batch::Batch;
+use asperity_export::layout::step_columns;
+use asperity_export::rows;
+use asperity_model::analytic::LengthLaw;
+use asperity_record::{EventPayload, SlipEvent, StepRecord};
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 
-use crate::AnalysisError;
+use crate::curves::{Residuals, precursor_points, residuals};
+use crate::error::AnalysisError;
+use crate::parquet_tables;
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
 
-/// The raw event table, one row per slip event; its first seven columns are
-/// pinned, `onset_s, end_s, first_block, last_block, max_sliding, ft_fn_onset,
-/// ft_fn_end`.
+/// The raw event table, one row per slip event: [`SlipEvent::COLUMNS`], of which the first seven
+/// are pinned.
 ///
 /// # Errors
 /// If polars refuses.
 pub fn events(run: &RunData) -> Result<DataFrame, AnalysisError> {
-    let slips = &run.slips;
-    frame(vec![
-        numbers("onset_s", slips.iter().map(|slip| slip.onset_s)),
-        gaps("end_s", slips.iter().map(|slip| slip.end_s)),
-        counts("first_block", slips.iter().map(|slip| slip.first_block)),
-        counts("last_block", slips.iter().map(|slip| slip.last_block)),
-        counts("max_sliding", slips.iter().map(|slip| slip.max_sliding)),
-        numbers("ft_fn_onset", slips.iter().map(|slip| slip.ft_fn_onset)),
-        gaps("ft_fn_end", slips.iter().map(|slip| slip.ft_fn_end)),
-        steps("event", slips.iter().map(|slip| slip.event)),
-        steps("onset_step", slips.iter().map(|slip| slip.onset_step)),
-        column("end_step", slips.iter().map(|slip| slip.end_step).collect::<Vec<_>>()),
-        counts("blocks_slipped", slips.iter().map(|slip| slip.blocks_slipped)),
-        counts("nucleation_block", slips.iter().map(|slip| slip.nucleation_block)),
-        numbers("ft_fn_min", slips.iter().map(|slip| slip.ft_fn_min)),
-        numbers("ft_fn_max", slips.iter().map(|slip| slip.ft_fn_max)),
-        column("open", slips.iter().map(|slip| slip.open).collect::<Vec<_>>()),
-    ])
-}
-
-/// One precursor beside the theory.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PrecursorPoint {
-    /// `L_p / L` (5.17).
-    pub lp_l: f64,
-    /// `F_T / F_N` at its onset.
-    pub ft_fn: f64,
-    /// What the length law predicts for it.
-    pub predicted: f64,
-}
-
-/// The precursors of a run beside a length law.
-pub fn precursor_points(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Vec<PrecursorPoint> {
-    let parameters = LengthLawParameters::of(&run.scenario);
-    precursors::find(run, rules)
-        .iter()
-        .map(|precursor| {
-            let lp_l = precursor.length_ratio(run.header.blocks);
-            let predicted = law.load_ratio(&parameters, lp_l);
-            PrecursorPoint { lp_l, ft_fn: precursor.start.ft_fn_onset, predicted }
-        })
-        .collect()
+    let mut rows = Batch::new(SlipEvent::COLUMNS);
+    run.slips.iter().for_each(|slip| rows.push(slip.cells().as_ref()));
+    Ok(parquet_tables::frame(SlipEvent::COLUMNS, &rows)?)
 }
 
 /// The precursor table: `L_p / L` against `F_T / F_N`, the length law's value
@@ -88,51 +54,13 @@ pub fn precursors(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Resu
 /// # Errors
 /// If polars refuses.
 pub fn load_curve(run: &RunData) -> Result<DataFrame, AnalysisError> {
-    let records = &run.steps;
-    let mut columns = vec![
-        steps("step", records.iter().map(|record| record.step)),
-        numbers("time_s", records.iter().map(|record| record.time_s)),
-        numbers("driving_force_n", records.iter().map(|record| record.driving_force_n)),
-        numbers("normal_load_n", records.iter().map(|record| record.normal_load_n)),
-        numbers("ft_fn", records.iter().map(|record| record.load_ratio())),
-        counts("sliding", records.iter().map(|record| record.sliding)),
-        counts("switches", records.iter().map(|record| record.switches.len() as u32)),
-    ];
     // Where the drive pulls both ways its sum says little.
-    for (end, name) in ["first_end_force_n", "last_end_force_n"].into_iter().enumerate() {
-        let forces: Option<Vec<f64>> =
-            records.iter().map(|record| record.end_forces_n.map(|ends| ends[end])).collect();
-        if let Some(forces) = forces.filter(|forces| !forces.is_empty()) {
-            columns.push(numbers(name, forces.into_iter()));
-        }
-    }
-    frame(columns)
-}
-
-/// How well the precursors of a run follow a length law; in units of `F_T / F_N`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Residuals {
-    /// Number of precursors, the first global slip included.
-    pub count: usize,
-    /// Root mean square.
-    pub rms: f64,
-    /// Largest magnitude.
-    pub max: f64,
-}
-
-/// The residuals of a run against a length law; `None` without precursors.
-pub fn residuals(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Option<Residuals> {
-    let points = precursor_points(run, law, rules);
-    if points.is_empty() {
-        return None;
-    }
-    let residuals = points.iter().map(|point| point.ft_fn - point.predicted);
-    let squares: f64 = residuals.clone().map(|residual| residual * residual).sum();
-    Some(Residuals {
-        count: points.len(),
-        rms: (squares / points.len() as f64).sqrt(),
-        max: residuals.fold(0.0, |max: f64, residual| max.max(residual.abs())),
-    })
+    let is_pulled_both_ways = |record: &StepRecord| record.end_forces_n.is_some();
+    let end_forces = !run.steps.is_empty() && run.steps.iter().all(is_pulled_both_ways);
+    let columns = step_columns(end_forces);
+    let mut rows = Batch::new(&columns);
+    run.steps.iter().for_each(|record| rows::step(&mut rows, record, end_forces));
+    Ok(parquet_tables::frame(&columns, &rows)?)
 }
 
 /// The residuals of several runs as a table.

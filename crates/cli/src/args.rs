@@ -1,16 +1,21 @@
 //! The command line.
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
-use asperity_simulator::SolverKind;
+use asperity_run::SolverKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// What `--version` says: the package's version, and that of the code that shapes a run.
+static LONG_VERSION: LazyLock<String> =
+    LazyLock::new(|| format!("{}\ncode version {}", env!("CARGO_PKG_VERSION"), asperity_run::CODE_VERSION));
 
 /// Precursors to frictional sliding: simulate, detect, log, reduce, draw.
 #[derive(Debug, Parser)]
 #[command(
     name = "asperity",
     version,
-    long_version = concat!(env!("CARGO_PKG_VERSION"), "\ncode version ", env!("ASPERITY_CODE_VERSION")),
+    long_version = LONG_VERSION.as_str(),
     after_help = "\
 Examples:
   mkdir -p out

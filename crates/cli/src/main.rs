@@ -2,23 +2,19 @@
 //! in the libraries.
 
 mod args;
-mod at_once;
 mod check;
 mod completions;
-mod detectors;
 mod diff;
 mod event_table;
 mod events;
 mod exit;
 mod export;
-mod held;
 mod interrupt;
 mod man;
 mod progress;
 mod replay;
 #[cfg(feature = "analysis")]
 mod reproduce;
-mod resume;
 mod run;
 mod salvage;
 mod scenario;

@@ -5,8 +5,8 @@ use std::io::{IsTerminal, stderr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use asperity_record::{EventPayload, SlipEvent};
-use asperity_stream::Item;
+use asperity_record::{Event, EventPayload, SlipEvent};
+use asperity_run::{Notice, Watch};
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 
 /// How often a run that goes on for long says so where there is no terminal.
@@ -87,6 +87,13 @@ impl Board {
         Overall { board: Board { together: Some(together), ..self.clone() } }
     }
 
+    /// Starts the progress of something that is told in words, stage by stage.
+    pub(crate) fn stages(&self, name: &'static str) -> Stages {
+        let bar = self.bar("{prefix:20} {bar:30} {msg}", |bar| self.bars.add(bar));
+        bar.set_prefix(name);
+        Stages { bar }
+    }
+
     /// A bar where there is a terminal.
     fn bar(
         &self,
@@ -103,6 +110,26 @@ impl Board {
     }
 }
 
+/// The progress of something that goes by stages.
+pub(crate) struct Stages {
+    bar: ProgressBar,
+}
+
+impl Stages {
+    /// Takes note that so many of so many are done in a stage.
+    pub(crate) fn reached(&self, stage: &str, done: usize, of: usize) {
+        self.bar.set_length(of as u64);
+        self.bar.set_position(done as u64);
+        self.bar.set_message(format!("{stage}: {done} of {of}"));
+    }
+}
+
+impl Drop for Stages {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
 /// The progress of one run.
 pub(crate) struct RunProgress {
     board: Board,
@@ -116,22 +143,25 @@ pub(crate) struct RunProgress {
     last_told: Option<Instant>,
 }
 
-impl RunProgress {
-    /// Takes note of what has just been logged.
-    pub(crate) fn saw(&mut self, item: &Item) {
-        match item {
-            Item::Event(event) => {
-                if let Some(events) = &mut self.events {
-                    *events += u64::from(event.topic == SlipEvent::TOPIC);
-                }
-            }
-            Item::Record(record) => self.reached(record.step()),
-            Item::Checkpoint(_) => {}
+impl Watch for RunProgress {
+    fn event(&mut self, event: &Event) {
+        if let Some(events) = &mut self.events {
+            *events += u64::from(event.topic == SlipEvent::TOPIC);
         }
     }
 
+    fn reached(&mut self, step: u64) {
+        self.advance(step);
+    }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        self.board.line(&format!("{}: {notice}", self.name));
+    }
+}
+
+impl RunProgress {
     /// Takes note of the last step taken.
-    pub(crate) fn reached(&mut self, step: u64) {
+    pub(crate) fn advance(&mut self, step: u64) {
         self.bar.set_position(step);
         if self.board.on_terminal {
             self.bar.set_message(self.status(step));

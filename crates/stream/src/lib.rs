@@ -6,18 +6,25 @@
 //! ```
 //!
 //! It is a line, not a fan: the detectors pass every record on and put the
-//! events that it gave rise to right behind it. So the sink sees one sequence,
+//! events that it gave rise to right after it. So the sink sees one sequence,
 //! and that sequence depends on the source alone, never on scheduling. A slow
 //! sink fills the channels and slows the source; memory stays flat. Whoever
 //! fails stops the others, and its error is the one that is reported.
 //!
 //! A live run and a replay differ in their source only.
+//!
+//! Beside the line there is [`at_once`], for work on many runs: several jobs at a time, with
+//! the results in the order of the jobs.
+
+mod at_once;
 
 use std::thread;
 
 use asperity_detect::Detector;
 use asperity_record::{Checkpoint, Event, Record};
 use crossbeam_channel::{Receiver, Sender, bounded};
+
+pub use at_once::at_once;
 
 /// What a source gives.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,9 +40,9 @@ pub enum Given {
 pub enum Item {
     /// A record, as the source gave it.
     Record(Record),
-    /// An event, right behind the record that made it certain.
+    /// An event, right after the record that made it certain.
     Event(Event),
-    /// A checkpoint, behind the records that it stands on and their events.
+    /// A checkpoint, after the records that it stands on and their events.
     Checkpoint(Checkpoint),
 }
 

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::kind::{Figure, Labelled, run_names};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
-use super::{Figure, Labelled, run_names};
-use crate::measure::ring_down;
+use crate::curves::ring_down;
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]

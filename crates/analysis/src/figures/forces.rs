@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::kind::{Figure, find};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Panel, RED, Series, Sheet};
-use super::{Figure, find};
-use crate::measure::pull_ratio;
+use crate::curves::pull_ratio;
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]

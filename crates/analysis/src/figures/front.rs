@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::kind::{DYNAMIC, Figure, coefficient_lines, find};
 use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet};
-use super::{DYNAMIC, Figure, coefficient_lines, find};
-use crate::measure::front_profile;
+use crate::curves::front_profile;
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]

@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use serde::Deserialize;
 
+use super::kind::{Figure, Labelled, run_names};
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Marker, Panel, Series, Sheet, nth};
-use super::{Figure, Labelled, run_names};
+use crate::curves;
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
-use crate::tables;
 
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -52,7 +52,7 @@ impl Figure for Lengths {
                 .map(|i| f64::from(i) / 400.0)
                 .map(|x| (self.law.load_ratio(&parameters, x), x))
                 .collect();
-            let points: Vec<(f64, f64)> = tables::precursor_points(run, self.law, &PrecursorRules::default())
+            let points: Vec<(f64, f64)> = curves::precursor_points(run, self.law, &PrecursorRules::default())
                 .into_iter()
                 .map(|point| (point.ft_fn, point.lp_l))
                 .collect();

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::kind::{DYNAMIC, Figure, coefficient_lines, find};
 use super::plot::{Axis, Corner, Dash, INK, Look, Panel, Series, Sheet};
-use super::{DYNAMIC, Figure, coefficient_lines, find};
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::kind::{Figure, find};
 use super::plot::{Axis, BLUE, Corner, Dash, Look, Panel, RED, Series, Sheet};
-use super::{Figure, find};
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]

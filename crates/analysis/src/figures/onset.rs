@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use asperity_model::analytic;
 use serde::Deserialize;
 
+use super::kind::{Figure, Labelled, run_names};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED, Series, Sheet};
-use super::{Figure, Labelled, run_names};
-use crate::measure::first_onset_fields;
+use crate::curves::first_onset_fields;
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::kind::{Figure, Labelled, run_names};
 use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
-use super::{Figure, Labelled, run_names};
-use crate::measure::growing_slips;
+use crate::curves::growing_slips;
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]

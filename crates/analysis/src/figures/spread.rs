@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::kind::{Figure, find};
 use super::plot::{Axis, Corner, Dash, Look, Panel, RED, Series, Sheet, nth};
-use super::{Figure, find};
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]

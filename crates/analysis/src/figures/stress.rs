@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use asperity_record::FieldRecord;
 use serde::Deserialize;
 
+use super::kind::{Figure, find};
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet};
-use super::{Figure, find};
-use crate::measure::{pull_ratio, record_at};
+use crate::curves::pull_ratio;
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]
@@ -44,8 +44,7 @@ impl Figure for Stress {
 }
 
 fn panel(run: &RunData, fields: &FieldRecord) -> Result<Panel, String> {
-    let record =
-        record_at(run, fields.step).ok_or_else(|| format!("run {} has no step records", run.name))?;
+    let record = run.record_at(fields.step).ok_or_else(|| format!("run {} has no step records", run.name))?;
     let course = record.normal_load_n / run.plan.total_normal_load_n;
     let along = |values: &[f64], factor: f64| -> Vec<(f64, f64)> {
         let position_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;

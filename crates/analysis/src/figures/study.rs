@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::kind::{Figure, find};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
-use super::{Figure, find};
 use crate::measure::Measure;
 use crate::run_data::RunData;
 use crate::study::parameter;

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use super::kind::{Figure, find};
 use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet, nth};
-use super::{Figure, find};
-use crate::measure::event_in_window;
+use crate::curves::event_in_window;
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]

@@ -88,10 +88,8 @@ impl Board {
     }
 
     /// Starts the progress of something that is told in words, stage by stage.
-    pub(crate) fn stages(&self, name: &'static str) -> Stages {
-        let bar = self.bar("{prefix:20} {bar:30} {msg}", |bar| self.bars.add(bar));
-        bar.set_prefix(name);
-        Stages { bar }
+    pub(crate) fn stages(&self, name: &str) -> Stages {
+        Stages { bar: self.bar(name, 1, "{prefix:20} {bar:30} {msg}", |bar| self.bars.add(bar)) }
     }
 
     /// A bar where there is a terminal.
@@ -116,7 +114,7 @@ pub(crate) struct Stages {
 }
 
 impl Stages {
-    /// Takes note that so many of so many are done in a stage.
+    /// Takes note of how many things of a stage are done.
     pub(crate) fn reached(&self, stage: &str, done: usize, of: usize) {
         self.bar.set_length(of as u64);
         self.bar.set_position(done as u64);

@@ -24,6 +24,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("export", &["record", "runlog"]),
     ("analysis", &["record", "runlog", "model", "export", "stream"]),
     ("diff", &["record"]),
+    ("compare", &["record", "runlog", "analysis", "diff"]),
     (
         "cli",
         &[
@@ -39,6 +40,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "export",
             "analysis",
             "diff",
+            "compare",
         ],
     ),
     ("xtask", &[]),
@@ -167,7 +169,8 @@ fn versions_and_features_stand_in_the_workspace_manifest_alone() {
                 let keys: Option<BTreeSet<&str>> =
                     dependency.as_table().map(|table| table.keys().map(String::as_str).collect());
                 let plain = keys == Some(BTreeSet::from(["workspace"]));
-                let analysis = (member.name.as_str(), name.as_str()) == ("cli", "asperity-analysis")
+                let analysis = matches!(member.name.as_str(), "cli" | "compare")
+                    && name == "asperity-analysis"
                     && keys == Some(BTreeSet::from(["workspace", "optional"]));
                 assert!(
                     plain || analysis,

@@ -7,20 +7,14 @@
 //! them up and says where they are. Without it these tests skip, and say so; with
 //! `ASPERITY_NO_SKIPS=1` they fail instead.
 
-#[path = "support/binary.rs"]
-mod binary;
-#[path = "support/clients.rs"]
-mod clients;
-#[path = "support/small.rs"]
-mod small;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use binary::{succeed, text};
-use clients::{Python, file, find, said};
+use crate::support::binary::{succeed, text};
+use crate::support::clients::{Python, file, find, said};
+use crate::support::{binary, small};
 use serde_json::{Map, Value, json};
 
 /// A range of time in which the small run has several messages of both topics, s

@@ -1,15 +1,11 @@
 //! `asperity diff` from files to exit code: real runs, tables as other programs write them,
 //! folders, policies, and what is no table.
 
-#[path = "support/binary.rs"]
-mod binary;
-#[path = "support/small.rs"]
-mod small;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use binary::{asperity, run, succeed, text};
+use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::small;
 use serde_json::Value;
 
 fn folder() -> tempfile::TempDir {

@@ -2,17 +2,15 @@
 //! that is not whole, nothing lost that was there before, and a run that goes on once there
 //! is room.
 
-#[path = "support/binary.rs"]
-mod binary;
-
 use std::env;
 use std::fs;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::support::binary;
+use crate::support::binary::{asperity, text};
 use asperity_runlog::{RunReader, Topics};
-use binary::{asperity, text};
 
 /// Runs a script in a folder that is a disk of its own, of a megabyte, which only the script
 /// sees; `None` where the system does not allow such a thing.

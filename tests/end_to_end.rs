@@ -1,18 +1,14 @@
 //! A small run all the way: solver, detectors, log, replay, tables, figures, and
 //! a pipeline over several runs.
 
-#[path = "support/binary.rs"]
-mod binary;
-#[path = "support/small.rs"]
-mod small;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::small;
 use asperity_record::RunEnd;
 use asperity_runlog::{RunReader, Topics};
-use binary::{asperity, run, succeed, text};
 
 /// The columns of the raw event table that other people's programs rely on.
 const PINNED: &str = "onset_s,end_s,first_block,last_block,max_sliding,ft_fn_onset,ft_fn_end";

@@ -1,19 +1,15 @@
 //! One bit of a log that is not as it was written: `asperity check` sees it, wherever it is,
 //! or it changes nothing that is read.
 
-#[path = "support/binary.rs"]
-mod binary;
-#[path = "support/small.rs"]
-mod small;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 use std::path::Path;
 
+use crate::support::binary::{asperity, text};
+use crate::support::small;
 use asperity_record::{RunEnd, RunHeader};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
-use binary::{asperity, text};
 
 /// How many bits are flipped, each in a log of its own.
 const FLIPS: usize = 1000;

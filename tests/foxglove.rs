@@ -3,19 +3,13 @@
 //! on it by the parser of `pymcap-cli`, and its settings against those that the package
 //! foxglove-sdk declares.
 
-#[path = "support/binary.rs"]
-mod binary;
-#[path = "support/clients.rs"]
-mod clients;
-#[path = "support/small.rs"]
-mod small;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use binary::text;
-use clients::{Python, file, said};
+use crate::support::binary::text;
+use crate::support::clients::{Python, file, said};
+use crate::support::small;
 use mcap::read::ChunkFlattener;
 use mcap::records::Record;
 use serde_json::Value;

@@ -6,16 +6,11 @@
 //! `cargo xtask golden --accept REASON` and in no other way: no variable in the
 //! environment makes this test pass.
 
-#[expect(dead_code, reason = "no single scenario is run")]
-#[path = "support/binary.rs"]
-mod binary;
-#[path = "support/golden.rs"]
-mod golden;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use binary::{asperity, succeed, text};
+use crate::support::binary::{asperity, succeed, text};
+use crate::support::golden;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("the workspace is there")

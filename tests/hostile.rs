@@ -7,24 +7,16 @@
 //! anew, `ASPERITY_UPDATE_FIXTURES=1` has the test write them. `found` holds the inputs that
 //! fuzzing brought to light, and `corpus` a choice of those by which it gets about.
 
-#[path = "support/binary.rs"]
-mod binary;
-#[path = "support/forgeries.rs"]
-mod forgeries;
-#[path = "fuzz/src/lib.rs"]
-#[expect(unreachable_pub, reason = "the fuzzers have it as a crate of its own")]
-mod laws;
-#[path = "support/small.rs"]
-mod small;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use binary::text;
-use forgeries::{Forge, Forgery, Verdict};
+use crate::laws;
+use crate::support::binary::text;
+use crate::support::forgeries::{Forge, Forgery, Verdict};
+use crate::support::small;
 
 /// What a command may take, of address space: a debug build maps 0.2 GB before it does
 /// anything, and every thread reserves some.

@@ -4,10 +4,6 @@
 //! Needs Chromium, without which these tests skip, and say so; with
 //! `ASPERITY_NO_SKIPS=1` they fail instead.
 
-#[expect(dead_code, reason = "diffs exit with 1, so none of them is to succeed")]
-#[path = "support/binary.rs"]
-mod binary;
-
 use std::collections::BTreeMap;
 use std::env;
 use std::fs;
@@ -15,7 +11,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use binary::{asperity, text};
+use crate::support::binary::{asperity, text};
 
 /// What the browser is called, and how it is kept from calling home.
 const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];

@@ -5,14 +5,11 @@
 //! same; loads are printed there with nine decimals. The tables are never
 //! re-blessed: if one differs, this program is wrong until shown otherwise.
 
-#[path = "support/binary.rs"]
-mod binary;
-
 use std::fs;
 use std::path::Path;
 
+use crate::support::binary::{run, succeed, text};
 use asperity_runlog::{RunReader, Topics};
-use binary::{run, succeed, text};
 
 /// Half a unit of the ninth decimal would do; the loads of a step depend on the
 /// order in which forces are added, which moves them by less than this.

@@ -1,18 +1,16 @@
 //! Runs that are killed, interrupted, or out of disk: what they leave behind never claims to
 //! be whole, and `--resume` ends with what one run would have given, to the byte.
 
-#[path = "support/binary.rs"]
-mod binary;
-
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::support::binary;
+use crate::support::binary::{asperity, succeed, text};
 use asperity_record::{RunEnd, RunStatus};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics, partial_path};
-use binary::{asperity, succeed, text};
 
 /// Everything that a log holds, and how its run ended.
 fn read(path: &Path) -> Result<(Vec<LogItem>, RunEnd), LogError> {

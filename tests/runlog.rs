@@ -1,17 +1,14 @@
 //! The layout of a run log, as a reader that knows MCAP and not asperity sees it;
 //! and that no damage to it goes unseen.
 
-#[path = "support/binary.rs"]
-mod binary;
-#[path = "support/small.rs"]
-mod small;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::support::binary::{succeed, text};
+use crate::support::{binary, small};
+use asperity_record::{EventKind, GlobalSlip, Onset, RunEnd, RunStatus, SlipEvent, SolverReport};
 use asperity_runlog::{Existing, LogError, LogItem, RunReader, RunWriter, Topics, partial_path};
-use binary::{succeed, text};
 use mcap::read::{ChunkFlattener, LinearReader};
 use mcap::records::Record;
 
@@ -179,10 +176,142 @@ fn log_time_is_simulated_time() {
     assert_eq!(counts["/switch"], end.switches);
 }
 
-fn read(path: &Path) -> Result<asperity_record::RunEnd, LogError> {
-    let mut reader = RunReader::open(path, Topics::ALL)?;
-    while reader.next_item()?.is_some() {}
-    Ok(reader.end().expect("the log was read to its end").clone())
+fn read(path: &Path) -> Result<RunEnd, LogError> {
+    RunReader::open(path, Topics::ALL)?.verify()
+}
+
+/// The digests can be made by a program that knows MCAP, BLAKE3 and the words in
+/// `crates/runlog/src/digest.rs`.
+#[test]
+fn digests_are_those_of_the_messages_as_they_stand_in_the_file() {
+    let log = Log::make();
+    let mut topics = BTreeMap::new();
+    let mut all = blake3::Hasher::new();
+    let mut by_topic: BTreeMap<String, blake3::Hasher> = BTreeMap::new();
+    for record in log.data() {
+        match record {
+            Record::Channel(channel) => {
+                by_topic.entry(channel.topic.clone()).or_default();
+                topics.insert(channel.id, channel.topic);
+            }
+            Record::Message { header, data } => {
+                let topic = &topics[&header.channel_id];
+                for digest in [&mut all, by_topic.get_mut(topic).expect("it has a channel")] {
+                    digest.update(&(topic.len() as u64).to_le_bytes()).update(topic.as_bytes());
+                    digest.update(&(data.len() as u64).to_le_bytes()).update(&data);
+                }
+            }
+            _ => {}
+        }
+    }
+    let end = read(&log.path).expect("the log is whole");
+    let text = |digest: &blake3::Hasher| digest.finalize().to_hex().to_string();
+    assert_eq!(end.digest, text(&all));
+    let expected: BTreeMap<String, String> =
+        by_topic.iter().map(|(topic, digest)| (topic.clone(), text(digest))).collect();
+    assert_eq!(end.topic_digests, expected);
+    assert_eq!(expected.len(), 7);
+    // It has no dense window: the hash of nothing.
+    assert_eq!(expected["/window"], blake3::hash(b"").to_hex().as_str());
+}
+
+/// Logs of one run, with more detectors and with fewer, say the same of all that both hold.
+#[test]
+fn a_log_with_a_topic_more_is_compared_in_what_both_have() {
+    let log = Log::make();
+    let kinds = [EventKind::of::<Onset>(), EventKind::of::<SlipEvent>(), EventKind::of::<GlobalSlip>()];
+    let again = |name: &str, kinds: &[EventKind], change: Option<&str>| {
+        let path = log.folder.path().join(name);
+        let mut reader = RunReader::open(&log.path, Topics::ALL).expect("the log has a header");
+        let (header, scenario) = (reader.header().clone(), reader.scenario_toml().to_owned());
+        let mut writer = RunWriter::create(&path, Existing::Refuse, &header, &scenario, kinds).unwrap();
+        while let Some(item) = reader.next_item().expect("the log is whole") {
+            match item {
+                LogItem::Record(record) => writer.record(&record).unwrap(),
+                LogItem::Event(mut event) if kinds.iter().any(|kind| kind.topic == event.topic) => {
+                    if change == Some(&*event.topic) {
+                        event.payload = event.payload.replace("\"event\":7,", "\"event\":8,");
+                    }
+                    writer.event(&event).unwrap();
+                }
+                LogItem::Event(_) => {}
+            }
+        }
+        let end = writer.finish(RunStatus::Complete, SolverReport::default()).unwrap();
+        assert_eq!(read(&path).expect("the log is whole"), end);
+        end
+    };
+    let whole = read(&log.path).expect("the log is whole");
+    let same = again("same.mcap", &kinds, None);
+    assert_eq!((&same.digest, &same.topic_digests), (&whole.digest, &whole.topic_digests));
+
+    let fewer = again("fewer.mcap", &kinds[1..], None);
+    assert_ne!(fewer.digest, whole.digest);
+    let found = whole.compare_topics(&fewer);
+    assert!(found.same_in_common(), "{found:?}");
+    assert_eq!(found.same, ["/events/global", "/events/slip", "/fields", "/step", "/switch", "/window"]);
+    assert_eq!((found.only_first, found.only_second), (vec!["/events/onset".to_owned()], vec![]));
+
+    let other = again("other.mcap", &kinds[..2], Some("/events/slip"));
+    let found = fewer.compare_topics(&other);
+    assert!(!found.same_in_common());
+    assert_eq!(found.different, ["/events/slip"]);
+    assert_eq!(found.same, ["/fields", "/step", "/switch", "/window"]);
+    assert_eq!(found.only_first, ["/events/global"]);
+    assert_eq!(found.only_second, ["/events/onset"]);
+
+    // Of a log without them only what its counts and the digest of all say is known.
+    let without = |end: &RunEnd| RunEnd { topic_digests: BTreeMap::new(), ..end.clone() };
+    assert!(same.compare_topics(&without(&whole)).same_in_common());
+    let found = fewer.compare_topics(&without(&other));
+    assert!(!found.same_in_common());
+    assert_eq!(found.unknown, ["/events/slip", "/fields", "/step", "/switch", "/window"]);
+}
+
+/// What is none is called none, not damaged; what is cut off behind its first bytes may be one.
+#[test]
+fn what_is_no_run_log_is_told_from_what_is_damaged() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let file = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).expect("the folder can be written");
+        path
+    };
+    let other = folder.path().join("other.mcap");
+    let mut writer = mcap::WriteOptions::new()
+        .library("a camera")
+        .create(fs::File::create(&other).expect("the folder can be written"))
+        .expect("a file can be begun");
+    let channel = writer.add_channel(0, "/image", "json", &BTreeMap::new()).expect("it is the first");
+    let header =
+        mcap::records::MessageHeader { channel_id: channel, sequence: 0, log_time: 0, publish_time: 0 };
+    writer.write_to_known_channel(&header, b"{}").expect("the folder can be written");
+    writer.finish().expect("the folder can be written");
+    let cut = fs::read(&other).expect("it was just written");
+    let cut = file("cut.mcap", &cut[..cut.len() / 2]);
+    let magic = "it does not begin with the eight bytes that begin every MCAP file";
+    let camera = "it is an MCAP file of another program (\"a camera\"), without metadata `run`";
+    for (path, says) in [
+        (folder.path().join("missing.mcap"), "there is no such file"),
+        (folder.path().to_owned(), "it is a folder"),
+        (file("empty.mcap", b""), "it is empty"),
+        (file("short.csv", b"a,b"), magic),
+        (file("table.csv", b"onset_s,end_s\n"), magic),
+        (file("zeros.mcap", &[0; 1000]), magic),
+        (other, camera),
+        (cut, camera),
+    ] {
+        let error = read(&path).expect_err("it is none");
+        assert_eq!(error.to_string(), format!("{}: not a run log: {says}", path.display()));
+        assert!(error.problem.is_no_run_log());
+        assert_eq!(error.problem.is_early_end(), says == "it is empty");
+    }
+    let log = Log::make();
+    for length in [4, 8, 20, 60, log.bytes.len() / 2, log.bytes.len() - 1] {
+        let path = file("begun.mcap", &log.bytes[..length]);
+        let problem = read(&path).expect_err("it is cut off").problem;
+        assert!(problem.is_early_end() && !problem.is_no_run_log(), "cut to {length}: {problem}");
+    }
 }
 
 /// MCAP readers check no checksum unless told to, and then a flipped bit passes

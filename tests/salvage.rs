@@ -1,15 +1,13 @@
 //! Damaged logs, put together again: all that was not hit is there, nothing else is, and what
 //! is missing is told.
 
-#[path = "support/binary.rs"]
-mod binary;
-
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use crate::support::binary;
+use crate::support::binary::{asperity, succeed, text};
 use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
-use binary::{asperity, succeed, text};
 use mcap::read::LinearReader;
 use mcap::records::Record;
 
@@ -137,7 +135,10 @@ fn without_its_beginning_a_log_is_read_from_its_scenario_and_messages() {
     let said = log.must_keep("header and first chunk", &bytes, &(0..first.end));
     assert!(said.contains("metadata `run` is lost, and was made anew from the scenario"), "{said}");
     let out = log.folder.path().join("salvaged.mcap");
-    let reader = RunReader::open(&out, Topics::NONE).expect("it has a header");
+    let mut reader = RunReader::open(&out, Topics::NONE).expect("it has a header");
+    assert!(matches!(reader.verify().map_err(|error| error.problem), Err(LogProblem::Salvaged)));
+    let end = reader.end().expect("it was read to its end");
+    assert!(end.topic_digests.keys().eq(end.message_counts.keys()) && end.topic_digests.len() == 7);
     assert_eq!((reader.header().blocks, reader.header().code_version.as_str()), (100, "unknown"));
     assert!(reader.scenario_toml().contains("duration_s = 0.6"));
 }

@@ -1,10 +1,7 @@
 //! Every scenario that comes with the program: it runs, its log is whole, and a replay finds
 //! the same events.
 
-#[path = "support/binary.rs"]
-mod binary;
-
-use binary::{run, succeed, text};
+use crate::support::binary::{run, succeed, text};
 
 #[test]
 fn every_scenario_runs_checks_and_replays() {

@@ -1,16 +1,12 @@
 //! The recipe of the README by which `git diff` shows run logs and Parquet
 //! tables as rows, in a repository made for it.
 
-#[path = "support/binary.rs"]
-mod binary;
-#[path = "support/small.rs"]
-mod small;
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use binary::{succeed, text};
+use crate::support::binary::{succeed, text};
+use crate::support::{binary, small};
 
 /// The lines of a diff that begin with a sign, without those that name files.
 fn signed(diff: &str, sign: char) -> Vec<&str> {

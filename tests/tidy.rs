@@ -1,54 +1,40 @@
-//! The house rules that no compiler checks: which crate may use which, where
-//! dependencies and their features stand, and that the pages tell the truth.
+//! The house rules that no compiler checks. Those of the crates, who may use whom, who
+//! alone wraps a dependency, which files may be long, are read from ARCHITECTURE.md
+//! (`tidy/page.rs`) and held against cargo and the sources; here stand those of the files.
 
-use std::collections::{BTreeMap, BTreeSet};
+mod circles;
+mod page;
+
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use asperity_model::{Scenario, ScenarioSource, builtin};
+use page::Page;
 use serde_json::Value;
 
-/// Which crates of the workspace each may use, in its library or binary and its
-/// build script. A new crate needs a line here and a paragraph in ARCHITECTURE.md.
-const MAY_USE: &[(&str, &[&str])] = &[
-    ("record", &[]),
-    ("model", &["record"]),
-    ("simulator", &["record", "model"]),
-    ("detect", &["record"]),
-    ("detect-onset", &["record", "detect"]),
-    ("detect-extent", &["record", "detect"]),
-    ("detect-global", &["record", "detect"]),
-    ("stream", &["record", "detect"]),
-    ("runlog", &["record"]),
-    ("export", &["record", "runlog"]),
-    ("analysis", &["record", "runlog", "model", "export", "stream"]),
-    ("diff", &["record"]),
-    ("compare", &["record", "runlog", "analysis", "diff"]),
-    (
-        "cli",
-        &[
-            "record",
-            "model",
-            "simulator",
-            "detect",
-            "detect-onset",
-            "detect-extent",
-            "detect-global",
-            "stream",
-            "runlog",
-            "export",
-            "analysis",
-            "diff",
-            "compare",
-        ],
-    ),
-    ("xtask", &[]),
-];
+/// Circles of files that are known, each by its files: none is to join them, and one that was
+/// opened leaves this list.
+const CIRCLES: &[&[&str]] = &[&[
+    "crates/simulator/src/fast.rs",
+    "crates/simulator/src/lib.rs",
+    "crates/simulator/src/plain.rs",
+    "crates/simulator/src/recorder.rs",
+]];
 
-/// Dependencies that one crate wraps for all others.
-const WRAPPED: &[(&str, &str)] =
-    &[("crossbeam-channel", "stream"), ("mcap", "runlog"), ("polars", "analysis"), ("plotters", "analysis")];
+/// Libraries whose `lib.rs` shows no example that runs yet; one that does leaves this list.
+const WITHOUT_EXAMPLE: &[&str] = &[
+    "detect",
+    "detect-extent",
+    "detect-global",
+    "detect-onset",
+    "export",
+    "model",
+    "record",
+    "runlog",
+    "simulator",
+];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("the workspace is there")
@@ -128,31 +114,141 @@ fn members() -> Vec<Member> {
         .collect()
 }
 
+fn architecture() -> Page {
+    let text = read(&root().join("ARCHITECTURE.md"));
+    Page::parse(&text).unwrap_or_else(|error| panic!("ARCHITECTURE.md: {error}"))
+}
+
 #[test]
-fn arrows_between_crates_are_those_of_the_map() {
-    let map: BTreeMap<&str, &[&str]> = MAY_USE.iter().copied().collect();
+fn arrows_between_crates_are_those_of_the_page() {
+    let page = architecture();
     let members = members();
-    let names: BTreeSet<&str> = members.iter().map(|member| member.name.as_str()).collect();
-    assert_eq!(names, map.keys().copied().collect(), "the map names other crates than the workspace has");
+    let names: BTreeSet<&String> = members.iter().map(|member| &member.name).collect();
+    let rows: BTreeSet<&String> = page.may_use.keys().collect();
+    assert_eq!(names, rows, "the workspace on the left, the table of crates in ARCHITECTURE.md on the right");
     for member in &members {
-        for used in member.uses.iter().map(|package| short_name(package)) {
-            let is_ours = names.contains(used.as_str());
-            let may = map[member.name.as_str()].contains(&used.as_str());
-            assert!(!is_ours || may, "{} uses {used} (see MAY_USE)", member.name);
-        }
+        let may = &page.may_use[&member.name];
+        let used: BTreeSet<String> = member.uses.iter().map(|package| short_name(package)).collect();
+        let more: Vec<&String> = used.difference(may).filter(|used| names.contains(used)).collect();
+        assert!(
+            more.is_empty(),
+            "{} uses {more:?}, ARCHITECTURE.md says that it may use {may:?}",
+            member.name
+        );
+        assert!(!may.contains("testkit"), "{}: testkit is for tests alone", member.name);
     }
 }
 
 #[test]
 fn wrapped_dependencies_have_one_user() {
+    let wrapped = architecture().wrapped;
+    assert!(wrapped.len() >= 4, "ARCHITECTURE.md says \"the only user of\" of {wrapped:?} alone");
     let members = members();
-    for (dependency, wrapper) in WRAPPED {
-        let users: Vec<&str> = members
+    for (dependency, wrapper) in wrapped {
+        let users: Vec<&String> = members
             .iter()
-            .filter(|member| member.uses.contains(*dependency))
-            .map(|member| member.name.as_str())
+            .filter(|member| member.uses.contains(&dependency))
+            .map(|member| &member.name)
             .collect();
-        assert_eq!(users, [*wrapper], "users of {dependency}");
+        assert_eq!(
+            users,
+            [&wrapper],
+            "users of {dependency}; ARCHITECTURE.md says {wrapper} is the only one"
+        );
+    }
+}
+
+/// The files of a crate import one way. What counts as use is told in `tidy/circles.rs`.
+#[test]
+fn no_file_uses_one_that_uses_it() {
+    let (mut found, mut new) = (BTreeSet::new(), String::new());
+    for member in members() {
+        let folder = member.manifest.parent().expect("a manifest lies in a folder").join("src");
+        for crate_root in ["lib.rs", "main.rs"].map(|name| folder.join(name)) {
+            if !crate_root.exists() {
+                continue;
+            }
+            let uses = circles::uses(&crate_root);
+            for circle in circles::circles(&uses) {
+                let names: Vec<String> = circle.iter().map(|file| short(file)).collect();
+                if !CIRCLES.contains(&&*names.iter().map(String::as_str).collect::<Vec<_>>()) {
+                    new += &format!("in {}:\n", member.name);
+                    let uses = circle.iter().flat_map(|file| uses[file].iter().map(move |used| (file, used)));
+                    for (file, (used, line)) in uses.filter(|(_, (used, _))| circle.contains(*used)) {
+                        new += &format!("  {}:{line} uses {}\n", short(file), short(used));
+                    }
+                }
+                found.insert(names);
+            }
+        }
+    }
+    assert!(new.is_empty(), "circles of files that CIRCLES does not list:\n{new}");
+    for known in CIRCLES {
+        let names: Vec<String> = known.iter().map(|name| (*name).to_owned()).collect();
+        assert!(found.contains(&names), "no circle any more, take it from CIRCLES: {known:?}");
+    }
+}
+
+#[test]
+fn long_files_have_a_reason() {
+    const LINES: usize = 700;
+    let accepted = architecture().long_files;
+    let mut long = BTreeSet::new();
+    for path in files_in(&["crates", "tests", "xtask"]) {
+        let is_source = path.extension().is_some_and(|extension| extension == "rs");
+        let lines = if is_source { read(&path).lines().count() } else { 0 };
+        if lines > LINES {
+            let name = short(&path);
+            assert!(
+                accepted.contains_key(&name),
+                "{name} has {lines} lines (accepted: {LINES}, or a line under \"Long files\" in ARCHITECTURE.md)"
+            );
+            long.insert(name);
+        }
+    }
+    let short: Vec<&String> = accepted.keys().filter(|name| !long.contains(*name)).collect();
+    assert!(
+        short.is_empty(),
+        "not long any more, take them from \"Long files\" in ARCHITECTURE.md: {short:?}"
+    );
+}
+
+/// What a crate is for is shown by a few lines that its tests run.
+#[test]
+fn every_library_shows_an_example_that_runs() {
+    let mut without = Vec::new();
+    for member in members() {
+        let lib = member.manifest.with_file_name("src").join("lib.rs");
+        if lib.exists() && !has_example(&read(&lib)) {
+            without.push(member.name);
+        }
+    }
+    without.sort();
+    assert_eq!(without, WITHOUT_EXAMPLE, "found on the left, WITHOUT_EXAMPLE on the right");
+}
+
+/// Whether the text of a crate's own documentation has a block of code that is compiled and run.
+fn has_example(lib: &str) -> bool {
+    let fences = lib.lines().filter_map(|line| line.strip_prefix("//! ```"));
+    // Every other fence closes a block.
+    fences.step_by(2).any(|words| {
+        let runs = |word: &str| matches!(word, "" | "rust") || word.starts_with("edition");
+        words.split(',').all(|word| runs(word.trim()))
+    })
+}
+
+#[test]
+fn only_examples_that_run_count() {
+    for (block, runs) in [
+        ("//! ```\n//! f();\n//! ```\n", true),
+        ("//! ```rust\n//! f();\n//! ```\n", true),
+        ("//! ```text\n//! a -> b\n//! ```\n", false),
+        ("//! ```no_run\n//! f();\n//! ```\n", false),
+        ("//! ```rust,ignore\n//! f();\n//! ```\n", false),
+        ("//! ```toml\n//! ```\n//!\n//! ```\n//! f();\n//! ```\n", true),
+        ("/// ```\n/// f();\n/// ```\n", false),
+    ] {
+        assert_eq!(has_example(block), runs, "{block}");
     }
 }
 
@@ -191,24 +287,31 @@ fn every_source_file_says_what_it_is_for() {
     }
 }
 
-/// Cargo does not look into the tests folder of a virtual workspace.
+/// A file that no module names is never compiled, and says nothing of it.
 #[test]
-fn every_root_test_is_declared() {
+fn every_root_test_is_a_module_of_the_one_program() {
     let manifest: toml::Table =
         read(&root().join("crates/cli/Cargo.toml")).parse().expect("a manifest is TOML");
-    let declared: BTreeSet<&str> = manifest["test"]
+    let declared: Vec<&str> = manifest["test"]
         .as_array()
         .expect("tests are declared")
         .iter()
         .map(|test| test["path"].as_str().expect("a declared test has a path"))
         .collect();
-    for entry in fs::read_dir(root().join("tests")).expect("the folder is there") {
-        let path = entry.expect("the folder can be read").path();
-        if path.extension().is_some_and(|extension| extension == "rs") {
-            let expected = format!("../../{}", short(&path));
+    assert_eq!(declared, ["../../tests/main.rs"], "[[test]] of crates/cli/Cargo.toml");
+    let main = read(&root().join("tests/main.rs"));
+    for (folder, before) in [("tests", ""), ("tests/support", "    pub(crate) ")] {
+        for entry in fs::read_dir(root().join(folder)).expect("the folder is there") {
+            let path = entry.expect("the folder can be read").path();
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            if path.extension().is_none_or(|extension| extension != "rs") || name == "main" {
+                continue;
+            }
+            let wanted = format!("{before}mod {name};");
             assert!(
-                declared.contains(&*expected),
-                "crates/cli/Cargo.toml lacks [[test]] path = {expected:?}"
+                main.lines().any(|line| line == wanted),
+                "tests/main.rs lacks `{wanted}` for {}",
+                short(&path)
             );
         }
     }
@@ -234,6 +337,11 @@ fn the_architecture_page_and_the_crates_agree() {
     let untold: Vec<&String> = there.iter().filter(|name| !named.contains(name.as_str())).collect();
     assert!(gone.is_empty(), "ARCHITECTURE.md names crates that are not there: {gone:?}");
     assert!(untold.is_empty(), "ARCHITECTURE.md does not name as crates/NAME: {untold:?}");
+    let paragraphs = architecture().paragraphs;
+    for name in there.iter().map(String::as_str).chain(["xtask"]) {
+        let words = paragraphs.get(name).map_or(0, |paragraph| paragraph.split_whitespace().count());
+        assert!(words >= 5, "ARCHITECTURE.md has no paragraph under a heading for {name}");
+    }
 }
 
 /// The repository stands alone; a path out of it means nothing to its readers.

@@ -1,16 +1,13 @@
 //! The fast solver against the plain one: the beginning of every run of Chapter 5,
 //! and the near ties that are known.
 
-#[path = "support/binary.rs"]
-mod binary;
-
 use std::fs;
 
+use crate::support::binary::{asperity, run, succeed, text};
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_runlog::{RunReader, Topics};
 use asperity_simulator::equality::{NearTie, rounding_reach};
 use asperity_simulator::{Exact, Plain, Solver};
-use binary::{asperity, run, succeed, text};
 
 const PIPELINE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../pipelines/chapter5.toml");
 const NEAR_TIES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/near-ties");

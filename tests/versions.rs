@@ -1,15 +1,13 @@
 //! Logs of every version of the format, each made by the program of that time, read as it
 //! read them. `fixtures/logs/vN` holds them with the slip events that it found.
 
-#[path = "support/binary.rs"]
-mod binary;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::support::binary;
+use crate::support::binary::{asperity, succeed, text};
 use asperity_record::RECORD_SCHEMA_VERSION;
 use asperity_runlog::{RunReader, Topics};
-use binary::{asperity, succeed, text};
 
 fn fixtures() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs")

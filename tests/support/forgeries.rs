@@ -1,6 +1,8 @@
 //! Logs that nobody wrote, made of one that was: each with what is wrong with it and what
 //! `asperity check` must say of it.
 
+use std::collections::BTreeMap;
+
 use mcap::records::op;
 
 use crate::laws::parts::{Packing, Part, correct_end, put_together};
@@ -184,7 +186,7 @@ impl Forge {
         let chunked = put_together(&self.sound, Packing { per_chunk: 20, ..Packing::USUAL });
         let end = b"run_end";
         let run_end = whole.windows(end.len()).rposition(|bytes| bytes == end).expect("it has an end") - 13;
-        self.file("cut-empty", "no bytes at all", Incomplete, "ended in the middle of a record", Vec::new());
+        self.file("cut-empty", "no bytes at all", Incomplete, "not a run log: it is empty", Vec::new());
         let cut = |bytes: &[u8], length: usize| bytes[..length].to_vec();
         self.file("cut-in-magic", "four bytes", Incomplete, "ended in the middle", cut(&whole, 4));
         self.file("cut-behind-magic", "eight bytes", Incomplete, "ended in the middle", cut(&whole, 8));
@@ -227,7 +229,21 @@ impl Forge {
             whole.repeat(2),
         );
         let text = b"step,time_s\n1,0.5\n".to_vec();
-        self.file("no-mcap", "another kind of file", Damaged, "Bad magic", text);
+        let says = "not a run log: it does not begin with the eight bytes that begin every MCAP file";
+        self.file("no-mcap-short", "five bytes of another kind of file", Damaged, says, text[..5].to_vec());
+        self.file("no-mcap", "another kind of file", Damaged, says, text);
+        let mut header = Vec::new();
+        for text in ["", "another program"] {
+            header.extend((text.len() as u32).to_le_bytes());
+            header.extend(text.as_bytes());
+        }
+        let header = Part::new(op::HEADER, header);
+        let says = "not a run log: it is an MCAP file of another program (\"another program\")";
+        let message = self.sound[messages(&self.sound, "/step")[0]].clone();
+        let parts =
+            [header, Part::channel(message.channel_id().expect("it is a message"), 0, "/step"), message];
+        let bytes = put_together(&parts, Packing::USUAL);
+        self.file("mcap-of-another-program", "a log of another program", Damaged, says, bytes);
         let mut zeros = whole.clone();
         zeros[run_end - 400..run_end - 200].fill(0);
         self.file("zeros", "a piece of it overwritten with zeros", Damaged, "CRC failed", zeros);
@@ -581,6 +597,31 @@ impl Forge {
             "says messages of /more: 0, the file has nothing",
         );
         self.says("end-without-digest", "run_end", "digest", None, "no digest", "lacks the key digest");
+        // Whether or not the sound log has digests of its topics, these have.
+        let mut digested = |name, what, says, change: fn(&mut BTreeMap<String, String>)| {
+            self.parts_only(name, what, Damaged, says, |parts| {
+                let at = named(parts, "run_end");
+                let mut map = parts[at].map().expect("it is metadata");
+                map.insert("digest:/step".to_owned(), String::new());
+                parts[at] = Part::metadata("run_end", &map);
+                correct_end(parts);
+                let mut map = parts[at].map().expect("it is metadata");
+                change(&mut map);
+                parts[at] = Part::metadata("run_end", &map);
+            });
+        };
+        let other = "a digest of a topic that is not that of its messages";
+        digested("end-topic-digest", other, "says digest of /step: 00, the file has", |map| {
+            map.insert("digest:/step".to_owned(), "00".to_owned());
+        });
+        let missing = "digests of all topics but one";
+        digested("end-without-topic-digest", missing, "says digest of /fields: nothing", |map| {
+            map.remove("digest:/fields");
+        });
+        let more = "a digest of a topic which is not there";
+        digested("end-with-topic-digest", more, "says digest of /more: 00, the file has nothing", |map| {
+            map.insert("digest:/more".to_owned(), "00".to_owned());
+        });
     }
 
     fn messages(&mut self) {

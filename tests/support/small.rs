@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::binary;
+use super::binary;
 
 /// Twelve million steps of ten blocks: 28 slip events, most of them of one step.
 pub(crate) const SCENARIO: [&str; 5] =

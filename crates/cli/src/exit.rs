@@ -2,7 +2,10 @@
 
 use std::borrow::Cow;
 use std::io;
+use std::num::NonZeroUsize;
 use std::process::ExitCode;
+
+use asperity_run::at_once;
 
 /// What the process tells the shell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,6 +82,23 @@ pub(crate) fn report(failure: &Failure) {
         0 => {}
         more => eprintln!("error: and {more} lines more"),
     }
+}
+
+/// Does something for several things at once, `jobs` of them (one per core if not said), and gives
+/// the results in their order. Of many, one that fails is reported and gives none, and the others
+/// are done all the same; bad input stops all.
+pub(crate) fn each_of<T: Sync, Done: Send>(
+    things: &[T],
+    jobs: Option<NonZeroUsize>,
+    each: impl Fn(&T) -> Result<Done, Failure> + Sync,
+) -> Result<Vec<Option<Done>>, Failure> {
+    at_once(things, jobs, |thing| match each(thing) {
+        Err(failure @ Failure::Failed(_)) if things.len() > 1 => {
+            report(&failure);
+            Ok(None)
+        }
+        outcome => outcome.map(Some),
+    })
 }
 
 /// Most lines, and most characters of a line, of what is said of one failure: errors quote

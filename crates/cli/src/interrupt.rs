@@ -37,3 +37,8 @@ pub(crate) fn code() -> Option<Code> {
     let signal = SIGNAL.get().map_or(0, |signal| signal.load(Ordering::Relaxed));
     [Code::Interrupted, Code::Terminated].into_iter().find(|code| *code as usize == signal)
 }
+
+/// Whether a signal has come.
+pub(crate) fn has_come() -> bool {
+    code().is_some()
+}

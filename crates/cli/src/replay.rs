@@ -1,30 +1,21 @@
 //! `asperity replay`: logged records through the detectors again, by the rules of the live run
-//! or by others.
-//!
-//! A replay reads a log once, from its first byte to its last, and holds no more of it than is
-//! under way: what the log says of events and what the detectors find are held against each
-//! other as they come, and tables are written row by row.
+//! or by others, with tables written row by row as events are found.
 
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::OnceLock;
 
 use asperity_export::whole::WholeFile;
-use asperity_record::{EventPayload, RunHeader, SlipEvent};
-use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
-use asperity_stream::{Given, Item, StreamError};
+use asperity_record::Event;
+use asperity_run::detectors::Settings;
+use asperity_run::{CODE_VERSION, Comparison, ReplayError, Watch};
 use serde::Serialize;
 
 use crate::args::ReplayArguments;
-use crate::at_once::at_once;
-use crate::detectors::Settings;
 use crate::event_table::{EventTables, Printed};
 use crate::exit::{self, Code, Failure};
-use crate::held::{Difference, Held};
-use crate::progress::Board;
-use crate::run::CODE_VERSION;
+use crate::progress::{Board, RunProgress};
 
 /// What is written beside the tables of a replay: by which settings they were made, of what.
 const RECORD: &str = "replay.json";
@@ -32,7 +23,7 @@ const RECORD: &str = "replay.json";
 /// The layout of [`Replayed`].
 const RECORD_VERSION: u32 = 1;
 
-pub(crate) fn command(arguments: &ReplayArguments) -> Result<(), Failure> {
+pub(crate) fn command(arguments: &ReplayArguments, board: Board) -> Result<(), Failure> {
     if let (Some(_), [_, other, ..]) = (arguments.format, &arguments.runs[..]) {
         return Err(Failure::BadInput(format!(
             "--format prints the events of one run, and {} is another (accepted: one run, or --out FOLDER)",
@@ -40,7 +31,9 @@ pub(crate) fn command(arguments: &ReplayArguments) -> Result<(), Failure> {
         )));
     }
     let settings = match &arguments.detectors {
-        Some(file) => Settings::read(file)?,
+        Some(file) => {
+            Settings::read(file).map_err(|error| Failure::BadInput(format!("--detectors {error}")))?
+        }
         None => Settings::default(),
     };
     if let Some(out) = &arguments.out {
@@ -48,29 +41,16 @@ pub(crate) fn command(arguments: &ReplayArguments) -> Result<(), Failure> {
         fs::create_dir_all(out)
             .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", out.display())))?;
     }
-    let board = Board::new();
     let replay = Replay { arguments, settings, board };
-    let replayed: Mutex<Vec<ReplayedRun>> = Mutex::default();
-    let failures = AtomicUsize::new(0);
-    at_once(&arguments.runs, arguments.jobs, |run| {
-        match replay.one(run) {
-            Ok(one) => replayed.lock().expect("no one panics with it").push(one),
-            // Of many, the others are replayed all the same.
-            Err(Failure::Failed(problem)) if arguments.runs.len() > 1 => {
-                failures.fetch_add(1, Ordering::Relaxed);
-                exit::report(&Failure::Failed(problem));
-            }
-            Err(other) => return Err(other),
-        }
-        Ok(())
-    })?;
-    let mut runs = replayed.into_inner().expect("no one panics with it");
+    let replayed = exit::each_of(&arguments.runs, arguments.jobs, |run| replay.one(run))?;
+    let failures = replayed.iter().filter(|run| run.is_none()).count();
+    let mut runs: Vec<ReplayedRun> = replayed.into_iter().flatten().collect();
     let differing = runs.iter().filter(|run| run.same_as_logged == Some(false)).count();
     if let Some(out) = &arguments.out {
         runs.sort_by(|a, b| a.log.cmp(&b.log));
         replay.write_record(out, &runs)?;
     }
-    if failures.into_inner() + differing > 0 { Err(Failure::Said(Code::Failed)) } else { Ok(()) }
+    if failures + differing > 0 { Err(Failure::Said(Code::Failed)) } else { Ok(()) }
 }
 
 /// The name of a run's tables: that of its log.
@@ -137,110 +117,116 @@ struct Replay<'a> {
     board: Board,
 }
 
-impl Replay<'_> {
-    fn one(&self, run: &Path) -> Result<ReplayedRun, Failure> {
-        // By other settings other events are found, and are no contradiction.
-        let compares = self.settings == Settings::default();
-        let topics = Topics { events: compares, ..Topics::STEPS };
-        let mut reader = RunReader::open(run, topics).map_err(Failure::failed)?;
-        let header: RunHeader = reader.header().clone();
-        let detectors = self.settings.start(&header);
-        let emitted: Vec<&str> = detectors.iter().map(|detector| detector.emits().topic).collect();
-        let mut tables = match &self.arguments.out {
-            Some(out) => Some(EventTables::create(out, &name(run), &emitted)?),
-            None => None,
-        };
-        let mut printed = match self.arguments.format {
-            Some(format) => Some(Printed::begin(format, io::stdout().lock())?),
-            None => None,
-        };
-        let duration_s = header.time_grid().time_s(header.steps);
-        let mut progress = self.board.steps(&name(run), header.steps, duration_s);
-        // None once they have parted, and where nothing is compared.
-        let held = Mutex::new(compares.then(Held::default));
-        let mut difference: Option<Difference> = None;
-        let mut slip_events = 0;
-        let outcome = asperity_stream::run(
-            || loop {
-                let item = reader.next_item()?;
-                if reader.has_gap() {
-                    // What is missing may have been the beginning of an event.
-                    return Err(LogError { path: run.to_owned(), problem: LogProblem::Salvaged });
-                }
-                match item {
-                    None => return Ok(None),
-                    Some(LogItem::Record(record)) => return Ok(Some(Given::Record(record))),
-                    Some(LogItem::Event(event)) => {
-                        if let Some(held) = &mut *held.lock().expect("no one panics with it") {
-                            held.logged(event);
-                        }
-                    }
-                }
-            },
-            detectors,
-            |item| {
-                let event = match item {
-                    Item::Event(event) => event,
-                    Item::Record(record) => {
-                        progress.reached(record.step());
-                        return Ok(());
-                    }
-                    Item::Checkpoint(_) => return Ok(()),
-                };
-                slip_events += u64::from(event.topic == SlipEvent::TOPIC);
-                if let Some(tables) = &mut tables {
-                    tables.write(&event)?;
-                }
-                if let Some(printed) = &mut printed {
-                    printed.event(&event)?;
-                }
-                let mut held = held.lock().expect("no one panics with it");
-                if let Some(both) = &mut *held {
-                    both.found(event);
-                    difference = both.compare().err();
-                }
-                if difference.is_some() {
-                    *held = None;
-                }
-                Ok(())
-            },
-        );
-        progress.clear();
-        match outcome {
-            Ok(()) => {}
-            Err(StreamError::Source(error)) => return Err(Failure::failed(error)),
-            Err(StreamError::Sink(failure)) => return Err(failure),
+/// What is made of a replay as it goes on: tables, printed events, progress. What cannot be
+/// written stops it.
+struct Output<'a> {
+    tables: Option<EventTables>,
+    printed: Option<Printed<io::StdoutLock<'static>>>,
+    progress: RunProgress,
+    failed: &'a OnceLock<Failure>,
+}
+
+impl Output<'_> {
+    fn write(&mut self, event: &Event) -> Result<(), Failure> {
+        if let Some(tables) = &mut self.tables {
+            tables.write(event)?;
         }
-        if let Some(held) = held.into_inner().expect("no one panics with it") {
-            difference = held.finish().err();
+        if let Some(printed) = &mut self.printed {
+            printed.event(event)?;
         }
-        if let Some(tables) = tables {
+        Ok(())
+    }
+
+    fn finish(self) -> Result<(), Failure> {
+        self.progress.clear();
+        if let Some(tables) = self.tables {
             tables.publish()?;
         }
-        if let Some(printed) = printed {
+        if let Some(printed) = self.printed {
             printed.finish()?;
         }
-        let run_name = run.display();
-        match &difference {
-            Some(difference) => {
-                exit::report(&Failure::Failed(format!("{run_name}: the replay gives {difference}")))
-            }
-            None if self.arguments.format.is_some() => {}
-            None => {
-                let verdict = if compares { "the same as logged" } else { "by the settings given" };
-                writeln!(io::stdout().lock(), "{run_name}: {slip_events} slip events, {verdict}")?;
-            }
+        Ok(())
+    }
+}
+
+impl Watch for Output<'_> {
+    fn event(&mut self, event: &Event) {
+        if self.failed.get().is_none()
+            && let Err(failure) = self.write(event)
+        {
+            self.failed.get_or_init(|| failure);
         }
-        let end = reader.end().expect("the log was read to its end");
+    }
+
+    fn reached(&mut self, step: u64) {
+        self.progress.advance(step);
+    }
+}
+
+impl Replay<'_> {
+    fn one(&self, run: &Path) -> Result<ReplayedRun, Failure> {
+        let replay = asperity_run::Replay::open(run, &self.settings).map_err(Failure::failed)?;
+        let header = replay.header();
+        let duration_s = header.time_grid().time_s(header.steps);
+        let failed = OnceLock::new();
+        let mut output = Output {
+            tables: match &self.arguments.out {
+                Some(out) => Some(EventTables::create(out, &name(run), replay.kinds())?),
+                None => None,
+            },
+            printed: match self.arguments.format {
+                Some(format) => Some(Printed::begin(format, io::stdout().lock())?),
+                None => None,
+            },
+            progress: self.board.steps(&name(run), header.steps, duration_s),
+            failed: &failed,
+        };
+        let outcome = replay.run(&|| failed.get().is_some(), &mut output);
+        let replayed = match outcome {
+            Ok(replayed) => replayed,
+            Err(error) => {
+                output.progress.clear();
+                return Err(match error {
+                    ReplayError::Log(error) => Failure::failed(error),
+                    ReplayError::Stopped => failed.into_inner().expect("nothing else stops a replay"),
+                });
+            }
+        };
+        output.finish()?;
+        if let Some(failure) = failed.into_inner() {
+            return Err(failure);
+        }
+        self.tell(run, &replayed)?;
+        let same = replayed.comparison.as_ref().map(|comparison| comparison.difference.is_none());
         Ok(ReplayedRun {
             log: run.to_owned(),
-            run_id: header.run_id,
-            scenario_hash: header.scenario_hash,
-            code_version: header.code_version,
-            digest: end.digest.clone(),
-            slip_events,
-            same_as_logged: compares.then_some(difference.is_none()),
+            run_id: replayed.header.run_id,
+            scenario_hash: replayed.header.scenario_hash,
+            code_version: replayed.header.code_version,
+            digest: replayed.digest,
+            slip_events: replayed.slip_events,
+            same_as_logged: same,
         })
+    }
+
+    fn tell(&self, run: &Path, replayed: &asperity_run::Replayed) -> Result<(), Failure> {
+        let name = run.display();
+        let verdict = match &replayed.comparison {
+            Some(Comparison { difference: Some(difference), .. }) => {
+                exit::report(&Failure::Failed(format!("{name}: the replay gives {difference}")));
+                return Ok(());
+            }
+            Some(Comparison { other_detectors, .. }) if other_detectors.is_none() => {
+                "the same as logged".to_owned()
+            }
+            Some(Comparison { other_detectors, .. }) => format!("the same as logged {other_detectors}"),
+            None => "by the settings given".to_owned(),
+        };
+        if self.arguments.format.is_none() {
+            let slip_events = replayed.slip_events;
+            writeln!(io::stdout().lock(), "{name}: {slip_events} slip events, {verdict}")?;
+        }
+        Ok(())
     }
 
     fn write_record(&self, out: &Path, runs: &[ReplayedRun]) -> Result<(), Failure> {

@@ -4,21 +4,19 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-use asperity_analysis::pipeline::Pipeline;
+use asperity_analysis::pipeline::{Pipeline, Progress, Stage};
 use asperity_analysis::precursors::PrecursorRules;
 use asperity_analysis::run_data::RunData;
 use asperity_analysis::{figures, table_file, tables};
 use asperity_model::analytic::LengthLaw;
-use asperity_model::{Plan, Scenario, text};
-use asperity_runlog::{Existing, RunReader, Topics, Unfinished};
-use asperity_simulator::SolverKind;
+use asperity_model::text;
+use asperity_run::study::Job;
+use asperity_run::{SolverKind, at_once};
 
 use crate::args::{ReduceArguments, ReproduceArguments};
-use crate::at_once::at_once;
 use crate::exit::Failure;
 use crate::interrupt;
 use crate::progress::Board;
-use crate::run::Task;
 use crate::{run, scenario};
 
 pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure> {
@@ -47,19 +45,6 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure>
     Ok(())
 }
 
-/// A run of a pipeline, resolved.
-pub(crate) struct Job {
-    pub(crate) name: String,
-    pub(crate) scenario: Scenario,
-}
-
-impl Job {
-    /// Work in block steps.
-    pub(crate) fn cost(&self) -> u64 {
-        Plan::new(&self.scenario).steps.saturating_mul(u64::from(self.scenario.slider.blocks))
-    }
-}
-
 /// Reads a pipeline, and resolves its runs with overrides.
 pub(crate) fn read_pipeline(file: &Path, set: &[String]) -> Result<(Pipeline, Vec<Job>), Failure> {
     let path = file.display();
@@ -79,69 +64,52 @@ pub(crate) fn read_pipeline(file: &Path, set: &[String]) -> Result<(Pipeline, Ve
     Ok((pipeline, jobs))
 }
 
-pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
+pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(), Failure> {
     let (pipeline, jobs) = read_pipeline(&arguments.pipeline, &arguments.set)?;
     let runs_folder = arguments.out.join("runs");
     create_folder(&runs_folder)?;
     interrupt::install()?;
-    let board = Board::new();
     let solver = SolverKind::from(arguments.solver);
     let (done, mut missing): (Vec<Job>, Vec<Job>) =
-        jobs.into_iter().partition(|job| !arguments.fresh && is_done(&runs_folder, job, solver));
+        jobs.into_iter().partition(|job| !arguments.fresh && job.is_done(&runs_folder, solver));
     if !done.is_empty() {
         board.line(&format!("{} runs are there already", done.len()));
     }
     // The longest first, so that no core waits for one at the end.
     missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));
-    at_once(&missing, arguments.jobs, |job| make_run(job, &runs_folder, solver, arguments.fresh, &board))?;
+    let overall = board.overall(missing.iter().map(|job| (job.name.clone(), job.cost())));
+    at_once(&missing, arguments.jobs, |job| {
+        make_run(job, &runs_folder, solver, arguments.fresh, overall.board())?;
+        overall.done(&job.name);
+        Ok::<(), Failure>(())
+    })?;
+    drop(overall);
 
     if let Some(code) = interrupt::code() {
         return Err(Failure::Said(code));
     }
     board.line("reducing and drawing");
-    pipeline.reduce(&runs_folder, &arguments.out, &mut |_| {}).map_err(Failure::failed)?;
+    let stages = board.stages("reduction");
+    let mut tell = |Progress { stage, done, of }: Progress| {
+        let stage = match stage {
+            Stage::Runs => "runs read",
+            Stage::Tables => "tables",
+            Stage::Figures => "figures",
+        };
+        stages.reached(stage, done, of);
+    };
+    pipeline.reduce(&runs_folder, &arguments.out, &mut tell).map_err(Failure::failed)?;
+    drop(stages);
     print_where_to_look(&pipeline, &arguments.out)?;
     Ok(())
 }
 
-/// Whether a whole log of this scenario, made by this code, is there.
-fn is_done(folder: &Path, job: &Job, solver: SolverKind) -> bool {
-    let path = folder.join(format!("{}.mcap", job.name));
-    let Ok(mut reader) = RunReader::open(&path, Topics::NONE) else { return false };
-    let header = reader.header();
-    let same = header.scenario_hash == job.scenario.hash()
-        && header.code_version == run::CODE_VERSION
-        && header.solver == solver.name();
-    if !same {
-        return false;
-    }
-    loop {
-        match reader.next_item() {
-            Ok(Some(_)) => {}
-            Ok(None) => return true,
-            Err(_) => return false,
-        }
-    }
-}
-
-/// Makes a run, or goes on with what was begun of it.
 fn make_run(job: &Job, folder: &Path, solver: SolverKind, fresh: bool, board: &Board) -> Result<(), Failure> {
-    let path = folder.join(format!("{}.mcap", job.name));
-    let task = Task {
-        scenario: &job.scenario,
-        solver,
-        out: &path,
-        // What stands there was found to be of another scenario or code, or damaged,
-        // or is to be made afresh.
-        existing: Existing::Replace,
-        name: &job.name,
-        checkpoint_interval: run::CHECKPOINT_INTERVAL,
-    };
-    let unfinished = Unfinished::of(&path).map_err(Failure::failed)?;
-    let unfinished = unfinished.filter(|unfinished| !fresh && task.is_begun(unfinished));
-    run::execute(&task, unfinished, board)
-        .map(|_counters| ())
-        .map_err(|error| error.into_failure(board, &format!("run {}", job.name)))
+    let mut progress = board.run(&job.name, job.steps(), job.scenario.time.duration_s);
+    let outcome = job.make(folder, solver, fresh, &interrupt::has_come, &mut progress);
+    outcome.map_err(|error| run::failure(error, board, &format!("run {}", job.name)))?;
+    progress.finish();
+    Ok(())
 }
 
 fn create_folder(folder: &Path) -> Result<(), Failure> {

@@ -1,9 +1,8 @@
-//! `asperity scenario`, and finding a scenario by name or path.
+//! `asperity scenario`, and the scenario that a command's arguments choose.
 
 use std::io::{self, Write};
-use std::path::Path;
 
-use asperity_model::{Scenario, ScenarioSource, builtin, text};
+use asperity_model::{Scenario, ScenarioSource, builtin};
 
 use crate::args::{ScenarioChoice, ScenarioCommand};
 use crate::exit::Failure;
@@ -19,7 +18,7 @@ pub(crate) fn command(command: ScenarioCommand) -> Result<(), Failure> {
             }
         }
         ScenarioCommand::Show(choice) => {
-            out.write_all(resolve(&choice.scenario, &choice.set)?.to_editable_toml().as_bytes())?;
+            out.write_all(choice.resolve()?.to_editable_toml().as_bytes())?;
         }
     }
     Ok(())
@@ -33,26 +32,5 @@ impl ScenarioChoice {
 
 /// Resolves a built-in scenario or a file, with overrides.
 pub(crate) fn resolve(name: &str, set: &[String]) -> Result<Scenario, Failure> {
-    let source = match builtin::find(name) {
-        Some(text) => ScenarioSource::new(format!("built-in {name}"), text),
-        None => ScenarioSource::new(
-            name,
-            text::read(Path::new(name)).map_err(|error| {
-                let names: Vec<&str> = builtin::all().map(|(name, _)| name).collect();
-                Failure::BadInput(format!(
-                    "scenario {name}: neither a file that can be read ({error}) nor a built-in scenario \
-                 (accepted: a path, or one of {})",
-                    names.join(", ")
-                ))
-            })?,
-        ),
-    };
-    let source = set.iter().fold(source, |source, assignment| source.with_override(assignment));
-    Scenario::resolve(&source).map_err(|mut errors| {
-        // What was left at its default stands nowhere, but what it contradicts stands here.
-        for error in errors.0.iter_mut().filter(|error| error.place.is_none()) {
-            error.place = Some(name.to_owned());
-        }
-        Failure::bad_input(errors)
-    })
+    asperity_model::resolve(name, set).map_err(Failure::bad_input)
 }

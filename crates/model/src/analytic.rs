@@ -4,7 +4,10 @@
 //! load, unless a unit says otherwise. Transcendental functions come from the
 //! `libm` crate, so that tables are the same bytes on every machine.
 
-use crate::{Plan, initial};
+use crate::initial;
+use crate::plan::Plan;
+use crate::scenario::Scenario;
+use crate::words::DriveKind;
 
 /// Which prediction of `F_T / F_N` at a precursor length a table is held against.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -26,8 +29,8 @@ pub enum LengthLaw {
 impl LengthLaw {
     /// The law that a scenario calls for: for a drive from the top the balance, with
     /// initial shear (5.52), with a tilted load (5.22), else the straight line (5.57).
-    pub fn natural(scenario: &crate::Scenario) -> LengthLaw {
-        if scenario.drive.kind == crate::DriveKind::Top {
+    pub fn natural(scenario: &Scenario) -> LengthLaw {
+        if scenario.drive.kind == DriveKind::Top {
             LengthLaw::Balance
         } else if initial::beta(scenario) != 0.0 {
             LengthLaw::InitialShear
@@ -96,14 +99,14 @@ pub enum DriveShare {
 }
 
 impl DriveShare {
-    fn of(scenario: &crate::Scenario) -> DriveShare {
+    fn of(scenario: &Scenario) -> DriveShare {
         let drive = &scenario.drive;
         match drive.kind {
-            crate::DriveKind::Side | crate::DriveKind::LeftRight => DriveShare::End,
-            crate::DriveKind::Top if drive.decay_length_m > 0.0 => {
+            DriveKind::Side | DriveKind::LeftRight => DriveShare::End,
+            DriveKind::Top if drive.decay_length_m > 0.0 => {
                 DriveShare::Decaying(drive.decay_length_m / scenario.slider.length_m)
             }
-            crate::DriveKind::Top => DriveShare::Tilted(drive.tilt),
+            DriveKind::Top => DriveShare::Tilted(drive.tilt),
         }
     }
 
@@ -136,7 +139,7 @@ pub struct LengthLawParameters {
 
 impl LengthLawParameters {
     /// The parameters of a scenario.
-    pub fn of(scenario: &crate::Scenario) -> LengthLawParameters {
+    pub fn of(scenario: &Scenario) -> LengthLawParameters {
         let plan = Plan::new(scenario);
         LengthLawParameters {
             mu_s: plan.friction.static_coefficient,

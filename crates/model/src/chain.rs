@@ -1,43 +1,13 @@
 //! The stuck chain at rest or in steady motion.
 
-use crate::Plan;
-
-/// The stuck chain's stiffness `M`, of springs between blocks, friction springs and drive,
-/// ready to be solved with: tridiagonal and positive definite, so elimination without
-/// pivoting is stable.
-#[derive(Debug, Clone)]
-pub struct Stiffness {
-    /// `k` over each pivot.
-    factor: Vec<f64>,
-    /// 1 over each pivot.
-    inverse: Vec<f64>,
-}
+pub use crate::elastic::Stiffness;
+use crate::plan::Plan;
 
 impl Stiffness {
-    /// Of a plan's chain, every block stuck by a friction spring.
+    /// Of a plan's slider, every contact stuck by a friction spring.
     pub fn of(plan: &Plan) -> Stiffness {
-        let (k, kt) = (plan.stiffness_n_per_m, plan.friction.interfacial_stiffness_n_per_m);
-        let drive = plan.drive.stiffness_n_per_m(plan.blocks);
-        let mut inverse: Vec<f64> = Vec::with_capacity(plan.blocks);
-        for (n, drive) in drive.into_iter().enumerate() {
-            let neighbours = if n == 0 || n + 1 == plan.blocks { 1.0 } else { 2.0 };
-            let diagonal = kt + neighbours * k + drive;
-            let before = inverse.last().map_or(0.0, |inverse| k * inverse * k);
-            inverse.push(1.0 / (diagonal - before));
-        }
-        Stiffness { factor: inverse.iter().map(|inverse| k * inverse).collect(), inverse }
-    }
-
-    /// Turns `pull` into the `x` with `M x = pull`.
-    pub fn solve(&self, pull: &mut [f64]) {
-        let last = pull.len() - 1;
-        for n in 1..=last {
-            pull[n] += self.factor[n - 1] * pull[n - 1];
-        }
-        pull[last] *= self.inverse[last];
-        for n in (0..last).rev() {
-            pull[n] = self.inverse[n] * pull[n] + self.factor[n] * pull[n + 1];
-        }
+        let drive_n_per_m = plan.drive.stiffness_n_per_m(plan.blocks);
+        plan.elastic.stuck(plan.friction.interfacial_stiffness_n_per_m, &drive_n_per_m)
     }
 }
 
@@ -65,9 +35,8 @@ impl SteadyLoading {
             stiffness.solve(&mut advance_m);
         }
         let velocity_m_per_s: Vec<f64> = advance_m.iter().map(|advance| advance / dt).collect();
-        let viscous_n = (0..plan.blocks)
-            .map(|n| plan.damping_kg_per_s * crate::initial::neighbour_pull(&velocity_m_per_s, n))
-            .collect();
+        let viscous_n =
+            (0..plan.blocks).map(|n| plan.elastic.damping_force_n(&velocity_m_per_s, n)).collect();
         SteadyLoading { advance_m, velocity_m_per_s, viscous_n }
     }
 

@@ -1,48 +1,34 @@
 //! The chain before its first step.
 
 use crate::chain::{SteadyLoading, Stiffness};
-use crate::plan::Springs;
-use crate::{Drive, Plan, Scenario};
+use crate::elastic::Elastic;
+pub use crate::elastic::second_difference as neighbour_pull;
+use crate::plan::{Drive, InitialState, Plan};
+use crate::scenario::Scenario;
 
-/// Displacements from the grid, velocities and friction springs before the first step;
-/// all blocks are stuck. One value per block.
-#[derive(Debug, Clone, PartialEq)]
-pub struct InitialState {
-    /// The step behind which the run begins: 0, or where it starts loaded.
-    pub step: u64,
-    /// `u_n`.
-    pub displacement_m: Vec<f64>,
-    /// `v_n`.
-    pub velocity_m_per_s: Vec<f64>,
-    /// `u_stick,n`.
-    pub stick_position_m: Vec<f64>,
-}
-
+/// The state at time 0, from which a run starts at rest.
 pub(crate) fn state(
     scenario: &Scenario,
-    springs: &Springs,
+    elastic: &Elastic,
+    spacing_m: f64,
+    interfacial_stiffness_n_per_m: f64,
     drive: &Drive,
     normal_load_n: &[f64],
 ) -> InitialState {
     let blocks = normal_load_n.len();
-    let k = springs.stiffness_n_per_m;
     let shear = &scenario.initial_shear;
-    let mut tau0 = shear_profile(beta(scenario), normal_load_n, springs.spacing_m);
+    let mut tau0 = shear_profile(beta(scenario), normal_load_n, spacing_m);
     for ((tau, ratio), p) in tau0.iter_mut().zip(&shear.profile).zip(normal_load_n) {
         *tau += ratio * p;
     }
 
     // Displacements whose spring forces are the profile, from u_1 = 0.
-    let mut u = vec![0.0; blocks];
-    u[1] = tau0[0] / k;
-    for n in 2..blocks {
-        u[n] = 2.0 * u[n - 1] - u[n - 2] + tau0[n - 1] / k;
-    }
+    let u = elastic.displacements_m(&tau0);
 
     // Each friction spring balances what its neighbours pull.
     // And what the drive pulls, which measures its springs from the grid too.
-    let kt = springs.interfacial_stiffness_n_per_m;
-    let mut pull: Vec<f64> = (0..blocks).map(|n| k * neighbour_pull(&u, n)).collect();
+    let kt = interfacial_stiffness_n_per_m;
+    let mut pull: Vec<f64> = (0..blocks).map(|n| elastic.spring_force_n(&u, n)).collect();
     for spring in &drive.springs {
         pull[spring.block] += spring.force_n(0.0, u[spring.block]);
     }
@@ -85,7 +71,7 @@ const LOADED: f64 = 0.999;
 /// Puts the start of a plan to just before the first block would detach: the chain as it
 /// would follow the drive quasi-statically (the part of the stick phase that does not
 /// depend on how it began).
-pub(crate) fn load(plan: &mut Plan) {
+pub(crate) fn start_loaded(plan: &mut Plan) {
     let stiffness = Stiffness::of(plan);
     let steady = SteadyLoading::of(plan, &stiffness, true);
     let anchors = plan.initial.stick_position_m.clone();
@@ -126,13 +112,6 @@ pub fn shear_profile(beta: f64, normal_load_n: &[f64], spacing_m: f64) -> Vec<f6
         .enumerate()
         .map(|(n, p)| beta * p * (2.0 * (n as f64 * spacing_m) / length_m - 1.0))
         .collect()
-}
-
-/// `u_{n+1} - 2 u_n + u_{n-1}` with free ends (5.6), n from 0.
-pub fn neighbour_pull(u: &[f64], n: usize) -> f64 {
-    let left = if n > 0 { u[n - 1] - u[n] } else { 0.0 };
-    let right = if n + 1 < u.len() { u[n + 1] - u[n] } else { 0.0 };
-    left + right
 }
 
 #[cfg(test)]
@@ -180,7 +159,7 @@ mod tests {
         let plan = Plan::new(&Scenario::resolve(&source).unwrap());
         let p = 400.0 / 11.0;
         for n in 0..11 {
-            let tau = plan.stiffness_n_per_m * super::neighbour_pull(&plan.initial.displacement_m, n);
+            let tau = plan.elastic.spring_force_n(&plan.initial.displacement_m, n);
             let expected = 0.45 * p * (2.0 * n as f64 / 10.0 - 1.0);
             assert!((tau - expected).abs() < 1e-9, "block {}: {tau} against {expected}", n + 1);
             let spring = plan.friction.interfacial_stiffness_n_per_m

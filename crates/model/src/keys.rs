@@ -4,6 +4,8 @@
 //! checks against it, `asperity scenario show` comments with it, and a test
 //! holds it against the fields of [`Scenario`](crate::Scenario).
 
+use asperity_record::MOST_BLOCKS;
+
 /// One key of a scenario.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
@@ -119,7 +121,7 @@ pub const KEYS: &[Key] = &[
         path: "slider.blocks",
         symbol: "N",
         doc: "Number of blocks in the chain.",
-        kind: Count(2, 100_000),
+        kind: Count(2, MOST_BLOCKS),
         default: Is(Value::Count(100)),
     },
     Key {
@@ -477,14 +479,14 @@ pub const WINDOW_KEYS: &[Key] = &[
         path: "first_block",
         symbol: "",
         doc: "First block to record.",
-        kind: Count(1, 100_000),
+        kind: Count(1, MOST_BLOCKS),
         default: Required,
     },
     Key {
         path: "last_block",
         symbol: "",
         doc: "Last block to record, not before first_block nor beyond N.",
-        kind: Count(1, 100_000),
+        kind: Count(1, MOST_BLOCKS),
         default: Required,
     },
 ];
@@ -496,6 +498,19 @@ impl Key {
             Is(value) => Some(value),
             BySet { as_coded, as_stated } => Some(if as_coded_set { as_coded } else { as_stated }),
             Required => None,
+        }
+    }
+}
+
+impl Value {
+    /// As a value of TOML.
+    pub(crate) fn to_toml(self) -> toml::Value {
+        match self {
+            Value::Number(value) => toml::Value::Float(value),
+            Value::Count(value) => toml::Value::Integer(value as i64),
+            Value::Text(text) => toml::Value::String(text.to_owned()),
+            Value::Flag(flag) => toml::Value::Boolean(flag),
+            Value::NoNumbers => toml::Value::Array(Vec::new()),
         }
     }
 }

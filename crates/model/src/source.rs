@@ -12,6 +12,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::keys;
 use crate::text::Lines;
 
 /// A scenario as written: a base text and what overrides it.
@@ -37,12 +38,23 @@ impl ScenarioSource {
 
     /// Adds an override of the form `key=value`; later ones win. A value that
     /// is no TOML is taken as text, so that `friction.reattach=two-way` works
-    /// without quotes.
+    /// without quotes; and a key that is none, as `k_t/k`, by its letters, to be told which
+    /// was meant.
     #[must_use]
     pub fn with_override(mut self, assignment: &str) -> ScenarioSource {
+        let is_toml = |text: &str| DeTable::parse(text).is_ok();
         let text = match assignment.split_once('=') {
-            Some((key, value)) if DeTable::parse(assignment).is_err() => {
-                format!("{}={}", key, toml::Value::String(value.trim().to_owned()))
+            Some((key, value)) if !is_toml(assignment) => {
+                let quoted = |text: &str| toml::Value::String(text.trim().to_owned()).to_string();
+                let as_text = format!("{key}={}", quoted(value));
+                let by_letters =
+                    [value.to_owned(), quoted(value)].map(|value| format!("{}={value}", quoted(key)));
+                let is_word = !key.trim().is_empty() && !key.contains(['"', '\'', '[', '#', '\n', '\r']);
+                if is_word && !is_toml(&as_text) {
+                    by_letters.into_iter().find(|text| is_toml(text)).unwrap_or(as_text)
+                } else {
+                    as_text
+                }
             }
             _ => assignment.to_owned(),
         };
@@ -140,7 +152,7 @@ fn collect(layer: &Layer, prefix: &str, table: &DeTable<'_>, entries: &mut Entri
         match value.get_ref() {
             DeValue::Table(inner) => collect(layer, &path, inner, entries),
             DeValue::Array(windows)
-                if path == crate::keys::WINDOW && windows.iter().all(|w| w.get_ref().is_table()) =>
+                if path == keys::WINDOW && windows.iter().all(|w| w.get_ref().is_table()) =>
             {
                 // A layer that lists windows replaces those of the layers below.
                 entries.windows = windows

@@ -71,8 +71,63 @@ pub struct RunEnd {
     pub switches: u64,
     /// BLAKE3 hash over topic and payload of every message in order, hexadecimal.
     pub digest: String,
+    /// The same for each topic, over its messages alone; empty in logs that were written before
+    /// there were any. With them a log that has one topic more can be compared in all others
+    /// ([`RunEnd::compare_topics`]).
+    #[serde(default)]
+    pub topic_digests: BTreeMap<String, String>,
     /// What the solver's work was made of.
     pub solver: SolverReport,
+}
+
+/// What two logs say alike, topic by topic.
+///
+/// The messages of a topic are the same if their digests are. How messages of different topics
+/// follow one another is not compared: [`RunEnd::digest`] says that.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct TopicComparison {
+    /// Topics of both, with the same messages.
+    pub same: Vec<String>,
+    /// Topics of both, with other messages.
+    pub different: Vec<String>,
+    /// Topics of both, with as many messages, of which one log has no digest.
+    pub unknown: Vec<String>,
+    /// Topics of the first log alone.
+    pub only_first: Vec<String>,
+    /// Topics of the second log alone.
+    pub only_second: Vec<String>,
+}
+
+impl TopicComparison {
+    /// Whether the messages of all topics that both logs have are known to be the same.
+    pub fn same_in_common(&self) -> bool {
+        self.different.is_empty() && self.unknown.is_empty()
+    }
+}
+
+impl RunEnd {
+    /// Compares the messages of two logs, topic by topic: of one with a detector more it tells
+    /// whether all else is as it was.
+    pub fn compare_topics(&self, other: &RunEnd) -> TopicComparison {
+        let mut found = TopicComparison::default();
+        for (topic, count) in &self.message_counts {
+            let digests = self.topic_digests.get(topic).zip(other.topic_digests.get(topic));
+            let list = match (other.message_counts.get(topic), digests) {
+                (None, _) => &mut found.only_first,
+                (Some(other_count), _) if other_count != count => &mut found.different,
+                (_, Some((ours, theirs))) if ours != theirs => &mut found.different,
+                (_, Some(_)) => &mut found.same,
+                // Before there were digests of topics there was that of all messages.
+                _ if self.digest == other.digest => &mut found.same,
+                _ => &mut found.unknown,
+            };
+            list.push(topic.clone());
+        }
+        let only_second =
+            other.message_counts.keys().filter(|topic| !self.message_counts.contains_key(*topic));
+        found.only_second = only_second.cloned().collect();
+        found
+    }
 }
 
 /// What a solver's work in a run was made of. Nothing follows from it for the

@@ -9,7 +9,7 @@ use asperity_record::{
 use serde::de::IgnoredAny;
 
 use crate::messages::{StepMessage, SwitchMessage};
-use crate::read::LogProblem;
+use crate::problem::LogProblem;
 
 /// The time of a message in the file, in nanoseconds, for a step; none if no file could give it.
 pub(crate) fn time_ns(header: &RunHeader, step: u64) -> Option<u64> {

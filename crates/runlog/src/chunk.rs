@@ -5,10 +5,8 @@
 use mcap::McapError;
 use mcap::records::ChunkHeader;
 
-use crate::read::{LONGEST_RECORD_BYTES, LogProblem};
-
-/// How long the opcode and the length in front of every record are.
-pub(crate) const RECORD_HEAD_BYTES: usize = 1 + 8;
+use crate::format::{LONGEST_RECORD_BYTES, RECORD_HEAD_BYTES};
+use crate::problem::LogProblem;
 
 /// The records of one chunk, which have been found to be those that were written.
 #[derive(Debug, Default)]

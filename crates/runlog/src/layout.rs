@@ -6,9 +6,8 @@ use std::collections::BTreeMap;
 
 use mcap::records::Record;
 
-use crate::metadata::{RUN, RUN_END, SALVAGE};
-use crate::read::LogProblem;
-use crate::write::SCENARIO;
+use crate::format::{RUN, RUN_END, SALVAGE, SCENARIO};
+use crate::problem::LogProblem;
 
 /// Follows the records of a file.
 #[derive(Debug, Default)]
@@ -126,6 +125,16 @@ impl Layout {
     /// The topic of a channel that was announced.
     pub(crate) fn topic(&self, channel: u16) -> Option<&str> {
         self.channels.get(&channel).map(|channel| channel.topic.as_str())
+    }
+
+    /// Whether there was any record.
+    pub(crate) fn has_begun(&self) -> bool {
+        self.begun
+    }
+
+    /// Whether there was metadata `run`.
+    pub(crate) fn has_run(&self) -> bool {
+        self.section != Section::Start
     }
 
     /// Whether a channel has been announced.

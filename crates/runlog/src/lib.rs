@@ -19,16 +19,27 @@
 
 mod agree;
 mod chunk;
+mod digest;
+mod findings;
+mod format;
 mod layout;
-mod lengths;
 mod messages;
 mod metadata;
+mod parse;
+mod pieces;
+mod problem;
 mod read;
+mod records;
 mod salvage;
+mod unfinished;
 mod versions;
+mod whole;
 mod write;
 
-pub use metadata::MetadataError;
-pub use read::{LogError, LogItem, LogProblem, RunReader, Topics};
-pub use salvage::{Damage, Gap, SalvageError, Salvaged, Settle, salvage};
-pub use write::{Existing, RunWriter, Unfinished, WriteError, partial_path};
+pub use findings::{Damage, Gap, Salvaged};
+pub use problem::{LogError, LogProblem, MetadataError, NoRunLog, WriteError};
+pub use read::{LogItem, RunReader, Topics};
+pub use salvage::{SalvageError, Settle, salvage};
+pub use unfinished::Unfinished;
+pub use whole::{WholeFile, partial_path};
+pub use write::{Existing, RunWriter};

@@ -5,45 +5,16 @@ use std::str::FromStr;
 
 use asperity_record::{RunEnd, RunHeader, RunStatus, SolverReport};
 
-use crate::salvage::Salvaged;
+use crate::findings::Salvaged;
+use crate::format::{RUN, RUN_END};
+use crate::problem::MetadataError;
 
-/// Name of the metadata record that opens a log.
-pub(crate) const RUN: &str = "run";
-/// Name of the metadata record that closes a whole log.
-pub(crate) const RUN_END: &str = "run_end";
-
-/// Name of the metadata record that says what a salvaged log lacks.
-pub(crate) const SALVAGE: &str = "salvage";
-
+/// How the keys begin of what is said of each topic, or of each kind of the solver's work.
 const MESSAGES: &str = "messages:";
+const DIGEST: &str = "digest:";
 const SOLVER: &str = "solver:";
 const FALLBACKS: &str = "solver_fallbacks";
 const BETWEEN_FALLBACKS: &str = "; ";
-
-/// A metadata record that does not say what it must.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum MetadataError {
-    /// A key is missing.
-    #[error("metadata `{record}` lacks the key {key}")]
-    Missing {
-        /// Name of the metadata record.
-        record: &'static str,
-        /// The key.
-        key: &'static str,
-    },
-    /// A value is not of its key's type or range.
-    #[error("metadata `{record}` has {key} = {value:?}, which is not {accepted}")]
-    Invalid {
-        /// Name of the metadata record.
-        record: &'static str,
-        /// The key.
-        key: String,
-        /// The value.
-        value: String,
-        /// What would be accepted.
-        accepted: &'static str,
-    },
-}
 
 pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
     [
@@ -123,6 +94,7 @@ pub(crate) fn end_to_map(end: &RunEnd) -> BTreeMap<String, String> {
     map.extend(
         end.message_counts.iter().map(|(topic, count)| (format!("{MESSAGES}{topic}"), count.to_string())),
     );
+    map.extend(end.topic_digests.iter().map(|(topic, digest)| (format!("{DIGEST}{topic}"), digest.clone())));
     map.extend(end.solver.counts.iter().map(|(name, count)| (format!("{SOLVER}{name}"), count.to_string())));
     map
 }
@@ -155,6 +127,10 @@ pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, Met
         },
         switches: reader.parse("switches", "a whole number")?,
         digest: reader.text("digest")?,
+        topic_digests: map
+            .iter()
+            .filter_map(|(key, digest)| Some((key.strip_prefix(DIGEST)?.to_owned(), digest.clone())))
+            .collect(),
     })
 }
 

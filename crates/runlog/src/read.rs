@@ -2,231 +2,24 @@
 //! checked and memory bounded by a chunk.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::fs::File;
-use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use asperity_record::{
-    Direction, Event, FieldRecord, RECORD_SCHEMA_VERSION, Record, RunEnd, RunHeader, RunStatus, StepRecord,
-    WindowRecord,
+    Direction, Event, FieldRecord, Record, RunEnd, RunHeader, RunStatus, StepRecord, WindowRecord,
 };
 use mcap::records::{MessageHeader, Record as Raw};
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use serde::de::DeserializeOwned;
 
 use crate::agree;
-use crate::chunk::{Chunk, RECORD_HEAD_BYTES};
-use crate::layout::Layout;
-use crate::lengths;
-use crate::messages::{EVENTS, FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
-use crate::metadata::{self, MetadataError, RUN, RUN_END, SALVAGE};
+use crate::digest::Digests;
+use crate::format::{
+    CHECKPOINT, EVENTS, FIELDS, MOST_SCHEMA_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
+};
+use crate::messages::{StepMessage, SwitchMessage};
+use crate::metadata;
+use crate::problem::{LogError, LogProblem};
+use crate::records::Records;
 use crate::versions;
-use crate::write::{CHECKPOINT, SCENARIO, digest_message};
-
-/// No record of ours comes near this: the state of the longest chain is ten million bytes. A
-/// length beyond it is damage, and must not be allocated.
-pub(crate) const LONGEST_RECORD_BYTES: usize = 1 << 26;
-
-/// Most that is made room for at once: a length is only believed as far as there are bytes.
-const LONGEST_READ_BYTES: usize = 1 << 20;
-
-/// A run log that cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: {problem}", path.display())]
-pub struct LogError {
-    /// The file.
-    pub path: PathBuf,
-    /// What is wrong with it.
-    pub problem: LogProblem,
-}
-
-/// What is wrong with a run log.
-#[derive(Debug, thiserror::Error)]
-pub enum LogProblem {
-    /// The system refused.
-    #[error("{0}")]
-    Io(#[from] std::io::Error),
-    /// Not an MCAP file, or a damaged one.
-    #[error("not a whole MCAP file: {0}")]
-    Mcap(#[from] mcap::McapError),
-    /// A record that cannot be read.
-    #[error("the record at byte {at} cannot be read: {error}")]
-    Record {
-        /// Where in the file it begins, or the chunk that it is in.
-        at: u64,
-        /// Why.
-        error: mcap::McapError,
-    },
-    /// A record that has no room for what it says it holds.
-    #[error("the record at byte {at}, of the kind 0x{opcode:02x}, holds a length that reaches over its end")]
-    InnerLength {
-        /// Where in the file it begins, or the chunk that it is in.
-        at: u64,
-        /// Its kind.
-        opcode: u8,
-    },
-    /// A record that reaches over the end of a file that was not cut off.
-    #[error("the record at byte {0} claims to be longer than the rest of the file, which has its end")]
-    Overlong(u64),
-    /// A message on a channel that nothing announced.
-    #[error("a message of channel {0}, which nothing announced")]
-    UnknownChannel(u16),
-    /// A channel that is announced for two topics.
-    #[error("channel {id} is that of {topic} and of {other}")]
-    ChannelReused {
-        /// The channel.
-        id: u16,
-        /// What it was announced for first.
-        topic: String,
-        /// What it is announced for then.
-        other: String,
-    },
-    /// A topic on two channels.
-    #[error("{0} has two channels")]
-    TopicTwice(String),
-    /// A message that is missing, or there twice.
-    #[error("message {found} of {topic} stands where number {expected} must")]
-    Number {
-        /// The topic.
-        topic: String,
-        /// The number that it must have.
-        expected: u32,
-        /// The number that it has.
-        found: u32,
-    },
-    /// A text that is none.
-    #[error("attachment `{0}` is not UTF-8")]
-    NotText(&'static str),
-    /// A time in the file that is not that of the message's step.
-    #[error(
-        "{topic}: the message of step {step} stands at {found_ns} ns, not at {}",
-        expected_ns.map_or("any time that a file can give".to_owned(), |ns| format!("{ns} ns"))
-    )]
-    LogTime {
-        /// The topic.
-        topic: String,
-        /// The step.
-        step: u64,
-        /// The time that the message has in the file.
-        found_ns: u64,
-        /// The time of its step.
-        expected_ns: Option<u64>,
-    },
-    /// A message that says two things which cannot both be.
-    #[error("step {step}: {what}")]
-    Contradiction {
-        /// The step.
-        step: u64,
-        /// What it says.
-        what: String,
-    },
-    /// An array that has not one value per block.
-    #[error("step {step}: {key} has {found} values, not {expected}")]
-    ArrayLength {
-        /// The step.
-        step: u64,
-        /// The array.
-        key: &'static str,
-        /// How many values it has.
-        found: usize,
-        /// How many it must have.
-        expected: usize,
-    },
-    /// Header or end do not say what they must.
-    #[error(transparent)]
-    Metadata(#[from] MetadataError),
-    /// Not a run log of ours.
-    #[error("no metadata `{RUN}` before the first message: not a run log of asperity")]
-    NoHeader,
-    /// Written by a later version, or by none.
-    #[error(
-        "written with version {0} of the format; this program reads versions 1 to {RECORD_SCHEMA_VERSION}: a newer one is needed"
-    )]
-    Version(u32),
-    /// A message that is not what its topic promises.
-    #[error("message {sequence} of {topic} cannot be read: {error}")]
-    Message {
-        /// The topic.
-        topic: String,
-        /// The message's number in it.
-        sequence: u32,
-        /// What is wrong with it.
-        error: serde_json::Error,
-    },
-    /// Switches that do not belong to the step before them.
-    #[error("step {step} promises {promised} switches and has {found}")]
-    Switches {
-        /// The step.
-        step: u64,
-        /// How many its message promises.
-        promised: u32,
-        /// How many follow.
-        found: u32,
-    },
-    /// A switch of a block that the chain does not have, or to where it already is.
-    #[error("block {block} cannot {direction:?} at step {step}")]
-    ImpossibleSwitch {
-        /// The step.
-        step: u64,
-        /// The block.
-        block: u32,
-        /// What it is said to do.
-        direction: Direction,
-    },
-    /// A step with another number of sliding blocks than its switches give.
-    #[error("step {step} says that {promised} blocks slide; the switches before it leave {found}")]
-    Sliding {
-        /// The step.
-        step: u64,
-        /// How many its message says.
-        promised: u32,
-        /// How many are detached.
-        found: u32,
-    },
-    /// Two headers, or something behind the end.
-    #[error("{0}")]
-    Misplaced(&'static str),
-    /// The file ends before the run does.
-    #[error("no metadata `{RUN_END}`: the run did not finish, or the file was cut off")]
-    NoEnd,
-    /// A signal stopped the run.
-    #[error("the run was interrupted after step {0}")]
-    Interrupted(u64),
-    /// The log is what was left of a damaged one.
-    #[error("it was salvaged from a damaged log; metadata `{SALVAGE}` says what is missing")]
-    Salvaged,
-    /// The content is not what `run_end` says.
-    #[error("metadata `{RUN_END}` says {what} {promised}, the file has {found}")]
-    EndMismatch {
-        /// What differs.
-        what: String,
-        /// What `run_end` says.
-        promised: String,
-        /// What the file has.
-        found: String,
-    },
-}
-
-impl LogProblem {
-    /// The same, with where in the file it is.
-    fn at(self, at: u64) -> LogProblem {
-        match self {
-            LogProblem::Mcap(error) => LogProblem::Record { at, error },
-            other => other,
-        }
-    }
-
-    /// Whether the file only ends too early: what stands before is as it was written.
-    pub fn is_early_end(&self) -> bool {
-        matches!(
-            self,
-            LogProblem::NoEnd
-                | LogProblem::Interrupted(_)
-                | LogProblem::Salvaged
-                | LogProblem::Mcap(mcap::McapError::UnexpectedEof)
-        )
-    }
-}
 
 /// Which messages to decode. All are read and checked in any case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -288,14 +81,7 @@ impl Salvage {
 /// Reads one run log.
 pub struct RunReader {
     path: PathBuf,
-    source: BufReader<File>,
-    reader: LinearReader,
-    /// Where the next record begins, and that which is being read.
-    next_at: u64,
-    at: u64,
-    /// What is left of the chunk that is being read.
-    chunk: Chunk,
-    layout: Layout,
+    records: Records,
     topics: Topics,
     header: Option<RunHeader>,
     scenario_toml: String,
@@ -312,8 +98,13 @@ pub struct RunReader {
     record_step: u64,
     ready: VecDeque<LogItem>,
     counts: BTreeMap<String, u64>,
+    /// JSON schemas by their number in the file, as far as there is room.
+    schemas: BTreeMap<u16, String>,
+    schema_bytes: usize,
+    /// Topics of events, and the number of the schema of each.
+    event_topics: BTreeMap<String, u16>,
     switches: u64,
-    digest: blake3::Hasher,
+    digests: Digests,
     finished: bool,
 }
 
@@ -324,20 +115,10 @@ impl RunReader {
     /// If the file cannot be read or is no run log of a version this program reads.
     pub fn open(path: &Path, topics: Topics) -> Result<RunReader, LogError> {
         let at = |problem: LogProblem| LogError { path: path.to_owned(), problem };
-        let file = File::open(path).map_err(|error| at(error.into()))?;
-        let options = LinearReaderOptions::default()
-            .with_emit_chunks(true)
-            .with_validate_data_section_crc(true)
-            .with_validate_summary_section_crc(true)
-            .with_record_length_limit(LONGEST_RECORD_BYTES);
+        let records = Records::open(path).map_err(|error| at(error.into()))?;
         let mut reader = RunReader {
             path: path.to_owned(),
-            source: BufReader::with_capacity(1 << 16, file),
-            reader: LinearReader::new_with_options(options),
-            next_at: mcap::MAGIC.len() as u64,
-            at: 0,
-            chunk: Chunk::default(),
-            layout: Layout::default(),
+            records,
             topics,
             header: None,
             scenario_toml: String::new(),
@@ -351,17 +132,20 @@ impl RunReader {
             record_step: 0,
             ready: VecDeque::new(),
             counts: BTreeMap::new(),
+            schemas: BTreeMap::new(),
+            schema_bytes: 0,
+            event_topics: BTreeMap::new(),
             switches: 0,
-            digest: blake3::Hasher::new(),
+            digests: Digests::default(),
             finished: false,
         };
         // Header and scenario stand before the first channel.
-        while !reader.layout.has_channels() && !reader.finished {
+        while !reader.records.layout().has_channels() && !reader.finished {
             reader.advance().map_err(at)?;
         }
         match &reader.header {
             Some(_) => Ok(reader),
-            None => Err(at(LogProblem::NoHeader)),
+            None => Err(at(reader.records.no_header())),
         }
     }
 
@@ -373,6 +157,18 @@ impl RunReader {
     /// The resolved scenario, as TOML.
     pub fn scenario_toml(&self) -> &str {
         &self.scenario_toml
+    }
+
+    /// The topics of events that the log announces: one for each detector that it was written
+    /// with, whether it found anything or not. Known once the first item has been read.
+    pub fn event_topics(&self) -> impl Iterator<Item = String> {
+        self.event_topics.keys().cloned()
+    }
+
+    /// The same topics, and the JSON schema of each; empty where there is none.
+    pub fn event_schemas(&self) -> BTreeMap<&str, &str> {
+        let schema = |id: &u16| self.schemas.get(id).map_or("", String::as_str);
+        self.event_topics.iter().map(|(topic, id)| (topic.as_str(), schema(id))).collect()
     }
 
     /// The state of the last checkpoint in what has been read, as JSON; whatever it needs of
@@ -408,68 +204,27 @@ impl RunReader {
         }
     }
 
-    /// Reads one MCAP record.
-    fn advance(&mut self) -> Result<(), LogProblem> {
-        loop {
-            if let Some((opcode, body)) = self.chunk.next_record().map_err(|problem| problem.at(self.at))? {
-                let raw = parse(opcode, body, self.at)?;
-                if matches!(raw, Raw::Chunk { .. }) {
-                    return Err(LogProblem::Misplaced("there is a chunk in a chunk"));
-                }
-                return self.take(raw);
-            }
-            let raw = match self.reader.next_event() {
-                None => {
-                    self.finished = true;
-                    if self.source.read(&mut [0])? > 0 {
-                        return Err(LogProblem::Misplaced(
-                            "there is something behind the end of the MCAP file",
-                        ));
-                    }
-                    return self.check_end();
-                }
-                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
-                    let buffer = self.reader.insert(wanted.min(LONGEST_READ_BYTES));
-                    let read = loop {
-                        match self.source.read(buffer) {
-                            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-                            other => break other?,
-                        }
-                    };
-                    self.reader.notify_read(read);
-                    continue;
-                }
-                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                    self.at = self.next_at;
-                    self.next_at += (RECORD_HEAD_BYTES + data.len()) as u64;
-                    parse(opcode, data, self.at)?
-                }
-                Some(Err(mcap::McapError::UnexpectedEof)) => return Err(self.early_end()),
-                Some(Err(error)) => return Err(LogProblem::from(error).at(self.next_at)),
-            };
-            if let Raw::Chunk { header, data } = &raw {
-                self.layout.take(&raw)?;
-                self.chunk = Chunk::open(header, data).map_err(|problem| problem.at(self.at))?;
-                continue;
-            }
-            return self.take(raw);
-        }
+    /// Reads the log to its end, whatever of it is read already.
+    ///
+    /// # Errors
+    /// If it is damaged, incomplete, or not what its own end says: only a whole log has none.
+    pub fn verify(&mut self) -> Result<RunEnd, LogError> {
+        while self.next_item()?.is_some() {}
+        Ok(self.end().expect("a log is only whole with its end").clone())
     }
 
-    /// What it means that the file ends inside a record: it was cut off, or the record lies
-    /// about its length. A file that was cut off does not end as a whole one.
-    fn early_end(&mut self) -> LogProblem {
-        let mut last = [0; mcap::MAGIC.len()];
-        let back = SeekFrom::End(-(last.len() as i64));
-        let read = self.source.seek(back).and_then(|at| self.source.read_exact(&mut last).map(|()| at));
-        match read {
-            Ok(at) if at > self.next_at && last == mcap::MAGIC => LogProblem::Overlong(self.next_at),
-            _ => mcap::McapError::UnexpectedEof.into(),
+    /// Reads one MCAP record.
+    fn advance(&mut self) -> Result<(), LogProblem> {
+        match self.records.next()? {
+            Some(record) => self.take(record),
+            None => {
+                self.finished = true;
+                self.check_end()
+            }
         }
     }
 
     fn take(&mut self, raw: Raw<'static>) -> Result<(), LogProblem> {
-        self.layout.take(&raw)?;
         match raw {
             Raw::Metadata(metadata) if metadata.name == RUN => {
                 versions::check(&metadata.metadata)?;
@@ -488,12 +243,22 @@ impl RunReader {
                 self.close_step()?;
                 self.checkpoint = Some(text(CHECKPOINT, data)?);
             }
+            Raw::Schema { header, data } => {
+                let is_new = !self.schemas.contains_key(&header.id);
+                if is_new && self.schema_bytes + data.len() <= MOST_SCHEMA_BYTES {
+                    self.schema_bytes += data.len();
+                    self.schemas.insert(header.id, String::from_utf8_lossy(&data).into_owned());
+                }
+            }
             Raw::Channel(channel) => {
+                if channel.topic.starts_with(EVENTS) {
+                    self.event_topics.insert(channel.topic.clone(), channel.schema_id);
+                }
                 self.counts.entry(channel.topic).or_insert(0);
             }
             Raw::Message { header, data } => {
-                let topic = self.layout.topic(header.channel_id).unwrap_or_default().to_owned();
-                digest_message(&mut self.digest, &topic, &data);
+                let topic = self.records.layout().topic(header.channel_id).unwrap_or_default().to_owned();
+                self.digests.add(&topic, &data);
                 *self.counts.entry(topic.clone()).or_insert(0) += 1;
                 self.message(topic, &header, &data)?;
             }
@@ -634,14 +399,16 @@ impl RunReader {
         };
         // A salvaged log keeps the numbers that its messages had.
         if end.status != RunStatus::Salvaged {
-            self.layout.check_numbers()?;
+            self.records.layout().check_numbers()?;
+        }
+        /// What one of two lists has that the other has not is as wrong as what differs.
+        fn of<T: ToString>(topics: &BTreeMap<String, T>, topic: &str) -> String {
+            topics.get(topic).map_or("nothing".to_owned(), ToString::to_string)
         }
         let topics: BTreeSet<&String> = end.message_counts.keys().chain(self.counts.keys()).collect();
         for topic in topics {
-            let count = |counts: &BTreeMap<String, u64>| {
-                counts.get(topic).map_or("nothing".to_owned(), ToString::to_string)
-            };
-            mismatch(&format!("messages of {topic}:"), count(&end.message_counts), count(&self.counts))?;
+            let what = format!("messages of {topic}:");
+            mismatch(&what, of(&end.message_counts, topic), of(&self.counts, topic))?;
         }
         let salvaged = end.status == RunStatus::Salvaged;
         if salvaged != self.salvage.is_some() {
@@ -656,7 +423,16 @@ impl RunReader {
             mismatch("the last step:", end.last_step.to_string(), self.last_step.to_string())?;
         }
         mismatch("switches:", end.switches.to_string(), self.switches.to_string())?;
-        mismatch("digest:", end.digest.clone(), self.digest.finalize().to_hex().to_string())?;
+        let (digest, topic_digests) = self.digests.finish(self.counts.keys());
+        // Logs that were written before there were any have none.
+        if !end.topic_digests.is_empty() {
+            let topics: BTreeSet<&String> = end.topic_digests.keys().chain(topic_digests.keys()).collect();
+            for topic in topics {
+                let what = format!("digest of {topic}:");
+                mismatch(&what, of(&end.topic_digests, topic), of(&topic_digests, topic))?;
+            }
+        }
+        mismatch("digest:", end.digest.clone(), digest)?;
         match end.status {
             RunStatus::Interrupted => Err(LogProblem::Interrupted(end.last_step)),
             RunStatus::Salvaged => Err(LogProblem::Salvaged),
@@ -671,17 +447,6 @@ fn decode<T: DeserializeOwned>(topic: &str, sequence: u32, data: &[u8]) -> Resul
         sequence,
         error,
     })
-}
-
-/// A record out of its bytes.
-fn parse(opcode: u8, body: &[u8], at: u64) -> Result<Raw<'static>, LogProblem> {
-    if !lengths::fit(opcode, body) {
-        return Err(LogProblem::InnerLength { at, opcode });
-    }
-    match mcap::parse_record(opcode, body) {
-        Ok(raw) => Ok(raw.into_owned()),
-        Err(error) => Err(LogProblem::Record { at, error }),
-    }
 }
 
 fn text(name: &'static str, data: std::borrow::Cow<'_, [u8]>) -> Result<String, LogProblem> {

@@ -12,23 +12,28 @@
 //! where something is missing. Messages keep their numbers, so any reader sees the gaps.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::{self, BufReader, Read, Seek};
+use std::fs;
+use std::io;
 use std::path::Path;
 
 use asperity_record::{
     EventKind, FieldRecord, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, WindowRecord,
 };
-use mcap::records::{Record, op};
+use mcap::records::Record;
 use serde_json::Value;
 
-use crate::chunk::{Chunk, RECORD_HEAD_BYTES};
-use crate::lengths;
-use crate::messages::{FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, WINDOW};
-use crate::metadata::{self, RUN, RUN_END};
-use crate::read::{LogProblem, RunReader, Topics};
+use crate::chunk::Chunk;
+use crate::findings::{Gap, Salvaged};
+use crate::format::{FIELDS, STEP, SWITCH, WINDOW};
+use crate::messages::{StepMessage, SwitchMessage};
+use crate::metadata;
+use crate::parse::parse;
+use crate::pieces::{Piece, Pieces};
+use crate::problem::{LogProblem, WriteError};
+use crate::read::{RunReader, Topics};
 use crate::versions;
-use crate::write::{CHECKPOINT, Existing, RunWriter, SCENARIO, WriteError, partial_path};
+use crate::whole::partial_path;
+use crate::write::{Existing, RunWriter};
 
 /// A log that nothing could be made of.
 #[derive(Debug, thiserror::Error)]
@@ -55,44 +60,6 @@ pub enum SalvageError {
     /// The output cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-}
-
-/// What was kept and what was lost.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Salvaged {
-    /// Messages kept, by topic.
-    pub kept: BTreeMap<String, u64>,
-    /// Messages lost, by topic, as far as their numbers or the log's end tell. Behind the
-    /// last message that is left there may have been more, unless [`Salvaged::end_is_known`].
-    pub lost: BTreeMap<String, u64>,
-    /// Where messages are missing, in order.
-    pub gaps: Vec<Gap>,
-    /// Bytes of the file that nothing could be made of, and why.
-    pub damage: Vec<Damage>,
-    /// What else is not as it was.
-    pub remarks: Vec<String>,
-    /// Whether the log said how many messages it had.
-    pub end_is_known: bool,
-}
-
-/// A stretch of a run that the log has nothing of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Gap {
-    /// The step of the last message before it; `None` if the gap is at the beginning.
-    pub after_step: Option<u64>,
-    /// The step of the first message behind it; `None` if the rest is missing.
-    pub before_step: Option<u64>,
-}
-
-/// Bytes that nothing could be made of.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Damage {
-    /// Where they begin.
-    pub from_byte: u64,
-    /// The first byte behind them.
-    pub to_byte: u64,
-    /// What is wrong there.
-    pub what: String,
 }
 
 /// What the caller makes of header and scenario, either of which may be missing: the header
@@ -126,7 +93,7 @@ pub fn salvage(
             Piece::Scenario(text) => found.scenario = found.scenario.or(Some(text)),
             Piece::End(end) => found.end = Some(end),
             Piece::Checkpoint(_) => {}
-            Piece::Chunk { at, mut chunk } => match walk.chunk(&mut chunk, &mut |_| Ok(())) {
+            Piece::Chunk { at, mut chunk } => match walk.chunk(at, &mut chunk, &mut |_| Ok(())) {
                 Ok(()) => {}
                 Err(ChunkProblem::Content(what)) => pieces.reject(at, what),
                 Err(ChunkProblem::Write(error)) => return Err(error.into()),
@@ -181,7 +148,7 @@ fn write_pieces(
     while let Some(piece) = pieces.next().map_err(read_error)? {
         match piece {
             Piece::Chunk { at, mut chunk } if !rejected.contains(&at) => {
-                let written = walk.chunk(&mut chunk, &mut |message| {
+                let written = walk.chunk(at, &mut chunk, &mut |message| {
                     writer.salvaged_message(
                         &message.topic,
                         message.sequence,
@@ -202,14 +169,7 @@ fn write_pieces(
 }
 
 fn is_whole(path: &Path) -> bool {
-    let Ok(mut reader) = RunReader::open(path, Topics::ALL) else { return false };
-    loop {
-        match reader.next_item() {
-            Ok(Some(_)) => {}
-            Ok(None) => return true,
-            Err(_) => return false,
-        }
-    }
+    RunReader::open(path, Topics::ALL).and_then(|mut reader| reader.verify()).is_ok()
 }
 
 /// What stands beside the messages.
@@ -229,225 +189,6 @@ impl Found {
             _ => self.header = self.header.take().or_else(|| metadata::header_from_map(map).ok()),
         }
     }
-}
-
-/// A part of the file that has proved itself, or that its reader has to hold against others.
-enum Piece {
-    Run(BTreeMap<String, String>),
-    Scenario(String),
-    Checkpoint(String),
-    End(RunEnd),
-    /// A chunk's records, and where in the file it is.
-    Chunk {
-        at: u64,
-        chunk: Chunk,
-    },
-}
-
-/// The first bytes of every MCAP file, and the last.
-const MAGIC: &[u8; 8] = b"\x89MCAP0\r\n";
-
-/// No chunk of ours comes near this: a mebibyte, and the message that made it one.
-const LARGEST_CHUNK_BYTES: u64 = 1 << 28;
-
-/// Walks through a file from piece to piece, past whatever is between them.
-struct Pieces {
-    file: BufReader<File>,
-    length: u64,
-    at: u64,
-    /// Behind the last piece that proved itself: nothing before it needs to be searched.
-    proved: u64,
-    damage: Vec<Damage>,
-    /// Where the chunks stand whose content was refused.
-    rejected: Vec<u64>,
-}
-
-impl Pieces {
-    fn open(path: &Path) -> io::Result<Pieces> {
-        let file = File::open(path)?;
-        let length = file.metadata()?.len();
-        let file = BufReader::with_capacity(1 << 16, file);
-        let mut pieces = Pieces { file, length, at: 0, proved: 0, damage: Vec::new(), rejected: Vec::new() };
-        if pieces.bytes(0, MAGIC.len() as u64)?.as_deref() == Some(MAGIC) {
-            (pieces.at, pieces.proved) = (MAGIC.len() as u64, MAGIC.len() as u64);
-        }
-        Ok(pieces)
-    }
-
-    /// Takes note that a chunk was not what its topic promises.
-    fn reject(&mut self, at: u64, what: String) {
-        self.rejected.push(at);
-        self.damage.push(Damage { from_byte: at, to_byte: self.at, what });
-    }
-
-    /// So many bytes from there on; `None` if the file has not as many.
-    fn bytes(&mut self, at: u64, count: u64) -> io::Result<Option<Vec<u8>>> {
-        if at.checked_add(count).is_none_or(|end| end > self.length) {
-            return Ok(None);
-        }
-        let here = self.file.stream_position()?;
-        self.file.seek_relative(at as i64 - here as i64)?;
-        let mut bytes = vec![0; count as usize];
-        self.file.read_exact(&mut bytes)?;
-        Ok(Some(bytes))
-    }
-
-    fn next(&mut self) -> io::Result<Option<Piece>> {
-        loop {
-            if self.at >= self.length || self.is_end_magic()? {
-                return Ok(None);
-            }
-            match self.record(self.at)? {
-                Ok((piece, next)) => {
-                    self.at = next;
-                    if let Some(piece) = piece {
-                        self.proved = next;
-                        return Ok(Some(piece));
-                    }
-                }
-                Err(what) => {
-                    let from_byte = self.at;
-                    let to_byte = self.search(self.proved.max(8))?;
-                    self.damage.push(Damage { from_byte: from_byte.min(to_byte), to_byte, what });
-                    (self.at, self.proved) = (to_byte, to_byte);
-                }
-            }
-        }
-    }
-
-    fn is_end_magic(&mut self) -> io::Result<bool> {
-        let left = self.length - self.at;
-        Ok(left == MAGIC.len() as u64 && self.bytes(self.at, left)?.as_deref() == Some(MAGIC))
-    }
-
-    /// The record there, if it can be one, and where the next one begins.
-    fn record(&mut self, at: u64) -> io::Result<Result<(Option<Piece>, u64), String>> {
-        let Some(head) = self.bytes(at, RECORD_HEAD_BYTES as u64)? else {
-            return Ok(Err("the file ends within the head of a record".to_owned()));
-        };
-        let opcode = head[0];
-        let length = u64::from_le_bytes(head[1..].try_into().expect("eight bytes"));
-        if !(op::HEADER..=op::DATA_END).contains(&opcode) {
-            return Ok(Err(format!("{opcode:#04x} begins no record")));
-        }
-        let body_at = at + RECORD_HEAD_BYTES as u64;
-        let next = match body_at.checked_add(length) {
-            Some(next) if next <= self.length => next,
-            _ => return Ok(Err("a record is longer than what is left of the file".to_owned())),
-        };
-        if !matches!(opcode, op::CHUNK | op::ATTACHMENT | op::METADATA) {
-            return Ok(Ok((None, next)));
-        }
-        if length > LARGEST_CHUNK_BYTES {
-            return Ok(Err(format!("a record of {length} bytes, larger than any that was written")));
-        }
-        let Some(body) = self.bytes(body_at, length)? else {
-            return Ok(Err("a record is longer than what is left of the file".to_owned()));
-        };
-        Ok(piece(opcode, &body, at).map(|piece| (piece, next)))
-    }
-
-    /// Where from some byte on the next chunk, attachment or end is that proves itself; the
-    /// end of the file if there is none.
-    fn search(&mut self, from: u64) -> io::Result<u64> {
-        const WINDOW_BYTES: u64 = 1 << 16;
-        // Enough behind a place to tell whether it is worth a closer look.
-        const LOOK_BYTES: u64 = 64;
-        let mut start = from;
-        while start < self.length {
-            let count = (WINDOW_BYTES + LOOK_BYTES).min(self.length - start);
-            let window = self.bytes(start, count)?.unwrap_or_default();
-            for offset in 0..count.min(WINDOW_BYTES) {
-                let at = start + offset;
-                let may_begin = looks_like_a_piece(&window[offset as usize..]);
-                if may_begin
-                    && at != self.at
-                    && let Ok((Some(_), _)) = self.record(at)?
-                {
-                    return Ok(at);
-                }
-            }
-            start += WINDOW_BYTES;
-        }
-        Ok(self.length)
-    }
-}
-
-/// A first look at bytes of which a chunk, an attachment or a metadata record of ours may be
-/// the beginning.
-fn looks_like_a_piece(bytes: &[u8]) -> bool {
-    let begins_at = |place: usize, text: &[u8]| bytes.get(place..).is_some_and(|rest| rest.starts_with(text));
-    match bytes.first() {
-        // Behind head, times, size and checksum.
-        Some(&op::CHUNK) => begins_at(9 + 28, b"\x04\0\0\0zstd"),
-        // Behind head and times.
-        Some(&op::ATTACHMENT) => {
-            begins_at(9 + 16, b"\x0d\0\0\0scenario.toml") || begins_at(9 + 16, b"\x0a\0\0\0checkpoint")
-        }
-        Some(&op::METADATA) => begins_at(9, b"\x03\0\0\0run") || begins_at(9, b"\x07\0\0\0run_end"),
-        _ => false,
-    }
-}
-
-/// A record out of its bytes, no length in which is believed that they do not bear out.
-fn parsed(opcode: u8, body: &[u8]) -> Result<Record<'_>, mcap::McapError> {
-    if lengths::fit(opcode, body) {
-        mcap::parse_record(opcode, body)
-    } else {
-        Err(mcap::McapError::UnexpectedEoc)
-    }
-}
-
-/// What a record is, or why it is not what was written.
-fn piece(opcode: u8, body: &[u8], at: u64) -> Result<Option<Piece>, String> {
-    match opcode {
-        op::ATTACHMENT => attachment(body),
-        op::METADATA => match parsed(opcode, body) {
-            Ok(Record::Metadata(metadata)) if metadata.name == RUN => Ok(Some(Piece::Run(metadata.metadata))),
-            Ok(Record::Metadata(metadata)) if metadata.name == RUN_END => {
-                let end = metadata::end_from_map(&metadata.metadata).map_err(|error| error.to_string())?;
-                Ok(Some(Piece::End(end)))
-            }
-            Ok(_) => Ok(None),
-            Err(error) => Err(error.to_string()),
-        },
-        _ => match parsed(opcode, body) {
-            Ok(Record::Chunk { header, data }) => {
-                let chunk = Chunk::open(&header, &data).map_err(|error| format!("a chunk: {error}"))?;
-                Ok(Some(Piece::Chunk { at, chunk }))
-            }
-            Ok(_) => Ok(None),
-            Err(error) => Err(error.to_string()),
-        },
-    }
-}
-
-/// An attachment of ours whose checksum holds.
-fn attachment(body: &[u8]) -> Result<Option<Piece>, String> {
-    let wrong = || "an attachment whose checksum is not that of its content".to_owned();
-    let (content, crc) = body.split_at_checked(body.len().wrapping_sub(4)).ok_or_else(wrong)?;
-    if crc32fast::hash(content) != u32::from_le_bytes(crc.try_into().map_err(|_| wrong())?) {
-        return Err(wrong());
-    }
-    // Behind two times: name and media type, each with its length in front, then the data.
-    let mut rest = content.get(16..).ok_or_else(wrong)?;
-    let mut text = || {
-        let (length, behind) = rest.split_first_chunk::<4>()?;
-        let (text, behind) = behind.split_at_checked(u32::from_le_bytes(*length) as usize)?;
-        rest = behind;
-        std::str::from_utf8(text).ok()
-    };
-    let (name, _media_type) = text().zip(text()).ok_or_else(wrong)?;
-    let (length, data) = rest.split_first_chunk::<8>().ok_or_else(wrong)?;
-    if u64::from_le_bytes(*length) != data.len() as u64 {
-        return Err(wrong());
-    }
-    let text = String::from_utf8(data.to_owned()).map_err(|_| wrong())?;
-    Ok(match name {
-        SCENARIO => Some(Piece::Scenario(text)),
-        CHECKPOINT => Some(Piece::Checkpoint(text)),
-        _ => None,
-    })
 }
 
 /// A message of a chunk.
@@ -512,15 +253,15 @@ impl<'a> Walk<'a> {
     }
 
     /// Takes the messages of a chunk, all of them or, if one is not what it should be, none.
-    fn chunk(&mut self, chunk: &mut Chunk, keep: &mut Keep<'_>) -> Result<(), ChunkProblem> {
-        let messages = self.messages(chunk).map_err(ChunkProblem::Content)?;
+    fn chunk(&mut self, at: u64, chunk: &mut Chunk, keep: &mut Keep<'_>) -> Result<(), ChunkProblem> {
+        let messages = self.messages(at, chunk).map_err(ChunkProblem::Content)?;
         messages.into_iter().try_for_each(|message| self.take(message, keep)).map_err(ChunkProblem::Write)
     }
 
-    fn messages(&mut self, chunk: &mut Chunk) -> Result<Vec<Message>, String> {
+    fn messages(&mut self, at: u64, chunk: &mut Chunk) -> Result<Vec<Message>, String> {
         let mut messages = Vec::new();
         while let Some((opcode, body)) = chunk.next_record().map_err(|error| error.to_string())? {
-            match parsed(opcode, body).map_err(|error| error.to_string())? {
+            match parse(opcode, body, at).map_err(|error| error.to_string())? {
                 Record::Channel(channel) => {
                     self.topics.insert(channel.id, channel.topic);
                 }

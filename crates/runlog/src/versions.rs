@@ -5,6 +5,10 @@
 //! | 1 | |
 //! | 2 | attachments `checkpoint`, where an unfinished run can be taken up again; the status `salvaged`, with a metadata record `salvage` |
 //!
+//! In any version `run_end` may have a digest for each topic, `digest:TOPIC`; logs that were
+//! written before there were any have none, and then there is nothing to compare. Who does not
+//! know these keys passes over them, so they are no new version.
+//!
 //! Version 2 only adds, so a log of version 1 reads as one without checkpoints. A version
 //! that says something in other words puts what its predecessors said into today's here, and
 //! nowhere else. `fixtures/logs` holds logs of every version, made by the program of that
@@ -15,7 +19,7 @@ use std::collections::BTreeMap;
 use asperity_record::RECORD_SCHEMA_VERSION;
 
 use crate::metadata;
-use crate::read::LogProblem;
+use crate::problem::LogProblem;
 
 /// The oldest version that can be read.
 const OLDEST: u32 = 1;

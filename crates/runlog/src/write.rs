@@ -2,9 +2,8 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::ffi::OsString;
-use std::fs::{self, File, TryLockError};
-use std::io::{self, BufWriter};
+use std::fs::{self, File};
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -15,86 +14,19 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, WriteOptions, Writer};
 use serde::Serialize;
 
-use crate::messages::{self, FIELDS, STEP, SWITCH, StepMessage, SwitchMessage, Topic, WINDOW};
-use crate::metadata::{self, RUN, RUN_END, SALVAGE};
-use crate::salvage::Salvaged;
-
-/// Uncompressed size at which a chunk is closed: large enough to compress well,
-/// small enough that a damaged one costs little.
-const CHUNK_BYTES: u64 = 1 << 20;
-
-/// Name of the attachment that holds the resolved scenario.
-pub(crate) const SCENARIO: &str = "scenario.toml";
-
-/// Name of the attachments that hold checkpoints.
-pub(crate) const CHECKPOINT: &str = "checkpoint";
+use crate::digest::Digests;
+use crate::findings::Salvaged;
+use crate::format::{
+    CHECKPOINT, CHUNK_BYTES, FIELDS, PROFILE, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
+};
+use crate::messages::{self, StepMessage, SwitchMessage, Topic};
+use crate::metadata;
+use crate::problem::WriteError;
+use crate::unfinished::{Unfinished, locked, resumed_path};
+use crate::whole::{partial_path, sync_folder};
 
 /// How much work a crash of the machine may cost.
 const SYNC_INTERVAL: Duration = Duration::from_secs(1);
-
-/// A run log that cannot be written.
-#[derive(Debug, thiserror::Error)]
-pub enum WriteError {
-    /// The final name is taken; nothing was written.
-    #[error("{} exists already", .0.display())]
-    Exists(PathBuf),
-    /// Another process writes this log.
-    #[error("{} is being written by another process", .0.display())]
-    Busy(PathBuf),
-    /// The system refused.
-    #[error("{}: {error}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: io::Error,
-    },
-    /// The MCAP library refused.
-    #[error("{}: {error}", path.display())]
-    Mcap {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        error: mcap::McapError,
-    },
-    /// An event of a topic that no detector announced.
-    #[error("an event of the topic {0}, which no detector announced")]
-    UnknownTopic(String),
-    /// A value that JSON cannot hold.
-    #[error("a message of {topic} at step {step} holds a value that is not finite")]
-    NotFinite {
-        /// The topic.
-        topic: &'static str,
-        /// The step.
-        step: u64,
-    },
-}
-
-impl WriteError {
-    fn of_mcap(path: &Path, error: mcap::McapError) -> WriteError {
-        let path = path.to_owned();
-        match error {
-            // In the system's words, which say that the disk is full.
-            mcap::McapError::Io(error) => WriteError::Io { path, error },
-            error => WriteError::Mcap { path, error },
-        }
-    }
-}
-
-/// Where a log stands until it is whole.
-pub fn partial_path(path: &Path) -> PathBuf {
-    let mut name = path.file_name().map(OsString::from).unwrap_or_default();
-    name.push(".partial");
-    path.with_file_name(name)
-}
-
-/// Where a run that is taken up again is written until it holds what the log of the
-/// unfinished one holds.
-fn resumed_path(path: &Path) -> PathBuf {
-    let mut name = path.file_name().map(OsString::from).unwrap_or_default();
-    name.push(".resumed");
-    path.with_file_name(name)
-}
 
 /// What to do with a log that stands where one is to be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,62 +35,6 @@ pub enum Existing {
     Refuse,
     /// Replace it by the new one, once that is whole.
     Replace,
-}
-
-/// An unfinished log that no other process writes, for as long as this lives.
-#[derive(Debug)]
-pub struct Unfinished {
-    path: PathBuf,
-    file: File,
-}
-
-impl Unfinished {
-    /// Takes hold of what stands for `path` until that is whole, if there is any of it.
-    ///
-    /// # Errors
-    /// If another process writes it, or the system refuses.
-    pub fn of(path: &Path) -> Result<Option<Unfinished>, WriteError> {
-        let partial = partial_path(path);
-        match File::options().read(true).write(true).open(&partial) {
-            Ok(file) => Ok(Some(Unfinished { file: locked(file, &partial)?, path: path.to_owned() })),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(WriteError::Io { path: partial, error }),
-        }
-    }
-
-    /// Where it is.
-    pub fn partial_path(&self) -> PathBuf {
-        partial_path(&self.path)
-    }
-
-    /// Gives it its final name, which only a whole one may have.
-    ///
-    /// # Errors
-    /// If the system refuses.
-    pub fn publish(self) -> Result<(), WriteError> {
-        let partial = self.partial_path();
-        let outcome = self.file.sync_all().and_then(|()| fs::rename(&partial, &self.path));
-        outcome.map_err(|error| WriteError::Io { path: partial, error })
-    }
-}
-
-/// Locks a file that stands at `path`, until it is closed.
-fn locked(file: File, path: &Path) -> Result<File, WriteError> {
-    let io_error = |error| WriteError::Io { path: path.to_owned(), error };
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => return Err(WriteError::Busy(path.to_owned())),
-        // Some network file systems have no locks; there nobody keeps two processes apart.
-        Err(TryLockError::Error(error)) if error.kind() != io::ErrorKind::Unsupported => {
-            return Err(io_error(error));
-        }
-        _ => {}
-    }
-    // Whoever held the lock until now may have given the file another name.
-    let ours = same_file::Handle::from_file(file.try_clone().map_err(io_error)?).map_err(io_error)?;
-    match same_file::Handle::from_path(path) {
-        Ok(here) if here == ours => Ok(file),
-        _ => Err(WriteError::Busy(path.to_owned())),
-    }
 }
 
 /// Writes one run log. Dropped before [`RunWriter::finish`], it leaves a file
@@ -172,7 +48,7 @@ pub struct RunWriter {
     existing: Existing,
     writer: Writer<BufWriter<File>>,
     channels: BTreeMap<String, Channel>,
-    digest: blake3::Hasher,
+    digests: Digests,
     switches: u64,
     last_step: u64,
     header: RunHeader,
@@ -214,7 +90,7 @@ impl RunWriter {
         scenario_toml: &str,
         events: &[EventKind],
     ) -> Result<RunWriter, WriteError> {
-        let path = unfinished.path.clone();
+        let path = unfinished.path().to_owned();
         let resumed = resumed_path(&path);
         let mut writer = RunWriter::start(&path, resumed, existing, header, scenario_toml, events)?;
         writer.takes_place_of = Some(unfinished);
@@ -239,7 +115,7 @@ impl RunWriter {
         file.set_len(0).map_err(io_error)?;
         let at = |error| WriteError::of_mcap(&partial, error);
         let mut writer = WriteOptions::new()
-            .profile("asperity")
+            .profile(PROFILE)
             .library(concat!("asperity-runlog ", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Zstd))
             .chunk_size(Some(CHUNK_BYTES))
@@ -283,7 +159,7 @@ impl RunWriter {
             existing,
             writer,
             channels,
-            digest: blake3::Hasher::new(),
+            digests: Digests::default(),
             switches: 0,
             last_step: 0,
             header: header.clone(),
@@ -374,7 +250,7 @@ impl RunWriter {
             publish_time: time_ns,
         };
         channel.messages += 1;
-        digest_message(&mut self.digest, topic, &self.payload);
+        self.digests.add(topic, &self.payload);
         self.writer.write_to_known_channel(&header, &self.payload).map_err(|error| self.at(error))?;
         if self.synced.elapsed() >= SYNC_INTERVAL {
             self.sync()?;
@@ -404,7 +280,7 @@ impl RunWriter {
         channel.messages += 1;
         self.switches += u64::from(topic == SWITCH);
         self.last_step = step.unwrap_or(self.last_step);
-        digest_message(&mut self.digest, topic, payload);
+        self.digests.add(topic, payload);
         self.writer.write_to_known_channel(&header, payload).map_err(|error| self.at(error))
     }
 
@@ -428,6 +304,7 @@ impl RunWriter {
     /// # Errors
     /// If the file cannot be written or renamed, or the name was taken meanwhile.
     pub fn finish(mut self, status: RunStatus, solver: SolverReport) -> Result<RunEnd, WriteError> {
+        let (digest, topic_digests) = self.digests.finish(self.channels.keys());
         let end = RunEnd {
             status,
             last_step: self.last_step,
@@ -437,7 +314,8 @@ impl RunWriter {
                 .map(|(topic, channel)| (topic.clone(), channel.messages))
                 .collect(),
             switches: self.switches,
-            digest: self.digest.finalize().to_hex().to_string(),
+            digest,
+            topic_digests,
             solver,
         };
         let metadata = Metadata { name: RUN_END.to_owned(), metadata: metadata::end_to_map(&end) };
@@ -469,26 +347,4 @@ impl RunWriter {
     fn at(&self, error: mcap::McapError) -> WriteError {
         WriteError::of_mcap(&self.stands_at, error)
     }
-}
-
-/// Sees to it that a new name outlives a crash of the machine.
-#[cfg(unix)]
-fn sync_folder(path: &Path) -> io::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    File::open(folder.unwrap_or(Path::new(".")))?.sync_all()
-}
-
-/// Elsewhere a folder cannot be opened as a file.
-#[cfg(not(unix))]
-fn sync_folder(_path: &Path) -> io::Result<()> {
-    Ok(())
-}
-
-/// Adds a message to a run's digest. Lengths go first, so that no two sequences
-/// of messages can be spelled with the same bytes.
-pub(crate) fn digest_message(digest: &mut blake3::Hasher, topic: &str, payload: &[u8]) {
-    digest.update(&(topic.len() as u64).to_le_bytes());
-    digest.update(topic.as_bytes());
-    digest.update(&(payload.len() as u64).to_le_bytes());
-    digest.update(payload);
 }

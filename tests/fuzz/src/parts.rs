@@ -213,24 +213,28 @@ pub fn put_together(parts: &[Part], packing: Packing) -> Vec<u8> {
     out
 }
 
-/// Corrects what `run_end` says of the messages: counts, switches and digest.
+/// Corrects what `run_end` says of the messages: counts, switches and digests, those of the
+/// topics if it has any.
 pub fn correct_end(parts: &mut [Part]) {
     let mut topics: BTreeMap<u16, String> = BTreeMap::new();
     let mut counts: BTreeMap<String, u64> = BTreeMap::new();
     let mut digest = blake3::Hasher::new();
+    let mut digests: BTreeMap<String, blake3::Hasher> = BTreeMap::new();
     for part in parts.iter() {
         match (part.opcode, part.channel_id()) {
             (op::CHANNEL, Some(id)) => {
                 let topic = part.name().unwrap_or_default().to_owned();
                 counts.entry(topic.clone()).or_insert(0);
+                digests.entry(topic.clone()).or_default();
                 topics.insert(id, topic);
             }
             (op::MESSAGE, Some(id)) => {
                 let topic = topics.get(&id).cloned().unwrap_or_default();
                 let payload = part.payload().unwrap_or_default();
-                for bytes in [topic.as_bytes(), payload] {
-                    digest.update(&(bytes.len() as u64).to_le_bytes());
-                    digest.update(bytes);
+                for digest in [&mut digest, digests.entry(topic.clone()).or_default()] {
+                    for bytes in [topic.as_bytes(), payload] {
+                        digest.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
+                    }
                 }
                 *counts.entry(topic).or_insert(0) += 1;
             }
@@ -239,10 +243,18 @@ pub fn correct_end(parts: &mut [Part]) {
     }
     for part in parts {
         let Some(mut map) = part.map().filter(|_| part.name() == Some("run_end")) else { continue };
-        map.retain(|key, _| !key.starts_with("messages:"));
+        let has_digests = map.keys().any(|key| key.starts_with("digest:"));
+        map.retain(|key, _| !key.starts_with("messages:") && !key.starts_with("digest:"));
         map.insert("switches".to_owned(), counts.get("/switch").unwrap_or(&0).to_string());
         map.insert("digest".to_owned(), digest.finalize().to_hex().to_string());
         map.extend(counts.iter().map(|(topic, count)| (format!("messages:{topic}"), count.to_string())));
+        if has_digests {
+            map.extend(
+                digests.iter().map(|(topic, digest)| {
+                    (format!("digest:{topic}"), digest.finalize().to_hex().to_string())
+                }),
+            );
+        }
         *part = Part::metadata("run_end", &map);
     }
 }

@@ -1,9 +1,22 @@
-//! Files that bear their name only once they are whole.
+//! Files that bear their name only once they are whole: where they stand until then, and how
+//! they get it.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+
+/// Where a file stands until it is whole.
+pub fn partial_path(path: &Path) -> PathBuf {
+    with_suffix(path, ".partial")
+}
+
+/// A path beside another one.
+pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = path.file_name().map(OsString::from).unwrap_or_default();
+    name.push(suffix);
+    path.with_file_name(name)
+}
 
 /// A file that is being written as `NAME.partial`, until [`WholeFile::publish`] gives it
 /// its name. If that never happens it is removed: a part of a table is of no use to anybody, and
@@ -33,9 +46,7 @@ impl WholeFile {
             let file = File::options().write(true).open(&path)?;
             return Ok((WholeFile { path, unpublished: None }, file));
         }
-        let mut partial = OsString::from(&name);
-        partial.push(".partial");
-        let partial = PathBuf::from(partial);
+        let partial = partial_path(&name);
         let file = File::create(&partial)?;
         Ok((WholeFile { path, unpublished: Some((partial, name)) }, file))
     }
@@ -76,6 +87,19 @@ impl Drop for WholeFile {
             fs::remove_file(partial).ok();
         }
     }
+}
+
+/// Sees to it that a new name outlives a crash of the machine.
+#[cfg(unix)]
+pub(crate) fn sync_folder(path: &Path) -> io::Result<()> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    File::open(folder.unwrap_or(Path::new(".")))?.sync_all()
+}
+
+/// Elsewhere a folder cannot be opened as a file.
+#[cfg(not(unix))]
+pub(crate) fn sync_folder(_path: &Path) -> io::Result<()> {
+    Ok(())
 }
 
 #[cfg(test)]

@@ -1,57 +1,58 @@
-//! The detectors that every run and replay goes through. To add one: its crate,
+//! The registered detectors, which every run goes through. To add one: its crate,
 //! and a line here. The order is the order of events in the log.
 //!
 //! A live run has them all, with rules that leave nothing out; a replay may choose, by a
 //! settings file.
 
-use std::path::Path;
+use std::fmt;
+use std::path::{Path, PathBuf};
 
 use asperity_detect::{Detector, SlipRules};
-use asperity_detect_extent::ExtentDetector;
-use asperity_detect_global::GlobalDetector;
-use asperity_detect_onset::OnsetDetector;
 use asperity_model::text::{self, Lines};
-use asperity_record::{EventKind, RunHeader};
+use asperity_record::EventKind;
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
-use crate::exit::Failure;
-
 type Start = fn(u32, SlipRules) -> Box<dyn Detector>;
 
-const DETECTORS: [(&str, Start); 3] = [
-    ("onset", |blocks, rules| Box::new(OnsetDetector::new(blocks, rules))),
-    ("extent", |blocks, rules| Box::new(ExtentDetector::new(blocks, rules))),
-    ("global", |blocks, rules| Box::new(GlobalDetector::new(blocks, rules))),
+/// By name. A new one is a line at the end.
+const DETECTORS: &[(&str, Start)] = &[
+    ("onset", |blocks, rules| Box::new(asperity_detect_onset::OnsetDetector::new(blocks, rules))),
+    ("extent", |blocks, rules| Box::new(asperity_detect_extent::ExtentDetector::new(blocks, rules))),
+    ("global", |blocks, rules| Box::new(asperity_detect_global::GlobalDetector::new(blocks, rules))),
 ];
 
-/// What the detectors of a live run emit.
-pub(crate) fn event_kinds() -> Vec<EventKind> {
+fn names() -> Vec<&'static str> {
+    DETECTORS.iter().map(|(name, _)| *name).collect()
+}
+
+/// What the registered detectors emit.
+pub fn event_kinds() -> Vec<EventKind> {
     // Of what they are made for, nothing shows in that.
     DETECTORS.iter().map(|(_, start)| start(2, SlipRules::EVERY_SLIP).emits()).collect()
 }
 
-/// The detectors of a live run.
-pub(crate) fn all(header: &RunHeader) -> Vec<Box<dyn Detector>> {
-    Settings::default().start(header)
+/// The registered detectors, as in a live run of a chain of `blocks` blocks.
+pub fn all(blocks: u32) -> Vec<Box<dyn Detector>> {
+    Settings::default().start(blocks)
 }
 
 /// Which detectors, and by which rules.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub(crate) struct Settings {
+pub struct Settings {
     /// Their names.
-    pub(crate) detectors: Vec<&'static str>,
+    pub detectors: Vec<&'static str>,
     /// [`SlipRules::merge_gap_s`].
-    pub(crate) merge_gap_s: f64,
+    pub merge_gap_s: f64,
     /// [`SlipRules::min_blocks`].
-    pub(crate) min_blocks: u32,
+    pub min_blocks: u32,
 }
 
 impl Default for Settings {
     /// Those of a live run.
     fn default() -> Settings {
         let SlipRules { merge_gap_s, min_blocks } = SlipRules::EVERY_SLIP;
-        Settings { detectors: DETECTORS.map(|(name, _)| name).to_vec(), merge_gap_s, min_blocks }
+        Settings { detectors: names(), merge_gap_s, min_blocks }
     }
 }
 
@@ -64,15 +65,38 @@ struct Written {
     min_blocks: Option<Spanned<i64>>,
 }
 
+/// A settings file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub struct SettingsError {
+    /// The file.
+    pub file: PathBuf,
+    /// Line and column, where it could be read.
+    pub place: Option<String>,
+    /// What is wrong, and what would be accepted.
+    pub problem: String,
+}
+
+impl fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let SettingsError { file, place, problem } = self;
+        match place {
+            Some(place) => write!(f, "{}:{place}: {problem}", file.display()),
+            None => write!(f, "{}: {problem}", file.display()),
+        }
+    }
+}
+
 impl Settings {
     /// Reads a settings file; what it leaves out is as in a live run.
-    pub(crate) fn read(file: &Path) -> Result<Settings, Failure> {
-        let text = text::read(file).map_err(|error| {
-            Failure::BadInput(format!("--detectors {}: {error} (accepted: a TOML file)", file.display()))
-        })?;
+    ///
+    /// # Errors
+    /// If it cannot be read, or says something that is not accepted.
+    pub fn read(file: &Path) -> Result<Settings, SettingsError> {
+        let error = |place, problem| SettingsError { file: file.to_owned(), place, problem };
+        let text =
+            text::read(file).map_err(|problem| error(None, format!("{problem} (accepted: a TOML file)")))?;
         Settings::parse(&text).map_err(|(place, problem)| {
-            let place = Lines::of(&text).place(&text, place);
-            Failure::BadInput(format!("{}:{place}: {problem}", file.display()))
+            error(Some(Lines::of(&text).place(&text, place).to_string()), problem)
         })
     }
 
@@ -84,7 +108,7 @@ impl Settings {
         })?;
         let mut settings = Settings::default();
         if let Some(names) = written.detectors {
-            let accepted = DETECTORS.map(|(name, _)| name).join(", ");
+            let accepted = self::names().join(", ");
             let mut chosen = Vec::new();
             for name in names.get_ref() {
                 let known = DETECTORS.iter().find(|(known, _)| known == name.get_ref());
@@ -129,11 +153,11 @@ impl Settings {
         Ok(settings)
     }
 
-    /// The detectors, for a run.
-    pub(crate) fn start(&self, header: &RunHeader) -> Vec<Box<dyn Detector>> {
+    /// The detectors, for a chain of `blocks` blocks.
+    pub fn start(&self, blocks: u32) -> Vec<Box<dyn Detector>> {
         let rules = SlipRules { merge_gap_s: self.merge_gap_s, min_blocks: self.min_blocks };
         let chosen = DETECTORS.iter().filter(|(name, _)| self.detectors.contains(name));
-        chosen.map(|(_, start)| start(header.blocks, rules)).collect()
+        chosen.map(|(_, start)| start(blocks, rules)).collect()
     }
 }
 

@@ -1,8 +1,22 @@
-//! The lengths inside a record, looked at before the record is parsed. The MCAP library makes
-//! room for a text of four thousand million bytes because the record says that it has one,
-//! and takes a checksum off the end of an attachment that has no room for it.
+//! Records out of their bytes. The lengths inside a record are looked at before it is parsed:
+//! the MCAP library makes room for a text of four thousand million bytes because the record
+//! says that it has one, and takes a checksum off the end of an attachment that has no room
+//! for it.
 
-use mcap::records::op;
+use mcap::records::{Record, op};
+
+use crate::problem::LogProblem;
+
+/// A record out of its bytes, no length in which is believed that they do not bear out.
+///
+/// # Errors
+/// If it is none; `at` says where in the file it begins, or the chunk that it is in.
+pub(crate) fn parse(opcode: u8, body: &[u8], at: u64) -> Result<Record<'_>, LogProblem> {
+    if !fit(opcode, body) {
+        return Err(LogProblem::InnerLength { at, opcode });
+    }
+    mcap::parse_record(opcode, body).map_err(|error| LogProblem::Record { at, error })
+}
 
 /// What follows what in a record, as far as lengths go.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +56,7 @@ fn fields(opcode: u8) -> &'static [Field] {
 }
 
 /// Whether a record has room for all that it says it has.
-pub(crate) fn fit(opcode: u8, body: &[u8]) -> bool {
+fn fit(opcode: u8, body: &[u8]) -> bool {
     let mut rest = body;
     fields(opcode).iter().all(|field| skip(*field, &mut rest))
 }

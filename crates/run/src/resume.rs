@@ -1,17 +1,17 @@
-//! Taking up a run again that did not come to its end: what is left of it, and the records
+//! Going on with a run that did not come to its end: what is left of it, and the records
 //! that go through the detectors once more before the solver goes on.
 //!
 //! The solver restores its state from a checkpoint to the bit. Detectors and log have none of
 //! their own: they are given the records up to the checkpoint again, out of the unfinished
 //! log, and so stand where they stood. What comes out is what one run would have given.
 
+use std::path::PathBuf;
+
 use asperity_model::Plan;
-use asperity_record::{Checkpoint, Record, RunHeader};
+use asperity_record::{Checkpoint, Record, RunEnd, RunHeader};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics, Unfinished};
 use asperity_simulator::{ChainState, Counters};
 use serde::{Deserialize, Serialize};
-
-use crate::exit::Failure;
 
 /// What a checkpoint holds.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -21,7 +21,7 @@ pub(crate) struct Saved {
     pub(crate) chain: ChainState,
     /// What the steps up to it were made of.
     pub(crate) counters: Counters,
-    /// How often the run had been taken up before.
+    /// How often the run had gone on before.
     pub(crate) resumed: u64,
 }
 
@@ -37,27 +37,58 @@ pub(crate) enum Left {
     /// Nothing that one could go on from.
     Nothing,
     /// All of it: only its final name is missing.
-    Whole(Unfinished),
+    Whole { unfinished: Unfinished, end: Box<RunEnd> },
     /// A state, and the records that led to it.
     Part { unfinished: Unfinished, saved: Box<Saved> },
 }
 
+/// An unfinished log that a run cannot go on with.
+#[derive(Debug, thiserror::Error)]
+pub enum LeftError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// It is of another run.
+    #[error(
+        "{} is of {what} {found}, not {wanted}: what followed could not be what it would have been (accepted: the \
+         scenario, solver and program it was begun with, or another log)",
+        log.display()
+    )]
+    OtherRun {
+        /// The log.
+        log: PathBuf,
+        /// What differs.
+        what: &'static str,
+        /// What the log has.
+        found: String,
+        /// What this run has.
+        wanted: String,
+    },
+    /// Its checkpoint does not fit its scenario.
+    #[error(
+        "{}: its last checkpoint is not a state of this run; without the file the run starts anew",
+        .0.display()
+    )]
+    NoState(PathBuf),
+}
+
 impl Left {
     /// Reads an unfinished log, up to where it is sound, for the run with that header.
-    pub(crate) fn of(unfinished: Unfinished, header: &RunHeader, plan: &Plan) -> Result<Left, Failure> {
+    pub(crate) fn of(unfinished: Unfinished, header: &RunHeader, plan: &Plan) -> Result<Left, LeftError> {
         let mut reader = match RunReader::open(&unfinished.partial_path(), Topics::NONE) {
             Ok(reader) => reader,
             Err(LogError { problem, .. }) if is_beginning(&problem) => return Ok(Left::Nothing),
-            Err(error) => return Err(Failure::failed(error)),
+            Err(error) => return Err(error.into()),
         };
         is_same_run(&unfinished, reader.header(), header)?;
         loop {
             match reader.next_item() {
                 Ok(Some(_)) => {}
-                Ok(None) => return Ok(Left::Whole(unfinished)),
-                Err(error @ LogError { problem: LogProblem::Salvaged, .. }) => {
-                    return Err(Failure::failed(error));
+                Ok(None) => {
+                    let end = Box::new(reader.end().expect("the log was read to its end").clone());
+                    return Ok(Left::Whole { unfinished, end });
                 }
+                Err(error @ LogError { problem: LogProblem::Salvaged, .. }) => return Err(error.into()),
                 // Whatever is wrong behind the last checkpoint: it stands on what is before.
                 Err(_) => break,
             }
@@ -66,10 +97,7 @@ impl Left {
         let saved: Option<Box<Saved>> = serde_json::from_str(state).ok();
         match saved.filter(|saved| saved.chain.fits(plan)) {
             Some(saved) => Ok(Left::Part { unfinished, saved }),
-            None => Err(Failure::Failed(format!(
-                "{}: its last checkpoint is not a state of this run; without the file the run starts anew",
-                unfinished.partial_path().display()
-            ))),
+            None => Err(LeftError::NoState(unfinished.partial_path())),
         }
     }
 }
@@ -79,7 +107,7 @@ fn is_beginning(problem: &LogProblem) -> bool {
     problem.is_early_end() || matches!(problem, LogProblem::NoHeader)
 }
 
-fn is_same_run(unfinished: &Unfinished, found: &RunHeader, wanted: &RunHeader) -> Result<(), Failure> {
+fn is_same_run(unfinished: &Unfinished, found: &RunHeader, wanted: &RunHeader) -> Result<(), LeftError> {
     let differs = [
         ("another scenario, with the hash", &found.scenario_hash, &wanted.scenario_hash),
         ("another code version,", &found.code_version, &wanted.code_version),
@@ -88,11 +116,12 @@ fn is_same_run(unfinished: &Unfinished, found: &RunHeader, wanted: &RunHeader) -
     ];
     match differs.into_iter().find(|(_, found, wanted)| found != wanted) {
         None => Ok(()),
-        Some((what, found, wanted)) => Err(Failure::BadInput(format!(
-            "--resume: {} is of {what} {found}, not {wanted}: what followed could not be what it would have been \
-             (accepted: the scenario, solver and program it was begun with, or another --out)",
-            unfinished.partial_path().display()
-        ))),
+        Some((what, found, wanted)) => Err(LeftError::OtherRun {
+            log: unfinished.partial_path(),
+            what,
+            found: found.clone(),
+            wanted: wanted.clone(),
+        }),
     }
 }
 

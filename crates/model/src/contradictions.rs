@@ -1,0 +1,509 @@
+//! What keys ask of each other: a list of rules, each with its own error.
+
+use asperity_record::TimeGrid;
+
+use crate::derive::{coefficients, longest_stable_step_s};
+use crate::keys;
+use crate::plan::Plan;
+use crate::scenario::{Friction, Scenario};
+use crate::source::{Entries, ScenarioError};
+use crate::words::{DriveKind, FrictionLaw, Reattach, ScheduleFrom, Start};
+
+/// Refuses what contradicts it.
+type Rule = fn(&Scenario, &mut Refusals<'_>);
+
+/// The rules, in the order in which they are told.
+const RULES: &[Rule] = &[
+    sliding_friction_is_not_above_the_threshold,
+    initial_velocity_is_a_mode_of_the_chain,
+    left_right_drives_need_the_two_way_rule,
+    only_top_drives_tilt_or_decay,
+    top_drives_tilt_or_decay,
+    left_right_drives_have_no_load_to_stop_at,
+    drives_stop_at_a_load_or_a_time,
+    schedules_have_a_load_for_each_time,
+    schedules_ascend,
+    schedules_begin_at_the_load,
+    schedules_from_the_hold_need_one,
+    only_springs_age,
+    lists_have_a_number_for_each_block,
+    every_block_has_ordered_coefficients,
+    only_springs_let_stuck_blocks_move,
+    loaded_starts_leave_out_nothing,
+    loaded_starts_know_the_stuck_chain,
+    the_scheme_is_stable,
+    times_are_whole_numbers_of_steps,
+    windows_are_inside_run_and_chain,
+];
+
+/// Holds a scenario, each key of which is in its range, against the rules.
+pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
+    let mut refusals = Refusals { entries, errors };
+    for rule in RULES {
+        rule(scenario, &mut refusals);
+    }
+}
+
+/// A loaded start needs a load that the run comes to. Only a scenario that obeys the rules can
+/// be asked.
+pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
+    if scenario.time.start == Start::AtRest {
+        return;
+    }
+    let plan = Plan::new(scenario);
+    let problem = if plan.initial.step == 0 {
+        "a block is beyond its threshold before the drive moves"
+    } else if plan.initial.step + 1 >= plan.steps {
+        "no block comes to its threshold within the run"
+    } else {
+        return;
+    };
+    Refusals { entries, errors }.refuse(
+        "time.start",
+        format!("\"loaded\", but {problem}"),
+        "\"at-rest\", or a drive that brings the first slip",
+    );
+}
+
+/// The errors so far, and where the values were written.
+struct Refusals<'a> {
+    entries: &'a Entries,
+    errors: &'a mut Vec<ScenarioError>,
+}
+
+impl Refusals<'_> {
+    fn refuse(&mut self, key: &str, problem: impl Into<String>, accepted: impl Into<String>) {
+        self.errors.push(ScenarioError {
+            place: self.entries.place(key),
+            key: Some(key.to_owned()),
+            problem: problem.into(),
+            accepted: Some(accepted.into()),
+        });
+    }
+
+    /// The same of a key of a window, counted from 0.
+    fn refuse_in_window(&mut self, index: usize, key: &str, problem: String, accepted: String) {
+        self.errors.push(ScenarioError {
+            place: self.entries.windows[index].get(key).map(|entry| entry.place.clone()),
+            key: Some(format!("{}.{key}", keys::WINDOW)),
+            problem,
+            accepted: Some(accepted),
+        });
+    }
+}
+
+fn sticks_by_springs(scenario: &Scenario) -> bool {
+    scenario.friction.law == FrictionLaw::InterfacialSprings
+}
+
+fn sliding_friction_is_not_above_the_threshold(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let Friction { static_coefficient, dynamic_coefficient, .. } = scenario.friction;
+    if dynamic_coefficient > static_coefficient {
+        refusals.refuse(
+            "friction.dynamic_coefficient",
+            format!("{dynamic_coefficient} is above friction.static_coefficient = {static_coefficient}"),
+            format!("a number from 0 to {static_coefficient}"),
+        );
+    }
+}
+
+fn initial_velocity_is_a_mode_of_the_chain(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let (blocks, mode) = (scenario.slider.blocks, scenario.initial_velocity.mode);
+    if mode >= blocks {
+        refusals.refuse(
+            "initial_velocity.mode",
+            format!("a chain of {blocks} blocks has no mode {mode}"),
+            format!("a whole number from 0 to {}", blocks - 1),
+        );
+    }
+}
+
+fn left_right_drives_need_the_two_way_rule(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let one_way = sticks_by_springs(scenario) && scenario.friction.reattach == Reattach::OneWay;
+    if scenario.drive.kind == DriveKind::LeftRight && one_way {
+        refusals.refuse(
+            "drive.kind",
+            "left-right pulls block 1 backwards, where the one-way rule would stop it in every step",
+            "left-right with friction.reattach = \"two-way\"",
+        );
+    }
+}
+
+fn only_top_drives_tilt_or_decay(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let drive = &scenario.drive;
+    for (key, value) in [("drive.tilt", drive.tilt), ("drive.decay_length_m", drive.decay_length_m)] {
+        if value != 0.0 && drive.kind != DriveKind::Top {
+            refusals.refuse(
+                key,
+                format!("{value} has no meaning for this drive"),
+                "0, or drive.kind = \"top\"",
+            );
+        }
+    }
+}
+
+fn top_drives_tilt_or_decay(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    if scenario.drive.tilt != 0.0 && scenario.drive.decay_length_m != 0.0 {
+        refusals.refuse("drive.tilt", "the springs of a top drive either tilt or decay", "one of them 0");
+    }
+}
+
+fn left_right_drives_have_no_load_to_stop_at(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    if scenario.drive.until_load_ratio > 0.0 && scenario.drive.kind == DriveKind::LeftRight {
+        refusals.refuse(
+            "drive.until_load_ratio",
+            "the forces of a left-right drive add up to nothing",
+            "0, or another drive.kind",
+        );
+    }
+}
+
+fn drives_stop_at_a_load_or_a_time(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    if scenario.drive.until_load_ratio > 0.0 && scenario.drive.hold_from_s > 0.0 {
+        refusals.refuse(
+            "drive.until_load_ratio",
+            "the drive stops either at a load or at drive.hold_from_s",
+            "one of them 0",
+        );
+    }
+}
+
+fn schedules_have_a_load_for_each_time(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let (times, loads) = (&scenario.normal_load.schedule_s, &scenario.normal_load.schedule_n);
+    if times.len() != loads.len() || times.len() == 1 {
+        refusals.refuse(
+            "normal_load.schedule_n",
+            format!("{} loads at {} times", loads.len(), times.len()),
+            "as many as normal_load.schedule_s, none or at least 2",
+        );
+    }
+}
+
+fn schedules_ascend(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let times = &scenario.normal_load.schedule_s;
+    let grid = TimeGrid::new(scenario.time.step_s);
+    let step = |at: usize| grid.nearest_step(times[at]);
+    if let Some(at) = (1..times.len()).find(|&at| step(at) <= step(at - 1)) {
+        refusals.refuse(
+            "normal_load.schedule_s",
+            format!("goes from {} to {}", times[at - 1], times[at]),
+            "times that ascend, by at least time.step_s",
+        );
+    }
+}
+
+fn schedules_begin_at_the_load(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let load = &scenario.normal_load;
+    if let Some(first) = load.schedule_n.first().filter(|first| **first != load.total_n) {
+        refusals.refuse(
+            "normal_load.schedule_n",
+            format!("begins with {first}, but the load before it is {}", load.total_n),
+            "a first load of normal_load.total_n",
+        );
+    }
+}
+
+fn schedules_from_the_hold_need_one(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let stops = scenario.drive.hold_from_s > 0.0 || scenario.drive.until_load_ratio > 0.0;
+    if scenario.normal_load.schedule_from == ScheduleFrom::Hold && !stops {
+        refusals.refuse(
+            "normal_load.schedule_from",
+            "the drive never stops",
+            "\"start\", or drive.hold_from_s or drive.until_load_ratio above 0",
+        );
+    }
+}
+
+fn only_springs_age(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let growth = scenario.friction.ageing_coefficient;
+    if growth > 0.0 && !sticks_by_springs(scenario) {
+        refusals.refuse(
+            "friction.ageing_coefficient",
+            format!("{growth} needs contacts that stick by springs"),
+            "0, or friction.law = \"interfacial-springs\"",
+        );
+    }
+}
+
+fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let blocks = scenario.slider.blocks as usize;
+    for (key, values) in [
+        ("friction.static_offsets", &scenario.friction.static_offsets),
+        ("friction.dynamic_offsets", &scenario.friction.dynamic_offsets),
+        ("initial_shear.profile", &scenario.initial_shear.profile),
+    ] {
+        if !values.is_empty() && values.len() != blocks {
+            refusals.refuse(
+                key,
+                format!("{} numbers for {blocks} blocks", values.len()),
+                format!("{blocks} numbers, or none"),
+            );
+        }
+    }
+}
+
+fn every_block_has_ordered_coefficients(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let blocks = scenario.slider.blocks as usize;
+    let Friction { static_offsets, dynamic_offsets, static_spread, dynamic_spread, .. } = &scenario.friction;
+    // What is even is told by the means alone; offsets that do not fit are refused as they are.
+    let even =
+        static_offsets.is_empty() && dynamic_offsets.is_empty() && static_spread + dynamic_spread == 0.0;
+    let fit =
+        [static_offsets, dynamic_offsets].iter().all(|values| values.is_empty() || values.len() == blocks);
+    if even || !fit {
+        return;
+    }
+    let (mu_s, mu_d) = coefficients(scenario);
+    if let Some(n) = (0..blocks).find(|&n| mu_d[n] < 0.0 || mu_d[n] > mu_s[n]) {
+        let key = if !static_offsets.is_empty() {
+            "friction.static_offsets"
+        } else if !dynamic_offsets.is_empty() {
+            "friction.dynamic_offsets"
+        } else if *static_spread != 0.0 {
+            "friction.static_spread"
+        } else {
+            "friction.dynamic_spread"
+        };
+        refusals.refuse(
+            key,
+            format!("block {} gets mu_s = {} and mu_d = {}", n + 1, mu_s[n], mu_d[n]),
+            "0 <= mu_d <= mu_s for every block",
+        );
+    }
+}
+
+fn moves_at_the_start(scenario: &Scenario) -> bool {
+    scenario.initial_velocity.amplitude_m_per_s != 0.0
+}
+
+fn only_springs_let_stuck_blocks_move(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    if moves_at_the_start(scenario) && !sticks_by_springs(scenario) {
+        refusals.refuse(
+            "initial_velocity.amplitude_m_per_s",
+            "blocks that stick without springs do not move",
+            "0, or friction.law = \"interfacial-springs\"",
+        );
+    }
+}
+
+/// Whether the ramp that a loaded start leaves out matters to what comes after it.
+fn ramp_matters(scenario: &Scenario) -> bool {
+    moves_at_the_start(scenario)
+        || scenario.drive.until_load_ratio > 0.0
+        || scenario.friction.ageing_coefficient > 0.0
+}
+
+fn loaded_starts_leave_out_nothing(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    if scenario.time.start == Start::Loaded && ramp_matters(scenario) {
+        refusals.refuse(
+            "time.start",
+            "\"loaded\" leaves out the ramp, on which initial velocities die away, contacts age and the drive may stop at a load",
+            "\"at-rest\", or none of these",
+        );
+    }
+}
+
+fn loaded_starts_know_the_stuck_chain(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let known = sticks_by_springs(scenario)
+        && scenario.drive.kind != DriveKind::LeftRight
+        && scenario.normal_load.schedule_s.is_empty();
+    if scenario.time.start == Start::Loaded && !ramp_matters(scenario) && !known {
+        refusals.refuse(
+            "time.start",
+            "\"loaded\" knows the stuck chain with interfacial springs under a constant load, driven one way",
+            "\"at-rest\"",
+        );
+    }
+}
+
+/// Share of the longest stable step by which a step must stay below it: the bound rounds.
+const BELOW_THE_BOUND: f64 = 1e-12;
+
+fn the_scheme_is_stable(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let longest_s = longest_stable_step_s(scenario);
+    // Written so that a chain whose fastest vibration is no number is refused as well.
+    let is_stable = longest_s.is_finite() && scenario.time.step_s < longest_s * (1.0 - BELOW_THE_BOUND);
+    if !is_stable {
+        refusals.refuse(
+            "time.step_s",
+            format!("{:e} is beyond the stability of the scheme for this chain", scenario.time.step_s),
+            if longest_s > 0.0 && longest_s.is_finite() {
+                format!("a number above 0 and below {longest_s:.3e}")
+            } else {
+                "none: stiffness, damping or mass are so large or small that no number tells how fast a \
+                 block swings"
+                    .to_owned()
+            },
+        );
+    }
+}
+
+fn times_are_whole_numbers_of_steps(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let grid = TimeGrid::new(scenario.time.step_s);
+    let wrong = |value_s: f64, zero_allowed: bool| {
+        let steps = grid.whole_steps(value_s);
+        (steps.is_none() || (steps == Some(0) && !zero_allowed)).then(|| {
+            let nearest_s = grid.time_s(grid.nearest_step(value_s).max(1));
+            (
+                format!("{value_s} is no whole number of steps of {:e} s", scenario.time.step_s),
+                format!("a multiple of time.step_s; the nearest is {nearest_s}"),
+            )
+        })
+    };
+    let schedule =
+        scenario.normal_load.schedule_s.iter().map(|time_s| ("normal_load.schedule_s", *time_s, true));
+    let times =
+        [("drive.hold_from_s", scenario.drive.hold_from_s, true)].into_iter().chain(schedule).chain([
+            ("time.duration_s", scenario.time.duration_s, false),
+            ("recording.sample_s", scenario.recording.sample_s, true),
+            ("recording.fields_s", scenario.recording.fields_s, true),
+        ]);
+    for (key, value_s, zero_allowed) in times {
+        if let Some((problem, accepted)) = wrong(value_s, zero_allowed) {
+            refusals.refuse(key, problem, accepted);
+        }
+    }
+    for (index, window) in scenario.recording.window.iter().enumerate() {
+        let times = [
+            ("from_s", window.from_s, true),
+            ("to_s", window.to_s, true),
+            ("every_s", window.every_s, false),
+        ];
+        for (key, value_s, zero_allowed) in times {
+            if let Some((problem, accepted)) = wrong(value_s, zero_allowed) {
+                refusals.refuse_in_window(index, key, problem, accepted);
+            }
+        }
+    }
+}
+
+fn windows_are_inside_run_and_chain(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let (duration_s, blocks) = (scenario.time.duration_s, scenario.slider.blocks);
+    let run_has_an_end = TimeGrid::new(scenario.time.step_s).whole_steps(duration_s).is_some();
+    for (index, window) in scenario.recording.window.iter().enumerate() {
+        if window.to_s < window.from_s || (run_has_an_end && window.to_s > duration_s) {
+            refusals.refuse_in_window(
+                index,
+                "to_s",
+                format!("{} is not inside the run", window.to_s),
+                format!("a number from {} to {duration_s}", window.from_s),
+            );
+        }
+        if window.last_block < window.first_block || window.last_block > blocks {
+            refusals.refuse_in_window(
+                index,
+                "last_block",
+                format!("{} is not inside the chain", window.last_block),
+                format!("a whole number from {} to {blocks}", window.first_block),
+            );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{RULES, Refusals};
+    use crate::fill_in::fill_in;
+    use crate::scenario::Scenario;
+    use crate::source::ScenarioSource;
+
+    /// Scenarios, and what is said of them.
+    const CASES: &[(&str, &str)] = &[
+        ("drive.kind = \"left-right\"", "drive.kind: left-right pulls block 1 backwards"),
+        ("drive.tilt = 0.5", "drive.tilt: 0.5 has no meaning for this drive"),
+        ("drive.kind = \"top\"\ndrive.tilt = 0.5\ndrive.decay_length_m = 0.1", "drive.tilt: the springs"),
+        (
+            "drive.until_load_ratio = 0.3\ndrive.hold_from_s = 1",
+            "drive.until_load_ratio: the drive stops either",
+        ),
+        (
+            "drive.until_load_ratio = 0.3\ndrive.kind = \"left-right\"\nfriction.reattach = \"two-way\"",
+            "drive.until_load_ratio: the forces of a left-right drive add up to nothing",
+        ),
+        ("normal_load.schedule_s = [1, 2]", "normal_load.schedule_n: 0 loads at 2 times"),
+        (
+            "normal_load.schedule_s = [2, 1]\nnormal_load.schedule_n = [400, 100]",
+            "normal_load.schedule_s: goes from 2 to 1",
+        ),
+        (
+            "normal_load.schedule_s = [1, 2]\nnormal_load.schedule_n = [300, 100]",
+            "normal_load.schedule_n: begins with 300, but the load before it is 400",
+        ),
+        (
+            "normal_load.schedule_s = [1, 2]\nnormal_load.schedule_n = [400, -1]",
+            "normal_load.schedule_n: [400.0, -1.0] is not accepted",
+        ),
+        (
+            "normal_load.schedule_s = [1e-9, 2]\nnormal_load.schedule_n = [400, 100]",
+            "normal_load.schedule_s: 0.000000001 is no whole number of steps",
+        ),
+        ("normal_load.schedule_from = \"hold\"", "normal_load.schedule_from: the drive never stops"),
+        (
+            "friction.law = \"rigid\"\nfriction.ageing_coefficient = 0.01",
+            "friction.ageing_coefficient: 0.01 needs contacts that stick by springs",
+        ),
+        ("friction.static_offsets = [0.1]", "friction.static_offsets: 1 numbers for 100 blocks"),
+        ("friction.static_spread = 0.5", "friction.static_spread: block"),
+        (
+            "time.start = \"loaded\"\nfriction.ageing_coefficient = 0.01",
+            "time.start: \"loaded\" leaves out the ramp",
+        ),
+        (
+            "time.start = \"loaded\"\ndrive.velocity_m_per_s = 0",
+            "time.start: \"loaded\", but no block comes to its threshold within the run",
+        ),
+        (
+            "time.start = \"loaded\"\ninitial_shear.beta = -0.8",
+            "time.start: \"loaded\", but a block is beyond its threshold before the drive moves",
+        ),
+        (
+            "friction.law = \"rigid\"\ninitial_velocity.amplitude_m_per_s = 0.1",
+            "initial_velocity.amplitude_m_per_s: blocks that stick without springs do not move",
+        ),
+        (
+            "normal_load.schedule_s = [1, 1.000000000000001]\nnormal_load.schedule_n = [400, 100]",
+            "normal_load.schedule_s: goes from 1 to 1.000000000000001",
+        ),
+        (
+            "normal_load.schedule_s = [1, 2]\nnormal_load.schedule_n = [400, 0]",
+            "normal_load.schedule_n: [400.0, 0.0] is not accepted",
+        ),
+        ("friction.dynamic_spread = 0.3", "friction.dynamic_spread: block"),
+        ("time.start = \"loaded\"\nfriction.law = \"rigid\"", "time.start: \"loaded\" knows the stuck chain"),
+        ("friction.dynamic_coefficient = 0.8", "friction.dynamic_coefficient: 0.8 is above"),
+        ("initial_velocity.mode = 100", "initial_velocity.mode: a chain of 100 blocks has no mode 100"),
+        ("time.step_s = 1e-4", "time.step_s: 1e-4 is beyond the stability of the scheme"),
+        (
+            "[[recording.window]]\nfrom_s = 0\nto_s = 9\nevery_s = 1e-3\nfirst_block = 1\nlast_block = 2",
+            "recording.window.to_s: 9 is not inside the run",
+        ),
+        ("initial_shear.profile_csv = \"no such file\"", "initial_shear.profile_csv: no such file: "),
+    ];
+
+    #[test]
+    fn contradictions_are_refused_with_the_reason() {
+        for (text, expected) in CASES {
+            let errors = Scenario::resolve(&ScenarioSource::new("test.toml", *text)).unwrap_err().to_string();
+            assert!(errors.contains(expected), "{text}: {errors}");
+        }
+    }
+
+    #[test]
+    fn every_rule_refuses_one_of_them() {
+        let mut refused = vec![0; RULES.len()];
+        for (text, _) in CASES {
+            let entries = ScenarioSource::new("test.toml", *text).entries().unwrap();
+            let mut errors = Vec::new();
+            let Ok(scenario) = toml::Value::Table(fill_in(&entries, &mut errors)).try_into::<Scenario>()
+            else {
+                continue;
+            };
+            for (rule, count) in RULES.iter().zip(&mut refused) {
+                let mut errors = Vec::new();
+                rule(&scenario, &mut Refusals { entries: &entries, errors: &mut errors });
+                *count += errors.len();
+            }
+        }
+        assert!(!refused.contains(&0), "of the rules in their order: {refused:?}");
+    }
+}

@@ -1,0 +1,258 @@
+//! From a resolved scenario to a plan.
+
+use crate::elastic::{Chain, Elastic};
+use crate::initial;
+use crate::load::{self, LoadCourse};
+use crate::plan::{Ageing, Drive, DriveSpring, Friction, Law, Plan, RecordingPlan, WindowPlan};
+use crate::scenario::Scenario;
+use crate::words::{DriveKind, FrictionLaw, ScheduleFrom, Start};
+use asperity_record::TimeGrid;
+
+impl Plan {
+    /// Derives the numbers of the physics from a resolved scenario.
+    pub fn new(scenario: &Scenario) -> Plan {
+        let blocks = scenario.slider.blocks as usize;
+        let springs = Springs::of(scenario);
+        let normal_load_n = load::tilted(scenario.normal_load.total_n, scenario.normal_load.tilt, blocks);
+        let friction = &scenario.friction;
+        let (mu_s, mu_d) = coefficients(scenario);
+        let scaled = |factors: &[f64]| factors.iter().zip(&normal_load_n).map(|(mu, p)| mu * p).collect();
+        let grid = TimeGrid::new(scenario.time.step_s);
+        let steps =
+            |seconds| grid.whole_steps(seconds).expect("a resolved scenario has whole numbers of steps");
+        let weakening = friction.law == FrictionLaw::VelocityWeakening;
+        let law = match friction.law {
+            FrictionLaw::InterfacialSprings => Law::Springs,
+            FrictionLaw::Rigid | FrictionLaw::VelocityWeakening => Law::Rigid {
+                weakening_s_per_m: if weakening { 1.0 / friction.weakening_velocity_m_per_s } else { 0.0 },
+                radiation_kg_per_s: if weakening { friction.radiation_kg_per_s } else { 0.0 },
+            },
+        };
+        let ageing = (friction.ageing_coefficient > 0.0).then(|| Ageing {
+            growth_n: normal_load_n.iter().map(|p| friction.ageing_coefficient * p).collect(),
+            time_s: friction.ageing_time_s,
+        });
+        let load = &scenario.normal_load;
+        let drive = drive(scenario, blocks, steps);
+        let mut plan = Plan {
+            blocks,
+            length_m: scenario.slider.length_m,
+            spacing_m: springs.spacing_m,
+            block_mass_kg: springs.block_mass_kg,
+            stiffness_n_per_m: springs.elastic.stiffness_n_per_m(),
+            damping_kg_per_s: springs.elastic.damping_kg_per_s(),
+            elastic: springs.elastic.clone(),
+            friction: Friction {
+                law,
+                static_coefficient: friction.static_coefficient,
+                dynamic_coefficient: friction.dynamic_coefficient,
+                interfacial_stiffness_n_per_m: springs.interfacial_stiffness_n_per_m,
+                static_threshold_n: scaled(&mu_s),
+                dynamic_friction_n: scaled(&mu_d),
+                reattach: friction.reattach,
+                ageing,
+            },
+            total_normal_load_n: load.total_n,
+            load_course: LoadCourse::new(
+                load.schedule_s.iter().map(|time_s| steps(*time_s)).collect(),
+                load.schedule_n.iter().map(|total_n| total_n / load.total_n).collect(),
+                load.schedule_from == ScheduleFrom::Hold,
+            ),
+            initial: initial::state(
+                scenario,
+                &springs.elastic,
+                springs.spacing_m,
+                springs.interfacial_stiffness_n_per_m,
+                &drive,
+                &normal_load_n,
+            ),
+            drive,
+            normal_load_n,
+            grid,
+            steps: steps(scenario.time.duration_s),
+            recording: RecordingPlan {
+                sample_every_steps: steps(scenario.recording.sample_s),
+                fields_every_steps: steps(scenario.recording.fields_s),
+                event_fields: scenario.recording.event_fields,
+                windows: scenario
+                    .recording
+                    .window
+                    .iter()
+                    .map(|window| WindowPlan {
+                        from_step: steps(window.from_s),
+                        to_step: steps(window.to_s),
+                        every_steps: steps(window.every_s),
+                        blocks: window.first_block as usize - 1..window.last_block as usize,
+                    })
+                    .collect(),
+            },
+        };
+        if scenario.time.start == Start::Loaded {
+            initial::start_loaded(&mut plan);
+        }
+        plan
+    }
+}
+
+/// Where the drive pulls, and until when.
+fn drive(scenario: &Scenario, blocks: usize, steps: impl Fn(f64) -> u64) -> Drive {
+    let drive = &scenario.drive;
+    let stiffness = drive.stiffness_n_per_m;
+    let spring = |block, stiffness_n_per_m, direction| DriveSpring { block, stiffness_n_per_m, direction };
+    let springs = match drive.kind {
+        DriveKind::Side => vec![spring(0, stiffness, 1.0)],
+        DriveKind::LeftRight => vec![spring(0, stiffness, -1.0), spring(blocks - 1, stiffness, 1.0)],
+        DriveKind::Top => top_stiffness_n_per_m(scenario)
+            .into_iter()
+            .enumerate()
+            .filter(|(_, stiffness)| *stiffness > 0.0)
+            .map(|(block, stiffness)| spring(block, stiffness, 1.0))
+            .collect(),
+    };
+    Drive {
+        springs,
+        velocity_m_per_s: drive.velocity_m_per_s,
+        hold_from_step: (drive.hold_from_s > 0.0).then(|| steps(drive.hold_from_s)),
+        until_load_ratio: (drive.until_load_ratio > 0.0).then_some(drive.until_load_ratio),
+    }
+}
+
+/// `K_n` of a top drive: `K` in all, spread evenly, with a tilt like that of the normal load
+/// (5.18), or falling exponentially from the end that a side drive would push.
+fn top_stiffness_n_per_m(scenario: &Scenario) -> Vec<f64> {
+    let drive = &scenario.drive;
+    let blocks = scenario.slider.blocks as usize;
+    if drive.decay_length_m == 0.0 {
+        return load::tilted(drive.stiffness_n_per_m, drive.tilt, blocks);
+    }
+    let spacing_m = scenario.slider.length_m / (blocks - 1) as f64;
+    let shares: Vec<f64> =
+        (0..blocks).map(|n| libm::exp(-(n as f64 * spacing_m) / drive.decay_length_m)).collect();
+    let all: f64 = shares.iter().sum();
+    shares.iter().map(|share| drive.stiffness_n_per_m * (share / all)).collect()
+}
+
+/// `mu_s` and `mu_d` of every block, offsets and random spread included.
+pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
+    let friction = &scenario.friction;
+    let blocks = scenario.slider.blocks as usize;
+    let of = |mean: f64, offsets: &[f64], spread: f64, stream: u64| {
+        (0..blocks)
+            .map(|n| {
+                let offset = offsets.get(n).copied().unwrap_or(0.0);
+                let random = if spread == 0.0 {
+                    0.0
+                } else {
+                    spread * evenly(u64::from(friction.spread_seed), stream, n as u64)
+                };
+                mean + offset + random
+            })
+            .collect()
+    };
+    (
+        of(friction.static_coefficient, &friction.static_offsets, friction.static_spread, 0),
+        of(friction.dynamic_coefficient, &friction.dynamic_offsets, friction.dynamic_spread, 1),
+    )
+}
+
+/// A number from -1 to 1 without pattern: SplitMix64's output function of seed, stream and
+/// block.
+fn evenly(seed: u64, stream: u64, block: u64) -> f64 {
+    let mut z = (seed << 32 | stream << 31 | block).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^= z >> 31;
+    (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+/// The slider's constants, needed before there is a plan.
+struct Springs {
+    spacing_m: f64,
+    block_mass_kg: f64,
+    elastic: Elastic,
+    interfacial_stiffness_n_per_m: f64,
+}
+
+impl Springs {
+    fn of(scenario: &Scenario) -> Springs {
+        let slider = &scenario.slider;
+        let gaps = f64::from(slider.blocks - 1);
+        let block_mass_kg = slider.mass_kg / f64::from(slider.blocks);
+        let stiffness_n_per_m =
+            slider.youngs_modulus_pa * gaps * slider.width_m * slider.height_m / slider.length_m;
+        Springs {
+            spacing_m: slider.length_m / gaps,
+            block_mass_kg,
+            elastic: Elastic::Chain(Chain {
+                nodes: slider.blocks as usize,
+                stiffness_n_per_m,
+                damping_kg_per_s: slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt(),
+            }),
+            interfacial_stiffness_n_per_m: match scenario.friction.law {
+                FrictionLaw::InterfacialSprings => {
+                    scenario.friction.interfacial_stiffness_ratio * stiffness_n_per_m
+                }
+                FrictionLaw::Rigid | FrictionLaw::VelocityWeakening => 0.0,
+            },
+        }
+    }
+}
+
+/// The time step beyond which the scheme is unstable for a scenario's slider.
+pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
+    let springs = Springs::of(scenario);
+    let stiffest_drive = match scenario.drive.kind {
+        DriveKind::Top => top_stiffness_n_per_m(scenario).into_iter().fold(0.0, f64::max),
+        DriveKind::Side | DriveKind::LeftRight => scenario.drive.stiffness_n_per_m,
+    };
+    let radiation = match scenario.friction.law {
+        FrictionLaw::VelocityWeakening => scenario.friction.radiation_kg_per_s,
+        _ => 0.0,
+    };
+    springs.elastic.longest_stable_step_s(
+        springs.block_mass_kg,
+        springs.interfacial_stiffness_n_per_m,
+        stiffest_drive,
+        radiation,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Plan, Scenario, ScenarioSource};
+
+    fn stiffness(set: &str) -> Vec<f64> {
+        let source =
+            ScenarioSource::new("test", "drive.kind = \"top\"\nslider.blocks = 5").with_override(set);
+        let plan = Plan::new(&Scenario::resolve(&source).unwrap());
+        plan.drive.stiffness_n_per_m(5)
+    }
+
+    #[test]
+    fn top_drives_share_out_the_stiffness() {
+        assert_eq!(stiffness("drive.tilt=0"), [1.6e5; 5]);
+        let tilted = stiffness("drive.tilt=0.5");
+        assert_eq!((tilted[0], tilted[2], tilted[4]), (2.4e5, 1.6e5, 0.8e5));
+        let falling = stiffness("drive.decay_length_m=0.025");
+        assert!((falling.iter().sum::<f64>() / 8e5 - 1.0).abs() < 1e-12);
+        assert!((falling[1] / falling[0] - (-1.0f64).exp()).abs() < 1e-12, "{falling:?}");
+    }
+
+    #[test]
+    fn seeds_and_coefficients_have_spreads_of_their_own() {
+        let spread = |seed: u32| {
+            let set = format!("friction.spread_seed={seed}");
+            let source =
+                ScenarioSource::new("test", "friction.static_spread=0.1\nfriction.dynamic_spread=0.1");
+            super::coefficients(&Scenario::resolve(&source.with_override(&set)).unwrap())
+        };
+        let (mu_s, mu_d) = spread(1);
+        assert!(mu_s.iter().all(|mu| (0.6..=0.8).contains(mu)));
+        let mean = mu_s.iter().sum::<f64>() / 100.0;
+        assert!((mean - 0.7).abs() < 0.02, "{mean}");
+        assert!(mu_s.iter().zip(&mu_d).any(|(s, d)| (s - d - 0.25).abs() > 0.05));
+        for other in [2, 1 << 31, (1 << 31) + 1, u32::MAX] {
+            assert_ne!(spread(other).0, mu_s, "seed {other}");
+        }
+    }
+}

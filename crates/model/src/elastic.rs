@@ -1,0 +1,422 @@
+//! What holds a slider together: springs and dashpots between *nodes*, chosen once per plan.
+//!
+//! Nodes move, *contacts* rub. Contacts are numbered along the sliding direction. In a chain
+//! every node is a contact; in a slab only the nodes of its bottom row would be.
+//!
+//! Everything that follows from how nodes are joined stands here: the pull on a node, the
+//! diagonal of the stiffness, the bounds on which stability and certificates of windows rest,
+//! and the solution of the stuck slider. Friction springs and drive are not part of it; who
+//! needs them adds them.
+//!
+//! Rounding is part of the results, so there is one function for each order of summation, and
+//! what each computes is written out in its documentation. Multiplying by 2 or 4 rounds
+//! nothing.
+
+use std::ops::{Add, Mul, Sub};
+
+/// How the nodes of a slider hold each other.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Elastic {
+    /// A chain of blocks.
+    Chain(Chain),
+}
+
+/// A chain with free ends: neighbours are joined by a spring `k` (5.5) and a dashpot `eta`
+/// (5.7).
+///
+/// Its functions that a solver calls in every step are always inlined, so that they are
+/// compiled for the instruction set of their caller. Arrays hold one number per node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Chain {
+    /// Number of nodes, at least 2.
+    pub nodes: usize,
+    /// `k`.
+    pub stiffness_n_per_m: f64,
+    /// `eta`.
+    pub damping_kg_per_s: f64,
+}
+
+/// What displacements and velocities are counted in: doubles, pairs of them, complex numbers.
+/// The default is zero.
+pub trait Number: Copy + Default + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> {}
+
+impl<T> Number for T where T: Copy + Default + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T> {}
+
+impl Elastic {
+    /// Number of nodes.
+    pub fn nodes(&self) -> usize {
+        match self {
+            Elastic::Chain(chain) => chain.nodes,
+        }
+    }
+
+    /// Number of contacts.
+    pub fn contacts(&self) -> usize {
+        match self {
+            Elastic::Chain(chain) => chain.nodes,
+        }
+    }
+
+    /// Stiffness `k` of the spring between neighbours.
+    pub fn stiffness_n_per_m(&self) -> f64 {
+        match self {
+            Elastic::Chain(chain) => chain.stiffness_n_per_m,
+        }
+    }
+
+    /// Damping `eta` of the dashpot between neighbours.
+    pub fn damping_kg_per_s(&self) -> f64 {
+        match self {
+            Elastic::Chain(chain) => chain.damping_kg_per_s,
+        }
+    }
+
+    /// What springs and dashpots pull with at node `n`, counted from 0:
+    /// [`Elastic::spring_force_n`] plus [`Elastic::damping_force_n`].
+    pub fn pull_n<T: Number>(&self, displacement_m: &[T], velocity_m_per_s: &[T], n: usize) -> T {
+        self.spring_force_n(displacement_m, n) + self.damping_force_n(velocity_m_per_s, n)
+    }
+
+    /// What springs alone pull with at node `n`: in the chain
+    /// `((u_{n-1} - u_n) + (u_{n+1} - u_n)) k` (5.6).
+    pub fn spring_force_n<T: Number>(&self, displacement_m: &[T], n: usize) -> T {
+        match self {
+            Elastic::Chain(chain) => second_difference(displacement_m, n) * chain.stiffness_n_per_m,
+        }
+    }
+
+    /// What dashpots alone pull with at node `n`: in the chain
+    /// `((v_{n-1} - v_n) + (v_{n+1} - v_n)) eta` (5.7).
+    pub fn damping_force_n<T: Number>(&self, velocity_m_per_s: &[T], n: usize) -> T {
+        match self {
+            Elastic::Chain(chain) => second_difference(velocity_m_per_s, n) * chain.damping_kg_per_s,
+        }
+    }
+
+    /// The displacements from `u_1 = 0` at which springs pull with these forces, of which the
+    /// last takes what the others leave.
+    pub fn displacements_m(&self, spring_force_n: &[f64]) -> Vec<f64> {
+        match self {
+            Elastic::Chain(chain) => chain.displacements_m(spring_force_n),
+        }
+    }
+
+    /// The diagonal of the stiffness at node `n`.
+    pub fn diagonal_n_per_m(&self, n: usize) -> f64 {
+        match self {
+            Elastic::Chain(chain) => chain.neighbours(n) * chain.stiffness_n_per_m,
+        }
+    }
+
+    /// The diagonal of the damping at node `n`.
+    pub fn damping_diagonal_kg_per_s(&self, n: usize) -> f64 {
+        match self {
+            Elastic::Chain(chain) => chain.neighbours(n) * chain.damping_kg_per_s,
+        }
+    }
+
+    /// The largest of the stiffness' diagonal: `2 k`.
+    pub fn largest_diagonal_n_per_m(&self) -> f64 {
+        match self {
+            Elastic::Chain(chain) => 2.0 * chain.stiffness_n_per_m,
+        }
+    }
+
+    /// No sum of magnitudes in a row of the stiffness is larger: `4 k`. It bounds a force by
+    /// the largest displacement.
+    pub fn row_bound_n_per_m(&self) -> f64 {
+        match self {
+            Elastic::Chain(chain) => Chain::LARGEST_EIGENVALUE * chain.stiffness_n_per_m,
+        }
+    }
+
+    /// The same of the damping: `4 eta`.
+    pub fn damping_row_bound_kg_per_s(&self) -> f64 {
+        match self {
+            Elastic::Chain(chain) => Chain::LARGEST_EIGENVALUE * chain.damping_kg_per_s,
+        }
+    }
+
+    /// No eigenvalue of the stiffness is larger: `4 k`. It bounds the frequencies.
+    pub fn spectral_bound_n_per_m(&self) -> f64 {
+        match self {
+            Elastic::Chain(chain) => Chain::LARGEST_EIGENVALUE * chain.stiffness_n_per_m,
+        }
+    }
+
+    /// The same of the damping: `4 eta`.
+    pub fn damping_spectral_bound_kg_per_s(&self) -> f64 {
+        match self {
+            Elastic::Chain(chain) => Chain::LARGEST_EIGENVALUE * chain.damping_kg_per_s,
+        }
+    }
+
+    /// No row of the damping plus half a step times the stiffness is longer (as a vector):
+    /// `sqrt(6) (eta + dt k / 2)`, since a row of a second difference is `1, -2, 1`.
+    pub fn row_length_kg_per_s(&self, step_s: f64) -> f64 {
+        match self {
+            Elastic::Chain(chain) => {
+                6f64.sqrt() * (chain.damping_kg_per_s + step_s * chain.stiffness_n_per_m / 2.0)
+            }
+        }
+    }
+
+    /// The time step beyond which the scheme is unstable, for nodes of this mass, the stiffness
+    /// of a friction spring and of the stiffest driving spring, and a damping of sliding contacts.
+    ///
+    /// One mode with `x'' = -w^2 x - g x'` advances by Euler-Cromer as
+    /// `v' = v - dt (w^2 x + g v)`, `x' = x + dt v'`. Its characteristic polynomial
+    /// `z^2 - (2 - g dt - w^2 dt^2) z + (1 - g dt)` has both roots inside the unit
+    /// circle if and only if `w^2 dt^2 + 2 g dt < 4`. The stiffest mode is bounded by
+    /// `w^2 = (4 k + k_t + K) / m` and `g = (4 eta + E) / m`.
+    pub fn longest_stable_step_s(
+        &self,
+        node_mass_kg: f64,
+        interfacial_n_per_m: f64,
+        drive_n_per_m: f64,
+        contact_damping_kg_per_s: f64,
+    ) -> f64 {
+        let stiffest = (self.spectral_bound_n_per_m() + interfacial_n_per_m + drive_n_per_m) / node_mass_kg;
+        let damping = (self.damping_spectral_bound_kg_per_s() + contact_damping_kg_per_s) / node_mass_kg;
+        // The positive root, in the form in which nothing cancels or overflows.
+        4.0 / (damping + libm::hypot(damping, 2.0 * stiffest.sqrt()))
+    }
+
+    /// The stiffness with every contact stuck by a friction spring and with the drive's
+    /// stiffness at every node, ready to be solved with.
+    pub fn stuck(&self, interfacial_n_per_m: f64, drive_n_per_m: &[f64]) -> Stiffness {
+        match self {
+            Elastic::Chain(chain) => {
+                let k = chain.stiffness_n_per_m;
+                let mut inverse: Vec<f64> = Vec::with_capacity(chain.nodes);
+                for (n, drive) in drive_n_per_m.iter().enumerate() {
+                    let diagonal = interfacial_n_per_m + self.diagonal_n_per_m(n) + drive;
+                    let before = inverse.last().map_or(0.0, |inverse| k * inverse * k);
+                    inverse.push(1.0 / (diagonal - before));
+                }
+                Stiffness { factor: inverse.iter().map(|inverse| k * inverse).collect(), inverse }
+            }
+        }
+    }
+}
+
+impl Chain {
+    /// No eigenvalue of the negative second difference is larger: a mode of eigenvalue `l` has
+    /// stiffness `k l` and damping `eta l`, for any `l` from 0 to this.
+    pub const LARGEST_EIGENVALUE: f64 = 4.0;
+
+    /// Number of neighbours of node `n`, counted from 0.
+    #[inline]
+    pub fn neighbours(&self, n: usize) -> f64 {
+        if n == 0 || n + 1 == self.nodes { 1.0 } else { 2.0 }
+    }
+
+    /// The pull on all nodes,
+    /// `k ((u_{n+1} - 2 u_n) + u_{n-1}) + eta ((v_{n+1} - 2 v_n) + v_{n-1})`, at the ends
+    /// `k (u_1 - u_0) + eta (v_1 - v_0)` and likewise: (5.6), (5.7).
+    #[inline(always)]
+    pub fn pull(&self, tau: &mut [f64], u: &[f64], v: &[f64]) {
+        let &Chain { stiffness_n_per_m: k, damping_kg_per_s: eta, .. } = self;
+        let last = tau.len() - 1;
+        let inner = last.saturating_sub(1);
+        let [u_left, u_here, u_right] = [0, 1, 2].map(|from| &u[from..][..inner]);
+        let [v_left, v_here, v_right] = [0, 1, 2].map(|from| &v[from..][..inner]);
+        let tau_here = &mut tau[1..][..inner];
+        for n in 0..inner {
+            tau_here[n] = k * (u_right[n] - 2.0 * u_here[n] + u_left[n])
+                + eta * (v_right[n] - 2.0 * v_here[n] + v_left[n]);
+        }
+        tau[0] = k * (u[1] - u[0]) + eta * (v[1] - v[0]);
+        tau[last] = k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]);
+    }
+
+    /// `k u + eta v` of a node, of which [`Chain::pull_of_strains`] makes the pull.
+    #[inline(always)]
+    pub fn strain(&self, u: f64, v: f64) -> f64 {
+        self.stiffness_n_per_m * u + self.damping_kg_per_s * v
+    }
+
+    /// The strains of all nodes from the second place on, the first and the last of them again
+    /// beyond the ends, which makes the ends free.
+    #[inline(always)]
+    pub fn strains(&self, strain: &mut [f64], u: &[f64], v: &[f64]) {
+        let nodes = u.len();
+        let (v, strain) = (&v[..nodes], &mut strain[..nodes + 2]);
+        for n in 0..nodes {
+            strain[n + 1] = self.strain(u[n], v[n]);
+        }
+        Chain::free_ends(strain);
+    }
+
+    /// Puts the strains of the first and the last node beyond the ends too: nothing pulls there.
+    #[inline(always)]
+    pub fn free_ends(strain: &mut [f64]) {
+        let beyond = strain.len() - 1;
+        strain[0] = strain[1];
+        strain[beyond] = strain[beyond - 1];
+    }
+
+    /// The pull on a node from its strain and those beside it, `(right + left) - 2 here`.
+    #[inline(always)]
+    pub fn pull_of_strains(left: f64, here: f64, right: f64) -> f64 {
+        (right + left) - 2.0 * here
+    }
+
+    /// What a spring with its dashpot adds to the invariant
+    /// `I(u, v) = v (m - dt C / 2) v + u M u - dt v M u` of the scheme, from the differences of
+    /// displacement and velocity between its ends: `k du (du - dt dv) - (dt / 2) eta dv^2`.
+    #[inline(always)]
+    pub fn invariant_of_bond(&self, du: f64, dv: f64, step_s: f64) -> f64 {
+        self.stiffness_n_per_m * du * (du - step_s * dv) - 0.5 * step_s * self.damping_kg_per_s * dv * dv
+    }
+
+    fn displacements_m(&self, spring_force_n: &[f64]) -> Vec<f64> {
+        let k = self.stiffness_n_per_m;
+        let mut u = vec![0.0; self.nodes];
+        u[1] = spring_force_n[0] / k;
+        for n in 2..self.nodes {
+            u[n] = 2.0 * u[n - 1] - u[n - 2] + spring_force_n[n - 1] / k;
+        }
+        u
+    }
+}
+
+/// `(y_{n-1} - y_n) + (y_{n+1} - y_n)` with free ends, n from 0.
+pub fn second_difference<T>(y: &[T], n: usize) -> T
+where
+    T: Copy + Default + Add<Output = T> + Sub<Output = T>,
+{
+    let left = if n > 0 { y[n - 1] - y[n] } else { T::default() };
+    let right = if n + 1 < y.len() { y[n + 1] - y[n] } else { T::default() };
+    left + right
+}
+
+/// The stuck slider's stiffness `M`, of springs between nodes, friction springs and drive,
+/// ready to be solved with: tridiagonal and positive definite, so elimination without
+/// pivoting is stable.
+#[derive(Debug, Clone)]
+pub struct Stiffness {
+    /// `k` over each pivot.
+    factor: Vec<f64>,
+    /// 1 over each pivot.
+    inverse: Vec<f64>,
+}
+
+impl Stiffness {
+    /// Turns `pull` into the `x` with `M x = pull`.
+    pub fn solve(&self, pull: &mut [f64]) {
+        let last = pull.len() - 1;
+        for n in 1..=last {
+            pull[n] += self.factor[n - 1] * pull[n - 1];
+        }
+        pull[last] *= self.inverse[last];
+        for n in (0..last).rev() {
+            pull[n] = self.inverse[n] * pull[n] + self.factor[n] * pull[n + 1];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Chain, Elastic, second_difference};
+
+    const CHAIN: Chain = Chain { nodes: 7, stiffness_n_per_m: 3.0, damping_kg_per_s: 0.5 };
+
+    /// Numbers without pattern.
+    fn numbers(seed: u64) -> Vec<f64> {
+        let mut seed = seed;
+        let mut next = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        (0..CHAIN.nodes).map(|_| next()).collect()
+    }
+
+    #[test]
+    fn all_ways_to_pull_agree_but_for_rounding() {
+        let (u, v) = (numbers(1), numbers(2));
+        let elastic = Elastic::Chain(CHAIN);
+        let (mut all, mut strain) = ([0.0; 7], [0.0; 9]);
+        CHAIN.pull(&mut all, &u, &v);
+        CHAIN.strains(&mut strain, &u, &v);
+        for n in 0..CHAIN.nodes {
+            let one = elastic.pull_n(&u, &v, n);
+            let by_strains = Chain::pull_of_strains(strain[n], strain[n + 1], strain[n + 2]);
+            assert!((one - all[n]).abs() < 1e-14 && (one - by_strains).abs() < 1e-14, "node {n}");
+            // Nothing pulls from outside.
+            assert!(all.iter().sum::<f64>().abs() < 1e-14);
+        }
+    }
+
+    /// By applying the stiffness to unit vectors.
+    #[test]
+    fn diagonal_and_bounds_are_those_of_the_stiffness() {
+        let elastic = Elastic::Chain(CHAIN);
+        let row = |n: usize| -> Vec<f64> {
+            (0..CHAIN.nodes)
+                .map(|column| {
+                    let mut unit = [0.0; 7];
+                    unit[column] = 1.0;
+                    -elastic.spring_force_n(&unit, n)
+                })
+                .collect()
+        };
+        for n in 0..CHAIN.nodes {
+            let row = row(n);
+            assert_eq!(row[n], elastic.diagonal_n_per_m(n));
+            assert!(row[n] <= elastic.largest_diagonal_n_per_m());
+            assert!(row.iter().map(|entry| entry.abs()).sum::<f64>() <= elastic.row_bound_n_per_m());
+            // With as much damping as half a step has stiffness, both parts are equally long.
+            let length = row.iter().map(|entry| entry * entry).sum::<f64>().sqrt();
+            let step_s = 2.0 * CHAIN.damping_kg_per_s / CHAIN.stiffness_n_per_m;
+            let both = 2.0 * length * CHAIN.damping_kg_per_s / CHAIN.stiffness_n_per_m;
+            assert!(both <= elastic.row_length_kg_per_s(step_s) * (1.0 + 1e-15), "node {n}");
+        }
+        // The steepest mode of so many blocks, `(-1)^n sin(...)`, comes close to the bound.
+        let steepest: Vec<f64> = (0..CHAIN.nodes)
+            .map(|n| libm::cos(std::f64::consts::PI * 6.0 * (n as f64 + 0.5) / 7.0))
+            .collect();
+        let square: f64 = steepest.iter().map(|x| x * x).sum();
+        let energy: f64 = (0..CHAIN.nodes).map(|n| -steepest[n] * elastic.spring_force_n(&steepest, n)).sum();
+        let bound = elastic.spectral_bound_n_per_m() * square;
+        assert!(energy < bound && energy > 0.9 * bound, "{energy} of {bound}");
+    }
+
+    #[test]
+    fn the_stuck_slider_is_solved() {
+        let elastic = Elastic::Chain(CHAIN);
+        let (kt, mut drive) = (2.0, [0.0; 7]);
+        drive[0] = 5.0;
+        let pull = numbers(3);
+        let mut x = pull.clone();
+        elastic.stuck(kt, &drive).solve(&mut x);
+        for n in 0..CHAIN.nodes {
+            let back = (kt + drive[n]) * x[n] - elastic.spring_force_n(&x, n);
+            assert!((back - pull[n]).abs() < 1e-14, "node {n}");
+        }
+    }
+
+    #[test]
+    fn displacements_are_those_that_springs_pull_at() {
+        let elastic = Elastic::Chain(CHAIN);
+        let force = numbers(4);
+        let u = elastic.displacements_m(&force);
+        assert_eq!(u[0], 0.0);
+        for (n, force) in force.iter().enumerate().take(CHAIN.nodes - 1) {
+            assert!((elastic.spring_force_n(&u, n) - force).abs() < 1e-12, "node {n}");
+        }
+    }
+
+    /// `I` of the whole is the sum over its bonds, and the inertia of its nodes.
+    #[test]
+    fn the_invariant_is_a_sum_over_bonds() {
+        let (u, v, dt) = (numbers(5), numbers(6), 0.1);
+        let of_bonds: f64 =
+            (1..CHAIN.nodes).map(|n| CHAIN.invariant_of_bond(u[n] - u[n - 1], v[n] - v[n - 1], dt)).sum();
+        let product =
+            |a: &[f64], b: &[f64]| -> f64 { (0..CHAIN.nodes).map(|n| -a[n] * second_difference(b, n)).sum() };
+        let (k, eta) = (CHAIN.stiffness_n_per_m, CHAIN.damping_kg_per_s);
+        let whole = k * product(&u, &u) - dt * k * product(&v, &u) - dt / 2.0 * eta * product(&v, &v);
+        assert!((of_bonds - whole).abs() < 1e-14, "{of_bonds} {whole}");
+    }
+}

@@ -1,0 +1,161 @@
+//! From values as written to a scenario: each checked against its key, and defaults for what
+//! nobody wrote.
+
+use std::collections::BTreeMap;
+
+use crate::keys::{self, KEYS, Key, Kind, WINDOW_KEYS};
+use crate::near;
+use crate::source::{Entries, Entry, ScenarioError, Written};
+
+/// Checks what is written against the key table and adds the defaults.
+pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> toml::Table {
+    unknown_keys(&entries.values, KEYS, "", errors);
+    let as_coded = match entries.values.get("parameter_set").map(|entry| &entry.value) {
+        Some(Written::Text(word)) => word == keys::PARAMETER_SETS[0],
+        _ => true,
+    };
+    let mut table = toml::Table::new();
+    for key in KEYS {
+        let value = match entries.values.get(key.path) {
+            Some(entry) => checked(key, key.path, entry, errors),
+            None => key.default_in(as_coded).map(keys::Value::to_toml),
+        };
+        if let Some(value) = value {
+            insert(&mut table, key.path, value);
+        }
+    }
+    let windows: Vec<toml::Value> = entries
+        .windows
+        .iter()
+        .map(|window| {
+            unknown_keys(window, WINDOW_KEYS, "recording.window.", errors);
+            let mut table = toml::Table::new();
+            for key in WINDOW_KEYS {
+                let path = format!("{}.{}", keys::WINDOW, key.path);
+                match window.get(key.path) {
+                    Some(entry) => {
+                        if let Some(value) = checked(key, &path, entry, errors) {
+                            table.insert(key.path.to_owned(), value);
+                        }
+                    }
+                    None => errors.push(ScenarioError {
+                        place: window.values().next().map(|entry| entry.place.clone()),
+                        key: Some(path),
+                        problem: "missing in this window".to_owned(),
+                        accepted: Some(key.kind.to_string()),
+                    }),
+                }
+            }
+            toml::Value::Table(table)
+        })
+        .collect();
+    if !windows.is_empty() {
+        insert(&mut table, keys::WINDOW, toml::Value::Array(windows));
+    }
+    table
+}
+
+/// Unknown keys for which the one that was meant is looked for; it takes time.
+const MOST_GUESSED: usize = 100;
+
+fn unknown_keys(
+    values: &BTreeMap<String, Entry>,
+    known: &[Key],
+    prefix: &str,
+    errors: &mut Vec<ScenarioError>,
+) {
+    let unknown = values.iter().filter(|(path, _)| known.iter().all(|key| key.path != path.as_str()));
+    for (index, (path, entry)) in unknown.enumerate() {
+        let meant = if index < MOST_GUESSED { near::keys(path, known) } else { Vec::new() };
+        let meant: Vec<String> = meant.into_iter().map(|key| format!("{prefix}{key}")).collect();
+        errors.push(ScenarioError {
+            place: Some(entry.place.clone()),
+            key: Some(format!("{prefix}{path}")),
+            problem: format!("unknown key, set to {}{}", entry.value, near::did_you_mean(&meant)),
+            accepted: Some("the keys of `asperity scenario show default`".to_owned()),
+        });
+    }
+}
+
+/// Holds one written value against its key.
+fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>) -> Option<toml::Value> {
+    let good = match (&entry.value, key.kind) {
+        (Written::Number(value), Kind::Number(..)) if key.kind.accepts_number(*value) => {
+            Some(toml::Value::Float(*value))
+        }
+        (Written::Whole(value), Kind::Number(..)) if key.kind.accepts_number(*value as f64) => {
+            Some(toml::Value::Float(*value as f64))
+        }
+        (Written::Whole(value), Kind::Count(low, high))
+            if u64::try_from(*value).is_ok_and(|count| (low..=high).contains(&count)) =>
+        {
+            Some(toml::Value::Integer(*value))
+        }
+        (Written::Text(word), Kind::Word(words)) if words.contains(&word.as_str()) => {
+            Some(toml::Value::String(word.clone()))
+        }
+        (Written::Flag(flag), Kind::Flag) => Some(toml::Value::Boolean(*flag)),
+        (Written::Numbers(values), Kind::Numbers(..))
+            if values.iter().all(|value| key.kind.accepts_number(*value)) =>
+        {
+            Some(toml::Value::Array(values.iter().copied().map(toml::Value::Float).collect()))
+        }
+        (Written::Text(text), Kind::Text) if !text.contains(['\n', '\r']) => {
+            Some(toml::Value::String(text.clone()))
+        }
+        _ => None,
+    };
+    if good.is_none() {
+        errors.push(ScenarioError {
+            place: Some(entry.place.clone()),
+            key: Some(path.to_owned()),
+            problem: format!("{} is not accepted", entry.value),
+            accepted: Some(key.kind.to_string()),
+        });
+    }
+    good
+}
+
+fn insert(table: &mut toml::Table, path: &str, value: toml::Value) {
+    match path.split_once('.') {
+        None => {
+            table.insert(path.to_owned(), value);
+        }
+        Some((section, rest)) => {
+            let inner =
+                table.entry(section).or_insert_with(|| toml::Value::Table(toml::Table::new())).as_table_mut();
+            insert(inner.expect("no key is both a value and a section"), rest, value);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fill_in;
+    use crate::keys::{KEYS, WINDOW_KEYS};
+    use crate::scenario::Scenario;
+    use crate::source::ScenarioSource;
+
+    #[test]
+    fn key_table_and_fields_agree() {
+        // A table of every key has every field, and nothing else: what is missing and what is
+        // unknown would be refused alike. Windows are filled in the same way.
+        let entries = ScenarioSource::new(
+            "test.toml",
+            "[[recording.window]]\nfrom_s = 0\nto_s = 1\nevery_s = 0.5\nfirst_block = 1\nlast_block = 2\n",
+        );
+        let table = fill_in(&entries.entries().unwrap(), &mut Vec::new());
+        for key in KEYS {
+            let mut without = toml::Value::Table(table.clone());
+            let (section, name) = key.path.rsplit_once('.').unwrap_or(("", key.path));
+            let inner = if section.is_empty() { Some(&mut without) } else { without.get_mut(section) };
+            inner.unwrap().as_table_mut().unwrap().remove(name).unwrap();
+            assert!(without.try_into::<Scenario>().is_err(), "{} is no field", key.path);
+        }
+        let full: Scenario = toml::Value::Table(table).try_into().unwrap();
+        let window = toml::Value::try_from(&full.recording.window[0]).unwrap();
+        assert!(
+            window.as_table().unwrap().keys().all(|key| WINDOW_KEYS.iter().any(|known| known.path == key))
+        );
+    }
+}

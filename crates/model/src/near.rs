@@ -1,0 +1,182 @@
+//! The name that was probably meant by one that there is not: a key by the symbol of the
+//! thesis, by its last part without the table, by a part of that, or misspelt; or a misspelt
+//! scenario.
+
+use crate::keys::Key;
+
+/// No name is nearly as long, in bytes; what is longer is compared with none.
+const LONGEST: usize = 100;
+
+/// For so many letters of a word one may be wrong, but no more than [`MOST_WRONG`].
+const LETTERS_FOR_ONE_WRONG: usize = 3;
+const MOST_WRONG: usize = 3;
+
+/// Most keys that are suggested for one.
+const MOST_SUGGESTED: usize = 3;
+
+/// Letters of the shortest word that is looked for inside names of keys: shorter ones are
+/// units.
+const SHORTEST_PART: usize = 3;
+
+/// Symbols in use for keys besides those of the thesis' text.
+const OTHER_SYMBOLS: &[(&str, &str)] = &[("mu_k", "friction.dynamic_coefficient"), ("L", "slider.length_m")];
+
+/// The known name that is spelt like a written one, if one is.
+pub(crate) fn name<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    known
+        .into_iter()
+        .filter_map(|name| Some((wrong_letters(written, name)?, name)))
+        .min_by_key(|(wrong, _)| *wrong)
+        .map(|(_, name)| name)
+}
+
+/// The keys that may be meant by a dotted path that is none, in the order of the table.
+pub(crate) fn keys(written: &str, known: &[Key]) -> Vec<&'static str> {
+    if written.len() > LONGEST {
+        return Vec::new();
+    }
+    let (table, last) = split(written);
+    let paths = |is_meant: &dyn Fn(&Key) -> bool| -> Vec<&'static str> {
+        let all: Vec<&str> = known.iter().filter(|key| is_meant(key)).map(|key| key.path).collect();
+        // A table that was written counts, right or nearly so.
+        let is_inside = |path: &&str| wrong_letters(table, split(path).0).is_some();
+        let inside: Vec<&str> = all.iter().copied().filter(is_inside).collect();
+        if inside.is_empty() || table.is_empty() { all } else { inside }
+    };
+    let mut found = paths(&|key| split(key.path).1 == last || stands_for(last, key));
+    if found.is_empty() && last.len() >= SHORTEST_PART {
+        found = paths(&|key| format!("_{}_", split(key.path).1).contains(&format!("_{last}_")));
+    }
+    let spelt_like = |wrong: &dyn Fn(&Key) -> Option<usize>| {
+        let least = known.iter().filter_map(wrong).min();
+        paths(&|key| least.is_some() && wrong(key) == least)
+    };
+    if found.is_empty() {
+        found = spelt_like(&|key| wrong_letters(written, key.path));
+    }
+    if found.is_empty() {
+        found = spelt_like(&|key| wrong_letters(last, split(key.path).1));
+    }
+    found.truncate(MOST_SUGGESTED);
+    found
+}
+
+/// `; did you mean ...?` to put behind a problem, or nothing.
+pub(crate) fn did_you_mean<T: AsRef<str>>(names: &[T]) -> String {
+    match names {
+        [] => String::new(),
+        [first, others @ ..] => {
+            let others = others.iter().map(|name| format!(" or {}", name.as_ref()));
+            format!("; did you mean {}{}?", first.as_ref(), others.collect::<String>())
+        }
+    }
+}
+
+/// The tables of a path, and its last part.
+fn split(path: &str) -> (&str, &str) {
+    path.rsplit_once('.').unwrap_or(("", path))
+}
+
+/// Whether it is the symbol of a key: all of it, or, of a ratio, what stands above the line.
+fn stands_for(written: &str, key: &Key) -> bool {
+    let without_spaces = |text: &str| text.replace(' ', "");
+    let (written, symbol) = (without_spaces(written), without_spaces(key.symbol));
+    let numerator = symbol.split('/').next().unwrap_or(&symbol);
+    !written.is_empty()
+        && (written == symbol || written == numerator || OTHER_SYMBOLS.contains(&(&written, key.path)))
+}
+
+/// How many letters are wrong, if they are few enough to be meant: letters that are missing,
+/// added, changed or swapped with their neighbour.
+fn wrong_letters(written: &str, meant: &str) -> Option<usize> {
+    if written.len() > LONGEST {
+        return None;
+    }
+    let count = written.chars().count();
+    let most = (count / LETTERS_FOR_ONE_WRONG).min(MOST_WRONG);
+    if count.abs_diff(meant.chars().count()) > most {
+        return None;
+    }
+    Some(strsim::osa_distance(written, meant)).filter(|wrong| *wrong <= most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{did_you_mean, keys, name};
+    use crate::keys::{KEYS, WINDOW_KEYS};
+
+    #[test]
+    fn keys_are_found_by_symbol_last_part_part_and_spelling() {
+        for (written, meant) in [
+            // Symbols, of the thesis' text and of its figures.
+            ("mu_s", "friction.static_coefficient"),
+            ("friction.mu_s", "friction.static_coefficient"),
+            ("friction.mu_d", "friction.dynamic_coefficient"),
+            ("friction.mu_k", "friction.dynamic_coefficient"),
+            ("k_t", "friction.interfacial_stiffness_ratio"),
+            ("k_t/k", "friction.interfacial_stiffness_ratio"),
+            ("friction.k_t / k", "friction.interfacial_stiffness_ratio"),
+            ("N", "slider.blocks"),
+            ("beta", "initial_shear.beta"),
+            ("theta", "normal_load.tilt"),
+            ("V", "drive.velocity_m_per_s"),
+            ("K", "drive.stiffness_n_per_m"),
+            ("eta", "slider.relative_damping"),
+            ("dt", "time.step_s"),
+            ("F_N", "normal_load.total_n"),
+            ("F_T", "drive.until_load_ratio"),
+            // Without its table, or in another.
+            ("blocks", "slider.blocks"),
+            ("friction.blocks", "slider.blocks"),
+            ("fricton.law", "friction.law"),
+            ("tilt", "drive.tilt normal_load.tilt"),
+            // A symbol of two keys: the table tells which.
+            ("E", "slider.youngs_modulus_pa friction.radiation_kg_per_s"),
+            ("slider.E", "slider.youngs_modulus_pa"),
+            // Part of it, as without the unit.
+            ("time.duration", "time.duration_s"),
+            ("damping", "slider.relative_damping"),
+            ("poisson", "initial_shear.poisson_ratio"),
+            ("drive.stiffness", "drive.stiffness_n_per_m"),
+            // Misspelt.
+            ("slider.blokcs", "slider.blocks"),
+            ("blokcs", "slider.blocks"),
+            ("normal_laod.tlit", "normal_load.tilt"),
+            ("normal_laod.tilt", "normal_load.tilt"),
+            ("parameter-set", "parameter_set"),
+            // None is near.
+            ("colour", ""),
+            ("m", ""),
+            ("", ""),
+            ("slider.", ""),
+        ] {
+            assert_eq!(keys(written, KEYS).join(" "), meant, "{written:?}");
+        }
+        assert_eq!(keys("form_s", WINDOW_KEYS), ["from_s"]);
+        assert_eq!(keys("block", WINDOW_KEYS), ["first_block", "last_block"]);
+    }
+
+    #[test]
+    fn every_symbol_leads_to_its_key() {
+        for key in KEYS.iter().filter(|key| !key.symbol.is_empty()) {
+            assert!(keys(key.symbol, KEYS).contains(&key.path), "{}", key.symbol);
+        }
+    }
+
+    #[test]
+    fn names_are_found_where_few_letters_are_wrong() {
+        let known = ["default", "ten-blocks", "unload-400", "unload-600"];
+        assert_eq!(name("defualt", known), Some("default"));
+        assert_eq!(name("tenblocks", known), Some("ten-blocks"));
+        assert_eq!(name("unload-60", known), Some("unload-600"));
+        assert_eq!(name("mine.toml", known), None);
+        assert_eq!(name(&"default".repeat(1_000_000), known), None);
+        assert_eq!(keys(&"tilt".repeat(1_000_000), KEYS), [""; 0]);
+    }
+
+    #[test]
+    fn suggestions_are_asked_as_a_question() {
+        assert_eq!(did_you_mean::<&str>(&[]), "");
+        assert_eq!(did_you_mean(&["a", "b", "c"]), "; did you mean a or b or c?");
+    }
+}

@@ -1,0 +1,297 @@
+//! From a name or a text to a resolved scenario.
+
+use std::io;
+use std::path::Path;
+
+use crate::scenario::Scenario;
+use crate::source::{Entries, ScenarioError, ScenarioErrors, ScenarioSource};
+use crate::{builtin, contradictions, fill_in, near, profile, text};
+
+/// Resolves a built-in scenario, or a file, by its name, with overrides of the form
+/// `key=value`, later ones over earlier ones.
+///
+/// ```
+/// let scenario = asperity_model::resolve("default", &["normal_load.tilt=0.5"])?;
+/// assert_eq!(scenario.normal_load.tilt, 0.5);
+///
+/// let error = asperity_model::resolve("defualt", &["normal_load.tilt=0.5"]).unwrap_err();
+/// assert!(error.to_string().contains("did you mean default?"));
+/// # Ok::<(), asperity_model::ResolveError>(())
+/// ```
+///
+/// # Errors
+/// If there is neither a built-in scenario nor a readable file of that name; or everything that
+/// is wrong with it, each with the place it was written at.
+pub fn resolve<T: AsRef<str>>(name: &str, overrides: &[T]) -> Result<Scenario, ResolveError> {
+    let source = match builtin::find(name) {
+        Some(text) => ScenarioSource::new(format!("built-in {name}"), text),
+        None => match text::read(Path::new(name)) {
+            Ok(text) => ScenarioSource::new(name, text),
+            Err(source) => return Err(ResolveError::Unknown { name: name.to_owned(), source }),
+        },
+    };
+    let source =
+        overrides.iter().fold(source, |source, assignment| source.with_override(assignment.as_ref()));
+    Scenario::resolve(&source).map_err(|mut errors| {
+        // What was left at its default stands nowhere, but what it contradicts stands here.
+        for error in errors.0.iter_mut().filter(|error| error.place.is_none()) {
+            error.place = Some(name.to_owned());
+        }
+        ResolveError::Scenario(errors)
+    })
+}
+
+/// Why a name gave no scenario.
+#[derive(Debug, thiserror::Error)]
+pub enum ResolveError {
+    /// There is none of that name.
+    #[error(
+        "scenario {name}: neither a file that can be read ({source}) nor a built-in scenario{} \
+         (accepted: a path, or one of {})",
+        near::did_you_mean(near::name(name, builtin_names()).as_slice()),
+        builtin_names().collect::<Vec<_>>().join(", ")
+    )]
+    Unknown {
+        /// As it was asked for.
+        name: String,
+        /// What reading a file of that name gave.
+        source: io::Error,
+    },
+    /// Something is wrong with it.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioErrors),
+}
+
+fn builtin_names() -> impl Iterator<Item = &'static str> {
+    builtin::all().map(|(name, _)| name)
+}
+
+impl Scenario {
+    /// Resolves a scenario as written: fills in defaults, checks every value
+    /// against its key and the keys against each other.
+    ///
+    /// # Errors
+    /// Everything that is wrong, each with the place it was written at.
+    pub fn resolve(source: &ScenarioSource) -> Result<Scenario, ScenarioErrors> {
+        let entries = source.entries()?;
+        let mut errors = Vec::new();
+        let table = fill_in::fill_in(&entries, &mut errors);
+        if !errors.is_empty() {
+            return Err(ScenarioErrors(errors));
+        }
+        let mut scenario: Scenario = toml::Value::Table(table)
+            .try_into()
+            .expect("a table with every key checked against the key table has the fields of a scenario");
+        contradictions::check(&scenario, &entries, &mut errors);
+        if errors.is_empty() {
+            scenario.read_profile(&entries, &mut errors);
+        }
+        if errors.is_empty() {
+            contradictions::check_start(&scenario, &entries, &mut errors);
+        }
+        if errors.is_empty() { Ok(scenario) } else { Err(ScenarioErrors(errors)) }
+    }
+
+    /// Reads the initial shear from its file, if it is named and has not been read before.
+    fn read_profile(&mut self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
+        let shear = &mut self.initial_shear;
+        if shear.profile_csv.is_empty() || !shear.profile.is_empty() {
+            return;
+        }
+        match profile::read(Path::new(&shear.profile_csv), self.slider.blocks as usize) {
+            Ok(profile) => shear.profile = profile,
+            Err(problem) => errors.push(ScenarioError {
+                place: entries.place("initial_shear.profile_csv"),
+                key: Some("initial_shear.profile_csv".to_owned()),
+                problem,
+                accepted: Some(profile::ACCEPTED.to_owned()),
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scenario::{Scenario, Slider};
+    use crate::source::{ScenarioErrors, ScenarioSource};
+    use crate::words::{ParameterSet, Reattach};
+
+    fn resolve(text: &str) -> Result<Scenario, ScenarioErrors> {
+        Scenario::resolve(&ScenarioSource::new("test.toml", text))
+    }
+
+    #[test]
+    fn parameter_sets_differ_in_mass_and_damping_alone() {
+        let coded = resolve("").unwrap();
+        let stated = resolve("parameter_set = \"as-stated\"").unwrap();
+        assert_eq!((coded.slider.mass_kg, stated.slider.mass_kg), (12.0, 0.012));
+        assert_eq!(coded.slider.relative_damping, 10f64.sqrt());
+        assert_eq!(stated.slider.relative_damping, 0.01f64.sqrt());
+        let levelled = Scenario {
+            parameter_set: ParameterSet::AsCoded,
+            slider: Slider { mass_kg: 12.0, relative_damping: 10f64.sqrt(), ..stated.slider.clone() },
+            ..stated
+        };
+        assert_eq!(levelled, coded);
+    }
+
+    #[test]
+    fn errors_name_place_key_value_and_range() {
+        for (text, expected) in [
+            (
+                "[slider]\nblocks = 1",
+                "test.toml:2:10: slider.blocks: 1 is not accepted (accepted: a whole number from 2 to 100000)",
+            ),
+            (
+                "[slider]\n  blokcs = 7",
+                "test.toml:2:12: slider.blokcs: unknown key, set to 7; did you mean slider.blocks? \
+                 (accepted: the keys of `asperity scenario show default`)",
+            ),
+            (
+                "slider.length_m = \"long\"",
+                "test.toml:1:19: slider.length_m: \"long\" is not accepted (accepted: a number above 0)",
+            ),
+            (
+                "normal_load.tilt = -1.5",
+                "test.toml:1:20: normal_load.tilt: -1.5 is not accepted (accepted: a number from -1 to 1)",
+            ),
+            (
+                "drive.velocity_m_per_s = nan",
+                "test.toml:1:26: drive.velocity_m_per_s: NaN is not accepted (accepted: a number from 0)",
+            ),
+            (
+                "initial_shear.beta = inf",
+                "test.toml:1:22: initial_shear.beta: inf is not accepted (accepted: any finite number)",
+            ),
+            (
+                "friction.dynamic_coefficient = 0.8",
+                "test.toml:1:32: friction.dynamic_coefficient: 0.8 is above friction.static_coefficient = 0.7 \
+                 (accepted: a number from 0 to 0.7)",
+            ),
+            (
+                "time.step_s = 1e-4",
+                "test.toml:1:15: time.step_s: 1e-4 is beyond the stability of the scheme for this chain \
+                 (accepted: a number above 0 and below 3.379e-6)",
+            ),
+            (
+                "time.step_s = 1e-8\nslider.mass_kg = 1e-320",
+                "test.toml:1:15: time.step_s: 1e-8 is beyond the stability of the scheme for this chain \
+                 (accepted: none: stiffness, damping or mass are so large or small that no number tells how \
+                 fast a block swings)",
+            ),
+            (
+                "time.step_s = 1e-8\nslider.mass_kg = 1e-297",
+                "test.toml:1:15: time.step_s: 1e-8 is beyond the stability of the scheme for this chain \
+                 (accepted: a number above 0 and below 3.085e-155)",
+            ),
+            (
+                "time.step_s = 1.7e-13\nslider.relative_damping = 7.5e7\ntime.duration_s = 1.7e-12\n\
+                 recording.sample_s = 0\nrecording.fields_s = 0",
+                "test.toml:1:15: time.step_s: 1.7e-13 is beyond the stability of the scheme for this chain \
+                 (accepted: a number above 0 and below 1.468e-13)",
+            ),
+            (
+                "time.duration_s = 2.4e-8",
+                "test.toml:1:19: time.duration_s: 0.000000024 is no whole number of steps of 1e-8 s \
+                 (accepted: a multiple of time.step_s; the nearest is 0.00000002)",
+            ),
+            (
+                "friction.reattach = \"sometimes\"",
+                "test.toml:1:21: friction.reattach: \"sometimes\" is not accepted \
+                 (accepted: \"one-way\" or \"two-way\")",
+            ),
+            (
+                "[friction]\nmu_s = 0.8",
+                "test.toml:2:8: friction.mu_s: unknown key, set to 0.8; did you mean \
+                 friction.static_coefficient? (accepted: the keys of `asperity scenario show default`)",
+            ),
+            (
+                "[[recording.window]]\nform_s = 0\nto_s = 1\nevery_s = 1e-3\nfirst_block = 1\nlast_block = 2",
+                "test.toml:2:10: recording.window.form_s: unknown key, set to 0; did you mean \
+                 recording.window.from_s? (accepted: the keys of `asperity scenario show default`)\n\
+                 test.toml:4:11: recording.window.from_s: missing in this window (accepted: a number from 0)",
+            ),
+            ("[slider", "test.toml:1:8: not TOML: unclosed table, expected `]`"),
+            (
+                "[[recording.window]]\nfrom_s = 0\nto_s = 9\nevery_s = 1e-3\nfirst_block = 1\nlast_block = 101",
+                "test.toml:3:8: recording.window.to_s: 9 is not inside the run (accepted: a number from 0 to 5)\n\
+                 test.toml:6:14: recording.window.last_block: 101 is not inside the chain \
+                 (accepted: a whole number from 1 to 100)",
+            ),
+        ] {
+            assert_eq!(resolve(text).unwrap_err().to_string(), expected);
+        }
+    }
+
+    #[test]
+    fn overrides_win_and_are_named_in_errors() {
+        let source =
+            |set: &str| ScenarioSource::new("test.toml", "normal_load.tilt = 0.5").with_override(set);
+        assert_eq!(Scenario::resolve(&source("normal_load.tilt=0.25")).unwrap().normal_load.tilt, 0.25);
+        assert_eq!(
+            Scenario::resolve(&source("friction.reattach=two-way")).unwrap().friction.reattach,
+            Reattach::TwoWay
+        );
+        assert_eq!(
+            Scenario::resolve(&source("normal_load.tilt=2")).unwrap_err().to_string(),
+            "--set normal_load.tilt=2: normal_load.tilt: 2 is not accepted (accepted: a number from -1 to 1)"
+        );
+        for (set, expected) in [
+            (
+                "tilt=0.4",
+                "--set tilt=0.4: tilt: unknown key, set to 0.4; did you mean drive.tilt or normal_load.tilt? \
+                 (accepted: the keys of `asperity scenario show default`)",
+            ),
+            // No keys of TOML.
+            (
+                "k_t/k=2",
+                "--set k_t/k=2: k_t/k: unknown key, set to 2; did you mean \
+                 friction.interfacial_stiffness_ratio? (accepted: the keys of `asperity scenario show default`)",
+            ),
+            (
+                "friction law=rigid",
+                "--set friction law=rigid: friction law: unknown key, set to \"rigid\"; did you mean \
+                 friction.law? (accepted: the keys of `asperity scenario show default`)",
+            ),
+        ] {
+            assert_eq!(Scenario::resolve(&source(set)).unwrap_err().to_string(), expected);
+        }
+        assert_eq!(
+            Scenario::resolve(&source("nonsense")).unwrap_err().to_string(),
+            "--set nonsense: not TOML: key with no value, expected `=` \
+             (accepted: KEY=VALUE, as in --set time.duration_s=0.1)"
+        );
+    }
+
+    #[test]
+    fn misspelt_scenarios_are_told_the_nearest() {
+        let error = super::resolve::<&str>("defualt", &[]).unwrap_err().to_string();
+        assert!(error.starts_with("scenario defualt: neither a file that can be read ("), "{error}");
+        assert!(
+            error.contains(
+                ") nor a built-in scenario; did you mean default? (accepted: a path, or one of default, "
+            ),
+            "{error}"
+        );
+        let error = super::resolve::<&str>("mine.toml", &[]).unwrap_err().to_string();
+        assert!(error.contains(") nor a built-in scenario (accepted: a path,"), "{error}");
+    }
+
+    /// What is wrong with a default stands nowhere in the texts.
+    #[test]
+    fn errors_without_a_place_name_the_scenario() {
+        let error = super::resolve("default", &["slider.length_m=1e-30"]).unwrap_err().to_string();
+        assert!(error.starts_with("default: time.step_s: 1e-8 is beyond"), "{error}");
+    }
+
+    /// Neither is compared with every key there is.
+    #[test]
+    fn endless_and_countless_unknown_keys_are_refused_at_once() {
+        let long = format!("{} = 1", "blocks".repeat(2_000_000));
+        let many: String = (0..20_000).map(|n| format!("blokcs{n} = 1\n")).collect();
+        let started = std::time::Instant::now();
+        assert_eq!(resolve(&long).unwrap_err().0.len(), 1);
+        assert_eq!(resolve(&many).unwrap_err().0.len(), 20_000);
+        assert!(started.elapsed().as_secs() < 20, "{:?}", started.elapsed());
+    }
+}

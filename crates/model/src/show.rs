@@ -1,0 +1,112 @@
+//! A scenario as TOML to read and to edit, commented from the key table.
+
+use crate::keys::{self, KEYS, Key, WINDOW_KEYS};
+use crate::scenario::Scenario;
+use crate::words::ParameterSet;
+
+impl Scenario {
+    /// The scenario as complete TOML, every key with its symbol, range and meaning.
+    pub fn to_commented_toml(&self) -> String {
+        self.write_toml(false)
+    }
+
+    /// The same to be edited: values that follow from the parameter set are
+    /// commented out, so that they change with it. Written out, they would stay
+    /// those of one set under the name of the other.
+    pub fn to_editable_toml(&self) -> String {
+        self.write_toml(true)
+    }
+
+    fn write_toml(&self, leave_to_parameter_set: bool) -> String {
+        let value = toml::Value::try_from(self).expect("a scenario is plain tables, numbers and texts");
+        let mut out = String::new();
+        let mut table = "";
+        for key in KEYS {
+            let (section, name) = key.path.rsplit_once('.').unwrap_or(("", key.path));
+            if section != table {
+                out.push_str(&format!("\n[{section}]\n"));
+                table = section;
+            }
+            let default =
+                key.default_in(self.parameter_set == ParameterSet::AsCoded).map(keys::Value::to_toml);
+            // What is not serialised has its default.
+            let found = key.path.split('.').try_fold(&value, |value, part| value.get(part));
+            let found = found.or(default.as_ref()).expect("the key table names fields of a scenario");
+            let follows_set =
+                matches!(key.default, keys::Default::BySet { .. }) && default.as_ref() == Some(found);
+            comment_and_value(&mut out, key, name, found, leave_to_parameter_set && follows_set);
+        }
+        for window in &self.recording.window {
+            out.push_str("\n[[recording.window]]\n");
+            let value = toml::Value::try_from(window).expect("a window is plain numbers");
+            for key in WINDOW_KEYS {
+                let found = value.get(key.path).expect("the key table names fields of a window");
+                comment_and_value(&mut out, key, key.path, found, false);
+            }
+        }
+        out
+    }
+}
+
+fn comment_and_value(out: &mut String, key: &Key, name: &str, value: &toml::Value, commented_out: bool) {
+    let symbol = if key.symbol.is_empty() { String::new() } else { format!("{}: ", key.symbol) };
+    for line in wrap(&format!("{symbol}{} Accepted: {}.", key.doc, key.kind), 98) {
+        out.push_str(&format!("# {line}\n"));
+    }
+    if commented_out {
+        out.push_str(&format!("# {name} = {value}  # from parameter_set; uncomment to fix it\n"));
+    } else {
+        out.push_str(&format!("{name} = {value}\n"));
+    }
+}
+
+fn wrap(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let last = lines.last_mut().expect("there is always a line");
+        if !last.is_empty() && last.len() + 1 + word.len() > width {
+            lines.push(word.to_owned());
+        } else {
+            if !last.is_empty() {
+                last.push(' ');
+            }
+            last.push_str(word);
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scenario::Scenario;
+    use crate::source::{ScenarioErrors, ScenarioSource};
+
+    fn resolve(text: &str) -> Result<Scenario, ScenarioErrors> {
+        Scenario::resolve(&ScenarioSource::new("test.toml", text))
+    }
+
+    #[test]
+    fn shown_scenarios_resolve_to_themselves() {
+        for (name, text) in crate::builtin::all() {
+            let scenario = resolve(text).unwrap_or_else(|errors| panic!("{name}: {errors}"));
+            assert_eq!(scenario.name, name);
+            assert!(!scenario.summary.is_empty(), "{name} has no summary");
+            assert_eq!(resolve(&scenario.to_commented_toml()).unwrap(), scenario);
+            assert_eq!(resolve(&scenario.to_editable_toml()).unwrap(), scenario);
+        }
+    }
+
+    /// Written out, mass and damping of the set as-coded once ran under the name
+    /// of the set as-stated.
+    #[test]
+    fn an_edited_scenario_follows_its_parameter_set() {
+        let shown = resolve("").unwrap().to_editable_toml();
+        let source = ScenarioSource::new("mine.toml", shown).with_override("parameter_set=as-stated");
+        let stated = resolve("parameter_set = \"as-stated\"").unwrap();
+        assert_eq!(Scenario::resolve(&source).unwrap(), stated);
+        // What was set on purpose stays.
+        let heavy = resolve("slider.mass_kg = 3").unwrap().to_editable_toml();
+        let source = ScenarioSource::new("mine.toml", heavy).with_override("parameter_set=as-stated");
+        assert_eq!(Scenario::resolve(&source).unwrap().slider.mass_kg, 3.0);
+    }
+}

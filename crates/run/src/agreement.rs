@@ -1,0 +1,238 @@
+//! Events as a log holds them, compared with events as detectors find them now.
+//!
+//! A log may have been written with other detectors, more of them or fewer. Then what both have
+//! is compared, and which topics only one has is told beside it.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::fmt;
+
+use asperity_detect::Detector;
+use asperity_record::Event;
+
+/// How much more of one than of the other is kept: far more than records and events ever are
+/// apart in a log that a run wrote.
+const MOST_AHEAD_BYTES: usize = 64 << 20;
+
+/// Topics of events that only one has: the log, or the detectors that look now.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct OtherDetectors {
+    /// Topics in the log that no detector emits now.
+    pub only_logged: Vec<String>,
+    /// Topics that detectors emit now, and the log has not.
+    pub only_found: Vec<String>,
+}
+
+impl OtherDetectors {
+    /// Whether there are none: the log was written with the detectors that look now.
+    pub fn is_none(&self) -> bool {
+        self.only_logged.is_empty() && self.only_found.is_empty()
+    }
+}
+
+impl fmt::Display for OtherDetectors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("by other detectors")?;
+        let parts = [("also has", &self.only_logged), ("lacks", &self.only_found)];
+        let parts = parts.iter().filter(|(_, topics)| !topics.is_empty());
+        for (number, (what, topics)) in parts.enumerate() {
+            let before = if number == 0 { ": it " } else { " and " };
+            write!(f, "{before}{what} {}", topics.join(", "))?;
+        }
+        Ok(())
+    }
+}
+
+/// Both, but for those that agree.
+#[derive(Debug, Default)]
+pub(crate) struct Agreement {
+    /// What the detectors emit that look now.
+    emitted: BTreeSet<String>,
+    /// What was announced in the log, once that is known.
+    announced: Option<BTreeSet<String>>,
+    /// What is kept of both.
+    bytes: usize,
+    /// Where they part, once that is known.
+    parted: Option<Difference>,
+    logged: VecDeque<Event>,
+    found: VecDeque<Event>,
+    agreed: usize,
+}
+
+/// Where they part.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("other events from number {number} on\n  logged:   {logged}\n  found:    {found}")]
+pub struct Difference {
+    /// How many agree before.
+    pub number: usize,
+    /// What the log holds there.
+    pub logged: String,
+    /// What the detectors find there.
+    pub found: String,
+}
+
+impl Agreement {
+    /// Of a log with what these detectors find.
+    pub(crate) fn with(detectors: &[Box<dyn Detector>]) -> Agreement {
+        let emitted = detectors.iter().map(|detector| detector.emits().topic.to_owned()).collect();
+        Agreement { emitted, ..Agreement::default() }
+    }
+
+    /// Takes note of what the log announced; must be known before the first event is found.
+    pub(crate) fn announced(&mut self, topics: impl Iterator<Item = String>) {
+        if self.announced.is_none() {
+            self.announced = Some(topics.collect());
+        }
+    }
+
+    /// Which topics only one has.
+    pub(crate) fn other_detectors(&self) -> OtherDetectors {
+        let none = BTreeSet::new();
+        let announced = self.announced.as_ref().unwrap_or(&none);
+        let only = |of: &BTreeSet<String>, other: &BTreeSet<String>| of.difference(other).cloned().collect();
+        OtherDetectors {
+            only_logged: only(announced, &self.emitted),
+            only_found: only(&self.emitted, announced),
+        }
+    }
+
+    /// Takes an event out of the log.
+    pub(crate) fn logged(&mut self, event: Event) {
+        if !self.emitted.contains(&event.topic) {
+            return;
+        }
+        self.keep(size(&event), |both| both.logged.push_back(event));
+    }
+
+    /// Takes an event that a detector found.
+    pub(crate) fn found(&mut self, event: Event) {
+        if !self.announced.as_ref().is_some_and(|announced| announced.contains(&event.topic)) {
+            return;
+        }
+        self.keep(size(&event), |both| both.found.push_back(event));
+    }
+
+    /// Takes an event, unless they have parted already or so much has come of one that the other
+    /// will not.
+    fn keep(&mut self, bytes: usize, push: impl FnOnce(&mut Agreement)) {
+        if self.parted.is_some() {
+            return;
+        }
+        self.bytes += bytes;
+        push(self);
+        if self.bytes > MOST_AHEAD_BYTES {
+            self.let_go();
+            if self.bytes > MOST_AHEAD_BYTES {
+                self.part();
+            }
+        }
+    }
+
+    /// Lets go of those that agree; where they part, that is known from then on.
+    pub(crate) fn let_go(&mut self) {
+        while let (Some(logged), Some(found)) = (self.logged.front(), self.found.front()) {
+            if logged != found {
+                self.part();
+                break;
+            }
+            self.bytes -= size(logged) + size(found);
+            self.logged.pop_front();
+            self.found.pop_front();
+            self.agreed += 1;
+        }
+    }
+
+    /// Whether they agree as far as both have come.
+    pub(crate) fn compare(&mut self) -> Result<(), Difference> {
+        self.let_go();
+        self.parted.clone().map_or(Ok(()), Err)
+    }
+
+    /// The same, where no more are to come.
+    pub(crate) fn finish(mut self) -> Result<(), Difference> {
+        self.compare()?;
+        if self.logged.is_empty() && self.found.is_empty() { Ok(()) } else { Err(self.difference()) }
+    }
+
+    fn part(&mut self) {
+        self.parted = Some(self.difference());
+        self.logged.clear();
+        self.found.clear();
+        self.bytes = 0;
+    }
+
+    fn difference(&self) -> Difference {
+        let told = |event: Option<&Event>| {
+            event.map_or("nothing".to_owned(), |event| format!("{} {}", event.topic, event.payload))
+        };
+        Difference { number: self.agreed, logged: told(self.logged.front()), found: told(self.found.front()) }
+    }
+}
+
+fn size(event: &Event) -> usize {
+    std::mem::size_of::<Event>() + event.topic.len() + event.payload.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use asperity_record::Event;
+
+    use super::{Agreement, OtherDetectors};
+
+    fn event(topic: &str, payload: &str) -> Event {
+        Event { topic: topic.to_owned(), payload: payload.to_owned() }
+    }
+
+    fn topics(topics: &[&str]) -> BTreeSet<String> {
+        topics.iter().map(|&topic| topic.to_owned()).collect()
+    }
+
+    fn between(emitted: &[&str], announced: &[&str]) -> Agreement {
+        Agreement { emitted: topics(emitted), announced: Some(topics(announced)), ..Agreement::default() }
+    }
+
+    #[test]
+    fn the_first_difference_is_told() {
+        let compare = |logged: &[&str], found: &[&str]| {
+            let mut both = between(&["/a"], &["/a"]);
+            logged.iter().for_each(|payload| both.logged(event("/a", payload)));
+            found.iter().for_each(|payload| both.found(event("/a", payload)));
+            both.finish()
+        };
+        assert_eq!(compare(&["a", "b"], &["a", "b"]), Ok(()));
+        for (logged, found) in
+            [(&["a", "b"][..], &["a", "c"][..]), (&["a"], &["a", "b"]), (&["a", "b"], &["a"])]
+        {
+            assert_eq!(compare(logged, found).unwrap_err().number, 1);
+        }
+    }
+
+    #[test]
+    fn of_other_detectors_only_what_both_have_is_compared() {
+        let mut both = between(&["/a", "/new"], &["/a", "/old"]);
+        both.logged(event("/old", "1"));
+        both.logged(event("/a", "2"));
+        both.found(event("/new", "3"));
+        both.found(event("/a", "2"));
+        let other = both.other_detectors();
+        let expected = OtherDetectors { only_logged: vec!["/old".into()], only_found: vec!["/new".into()] };
+        assert_eq!(other, expected);
+        assert_eq!(other.to_string(), "by other detectors: it also has /old and lacks /new");
+        assert_eq!(both.finish(), Ok(()));
+        assert!(between(&["/a"], &["/a"]).other_detectors().is_none());
+    }
+
+    /// A log of nothing but events, which a chunk of a few bytes can unpack to, filled the
+    /// memory.
+    #[test]
+    fn events_without_steps_are_not_kept_for_ever() {
+        let event = event("/a", &"x".repeat(1 << 20));
+        let mut both = between(&["/a"], &["/a"]);
+        let told = (0..100).find(|_| {
+            both.logged(event.clone());
+            both.compare().is_err()
+        });
+        assert_eq!(told, Some(63));
+    }
+}

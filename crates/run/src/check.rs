@@ -1,0 +1,393 @@
+//! Whether a log is whole, and if not, how far it can be trusted.
+
+use std::fmt;
+use std::path::Path;
+
+use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource};
+use asperity_record::{EventPayload, Record, RunHeader, SlipEvent};
+use asperity_runlog::{LogError, LogItem, RunReader, Topics};
+
+use crate::agreement::{Agreement, Difference, OtherDetectors};
+use crate::detectors;
+use crate::header::{CODE_VERSION, header};
+
+/// What a log is worth, from best to worst.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// It holds all of its run, and says so.
+    Whole,
+    /// It ends before its run does; what it holds is sound.
+    Incomplete,
+    /// Something in it is not what was written, or contradicts the rest.
+    Damaged,
+    /// It is no run log, or there is no such file.
+    NoRunLog,
+}
+
+impl Verdict {
+    /// As it is written.
+    pub fn word(self) -> &'static str {
+        match self {
+            Verdict::Whole => "whole",
+            Verdict::Incomplete => "incomplete",
+            Verdict::Damaged => "damaged",
+            Verdict::NoRunLog => "not a run log",
+        }
+    }
+}
+
+/// What was found of a log; in words by [`Display`](fmt::Display).
+#[derive(Debug)]
+pub struct Checked {
+    /// What it is worth.
+    pub verdict: Verdict,
+    /// How much of it is sound.
+    pub seen: Seen,
+    /// Why it is not whole, if it is not.
+    pub problem: Option<CheckProblem>,
+}
+
+impl fmt::Display for Checked {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (&self.problem, self.verdict) {
+            (Some(problem), Verdict::NoRunLog) => write!(f, "{problem}"),
+            (Some(problem), _) => write!(f, "{}: {problem}", self.seen),
+            (None, _) => write!(f, "{}", self.seen),
+        }
+    }
+}
+
+/// Reads every byte of a log and says what it is worth: structure and checksums, every message
+/// against its schema, the order of steps and their times, whether all numbers are finite, whether
+/// the events are those which the step records give, whether header and scenario agree.
+pub fn check(log: &Path) -> Checked {
+    let mut seen = Seen::default();
+    let problem = seen.read(log).err();
+    let verdict = problem.as_ref().map_or(Verdict::Whole, CheckProblem::verdict);
+    Checked { verdict, seen, problem }
+}
+
+/// Why a log is not whole.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckProblem {
+    /// It cannot be read, or not to its end.
+    #[error("{}", .0.problem)]
+    Log(#[from] LogError),
+    /// A step that is not after the one before it.
+    #[error("step {step} follows step {before}")]
+    Order {
+        /// The step.
+        step: u64,
+        /// The one before it.
+        before: u64,
+    },
+    /// A step at a time that is not its own.
+    #[error("step {step} is at {found_s} s, not {expected_s} s")]
+    Time {
+        /// The step.
+        step: u64,
+        /// The time that it says.
+        found_s: f64,
+        /// The time that it has.
+        expected_s: f64,
+    },
+    /// A value that overflowed, or is no number.
+    #[error("step {step}: {what} is not finite")]
+    NotFinite {
+        /// The step.
+        step: u64,
+        /// What the value is.
+        what: &'static str,
+    },
+    /// Other events than the step records give.
+    #[error("its steps give {0}")]
+    Events(#[from] Difference),
+    /// Topics of events that a log of this program must have.
+    #[error("{}, which this program emits, is not in it", .0.join(", "))]
+    Topics(Vec<String>),
+    /// A scenario that means nothing.
+    #[error("scenario.toml cannot be read: {0}")]
+    Scenario(ScenarioErrors),
+    /// A scenario that is not that of the header.
+    #[error("scenario.toml is of a run with {key} {expected}, metadata `run` says {found}")]
+    OtherScenario {
+        /// What differs.
+        key: &'static str,
+        /// What the header says.
+        found: String,
+        /// What follows from the scenario.
+        expected: String,
+    },
+}
+
+impl CheckProblem {
+    fn verdict(&self) -> Verdict {
+        match self {
+            CheckProblem::Log(LogError { problem, .. }) if problem.is_early_end() => Verdict::Incomplete,
+            CheckProblem::Log(LogError { problem, .. }) if problem.is_no_run_log() => Verdict::NoRunLog,
+            _ => Verdict::Damaged,
+        }
+    }
+}
+
+/// What has been read of a log and found sound.
+#[derive(Debug, Default)]
+pub struct Seen {
+    /// Records and events.
+    pub messages: u64,
+    /// The last step.
+    pub last_step: u64,
+    /// Its time, s.
+    pub last_s: f64,
+    /// Slip events.
+    pub slips: u64,
+    /// From which event on those of a log of another version differ from those found now.
+    pub other_events_from: Option<usize>,
+    /// Which topics of events only the log has, or only this program.
+    pub other_detectors: OtherDetectors,
+}
+
+impl fmt::Display for Seen {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Seen { messages, last_step, last_s, slips, other_events_from, other_detectors } = self;
+        write!(f, "{messages} records and events, {slips} slip events, up to step {last_step} ({last_s} s)")?;
+        if let Some(number) = other_events_from {
+            write!(f, ", events of another version that differ from this one's from number {number} on")?;
+        }
+        if !other_detectors.is_none() {
+            write!(f, ", {other_detectors}")?;
+        }
+        Ok(())
+    }
+}
+
+impl Seen {
+    fn read(&mut self, run: &Path) -> Result<(), CheckProblem> {
+        let mut reader = RunReader::open(run, Topics::ALL)?;
+        let header = reader.header().clone();
+        let ours = header.code_version == CODE_VERSION;
+        // Of a salvaged log it may be lost, and there is none in its place; that the log is
+        // one is known at its end.
+        let scenario_is_lost = reader.scenario_toml().is_empty();
+        if ours && !scenario_is_lost {
+            scenario_is_of(&header, reader.scenario_toml())?;
+        }
+        let mut detectors = detectors::all(header.blocks);
+        let mut both = Some(Agreement::with(&detectors));
+        while let Some(item) = reader.next_item()? {
+            if let Some(both) = &mut both {
+                both.announced(reader.event_topics());
+            }
+            if reader.has_gap() {
+                // What is missing may have been the beginning of an event.
+                both = None;
+            }
+            match item {
+                LogItem::Event(event) => {
+                    self.slips += u64::from(event.topic == SlipEvent::TOPIC);
+                    if let Some(both) = &mut both {
+                        both.logged(event);
+                    }
+                }
+                LogItem::Record(record) => {
+                    self.record(&header, &record)?;
+                    if let (Record::Step(step), Some(both)) = (&record, &mut both) {
+                        for detector in &mut detectors {
+                            detector.observe(step, &mut |event| both.found(event));
+                        }
+                    }
+                }
+            }
+            if let Some(Err(difference)) = both.as_mut().map(Agreement::compare) {
+                self.events_differ(&header, difference)?;
+                both = None;
+            }
+            self.messages += 1;
+        }
+        if ours && scenario_is_lost {
+            scenario_is_of(&header, reader.scenario_toml())?;
+        }
+        if let Some(mut both) = both {
+            self.other_detectors = both.other_detectors();
+            // A log of this very program has all that its detectors emit, and may have more.
+            if ours && !self.other_detectors.only_found.is_empty() {
+                return Err(CheckProblem::Topics(self.other_detectors.only_found.clone()));
+            }
+            for detector in &mut detectors {
+                detector.finish(&mut |event| both.found(event));
+            }
+            if let Err(difference) = both.finish() {
+                self.events_differ(&header, difference)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Other events than those of this program's detectors are damage, unless they were found
+    /// by another version of it.
+    fn events_differ(&mut self, header: &RunHeader, difference: Difference) -> Result<(), CheckProblem> {
+        if header.code_version == CODE_VERSION {
+            return Err(CheckProblem::Events(difference));
+        }
+        self.other_events_from = Some(difference.number);
+        Ok(())
+    }
+
+    fn record(&mut self, header: &RunHeader, record: &Record) -> Result<(), CheckProblem> {
+        let (step, time_s) = match record {
+            Record::Step(record) => (record.step, record.time_s),
+            Record::Fields(record) => (record.step, record.time_s),
+            Record::Window(record) => (record.step, record.time_s),
+        };
+        // States stand after the step that they are of; the first is that before the run.
+        let in_order = match record {
+            Record::Step(_) => step > self.last_step,
+            Record::Fields(_) | Record::Window(_) => self.messages == 0 || step == self.last_step,
+        };
+        if !in_order {
+            return Err(CheckProblem::Order { step, before: self.last_step });
+        }
+        let expected_s = header.time_grid().time_s(step);
+        if time_s != expected_s {
+            return Err(CheckProblem::Time { step, found_s: time_s, expected_s });
+        }
+        if let Some(what) = not_finite(record) {
+            return Err(CheckProblem::NotFinite { step, what });
+        }
+        (self.last_step, self.last_s) = (step, time_s);
+        Ok(())
+    }
+}
+
+/// That a log's scenario is that of its header. Only of this version is it certain what a
+/// scenario means.
+fn scenario_is_of(logged: &RunHeader, text: &str) -> Result<(), CheckProblem> {
+    let scenario =
+        Scenario::resolve(&ScenarioSource::new("scenario.toml", text)).map_err(CheckProblem::Scenario)?;
+    let of = header(&scenario, &Plan::new(&scenario), &logged.solver);
+    let values = |header: &RunHeader| {
+        [
+            ("scenario_hash", header.scenario_hash.clone()),
+            ("scenario", header.scenario.clone()),
+            ("parameter_set", header.parameter_set.clone()),
+            ("blocks", header.blocks.to_string()),
+            ("time_step_s", format!("{:e}", header.time_step_s)),
+            ("steps", header.steps.to_string()),
+            ("run_id", header.run_id.clone()),
+        ]
+    };
+    for ((key, expected), (_, found)) in values(&of).into_iter().zip(values(logged)) {
+        if found != expected {
+            return Err(CheckProblem::OtherScenario { key, found, expected });
+        }
+    }
+    Ok(())
+}
+
+/// What in a record is no finite number, if anything.
+fn not_finite(record: &Record) -> Option<&'static str> {
+    let all = |values: &[f64]| values.iter().all(|value| value.is_finite());
+    let states = |u: &[f64], v: &[f64], tau: &[f64]| {
+        [("a displacement", all(u)), ("a velocity", all(v)), ("a tangential force", all(tau))]
+    };
+    let checks = match record {
+        Record::Step(record) => {
+            let loads = [record.driving_force_n, record.normal_load_n];
+            let switches = record.switches.iter().all(|s| {
+                all(&[
+                    s.displacement_m,
+                    s.velocity_m_per_s,
+                    s.tangential_force_n,
+                    s.stick_position_m,
+                    s.threshold_n,
+                ])
+            });
+            [
+                ("a load", all(&loads)),
+                ("a switch", switches),
+                ("an end's load", record.end_forces_n.is_none_or(|ends| all(&ends))),
+            ]
+        }
+        Record::Fields(record) => {
+            states(&record.displacement_m, &record.velocity_m_per_s, &record.tangential_force_n)
+        }
+        Record::Window(record) => {
+            states(&record.displacement_m, &record.velocity_m_per_s, &record.tangential_force_n)
+        }
+    };
+    checks.into_iter().find(|(_, finite)| !finite).map(|(what, _)| what)
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{FieldRecord, Record, RunHeader, StepRecord};
+
+    use super::{CheckProblem, Seen};
+
+    fn header() -> RunHeader {
+        RunHeader {
+            record_schema_version: 1,
+            scenario: String::new(),
+            scenario_hash: String::new(),
+            run_id: String::new(),
+            code_version: String::new(),
+            parameter_set: String::new(),
+            solver: String::new(),
+            blocks: 2,
+            time_step_s: 0.5,
+            steps: 9,
+        }
+    }
+
+    fn step(step: u64) -> StepRecord {
+        StepRecord {
+            step,
+            time_s: 0.5 * step as f64,
+            driving_force_n: 1.0,
+            end_forces_n: None,
+            normal_load_n: 2.0,
+            sliding: 0,
+            switches: Vec::new(),
+        }
+    }
+
+    fn fields(step: u64, velocity_m_per_s: f64) -> Record {
+        Record::Fields(FieldRecord {
+            step,
+            time_s: 0.5 * step as f64,
+            displacement_m: vec![0.0; 2],
+            velocity_m_per_s: vec![velocity_m_per_s; 2],
+            tangential_force_n: vec![0.0; 2],
+            stick_position_m: vec![0.0; 2],
+            detached: vec![0; 2],
+        })
+    }
+
+    fn read(records: &[Record]) -> Result<(), CheckProblem> {
+        let mut seen = Seen::default();
+        records.iter().try_for_each(|record| {
+            seen.record(&header(), record)?;
+            seen.messages += 1;
+            Ok(())
+        })
+    }
+
+    #[test]
+    fn what_no_run_writes_is_damage() {
+        let wrong = |record: StepRecord| read(&[Record::Step(record)]).unwrap_err();
+        assert!(
+            read(&[fields(0, 0.0), Record::Step(step(1)), fields(1, 1.0), Record::Step(step(4))]).is_ok()
+        );
+        assert!(matches!(
+            read(&[Record::Step(step(2)), Record::Step(step(2))]),
+            Err(CheckProblem::Order { .. })
+        ));
+        assert!(matches!(read(&[Record::Step(step(2)), fields(3, 0.0)]), Err(CheckProblem::Order { .. })));
+        assert!(matches!(wrong(StepRecord { time_s: 0.6, ..step(1) }), CheckProblem::Time { .. }));
+        assert!(matches!(
+            wrong(StepRecord { driving_force_n: f64::NAN, ..step(1) }),
+            CheckProblem::NotFinite { .. }
+        ));
+        assert!(matches!(read(&[fields(0, f64::INFINITY)]), Err(CheckProblem::NotFinite { .. })));
+    }
+}

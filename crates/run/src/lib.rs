@@ -1,0 +1,70 @@
+//! A run as a library: make it, go on with it, replay its log, check, salvage, verify it.
+//!
+//! The `asperity` command is arguments, words and exit codes around this crate; a program of
+//! one's own calls the same functions. In reading order:
+//!
+//! - [`Task`], [`run`]: simulator, detectors and log, and what of them a caller sees ([`Watch`]).
+//! - [`detectors`]: the registered detectors, and how to choose among them.
+//! - [`Replay`]: a log through detectors again.
+//! - [`check`], [`salvage`]: what a log is worth, and what is left of a damaged one.
+//! - [`verify`](verify::verify): the fast solver compared with the plain one.
+//! - [`study`]: runs by name in a folder, made unless they are there.
+//!
+//! When the first slip event that took the whole slider began, of a small chain:
+//!
+//! ```
+//! use asperity_model::{Scenario, ScenarioSource, builtin};
+//! use asperity_record::{Event, GlobalSlip};
+//! use asperity_run::{Begin, Task, Watch, run};
+//!
+//! struct First(Option<GlobalSlip>);
+//!
+//! impl Watch for First {
+//!     fn event(&mut self, event: &Event) {
+//!         if let (None, Some(Ok(global))) = (&self.0, event.decode()) {
+//!             self.0 = Some(global);
+//!         }
+//!     }
+//! }
+//!
+//! let scenario = Scenario::resolve(
+//!     &ScenarioSource::new("default", builtin::find("default").unwrap())
+//!         .with_override("slider.blocks=10")
+//!         .with_override("time.duration_s=3"),
+//! )?;
+//! let mut first = First(None);
+//! run(Task::new(&scenario), Begin::Anew, &|| false, &mut first)?;
+//! let first = first.0.expect("it slides as a whole within three seconds");
+//! assert!((2.0..3.0).contains(&first.onset_s));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! `examples/first_global_slip.rs` does so with a detector of its own. Nothing here prints, draws
+//! progress, knows exit codes or listens to signals: whoever calls does.
+
+mod agreement;
+mod check;
+#[cfg(test)]
+mod code_version;
+pub mod detectors;
+mod header;
+mod replay;
+mod resume;
+mod run;
+mod salvage;
+pub mod study;
+pub mod verify;
+mod watch;
+
+pub use agreement::{Difference, OtherDetectors};
+pub use check::{CheckProblem, Checked, Seen, Verdict, check};
+pub use header::{CODE_VERSION, header, run_id};
+pub use replay::{Comparison, Replay, ReplayError, Replayed};
+pub use resume::LeftError;
+pub use run::{Begin, CHECKPOINT_INTERVAL, LogTo, Outcome, RunError, Task, run};
+pub use salvage::salvage;
+pub use watch::{Notice, Watch};
+
+pub use asperity_detect::Detector;
+pub use asperity_simulator::{Counters, SolverKind};
+pub use asperity_stream::at_once;

@@ -1,0 +1,163 @@
+//! Logged records through detectors again, by the rules of the live run or by others.
+//!
+//! A replay reads a log once, from its first byte to its last, and holds no more of it than is
+//! under way: what the log says of events and what the detectors find are compared as they come.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use asperity_detect::Detector;
+use asperity_record::{EventKind, EventPayload, RunHeader, SlipEvent};
+use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
+use asperity_stream::{Given, Item, StreamError};
+
+use crate::agreement::{Agreement, Difference, OtherDetectors};
+use crate::detectors::Settings;
+use crate::watch::Watch;
+
+/// A log that is to go through detectors again.
+pub struct Replay {
+    path: PathBuf,
+    reader: RunReader,
+    detectors: Vec<Box<dyn Detector>>,
+    /// Whether what is found is to be what the log holds.
+    compares: bool,
+}
+
+/// What came of a replay.
+#[derive(Debug)]
+pub struct Replayed {
+    /// What the run said of itself.
+    pub header: RunHeader,
+    /// The digest of its messages.
+    pub digest: String,
+    /// Slip events found.
+    pub slip_events: u64,
+    /// What the events found are beside those logged; none by other rules than those of a live
+    /// run, by which other events are found, and are no contradiction.
+    pub comparison: Option<Comparison>,
+}
+
+/// Events as they were found, beside those of the log.
+#[derive(Debug)]
+pub struct Comparison {
+    /// The first that differ, if any do.
+    pub difference: Option<Difference>,
+    /// Topics that only one of them has, which were not compared.
+    pub other_detectors: OtherDetectors,
+}
+
+/// A replay that did not come to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The log cannot be read to its end, or is not whole.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The caller asked it to stop.
+    #[error("stopped")]
+    Stopped,
+}
+
+impl Replay {
+    /// Opens a log, for the registered detectors that `settings` chooses.
+    ///
+    /// # Errors
+    /// If it is no run log that can be read.
+    pub fn open(log: &Path, settings: &Settings) -> Result<Replay, LogError> {
+        let compares = *settings == Settings::default();
+        let topics = Topics { events: compares, ..Topics::STEPS };
+        let reader = RunReader::open(log, topics)?;
+        let detectors = settings.start(reader.header().blocks);
+        Ok(Replay { path: log.to_owned(), reader, detectors, compares })
+    }
+
+    /// With one more detector, of the caller's own.
+    #[must_use]
+    pub fn detect(mut self, detector: impl Detector + 'static) -> Replay {
+        self.detectors.push(Box::new(detector));
+        self
+    }
+
+    /// What the run says of itself.
+    pub fn header(&self) -> &RunHeader {
+        self.reader.header()
+    }
+
+    /// What its detectors emit.
+    pub fn kinds(&self) -> Vec<EventKind> {
+        self.detectors.iter().map(|detector| detector.emits()).collect()
+    }
+
+    /// Replays it. `stop` is asked between records, from another thread.
+    ///
+    /// # Errors
+    /// If the log is not whole, or the caller asked to stop.
+    pub fn run(
+        self,
+        stop: &(dyn Fn() -> bool + Sync),
+        watch: &mut dyn Watch,
+    ) -> Result<Replayed, ReplayError> {
+        let Replay { path, mut reader, detectors, compares } = self;
+        let header = reader.header().clone();
+        let agreement = Mutex::new(compares.then(|| Agreement::with(&detectors)));
+        let mut slip_events = 0;
+        let outcome = asperity_stream::run(
+            || loop {
+                if stop() {
+                    return Err(ReplayError::Stopped);
+                }
+                let item = reader.next_item()?;
+                if reader.has_gap() {
+                    // What is missing may have been the beginning of an event.
+                    return Err(LogError { path: path.clone(), problem: LogProblem::Salvaged }.into());
+                }
+                let mut agreement = agreement.lock().expect("no one panics with it");
+                if let Some(agreement) = &mut *agreement {
+                    agreement.announced(reader.event_topics());
+                }
+                match (item, &mut *agreement) {
+                    (None, _) => return Ok(None),
+                    (Some(LogItem::Record(record)), _) => return Ok(Some(Given::Record(record))),
+                    (Some(LogItem::Event(event)), Some(agreement)) => agreement.logged(event),
+                    (Some(LogItem::Event(_)), None) => {}
+                }
+            },
+            detectors,
+            |item| {
+                match item {
+                    Item::Event(event) => {
+                        slip_events += u64::from(event.topic == SlipEvent::TOPIC);
+                        watch.event(&event);
+                        let mut agreement = agreement.lock().expect("no one panics with it");
+                        if let Some(agreement) = &mut *agreement {
+                            agreement.found(event);
+                            // Told at the end; only that what agrees is let go of matters here.
+                            agreement.let_go();
+                        }
+                    }
+                    Item::Record(record) => {
+                        watch.record(&record);
+                        watch.reached(record.step());
+                    }
+                    Item::Checkpoint(_) => {}
+                }
+                Ok::<(), ReplayError>(())
+            },
+        );
+        match outcome {
+            Ok(()) => {}
+            Err(StreamError::Source(error) | StreamError::Sink(error)) => return Err(error),
+        }
+        let agreement = agreement.into_inner().expect("no one panics with it");
+        let end = reader.end().expect("the log was read to its end");
+        Ok(Replayed {
+            header,
+            digest: end.digest.clone(),
+            slip_events,
+            comparison: agreement.map(|agreement| Comparison {
+                other_detectors: agreement.other_detectors(),
+                difference: agreement.finish().err(),
+            }),
+        })
+    }
+}

@@ -1,0 +1,364 @@
+//! A run: simulator, detectors and log writer, joined by the stream.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use asperity_detect::Detector;
+use asperity_model::{Plan, Scenario};
+use asperity_record::{Checkpoint, EventKind, RunEnd, RunHeader, RunStatus, SolverReport};
+use asperity_runlog::{
+    Existing, LogError, RunReader, RunWriter, Topics, Unfinished, WriteError, partial_path,
+};
+use asperity_simulator::{Counters, SimulationError, Solver, SolverKind};
+use asperity_stream::{Given, Item, StreamError};
+
+use crate::detectors;
+use crate::header::header;
+use crate::resume::{Again, Left, LeftError, Saved};
+use crate::watch::{Notice, Watch};
+
+/// Bytes of checkpoints for each second of work, at most: long chains have large states.
+const CHECKPOINT_BYTES_PER_S: f64 = 1e5;
+
+/// The time between checkpoints where nobody asks for another.
+pub const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(1);
+
+/// What is to be run.
+pub struct Task<'a> {
+    /// The scenario.
+    pub scenario: &'a Scenario,
+    /// Which solver takes the steps.
+    pub solver: SolverKind,
+    /// Where the log goes; without it none is kept.
+    pub log: Option<LogTo<'a>>,
+    /// Detectors of the caller's own. They look beside the registered ones, and what they emit
+    /// stands after what those emit, in the log as well.
+    pub detectors: Vec<Box<dyn Detector>>,
+}
+
+/// Where the log of a run goes.
+#[derive(Debug, Clone, Copy)]
+pub struct LogTo<'a> {
+    /// Its path, once it is whole; until then it stands at [`partial_path`].
+    pub path: &'a Path,
+    /// What becomes of a log that stands there.
+    pub existing: Existing,
+    /// Least time of work between two checkpoints.
+    pub checkpoint_interval: Duration,
+}
+
+impl<'a> LogTo<'a> {
+    /// A new log, with a checkpoint about once a second.
+    pub fn new(path: &'a Path) -> LogTo<'a> {
+        LogTo { path, existing: Existing::Refuse, checkpoint_interval: CHECKPOINT_INTERVAL }
+    }
+}
+
+impl<'a> Task<'a> {
+    /// A run by the default solver, without a log, with the registered detectors.
+    pub fn new(scenario: &'a Scenario) -> Task<'a> {
+        Task { scenario, solver: SolverKind::default(), log: None, detectors: Vec::new() }
+    }
+
+    /// With a log.
+    #[must_use]
+    pub fn log_to(self, log: LogTo<'a>) -> Task<'a> {
+        Task { log: Some(log), ..self }
+    }
+
+    /// With one more detector.
+    #[must_use]
+    pub fn detect(mut self, detector: impl Detector + 'static) -> Task<'a> {
+        self.detectors.push(Box::new(detector));
+        self
+    }
+
+    /// What the run says of itself in its log.
+    pub fn header(&self) -> RunHeader {
+        header(self.scenario, &Plan::new(self.scenario), self.solver.name())
+    }
+
+    /// Whether an unfinished log is of this run, so that it can go on from there.
+    pub fn is_begun(&self, unfinished: &Unfinished) -> bool {
+        RunReader::open(&unfinished.partial_path(), Topics::NONE)
+            .is_ok_and(|reader| *reader.header() == self.header())
+    }
+
+    /// Whether a log is of this run and whole.
+    ///
+    /// # Errors
+    /// If it is of this run and not whole, or no run log.
+    pub fn is_whole(&self, log: &Path) -> Result<bool, LogError> {
+        let mut reader = RunReader::open(log, Topics::NONE)?;
+        if *reader.header() != self.header() {
+            return Ok(false);
+        }
+        reader.verify().map(|_end| true)
+    }
+}
+
+/// Where a run begins.
+#[derive(Debug)]
+pub enum Begin {
+    /// At its first step. What there is of an unfinished log is overwritten.
+    Anew,
+    /// At the last checkpoint of an unfinished log of this run; at the first step if it has none.
+    GoOn(Unfinished),
+}
+
+/// What came of a run.
+#[derive(Debug)]
+pub struct Outcome {
+    /// How it ended.
+    pub status: RunStatus,
+    /// What its steps were made of; none for a log that only lacked its name.
+    pub counters: Counters,
+    /// What its log says at its end, if a log was written.
+    pub end: Option<RunEnd>,
+}
+
+/// A run that was not finished.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The solver could not go on.
+    #[error("failed to simulate: {0}")]
+    Simulation(#[from] SimulationError),
+    /// The log could not be written.
+    #[error("failed to write the log: {0}")]
+    Write(#[from] WriteError),
+    /// The records before a checkpoint could not be read again.
+    #[error("failed to go on with what there is: {0}")]
+    Log(#[from] LogError),
+    /// One cannot go on with the unfinished log.
+    #[error(transparent)]
+    Left(#[from] LeftError),
+    /// A detector of the caller's own emits what another one does.
+    #[error("two detectors emit {0} (accepted: a topic of its own for each)")]
+    TopicTwice(&'static str),
+    /// The caller asked it to stop. The log, if there is one, holds what there is.
+    #[error(
+        "interrupted{}",
+        log.as_ref().map_or(String::new(), |log| {
+            format!("; {} holds what there is, and --resume goes on from there", log.display())
+        })
+    )]
+    Stopped {
+        /// Where the unfinished log stands.
+        log: Option<PathBuf>,
+    },
+}
+
+/// Why records stopped coming.
+enum End {
+    Simulation(SimulationError),
+    Log(LogError),
+    Stopped,
+}
+
+/// Makes a run, and its log if one is asked for. `stop` is asked between records, from another
+/// thread; once it says yes, the run stores its state and ends.
+///
+/// # Errors
+/// If the run could not be finished, see [`RunError`].
+pub fn run(
+    task: Task<'_>,
+    begin: Begin,
+    stop: &(dyn Fn() -> bool + Sync),
+    watch: &mut dyn Watch,
+) -> Result<Outcome, RunError> {
+    let plan = Plan::new(task.scenario);
+    let header = task.header();
+    let Task { scenario, solver, log, detectors: own } = task;
+    let mut detectors = detectors::all(header.blocks);
+    detectors.extend(own);
+    let kinds: Vec<EventKind> = detectors.iter().map(|detector| detector.emits()).collect();
+    for (number, EventKind { topic, .. }) in kinds.iter().enumerate() {
+        if kinds[..number].iter().any(|other| other.topic == *topic) {
+            return Err(RunError::TopicTwice(topic));
+        }
+    }
+    let mut source = Source {
+        solver: solver.start(plan.clone()),
+        stop,
+        again: None,
+        before: Before::default(),
+        checkpoints: log.map(|log| Checkpoints::every(log.checkpoint_interval)),
+        is_stopping: false,
+    };
+    let mut writer = None;
+    if let Some(LogTo { path, existing, .. }) = log {
+        let scenario_toml = scenario.to_commented_toml();
+        let left = match begin {
+            Begin::GoOn(unfinished) => Left::of(unfinished, &header, &plan)?,
+            Begin::Anew => Left::Nothing,
+        };
+        writer = Some(match left {
+            Left::Nothing => RunWriter::create(path, existing, &header, &scenario_toml, &kinds)?,
+            Left::Whole { unfinished, end } => {
+                unfinished.publish()?;
+                watch.notice(Notice::LackedItsName);
+                return Ok(Outcome { status: end.status, counters: Counters::default(), end: Some(*end) });
+            }
+            Left::Part { unfinished, saved } => {
+                let step = saved.chain.step;
+                watch.notice(Notice::GoesOn { step, time_s: plan.grid.time_s(step) });
+                source.go_on(&unfinished, *saved)?;
+                RunWriter::resume(unfinished, existing, &header, &scenario_toml, &kinds)?
+            }
+        });
+    }
+
+    let outcome = asperity_stream::run(
+        || source.next(),
+        detectors,
+        |item| {
+            match (&item, &mut writer) {
+                (Item::Record(record), Some(writer)) => writer.record(record)?,
+                (Item::Event(event), Some(writer)) => writer.event(event)?,
+                (Item::Checkpoint(checkpoint), Some(writer)) => writer.checkpoint(checkpoint)?,
+                (_, None) => {}
+            }
+            match &item {
+                Item::Record(record) => {
+                    watch.record(record);
+                    watch.reached(record.step());
+                }
+                Item::Event(event) => watch.event(event),
+                Item::Checkpoint(_) => {}
+            }
+            Ok(())
+        },
+    );
+    let is_stopped = match outcome {
+        Ok(()) => false,
+        Err(StreamError::Source(End::Stopped)) => true,
+        Err(StreamError::Source(End::Simulation(error))) => return Err(error.into()),
+        Err(StreamError::Source(End::Log(error))) => return Err(error.into()),
+        Err(StreamError::Sink(error)) => return Err(RunError::Write(error)),
+    };
+    let Source { solver, before, .. } = source;
+    let counters = before.counters + solver.counters();
+    let fallbacks = solver.fallbacks();
+    let never_stopped = plan.drive.until_load_ratio.filter(|_| solver.snapshot().hold_step == u64::MAX);
+    let status = match (is_stopped, never_stopped) {
+        (true, _) => RunStatus::Interrupted,
+        (false, Some(_)) => RunStatus::LoadNotReached,
+        (false, None) => RunStatus::Complete,
+    };
+    let mut report = SolverReport {
+        counts: counters.by_name(),
+        fallbacks: fallbacks.iter().map(|&fallback| fallback.to_owned()).collect(),
+    };
+    if before.resumed > 0 {
+        report.counts.insert("resumed".to_owned(), before.resumed);
+    }
+    let end = writer.map(|writer| writer.finish(status, report)).transpose()?;
+    if is_stopped {
+        return Err(RunError::Stopped { log: log.map(|log| partial_path(log.path)) });
+    }
+    if let Some(ratio) = never_stopped {
+        watch.notice(Notice::LoadNotReached { ratio });
+    }
+    for fallback in fallbacks {
+        watch.notice(Notice::Fallback(fallback));
+    }
+    Ok(Outcome { status, counters, end })
+}
+
+/// What the run was made of before it went on.
+#[derive(Debug, Clone, Copy, Default)]
+struct Before {
+    counters: Counters,
+    /// How often it had gone on.
+    resumed: u64,
+}
+
+/// When the next checkpoint is due.
+struct Checkpoints {
+    interval: Duration,
+    next: Instant,
+}
+
+impl Checkpoints {
+    fn every(interval: Duration) -> Checkpoints {
+        Checkpoints { interval, next: Instant::now() + interval }
+    }
+
+    fn are_due(&self) -> bool {
+        Instant::now() >= self.next
+    }
+
+    /// Puts the next one off by the time that one of so many bytes is worth.
+    fn written(&mut self, bytes: usize) {
+        let share = Duration::from_secs_f64(bytes as f64 / CHECKPOINT_BYTES_PER_S);
+        // A shorter interval was asked for by somebody who knows what it costs.
+        let interval =
+            if self.interval < CHECKPOINT_INTERVAL { self.interval } else { self.interval.max(share) };
+        self.next = Instant::now() + interval;
+    }
+}
+
+/// Gives the records of a run: those that are to go through the detectors again, then the
+/// solver's, and now and then a checkpoint between them.
+struct Source<'a> {
+    solver: Box<dyn Solver>,
+    stop: &'a (dyn Fn() -> bool + Sync),
+    again: Option<Again>,
+    before: Before,
+    /// None where there is no log to hold them.
+    checkpoints: Option<Checkpoints>,
+    /// Whether the last checkpoint has been given, and only the end is left.
+    is_stopping: bool,
+}
+
+impl Source<'_> {
+    /// Has the solver go on from a checkpoint, once the records before it have been given.
+    fn go_on(&mut self, unfinished: &Unfinished, saved: Saved) -> Result<(), RunError> {
+        self.again = Some(Again::new(unfinished, &saved)?);
+        self.before = Before { counters: saved.counters, resumed: saved.resumed };
+        self.solver.restore(&saved.chain);
+        Ok(())
+    }
+
+    fn next(&mut self) -> Result<Option<Given>, End> {
+        let stop = (self.stop)();
+        if let Some(again) = &mut self.again {
+            if stop {
+                return Err(End::Stopped);
+            }
+            return match again.next_record().map_err(End::Log)? {
+                Some(record) => Ok(Some(Given::Record(record))),
+                None => {
+                    self.again = None;
+                    self.before.resumed += 1;
+                    Ok(Some(Given::Checkpoint(self.checkpoint())))
+                }
+            };
+        }
+        if self.is_stopping {
+            return Err(End::Stopped);
+        }
+        match &self.checkpoints {
+            None if stop => return Err(End::Stopped),
+            Some(checkpoints) if self.solver.is_between_records() && (stop || checkpoints.are_due()) => {
+                self.is_stopping = stop;
+                return Ok(Some(Given::Checkpoint(self.checkpoint())));
+            }
+            _ => {}
+        }
+        Ok(self.solver.next_record().map_err(End::Simulation)?.map(Given::Record))
+    }
+
+    fn checkpoint(&mut self) -> Checkpoint {
+        let saved = Saved {
+            chain: self.solver.snapshot(),
+            counters: self.before.counters + self.solver.counters(),
+            resumed: self.before.resumed,
+        };
+        let checkpoint = saved.checkpoint();
+        if let Some(checkpoints) = &mut self.checkpoints {
+            checkpoints.written(checkpoint.state.len());
+        }
+        checkpoint
+    }
+}

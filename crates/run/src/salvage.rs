@@ -1,0 +1,60 @@
+//! What is left of a damaged log, as a log that says what it lacks.
+
+use std::path::Path;
+
+use asperity_model::{Plan, Scenario, ScenarioSource};
+use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
+use asperity_runlog::{SalvageError, Salvaged};
+
+use crate::detectors;
+use crate::header::{header, run_id};
+
+/// Stands where nobody knows any more which program or solver it was.
+const UNKNOWN: &str = "unknown";
+
+/// Writes what is left of the log `input` to a new log `output`.
+///
+/// # Errors
+/// If `input` is whole, cannot be read or has nothing left that says what run it is of, or
+/// `output` exists or cannot be written.
+pub fn salvage(input: &Path, output: &Path) -> Result<Salvaged, SalvageError> {
+    asperity_runlog::salvage(input, output, &detectors::event_kinds(), &settle)
+}
+
+/// Compares the header with the scenario, of which a checksum says that it is what was
+/// written: nothing else says so of the header.
+fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeader, Vec<String>), String> {
+    let resolved =
+        scenario.and_then(|text| Scenario::resolve(&ScenarioSource::new("scenario.toml", text)).ok());
+    match (logged, resolved) {
+        (Some(logged), Some(scenario)) => {
+            let (solver, code_version) = (logged.solver.clone(), logged.code_version.clone());
+            let expected = of(&scenario, &solver, &code_version, logged.record_schema_version);
+            if expected == logged {
+                return Ok((logged, Vec::new()));
+            }
+            let remark =
+                "metadata `run` was not what the scenario says, and was made anew from it".to_owned();
+            Ok((of(&scenario, UNKNOWN, UNKNOWN, logged.record_schema_version), vec![remark]))
+        }
+        (None, Some(scenario)) => {
+            let remark = "metadata `run` is lost, and was made anew from the scenario".to_owned();
+            Ok((of(&scenario, UNKNOWN, UNKNOWN, RECORD_SCHEMA_VERSION), vec![remark]))
+        }
+        // Its own id is all there is to compare it with.
+        (Some(logged), None) if logged.run_id == run_id(&logged) => Ok((logged, Vec::new())),
+        (Some(_), None) => Err("metadata `run` contradicts itself, and the scenario is lost".to_owned()),
+        (None, None) => {
+            Err("neither metadata `run` nor the scenario is left: nothing says what run it is of".to_owned())
+        }
+    }
+}
+
+/// The header of a run of a scenario, by whatever program.
+fn of(scenario: &Scenario, solver: &str, code_version: &str, version: u32) -> RunHeader {
+    let mut of = header(scenario, &Plan::new(scenario), solver);
+    of.code_version = code_version.to_owned();
+    of.record_schema_version = version;
+    of.run_id = run_id(&of);
+    of
+}

@@ -1,0 +1,156 @@
+//! The MCAP records of a log, one after the other, those in chunks included: every checksum
+//! checked, every record where it may stand, memory bounded by a chunk.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use mcap::McapError;
+use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+
+use crate::chunk::Chunk;
+use crate::format::{LONGEST_READ_BYTES, LONGEST_RECORD_BYTES, MAGIC, PROFILE, RECORD_HEAD_BYTES};
+use crate::layout::Layout;
+use crate::parse::parse;
+use crate::problem::{LogProblem, NoRunLog};
+
+/// Reads the records of one file.
+pub(crate) struct Records {
+    source: BufReader<File>,
+    reader: LinearReader,
+    /// Where the next record begins, and that which is being read.
+    next_at: u64,
+    at: u64,
+    /// What is left of the chunk that is being read.
+    chunk: Chunk,
+    layout: Layout,
+    /// The library that wrote the file, if the MCAP header says that it is none of ours.
+    other_library: Option<String>,
+}
+
+impl Records {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub(crate) fn open(path: &Path) -> io::Result<Records> {
+        let options = LinearReaderOptions::default()
+            .with_emit_chunks(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true)
+            .with_record_length_limit(LONGEST_RECORD_BYTES);
+        Ok(Records {
+            source: BufReader::with_capacity(1 << 16, File::open(path)?),
+            reader: LinearReader::new_with_options(options),
+            next_at: MAGIC.len() as u64,
+            at: 0,
+            chunk: Chunk::default(),
+            layout: Layout::default(),
+            other_library: None,
+        })
+    }
+
+    /// What stood where so far.
+    pub(crate) fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// What it means that there is no header: the file is damaged, or none of ours.
+    pub(crate) fn no_header(&self) -> LogProblem {
+        match &self.other_library {
+            Some(library) => NoRunLog::OtherProgram { library: library.clone() }.into(),
+            None => LogProblem::NoHeader,
+        }
+    }
+
+    /// The next record; none after the last one.
+    ///
+    /// # Errors
+    /// If it cannot be read, or may not stand there.
+    pub(crate) fn next(&mut self) -> Result<Option<Record<'static>>, LogProblem> {
+        self.read().map_err(|problem| match problem {
+            LogProblem::Io(_) => problem,
+            // Whatever is wrong with the file of another program, it is no log of ours.
+            _ if self.other_library.is_some() && !self.layout.has_run() => self.no_header(),
+            _ => problem,
+        })
+    }
+
+    fn read(&mut self) -> Result<Option<Record<'static>>, LogProblem> {
+        loop {
+            if let Some((opcode, body)) = self.chunk.next_record().map_err(|problem| problem.at(self.at))? {
+                let record = parse(opcode, body, self.at)?.into_owned();
+                if matches!(record, Record::Chunk { .. }) {
+                    return Err(LogProblem::Misplaced("there is a chunk in a chunk"));
+                }
+                self.layout.take(&record)?;
+                return Ok(Some(record));
+            }
+            let record = match self.reader.next_event() {
+                None if self.source.read(&mut [0])? > 0 => {
+                    return Err(LogProblem::Misplaced("there is something behind the end of the MCAP file"));
+                }
+                None => return Ok(None),
+                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
+                    let buffer = self.reader.insert(wanted.min(LONGEST_READ_BYTES));
+                    let read = loop {
+                        match self.source.read(buffer) {
+                            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                            other => break other?,
+                        }
+                    };
+                    self.reader.notify_read(read);
+                    continue;
+                }
+                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                    self.at = self.next_at;
+                    self.next_at += (RECORD_HEAD_BYTES + data.len()) as u64;
+                    parse(opcode, data, self.at)?.into_owned()
+                }
+                Some(Err(McapError::UnexpectedEof)) => return Err(self.early_end()),
+                Some(Err(McapError::BadMagic)) if !self.layout.has_begun() => {
+                    return Err(NoRunLog::NotMcap.into());
+                }
+                Some(Err(error)) => return Err(LogProblem::from(error).at(self.next_at)),
+            };
+            self.layout.take(&record)?;
+            match record {
+                Record::Chunk { header, data } => {
+                    self.chunk = Chunk::open(&header, &data).map_err(|problem| problem.at(self.at))?;
+                }
+                Record::Header(header) => {
+                    self.other_library = (header.profile != PROFILE).then(|| header.library.clone());
+                    return Ok(Some(Record::Header(header)));
+                }
+                record => return Ok(Some(record)),
+            }
+        }
+    }
+
+    /// What it means that the file ends inside a record: it was cut off, or the record lies
+    /// about its length. A file that was cut off does not end as a whole one.
+    fn early_end(&mut self) -> LogProblem {
+        if !self.layout.has_begun()
+            && let Ok(start) = self.start()
+            && (start.is_empty() || !MAGIC.starts_with(&start))
+        {
+            return if start.is_empty() { NoRunLog::Empty } else { NoRunLog::NotMcap }.into();
+        }
+        let mut last = [0; MAGIC.len()];
+        let back = SeekFrom::End(-(last.len() as i64));
+        let read = self.source.seek(back).and_then(|at| self.source.read_exact(&mut last).map(|()| at));
+        match read {
+            Ok(at) if at > self.next_at && last == *MAGIC => LogProblem::Overlong(self.next_at),
+            _ => McapError::UnexpectedEof.into(),
+        }
+    }
+
+    /// The file's first bytes, as many as an MCAP file must have.
+    fn start(&mut self) -> io::Result<Vec<u8>> {
+        self.source.seek(SeekFrom::Start(0))?;
+        let mut start = Vec::new();
+        self.source.by_ref().take(MAGIC.len() as u64).read_to_end(&mut start)?;
+        Ok(start)
+    }
+}

@@ -1,0 +1,75 @@
+//! Logs that are being written: they stand under a temporary name, locked, until they are whole.
+
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::problem::WriteError;
+use crate::whole::{partial_path, with_suffix};
+
+/// Where a run that is taken up again is written until it holds what the log of the
+/// unfinished one holds.
+pub(crate) fn resumed_path(path: &Path) -> PathBuf {
+    with_suffix(path, ".resumed")
+}
+
+/// An unfinished log that no other process writes, for as long as this lives.
+#[derive(Debug)]
+pub struct Unfinished {
+    path: PathBuf,
+    file: File,
+}
+
+impl Unfinished {
+    /// Takes hold of what stands for `path` until that is whole, if there is any of it.
+    ///
+    /// # Errors
+    /// If another process writes it, or the system refuses.
+    pub fn of(path: &Path) -> Result<Option<Unfinished>, WriteError> {
+        let partial = partial_path(path);
+        match File::options().read(true).write(true).open(&partial) {
+            Ok(file) => Ok(Some(Unfinished { file: locked(file, &partial)?, path: path.to_owned() })),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(WriteError::Io { path: partial, error }),
+        }
+    }
+
+    /// The name that it is to have.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where it is.
+    pub fn partial_path(&self) -> PathBuf {
+        partial_path(&self.path)
+    }
+
+    /// Gives it its final name, which only a whole one may have.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn publish(self) -> Result<(), WriteError> {
+        let partial = self.partial_path();
+        let outcome = self.file.sync_all().and_then(|()| fs::rename(&partial, &self.path));
+        outcome.map_err(|error| WriteError::Io { path: partial, error })
+    }
+}
+
+/// Locks a file that stands at `path`, until it is closed.
+pub(crate) fn locked(file: File, path: &Path) -> Result<File, WriteError> {
+    let io_error = |error| WriteError::Io { path: path.to_owned(), error };
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => return Err(WriteError::Busy(path.to_owned())),
+        // Some network file systems have no locks; there nobody keeps two processes apart.
+        Err(TryLockError::Error(error)) if error.kind() != io::ErrorKind::Unsupported => {
+            return Err(io_error(error));
+        }
+        _ => {}
+    }
+    // Whoever held the lock until now may have given the file another name.
+    let ours = same_file::Handle::from_file(file.try_clone().map_err(io_error)?).map_err(io_error)?;
+    match same_file::Handle::from_path(path) {
+        Ok(here) if here == ours => Ok(file),
+        _ => Err(WriteError::Busy(path.to_owned())),
+    }
+}

@@ -1,0 +1,57 @@
+//! The tests of what crosses crates, most of them by the built command, as one
+//! program: `cargo test --test root`, a part of them `cargo test --test root cli::`.
+//!
+//! One program and not one per file, since each would be linked with all
+//! libraries, polars among them. A file of this folder is a module here, or
+//! `tidy` fails. All run in one process: nothing here sets a variable of the
+//! environment or the current folder, which is done to the commands that are
+//! started.
+
+mod cli;
+#[cfg(feature = "analysis")]
+mod clients;
+#[cfg(feature = "analysis")]
+mod diff;
+mod disk;
+#[cfg(feature = "analysis")]
+mod end_to_end;
+mod export;
+mod flips;
+mod foxglove;
+#[cfg(feature = "analysis")]
+mod golden;
+mod hostile;
+#[cfg(feature = "analysis")]
+mod page;
+#[cfg(feature = "analysis")]
+mod recipes;
+mod reference;
+mod resume;
+mod runlog;
+mod salvage;
+mod scenarios;
+#[cfg(feature = "analysis")]
+mod textconv;
+mod tidy;
+#[cfg(feature = "analysis")]
+mod verify;
+mod versions;
+#[cfg(feature = "analysis")]
+mod words;
+
+/// What must hold of any input, which the fuzzers hold it to as well.
+#[path = "fuzz/src/lib.rs"]
+#[expect(unreachable_pub, reason = "the fuzzers have it as a crate of its own")]
+mod laws;
+
+/// What these tests share.
+mod support {
+    pub(crate) mod binary;
+    pub(crate) mod clients;
+    pub(crate) mod forgeries;
+    #[cfg(feature = "analysis")]
+    pub(crate) mod golden;
+    #[cfg(feature = "analysis")]
+    pub(crate) mod markdown;
+    pub(crate) mod small;
+}

@@ -25,27 +25,147 @@ fn fail(arguments: &[&str], code: i32) -> String {
     stderr
 }
 
+/// The help of every command, by its words, as it reads in a terminal of that width.
+fn help_of_all(columns: &str) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    let mut commands: Vec<Vec<String>> = vec![Vec::new()];
+    while let Some(command) = commands.pop() {
+        let output = Command::new(env!("CARGO_BIN_EXE_asperity"))
+            .args(&command)
+            .arg("--help")
+            .env("COLUMNS", columns)
+            .stdin(Stdio::null())
+            .output()
+            .expect("the binary starts");
+        assert!(output.status.success(), "{command:?}");
+        let help = String::from_utf8(output.stdout).expect("the binary writes UTF-8");
+        let below = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+        let names = below.take_while(|line| !line.is_empty()).filter_map(|line| {
+            // Lines that begin farther right go on with what a command does.
+            line.strip_prefix("  ").filter(|line| !line.starts_with(' '))?.split(' ').next()
+        });
+        commands.extend(names.filter(|name| *name != "help").map(|name| {
+            let name = name.to_owned();
+            command.iter().cloned().chain([name]).collect()
+        }));
+        found.push((command.join(" "), help));
+    }
+    found
+}
+
 #[test]
 fn every_command_has_help() {
-    let mut commands: Vec<&[&str]> = vec![
-        &[],
-        &["scenario"],
-        &["scenario", "list"],
-        &["scenario", "show"],
-        &["run"],
-        &["events"],
-        &["replay"],
-        &["check"],
-        &["export"],
-    ];
+    let helps = help_of_all("80");
+    let mut expected = vec!["", "scenario list", "scenario show", "run", "completions", "man"];
     if cfg!(feature = "analysis") {
-        commands.extend([&["reduce"][..], &["reproduce"]]);
+        expected.extend(["reduce", "reproduce", "verify-solver"]);
     }
-    for command in commands {
-        let help = succeed(&[command, &["--help"]].concat());
-        assert!(help.contains("Usage: asperity"), "{help}");
+    for command in expected {
+        assert!(helps.iter().any(|(name, _)| name == command), "no help of {command:?}");
+    }
+    for (command, help) in &helps {
+        assert!(help.contains(&format!("Usage: asperity {command}")), "{help}");
+        let has_out = help.contains("--out <");
+        assert!(!has_out || help.contains("-o, --out <"), "{command}: --out is -o everywhere");
+        assert!(help.contains("-q, --quiet"), "{help}");
     }
     assert!(succeed(&["--version"]).starts_with("asperity "));
+}
+
+/// What stands below the options is broken into lines by hand. Were one of them too long, it
+/// would be broken again, and leave a few words alone on the next.
+#[test]
+fn help_fits_into_80_columns() {
+    let below_options = |help: &str| help.find("\nExamples:\n").map(|start| help[start..].to_owned());
+    for ((command, at_80), (_, at_100)) in help_of_all("80").into_iter().zip(help_of_all("100")) {
+        let long = at_80.lines().find(|line| line.chars().count() > 80);
+        assert_eq!(long, None, "asperity {command} --help");
+        assert_eq!(below_options(&at_80), below_options(&at_100), "asperity {command} --help");
+    }
+}
+
+/// The repository ignores `out`, so that who tries the examples in it finds nothing changed.
+#[test]
+fn examples_write_into_out_or_the_home_folder() {
+    const WRITES: [&str; 6] = ["-o", "--out", ">", "--page", "--matches", "--draft-policy"];
+    let mut checked = 0;
+    for (command, help) in help_of_all("80") {
+        for line in help.lines().filter(|line| line.starts_with("  asperity ")) {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            for pair in words.windows(2).filter(|pair| WRITES.contains(&pair[0])) {
+                let is_well_put = pair[1].starts_with("out/") || pair[1].starts_with("~/");
+                assert!(is_well_put, "asperity {command} --help: {line}");
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 10, "only {checked} examples were found that write something");
+}
+
+#[test]
+fn quiet_leaves_errors_results_and_what_was_asked_for() {
+    let folder = folder();
+    let log = folder.path().join("run.mcap");
+    let run = |flags: &[&str], log: &Path| {
+        let short = ["run", "default", "--set", "time.step_s=1e-7", "--set", "time.duration_s=0.01"];
+        let output = asperity(&[&short[..], &["-o", text(log)], flags].concat());
+        (output.status.code(), String::from_utf8(output.stderr).expect("the binary writes UTF-8"))
+    };
+    let (code, said) = run(&[], &folder.path().join("loud.mcap"));
+    assert!(code == Some(0) && said.contains("default: 0.01 s simulated"), "{said}");
+    assert_eq!(run(&["--quiet"], &log), (Some(0), String::new()));
+    let (code, said) = run(&["-q"], &log);
+    assert!(code == Some(2) && said.starts_with("error: ") && said.contains("exists already"), "{said}");
+    let (code, said) = run(&["-q", "--stats"], &folder.path().join("stats.mcap"));
+    assert!(code == Some(0) && !said.is_empty() && !said.contains("simulated"), "{said}");
+    assert!(succeed(&["-q", "check", text(&log)]).contains(": whole: "));
+}
+
+#[test]
+fn completion_scripts_complete() {
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = succeed(&["completions", shell]);
+        assert!(script.contains("salvage") && script.contains("quiet"), "{shell}: {script}");
+        assert!(!script.contains("replace'") && !script.contains("--replace"), "{shell}: a hidden flag");
+    }
+    let folder = folder();
+    let script = folder.path().join("asperity.bash");
+    fs::write(&script, succeed(&["completions", "bash"])).expect("the folder can be written");
+    let completed = Command::new("bash")
+        .args([
+            "-c",
+            "source \"$0\"; COMP_WORDS=(asperity sal); COMP_CWORD=1; _asperity asperity sal; echo $COMPREPLY",
+        ])
+        .arg(&script)
+        .output()
+        .expect("bash starts");
+    assert_eq!(String::from_utf8_lossy(&completed.stdout), "salvage\n", "{completed:?}");
+}
+
+#[test]
+fn every_command_has_a_manual_page() {
+    let folder = folder();
+    let pages = folder.path().join("man1");
+    let said = succeed(&["man", "-o", text(&pages)]);
+    let commands = help_of_all("80");
+    assert_eq!(said.lines().count(), commands.len(), "{said}");
+    for (command, _) in &commands {
+        let name = format!("asperity {command}").trim_end().replace(' ', "-");
+        let page = fs::read_to_string(pages.join(format!("{name}.1"))).expect("the page is there");
+        assert!(page.contains(&format!(".TH {name} 1")), "{page}");
+        assert!(page.contains(".SH SYNOPSIS") && page.contains("quiet"), "{page}");
+    }
+    let page = fs::read_to_string(pages.join("asperity-diff.1")).expect("the page is there");
+    // Examples line by line, prose as running text.
+    assert!(page.contains(".SH EXAMPLES\n.nf\n  asperity diff out/before.mcap"), "{page}");
+    assert!(page.contains("\n.fi\n") && page.contains(".SH \"EXIT CODES\"\n"), "{page}");
+
+    fs::write(pages.join("asperity-run.1"), "mine").expect("the folder can be written");
+    let stderr = fail(&["man", "-o", text(&pages)], 2);
+    assert!(stderr.contains("exists already") && stderr.contains("--force"), "{stderr}");
+    assert_eq!(fs::read_to_string(pages.join("asperity-run.1")).unwrap(), "mine");
+    succeed(&["man", "-o", text(&pages), "--force"]);
+    assert!(fs::read_to_string(pages.join("asperity-run.1")).unwrap().contains(".TH asperity-run 1"));
 }
 
 /// The first signal closes the log, which says that it was interrupted and never bears its

@@ -406,10 +406,14 @@ fn files_that_are_there_are_kept_unless_told() {
     let output = asperity(&arguments);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("run.step.csv exists already") && said.contains("--replace"), "{said}");
+    assert!(said.contains("run.step.csv exists already") && said.contains("--force"), "{said}");
     assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
-    succeed(&[&arguments[..], &["--replace"]].concat());
-    assert!(fs::read_to_string(&path).unwrap().starts_with("step,time_s,"));
+    // `--replace` is what it was called before.
+    for flag in ["--force", "--replace"] {
+        succeed(&[&arguments[..], &[flag]].concat());
+        assert!(fs::read_to_string(&path).unwrap().starts_with("step,time_s,"));
+        fs::write(&path, "mine").expect("the folder can be written");
+    }
     assert_eq!(names(&out).len(), 2);
 }
 

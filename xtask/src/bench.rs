@@ -1,7 +1,11 @@
-//! `cargo xtask bench`: the benchmark, in the one profile that everything is built in.
+//! `cargo xtask bench`: the benchmark, in the one profile that everything is built in; or this
+//! checkout against another revision.
+
+use std::num::NonZeroUsize;
 
 use clap::Args;
 
+use crate::against::{self, Task};
 use crate::workspace::{Failure, cargo, run};
 
 #[derive(Debug, Args)]
@@ -9,18 +13,62 @@ use crate::workspace::{Failure, cargo, run};
 Examples:
   cargo xtask bench
   cargo xtask bench runs logs
+  cargo xtask bench --against HEAD~1
+  cargo xtask bench --against v0.1.0 --pairs 40 --within 0.01 as-coded replay
 
-Parts: loop (the scalar loop against C), runs (the default run), chains (longer and shorter ones), logs (reading them),
-diff (event tables of up to a million events), chapter5 (all of it). Prints tables of ratios to what is measured along in
-the same minutes. Leave the machine alone meanwhile. All of it takes some ten minutes.")]
+Without --against, the speed of this checkout is measured as ratios to a plain
+loop, which takes about ten minutes in all. Parts:
+  loop      the plain loop in Rust, compared with the same loop in C
+  runs      the default run
+  chains    longer and shorter chains
+  logs      reading run logs
+  diff      comparing event tables of up to a million events
+  chapter5  asperity reproduce pipelines/chapter5.toml
+
+With --against, the asperity commands of REV and of this checkout run in turn:
+old then new, new then old, and so on. Prints the median and the quartiles of
+the ratio new/old within pairs. The verdict is by CPU time (user and system),
+which other processes disturb less than wall time. Parts:
+  as-coded   asperity run default
+  as-stated  asperity run default --set parameter_set=as-stated
+  replay     asperity replay, of the log of as-coded
+  reduce     asperity reduce, of the same log
+
+REV is built in a worktree under target/diff-events, and kept. Outputs go to a
+temporary folder under target. Leave the machine alone meanwhile.
+
+Exit codes of --against:
+  0  all medians are within the limit
+  1  one is beyond it
+  2  the two cannot be compared")]
 pub(crate) struct BenchArguments {
     /// What to measure [default: everything].
     #[arg(value_name = "PART")]
     parts: Vec<String>,
+    /// Compare with this revision: a commit, a tag, a branch, HEAD~3.
+    #[arg(long, value_name = "REV")]
+    against: Option<String>,
+    /// How many times both revisions run each part.
+    #[arg(long, value_name = "N", default_value = "20", requires = "against")]
+    pairs: NonZeroUsize,
+    /// By which share of the time a median may differ.
+    #[arg(long, value_name = "SHARE", default_value = "0.03", requires = "against", value_parser = share)]
+    within: f64,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(share) if share > 0.0 && share < 1.0 => Ok(share),
+        _ => Err("accepted: a number above 0 and below 1, such as 0.03".to_owned()),
+    }
 }
 
 pub(crate) fn command(arguments: &BenchArguments) -> Result<(), Failure> {
     const BENCH: [&str; 8] =
         ["bench", "--profile", "dev", "--package", "asperity-cli", "--bench", "speed", "--locked"];
-    run(cargo(&BENCH).arg("--").args(&arguments.parts))
+    let &BenchArguments { ref parts, ref against, pairs, within } = arguments;
+    match against {
+        Some(revision) => against::command(&Task { revision, pairs, within, parts }),
+        None => run(cargo(&BENCH).arg("--").args(parts)),
+    }
 }

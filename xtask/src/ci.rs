@@ -1,6 +1,6 @@
 //! `cargo xtask ci`: what a change must pass, stage by stage.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 
@@ -13,7 +13,9 @@ Examples:
   cargo xtask ci
   ASPERITY_NO_SKIPS=1 cargo xtask ci
 
-The stages run in order, the quick ones first, and the first that fails ends it.")]
+The stages run in order, the quick ones first, and the first failure ends it.
+What each of them took is listed at the end. With ASPERITY_NO_SKIPS=1, a skipped
+test is a failure.")]
 pub(crate) struct CiArguments {}
 
 type Stage = (&'static str, fn() -> Result<(), Failure>);
@@ -27,18 +29,33 @@ const STAGES: [Stage; 5] = [
 ];
 
 pub(crate) fn command(_arguments: &CiArguments) -> Result<(), Failure> {
+    let begun = Instant::now();
+    let mut times = Vec::new();
+    let mut outcome = Ok(());
     for (name, stage) in STAGES {
         eprintln!("==> {name}");
         let started = Instant::now();
-        let outcome = stage();
-        let seconds = started.elapsed().as_secs_f64();
+        outcome = stage();
+        let time = took(started.elapsed());
         match &outcome {
-            Ok(()) => eprintln!("==> {name}: passed in {seconds:.1} s"),
-            Err(_) => eprintln!("==> {name}: failed after {seconds:.1} s"),
+            Ok(()) => eprintln!("==> {name}: passed in {time}"),
+            Err(_) => eprintln!("==> {name}: failed after {time}"),
         }
-        outcome?;
+        times.push(format!("{name} {time}"));
+        if outcome.is_err() {
+            break;
+        }
     }
-    Ok(())
+    eprintln!("==> {}; in all {}", times.join(", "), took(begun.elapsed()));
+    outcome
+}
+
+fn took(time: Duration) -> String {
+    let seconds = time.as_secs();
+    match seconds / 60 {
+        0 => format!("{:.1} s", time.as_secs_f64()),
+        minutes => format!("{minutes} min {} s", seconds % 60),
+    }
 }
 
 fn format() -> Result<(), Failure> {

@@ -27,10 +27,17 @@ Examples:
   cargo xtask diff-events main --policy rounding.toml
   cargo xtask diff-events --clean
 
-Both sides run the pipeline file of this checkout. If a revision refuses it, that one runs its own, or the runs alone if it has
-none, and what it does not know is named with the commit that brought it. The outputs stay in out/diff-events/PIPELINE/REVISION, and the page with
-both timelines beside them. What was built stays in target/diff-events, so that a second call is quick. This checkout, its
-index and its branches are left alone. Exit codes: 0 within policy; 1 differs; 2 cannot be compared.")]
+Both sides run the pipeline file of this checkout. A revision that refuses it
+runs its own version of the file, or only the runs if it has none; what it does
+not know is named, with the commit that introduced it. The outputs stay in
+out/diff-events/PIPELINE/REVISION, with a page of both timelines beside them.
+What was built stays in target/diff-events, so that a second call is quick. This
+checkout, its index and its branches are left alone.
+
+Exit codes:
+  0  nothing differs except what the policy allows
+  1  something differs
+  2  the two sides cannot be compared")]
 pub(crate) struct DiffEventsArguments {
     /// The older revision: a commit, a tag, a branch, HEAD~3.
     #[arg(value_name = "REV", required_unless_present = "clean")]
@@ -38,16 +45,16 @@ pub(crate) struct DiffEventsArguments {
     /// The newer revision [default: this checkout as it stands].
     #[arg(long, value_name = "REV", conflicts_with = "clean")]
     new: Option<String>,
-    /// Which runs: those of this pipeline.
+    /// The pipeline whose runs are compared.
     #[arg(long, value_name = "NAME", default_value = CHAPTER5, value_parser = ALL)]
     pipeline: String,
     /// Which reading of the thesis to run [default: what the pipeline says].
     #[arg(long, value_enum, value_name = "SET")]
     parameter_set: Option<ParameterSet>,
-    /// What may differ, as of `asperity diff` [default: nothing].
+    /// What may differ, as for `asperity diff` [default: nothing].
     #[arg(long, value_name = "POLICY.toml")]
     policy: Option<PathBuf>,
-    /// Remove what was built of REV, or of all revisions, and do nothing else.
+    /// Only remove what was built of REV, or of all revisions.
     #[arg(long)]
     clean: bool,
 }

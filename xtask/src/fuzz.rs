@@ -31,17 +31,19 @@ Examples:
   cargo xtask fuzz
   cargo xtask fuzz --for-s 3600 log_edits
 
-It needs cargo-fuzz (`cargo install cargo-fuzz --locked`) and a C++ compiler; the toolchain of the workspace will do. What
-was found is left in target/fuzz/found/TARGET, and the inputs that reach the most in target/fuzz/corpus/TARGET; those that
-are worth keeping go to fixtures/hostile, from where every test run reads them.")]
+It needs cargo-fuzz (`cargo install cargo-fuzz --locked`) and a C++ compiler; no
+other Rust toolchain than that of the workspace. Inputs that fail are left in
+target/fuzz/found/TARGET, and those that reach most of the code in
+target/fuzz/corpus/TARGET. Copy those worth keeping to fixtures/hostile, from
+where every test run reads them.")]
 pub(crate) struct FuzzArguments {
     /// Which fuzzer [default: all, one after the other].
     #[arg(value_name = "TARGET", value_parser = TARGETS.map(|(name, _)| name))]
     target: Option<String>,
-    /// How long each of them goes on.
+    /// How long each of them runs.
     #[arg(long, value_name = "SECONDS", default_value_t = 60)]
     for_s: u32,
-    /// Do not fuzz: leave out of the kept inputs those that reach nothing which others do not.
+    /// Do not fuzz: drop kept inputs that reach no code which others do not reach.
     #[arg(long)]
     minimise: bool,
 }

@@ -28,13 +28,18 @@ an entry here, the newest first: the signature of the tables, the version of the
 #[command(after_help = "\
 Examples:
   cargo xtask golden
-  cargo xtask golden --accept 'thresholds are held against the force after the step, not before'
+  cargo xtask golden --accept 'thresholds are compared after the step'
 
-Without --accept nothing in the repository changes: it makes the runs of chapter 5, compares their events with
-fixtures/golden/chapter5 under the exact policy, and leaves tables and page in out/golden. Exit codes: 0 the same, or
-accepted; 1 differs; 2 cannot be compared.")]
+Without --accept nothing in the repository changes: the runs of chapter 5 are
+made, and their events compared exactly with fixtures/golden/chapter5. The
+tables and a page of what differs are left in out/golden.
+
+Exit codes:
+  0  the same, or accepted
+  1  something differs
+  2  the two sides cannot be compared")]
 pub(crate) struct GoldenArguments {
-    /// Take the tables of the present code for the golden ones, for this reason.
+    /// Replace the golden tables by those of the present code, for this reason.
     #[arg(long, value_name = "REASON", value_parser = reason)]
     accept: Option<String>,
 }

@@ -6,6 +6,7 @@
     reason = "stdout belongs to the commands that are run; xtask speaks on stderr"
 )]
 
+mod against;
 mod bench;
 mod ci;
 mod clients;
@@ -42,7 +43,7 @@ Examples:
   cargo xtask verify-solver
   cargo xtask diff-events HEAD~1
   cargo xtask golden
-  cargo xtask bench
+  cargo xtask bench --against HEAD~1
   cargo xtask fuzz --for-s 600
   cargo xtask ci"
 )]
@@ -62,23 +63,23 @@ enum Command {
     /// The same for appendix A, damping.
     #[command(name = "reproduce-appendix-a")]
     ReproduceAppendixA(reproduce::ReproduceArguments),
-    /// The same for the studies that section 1.2 sets out to make.
+    /// The same for the studies that section 1.2 announces.
     #[command(name = "reproduce-goals")]
     ReproduceGoals(reproduce::ReproduceArguments),
-    /// All of these, the study of top-driven sliders and that of the number of blocks.
+    /// All of these, and the studies of top-driven sliders and of the number of blocks.
     #[command(name = "reproduce-all")]
     ReproduceAll(reproduce::ReproduceArguments),
-    /// Set up the clients of the run log, in Python and Node, and run all tests.
+    /// Set up the Python and Node clients that read run logs, and run all tests.
     Test(test::TestArguments),
-    /// Hold the fast solver against the plain one over all of chapter 5, in both parameter sets.
+    /// Compare the fast solver with the plain one in all runs, for both parameter sets.
     VerifySolver(verify::VerifyArguments),
-    /// Say what became of the events of another revision.
+    /// Compare the slip events of another revision with those of this checkout.
     DiffEvents(diff_events::DiffEventsArguments),
-    /// Hold the events of chapter 5 against the golden tables, or accept that these change.
+    /// Compare the events of chapter 5 with the golden tables, or accept a change.
     Golden(golden::GoldenArguments),
-    /// Measure how fast it is.
+    /// Measure the speed, or compare it with that of another revision.
     Bench(bench::BenchArguments),
-    /// Look for inputs that do harm; needs cargo-fuzz.
+    /// Search for inputs that do harm; needs cargo-fuzz.
     Fuzz(fuzz::FuzzArguments),
     /// Check everything that a change must pass.
     Ci(ci::CiArguments),
@@ -106,6 +107,46 @@ fn main() -> ExitCode {
         Err(failure) => {
             eprintln!("error: {failure}");
             ExitCode::from(failure.code())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    /// What stands below the options is broken into lines by hand, and must not be broken again.
+    #[test]
+    fn help_fits_into_80_columns() {
+        let mut all = Arguments::command();
+        all.build();
+        for command in all.get_subcommands().chain([&all]) {
+            let help = |columns| command.clone().term_width(columns).render_long_help().to_string();
+            let below_options = |help: &str| help.find("\nExamples:\n").map(|start| help[start..].to_owned());
+            let (narrow, wide) = (help(80), help(100));
+            let long = narrow.lines().find(|line| line.chars().count() > 80);
+            assert_eq!(long, None, "{}", command.get_name());
+            assert_eq!(below_options(&narrow), below_options(&wide), "{}", command.get_name());
+        }
+    }
+
+    #[test]
+    fn bench_takes_limits_only_with_a_revision() {
+        let parse = |words: &str| Arguments::try_parse_from(words.split(' '));
+        for good in
+            ["xtask bench", "xtask bench loop", "xtask bench --against A --pairs 3 --within 0.1 replay"]
+        {
+            assert!(parse(good).is_ok(), "{good}");
+        }
+        for bad in [
+            "--pairs 3",
+            "--within 0.1",
+            "--against A --pairs 0",
+            "--against A --within 0",
+            "--against A --within 2",
+        ] {
+            assert!(parse(&format!("xtask bench {bad}")).is_err(), "{bad}");
         }
     }
 }

@@ -30,19 +30,20 @@ Examples:
   cargo xtask reproduce-chapter6 --parameter-set as-stated
   cargo xtask reproduce-all --out /tmp/all --fresh --jobs 1
 
-Runs that are in the folder already are used again when their scenario and the code are the same.")]
+Runs found in the folder are used again if their scenario and the code that made
+them are the same; --fresh repeats them.")]
 pub(crate) struct ReproduceArguments {
-    /// Folder for runs, tables and figures; of reproduce-all, for one such folder each
+    /// Folder for runs, tables and figures; for reproduce-all, of one such folder each
     /// [default: out/NAME, or out/NAME-as-stated for that set].
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(short, long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Which reading of the thesis to run; its figures come from as-coded.
     #[arg(long, value_enum, value_name = "SET")]
     parameter_set: Option<ParameterSet>,
-    /// Make every run anew.
+    /// Repeat runs that are there already.
     #[arg(long)]
     fresh: bool,
-    /// How many runs go on at once [default: one per core].
+    /// How many runs to make at once [default: one per core].
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
 }

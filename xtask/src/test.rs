@@ -11,8 +11,9 @@ Examples:
   cargo xtask test
   cargo xtask test --test root clients:: -- --nocapture
 
-Without python3, or node and npm, or their packages the tests of those clients are skipped, without Chromium those of the
-diff's page, and say so; with ASPERITY_NO_SKIPS=1 in the environment they fail instead.")]
+Without python3, or node and npm, or their packages, the tests of those clients
+are skipped, and without Chromium those of the page that asperity diff writes.
+They say so; with ASPERITY_NO_SKIPS=1 in the environment they fail instead.")]
 pub(crate) struct TestArguments {
     /// Further arguments of cargo test.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]

@@ -14,19 +14,19 @@ Examples:
   cargo xtask verify-solver --parameter-set as-stated
   cargo xtask verify-solver --for-s 0.1
 
-All of it takes 11 thousand million plain steps: half an hour on one core, a quarter of an hour on two. The tests do the
-first tenth of a second of every run.")]
+All of it takes 1.1e10 steps of the plain solver: half an hour on one core, a
+quarter of an hour on two. The tests do the first 0.1 s of every run.")]
 pub(crate) struct VerifyArguments {
     /// Only this reading of the thesis.
     #[arg(long, value_enum, value_name = "SET")]
     parameter_set: Option<ParameterSet>,
-    /// Only the first so many seconds of each run.
+    /// Only the first SECONDS of each run, in simulated time.
     #[arg(long, value_name = "SECONDS")]
     for_s: Option<f64>,
-    /// Which runs: those of this pipeline.
+    /// The pipeline whose runs are compared.
     #[arg(long, value_name = "NAME", default_value = CHAPTER5, value_parser = ALL)]
     pipeline: String,
-    /// How many runs go on at once [default: one per core].
+    /// How many runs to make at once [default: one per core].
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
 }

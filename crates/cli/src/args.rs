@@ -18,19 +18,28 @@ static LONG_VERSION: LazyLock<String> =
     long_version = LONG_VERSION.as_str(),
     after_help = "\
 Examples:
+  mkdir -p out
   asperity scenario list
-  asperity scenario show default > mine.toml
-  asperity run mine.toml --out mine.mcap
-  asperity events mine.mcap --format csv > events.csv
-  asperity check mine.mcap
-  asperity export mine.mcap --to csv --out mine-tables
-  asperity diff before.mcap after.mcap
-  asperity reduce mine.mcap --out mine/
+  asperity scenario show default > out/mine.toml
+  asperity run out/mine.toml -o out/mine.mcap
+  asperity events out/mine.mcap --format csv > out/events.csv
+  asperity check out/mine.mcap
+  asperity export out/mine.mcap --to csv -o out/tables
+  asperity diff out/before.mcap out/after.mcap
+  asperity reduce out/mine.mcap -o out/mine
 
-Exit codes: 0 success; 1 it could not be done, a replay gave other events, or two runs differ; 2 bad input, nothing written;
-130 and 143 interrupted by SIGINT and SIGTERM, the log closed as RUN.mcap.partial. A second signal stops at once."
+Exit codes:
+  0    success
+  1    it could not be done, a replay gave other events, or two runs differ
+  2    bad input; nothing was written
+  130  interrupted by SIGINT; the log was closed as RUN.mcap.partial
+  143  interrupted by SIGTERM, likewise
+A second signal stops at once."
 )]
 pub(crate) struct Arguments {
+    /// Print no progress and no notes on stderr; errors are still printed.
+    #[arg(short, long, global = true, display_order = 900)]
+    pub(crate) quiet: bool,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -44,15 +53,15 @@ pub(crate) enum Command {
     Run(RunArguments),
     /// Print the slip events of a run.
     Events(EventsArguments),
-    /// Say whether run logs are whole, incomplete or damaged, and up to where they are sound.
+    /// Say whether run logs are whole, incomplete or damaged, and how far they are sound.
     Check(CheckArguments),
-    /// Put together what is left of a damaged log.
+    /// Recover what is left of a damaged log.
     Salvage(SalvageArguments),
-    /// Say what became of the slip events between two runs, or two folders of runs.
+    /// Compare the slip events of two runs, or of two folders of runs.
     Diff(DiffArguments),
-    /// Send the records of a run through the detectors again and compare.
+    /// Run the detectors again on the records of a log, and compare the events.
     Replay(ReplayArguments),
-    /// Write what run logs hold as files that data frames read.
+    /// Write run logs as tables for data frames: Parquet, CSV or NDJSON.
     Export(ExportArguments),
     /// Make tables and figures of one run.
     #[cfg(feature = "analysis")]
@@ -60,21 +69,25 @@ pub(crate) enum Command {
     /// Run a pipeline: its runs, tables, figures and claims.
     #[cfg(feature = "analysis")]
     Reproduce(ReproduceArguments),
-    /// Hold the fast solver against the plain one, run by run of a pipeline.
+    /// Compare the fast solver with the plain one in every run of a pipeline.
     #[cfg(feature = "analysis")]
     VerifySolver(VerifySolverArguments),
+    /// Print the completion script of a shell.
+    Completions(CompletionsArguments),
+    /// Write the manual pages.
+    Man(ManArguments),
 }
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum ScenarioCommand {
-    /// List the built-in scenarios with what each is for.
+    /// List the built-in scenarios and what each is for.
     List,
-    /// Print a scenario as complete TOML: every key with its symbol, meaning and accepted values.
+    /// Print a scenario as complete TOML: each key with symbol, meaning and accepted values.
     #[command(after_help = "\
 Examples:
   asperity scenario show default
   asperity scenario show default --set parameter_set=as-stated
-  asperity scenario show mine.toml")]
+  asperity scenario show out/mine.toml")]
     Show(ScenarioChoice),
 }
 
@@ -82,7 +95,7 @@ Examples:
 pub(crate) struct ScenarioChoice {
     /// Name of a built-in scenario, or path of a TOML file.
     pub(crate) scenario: String,
-    /// Override one key; may be given many times, the last one wins.
+    /// Override one key. May be repeated; the last one wins.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
 }
@@ -90,30 +103,32 @@ pub(crate) struct ScenarioChoice {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  asperity run default --out default.mcap
-  asperity run mine.toml --out mine.mcap --set time.duration_s=0.5 --set normal_load.tilt=-0.5
-  asperity run long.toml --out long.mcap --resume
+  asperity run default -o out/default.mcap
+  asperity run out/mine.toml -o out/mine.mcap --set normal_load.tilt=-0.5
+  asperity run out/long.toml -o out/long.mcap --resume
 
-Until it is whole the log stands at RUN.mcap.partial. About once a second it takes down the solver's whole state, and with
---resume a run that was killed, or ran out of disk, goes on from the last one; it ends with the same records and events as
-one that was never interrupted. With --resume, a run that is whole already is left as it is, and one that was never begun is
-begun, so that a batch job can be given the same line again and again.")]
+While the run goes on, its log is called RUN.mcap.partial. About once a second
+a checkpoint, the complete state of the solver, is written to it. When a run
+was killed, or the disk was full, --resume continues from the last checkpoint
+and ends with the same records and events as an uninterrupted run. With
+--resume, a run that is whole already is left as it is, and one that was never
+begun is started, so a batch job can repeat the same command line.")]
 pub(crate) struct RunArguments {
     #[command(flatten)]
     pub(crate) choice: ScenarioChoice,
-    /// The log to write; must not exist, but for --resume.
-    #[arg(long, value_name = "RUN.mcap")]
+    /// The log to write; must not exist, except with --resume.
+    #[arg(short, long, value_name = "RUN.mcap")]
     pub(crate) out: PathBuf,
     /// Which solver takes the steps; both give the same events.
     #[arg(long, value_enum, default_value = "fast")]
     pub(crate) solver: SolverChoice,
-    /// Say on stderr what the run was made of.
+    /// Print on stderr what the run was made of, even with --quiet.
     #[arg(long)]
     pub(crate) stats: bool,
-    /// Go on with the run that RUN.mcap.partial is of; begin it if there is none.
+    /// Continue the run in RUN.mcap.partial, or start it if there is none.
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Least time of work between two states that are taken down to go on from, s.
+    /// Shortest wall-clock time between two checkpoints, s.
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0)]
     pub(crate) checkpoint_s: f64,
 }
@@ -146,14 +161,14 @@ pub(crate) enum TableFormat {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  asperity events run.mcap --format csv
-  asperity events run.mcap --format json | python3 -m json.tool
+  asperity events out/mine.mcap --format csv
+  asperity events out/mine.mcap --format json | python3 -m json.tool
   asperity events out/chapter5/tables/default.events.parquet
 
 As a filter for `git diff` of run logs and Parquet tables:
   git config diff.asperity.textconv 'asperity events'")]
 pub(crate) struct EventsArguments {
-    /// The run log, or any of the Parquet tables, which is printed as CSV.
+    /// The run log, or any of the Parquet tables, which are printed as CSV.
     #[arg(value_name = "RUN.mcap")]
     pub(crate) run: PathBuf,
     /// How to print the table.
@@ -164,13 +179,19 @@ pub(crate) struct EventsArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  asperity check run.mcap
+  asperity check out/mine.mcap
   asperity check out/chapter5/runs/*.mcap
 
-Reads every byte: the file's structure and checksums, every message against its schema, the order of steps and their times,
-that all numbers are finite, that switches fit the blocks' states, that the events are those which the step records give, and
-that counts and digest are what the log's end says. Exit codes: 0 all whole; 1 some incomplete, but sound up to where they
-end; 2 some damaged, or no run logs.")]
+Reads every byte and checks the structure and checksums of the file, every
+message against its schema, the order of steps and their times, that all
+numbers are finite, that switches fit the state of their blocks, that the
+events are those which the step records give, and that counts and digest are
+those stated at the end of the log.
+
+Exit codes:
+  0  all are whole
+  1  some are incomplete, but sound up to where they end
+  2  some are damaged, or are not run logs")]
 pub(crate) struct CheckArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
@@ -181,53 +202,60 @@ pub(crate) struct CheckArguments {
 pub(crate) enum DiffFormat {
     /// What matters most, on one screen.
     Text,
-    /// Everything; the field `format` is "asperity-diff", `version` counts up when a field changes.
+    /// Everything; the field `version` counts up when the layout changes.
     Json,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum PairBy {
-    /// The hash of the resolved scenario; the file's name where one of the two has none.
+    /// By the hash of the resolved scenario, or by file name where one side has no hash.
     Hash,
-    /// The file's name, also between scenarios that differ.
+    /// By file name, even if the scenarios differ.
     Name,
 }
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  asperity diff before.mcap after.mcap
-  asperity diff out/before out/after                        two outputs of asperity reproduce
-  asperity diff reference.csv run.mcap --policy policy.toml
-  asperity diff before.mcap after.mcap --draft-policy policy.toml
-  asperity diff coarse/runs fine/runs --pair name
-  asperity diff before.mcap after.mcap --page diff.html
-  asperity diff before.mcap after.mcap --format json | python3 -m json.tool
+  asperity diff out/before.mcap out/after.mcap
+  asperity diff out/before out/after       (two outputs of asperity reproduce)
+  asperity diff reference.csv out/mine.mcap --policy policy.toml
+  asperity diff out/before.mcap out/after.mcap --draft-policy out/policy.toml
+  asperity diff out/coarse/runs out/fine/runs --pair name
+  asperity diff out/before.mcap out/after.mcap --page out/diff.html
+  asperity diff out/before out/after --format json | python3 -m json.tool
 
-Events are matched by when and where they slid, never by row: one event more or less moves no blame to those behind it.
-Each is identical, within-tolerance, shifted (same blocks, another time), changed, split, merged, missing, extra, or open
-(the end of a run cut it short). Tables need the columns onset_s, end_s, first_block and last_block; what one side lacks
-is not compared. The number of an event is not compared, and its steps only where the seconds agree.
+Events are matched by when and where they slid, never by row: an extra or
+missing event does not make later rows look different. Each event is identical,
+within-tolerance, shifted (same blocks, another time), changed, split, merged,
+missing, extra, or open (cut short by the end of a run). Tables need the
+columns onset_s, end_s, first_block and last_block; a column that one side lacks
+is not compared. Neither is the number of an event; its steps are compared only
+where their times in seconds are equal.
 
 A policy (TOML) says what passes:
-  window_s = 1e-3                  how far from an onset its counterpart is looked for
-  max_shift_s = 1e-6               no pair may be shifted farther
+  window_s = 1e-3         # how far from an onset to look for its counterpart
+  max_shift_s = 1e-6      # no pair may be shifted farther than this
   [columns.onset_s]
-  absolute = 1e-9                  in the column's unit; relative = ... as well, the larger counts
+  absolute = 1e-9         # in the column's unit
+  relative = 1e-12        # of the larger value; the larger tolerance counts
   [allow]
-  shifted = true                   any number of them
-  split = 2                        at most two in all
+  shifted = true          # any number of them
+  split = 2               # at most two in all
 
-Exit codes: 0 nothing differs but what the policy allows; 1 something does, or a run has no counterpart; 2 the sides cannot
-be compared.")]
+Exit codes:
+  0  nothing differs except what the policy allows
+  1  something differs, or a run has no counterpart
+  2  the two sides cannot be compared")]
 pub(crate) struct DiffArguments {
-    /// The old side: a run log, an event table (.csv, .parquet), a folder of either, or an output of asperity reproduce.
+    /// The old side: a run log, an event table (.csv, .parquet), a folder of either, or an
+    /// output of asperity reproduce.
     #[arg(value_name = "OLD")]
     pub(crate) old: PathBuf,
     /// The new side.
     #[arg(value_name = "NEW")]
     pub(crate) new: PathBuf,
-    /// Which differences are none, and which are allowed [default: every difference counts].
+    /// What counts as a difference, and which are allowed [default: everything counts].
     #[arg(long, value_name = "POLICY.toml")]
     pub(crate) policy: Option<PathBuf>,
     /// Write the tightest policy under which this diff passes; must not exist.
@@ -236,13 +264,13 @@ pub(crate) struct DiffArguments {
     /// What to print.
     #[arg(long, value_enum, default_value = "text")]
     pub(crate) format: DiffFormat,
-    /// By what the runs of two folders are paired.
+    /// How the runs of two folders are paired.
     #[arg(long, value_enum, default_value = "hash")]
     pub(crate) pair: PairBy,
-    /// Write a page with both timelines, every event in them and those that differ marked.
+    /// Write a page with both timelines; events that differ are marked.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) page: Option<PathBuf>,
-    /// Write one row per match, identical ones too.
+    /// Write one row per match, including identical events.
     #[cfg(feature = "analysis")]
     #[arg(long, value_name = "FILE.parquet")]
     pub(crate) matches: Option<PathBuf>,
@@ -251,50 +279,54 @@ pub(crate) struct DiffArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  asperity salvage damaged.mcap --out salvaged.mcap
-  asperity check salvaged.mcap
+  asperity salvage damaged.mcap -o out/salvaged.mcap
+  asperity check out/salvaged.mcap
 
-Keeps every record that something vouches for, before and behind the damage: chunks and attachments by their checksums, the
-header by the scenario, each message by its schema, each step by having all its switches. Says what was lost: bytes, messages
-of each topic, steps. The new log has the status `salvaged`, so no command takes it for whole. An unfinished log of a run is
-better gone on with (asperity run --resume), and a run whose scenario is known better made again.")]
+Keeps every record, before and after the damage, that an independent checksum
+or schema confirms: chunks and attachments by their checksums, the header by
+the scenario, each message by its schema, each step by having all its switches.
+Prints what was lost: bytes, messages of each topic, steps. The new log has the
+status `salvaged`, so no command mistakes it for a whole log. To finish an
+unfinished run, use asperity run --resume. If the scenario of a damaged log is
+known, it is better to repeat the run.")]
 pub(crate) struct SalvageArguments {
     /// The damaged log.
     #[arg(value_name = "DAMAGED.mcap")]
     pub(crate) run: PathBuf,
     /// The log to write; must not exist.
-    #[arg(long, value_name = "RUN.mcap")]
+    #[arg(short, long, value_name = "RUN.mcap")]
     pub(crate) out: PathBuf,
 }
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  asperity replay run.mcap
-  asperity replay run.mcap --format csv > replayed.csv
-  asperity replay out/chapter5/runs/*.mcap --out replayed
-  asperity replay run.mcap --detectors settings.toml --out merged
+  asperity replay out/mine.mcap
+  asperity replay out/mine.mcap --format csv > out/replayed.csv
+  asperity replay out/chapter5/runs/*.mcap -o out/replayed
+  asperity replay out/mine.mcap --detectors settings.toml -o out/merged
 
-A settings file says what is to differ from a live run; all of it may be left out:
-  detectors = [\"onset\", \"extent\", \"global\"]   # which of them
-  merge_gap_s = 1e-4                          # events no farther apart are one
-  min_blocks = 2                              # events of fewer distinct blocks are left out
-With other settings the events are other ones, and nothing is compared. --out writes NAME.onsets.csv, NAME.events.csv and
-NAME.global-slips.csv for each run, and replay.json with the settings and what was replayed.")]
+A settings file says what differs from a live run; every line is optional:
+  detectors = [\"onset\", \"extent\"]  # which detectors to run
+  merge_gap_s = 1e-4               # events no farther apart count as one
+  min_blocks = 2                   # leave out events of fewer distinct blocks
+Other settings give other events, so nothing is compared then. --out writes
+NAME.onsets.csv, NAME.events.csv and NAME.global-slips.csv for each run, and
+replay.json with the settings and the logs that were replayed.")]
 pub(crate) struct ReplayArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
     pub(crate) runs: Vec<PathBuf>,
-    /// Print the slip events of the replay instead of the verdict; of one run.
+    /// Print the slip events instead of the verdict; for a single run.
     #[arg(long, value_enum)]
     pub(crate) format: Option<TableFormat>,
-    /// Folder to write tables of each run's events to; must not exist or be empty.
-    #[arg(long, value_name = "FOLDER")]
+    /// Folder for tables of each run's events; must be new or empty.
+    #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: Option<PathBuf>,
-    /// Which detectors look, and by which rules [default: those of a live run].
+    /// Which detectors to run, with which settings [default: those of a live run].
     #[arg(long, value_name = "SETTINGS.toml")]
     pub(crate) detectors: Option<PathBuf>,
-    /// How many runs are replayed at once [default: one per core].
+    /// How many runs to replay at once [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<std::num::NonZeroUsize>,
 }
@@ -306,22 +338,24 @@ pub(crate) enum ExportFormat {
     Parquet,
     /// Comma-separated, one header line, numbers in full precision.
     Csv,
-    /// One JSON object per row and line.
+    /// One JSON object per line and row.
     Ndjson,
 }
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  asperity export run.mcap --to parquet --out tables
-  asperity export run.mcap --to csv --topic /step --topic /events/slip --out tables
-  asperity export run.mcap --to ndjson --topic /fields --from-s 0.5 --to-s 0.6 --out tables
-  asperity export out/chapter5/runs/*.mcap --to parquet --out tables
+  asperity export out/mine.mcap --to parquet -o out/tables
+  asperity export out/mine.mcap --to csv --topic /step -o out/tables
+  asperity export out/mine.mcap --to ndjson --from-s 0.5 --to-s 0.6 -o out/part
+  asperity export out/chapter5/runs/*.mcap --to parquet -o out/tables
 
-One file per topic, NAME.step.parquet for /step of NAME.mcap, and NAME.export.json, which holds the run's header and scenario,
-the columns with their units, and how many rows each file has. Tables are long: states of all blocks (/fields, /window) have
-one row per block. The whole log is read and checked, whatever is asked of it; one that is incomplete or damaged is
-exported as far as it is sound, and the exit code is 1.")]
+Writes one file per topic (NAME.step.parquet for /step of NAME.mcap), and
+NAME.export.json with the header and scenario of the run, the columns with their
+units, and the number of rows of each file. Tables are long: states of all
+blocks (/fields, /window) have one row per block. The whole log is read and
+checked, whichever part is exported. A log that is incomplete or damaged is
+exported as far as it is sound; the exit code is then 1.")]
 pub(crate) struct ExportArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
@@ -329,22 +363,22 @@ pub(crate) struct ExportArguments {
     /// The format of the files.
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub(crate) to: ExportFormat,
-    /// Folder to write the files to.
-    #[arg(long, value_name = "FOLDER")]
+    /// Folder for the files.
+    #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
-    /// Only this topic; may be given many times [default: all].
+    /// Only this topic. May be repeated [default: all].
     #[arg(long, value_name = "TOPIC")]
     pub(crate) topic: Vec<String>,
-    /// Only what happened at this time or later; events count by their onset.
+    /// Only what happened at this time or later; for events, their onset counts.
     #[arg(long, value_name = "SECONDS")]
     pub(crate) from_s: Option<f64>,
     /// Only what happened before this time.
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to_s: Option<f64>,
-    /// Replace files that are there already.
-    #[arg(long)]
-    pub(crate) replace: bool,
-    /// How many runs are exported at once [default: one per core].
+    /// Replace files that exist already.
+    #[arg(long, alias = "replace")]
+    pub(crate) force: bool,
+    /// How many runs to export at once [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<std::num::NonZeroUsize>,
 }
@@ -353,19 +387,19 @@ pub(crate) struct ExportArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  asperity reduce run.mcap --out run/
-  asperity reduce run.mcap --out merged/ --merge-gap-s 1e-4 --min-blocks 2")]
+  asperity reduce out/mine.mcap -o out/mine
+  asperity reduce out/mine.mcap -o out/merged --merge-gap-s 1e-4 --min-blocks 2")]
 pub(crate) struct ReduceArguments {
     /// The run log.
     #[arg(value_name = "RUN.mcap")]
     pub(crate) run: PathBuf,
-    /// Folder for tables and figures; must not exist or be empty.
-    #[arg(long, value_name = "FOLDER")]
+    /// Folder for tables and figures; must be new or empty.
+    #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
-    /// Precursor table: fewest distinct blocks of an event that counts.
+    /// Precursor table: leave out events of fewer distinct blocks.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) min_blocks: u32,
-    /// Precursor table: take events no farther apart than this for one; 0 for none.
+    /// Precursor table: count events no farther apart than this as one; 0 merges none.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     pub(crate) merge_gap_s: f64,
 }
@@ -374,26 +408,29 @@ pub(crate) struct ReduceArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  asperity reproduce pipelines/chapter5.toml --out out/chapter5
-  asperity reproduce pipelines/chapter5.toml --out out/chapter5-as-stated --set parameter_set=as-stated")]
+  asperity reproduce pipelines/chapter5.toml -o out/chapter5
+  asperity reproduce pipelines/chapter5.toml -o out/chapter5-as-stated \\
+    --set parameter_set=as-stated
+
+Runs found in the folder are used again if their scenario, the solver and the
+code that made them are the same; --fresh repeats them.")]
 pub(crate) struct ReproduceArguments {
     /// The pipeline.
     #[arg(value_name = "PIPELINE.toml")]
     pub(crate) pipeline: PathBuf,
-    /// Folder for runs, tables and figures. Runs found there are used again when
-    /// their scenario and the code are the same.
-    #[arg(long, value_name = "FOLDER")]
+    /// Folder for runs, tables and figures.
+    #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
     /// Override one key in every run of the pipeline.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Make every run anew.
+    /// Repeat runs that are there already.
     #[arg(long)]
     pub(crate) fresh: bool,
     /// Which solver takes the steps; both give the same events.
     #[arg(long, value_enum, default_value = "fast")]
     pub(crate) solver: SolverChoice,
-    /// How many runs go on at once [default: one per core].
+    /// How many runs to make at once [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<std::num::NonZeroUsize>,
 }
@@ -406,10 +443,12 @@ Examples:
   asperity verify-solver pipelines/chapter5.toml --set parameter_set=as-stated
   asperity verify-solver pipelines/chapter5.toml --only default --for-s 0.1
 
-The plain solver takes every step: count on 15 seconds of one core for each second that a run of 100 blocks simulates in
-steps of 1e-8 s. Equal means: every switch in the same step, every event with the same integers, every number within
-1e-9 of the largest of its kind. Where a block comes closer to its switch than rounding reaches, the solvers may see it
-some steps apart; that is proved by computing the step without rounding, and must be listed in --near-ties.")]
+The plain solver takes every step: allow 15 seconds on one core for each second
+that a run of 100 blocks simulates in steps of 1e-8 s. Equal means: every
+switch in the same step, every event with the same integers, every number within
+1e-9 of the largest of its kind. Where a block comes closer to its switch than
+rounding can tell, the solvers may see it some steps apart. That is proved by
+computing the step without rounding, and must be listed in --near-ties.")]
 pub(crate) struct VerifySolverArguments {
     /// The pipeline.
     #[arg(value_name = "PIPELINE.toml")]
@@ -417,19 +456,49 @@ pub(crate) struct VerifySolverArguments {
     /// Override one key in every run of the pipeline.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Only this run; may be given many times.
+    /// Only this run. May be repeated.
     #[arg(long, value_name = "RUN")]
     pub(crate) only: Vec<String>,
-    /// Only the first so many seconds of each run.
+    /// Only the first SECONDS of each run, in simulated time.
     #[arg(long, value_name = "SECONDS")]
     pub(crate) for_s: Option<f64>,
-    /// Folder of the near ties that are known [default: fixtures/near-ties, if it is there].
+    /// Folder of the known near ties [default: fixtures/near-ties, if it exists].
     #[arg(long, value_name = "FOLDER")]
     pub(crate) near_ties: Option<PathBuf>,
-    /// Folder to write proofs of those that are not listed to.
-    #[arg(long, value_name = "FOLDER", default_value = "out/near-ties")]
+    /// Folder for the proofs of near ties that are not listed.
+    #[arg(short, long, value_name = "FOLDER", default_value = "out/near-ties")]
     pub(crate) out: PathBuf,
-    /// How many runs go on at once [default: one per core].
+    /// How many runs to make at once [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<std::num::NonZeroUsize>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  source <(asperity completions bash)     (a line for ~/.bashrc)
+  asperity completions fish > ~/.config/fish/completions/asperity.fish
+  asperity completions zsh > ~/.zfunc/_asperity
+
+For zsh, the folder must be in $fpath before compinit runs.")]
+pub(crate) struct CompletionsArguments {
+    /// The shell.
+    #[arg(value_name = "SHELL")]
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity man -o ~/.local/share/man/man1
+  man asperity-run
+
+One page for the command and one for each subcommand.")]
+pub(crate) struct ManArguments {
+    /// Folder for the pages.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Replace pages that exist already.
+    #[arg(long)]
+    pub(crate) force: bool,
 }

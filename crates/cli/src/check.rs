@@ -13,7 +13,12 @@ pub(crate) fn command(arguments: &CheckArguments) -> Result<(), Failure> {
         let checked = asperity_run::check(run);
         let what = checked.to_string();
         let (verdict, what) = (checked.verdict, exit::shortened(&what));
-        writeln!(io::stdout().lock(), "{}: {}: {what}", run.display(), verdict.word())?;
+        let mut out = io::stdout().lock();
+        match verdict {
+            // The sentence says it already.
+            Verdict::NoRunLog => writeln!(out, "{}: {what}", run.display())?,
+            _ => writeln!(out, "{}: {}: {what}", run.display(), verdict.word())?,
+        }
         worst = worst.max(verdict);
     }
     match worst {

@@ -10,14 +10,14 @@ use asperity_export::{Csv, Export, ExportError, Ndjson, Ran, Report, Request, na
 use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
 use crate::progress::Board;
+use asperity_run::detectors::event_kinds;
 
-pub(crate) fn command(arguments: &ExportArguments) -> Result<(), Failure> {
+pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
     let requests = requests(arguments)?;
     std::fs::create_dir_all(&arguments.out)
         .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", arguments.out.display())))?;
-    let board = Board::new();
     let exported = exit::each_of(&requests, arguments.jobs, |(run, request)| {
-        export_one(run, request, arguments.to, &board)
+        export_one(run, request, arguments.to, board)
     })?;
     if exported.contains(&None) { Err(Failure::Said(Code::Failed)) } else { Ok(()) }
 }
@@ -41,7 +41,7 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
             to_s: arguments.to_s,
             out: arguments.out.clone(),
             name,
-            replace: arguments.replace,
+            replace: arguments.force,
         };
         requests.push((run.clone(), request));
     }
@@ -55,7 +55,7 @@ fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) ->
         ExportFormat::Csv => &Csv,
         ExportFormat::Ndjson => &Ndjson,
     };
-    let export = Export::open(run, request.clone(), format).map_err(failure)?;
+    let export = Export::open(run, request.clone(), &event_kinds(), format).map_err(failure)?;
     let header = export.header();
     let duration_s = header.time_grid().time_s(header.steps);
     let mut progress = board.steps(&request.name, header.steps, duration_s);
@@ -71,7 +71,8 @@ fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) ->
     }
     for (topic, count) in left_out {
         board.line(&format!(
-            "warning: {}: {count} events of {topic} are left out: no table is made of that topic",
+            "warning: {}: {count} events of {topic} are left out: this program has no detector for them, and \
+             by their schema they are not flat objects of numbers and flags",
             run.display()
         ));
     }
@@ -93,7 +94,7 @@ fn failure(error: ExportError) -> Failure {
     match error {
         ExportError::UnknownTopic { .. } | ExportError::EmptyRange { .. } => Failure::bad_input(error),
         ExportError::Exists(_) => Failure::BadInput(format!(
-            "{error}; nothing of this run was written (accepted: another folder, or --replace)"
+            "{error}; nothing of this run was written (accepted: another folder, or --force)"
         )),
         ExportError::Log(_) | ExportError::Write { .. } => Failure::failed(error),
     }

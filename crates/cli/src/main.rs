@@ -3,12 +3,14 @@
 
 mod args;
 mod check;
+mod completions;
 mod diff;
 mod event_table;
 mod events;
 mod exit;
 mod export;
 mod interrupt;
+mod man;
 mod progress;
 mod replay;
 #[cfg(feature = "analysis")]
@@ -25,6 +27,7 @@ use clap::Parser;
 
 use args::{Arguments, Command};
 use exit::Failure;
+use progress::Board;
 
 fn main() -> ExitCode {
     let outcome = dispatch(Arguments::parse());
@@ -39,20 +42,23 @@ fn main() -> ExitCode {
 }
 
 fn dispatch(arguments: Arguments) -> Result<(), Failure> {
+    let board = Board::new(arguments.quiet);
     match arguments.command {
         Command::Scenario(command) => scenario::command(command),
-        Command::Run(arguments) => run::command(&arguments),
+        Command::Run(arguments) => run::command(&arguments, &board),
         Command::Events(arguments) => events::command(&arguments),
         Command::Check(arguments) => check::command(&arguments),
         Command::Salvage(arguments) => salvage::command(&arguments),
-        Command::Replay(arguments) => replay::command(&arguments),
-        Command::Export(arguments) => export::command(&arguments),
+        Command::Replay(arguments) => replay::command(&arguments, board),
+        Command::Export(arguments) => export::command(&arguments, &board),
         Command::Diff(arguments) => diff::command(&arguments),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments),
         #[cfg(feature = "analysis")]
-        Command::Reproduce(arguments) => reproduce::command(&arguments),
+        Command::Reproduce(arguments) => reproduce::command(&arguments, &board),
         #[cfg(feature = "analysis")]
-        Command::VerifySolver(arguments) => verify::command(&arguments),
+        Command::VerifySolver(arguments) => verify::command(&arguments, &board),
+        Command::Completions(arguments) => completions::command(&arguments),
+        Command::Man(arguments) => man::command(&arguments),
     }
 }

@@ -1,30 +1,51 @@
 //! Progress on stderr: a bar on a terminal, a line now and then elsewhere.
 
+use std::collections::BTreeMap;
 use std::io::{IsTerminal, stderr};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use asperity_record::{Event, EventPayload, SlipEvent};
 use asperity_run::{Notice, Watch};
-use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 
 /// How often a run that goes on for long says so where there is no terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(30);
+
+/// How often a run tells the overall progress how far it is.
+const TELL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// The bars of all runs that go on at once.
 #[derive(Debug, Clone)]
 pub(crate) struct Board {
     bars: MultiProgress,
     on_terminal: bool,
+    quiet: bool,
+    /// What the runs are part of, if they are counted together.
+    together: Option<Arc<Together>>,
 }
 
 impl Board {
-    pub(crate) fn new() -> Board {
-        Board { bars: MultiProgress::new(), on_terminal: stderr().is_terminal() }
+    /// A board; a quiet one shows neither progress nor notes.
+    pub(crate) fn new(quiet: bool) -> Board {
+        Board {
+            bars: MultiProgress::new(),
+            on_terminal: stderr().is_terminal() && !quiet,
+            quiet,
+            together: None,
+        }
     }
 
-    /// Prints a line above the bars.
-    #[expect(clippy::print_stderr, reason = "progress goes to stderr")]
+    /// Prints a note above the bars, unless the board is quiet.
     pub(crate) fn line(&self, text: &str) {
+        if !self.quiet {
+            self.answer(text);
+        }
+    }
+
+    /// Prints above the bars what the user asked for, even if the board is quiet.
+    #[expect(clippy::print_stderr, reason = "progress goes to stderr")]
+    pub(crate) fn answer(&self, text: &str) {
         if self.on_terminal {
             self.bars.suspend(|| eprintln!("{text}"));
         } else {
@@ -39,13 +60,9 @@ impl Board {
 
     /// Starts the progress of a run of which only the steps are told.
     pub(crate) fn steps(&self, name: &str, steps: u64, duration_s: f64) -> RunProgress {
-        let bar = if self.on_terminal {
-            let style = ProgressStyle::with_template("{prefix:20} {bar:30} {msg} {eta} left")
-                .expect("the template is well formed");
-            self.bars.add(ProgressBar::new(steps).with_style(style).with_prefix(name.to_owned()))
-        } else {
-            ProgressBar::hidden()
-        };
+        let bar = self.bar("{prefix:20} {bar:30} {msg} {eta} left", |bar| self.bars.add(bar));
+        bar.set_length(steps);
+        bar.set_prefix(name.to_owned());
         RunProgress {
             board: self.clone(),
             bar,
@@ -55,7 +72,58 @@ impl Board {
             events: None,
             started: Instant::now(),
             last_line: Instant::now(),
+            last_told: None,
         }
+    }
+
+    /// Starts the overall progress of runs, given with the work that each takes in block
+    /// steps. The runs must be shown on the board of what is returned, by the same names.
+    pub(crate) fn overall(&self, runs: impl IntoIterator<Item = (String, u64)>) -> Overall {
+        let bar = self.bar("{prefix:20} {bar:30} {msg}", |bar| self.bars.insert(0, bar));
+        bar.set_length(OVERALL_LENGTH);
+        bar.set_prefix("all runs");
+        let now = Instant::now();
+        let tally = Tally::new(runs);
+        bar.set_message(tally.status(Duration::ZERO));
+        let together =
+            Arc::new(Together { bar, started: now, tally: Mutex::new(tally), last_line: Mutex::new(now) });
+        Overall { board: Board { together: Some(together), ..self.clone() } }
+    }
+
+    /// Starts the progress of something that is told in words, stage by stage.
+    pub(crate) fn stages(&self, name: &'static str) -> Stages {
+        let bar = self.bar("{prefix:20} {bar:30} {msg}", |bar| self.bars.add(bar));
+        bar.set_prefix(name);
+        Stages { bar }
+    }
+
+    /// A bar where there is a terminal.
+    fn bar(&self, template: &str, place: impl FnOnce(ProgressBar) -> ProgressBar) -> ProgressBar {
+        if !self.on_terminal {
+            return ProgressBar::hidden();
+        }
+        let style = ProgressStyle::with_template(template).expect("the template is well formed");
+        place(ProgressBar::new(1).with_style(style))
+    }
+}
+
+/// The progress of something that goes by stages.
+pub(crate) struct Stages {
+    bar: ProgressBar,
+}
+
+impl Stages {
+    /// Takes note that so many of so many are done in a stage.
+    pub(crate) fn reached(&self, stage: &str, done: usize, of: usize) {
+        self.bar.set_length(of as u64);
+        self.bar.set_position(done as u64);
+        self.bar.set_message(format!("{stage}: {done} of {of}"));
+    }
+}
+
+impl Drop for Stages {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
     }
 }
 
@@ -69,6 +137,7 @@ pub(crate) struct RunProgress {
     events: Option<u64>,
     started: Instant,
     last_line: Instant,
+    last_told: Option<Instant>,
 }
 
 impl Watch for RunProgress {
@@ -97,6 +166,13 @@ impl RunProgress {
             self.last_line = Instant::now();
             self.board.line(&format!("{}: {}", self.name, self.status(step)));
         }
+        if let Some(together) = &self.board.together
+            && self.last_told.is_none_or(|told| told.elapsed() > TELL_INTERVAL)
+        {
+            self.last_told = Some(Instant::now());
+            together.tally().reached(&self.name, step as f64 / self.steps as f64);
+            together.show(&self.board);
+        }
     }
 
     /// Takes the bar away.
@@ -123,5 +199,165 @@ impl RunProgress {
             self.events.unwrap_or(0),
             self.started.elapsed().as_secs_f64()
         ));
+    }
+}
+
+/// The progress of several runs together.
+pub(crate) struct Overall {
+    board: Board,
+}
+
+impl Overall {
+    /// The board on which these runs are shown.
+    pub(crate) fn board(&self) -> &Board {
+        &self.board
+    }
+
+    /// Takes note that a run is done.
+    pub(crate) fn done(&self, name: &str) {
+        if let Some(together) = &self.board.together {
+            together.tally().done(name);
+            together.show(&self.board);
+        }
+    }
+}
+
+impl Drop for Overall {
+    fn drop(&mut self) {
+        if let Some(together) = &self.board.together {
+            together.bar.finish_and_clear();
+        }
+    }
+}
+
+/// What runs that are counted together share.
+#[derive(Debug)]
+struct Together {
+    bar: ProgressBar,
+    started: Instant,
+    tally: Mutex<Tally>,
+    last_line: Mutex<Instant>,
+}
+
+/// Into how many parts the overall bar is divided.
+const OVERALL_LENGTH: u64 = 1000;
+
+impl Together {
+    fn tally(&self) -> MutexGuard<'_, Tally> {
+        self.tally.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn show(&self, board: &Board) {
+        let (share, status) = {
+            let tally = self.tally();
+            (tally.share(), tally.status(self.started.elapsed()))
+        };
+        self.bar.set_position((share * OVERALL_LENGTH as f64) as u64);
+        self.bar.set_message(status.clone());
+        let mut last_line = self.last_line.lock().unwrap_or_else(PoisonError::into_inner);
+        if !board.on_terminal && last_line.elapsed() > LINE_INTERVAL {
+            *last_line = Instant::now();
+            board.line(&format!("all runs: {status}"));
+        }
+    }
+}
+
+/// How much of the work of several runs is done.
+#[derive(Debug)]
+struct Tally {
+    runs: BTreeMap<String, Part>,
+}
+
+/// One of the runs.
+#[derive(Debug)]
+struct Part {
+    /// Block steps.
+    work: f64,
+    /// Share of them done when the run was taken up, once it was.
+    before: Option<f64>,
+    /// Share of them done by now.
+    share: f64,
+    is_done: bool,
+}
+
+impl Tally {
+    fn new(runs: impl IntoIterator<Item = (String, u64)>) -> Tally {
+        let part = |work: u64| Part { work: work as f64, before: None, share: 0.0, is_done: false };
+        Tally { runs: runs.into_iter().map(|(name, work)| (name, part(work))).collect() }
+    }
+
+    fn reached(&mut self, name: &str, share: f64) {
+        if let Some(run) = self.runs.get_mut(name) {
+            run.share = share;
+            run.before.get_or_insert(share);
+        }
+    }
+
+    fn done(&mut self, name: &str) {
+        if let Some(run) = self.runs.get_mut(name) {
+            run.is_done = true;
+            run.share = 1.0;
+            // A run that never told how far it is had nothing left to do or was over at once.
+            run.before.get_or_insert(0.0);
+        }
+    }
+
+    fn work(&self, of: impl Fn(&Part) -> f64) -> f64 {
+        self.runs.values().map(|run| run.work * of(run)).sum()
+    }
+
+    /// Share of the work that is done.
+    fn share(&self) -> f64 {
+        let all = self.work(|_| 1.0);
+        if all > 0.0 { self.work(|run| run.share) / all } else { 1.0 }
+    }
+
+    /// Time that the rest will take at the speed so far, once there is one.
+    fn left(&self, elapsed: Duration) -> Option<Duration> {
+        let made = self.work(|run| run.share - run.before.unwrap_or(0.0));
+        let missing = self.work(|run| 1.0 - run.share);
+        Duration::try_from_secs_f64(elapsed.as_secs_f64() * missing / made).ok()
+    }
+
+    fn status(&self, elapsed: Duration) -> String {
+        let done = self.runs.values().filter(|run| run.is_done).count();
+        let status =
+            format!("{done} of {} runs done, {:.0} % of the work", self.runs.len(), 100.0 * self.share());
+        match self.left(elapsed) {
+            Some(left) if done < self.runs.len() => format!("{status}, {:#} left", HumanDuration(left)),
+            _ => status,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const S: Duration = Duration::from_secs(1);
+
+    #[test]
+    fn the_share_and_the_time_left_follow_the_work() {
+        let mut tally = Tally::new([("long".to_owned(), 300), ("short".to_owned(), 100)]);
+        assert_eq!(tally.status(S), "0 of 2 runs done, 0 % of the work");
+        tally.reached("long", 0.0);
+        tally.reached("long", 0.5);
+        assert_eq!(tally.share(), 0.375);
+        assert_eq!(tally.left(3 * S), Some(5 * S));
+        assert_eq!(tally.status(3 * S), "0 of 2 runs done, 38 % of the work, 5s left");
+        tally.done("short");
+        assert_eq!(tally.status(3 * S), "1 of 2 runs done, 62 % of the work, 2s left");
+        tally.done("long");
+        assert_eq!(tally.status(3 * S), "2 of 2 runs done, 100 % of the work");
+    }
+
+    /// Work of an earlier call says nothing about the speed of this one.
+    #[test]
+    fn a_resumed_run_begins_where_it_was_left() {
+        let mut tally = Tally::new([("a".to_owned(), 100)]);
+        tally.reached("a", 0.5);
+        assert_eq!((tally.share(), tally.left(S)), (0.5, None));
+        tally.reached("a", 0.75);
+        assert_eq!(tally.left(S), Some(S));
     }
 }

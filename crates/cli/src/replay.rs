@@ -23,7 +23,7 @@ const RECORD: &str = "replay.json";
 /// The layout of [`Replayed`].
 const RECORD_VERSION: u32 = 1;
 
-pub(crate) fn command(arguments: &ReplayArguments) -> Result<(), Failure> {
+pub(crate) fn command(arguments: &ReplayArguments, board: Board) -> Result<(), Failure> {
     if let (Some(_), [_, other, ..]) = (arguments.format, &arguments.runs[..]) {
         return Err(Failure::BadInput(format!(
             "--format prints the events of one run, and {} is another (accepted: one run, or --out FOLDER)",
@@ -41,7 +41,6 @@ pub(crate) fn command(arguments: &ReplayArguments) -> Result<(), Failure> {
         fs::create_dir_all(out)
             .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", out.display())))?;
     }
-    let board = Board::new();
     let replay = Replay { arguments, settings, board };
     let replayed = exit::each_of(&arguments.runs, arguments.jobs, |run| replay.one(run))?;
     let failures = replayed.iter().filter(|run| run.is_none()).count();
@@ -167,13 +166,12 @@ impl Watch for Output<'_> {
 impl Replay<'_> {
     fn one(&self, run: &Path) -> Result<ReplayedRun, Failure> {
         let replay = asperity_run::Replay::open(run, &self.settings).map_err(Failure::failed)?;
-        let (header, kinds) = (replay.header(), replay.kinds());
-        let emitted: Vec<&str> = kinds.iter().map(|kind| kind.topic).collect();
+        let header = replay.header();
         let duration_s = header.time_grid().time_s(header.steps);
         let failed = OnceLock::new();
         let mut output = Output {
             tables: match &self.arguments.out {
-                Some(out) => Some(EventTables::create(out, &name(run), &emitted)?),
+                Some(out) => Some(EventTables::create(out, &name(run), replay.kinds())?),
                 None => None,
             },
             printed: match self.arguments.format {

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-use asperity_analysis::pipeline::Pipeline;
+use asperity_analysis::pipeline::{Pipeline, Progress, Stage};
 use asperity_analysis::precursors::PrecursorRules;
 use asperity_analysis::run_data::RunData;
 use asperity_analysis::{figures, table_file, tables};
@@ -64,12 +64,11 @@ pub(crate) fn read_pipeline(file: &Path, set: &[String]) -> Result<(Pipeline, Ve
     Ok((pipeline, jobs))
 }
 
-pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
+pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(), Failure> {
     let (pipeline, jobs) = read_pipeline(&arguments.pipeline, &arguments.set)?;
     let runs_folder = arguments.out.join("runs");
     create_folder(&runs_folder)?;
     interrupt::install()?;
-    let board = Board::new();
     let solver = SolverKind::from(arguments.solver);
     let (done, mut missing): (Vec<Job>, Vec<Job>) =
         jobs.into_iter().partition(|job| !arguments.fresh && job.is_done(&runs_folder, solver));
@@ -78,13 +77,29 @@ pub(crate) fn command(arguments: &ReproduceArguments) -> Result<(), Failure> {
     }
     // The longest first, so that no core waits for one at the end.
     missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));
-    at_once(&missing, arguments.jobs, |job| make_run(job, &runs_folder, solver, arguments.fresh, &board))?;
+    let overall = board.overall(missing.iter().map(|job| (job.name.clone(), job.cost())));
+    at_once(&missing, arguments.jobs, |job| {
+        make_run(job, &runs_folder, solver, arguments.fresh, overall.board())?;
+        overall.done(&job.name);
+        Ok::<(), Failure>(())
+    })?;
+    drop(overall);
 
     if let Some(code) = interrupt::code() {
         return Err(Failure::Said(code));
     }
     board.line("reducing and drawing");
-    pipeline.reduce(&runs_folder, &arguments.out, &mut |_| {}).map_err(Failure::failed)?;
+    let stages = board.stages("reduction");
+    let mut tell = |Progress { stage, done, of }: Progress| {
+        let stage = match stage {
+            Stage::Runs => "runs read",
+            Stage::Tables => "tables",
+            Stage::Figures => "figures",
+        };
+        stages.reached(stage, done, of);
+    };
+    pipeline.reduce(&runs_folder, &arguments.out, &mut tell).map_err(Failure::failed)?;
+    drop(stages);
     print_where_to_look(&pipeline, &arguments.out)?;
     Ok(())
 }

@@ -11,7 +11,7 @@ use crate::exit::Failure;
 use crate::interrupt;
 use crate::progress::Board;
 
-pub(crate) fn command(arguments: &RunArguments) -> Result<(), Failure> {
+pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Failure> {
     let scenario = arguments.choice.resolve()?;
     let out = arguments.out.as_path();
     let checkpoint_interval = Duration::try_from_secs_f64(arguments.checkpoint_s).map_err(|_| {
@@ -22,7 +22,6 @@ pub(crate) fn command(arguments: &RunArguments) -> Result<(), Failure> {
     })?;
     let log = LogTo { checkpoint_interval, ..LogTo::new(out) };
     let task = Task { solver: arguments.solver.into(), ..Task::new(&scenario) }.log_to(log);
-    let board = Board::new();
     if out.exists() {
         if !(arguments.resume && task.is_whole(out).map_err(Failure::failed)?) {
             return Err(taken(out));
@@ -43,10 +42,10 @@ pub(crate) fn command(arguments: &RunArguments) -> Result<(), Failure> {
     let mut progress = board.run(&scenario.name, task.header().steps, scenario.time.duration_s);
     let begin = unfinished.map_or(Begin::Anew, Begin::GoOn);
     let outcome = asperity_run::run(task, begin, &interrupt::has_come, &mut progress);
-    let outcome = outcome.map_err(|error| failure(error, &board, &scenario.name))?;
+    let outcome = outcome.map_err(|error| failure(error, board, &scenario.name))?;
     progress.finish();
     if arguments.stats {
-        board.line(outcome.counters.to_string().trim_end());
+        board.answer(outcome.counters.to_string().trim_end());
     }
     Ok(())
 }

@@ -24,7 +24,7 @@ struct Outcome {
     verified: Verified,
 }
 
-pub(crate) fn command(arguments: &VerifySolverArguments) -> Result<(), Failure> {
+pub(crate) fn command(arguments: &VerifySolverArguments, board: &Board) -> Result<(), Failure> {
     let (_, mut jobs) = read_pipeline(&arguments.pipeline, &arguments.set)?;
     if let Some(unknown) = arguments.only.iter().find(|only| jobs.iter().all(|job| job.name != **only)) {
         let known: Vec<&str> = jobs.iter().map(|job| job.name.as_str()).collect();
@@ -42,10 +42,9 @@ pub(crate) fn command(arguments: &VerifySolverArguments) -> Result<(), Failure> 
         None if Path::new(NEAR_TIES).is_dir() => known_ties(Path::new(NEAR_TIES))?,
         None => Vec::new(),
     };
-    let board = Board::new();
     board.line(&format!("{} runs, {:e} plain steps", jobs.len(), steps as f64));
     jobs.sort_by_key(|job| std::cmp::Reverse(job.cost()));
-    let mut outcomes = at_once(&jobs, arguments.jobs, |job| compare(job, arguments.for_s, &board))?;
+    let mut outcomes = at_once(&jobs, arguments.jobs, |job| compare(job, arguments.for_s, board))?;
     outcomes.sort_by(|a, b| a.run.cmp(&b.run));
     print(&outcomes)?;
     compare_with_known(arguments, &jobs, &outcomes, &known)

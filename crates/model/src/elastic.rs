@@ -245,8 +245,15 @@ impl Chain {
         for n in 0..nodes {
             strain[n + 1] = self.strain(u[n], v[n]);
         }
+        Chain::free_ends(strain);
+    }
+
+    /// Puts the strains of the first and the last node beyond the ends too: nothing pulls there.
+    #[inline(always)]
+    pub fn free_ends(strain: &mut [f64]) {
+        let beyond = strain.len() - 1;
         strain[0] = strain[1];
-        strain[nodes + 1] = strain[nodes];
+        strain[beyond] = strain[beyond - 1];
     }
 
     /// The pull on a node from its strain and those beside it, `(right + left) - 2 here`.
@@ -395,8 +402,8 @@ mod tests {
         let force = numbers(4);
         let u = elastic.displacements_m(&force);
         assert_eq!(u[0], 0.0);
-        for n in 0..CHAIN.nodes - 1 {
-            assert!((elastic.spring_force_n(&u, n) - force[n]).abs() < 1e-12, "node {n}");
+        for (n, force) in force.iter().enumerate().take(CHAIN.nodes - 1) {
+            assert!((elastic.spring_force_n(&u, n) - force).abs() < 1e-12, "node {n}");
         }
     }
 

@@ -1,23 +1,51 @@
 //! From a scenario as a person writes it to a plan that a solver can run, and
-//! the theory to compare the outcome with. Pure functions throughout.
+//! the theory to compare the outcome with. Pure functions throughout, but for
+//! the files that somebody names.
 //!
-//! In reading order:
+//! ```
+//! use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+//! use asperity_model::{Plan, resolve};
+//!
+//! // A built-in scenario, or the path of a TOML file, with overrides.
+//! let scenario = resolve("load-on-driven-end", &["slider.blocks=57", "time.duration_s=2"])?;
+//!
+//! // What a solver will do: 2 s in steps of 10 ns.
+//! let plan = Plan::new(&scenario);
+//! assert_eq!((plan.blocks, plan.steps), (57, 200_000_000));
+//!
+//! // At which load the theory expects a precursor over half of the slider: by (5.22), the law
+//! // for a tilted load, mu_d x (1 + theta (1 - x)).
+//! let law = LengthLaw::natural(&scenario);
+//! let load_ratio = law.load_ratio(&LengthLawParameters::of(&scenario), 0.5);
+//! assert_eq!(law.equation(), "5.22");
+//! assert!((load_ratio - 0.45 * 0.5 * (1.0 + 0.8333 * 0.5)).abs() < 1e-12);
+//! # Ok::<(), asperity_model::ResolveError>(())
+//! ```
+//!
+//! In reading order; a file uses those above it, and none below:
 //!
 //! - [`keys`]: every key a scenario may have, once: symbol, unit, range,
 //!   default, meaning. The checks, `asperity scenario show` and the key
 //!   reference are made from this table.
+//! - `near`: the key or scenario that was probably meant.
 //! - [`text`]: reading what somebody wrote, and places in it.
 //! - [`source`]: scenario texts and `--set` overrides as layers, each value with
 //!   the place it was written at, for errors that can point there.
+//! - `fill_in`: written values checked against their keys, and defaults.
+//! - `words`: the words that a scenario chooses from.
 //! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
+//! - `show`: a scenario as commented TOML.
+//! - [`elastic`]: what holds a slider together.
+//! - [`load`]: normal load per block, and its course in time.
+//! - [`plan`]: the [`Plan`]: the numbers of the physics.
+//! - [`chain`]: the stuck chain at rest or in steady motion.
+//! - [`initial`]: displacements, velocities and friction springs at the start.
+//! - `derive`: from a scenario to a plan.
+//! - [`analytic`]: what the theory predicts.
+//! - `contradictions`: what keys ask of each other, rule by rule.
 //! - `profile`: initial shear from a CSV file.
 //! - [`builtin`]: the scenarios that come with the program.
-//! - [`plan`]: the [`Plan`]: the numbers of the physics, derived from a scenario.
-//! - [`elastic`]: what holds a slider together.
-//! - [`load`], [`initial`]: normal load per block; displacements, velocities and
-//!   friction springs at the start.
-//! - [`chain`]: the stuck chain at rest or in steady motion.
-//! - [`analytic`]: what the theory predicts.
+//! - `resolve`: from a name or a text to a scenario: [`resolve()`], [`Scenario::resolve`].
 
 pub mod analytic;
 pub mod builtin;

@@ -34,6 +34,7 @@
 //! same summed up twice.
 
 use asperity_model::Plan;
+use asperity_model::elastic::{Chain, Elastic};
 
 /// Most terms of a window.
 pub(crate) const MOST_TERMS: usize = 48;
@@ -209,14 +210,15 @@ type Point = (f64, f64);
 fn spectrum(plan: &Plan) -> Vec<Point> {
     const ALONG: u32 = 64;
     let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
+    let Elastic::Chain(chain) = &plan.elastic;
     let held = plan.friction.interfacial_stiffness_n_per_m + plan.drive.stiffest_n_per_m();
     let mut points = Vec::new();
     for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
         for along in 0..=ALONG {
             let x = f64::from(along) / f64::from(ALONG);
-            let l = 4.0 * x * x;
-            let t = dt * dt * (plan.stiffness_n_per_m * l + share * held) / m;
-            let r = t + dt * plan.damping_kg_per_s * l / m;
+            let l = Chain::LARGEST_EIGENVALUE * x * x;
+            let t = dt * dt * (chain.stiffness_n_per_m * l + share * held) / m;
+            let r = t + dt * chain.damping_kg_per_s * l / m;
             let discriminant = r * r / 4.0 - t;
             let root = discriminant.abs().sqrt();
             if discriminant < 0.0 {

@@ -1,7 +1,7 @@
 //! Complex numbers, of which the modes of a chain need a few operations.
 
 /// A complex number.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Complex {
     pub(crate) re: f64,
     pub(crate) im: f64,
@@ -72,6 +72,13 @@ impl std::ops::Mul for Complex {
     type Output = Complex;
     fn mul(self, other: Complex) -> Complex {
         Complex { re: self.re * other.re - self.im * other.im, im: self.re * other.im + self.im * other.re }
+    }
+}
+
+impl std::ops::Mul<f64> for Complex {
+    type Output = Complex;
+    fn mul(self, factor: f64) -> Complex {
+        self.scaled(factor)
     }
 }
 

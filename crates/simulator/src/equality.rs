@@ -15,14 +15,19 @@
 //! the other one sees the same switch within [`LATE_STEPS`]. The comparison then goes on
 //! from the plain solver's state.
 
+use std::sync::Arc;
+
 use asperity_model::Plan;
 use asperity_record::{Direction, FieldRecord, Record, StepRecord};
 use serde::{Deserialize, Serialize};
 
+use crate::exact::Exact;
+use crate::fast::Fast;
+use crate::plain::Plain;
 use crate::recorder::{fields, is_on_cadence};
+use crate::solver::{SimulationError, Solver};
 use crate::state::ChainState;
-use crate::window::Norms;
-use crate::{Exact, Fast, Plain, SimulationError, Solver};
+use crate::window::norms::Norms;
 
 /// Numbers agree within this share of the largest of their kind in the run.
 pub const TOLERANCE: f64 = 1e-9;
@@ -144,8 +149,8 @@ pub fn compare(
     each: impl FnMut(&StepRecord, &StepRecord),
     progress: impl FnMut(u64),
 ) -> Result<Agreement, Disagreement> {
-    let plan = bare(plan);
-    hold(&plan, Plain::new(plan.clone()), Fast::new(plan.clone()), each, progress)
+    let plan = Arc::new(bare(plan));
+    hold(&plan, Plain::new(Arc::clone(&plan)), Fast::new(Arc::clone(&plan)), each, progress)
 }
 
 /// The same with solvers at the start.
@@ -371,8 +376,9 @@ impl Numbers {
         let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(*value));
         let force_n = most(&friction.static_threshold_n);
         let released_n = (force_n - most(&friction.dynamic_friction_n)).abs();
-        let stretch_m = force_n / plan.stiffness_n_per_m;
-        let velocity_m_per_s = released_n / (plan.stiffness_n_per_m * plan.block_mass_kg).sqrt();
+        let k = plan.elastic.stiffness_n_per_m();
+        let stretch_m = force_n / k;
+        let velocity_m_per_s = released_n / (k * plan.block_mass_kg).sqrt();
         Numbers([force_n, stretch_m, velocity_m_per_s, force_n, stretch_m].map(|least| (least, 0.0)))
     }
 

@@ -9,10 +9,11 @@
 
 use asperity_model::{Law, Plan, Reattach};
 
-use crate::state::{ChainState, aged_threshold_n};
+use crate::contacts::{Load, StopForce, aged_threshold_n};
+use crate::state::ChainState;
 
 /// A number as a sum of two doubles, the second below the rounding of the first.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Wide {
     high: f64,
     low: f64,
@@ -121,14 +122,8 @@ impl<'a> Exact<'a> {
         let plan = self.plan;
         self.step += 1;
         let (u, v) = (&self.displacement_m, &self.velocity_m_per_s);
-        let last = plan.blocks - 1;
-        let curve = |y: &[Wide], n: usize| {
-            let left = if n > 0 { y[n - 1] - y[n] } else { Wide::ZERO };
-            left + if n < last { y[n + 1] - y[n] } else { Wide::ZERO }
-        };
-        for n in 0..=last {
-            self.tangential_force_n[n] =
-                curve(u, n) * plan.stiffness_n_per_m + curve(v, n) * plan.damping_kg_per_s;
+        for (n, tau) in self.tangential_force_n.iter_mut().enumerate() {
+            *tau = plan.elastic.pull_n(u, v, n);
         }
         let moved_s = plan.grid.time_s(self.step.min(self.hold_step));
         let point_m = Wide::product(plan.drive.velocity_m_per_s, moved_s);
@@ -139,14 +134,12 @@ impl<'a> Exact<'a> {
             *tau = *tau + stretch * spring.stiffness_n_per_m;
             total_n += (stretch * spring.stiffness_n_per_m).high;
         }
-        let load_factor = plan.load_factor(self.step, self.hold_step);
-        if let Some(ratio) = plan.drive.until_load_ratio.filter(|_| self.hold_step == u64::MAX)
-            && total_n >= ratio * plan.total_normal_load_n * load_factor
-        {
+        let load = Load::in_step(plan, self.step, self.hold_step);
+        if StopForce::of(plan, load, self.hold_step).is_some_and(|stop| total_n >= stop.force_n) {
             self.hold_step = self.step;
         }
         let dt = plan.grid.step_s();
-        for n in 0..=last {
+        for n in 0..plan.blocks {
             let before = self.velocity_m_per_s[n].high;
             self.direction[n] = if before == 0.0 { 0.0 } else { before.signum() };
             let slides = self.start.slip[n] != 0.0;
@@ -154,7 +147,7 @@ impl<'a> Exact<'a> {
                 continue;
             }
             let friction = if slides {
-                Wide::from(-load_factor * plan.friction.dynamic_friction_n[n]) * self.direction[n]
+                Wide::from(-load.scaled_n(plan.friction.dynamic_friction_n[n])) * self.direction[n]
             } else {
                 let stretch = self.displacement_m[n] - self.start.stick_position_m[n].into();
                 stretch * -plan.friction.interfacial_stiffness_n_per_m
@@ -175,8 +168,8 @@ impl<'a> Exact<'a> {
             let tau = self.tangential_force_n[n];
             let size = if tau.high < 0.0 { -tau } else { tau };
             let aged = aged_threshold_n(self.plan, n, &self.start.stuck_since_step, self.step);
-            let factor = self.plan.load_factor(self.step, self.hold_step);
-            (size - (factor * aged).into()).high
+            let load = Load::in_step(self.plan, self.step, self.hold_step);
+            (size - load.scaled_n(aged).into()).high
         } else {
             let forward = match (self.plan.friction.law, self.plan.friction.reattach) {
                 (Law::Springs, Reattach::OneWay) => 1.0,

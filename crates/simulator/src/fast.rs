@@ -7,16 +7,21 @@
 //! cut up depends on the trajectory alone. What is to be recorded inside a window
 //! or jump is evaluated on the side.
 
+use std::sync::Arc;
+
 use asperity_model::{Law, Plan};
 use asperity_record::Record;
 
+use crate::contacts::age;
+use crate::counters::Counters;
 use crate::jump::Jump;
-use crate::plain::{Driving, Plain};
 use crate::recorder::Recorder;
+use crate::rest::rest_steps;
+use crate::solver::{SimulationError, Solver};
 use crate::state::ChainState;
+use crate::stepper::{Driving, Stepper};
 use crate::sweep::Sweeps;
-use crate::window::{ROUNDING, Window};
-use crate::{Counters, SimulationError, Solver, SolverKind};
+use crate::window::Window;
 
 /// Many certified steps, still to be taken.
 #[derive(Debug, Clone, Copy)]
@@ -35,14 +40,14 @@ enum Leap {
 /// The solver that takes certified windows where it can.
 #[derive(Debug, Clone)]
 pub struct Fast {
-    plan: Plan,
-    plain: Plain,
+    plan: Arc<Plan>,
+    stepper: Stepper,
     recorder: Recorder,
     window: Window,
     /// For chains whose modes are known.
     jump: Option<Jump>,
     /// For what is recorded inside a window or jump.
-    aside: Plain,
+    aside: Stepper,
     /// The jump or window that is open: the state stays at its start until all
     /// that is due within it has been handed out.
     leap: Option<Leap>,
@@ -50,39 +55,41 @@ pub struct Fast {
 }
 
 impl Fast {
+    /// The solver's name in run headers and on the command line.
+    pub const NAME: &'static str = "fast";
+
     /// A solver at the start of a plan.
-    pub fn new(plan: Plan) -> Fast {
-        Fast::with_sweeps(plan, Sweeps::detect())
+    pub fn new(plan: impl Into<Arc<Plan>>) -> Fast {
+        Fast::with_sweeps(plan.into(), Sweeps::detect())
     }
 
     /// The same with sweeps for a certain instruction set.
-    fn with_sweeps(plan: Plan, sweeps: Sweeps) -> Fast {
-        let plain = Plain::with_sweeps(plan.clone(), sweeps);
-        let recorder = Recorder::new(&plan, plain.state());
+    fn with_sweeps(plan: Arc<Plan>, sweeps: Sweeps) -> Fast {
+        let stepper = Stepper::new(Arc::clone(&plan), sweeps);
         Fast {
+            recorder: Recorder::new(&plan, stepper.state()),
             window: Window::new(&plan, sweeps),
             jump: if plan.friction.law == Law::Springs { Jump::new(&plan, sweeps) } else { None },
-            aside: plain.clone(),
+            aside: stepper.clone(),
             plan,
-            plain,
-            recorder,
+            stepper,
             leap: None,
             counters: Counters::default(),
         }
     }
 
     fn take_plain_step(&mut self) -> Result<(), SimulationError> {
-        let was_sliding = self.plain.state().sliding > 0;
-        let driving = self.plain.take_step();
-        let left = self.plain.state().single_steps;
-        self.plain.state_mut().single_steps = match left {
-            0 | 1 if !self.plain.switched().is_empty() => 1,
+        let was_sliding = self.stepper.state().sliding > 0;
+        let driving = self.stepper.take_step();
+        let left = self.stepper.state().single_steps;
+        self.stepper.state_mut().single_steps = match left {
+            0 | 1 if !self.stepper.switched().is_empty() => 1,
             // What two steps without a switch between them foresee costs a fraction of
             // opening a window in vain.
-            1 => self.window.refused_by(self.plain.foreseen_steps()).unwrap_or(0),
+            1 => self.window.refused_by(self.stepper.foreseen_steps()).unwrap_or(0),
             left => left.saturating_sub(1),
         };
-        let (state, switched) = (self.plain.state(), self.plain.switched());
+        let (state, switched) = (self.stepper.state(), self.stepper.switched());
         self.recorder.observe(&self.plan, state, was_sliding, driving, switched)
     }
 
@@ -91,9 +98,9 @@ impl Fast {
     /// with the state.
     fn open_leap(&mut self) -> Result<Leap, u64> {
         if self.plan.friction.ageing.is_some() {
-            self.plain.state_mut().age(&self.plan);
+            age(&self.plan, self.stepper.state_mut());
         }
-        let state = self.plain.state();
+        let state = self.stepper.state();
         // Not beyond where drive or load change their course, nor to the last step.
         let last_step = (self.plan.steps - 1).min(self.plan.steady_until_step(state.step, state.hold_step));
         let left = last_step - state.step;
@@ -114,9 +121,9 @@ impl Fast {
             }
             self.counters.refused_jumps += 1;
             let again_step = state.step + jump.patience_steps();
-            self.plain.state_mut().no_jump_before_step = again_step;
+            self.stepper.state_mut().no_jump_before_step = again_step;
         }
-        let state = self.plain.state();
+        let state = self.stepper.state();
         let index =
             self.window.open(&self.plan, state, left).inspect_err(|_| self.counters.refused_windows += 1)?;
         Ok(Leap::Window(index))
@@ -124,7 +131,7 @@ impl Fast {
 
     /// Records the next step of the leap that is due, or lands at its end.
     fn continue_leap(&mut self, leap: Leap) -> Result<(), SimulationError> {
-        let from_step = self.plain.state().step;
+        let from_step = self.stepper.state().step;
         let steps = match leap {
             Leap::Jump { steps } | Leap::Rest { steps } => steps,
             Leap::Window(index) => self.window.steps(index),
@@ -143,7 +150,7 @@ impl Fast {
         };
         *leaps += 1;
         *leap_steps += steps;
-        let state = self.plain.state_mut();
+        let state = self.stepper.state_mut();
         match leap {
             Leap::Window(index) => {
                 self.window.land(&self.plan, index, state);
@@ -163,18 +170,18 @@ impl Fast {
 
     /// Records the step that is `into` steps into the leap.
     fn record_within(&mut self, leap: Leap, into: u64) -> Result<(), SimulationError> {
-        let due_step = self.plain.state().step + into;
+        let due_step = self.stepper.state().step + into;
         if matches!(leap, Leap::Jump { .. })
             && self.recorder.due_is_load(&self.plan)
             && let Some(spring) = self.plan.drive.only_side()
         {
-            let hold_step = self.plain.state().hold_step;
+            let hold_step = self.stepper.state().hold_step;
             let first_m = opened(&mut self.jump).sample_first_m(into - 1);
             let total_n = spring.force_n(self.plan.drive_point_m(due_step, hold_step), first_m);
             self.recorder.record_load(&self.plan, hold_step, Driving { total_n, ends_n: None });
             return Ok(());
         }
-        self.aside.state_mut().clone_from(self.plain.state());
+        self.aside.state_mut().clone_from(self.stepper.state());
         match leap {
             Leap::Window(_) => self.window.sample(&self.plan, into - 1, self.aside.state_mut()),
             Leap::Jump { .. } => opened(&mut self.jump).sample(into - 1, self.aside.state_mut()),
@@ -188,52 +195,6 @@ impl Fast {
     }
 }
 
-/// Steps for which a chain stays at rest whose blocks all stick without springs: only the
-/// drive's pull changes, and the thresholds. Nothing moves, so nothing rounds, but these two.
-fn rest_steps(plan: &Plan, state: &ChainState) -> u64 {
-    let advance_m = match state.hold_step > state.step + 1 {
-        true => plan.drive.velocity_m_per_s * plan.grid.step_s(),
-        false => 0.0,
-    };
-    let (step, hold_step) = (state.step + 1, state.hold_step);
-    let factor = plan.load_factor(step, hold_step);
-    let fall = -plan.load_course.rate(step, hold_step);
-    let (mut rates, point_m) = (vec![0.0; plan.blocks], plan.drive_point_m(step, hold_step));
-    // Of the last step, in which the drive pulled a little less.
-    let before_m = plan.drive_point_m(state.step, hold_step);
-    let mut forces = state.tangential_force_n.clone();
-    for spring in &plan.drive.springs {
-        let stretch_m = spring.direction * (point_m - before_m);
-        forces[spring.block] += spring.stiffness_n_per_m * stretch_m;
-        rates[spring.block] = spring.force_n(advance_m, 0.0);
-    }
-    let mut least = f64::INFINITY;
-    for n in 0..plan.blocks {
-        let threshold = plan.friction.static_threshold_n[n];
-        let room = factor * threshold * (1.0 - ROUNDING);
-        let stays = forces[n].abs() < room;
-        if !stays {
-            return 0;
-        }
-        let fall = fall * threshold;
-        for (way, closing) in [(room - forces[n], fall + rates[n]), (room + forces[n], fall - rates[n])] {
-            least = if closing > 0.0 { least.min(way / closing) } else { least };
-        }
-    }
-    if let Some(ratio) = plan.drive.until_load_ratio.filter(|_| hold_step == u64::MAX) {
-        let goal = ratio * plan.total_normal_load_n * factor * (1.0 - ROUNDING);
-        let force = plan.drive.total_force_n(point_m, &state.displacement_m);
-        let rate = plan.drive.total_force_n(advance_m, &vec![0.0; plan.blocks]);
-        let closing = rate + fall * ratio * plan.total_normal_load_n;
-        if force >= goal {
-            return 0;
-        }
-        least = if closing > 0.0 { least.min((goal - force) / closing) } else { least };
-    }
-    // Casting saturates: what does not change stays.
-    least as u64
-}
-
 /// The jump that a leap was opened with.
 fn opened(jump: &mut Option<Jump>) -> &mut Jump {
     jump.as_mut().expect("only a solver with jumps opens one")
@@ -241,7 +202,7 @@ fn opened(jump: &mut Option<Jump>) -> &mut Jump {
 
 impl Solver for Fast {
     fn name(&self) -> &'static str {
-        SolverKind::Fast.name()
+        Fast::NAME
     }
 
     fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
@@ -249,7 +210,7 @@ impl Solver for Fast {
             if let Some(record) = self.recorder.pop() {
                 return Ok(Some(record));
             }
-            if self.plain.state().step == self.plan.steps {
+            if self.stepper.state().step == self.plan.steps {
                 return Ok(None);
             }
             if let Some(leap) = self.leap {
@@ -258,7 +219,7 @@ impl Solver for Fast {
             }
             // The first and the first-after step of an event are taken plainly, and
             // recorded.
-            let state = self.plain.state();
+            let state = self.stepper.state();
             let edge_ahead = (state.sliding > 0) != (state.detached > 0);
             if state.single_steps == 0 && !edge_ahead {
                 match self.open_leap() {
@@ -266,7 +227,7 @@ impl Solver for Fast {
                         self.leap = Some(leap);
                         continue;
                     }
-                    Err(single_steps) => self.plain.state_mut().single_steps = single_steps,
+                    Err(single_steps) => self.stepper.state_mut().single_steps = single_steps,
                 }
             }
             self.take_plain_step()?;
@@ -274,7 +235,7 @@ impl Solver for Fast {
     }
 
     fn step(&self) -> u64 {
-        self.plain.state().step
+        self.stepper.state().step
     }
 
     fn is_between_records(&self) -> bool {
@@ -282,8 +243,8 @@ impl Solver for Fast {
     }
 
     fn counters(&self) -> Counters {
-        let Counters { plain_steps, switches, .. } = self.plain.counters();
-        Counters { plain_steps, switches, applications: self.window.applications, ..self.counters }
+        let Counters { plain_steps, switches, .. } = self.stepper.counters();
+        Counters { plain_steps, switches, applications: self.window.applications(), ..self.counters }
     }
 
     fn fallbacks(&self) -> Vec<&'static str> {
@@ -305,11 +266,11 @@ impl Solver for Fast {
     }
 
     fn snapshot(&self) -> ChainState {
-        self.plain.snapshot()
+        self.stepper.state().clone()
     }
 
     fn restore(&mut self, state: &ChainState) {
-        self.plain.restore(state);
+        self.stepper.restore(state);
         self.leap = None;
         self.recorder.continue_after(&self.plan, state.step);
     }
@@ -317,10 +278,12 @@ impl Solver for Fast {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
     use super::Fast;
-    use crate::Solver;
+    use crate::solver::Solver;
     use crate::sweep::Sweeps;
 
     #[test]
@@ -328,9 +291,9 @@ mod tests {
         for set in ["as-coded", "as-stated"] {
             let source = ScenarioSource::new("test", "time.duration_s = 0.25")
                 .with_override(&format!("parameter_set={set}"));
-            let plan = Plan::new(&Scenario::resolve(&source).unwrap());
+            let plan = Arc::new(Plan::new(&Scenario::resolve(&source).unwrap()));
             let run = |sweeps| {
-                let mut solver = Fast::with_sweeps(plan.clone(), sweeps);
+                let mut solver = Fast::with_sweeps(Arc::clone(&plan), sweeps);
                 // Debug output tells doubles apart to the bit, but for the sign of zero.
                 let mut records = Vec::new();
                 while let Some(record) = solver.next_record().unwrap() {

@@ -16,7 +16,7 @@
 //! `k_t (u_q - u_stick)`, linear in time. No mode grows, so that of the residue is at
 //! most the sum over the modes of the force by a mode of size 1 times the size of its
 //! coordinate now. A jump ends before the sum of both, with the reserve for rounding
-//! of [`crate::window`] and one for what the modes may miss of the residue, reaches any
+//! of [`crate::window::norms`] and one for what the modes may miss of the residue, reaches any
 //! threshold.
 //!
 //! Chains too long for stored modes are taken apart into waves ([`crate::waves`]) that
@@ -26,11 +26,12 @@
 use asperity_model::Plan;
 use asperity_model::chain::{SteadyLoading, Stiffness};
 
+use crate::contacts::{Load, StopForce, least_threshold_n};
 use crate::modes::{Coordinates, Modes};
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
 use crate::waves::{DEFECT_PER_BLOCK, Waves};
-use crate::window::{Norms, ROUNDING, invariant};
+use crate::window::norms::{Norms, ROUNDING, invariant};
 
 /// Largest chain whose modes are stored: they grow as the square of its length.
 const STORED: usize = 512;
@@ -207,12 +208,11 @@ impl Jump {
     fn certified_steps(&self, plan: &Plan, state: &ChainState, reserve: f64) -> u64 {
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let advance_m = &self.loading[usize::from(self.moves)].advance_m;
-        let thresholds = state.least_threshold_n(plan);
-        let factor = plan.load_factor(state.step + 1, state.hold_step);
-        let factor_rate = plan.load_course.rate(state.step + 1, state.hold_step);
+        let thresholds = least_threshold_n(plan, state);
+        let load = Load::in_step(plan, state.step + 1, state.hold_step);
         let mut least = f64::INFINITY;
         for n in 0..plan.blocks {
-            let threshold = factor * thresholds[n];
+            let threshold = load.scaled_n(thresholds[n]);
             let room = threshold - ROUNDING * threshold - reserve - self.swing[n];
             let (force, rate) = (kt * (self.position_m[n] - state.stick_position_m[n]), kt * advance_m[n]);
             // Written so that what is not a number certifies nothing.
@@ -221,7 +221,7 @@ impl Jump {
                 return 0;
             }
             // Towards either side; the threshold may come down to meet the force.
-            let fall = -factor_rate * thresholds[n];
+            let fall = -load.change_n(thresholds[n]);
             for (way, closing) in [(room - force, rate + fall), (room + force, fall - rate)] {
                 least = if closing > 0.0 { least.min(way / closing) } else { least };
             }
@@ -233,17 +233,16 @@ impl Jump {
     /// Steps until the quasi-static driving force and the swing around it reach the load that
     /// stops the drive.
     fn steps_to_load(&self, plan: &Plan, state: &ChainState, swing: f64) -> u64 {
-        let Some(ratio) = plan.drive.until_load_ratio.filter(|_| state.hold_step == u64::MAX) else {
+        let load = Load::in_step(plan, state.step + 1, state.hold_step);
+        let Some(stop) = StopForce::of(plan, load, state.hold_step) else {
             return u64::MAX;
         };
         let advance_m = &self.loading[usize::from(self.moves)].advance_m;
-        let (step, hold_step) = (state.step + 1, state.hold_step);
-        let goal = ratio * plan.total_normal_load_n * plan.load_factor(step, hold_step);
-        let fall = -ratio * plan.total_normal_load_n * plan.load_course.rate(step, hold_step);
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
         let force = plan.drive.total_force_n(point_m, &self.position_m);
         let rate = plan.drive.total_force_n(plan.drive.velocity_m_per_s * plan.grid.step_s(), advance_m);
-        let (room, closing) = (goal * (1.0 - ROUNDING) - swing - force, rate + fall);
+        let room = stop.force_n * (1.0 - ROUNDING) - swing - force;
+        let closing = rate - stop.change_n;
         if room <= 0.0 {
             0
         } else if closing > 0.0 {

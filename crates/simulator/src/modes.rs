@@ -21,7 +21,7 @@
 //! identity to within [`DEFECT`]. A chain that fails is refused, as at critical damping,
 //! where two modes become one.
 
-use asperity_model::Plan;
+use asperity_model::{Elastic, Plan};
 
 use crate::complex::Complex;
 use crate::sweep::Sweeps;
@@ -52,15 +52,18 @@ impl Pencil {
     fn of(plan: &Plan) -> Pencil {
         let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
         let (by_stiffness, by_damping) = (dt * dt / m, dt / m);
-        let neighbours = |n: usize| if n == 0 || n + 1 == plan.blocks { 1.0 } else { 2.0 };
+        let Elastic::Chain(chain) = &plan.elastic;
         let drive = plan.drive.stiffness_n_per_m(plan.blocks);
         let held = |n: usize| plan.friction.interfacial_stiffness_n_per_m + drive[n];
-        let k = plan.stiffness_n_per_m;
         Pencil {
-            stiffness: (0..plan.blocks).map(|n| by_stiffness * (held(n) + neighbours(n) * k)).collect(),
-            damping: (0..plan.blocks).map(|n| by_damping * neighbours(n) * plan.damping_kg_per_s).collect(),
-            stiffness_beside: by_stiffness * k,
-            damping_beside: by_damping * plan.damping_kg_per_s,
+            stiffness: (0..plan.blocks)
+                .map(|n| by_stiffness * (held(n) + plan.elastic.diagonal_n_per_m(n)))
+                .collect(),
+            damping: (0..plan.blocks)
+                .map(|n| by_damping * plan.elastic.damping_diagonal_kg_per_s(n))
+                .collect(),
+            stiffness_beside: by_stiffness * chain.stiffness_n_per_m,
+            damping_beside: by_damping * chain.damping_kg_per_s,
         }
     }
 
@@ -261,7 +264,7 @@ impl Modes {
         let count = values.len();
         let dt = plan.grid.step_s();
         let unit_s = (plan.block_mass_kg
-            / (4.0 * plan.stiffness_n_per_m + plan.friction.interfacial_stiffness_n_per_m))
+            / (plan.elastic.spectral_bound_n_per_m() + plan.friction.interfacial_stiffness_n_per_m))
             .sqrt();
         let mut modes = Modes {
             sweeps,
@@ -274,7 +277,7 @@ impl Modes {
             first_re: Vec::with_capacity(count),
             first_im: Vec::with_capacity(pairs),
             force_n: Vec::with_capacity(count * blocks),
-            spread: ((4.0 * plan.stiffness_n_per_m + plan.drive.stiffest_n_per_m())
+            spread: ((plan.elastic.spectral_bound_n_per_m() + plan.drive.stiffest_n_per_m())
                 / plan.friction.interfacial_stiffness_n_per_m
                 + 1.0)
                 .sqrt(),
@@ -315,15 +318,9 @@ impl Modes {
                 modes.from_im.extend(state().map(|y| -times * y.im));
                 modes.first_im.push(-times * x[0].im);
             }
-            let pull = |y: &[Complex], n: usize| {
-                let left = if n > 0 { y[n - 1] - y[n] } else { Complex::ZERO };
-                left + if n + 1 < blocks { y[n + 1] - y[n] } else { Complex::ZERO }
-            };
             modes.force_n.extend((0..blocks).map(|n| {
                 let drive = x[n].scaled(-driven[n]);
-                let chain = pull(&x, n).scaled(plan.stiffness_n_per_m)
-                    + pull(&velocity, n).scaled(plan.damping_kg_per_s);
-                times * (chain + drive).size()
+                times * (plan.elastic.pull_n(&x, &velocity, n) + drive).size()
             }));
         }
         (modes.powers.none_grows() && modes.span_states()).then_some(modes)

@@ -6,9 +6,10 @@ use std::collections::VecDeque;
 use asperity_model::{Plan, WindowPlan};
 use asperity_record::{Direction, FieldRecord, Record, StepRecord, Switch, WindowRecord};
 
-use crate::SimulationError;
-use crate::plain::Driving;
+use crate::contacts::{Load, threshold_n};
+use crate::solver::SimulationError;
 use crate::state::ChainState;
+use crate::stepper::Driving;
 
 /// Turns states worth recording into records, and knows the next step at which
 /// a cadence asks for one.
@@ -123,7 +124,7 @@ fn load(
         time_s: plan.grid.time_s(step),
         driving_force_n: driving.total_n,
         end_forces_n: driving.ends_n,
-        normal_load_n: plan.total_normal_load_n * plan.load_factor(step, hold_step),
+        normal_load_n: Load::in_step(plan, step, hold_step).scaled_n(plan.total_normal_load_n),
         sliding,
         switches,
     })
@@ -164,7 +165,7 @@ fn switch(plan: &Plan, state: &ChainState, n: usize) -> Switch {
         velocity_m_per_s: state.velocity_m_per_s[n],
         tangential_force_n: state.tangential_force_n[n],
         stick_position_m: state.stick_position_m[n],
-        threshold_n: state.threshold_n(plan, n),
+        threshold_n: threshold_n(plan, state, n),
     }
 }
 

@@ -58,13 +58,8 @@ impl ChainState {
         let u = &initial.displacement_m;
         let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
         let point_m = plan.drive_point_m(initial.step, hold_step);
-        let mut tangential_force_n: Vec<f64> = (0..plan.blocks)
-            .map(|n| {
-                plan.stiffness_n_per_m * asperity_model::initial::neighbour_pull(u, n)
-                    + plan.damping_kg_per_s
-                        * asperity_model::initial::neighbour_pull(&initial.velocity_m_per_s, n)
-            })
-            .collect();
+        let mut tangential_force_n: Vec<f64> =
+            (0..plan.blocks).map(|n| plan.elastic.pull_n(u, &initial.velocity_m_per_s, n)).collect();
         for spring in &plan.drive.springs {
             tangential_force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
@@ -105,41 +100,5 @@ impl ChainState {
             && self.stuck_since_step.len() == if ages { plan.blocks } else { 0 }
             && self.stuck_since_step.iter().all(|&step| step <= self.step)
             && if ages { finite(&self.aged_threshold_n) } else { self.aged_threshold_n.is_empty() }
-    }
-
-    /// What no threshold of a stuck block is below, at the load of the start.
-    pub(crate) fn least_threshold_n<'a>(&'a self, plan: &'a Plan) -> &'a [f64] {
-        if plan.friction.ageing.is_some() {
-            &self.aged_threshold_n
-        } else {
-            &plan.friction.static_threshold_n
-        }
-    }
-
-    /// The static threshold of block `n` (counted from 0) in the step that led to this state,
-    /// of a block that has detached since that which it had reached.
-    pub(crate) fn threshold_n(&self, plan: &Plan, n: usize) -> f64 {
-        aged_threshold_n(plan, n, &self.stuck_since_step, self.step)
-            * plan.load_factor(self.step, self.hold_step)
-    }
-
-    /// Brings the thresholds that are known up to the step that comes next: none can be
-    /// below in what follows.
-    pub(crate) fn age(&mut self, plan: &Plan) {
-        for n in 0..self.aged_threshold_n.len() {
-            self.aged_threshold_n[n] = aged_threshold_n(plan, n, &self.stuck_since_step, self.step + 1);
-        }
-    }
-}
-
-/// `(mu_s + b ln(1 + t_w / t_0)) p_n` at the load of the start.
-pub(crate) fn aged_threshold_n(plan: &Plan, n: usize, stuck_since_step: &[u64], step: u64) -> f64 {
-    let young = plan.friction.static_threshold_n[n];
-    match &plan.friction.ageing {
-        None => young,
-        Some(ageing) => {
-            let waited_s = (step - stuck_since_step[n]) as f64 * plan.grid.step_s();
-            young + ageing.growth_n[n] * libm::log1p(waited_s / ageing.time_s)
-        }
     }
 }

@@ -22,7 +22,7 @@
 //! That they are all modes is checked with a state without pattern, and again in every
 //! jump: its residue is put together again, and what is missing counts.
 
-use asperity_model::Plan;
+use asperity_model::{Elastic, Plan};
 
 use crate::complex::Complex;
 use crate::modes::{Coordinates, Powers};
@@ -137,11 +137,12 @@ impl Waves {
         let blocks = plan.blocks;
         let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
         let drive_n_per_m = plan.drive.only_side()?.stiffness_n_per_m;
+        let Elastic::Chain(chain) = &plan.elastic;
         let constants = Constants {
             s: dt * dt / m * plan.friction.interfacial_stiffness_n_per_m,
-            kappa: dt * dt / m * plan.stiffness_n_per_m,
+            kappa: dt * dt / m * chain.stiffness_n_per_m,
             sigma: dt * dt / m * drive_n_per_m,
-            d: dt / m * plan.damping_kg_per_s,
+            d: dt / m * chain.damping_kg_per_s,
         };
         let (mut pairs, mut singles) = (Vec::new(), Vec::new());
         for j in 0..blocks {
@@ -180,7 +181,7 @@ impl Waves {
                     + project_first * x0
                     + (x0 - project_first) * velocity * x0;
                 let pull =
-                    Complex::from(plan.stiffness_n_per_m) + velocity.scaled(plan.damping_kg_per_s / dt);
+                    Complex::from(chain.stiffness_n_per_m) + velocity.scaled(chain.damping_kg_per_s / dt);
                 waves.push(Wave {
                     times,
                     turn: of(&turn),
@@ -202,7 +203,7 @@ impl Waves {
     /// Whether a state without pattern is what it was when it has been taken apart and
     /// put together again.
     fn tell_all(&mut self, plan: &Plan) -> bool {
-        let held = 4.0 * plan.stiffness_n_per_m + plan.friction.interfacial_stiffness_n_per_m;
+        let held = plan.elastic.spectral_bound_n_per_m() + plan.friction.interfacial_stiffness_n_per_m;
         let rate = (held / plan.block_mass_kg).sqrt();
         let mut seed = 1u64;
         let state: Vec<f64> = (0..2 * self.blocks)

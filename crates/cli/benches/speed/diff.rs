@@ -1,8 +1,9 @@
 //! Diffs of large event tables: time against a plain scan of both, and memory.
 //!
-//! The two tables differ by rounding in every row; of each thousand events one has split and one is gone. *Bunches* of events with a pause
-//! longer than the time window between them are what runs have; *chatter* without end, all of it within
-//! the time window of something, is the worst there is.
+//! The two tables differ by rounding in every row; of each thousand events one has split and one
+//! is gone. Runs have *bunches* of events, with pauses between them that are longer than the time
+//! window. The worst case is endless *chatter*, in which every event is within the time window of
+//! another.
 
 use std::fs;
 use std::path::Path;
@@ -26,7 +27,7 @@ const KINDS: [(&str, Pause); 2] =
 pub(crate) fn tables() {
     println!("## Diffs of event tables\n");
     println!(
-        "| tables | events on each side | `asperity diff` of CSV, s | times a plain scan of both | its memory, MB |\n|---|---|---|---|---|"
+        "| tables | events on each side | `asperity diff` of CSV, s | time over a plain scan of both | its memory, MB |\n|---|---|---|---|---|"
     );
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
     for (kind, pause) in KINDS {

@@ -19,10 +19,10 @@ const LOGS: [(&str, &[&str]); 4] = [
 ];
 
 pub(crate) fn logs() {
-    println!("## Reading logs, times as long as the bare MCAP reader\n");
+    println!("## Reading logs: time over that of the bare MCAP reader\n");
     println!(
-        "The bare reader unpacks every chunk, checks its checksum, and looks at no message. MB are those of the file; messages\n\
-         unpack to about four times as many.\n"
+        "The bare reader unpacks every chunk, checks its checksum, and looks at no message. MB are those of the file; the\n\
+         unpacked messages are about four times as large.\n"
     );
     println!(
         "| log | MB | bare reader, MB/s | `asperity events` | `asperity replay` | ... in MB/s | `asperity check` | replay's memory, MB |\n\

@@ -1,8 +1,8 @@
-//! How fast it is, as ratios within one run: `cargo xtask bench`.
+//! The speed, as ratios within one run of the benchmark: `cargo xtask bench`.
 //!
 //! Everything is measured against a plain scalar loop that records nothing
-//! (`scalar.rs`), a few million steps of it just before and after what it is compared
-//! with, since the speed of a shared machine changes from minute to minute.
+//! (`scalar.rs`), of which a few million steps are taken just before and just after,
+//! since the speed of a shared machine changes from minute to minute.
 
 #![expect(clippy::print_stdout, reason = "the tables are what a benchmark is for")]
 
@@ -98,8 +98,8 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// The median of what `measure` gives, as a multiple of the scalar loop for as many
-/// steps, measured before and after each.
+/// The speed-up over the scalar loop, for the same number of steps: the median over
+/// rounds, in each of which the loop is measured before and after.
 fn times_scalar(plan: &Plan, mut measure_s: impl FnMut() -> f64) -> f64 {
     let mut before = scalar_ns(plan);
     let ratios = (0..ROUNDS).map(|_| {
@@ -122,7 +122,7 @@ fn against_c() {
         println!("skipped: there is no C compiler `cc`\n");
         return;
     }
-    println!("| parameter set | Rust over C, time for a step |\n|---|---|");
+    println!("| parameter set | time of a step, Rust/C |\n|---|---|");
     for set in ["as-coded", "as-stated"] {
         let plan = plan(&[&format!("parameter_set={set}")]);
         let c_ns = || {
@@ -156,7 +156,7 @@ fn against_c() {
 }
 
 fn default_runs() {
-    println!("## The default run (100 blocks, 5 s in 5e8 steps), times as fast as the scalar loop\n");
+    println!("## The default run (100 blocks, 5 s in 5e8 steps): speed-up over the scalar loop\n");
     println!(
         "| parameter set | plain solver | fast solver | `asperity run --solver fast` | `asperity replay` |\n|---|---|---|---|---|"
     );
@@ -174,7 +174,7 @@ fn default_runs() {
         let log = folder.path().join(format!("{set}.mcap"));
         let path = log.to_str().expect("temporary folders have plain names");
         let run = times_scalar(&plan, || {
-            // Gone already in the first round.
+            // In the first round there is none.
             drop(fs::remove_file(&log));
             seconds(|| asperity(&["run", "default", "--set", &choice, "--out", path]))
         });
@@ -204,12 +204,12 @@ fn resident_mb() -> f64 {
 fn long_chains() {
     println!("## Longer and shorter chains\n");
     println!(
-        "The slider of the thesis in N blocks, for so long that several precursors run. At 10,000 blocks the time step of\n\
-         1e-8 s is beyond the scheme's stability as stated; 1e-9 s serves both sets there.\n"
+        "The slider of the thesis in N blocks, simulated until several precursors have run. With 10,000 blocks, as stated,\n\
+         a time step of 1e-8 s would be unstable; 1e-9 s serves both parameter sets there.\n"
     );
     println!(
-        "| parameter set | N | time step, s | simulated, s | switches | steps a switch | scalar steps' worth of a switch | \
-         ... of it windows' terms | times as fast as scalar | solver's memory, MB |\n|---|---|---|---|---|---|---|---|---|---|"
+        "| parameter set | N | time step, s | simulated, s | switches | steps per switch | cost of a switch in scalar steps | \
+         of which terms of windows | speed-up over the loop | memory of the solver, MB |\n|---|---|---|---|---|---|---|---|---|---|"
     );
     let chains = [
         (10, "1e-8", "5"),

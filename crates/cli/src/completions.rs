@@ -1,0 +1,15 @@
+//! `asperity completions`: what a shell needs to complete commands and flags.
+
+use std::io::{self, Write};
+
+use clap::CommandFactory;
+
+use crate::args::{Arguments, CompletionsArguments};
+use crate::exit::Failure;
+
+pub(crate) fn command(arguments: &CompletionsArguments) -> Result<(), Failure> {
+    // Into memory first: the generator panics where its output cannot be written.
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut Arguments::command(), "asperity", &mut script);
+    Ok(io::stdout().lock().write_all(&script)?)
+}

@@ -1,0 +1,37 @@
+//! The solvers by name.
+
+use std::sync::Arc;
+
+use asperity_model::Plan;
+
+use crate::fast::Fast;
+use crate::plain::Plain;
+use crate::solver::Solver;
+
+/// Which solver is to take the steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SolverKind {
+    /// [`Fast`].
+    #[default]
+    Fast,
+    /// [`Plain`].
+    Plain,
+}
+
+impl SolverKind {
+    /// The solver's name in run headers and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            SolverKind::Fast => Fast::NAME,
+            SolverKind::Plain => Plain::NAME,
+        }
+    }
+
+    /// A solver of this kind at the start of a plan.
+    pub fn start(self, plan: impl Into<Arc<Plan>>) -> Box<dyn Solver> {
+        match self {
+            SolverKind::Fast => Box::new(Fast::new(plan)),
+            SolverKind::Plain => Box::new(Plain::new(plan)),
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Chains at rest by the laws without friction springs: nothing moves until a contact
+//! detaches.
+
+use asperity_model::Plan;
+
+use crate::contacts::{Load, StopForce};
+use crate::state::ChainState;
+use crate::window::norms::ROUNDING;
+
+/// Steps for which a chain stays at rest whose blocks all stick without springs: only the
+/// drive's pull changes, and the thresholds. Nothing moves, so nothing rounds, but these two.
+pub(crate) fn rest_steps(plan: &Plan, state: &ChainState) -> u64 {
+    let advance_m = match state.hold_step > state.step + 1 {
+        true => plan.drive.velocity_m_per_s * plan.grid.step_s(),
+        false => 0.0,
+    };
+    let (step, hold_step) = (state.step + 1, state.hold_step);
+    let load = Load::in_step(plan, step, hold_step);
+    let (mut rates, point_m) = (vec![0.0; plan.blocks], plan.drive_point_m(step, hold_step));
+    // Of the last step, in which the drive pulled a little less.
+    let before_m = plan.drive_point_m(state.step, hold_step);
+    let mut forces = state.tangential_force_n.clone();
+    for spring in &plan.drive.springs {
+        let stretch_m = spring.direction * (point_m - before_m);
+        forces[spring.block] += spring.stiffness_n_per_m * stretch_m;
+        rates[spring.block] = spring.force_n(advance_m, 0.0);
+    }
+    let mut least = f64::INFINITY;
+    for n in 0..plan.blocks {
+        let threshold = plan.friction.static_threshold_n[n];
+        let room = load.scaled_n(threshold) * (1.0 - ROUNDING);
+        let stays = forces[n].abs() < room;
+        if !stays {
+            return 0;
+        }
+        let fall = -load.change_n(threshold);
+        for (way, closing) in [(room - forces[n], fall + rates[n]), (room + forces[n], fall - rates[n])] {
+            least = if closing > 0.0 { least.min(way / closing) } else { least };
+        }
+    }
+    if let Some(stop) = StopForce::of(plan, load, hold_step) {
+        let goal = stop.force_n * (1.0 - ROUNDING);
+        let force = plan.drive.total_force_n(point_m, &state.displacement_m);
+        let rate = plan.drive.total_force_n(advance_m, &vec![0.0; plan.blocks]);
+        let closing = rate - stop.change_n;
+        if force >= goal {
+            return 0;
+        }
+        least = if closing > 0.0 { least.min((goal - force) / closing) } else { least };
+    }
+    // Casting saturates: what does not change stays.
+    least as u64
+}

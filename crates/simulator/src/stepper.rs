@@ -1,0 +1,254 @@
+//! The stepper: one step after the other, as the equations of Chapter 5 read. Both solvers
+//! take their single steps with it.
+//!
+//! One step from `t - dt` to `t`, all blocks from the old state:
+//!
+//! 1. the tangential force without friction (5.6, 5.7, 5.8)
+//!    `tau_n = k (u_{n+1} - 2 u_n + u_{n-1}) + eta (v_{n+1} - 2 v_n + v_{n-1}) + F_n`;
+//! 2. friction: a stuck block's spring pulls with `-k_t (u_n - u_stick,n)` (5.12), a
+//!    sliding block feels `-mu_d p_n sign(v_n)` (5.14);
+//! 3. Euler-Cromer (4.13, 4.14): `v_n += dt (tau_n + f_n) / m`, then `u_n += dt v_n`;
+//! 4. switches, in force from the next step: a stuck block detaches at
+//!    `|tau_n| >= mu_s p_n` (5.13); a sliding block whose new velocity has come to
+//!    rest re-attaches at `u_stick,n = u_n - tau_n / k_t` (5.15), with the new
+//!    position, this step's `tau_n`, and its velocity kept.
+
+use std::sync::Arc;
+
+use asperity_model::{Law, Plan, Reattach};
+
+use crate::contacts::{Contacts, StopForce, aged_threshold_n};
+use crate::counters::Counters;
+use crate::state::ChainState;
+use crate::sweep::{After, Blocks, Constants, Steps, Sweeps};
+
+/// A chain, and how it gets from one step to the next.
+#[derive(Debug, Clone)]
+pub(crate) struct Stepper {
+    plan: Arc<Plan>,
+    state: ChainState,
+    sweeps: Sweeps,
+    constants: Constants,
+    /// Displacements and velocities after the step, while those before it are still
+    /// needed.
+    new_displacement_m: Vec<f64>,
+    new_velocity_m_per_s: Vec<f64>,
+    /// Tangential forces of the step before.
+    old_tangential_force_n: Vec<f64>,
+    /// Driving force on each block in the last step; whether the drive pulls both ways, and
+    /// whether it pulls any but the ends.
+    driving_force_n: Vec<f64>,
+    pulls_both_ways: bool,
+    pulls_inside: bool,
+    /// What the contacts bear in the last step.
+    contacts: Contacts,
+    /// The blocks that may switch, as bits.
+    marks: Vec<u64>,
+    /// The blocks that switched in the last step, counted from 0, ascending.
+    switched: Vec<usize>,
+    counters: Counters,
+}
+
+/// What the drive does in one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Driving {
+    /// Sum of the forces on all blocks, N.
+    pub total_n: f64,
+    /// The forces on the first and the last block where the drive pulls both ways.
+    pub ends_n: Option<[f64; 2]>,
+}
+
+impl Stepper {
+    /// The chain at the start of a plan, with sweeps for a certain instruction set.
+    pub(crate) fn new(plan: Arc<Plan>, sweeps: Sweeps) -> Stepper {
+        let state = ChainState::initial(&plan);
+        let dt = plan.grid.step_s();
+        Stepper {
+            constants: Constants {
+                dt,
+                dt_over_m: dt / plan.block_mass_kg,
+                kt: plan.friction.interfacial_stiffness_n_per_m,
+                two_way: plan.friction.reattach == Reattach::TwoWay,
+                weakening: match plan.friction.law {
+                    Law::Springs => 0.0,
+                    Law::Rigid { weakening_s_per_m, .. } => weakening_s_per_m,
+                },
+                radiation: match plan.friction.law {
+                    Law::Springs => 0.0,
+                    Law::Rigid { radiation_kg_per_s, .. } => radiation_kg_per_s,
+                },
+            },
+            driving_force_n: vec![0.0; plan.blocks],
+            pulls_both_ways: plan.drive.pulls_both_ways(),
+            pulls_inside: plan.drive.pulls_inside(plan.blocks),
+            contacts: Contacts::new(&plan),
+            marks: vec![0; plan.blocks.div_ceil(64)],
+            new_displacement_m: vec![0.0; plan.blocks],
+            new_velocity_m_per_s: vec![0.0; plan.blocks],
+            old_tangential_force_n: vec![0.0; plan.blocks],
+            plan,
+            state,
+            sweeps,
+            switched: Vec::new(),
+            counters: Counters::default(),
+        }
+    }
+
+    /// The state after the last step taken.
+    pub(crate) fn state(&self) -> &ChainState {
+        &self.state
+    }
+
+    /// The same, for a solver that takes many steps at once.
+    pub(crate) fn state_mut(&mut self) -> &mut ChainState {
+        &mut self.state
+    }
+
+    /// The blocks that switched in the last step, counted from 0.
+    pub(crate) fn switched(&self) -> &[usize] {
+        &self.switched
+    }
+
+    /// Takes one step; returns the driving forces that it used.
+    pub(crate) fn take_step(&mut self) -> Driving {
+        self.state.step += 1;
+        self.state.sliding = self.state.detached;
+        self.contacts.follow(&self.plan, &self.state, self.state.step);
+        let (plan, state) = (&self.plan, &mut self.state);
+        // The drive is taken at the new time, the blocks where they were.
+        let point_m = plan.drive_point_m(state.step, state.hold_step);
+        let mut total_n = 0.0;
+        for spring in &plan.drive.springs {
+            let force_n = spring.force_n(point_m, state.displacement_m[spring.block]);
+            self.driving_force_n[spring.block] = force_n;
+            total_n += force_n;
+        }
+        let driving = Driving {
+            total_n,
+            ends_n: self
+                .pulls_both_ways
+                .then(|| [self.driving_force_n[0], self.driving_force_n[plan.blocks - 1]]),
+        };
+        let old = Blocks {
+            elastic: &plan.elastic,
+            u: &state.displacement_m,
+            v: &state.velocity_m_per_s,
+            u_stick: &state.stick_position_m,
+            slip: &state.slip,
+            threshold: &self.contacts.threshold_n,
+            sliding_friction: &self.contacts.sliding_friction_n,
+            driving_force: &self.driving_force_n,
+        };
+        std::mem::swap(&mut state.tangential_force_n, &mut self.old_tangential_force_n);
+        let new = (&mut self.new_displacement_m[..], &mut self.new_velocity_m_per_s[..]);
+        let (tau, constants) = (&mut state.tangential_force_n[..], &self.constants);
+        let any_switch = match plan.friction.law {
+            Law::Springs if self.pulls_inside => {
+                self.sweeps.step_driven_everywhere(new.0, new.1, tau, &old, constants)
+            }
+            Law::Springs => self.sweeps.step(new.0, new.1, tau, &old, constants),
+            Law::Rigid { .. } => self.sweeps.rigid_step(new.0, new.1, tau, &old, constants),
+        };
+        std::mem::swap(&mut state.displacement_m, &mut self.new_displacement_m);
+        self.switched.clear();
+        if any_switch {
+            self.switch_blocks();
+        }
+        std::mem::swap(&mut self.state.velocity_m_per_s, &mut self.new_velocity_m_per_s);
+        self.counters.plain_steps += 1;
+        self.counters.switches += self.switched.len() as u64;
+        self.stop_at_load(total_n);
+        driving
+    }
+
+    /// Stops the drive point where the load has been reached that it is to be driven to.
+    fn stop_at_load(&mut self, total_n: f64) {
+        let stop = StopForce::of(&self.plan, self.contacts.load, self.state.hold_step);
+        if stop.is_some_and(|stop| total_n >= stop.force_n) {
+            self.state.hold_step = self.state.step;
+        }
+    }
+
+    /// Steps until the first block would switch, if forces and velocities went on as they
+    /// did from the step before the last to the last, in which none may have switched.
+    pub(crate) fn foreseen_steps(&self) -> f64 {
+        let state = &self.state;
+        let steps = Steps {
+            tau: &state.tangential_force_n,
+            tau_before: &self.old_tangential_force_n,
+            v: &state.velocity_m_per_s,
+            v_before: &self.new_velocity_m_per_s,
+        };
+        let decline = self.contacts.decline_to(&self.plan, state.step + 1, state.hold_step);
+        self.sweeps.crossing_ahead(&steps, &state.slip, &self.contacts.threshold_n, decline)
+    }
+
+    /// Puts the switches of this step in force for the next.
+    fn switch_blocks(&mut self) {
+        let (plan, state) = (&self.plan, &mut self.state);
+        let friction = &plan.friction;
+        let rigid = friction.law != Law::Springs;
+        let after = After {
+            slip: &state.slip,
+            v: &state.velocity_m_per_s,
+            v_new: &self.new_velocity_m_per_s,
+            tau: &state.tangential_force_n,
+            threshold: &self.contacts.threshold_n,
+            two_way: friction.reattach == Reattach::TwoWay,
+            rigid,
+        };
+        self.sweeps.switching(&mut self.marks, &after);
+        for group in 0..self.marks.len() {
+            let mut mark = self.marks[group];
+            while mark != 0 {
+                let n = group * 64 + mark.trailing_zeros() as usize;
+                mark &= mark - 1;
+                let tau = state.tangential_force_n[n];
+                if state.slip[n] != 0.0 {
+                    state.slip[n] = 0.0;
+                    if rigid {
+                        // It stays where it was before the step that would have turned it round.
+                        self.new_velocity_m_per_s[n] = 0.0;
+                        state.displacement_m[n] = self.new_displacement_m[n];
+                        state.stick_position_m[n] = state.displacement_m[n];
+                    } else {
+                        state.stick_position_m[n] =
+                            state.displacement_m[n] - tau / friction.interfacial_stiffness_n_per_m;
+                    }
+                    if friction.ageing.is_some() {
+                        state.stuck_since_step[n] = state.step;
+                        state.aged_threshold_n[n] = friction.static_threshold_n[n];
+                    }
+                    state.detached -= 1;
+                } else {
+                    if friction.ageing.is_some() {
+                        // The threshold that was known may be behind.
+                        let aged = aged_threshold_n(plan, n, &state.stuck_since_step, state.step);
+                        state.aged_threshold_n[n] = aged;
+                        if tau.abs() < self.contacts.load.scaled_n(aged) {
+                            continue;
+                        }
+                    }
+                    state.slip[n] = 1.0;
+                    state.detached += 1;
+                }
+                self.switched.push(n);
+            }
+        }
+    }
+
+    /// What the steps taken up to now were made of.
+    pub(crate) fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// Continues from a state.
+    ///
+    /// # Panics
+    /// If it is of a chain of another size.
+    pub(crate) fn restore(&mut self, state: &ChainState) {
+        assert_eq!(state.displacement_m.len(), self.plan.blocks, "the state of a chain of another size");
+        self.state = state.clone();
+        self.switched.clear();
+    }
+}

@@ -1,0 +1,176 @@
+//! Guards: how far each block stays from switching, and when the first would.
+
+use std::hint::select_unpredictable;
+
+use crate::sweep::step::sign;
+use crate::sweep::versions::{Sweeps, dispatch};
+
+impl Sweeps {
+    dispatch! {
+        /// How far each block stays from switching over a window; whether any does
+        /// not, by the bounds.
+        margins(kept: &mut [f64], course: &Course<'_>) -> bool
+    }
+
+    dispatch! {
+        /// Steps until the first guard would reach its limit at its present rate.
+        first_crossing(guarded: &Guarded<'_>) -> f64
+    }
+
+    dispatch! {
+        /// The same from the forces and velocities of two steps; thresholds fall by the share
+        /// `decline` in each.
+        crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64], decline: f64) -> f64
+    }
+}
+
+/// What bounds keep in reserve for what is left out and for rounding, for one
+/// length of window: of forces of stuck blocks and velocities of sliding ones.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reserve {
+    /// Added to second differences.
+    pub(crate) stuck_bend: f64,
+    pub(crate) sliding_bend: f64,
+    /// Kept from the limit.
+    pub(crate) stuck: f64,
+    pub(crate) sliding: f64,
+    /// Share of a threshold that counts.
+    pub(crate) share: f64,
+}
+
+/// Guards over a window.
+pub(crate) struct Course<'a> {
+    pub(crate) now: &'a [f64],
+    pub(crate) rate: &'a [f64],
+    /// What its end adds to now and the rate.
+    pub(crate) sum: &'a [f64],
+    /// Bound on second differences.
+    pub(crate) bend: &'a [f64],
+    /// Units of these two, for stuck and for sliding blocks.
+    pub(crate) stuck_unit: f64,
+    pub(crate) sliding_unit: f64,
+    pub(crate) sigma: &'a [f64],
+    /// Thresholds at the start, and what they are at the end over that.
+    pub(crate) threshold: &'a [f64],
+    pub(crate) decline: f64,
+    pub(crate) steps: f64,
+    pub(crate) reserve: &'a Reserve,
+}
+
+/// How far a guard stays from its limit on the way from `from` to `to`, by the better
+/// of two bounds: the chord, and the tangent, which ends at `tangent`. The threshold goes
+/// straight from the first to the second.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "numbers of one block, in registers")]
+pub(crate) fn margin(
+    from: f64,
+    to: f64,
+    tangent: f64,
+    steps: f64,
+    bend: f64,
+    sigma: f64,
+    [threshold, last_threshold]: [f64; 2],
+    reserve: &Reserve,
+) -> f64 {
+    let stuck = sigma == 0.0;
+    let more_bend = select_unpredictable(stuck, reserve.stuck_bend, reserve.sliding_bend);
+    let limit = select_unpredictable(stuck, -reserve.stuck, -reserve.sliding);
+    let (first, last) = (reserve.share * threshold, reserve.share * last_threshold);
+    // Distance from the limit, but for the reserve: of what is stuck, how much force is
+    // missing; of what slides, how much velocity there is.
+    macro_rules! clear {
+        ($limit:expr, $guard:expr) => {
+            select_unpredictable(stuck, $limit - $guard.abs(), sigma * $guard)
+        };
+    }
+    let sag = (bend + more_bend) * steps * steps / 8.0;
+    let (start, end) = (clear!(first, from), clear!(last, to));
+    let straight = clear!(last, tangent) - 4.0 * sag;
+    let chord = if start < end { start } else { end } - sag;
+    let tangent = if start < straight { start } else { straight };
+    limit + if tangent > chord { tangent } else { chord }
+}
+
+#[inline(always)]
+fn margins(kept: &mut [f64], course: &Course<'_>) -> bool {
+    let blocks = kept.len();
+    let &Course { now, rate, sum, bend, stuck_unit, sliding_unit, sigma, threshold, decline, steps, reserve } =
+        course;
+    let (now, rate, sum, bend) = (&now[..blocks], &rate[..blocks], &sum[..blocks], &bend[..blocks]);
+    let (sigma, threshold) = (&sigma[..blocks], &threshold[..blocks]);
+    let mut any = 0u64;
+    for n in 0..blocks {
+        let tangent = now[n] + steps * rate[n];
+        let unit = select_unpredictable(sigma[n] == 0.0, stuck_unit, sliding_unit);
+        let (end, bend) = (tangent + unit * sum[n], unit * bend[n]);
+        let thresholds = [threshold[n], threshold[n] * decline];
+        let margin = margin(now[n], end, tangent, steps, bend, sigma[n], thresholds, reserve);
+        kept[n] = margin;
+        // Written so that what is not a number is a doubt.
+        let stays = margin > 0.0;
+        any |= u64::from(!stays);
+    }
+    any != 0
+}
+
+/// Guards of blocks, and where they switch.
+pub(crate) struct Guarded<'a> {
+    pub(crate) now: &'a [f64],
+    pub(crate) rate: &'a [f64],
+    pub(crate) sigma: &'a [f64],
+    /// Thresholds of stuck blocks, and the share of them by which they fall in a step.
+    pub(crate) limit: &'a [f64],
+    pub(crate) decline: f64,
+}
+
+#[inline(always)]
+fn first_crossing(guarded: &Guarded<'_>) -> f64 {
+    let blocks = guarded.now.len();
+    let &Guarded { now, rate, sigma, limit, decline } = guarded;
+    let (rate, sigma, limit) = (&rate[..blocks], &sigma[..blocks], &limit[..blocks]);
+    let mut first = NEVER;
+    for n in 0..blocks {
+        first = first.min(crossing(now[n], rate[n], sigma[n], limit[n], decline));
+    }
+    f64::from_bits(first as u64)
+}
+
+/// Forces and velocities of a step, and of the one before it.
+pub(crate) struct Steps<'a> {
+    pub(crate) tau: &'a [f64],
+    pub(crate) tau_before: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) v_before: &'a [f64],
+}
+
+#[inline(always)]
+fn crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64], decline: f64) -> f64 {
+    let blocks = slip.len();
+    let &Steps { tau, tau_before, v, v_before } = steps;
+    let (tau, tau_before) = (&tau[..blocks], &tau_before[..blocks]);
+    let (v, v_before, threshold) = (&v[..blocks], &v_before[..blocks], &threshold[..blocks]);
+    let mut first = NEVER;
+    for n in 0..blocks {
+        let stuck = slip[n] == 0.0;
+        let now = select_unpredictable(stuck, tau[n], v[n]);
+        let rate = now - select_unpredictable(stuck, tau_before[n], v_before[n]);
+        first = first.min(crossing(now, rate, slip[n] * sign(v[n]), threshold[n], decline));
+    }
+    f64::from_bits(first as u64)
+}
+
+/// The bits of infinity.
+const NEVER: i64 = f64::INFINITY.to_bits() as i64;
+
+/// Steps until one guard would reach its limit, as bits: in the order of the numbers, but
+/// for negative ones among themselves, and the least of integers is found in vectors.
+#[inline(always)]
+fn crossing(now: f64, rate: f64, sigma: f64, limit: f64, decline: f64) -> i64 {
+    let stuck = sigma == 0.0;
+    // Where thresholds come down one may be met on either side.
+    let by_rate = select_unpredictable(rate > 0.0, now, -now);
+    let towards = select_unpredictable(decline == 0.0, by_rate, now.abs());
+    let room = select_unpredictable(stuck, limit - towards, sigma * now);
+    let closing = select_unpredictable(stuck, rate.abs() + limit * decline, -sigma * rate);
+    select_unpredictable(closing > 0.0, room / closing, f64::INFINITY).to_bits() as i64
+}

@@ -1,0 +1,377 @@
+//! One step: forces, friction, new velocities and positions, and which blocks switch.
+
+use std::hint::select_unpredictable;
+
+use asperity_model::Elastic;
+
+use crate::sweep::elastic::pull;
+use crate::sweep::versions::{Sweeps, dispatch};
+
+impl Sweeps {
+    dispatch! {
+        /// One step: `tau` as [`Sweeps::pull`] has it and the driving forces on
+        /// the first and the last block, friction, new velocities and positions (4.13, 4.14);
+        /// whether any block may switch.
+        step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
+    }
+
+    dispatch! {
+        /// The same with driving forces on all blocks.
+        step_driven_everywhere(
+            u_new: &mut [f64],
+            v_new: &mut [f64],
+            tau: &mut [f64],
+            old: &Blocks<'_>,
+            constants: &Constants
+        ) -> bool
+    }
+
+    dispatch! {
+        /// The same by the laws without friction springs: stuck blocks do not move.
+        rigid_step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
+    }
+
+    dispatch! {
+        /// Sets the bit of every block that switches in a step, or may where contacts age: 64
+        /// blocks to a number.
+        switching(marks: &mut [u64], after: &After<'_>)
+    }
+}
+
+/// What a step depends on. Nodes move, contacts rub; every node of a chain carries one.
+pub(crate) struct Blocks<'a> {
+    /// What holds the nodes together.
+    pub(crate) elastic: &'a Elastic,
+    /// Of each node.
+    pub(crate) u: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) driving_force: &'a [f64],
+    /// Of each contact.
+    pub(crate) u_stick: &'a [f64],
+    pub(crate) slip: &'a [f64],
+    pub(crate) threshold: &'a [f64],
+    pub(crate) sliding_friction: &'a [f64],
+}
+
+/// The numbers that all nodes and contacts have in common.
+#[derive(Debug, Clone)]
+pub(crate) struct Constants {
+    pub(crate) dt: f64,
+    pub(crate) dt_over_m: f64,
+    pub(crate) kt: f64,
+    pub(crate) two_way: bool,
+    /// `1 / v_c` and `E`, of the laws without friction springs.
+    pub(crate) weakening: f64,
+    pub(crate) radiation: f64,
+}
+
+/// Forces, friction, new velocities and positions; whether any block switches.
+#[inline(always)]
+fn step(
+    u_new: &mut [f64],
+    v_new: &mut [f64],
+    tau: &mut [f64],
+    old: &Blocks<'_>,
+    constants: &Constants,
+) -> bool {
+    take_step::<false>(u_new, v_new, tau, old, constants)
+}
+
+#[inline(always)]
+fn step_driven_everywhere(
+    u_new: &mut [f64],
+    v_new: &mut [f64],
+    tau: &mut [f64],
+    old: &Blocks<'_>,
+    constants: &Constants,
+) -> bool {
+    take_step::<true>(u_new, v_new, tau, old, constants)
+}
+
+#[inline(always)]
+fn take_step<const EVERYWHERE: bool>(
+    u_new: &mut [f64],
+    v_new: &mut [f64],
+    tau: &mut [f64],
+    old: &Blocks<'_>,
+    constants: &Constants,
+) -> bool {
+    let tau = &mut tau[..u_new.len()];
+    pull(tau, old.u, old.v, old.elastic);
+    let (last, driving_force) = (tau.len() - 1, old.driving_force);
+    if EVERYWHERE {
+        for (tau, force) in tau.iter_mut().zip(driving_force) {
+            *tau += force;
+        }
+    } else {
+        tau[0] += driving_force[0];
+        tau[last] += driving_force[last];
+    }
+    if constants.two_way {
+        move_blocks::<true>(u_new, v_new, tau, old, constants)
+    } else {
+        move_blocks::<false>(u_new, v_new, tau, old, constants)
+    }
+}
+
+/// Friction, new velocities and positions from the forces; whether any block may switch.
+#[inline(always)]
+fn move_blocks<const TWO_WAY: bool>(
+    u_new: &mut [f64],
+    v_new: &mut [f64],
+    tau: &[f64],
+    old: &Blocks<'_>,
+    constants: &Constants,
+) -> bool {
+    let &Constants { dt, dt_over_m, kt, .. } = constants;
+    let blocks = u_new.len();
+    let (v_new, tau) = (&mut v_new[..blocks], &tau[..blocks]);
+    let Blocks { u, v, u_stick, slip, threshold, sliding_friction, .. } = *old;
+    let (u, v, u_stick, slip) = (&u[..blocks], &v[..blocks], &u_stick[..blocks], &slip[..blocks]);
+    let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
+    // By how much each block is beyond where it switches: negative for all if none does,
+    // which their sign bits tell.
+    let mut beyond = u64::MAX;
+    for n in 0..blocks {
+        let slides = slip[n] != 0.0;
+        let spring = kt * (u[n] - u_stick[n]);
+        let drag = select_unpredictable(v[n] == 0.0, 0.0, sliding_friction[n].copysign(v[n]));
+        let friction = select_unpredictable(slides, drag, spring);
+
+        let new_v = v[n] + (tau[n] - friction) * dt_over_m;
+        v_new[n] = new_v;
+        u_new[n] = u[n] + new_v * dt;
+
+        let detached_by = tau[n].abs() - threshold[n];
+        let turned_by = if TWO_WAY { 0.0 - new_v * v[n] } else { 0.0 - new_v };
+        beyond &= select_unpredictable(slides, turned_by, detached_by).to_bits();
+    }
+    is_positive(beyond)
+}
+
+#[inline(always)]
+fn rigid_step(
+    u_new: &mut [f64],
+    v_new: &mut [f64],
+    tau: &mut [f64],
+    old: &Blocks<'_>,
+    constants: &Constants,
+) -> bool {
+    let &Constants { dt, dt_over_m, weakening, radiation, .. } = constants;
+    let blocks = u_new.len();
+    pull(tau, old.u, old.v, old.elastic);
+    let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
+    let Blocks { u, v, slip, threshold, sliding_friction, driving_force, .. } = *old;
+    let (u, v, slip) = (&u[..blocks], &v[..blocks], &slip[..blocks]);
+    let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
+    let driving_force = &driving_force[..blocks];
+    let mut beyond = u64::MAX;
+    for n in 0..blocks {
+        tau[n] += driving_force[n];
+        let slides = slip[n] != 0.0;
+        let drag = select_unpredictable(v[n] == 0.0, 0.0, sliding_friction[n].copysign(v[n]));
+        let friction = drag / (1.0 + v[n].abs() * weakening) + radiation * v[n];
+        // What is stuck is held by just as much as pulls.
+        let force = select_unpredictable(slides, tau[n] - friction, 0.0);
+
+        let new_v = v[n] + force * dt_over_m;
+        v_new[n] = new_v;
+        u_new[n] = u[n] + new_v * dt;
+
+        let detached_by = tau[n].abs() - threshold[n];
+        let turned_by = 0.0 - new_v * v[n];
+        beyond &= select_unpredictable(slides, turned_by, detached_by).to_bits();
+    }
+    is_positive(beyond)
+}
+
+/// Whether the sign bit is clear: of bits of which all are set that every number had, whether
+/// any of them was 0 or above.
+#[inline(always)]
+fn is_positive(bits: u64) -> bool {
+    bits >> 63 == 0
+}
+
+/// A step that has been taken, but for its switches.
+pub(crate) struct After<'a> {
+    pub(crate) slip: &'a [f64],
+    /// Before the step and after it.
+    pub(crate) v: &'a [f64],
+    pub(crate) v_new: &'a [f64],
+    pub(crate) tau: &'a [f64],
+    pub(crate) threshold: &'a [f64],
+    pub(crate) two_way: bool,
+    pub(crate) rigid: bool,
+}
+
+#[inline(always)]
+fn switching(marks: &mut [u64], after: &After<'_>) {
+    let &After { slip, v, v_new, tau, threshold, two_way, rigid } = after;
+    for (group, mark) in marks.iter_mut().enumerate() {
+        let from = group * 64;
+        let to = slip.len().min(from + 64);
+        let (slip, v, v_new) = (&slip[from..to], &v[from..to], &v_new[from..to]);
+        let (tau, threshold) = (&tau[from..to], &threshold[from..to]);
+        let mut bits = 0u64;
+        for n in 0..slip.len() {
+            let slides = slip[n] != 0.0;
+            let rests = if rigid { stops(v[n], v_new[n]) } else { comes_to_rest(v[n], v_new[n], two_way) };
+            let detaches = tau[n].abs() >= threshold[n];
+            bits |= u64::from((slides & rests) | (!slides & detaches)) << n;
+        }
+        *mark = bits;
+    }
+}
+
+/// The sign of a velocity; 0 for 0, where `v / |v|` would be no number.
+#[inline]
+pub(super) fn sign(velocity: f64) -> f64 {
+    select_unpredictable(velocity.abs() > 0.0, 1f64.copysign(velocity), 0.0)
+}
+
+/// Whether a sliding block re-attaches by the laws without friction springs: where its
+/// velocity would change sign.
+#[inline]
+fn stops(velocity: f64, new_velocity: f64) -> bool {
+    new_velocity * velocity < 0.0
+}
+
+/// Whether a sliding block re-attaches, by the one-way or the two-way rule.
+#[inline]
+fn comes_to_rest(velocity: f64, new_velocity: f64, two_way: bool) -> bool {
+    if two_way { new_velocity * velocity <= 0.0 } else { new_velocity <= 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_model::elastic::{Chain, Elastic};
+
+    use super::{After, Blocks, Constants, Sweeps};
+
+    /// Numbers without pattern, the same on every machine.
+    fn noise(seed: u64, count: usize) -> Vec<f64> {
+        let mut state = seed;
+        (0..count)
+            .map(|_| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+            })
+            .collect()
+    }
+
+    #[test]
+    fn all_instruction_sets_give_the_same_bits() {
+        for blocks in [2, 3, 7, 8, 9, 64, 101] {
+            let elastic =
+                Elastic::Chain(Chain { nodes: blocks, stiffness_n_per_m: 3.7, damping_kg_per_s: 0.9 });
+            for two_way in [false, true] {
+                let run = |sweeps: Sweeps| {
+                    let mut u = noise(1, blocks);
+                    let mut v = noise(2, blocks);
+                    let (mut tau, mut u_new, mut v_new) =
+                        (vec![0.0; blocks], vec![0.0; blocks], vec![0.0; blocks]);
+                    let (u_stick, sliding_friction) = (noise(3, blocks), noise(4, blocks));
+                    let slip: Vec<f64> =
+                        noise(5, blocks).iter().map(|x| f64::from(u8::from(*x > 0.0))).collect();
+                    let threshold = vec![1e9; blocks];
+                    let mut any = Vec::new();
+                    for step in 0..50 {
+                        let old = Blocks {
+                            elastic: &elastic,
+                            u: &u,
+                            v: &v,
+                            u_stick: &u_stick,
+                            slip: &slip,
+                            threshold: &threshold,
+                            sliding_friction: &sliding_friction,
+                            driving_force: &noise(6 + step, blocks),
+                        };
+                        let constants = Constants {
+                            dt: 0.01,
+                            dt_over_m: 0.013,
+                            kt: 2.1,
+                            two_way,
+                            weakening: 0.7,
+                            radiation: 0.3,
+                        };
+                        let take = match step % 3 {
+                            0 => Sweeps::step,
+                            1 => Sweeps::step_driven_everywhere,
+                            _ => Sweeps::rigid_step,
+                        };
+                        any.push(take(sweeps, &mut u_new, &mut v_new, &mut tau, &old, &constants));
+                        std::mem::swap(&mut u, &mut u_new);
+                        std::mem::swap(&mut v, &mut v_new);
+                    }
+                    let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                    (bits(&u), bits(&v), bits(&tau), any)
+                };
+                let baseline = run(Sweeps::Baseline);
+                for sweeps in Sweeps::available() {
+                    assert_eq!(run(sweeps), baseline, "{sweeps:?}, {blocks} blocks");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_switch_happens_without_the_hint_of_the_step() {
+        const BLOCKS: usize = 11;
+        const AT: usize = 5;
+        let tiny = f64::MIN_POSITIVE * f64::EPSILON;
+        let numbers = [0.0, tiny, 1e-200, 0.5, 1.0 - f64::EPSILON / 2.0, 1.0, 1.0 + f64::EPSILON];
+        let signed = || numbers.into_iter().flat_map(|x| [x, -x]);
+        let (mut switches, mut quiet) = (0, 0);
+        for (take, rigid, two_way) in [
+            (Sweeps::step_driven_everywhere as StepSweep, false, false),
+            (Sweeps::step_driven_everywhere, false, true),
+            (Sweeps::rigid_step, true, true),
+        ] {
+            for (slip, v, force) in [0.0, 1.0]
+                .into_iter()
+                .flat_map(|s| signed().flat_map(move |v| signed().map(move |f| (s, v, f))))
+            {
+                // One block among others that stick unloaded; the force alone changes its velocity.
+                let alone = |x: f64| std::array::from_fn::<f64, BLOCKS, _>(|n| if n == AT { x } else { 0.0 });
+                let (slip, v) = (alone(slip), alone(v));
+                let old = Blocks {
+                    elastic: &Elastic::Chain(Chain {
+                        nodes: BLOCKS,
+                        stiffness_n_per_m: 0.0,
+                        damping_kg_per_s: 0.0,
+                    }),
+                    u: &alone(0.0),
+                    v: &v,
+                    u_stick: &alone(0.0),
+                    slip: &slip,
+                    threshold: &[1.0; BLOCKS],
+                    sliding_friction: &[0.0; BLOCKS],
+                    driving_force: &alone(force),
+                };
+                let constants =
+                    Constants { dt: 1.0, dt_over_m: 1.0, kt: 0.0, two_way, weakening: 0.0, radiation: 0.0 };
+                for sweeps in Sweeps::available() {
+                    let (mut u_new, mut v_new, mut tau) = ([0.0; BLOCKS], [0.0; BLOCKS], [0.0; BLOCKS]);
+                    let hint = take(sweeps, &mut u_new, &mut v_new, &mut tau, &old, &constants);
+                    let after = After {
+                        slip: &slip,
+                        v: &v,
+                        v_new: &v_new,
+                        tau: &tau,
+                        threshold: old.threshold,
+                        two_way,
+                        rigid,
+                    };
+                    let mut marks = [0];
+                    sweeps.switching(&mut marks, &after);
+                    assert!(hint || marks == [0], "{slip:?} {v:?} {force} {two_way} {rigid} {sweeps:?}");
+                    switches += usize::from(marks != [0]);
+                    quiet += usize::from(!hint);
+                }
+            }
+        }
+        assert!(switches > 100 && quiet > 100, "{switches} {quiet}");
+    }
+
+    type StepSweep = fn(Sweeps, &mut [f64], &mut [f64], &mut [f64], &Blocks<'_>, &Constants) -> bool;
+}

@@ -1,0 +1,281 @@
+//! The terms of a window: the first two differences of a state, and what the map without
+//! forcing makes of the second.
+
+use std::hint::select_unpredictable;
+use std::ops::Range;
+
+use asperity_model::elastic::Chain;
+
+use crate::sweep::step::sign;
+use crate::sweep::versions::{Sweeps, dispatch};
+
+impl Sweeps {
+    dispatch! {
+        /// Direction of each sliding block, friction spring of each stuck one, with
+        /// `k_t` and whether sliding is one-way; whether every sliding block has a
+        /// direction that it may keep.
+        sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], law: &[f64; 2]) -> bool
+    }
+
+    dispatch! {
+        /// The change of a state in its next step, from the force `tau` in `guard`, which
+        /// becomes the guard of the state.
+        first_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], held: &Held<'_>)
+    }
+
+    dispatch! {
+        /// The change of that in the next step, velocities in displacement per step, from
+        /// the change of the force in `guard`, which becomes the guard of the first change.
+        second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], second: &Second<'_>)
+    }
+
+    /// In a basis of polynomials of the map without forcing, the term behind each of these, and
+    /// the guards of these.
+    pub(crate) fn terms(
+        self,
+        rows: Terms<'_>,
+        strains: [&mut [f64]; 2],
+        chain: &TermChain<'_>,
+        behind: Range<usize>,
+    ) {
+        // A term stays a function of its own: only of a function's arguments is it known
+        // that they do not overlap.
+        macro_rules! version {
+            ($(#[$feature:meta])?) => {{
+                $(#[$feature])?
+                #[inline(never)]
+                fn next(
+                    u: &mut [f64],
+                    v: &mut [f64],
+                    strain: &mut [f64],
+                    guard: &mut [f64],
+                    term: &Term<'_>,
+                    chain: &TermChain<'_>,
+                ) {
+                    match (term.first, chain.back > 0.0, chain.rigid) {
+                        (true, _, false) => next_term::<FIRST, false>(u, v, strain, guard, term, chain),
+                        (true, _, true) => next_term::<FIRST, true>(u, v, strain, guard, term, chain),
+                        (_, true, false) => next_term::<PLUS, false>(u, v, strain, guard, term, chain),
+                        (_, true, true) => next_term::<PLUS, true>(u, v, strain, guard, term, chain),
+                        (_, false, false) => next_term::<MINUS, false>(u, v, strain, guard, term, chain),
+                        (_, false, true) => next_term::<MINUS, true>(u, v, strain, guard, term, chain),
+                    }
+                }
+                $(#[$feature])?
+                fn all(rows: Terms<'_>, strains: [&mut [f64]; 2], chain: &TermChain<'_>, behind: Range<usize>) {
+                    terms(rows, strains, chain, behind, |u, v, strain, guard, term| {
+                        next(u, v, strain, guard, term, chain);
+                    });
+                }
+                all
+            }};
+        }
+        #[cfg(target_arch = "x86_64")]
+        #[expect(unsafe_code, reason = "only constructed by `available`, which asked the processor")]
+        match self {
+            Sweeps::Baseline => {}
+            Sweeps::Avx2 => {
+                return unsafe { version!(#[target_feature(enable = "avx2")])(rows, strains, chain, behind) };
+            }
+            Sweeps::Avx512 => {
+                return unsafe {
+                    version!(#[target_feature(enable = "avx512f,avx512vl,avx512dq")])(
+                        rows, strains, chain, behind,
+                    )
+                };
+            }
+        }
+        version!()(rows, strains, chain, behind);
+    }
+}
+
+#[inline(always)]
+fn sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], law: &[f64; 2]) -> bool {
+    let blocks = sigma.len();
+    let (spring, v, slip) = (&mut spring[..blocks], &v[..blocks], &slip[..blocks]);
+    let &[kt, one_way] = law;
+    let mut undirected = 0u64;
+    for n in 0..blocks {
+        let slides = slip[n] != 0.0;
+        let direction = sign(v[n]);
+        sigma[n] = if slides { direction } else { 0.0 };
+        spring[n] = if slides { 0.0 } else { kt };
+        let directed = if one_way != 0.0 { direction > 0.0 } else { direction != 0.0 };
+        undirected |= u64::from(slides & !directed);
+    }
+    undirected == 0
+}
+
+/// What a state's change in the next step depends on besides the force.
+pub(crate) struct Held<'a> {
+    pub(crate) u: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) anchor: &'a [f64],
+    pub(crate) drag: &'a [f64],
+    pub(crate) spring: &'a [f64],
+    pub(crate) sigma: &'a [f64],
+    pub(crate) dt: f64,
+    pub(crate) dt_over_m: f64,
+}
+
+#[inline(always)]
+fn first_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], held: &Held<'_>) {
+    let blocks = d_u.len();
+    let (d_v, guard) = (&mut d_v[..blocks], &mut guard[..blocks]);
+    let &Held { u, v, anchor, drag, spring, sigma, dt, dt_over_m } = held;
+    let (u, v, anchor) = (&u[..blocks], &v[..blocks], &anchor[..blocks]);
+    let (drag, spring, sigma) = (&drag[..blocks], &spring[..blocks], &sigma[..blocks]);
+    for n in 0..blocks {
+        let friction = -spring[n] * (u[n] - anchor[n]) - drag[n] * sigma[n];
+        d_v[n] = (guard[n] + friction) * dt_over_m;
+        d_u[n] = (v[n] + d_v[n]) * dt;
+        guard[n] = select_unpredictable(sigma[n] == 0.0, guard[n], v[n]);
+    }
+}
+
+/// What a second difference depends on besides the change of the force.
+pub(crate) struct Second<'a> {
+    pub(crate) u: &'a [f64],
+    pub(crate) v: &'a [f64],
+    pub(crate) spring: &'a [f64],
+    pub(crate) sigma: &'a [f64],
+    pub(crate) dt: f64,
+    pub(crate) dt_over_m: f64,
+}
+
+#[inline(always)]
+fn second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], second: &Second<'_>) {
+    let blocks = d_u.len();
+    let (d_v, guard) = (&mut d_v[..blocks], &mut guard[..blocks]);
+    let &Second { u, v, spring, sigma, dt, dt_over_m } = second;
+    let (u, v, spring, sigma) = (&u[..blocks], &v[..blocks], &spring[..blocks], &sigma[..blocks]);
+    for n in 0..blocks {
+        let change = (guard[n] - spring[n] * u[n]) * dt_over_m * dt;
+        d_v[n] = change;
+        d_u[n] = v[n] * dt + change;
+        guard[n] = select_unpredictable(sigma[n] == 0.0, guard[n], v[n]);
+    }
+}
+
+/// Displacements, velocities and guards of the terms of a window, `pitch` numbers apart.
+///
+/// Velocities are in displacement per step, and forces in units in which stiffness
+/// and damping turn `u` and `v` into `by` times the change of `v`.
+pub(crate) struct Terms<'a> {
+    pub(crate) u: &'a mut [f64],
+    pub(crate) v: &'a mut [f64],
+    pub(crate) guard: &'a mut [f64],
+    pub(crate) pitch: usize,
+}
+
+/// What terms depend on besides the first of them.
+pub(crate) struct TermChain<'a> {
+    /// Spring of each block: 0 for sliding ones, but for the drive.
+    pub(crate) spring: &'a [f64],
+    /// 0 for stuck blocks, whose guard is the force; that of others is the velocity.
+    pub(crate) sigma: &'a [f64],
+    /// Whether stuck blocks do not move at all.
+    pub(crate) rigid: bool,
+    /// Stiffness and damping in these units.
+    pub(crate) springs: Chain,
+    /// The drive's part of the springs, by block.
+    pub(crate) driven: &'a [(usize, f64)],
+    /// The next term is `by` times the difference of this one, `stay` times this one
+    /// and `back`, 1 or -1, times the one before; the first is half of that but for the last.
+    pub(crate) by: f64,
+    pub(crate) stay: f64,
+    pub(crate) back: f64,
+}
+
+/// `strain` is scratch: the strains of two terms, with a place on either side.
+#[inline(always)]
+fn terms(
+    rows: Terms<'_>,
+    strains: [&mut [f64]; 2],
+    chain: &TermChain<'_>,
+    behind: Range<usize>,
+    next_term: impl Fn(&mut [f64], &mut [f64], &mut [f64], &mut [f64], &Term<'_>),
+) {
+    let blocks = chain.sigma.len();
+    let Terms { u, v, guard, pitch } = rows;
+    let [mut now, mut next] = strains;
+    let first = behind.start * pitch;
+    chain.springs.strains(now, &u[first..first + blocks], &v[first..first + blocks]);
+    for j in behind {
+        let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
+        let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
+        // The first has none before it.
+        let before = j.saturating_sub(1) * pitch;
+        let term = Term {
+            u: &known_u[j * pitch..],
+            v: &known_v[j * pitch..],
+            before_u: &known_u[before..],
+            before_v: &known_v[before..],
+            strain: now,
+            first: j == 0,
+        };
+        let (next_u, next_v) = (&mut next_u[..blocks], &mut next_v[..blocks]);
+        next_term(next_u, next_v, next, &mut guard[j * pitch..][..blocks], &term);
+        std::mem::swap(&mut now, &mut next);
+    }
+}
+
+/// The term before the next, and the one before that.
+struct Term<'a> {
+    u: &'a [f64],
+    v: &'a [f64],
+    before_u: &'a [f64],
+    before_v: &'a [f64],
+    /// `stiffness u + damping v` of each block, between its two neighbours; the ends' own
+    /// values stand again beyond them, which makes them free.
+    strain: &'a [f64],
+    first: bool,
+}
+
+/// What becomes of the term before in the next: there is none, it is added, it is subtracted.
+const FIRST: i8 = 0;
+const PLUS: i8 = 1;
+const MINUS: i8 = -1;
+
+#[inline(always)]
+fn next_term<const BACK: i8, const RIGID: bool>(
+    next_u: &mut [f64],
+    next_v: &mut [f64],
+    next_strain: &mut [f64],
+    guard: &mut [f64],
+    term: &Term<'_>,
+    chain: &TermChain<'_>,
+) {
+    let blocks = next_u.len();
+    let (next_v, guard) = (&mut next_v[..blocks], &mut guard[..blocks]);
+    let [left, here, right] = [0, 1, 2].map(|from| &term.strain[from..][..blocks]);
+    let next_here = &mut next_strain[1..][..blocks];
+    let (u, v) = (&term.u[..blocks], &term.v[..blocks]);
+    let (before_u, before_v) = (&term.before_u[..blocks], &term.before_v[..blocks]);
+    let (spring, sigma) = (&chain.spring[..blocks], &chain.sigma[..blocks]);
+    let &TermChain { springs, by, stay, .. } = chain;
+    for n in 0..blocks {
+        let pull = Chain::pull_of_strains(left[n], here[n], right[n]);
+        let mut change = pull - spring[n] * u[n];
+        if RIGID {
+            change = select_unpredictable(sigma[n] == 0.0, 0.0, change);
+        }
+        let go_on = |change: f64, stays: f64, before: f64| match BACK {
+            FIRST => 0.5 * (change + stays),
+            PLUS => change + (stays + before),
+            _ => change + (stays - before),
+        };
+        let new_v = go_on(change, stay * v[n], before_v[n]);
+        let new_u = go_on(change + by * v[n], stay * u[n], before_u[n]);
+        next_v[n] = new_v;
+        next_u[n] = new_u;
+        next_here[n] = springs.strain(new_u, new_v);
+        guard[n] = select_unpredictable(sigma[n] == 0.0, pull, v[n]);
+    }
+    for &(n, drive) in chain.driven {
+        if sigma[n] == 0.0 {
+            guard[n] -= drive * u[n];
+        }
+    }
+    Chain::free_ends(&mut next_strain[..blocks + 2]);
+}

@@ -1,0 +1,68 @@
+//! The instruction sets that sweeps are compiled for, and which of them a machine runs.
+
+/// The sweeps, in the version that this machine runs fastest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sweeps {
+    /// What every machine has.
+    Baseline,
+    /// 256-bit vectors.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// 512-bit vectors.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+/// Writes the dispatcher of a sweep, and its compilation for each instruction set.
+macro_rules! dispatch {
+    ($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?) => {
+        $(#[$doc])*
+        pub(crate) fn $name(self, $($argument: $type),*) $(-> $result)? {
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2")]
+                fn avx2($($argument: $type),*) $(-> $result)? {
+                    $name($($argument),*)
+                }
+                #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+                fn avx512($($argument: $type),*) $(-> $result)? {
+                    $name($($argument),*)
+                }
+                #[expect(unsafe_code, reason = "only constructed by `available`, which asked the processor")]
+                match self {
+                    Sweeps::Baseline => {}
+                    Sweeps::Avx2 => return unsafe { avx2($($argument),*) },
+                    Sweeps::Avx512 => return unsafe { avx512($($argument),*) },
+                }
+            }
+            $name($($argument),*)
+        }
+    };
+}
+
+pub(super) use dispatch;
+
+impl Sweeps {
+    /// All versions that this machine can run, the fastest last.
+    pub(crate) fn available() -> Vec<Sweeps> {
+        let mut versions = vec![Sweeps::Baseline];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if std::arch::is_x86_feature_detected!("avx2") {
+                versions.push(Sweeps::Avx2);
+            }
+            if std::arch::is_x86_feature_detected!("avx512f")
+                && std::arch::is_x86_feature_detected!("avx512vl")
+                && std::arch::is_x86_feature_detected!("avx512dq")
+            {
+                versions.push(Sweeps::Avx512);
+            }
+        }
+        versions
+    }
+
+    /// The fastest version that this machine can run.
+    pub(crate) fn detect() -> Sweeps {
+        *Sweeps::available().last().expect("every machine can run the baseline")
+    }
+}

@@ -1,0 +1,305 @@
+//! The terms of a state: what many steps add to it while no block switches.
+//!
+//! Between two switches one step is an affine map. With `y` the state, its
+//! differences `D_1 = y(s+1) - y(s)` and `D_2 = D_1(s+1) - D_1(s)` take up all that is constant
+//! or steady in it (anchors of friction springs, sliding friction, the drive's
+//! advance), and from there on it is linear:
+//!
+//! ```text
+//! y(s + i) = y(s) + i D_1 + S_i D_2,    S_i = sum_{l<i-1} (i - 1 - l) A^l,
+//! ```
+//!
+//! with `S_i D_2` a sum of the terms of [`crate::basis`].
+
+use asperity_model::elastic::{Chain, Elastic};
+use asperity_model::{Law, Plan, Reattach};
+
+use crate::basis::{Basis, MOST_TERMS};
+use crate::contacts::Contacts;
+use crate::state::ChainState;
+use crate::sweep::{Guarded, Held, Second, Sweeps, TermChain, Terms};
+use crate::window::rows::Rows;
+
+/// Fewest terms that a window takes.
+const FEWEST_TERMS: usize = 4;
+
+/// Size of what is left out of a state, relative to it: a rounding error or two. Terms are
+/// taken until it is no more.
+const NEGLIGIBLE: f64 = 4e-16;
+
+/// The largest displacement and the largest velocity where a window starts.
+pub(super) struct Sizes {
+    pub(super) now: [f64; 2],
+    /// Of their change in the first step.
+    pub(super) rate: [f64; 2],
+    /// Of `w_0`; velocities in displacement per step.
+    pub(super) first_term: [f64; 2],
+    /// What of them may be left out, in the units of terms.
+    negligible: [f64; 2],
+}
+
+impl Sizes {
+    pub(super) fn are_negligible(&self, left_out: [f64; 2]) -> bool {
+        left_out[0] <= self.negligible[0] && left_out[1] <= self.negligible[1]
+    }
+}
+
+/// A state, its first two differences and the terms that follow from them.
+#[derive(Debug, Clone)]
+pub(super) struct Expansion {
+    pub(super) blocks: usize,
+    pub(super) sweeps: Sweeps,
+    pub(super) basis: Basis,
+    /// Friction spring of each block: `k_t` while stuck, 0 while sliding.
+    spring: Vec<f64>,
+    /// The same with the drive's, in the units of terms.
+    scaled_spring: Vec<f64>,
+    /// The drive's part of them.
+    driven: Vec<(usize, f64)>,
+    /// What the contacts bear in the window's first step.
+    pub(super) contacts: Contacts,
+    /// Sign of the velocity of each sliding block, 0 for stuck ones.
+    pub(super) sigma: Vec<f64>,
+    /// `y(s)` and `D_1`, and their guards, one after the other.
+    pub(super) first_u: Rows,
+    first_v: Rows,
+    pub(super) first_guard: Rows,
+    /// `w_0, w_1, ...`: velocities in displacement per step, guards in the units of terms.
+    pub(super) u: Rows,
+    pub(super) v: Rows,
+    pub(super) guard: Rows,
+    /// Strains of the last two terms, with their images beyond the ends: the first
+    /// block's stands where rows are aligned.
+    strain: [Rows; 2],
+    /// How many terms have been taken.
+    pub(super) terms: usize,
+    /// How many differences and terms have been taken in all, for the counters.
+    pub(super) applications: u64,
+}
+
+impl Expansion {
+    pub(super) fn new(plan: &Plan, sweeps: Sweeps) -> Expansion {
+        let blocks = plan.blocks;
+        let several = |times: usize| vec![0.0; blocks * times];
+        let rows = || Rows::new(blocks, MOST_TERMS + 1);
+        Expansion {
+            blocks,
+            sweeps,
+            basis: if plan.friction.law.is_affine() { Basis::of(plan) } else { Basis::none() },
+            spring: several(1),
+            scaled_spring: several(1),
+            driven: plan.drive.springs.iter().map(|spring| (spring.block, 0.0)).collect(),
+            contacts: Contacts::new(plan),
+            sigma: several(1),
+            first_u: Rows::new(blocks, 2),
+            first_v: Rows::new(blocks, 2),
+            first_guard: Rows::new(blocks, 2),
+            u: rows(),
+            v: rows(),
+            guard: rows(),
+            strain: [Rows::new(blocks + 1, 2), Rows::new(blocks + 1, 2)],
+            terms: 0,
+            applications: 0,
+        }
+    }
+
+    /// Takes the first differences of a state. False if a sliding block has no
+    /// direction that it could keep.
+    pub(super) fn start(&mut self, plan: &Plan, state: &ChainState) -> bool {
+        let blocks = self.blocks;
+        let friction = &plan.friction;
+        let kt = friction.interfacial_stiffness_n_per_m;
+        let rigid = friction.law != Law::Springs;
+        // Without springs a block stops where its velocity changes sign, whichever it is.
+        let one_way = friction.reattach == Reattach::OneWay && !rigid;
+        let dt = plan.grid.step_s();
+        let dt_over_m = dt / plan.block_mass_kg;
+        let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
+        self.contacts.follow(plan, state, state.step + 1);
+        let directed = self.sweeps.sort(
+            &mut self.sigma,
+            &mut self.spring,
+            v,
+            &state.slip,
+            &[kt, f64::from(u8::from(one_way))],
+        );
+        if !directed {
+            return false;
+        }
+        let (now_u, d_u) = self.first_u.both_mut(blocks);
+        let (now_v, d_v) = self.first_v.both_mut(blocks);
+        let (guard, d_guard) = self.first_guard.both_mut(blocks);
+        now_u.copy_from_slice(u);
+        now_v.copy_from_slice(v);
+        self.sweeps.pull(guard, u, v, &plan.elastic);
+        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
+        for spring in &plan.drive.springs {
+            guard[spring.block] += spring.force_n(point_m, u[spring.block]);
+        }
+        let held = Held {
+            u,
+            v,
+            anchor: &state.stick_position_m,
+            drag: &self.contacts.sliding_friction_n,
+            spring: &self.spring,
+            sigma: &self.sigma,
+            dt,
+            dt_over_m,
+        };
+        self.sweeps.first_difference(d_u, d_v, guard, &held);
+        if rigid {
+            hold_stuck(&self.sigma, d_u, d_v);
+        }
+        // The second difference, with the steady advance of drive and load.
+        self.sweeps.pull(d_guard, d_u, d_v, &plan.elastic);
+        let advance_m = if state.hold_step > state.step + 1 { plan.drive.velocity_m_per_s * dt } else { 0.0 };
+        for spring in &plan.drive.springs {
+            d_guard[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
+        }
+        let load = self.contacts.load;
+        if load.changes() {
+            for ((guard, friction), sigma) in
+                d_guard.iter_mut().zip(&friction.dynamic_friction_n).zip(&self.sigma)
+            {
+                *guard -= load.change_n(*friction) * sigma;
+            }
+        }
+        let second = Second { u: d_u, v: d_v, spring: &self.spring, sigma: &self.sigma, dt, dt_over_m };
+        let (first_u, first_v) = (&mut self.u.row_mut(0)[..blocks], &mut self.v.row_mut(0)[..blocks]);
+        self.sweeps.second_difference(first_u, first_v, d_guard, &second);
+        if rigid {
+            hold_stuck(&self.sigma, first_u, first_v);
+        }
+        self.applications += 2;
+        true
+    }
+
+    /// Steps until the first block would switch if forces and velocities went on as
+    /// they go now.
+    pub(super) fn foreseen_steps(&self) -> f64 {
+        let blocks = self.blocks;
+        let (now, rate) = self.first_guard.both(blocks);
+        let guarded = Guarded {
+            now,
+            rate,
+            sigma: &self.sigma,
+            limit: &self.contacts.threshold_n[..blocks],
+            decline: self.contacts.load.fall(),
+        };
+        self.sweeps.first_crossing(&guarded)
+    }
+
+    pub(super) fn sizes(&self, plan: &Plan) -> Sizes {
+        let size = |values: &[f64]| self.sweeps.largest(values);
+        let now = [size(self.first_u.row(0)), size(self.first_v.row(0))];
+        Sizes {
+            now,
+            rate: [size(self.first_u.row(1)), size(self.first_v.row(1))],
+            first_term: self.size_of_term(0),
+            negligible: [NEGLIGIBLE * now[0], NEGLIGIBLE * now[1] * plan.grid.step_s()],
+        }
+    }
+
+    fn size_of_term(&self, term: usize) -> [f64; 2] {
+        [&self.u, &self.v].map(|rows| self.sweeps.largest(rows.row(term)))
+    }
+
+    /// As many terms as leave out of a window of this length what is negligible, at most as
+    /// many as the length has; sizes of the last of them and the one behind it.
+    pub(super) fn take_enough_terms(&mut self, plan: &Plan, index: usize, sizes: &Sizes) -> [[f64; 2]; 2] {
+        let length = &self.basis.lengths[index];
+        let most = length.terms;
+        // As if all terms were as large as the first; most often they are smaller.
+        let enough = |terms: &usize| {
+            let left_out = length.left_out_of_sum(*terms).into_iter().sum::<f64>();
+            sizes.are_negligible(sizes.first_term.map(|size| left_out * size))
+        };
+        let mut terms = (FEWEST_TERMS..=most).rev().take_while(enough).last().unwrap_or(most);
+        self.scale_springs(plan);
+        self.take_terms(plan, 0, terms);
+        loop {
+            let ends = [terms - 1, terms].map(|term| self.size_of_term(term));
+            let left_out = self.basis.lengths[index].left_out_of(terms, ends);
+            if terms == most || sizes.are_negligible(left_out) {
+                return ends;
+            }
+            self.take_terms(plan, terms, terms + 1);
+            terms += 1;
+        }
+    }
+
+    /// Springs in the units of terms.
+    pub(super) fn scale_springs(&mut self, plan: &Plan) {
+        let unit = self.unit_of_terms(plan);
+        self.scaled_spring.copy_from_slice(&self.spring);
+        self.sweeps.scale(&mut self.scaled_spring, unit);
+        for ((n, drive), spring) in self.driven.iter_mut().zip(&plan.drive.springs) {
+            *drive = unit * spring.stiffness_n_per_m;
+            self.scaled_spring[*n] += *drive;
+        }
+    }
+
+    /// What stiffnesses are multiplied with in them.
+    fn unit_of_terms(&self, plan: &Plan) -> f64 {
+        let dt = plan.grid.step_s();
+        2.0 / self.basis.focus * dt * dt / plan.block_mass_kg
+    }
+
+    /// The terms behind `w_from` up to `w_to`, and the guards of all but the last.
+    pub(super) fn take_terms(&mut self, plan: &Plan, from: usize, to: usize) {
+        let blocks = self.blocks;
+        let Basis { centre, focus, sigma, .. } = self.basis;
+        let (by, unit) = (2.0 / focus, self.unit_of_terms(plan));
+        let Elastic::Chain(chain) = &plan.elastic;
+        let springs = Chain {
+            stiffness_n_per_m: unit * chain.stiffness_n_per_m,
+            damping_kg_per_s: unit * chain.damping_kg_per_s / plan.grid.step_s(),
+            ..*chain
+        };
+        let [first, second] = &mut self.strain;
+        let chain = TermChain {
+            spring: &self.scaled_spring,
+            sigma: &self.sigma,
+            rigid: plan.friction.law != Law::Springs,
+            springs,
+            driven: &self.driven,
+            by,
+            stay: -by * centre,
+            back: -sigma,
+        };
+        let pitch = self.u.pitch;
+        let rows = Terms { u: self.u.all_mut(), v: self.v.all_mut(), guard: self.guard.all_mut(), pitch };
+        self.sweeps.terms(rows, [first.with_image(blocks), second.with_image(blocks)], &chain, from..to);
+        self.terms = to;
+        self.applications += (to - from) as u64;
+    }
+
+    /// What turns guards of terms into those of stuck and of sliding blocks.
+    pub(super) fn units(&self, plan: &Plan) -> (f64, f64) {
+        let dt = plan.grid.step_s();
+        (plan.block_mass_kg / (dt * dt) * self.basis.focus / 2.0, 1.0 / dt)
+    }
+
+    /// Writes displacements and velocities after `steps` steps, with the coefficients of the
+    /// terms then.
+    pub(super) fn compose(&self, plan: &Plan, steps: u64, coefficients: &[f64], state: &mut ChainState) {
+        let parts = [
+            (&mut state.displacement_m, &self.first_u, &self.u, 1.0),
+            (&mut state.velocity_m_per_s, &self.first_v, &self.v, 1.0 / plan.grid.step_s()),
+        ];
+        for (values, first, terms, unit) in parts {
+            self.sweeps.combine(values, terms.all(), terms.pitch, coefficients);
+            let (now, rate) = first.both(self.blocks);
+            self.sweeps.add_course(values, now, rate, steps as f64, unit);
+        }
+    }
+}
+
+/// By the laws without friction springs: what is stuck does not move.
+fn hold_stuck(sigma: &[f64], u: &mut [f64], v: &mut [f64]) {
+    for (sigma, (u, v)) in sigma.iter().zip(u.iter_mut().zip(v)) {
+        if *sigma == 0.0 {
+            (*u, *v) = (0.0, 0.0);
+        }
+    }
+}

@@ -1,0 +1,379 @@
+//! `cargo xtask bench --against`: whether another revision is as fast as this checkout.
+//!
+//! The speed of a shared machine changes from minute to minute, and with it any time measured
+//! on it. So both binaries run in turn, the order changing from pair to pair, and what counts is
+//! the ratio within a pair. The verdict goes by CPU time, user and system: time that other
+//! processes took from a run is not in it.
+
+use std::ffi::OsString;
+use std::fs;
+use std::io::{self, Write};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+use crate::git::Repository;
+use crate::interrupt;
+use crate::revision;
+use crate::workspace::{Failure, asperity, not_started, program, root, target_folder};
+
+/// What is to be measured.
+pub(crate) struct Task<'a> {
+    /// The older revision.
+    pub(crate) revision: &'a str,
+    pub(crate) pairs: NonZeroUsize,
+    /// By how much a median may differ, as a share.
+    pub(crate) within: f64,
+    /// Names of parts; all of them if there are none.
+    pub(crate) parts: &'a [String],
+}
+
+/// A command that both revisions run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    AsCoded,
+    AsStated,
+    Replay,
+    Reduce,
+}
+
+impl Part {
+    const ALL: [Part; 4] = [Part::AsCoded, Part::AsStated, Part::Replay, Part::Reduce];
+
+    fn name(self) -> &'static str {
+        match self {
+            Part::AsCoded => "as-coded",
+            Part::AsStated => "as-stated",
+            Part::Replay => "replay",
+            Part::Reduce => "reduce",
+        }
+    }
+
+    /// The arguments, for a log that is there and an output that is not.
+    fn arguments(self, log: &Path, out: &Path) -> Vec<OsString> {
+        match self {
+            Part::AsCoded | Part::AsStated => run_of(self.name(), out),
+            Part::Replay => vec!["replay".into(), log.into()],
+            Part::Reduce => vec!["reduce".into(), log.into(), "--out".into(), out.into()],
+        }
+    }
+}
+
+/// Those that were named, in the order in which they are listed.
+fn parts(names: &[String]) -> Result<Vec<Part>, Failure> {
+    if let Some(unknown) = names.iter().find(|name| Part::ALL.iter().all(|part| part.name() != **name)) {
+        return Err(Failure::Check(format!(
+            "unknown part {unknown} (accepted with --against: {})",
+            Part::ALL.map(Part::name).join(", ")
+        )));
+    }
+    let is_named = |part: &Part| names.is_empty() || names.iter().any(|name| name == part.name());
+    Ok(Part::ALL.into_iter().filter(is_named).collect())
+}
+
+fn run_of(parameter_set: &str, out: &Path) -> Vec<OsString> {
+    let set = format!("parameter_set={parameter_set}");
+    vec!["run".into(), "default".into(), "--set".into(), set.into(), "--out".into(), out.into()]
+}
+
+/// One of the two binaries.
+struct Side {
+    title: String,
+    binary: PathBuf,
+    /// The log of the default run that this binary made.
+    log: PathBuf,
+}
+
+pub(crate) fn command(task: &Task<'_>) -> Result<(), Failure> {
+    let is_within = compare(task).map_err(Failure::of_comparison)?;
+    if is_within { Ok(()) } else { Err(Failure::Exit { program: "bench".to_owned(), code: 1 }) }
+}
+
+fn compare(task: &Task<'_>) -> Result<bool, Failure> {
+    let parts = parts(task.parts)?;
+    interrupt::install()?;
+    let repository = Repository::new(root());
+    let old = repository.commit(task.revision)?;
+    let binaries = [revision::build(&repository, &old)?, asperity()?.get_program().into()];
+
+    let folder = tempfile::Builder::new()
+        .prefix("bench-against-")
+        .tempdir_in(target_folder())
+        .map_err(|error| io_failure("write into", &target_folder(), error))?;
+    let titles = [old.title.clone(), checkout(&repository)?];
+    let mut sides = Vec::new();
+    for ((binary, title), name) in binaries.into_iter().zip(titles).zip(["old", "new"]) {
+        eprintln!("==> {name}: {title}");
+        // A copy: whoever builds meanwhile changes nothing.
+        let copy = folder.path().join(format!("asperity-{name}{}", std::env::consts::EXE_SUFFIX));
+        fs::copy(&binary, &copy).map_err(|error| io_failure("copy", &binary, error))?;
+        sides.push(Side { title, binary: copy, log: folder.path().join(format!("{name}.mcap")) });
+    }
+    for side in &sides {
+        measure(side, &run_of("as-coded", &side.log))?;
+    }
+
+    let out = folder.path().join("out");
+    let mut results = Vec::new();
+    for part in parts {
+        eprintln!("==> {}: {} pairs", part.name(), task.pairs);
+        // Not counted: it fills caches, and tells whether both know the command.
+        for side in &sides {
+            run_once(side, part, &out)?;
+        }
+        let mut pairs = Vec::new();
+        for number in 0..task.pairs.get() {
+            let mut pair = [Times::default(); 2];
+            for side in order(number) {
+                pair[side] = run_once(&sides[side], part, &out)?;
+            }
+            pairs.push(pair);
+        }
+        results.push((part, Compared::of(&pairs)));
+    }
+    report(&results, task).map_err(|error| Failure::Io { what: "write to stdout".to_owned(), error })
+}
+
+/// What the new side is called.
+fn checkout(repository: &Repository) -> Result<String, Failure> {
+    let title = repository.commit("HEAD")?.title;
+    Ok(match repository.changed_files()? {
+        0 => format!("this checkout, {title}"),
+        files => format!("this checkout, {title} and changes in {files} files not committed"),
+    })
+}
+
+/// Which side runs first in a pair, and which second: 0 is the old one.
+fn order(pair: usize) -> [usize; 2] {
+    if pair.is_multiple_of(2) { [0, 1] } else { [1, 0] }
+}
+
+/// Runs one part by one side, and removes what it wrote.
+fn run_once(side: &Side, part: Part, out: &Path) -> Result<Times, Failure> {
+    let times = measure(side, &part.arguments(&side.log, out))?;
+    let removed = if out.is_dir() {
+        fs::remove_dir_all(out)
+    } else if out.exists() {
+        fs::remove_file(out)
+    } else {
+        Ok(())
+    };
+    removed.map_err(|error| io_failure("remove", out, error))?;
+    Ok(times)
+}
+
+/// What one execution took.
+#[derive(Debug, Clone, Copy, Default)]
+struct Times {
+    /// User and system time of all its threads.
+    cpu_s: f64,
+    wall_s: f64,
+}
+
+fn measure(side: &Side, arguments: &[OsString]) -> Result<Times, Failure> {
+    let mut command = program(&side.binary);
+    command.args(arguments).stdin(Stdio::null());
+    timed(&mut command).map_err(|failure| match failure {
+        Failure::Check(problem) => Failure::Check(format!(
+            "{}: `asperity {}` {problem} (accepted: a revision that has this command with these flags, or only \
+             parts that both have)",
+            side.title,
+            arguments.iter().map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" "),
+        )),
+        other => other,
+    })
+}
+
+/// Runs a command, which must succeed, and says what it took.
+fn timed(command: &mut Command) -> Result<Times, Failure> {
+    interrupt::check()?;
+    let usage = |error| Failure::Io { what: "ask for the CPU time of a process".to_owned(), error };
+    let before_s = cpu_of_children_s().map_err(usage)?;
+    let started = Instant::now();
+    let output = command.output().map_err(|error| not_started(command, error))?;
+    let wall_s = started.elapsed().as_secs_f64();
+    let cpu_s = cpu_of_children_s().map_err(usage)? - before_s;
+    interrupt::check()?;
+    if output.status.success() {
+        return Ok(Times { cpu_s, wall_s });
+    }
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let error = said.lines().find_map(|line| line.strip_prefix("error: ")).unwrap_or("it does not say why");
+    Err(Failure::Check(format!("ended with {}: {error}", output.status)))
+}
+
+/// User and system time of all processes that this one has waited for.
+#[cfg(unix)]
+fn cpu_of_children_s() -> io::Result<f64> {
+    let mut usage = std::mem::MaybeUninit::<libc::rusage>::zeroed();
+    #[expect(unsafe_code, reason = "the standard library does not have this call")]
+    // SAFETY: the call writes one `rusage` to where it is told, which is as large; all of its
+    // fields are integers, for which zeros are values as well.
+    let (code, usage) = unsafe {
+        let code = libc::getrusage(libc::RUSAGE_CHILDREN, usage.as_mut_ptr());
+        (code, usage.assume_init())
+    };
+    if code != 0 {
+        return Err(io::Error::last_os_error());
+    }
+    let seconds = |time: libc::timeval| time.tv_sec as f64 + time.tv_usec as f64 * 1e-6;
+    Ok(seconds(usage.ru_utime) + seconds(usage.ru_stime))
+}
+
+#[cfg(not(unix))]
+fn cpu_of_children_s() -> io::Result<f64> {
+    Err(io::Error::new(io::ErrorKind::Unsupported, "only Unix tells it"))
+}
+
+/// What both took for one part.
+#[derive(Debug)]
+struct Compared {
+    /// Median of the old side's CPU time.
+    old_cpu_s: f64,
+    /// New over old, within pairs.
+    cpu: Quartiles,
+    wall: Quartiles,
+}
+
+impl Compared {
+    fn of(pairs: &[[Times; 2]]) -> Compared {
+        let ratios = |of: fn(&Times) -> f64| Quartiles::of(pairs.iter().map(|[old, new]| of(new) / of(old)));
+        Compared {
+            old_cpu_s: Quartiles::of(pairs.iter().map(|[old, _]| old.cpu_s)).median,
+            cpu: ratios(|times| times.cpu_s),
+            wall: ratios(|times| times.wall_s),
+        }
+    }
+}
+
+/// Median and quartiles of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Quartiles {
+    lower: f64,
+    median: f64,
+    upper: f64,
+}
+
+impl Quartiles {
+    /// Of one value or more; between two values they are interpolated linearly.
+    fn of(values: impl IntoIterator<Item = f64>) -> Quartiles {
+        let mut sorted: Vec<f64> = values.into_iter().collect();
+        sorted.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let place = share * (sorted.len() - 1) as f64;
+            let (below, above) = (place.floor(), place.ceil());
+            let [low, high] = [sorted[below as usize], sorted[above as usize]];
+            low + (high - low) * (place - below)
+        };
+        Quartiles { lower: at(0.25), median: at(0.5), upper: at(0.75) }
+    }
+}
+
+/// Whether a ratio is within a share of 1, whichever of the two is the divisor.
+fn is_within(ratio: f64, share: f64) -> bool {
+    ratio <= 1.0 + share && 1.0 <= ratio * (1.0 + share)
+}
+
+/// Prints the table and the verdict, and says whether all medians are near enough.
+fn report(results: &[(Part, Compared)], task: &Task<'_>) -> io::Result<bool> {
+    let mut out = io::stdout().lock();
+    writeln!(out, "| part | old, CPU s | CPU time, new/old | quartiles | wall time, new/old | quartiles |")?;
+    writeln!(out, "|---|---|---|---|---|---|")?;
+    for (part, Compared { old_cpu_s, cpu, wall }) in results {
+        writeln!(
+            out,
+            "| {} | {old_cpu_s:.3} | {:.3} | {:.3} to {:.3} | {:.3} | {:.3} to {:.3} |",
+            part.name(),
+            cpu.median,
+            cpu.lower,
+            cpu.upper,
+            wall.median,
+            wall.lower,
+            wall.upper
+        )?;
+    }
+    let percent = 100.0 * task.within;
+    let mut all_within = true;
+    for (part, Compared { cpu, .. }) in results {
+        if !is_within(cpu.median, task.within) {
+            all_within = false;
+            let word = if cpu.median > 1.0 { "slower" } else { "faster" };
+            let name = part.name();
+            writeln!(out, "{name}: the new side is {word} by more than {percent} % of CPU time")?;
+        }
+    }
+    if all_within {
+        writeln!(out, "All medians of CPU time (user and system) are within {percent} %.")?;
+    }
+    Ok(all_within)
+}
+
+fn io_failure(what: &str, path: &Path, error: io::Error) -> Failure {
+    Failure::Io { what: format!("{what} {}", path.display()), error }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quartiles_are_interpolated_and_the_order_does_not_matter() {
+        let of = |values: &[f64]| Quartiles::of(values.iter().copied());
+        assert_eq!(of(&[3.0]), Quartiles { lower: 3.0, median: 3.0, upper: 3.0 });
+        assert_eq!(of(&[4.0, 1.0, 3.0, 2.0]), Quartiles { lower: 1.75, median: 2.5, upper: 3.25 });
+        assert_eq!(of(&[9.0, 1.0, 5.0, 2.0, 7.0]), Quartiles { lower: 2.0, median: 5.0, upper: 7.0 });
+        // One that was disturbed moves no median.
+        assert_eq!(of(&[1.0, 1.0, 1.0, 1.0, 50.0]).median, 1.0);
+    }
+
+    #[test]
+    fn pairs_are_interleaved_and_each_side_goes_first_as_often() {
+        let first: Vec<usize> = (0..20).map(|pair| order(pair)[0]).collect();
+        assert_eq!(&first[..4], [0, 1, 0, 1]);
+        assert_eq!(first.iter().sum::<usize>(), 10);
+        assert!((0..20).all(|pair| order(pair)[0] + order(pair)[1] == 1));
+    }
+
+    #[test]
+    fn ratios_are_of_new_to_old_within_a_pair() {
+        let times = |cpu_s: f64, wall_s: f64| Times { cpu_s, wall_s };
+        // The machine was half as fast during the second pair.
+        let pairs = [[times(1.0, 2.0), times(1.1, 2.0)], [times(2.0, 4.0), times(2.2, 2.0)]];
+        let compared = Compared::of(&pairs);
+        assert_eq!(compared.old_cpu_s, 1.5);
+        assert!((compared.cpu.median - 1.1).abs() < 1e-12 && (compared.cpu.upper - 1.1).abs() < 1e-12);
+        assert_eq!(compared.wall.median, 0.75);
+    }
+
+    #[test]
+    fn what_is_near_enough_does_not_depend_on_the_side() {
+        for ratio in [1.0, 1.029, 1.0 / 1.029] {
+            assert!(is_within(ratio, 0.03), "{ratio}");
+        }
+        for ratio in [1.031, 1.0 / 1.031, 0.5, f64::NAN] {
+            assert!(!is_within(ratio, 0.03), "{ratio}");
+        }
+    }
+
+    #[test]
+    fn parts_are_those_named_or_all() {
+        let named = |names: &[&str]| parts(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
+        assert_eq!(named(&[]).expect("all of them"), Part::ALL);
+        assert_eq!(named(&["replay", "as-coded"]).expect("both exist"), [Part::AsCoded, Part::Replay]);
+        let refused = named(&["replay", "loop"]).expect_err("that is a part of the other benchmark");
+        assert!(refused.to_string().starts_with("unknown part loop (accepted with --against: "), "{refused}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn work_counts_and_waiting_does_not() {
+        let sh = |script: &str| timed(Command::new("sh").args(["-c", script]));
+        let waited = sh("sleep 0.3").expect("sh runs");
+        assert!(waited.wall_s >= 0.3 && waited.cpu_s < 0.2, "{waited:?}");
+        let worked = sh("i=0; while [ $i -lt 300000 ]; do i=$((i+1)); done").expect("sh runs");
+        assert!(worked.cpu_s > 0.02, "{worked:?}");
+        let failed = sh("echo 'error: no such flag' >&2; exit 2").expect_err("it fails");
+        assert_eq!(failed.to_string(), "ended with exit status: 2: no such flag");
+    }
+}

@@ -1,9 +1,10 @@
 //! The fast solver against the plain one: the same switches, in the same steps,
 //! the same events, and the same numbers within rounding.
 
-use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
+use asperity_model::Plan;
 use asperity_record::{Direction, FieldRecord, Record, StepRecord};
 use asperity_simulator::{Counters, Fast, Plain, Solver, equality};
+use asperity_testkit::{Random, plan};
 
 /// Numbers agree within this share of the largest of their kind in the run.
 const TOLERANCE: f64 = 1e-9;
@@ -11,14 +12,6 @@ const TOLERANCE: f64 = 1e-9;
 /// The same where friction springs a thousand times stiffer or softer than the
 /// chain amplify the rounding of the plain stepper itself.
 const EXTREME_TOLERANCE: f64 = 1e-6;
-
-fn plan(scenario: &str, set: &[String]) -> Plan {
-    let text = builtin::find(scenario).expect("a built-in scenario");
-    let source = set
-        .iter()
-        .fold(ScenarioSource::new(scenario, text), |source, assignment| source.with_override(assignment));
-    Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")))
-}
 
 fn run(mut solver: impl Solver) -> (Vec<Record>, Counters) {
     let records = std::iter::from_fn(|| solver.next_record().unwrap()).collect();
@@ -164,29 +157,11 @@ fn compare(name: &str, plan: &Plan, tolerance: f64) -> Compared {
     Compared { counters, switches, horizon_step }
 }
 
-/// Numbers without pattern, the same on every machine.
-struct Noise(u64);
-
-impl Noise {
-    fn uniform(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
-    }
-
-    fn log_uniform(&mut self, low: f64, high: f64) -> f64 {
-        libm::exp(self.uniform(libm::log(low), libm::log(high)))
-    }
-
-    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
-        from[(self.uniform(0.0, from.len() as f64) as usize).min(from.len() - 1)]
-    }
-}
-
 /// A scenario of a few hundred thousand steps with parameters far apart: soft
 /// and stiff friction springs and drives, no damping to strong, exactly critical
 /// ones among them, ringing starts, both rules.
 fn random_scenario(seed: u64) -> Vec<String> {
-    let mut noise = Noise(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) + 1);
+    let mut noise = Random::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) + 1);
     let blocks: u32 = noise.pick(&[2, 3, 5, 8, 13, 24, 40]);
     let mass_kg = noise.log_uniform(1e-3, 30.0);
     let damping = noise.pick(&[0.0, 0.05, 0.3, 0.5, 1.0, 1.3, 3.0]);
@@ -229,7 +204,7 @@ fn random_scenario(seed: u64) -> Vec<String> {
 }
 
 fn noise_ratio(seed: u64) -> f64 {
-    Noise(seed + 77).log_uniform(0.05, 20.0)
+    Random::new(seed + 77).log_uniform(0.05, 20.0)
 }
 
 #[test]
@@ -280,7 +255,7 @@ fn long_chains_jump_by_waves() {
 fn a_chain_without_modes_takes_windows() {
     // Nothing but the softest friction springs holds this one: doubles cannot tell its
     // lowest mode from rest.
-    let plan = plan("ring-down", &[]);
+    let plan = plan::<&str>("ring-down", &[]);
     let Compared { counters, horizon_step, .. } = compare("ring-down", &plan, TOLERANCE);
     assert_eq!(horizon_step, plan.steps, "all of it");
     assert!(counters.jumps == 0 && counters.window_steps > 15_000, "{counters:?}");

@@ -238,12 +238,15 @@ impl<T: CellValue> CellValue for Option<T> {
     }
 }
 
-/// Columns as a Markdown table, one row per column.
+/// Columns as a Markdown table, one row per column. The unit has a column of its own there and is
+/// left out of the meaning.
 pub fn markdown(columns: &[Column]) -> String {
     let mut table = String::from("| column | holds | unit | meaning |\n|---|---|---|---|\n");
     for Column { name, kind, unit, about } in columns {
+        let unit = unit.unwrap_or_default();
+        let about = about.replace(&format!(", {unit};"), ";").replace(&format!(", {unit}."), ".");
         let about = about.replace('|', "\\|");
-        table += &format!("| `{name}` | {} | {} | {about} |\n", kind.words(), unit.unwrap_or_default());
+        table += &format!("| `{name}` | {} | {unit} | {about} |\n", kind.words());
     }
     table
 }
@@ -283,13 +286,13 @@ mod tests {
     fn a_table_of_columns_has_a_row_for_each() {
         let columns = [
             Column::new("block", ColumnKind::Count, " The block."),
-            Column::new("time_s", ColumnKind::Number, "When, |t|."),
+            Column::new("time_s", ColumnKind::Number, "When, |t|, s; null if never."),
         ];
         assert_eq!(
             markdown(&columns),
             "| column | holds | unit | meaning |\n|---|---|---|---|\n\
              | `block` | whole number, 32 bits |  | The block. |\n\
-             | `time_s` | double | s | When, \\|t\\|. |\n"
+             | `time_s` | double | s | When, \\|t\\|; null if never. |\n"
         );
     }
 }

@@ -32,7 +32,7 @@
 //! for (column, cell) in kind.columns.iter().zip(kind.cells(&event.payload)?) {
 //!     println!("{} = {cell} {}", column.name, column.unit.unwrap_or_default());
 //! }
-//! assert!(markdown(kind.columns).contains("| `onset_s` | double | s | Time of its onset, s. |"));
+//! assert!(markdown(kind.columns).contains("| `onset_s` | double | s | Time of its onset. |"));
 //! # Ok::<(), serde_json::Error>(())
 //! ```
 

@@ -36,6 +36,8 @@ mod tidy;
 #[cfg(feature = "analysis")]
 mod verify;
 mod versions;
+#[cfg(feature = "analysis")]
+mod words;
 
 /// What must hold of any input, which the fuzzers hold it to as well.
 #[path = "fuzz/src/lib.rs"]
@@ -49,5 +51,7 @@ mod support {
     pub(crate) mod forgeries;
     #[cfg(feature = "analysis")]
     pub(crate) mod golden;
+    #[cfg(feature = "analysis")]
+    pub(crate) mod markdown;
     pub(crate) mod small;
 }

@@ -9,38 +9,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::support::clients::{Python, file, said};
+use crate::support::markdown::{Block, blocks};
 
 fn page() -> String {
     fs::read_to_string(file("fixtures/clients/README.md")).expect("the page is there")
-}
-
-/// A fenced block: the line on which it starts, counted from 1, its language and its text.
-struct Block {
-    line: usize,
-    language: String,
-    text: String,
-}
-
-fn blocks(page: &str) -> Vec<Block> {
-    let mut blocks: Vec<Block> = Vec::new();
-    let mut is_open = false;
-    for (number, line) in page.lines().enumerate() {
-        match (line.strip_prefix("```"), is_open) {
-            (Some(language), false) => {
-                blocks.push(Block { line: number + 1, language: language.to_owned(), text: String::new() });
-                is_open = true;
-            }
-            (Some(_), true) => is_open = false,
-            (None, true) => {
-                let block = blocks.last_mut().expect("a block is open");
-                block.text.push_str(line);
-                block.text.push('\n');
-            }
-            (None, false) => {}
-        }
-    }
-    assert!(!is_open, "the last block is not closed");
-    blocks
 }
 
 #[test]
@@ -62,7 +34,7 @@ fn every_recipe_runs_and_prints_what_the_page_says() {
     );
     let mut printed: Option<String> = None;
     let mut all_printed = Vec::new();
-    for Block { line, language, text } in &blocks {
+    for Block { line, language, text, .. } in &blocks {
         if language == "text" {
             let printed = printed.take().unwrap_or_else(|| panic!("line {line}: nothing ran before this"));
             let printed = trimmed(&printed);

@@ -180,8 +180,8 @@ fn read(path: &Path) -> Result<RunEnd, LogError> {
     RunReader::open(path, Topics::ALL)?.verify()
 }
 
-/// The digests can be made by a program that knows MCAP, BLAKE3 and the words in
-/// `crates/runlog/src/digest.rs`.
+/// The digests can be made by a program that knows MCAP, BLAKE3 and what the head of
+/// `crates/runlog/src/lib.rs` says.
 #[test]
 fn digests_are_those_of_the_messages_as_they_stand_in_the_file() {
     let log = Log::make();

@@ -9,10 +9,11 @@ use std::io::BufWriter;
 
 use asperity_export::batch::{Batch, Values};
 use asperity_export::format::{About, Format, FormatError, TableWriter};
-use asperity_export::layout::{Kind, Layout};
+use asperity_export::layout::Layout;
+use asperity_record::ColumnKind;
 use polars::prelude::{
     BatchedWriter, Column, DataFrame, DataType, KeyValueMetadata, NamedFrom, ParquetMetadataContext,
-    ParquetWriter, Schema, Series,
+    ParquetWriter, PolarsResult, Schema, Series,
 };
 
 /// Parquet, compressed with zstd.
@@ -37,13 +38,13 @@ impl Format for Parquet {
             .iter()
             .map(|column| {
                 let kind = match column.kind {
-                    Kind::Count => DataType::UInt32,
-                    Kind::Step => DataType::UInt64,
-                    Kind::Number => DataType::Float64,
-                    Kind::Flag => DataType::Boolean,
-                    Kind::Word => DataType::String,
+                    ColumnKind::Count => DataType::UInt32,
+                    ColumnKind::Step => DataType::UInt64,
+                    ColumnKind::Number => DataType::Float64,
+                    ColumnKind::Flag => DataType::Boolean,
+                    ColumnKind::Word => DataType::String,
                 };
-                (column.name.into(), kind)
+                (column.name.as_ref().into(), kind)
             })
             .collect();
         let writer =
@@ -54,9 +55,7 @@ impl Format for Parquet {
 
 impl TableWriter for ParquetTable {
     fn write(&mut self, batch: &Batch) -> Result<(), FormatError> {
-        let columns = self.layout.columns.iter().zip(batch.columns());
-        let columns = columns.map(|(column, values)| series(column.name, values)).collect();
-        let frame = DataFrame::new(batch.rows(), columns).map_err(refused)?;
+        let frame = frame(&self.layout.columns, batch).map_err(refused)?;
         self.writer.write_batch(&frame).map_err(refused)
     }
 
@@ -72,6 +71,12 @@ impl TableWriter for ParquetTable {
         drop(writer);
         Ok(self.file)
     }
+}
+
+/// Rows as a polars table.
+pub(crate) fn frame(columns: &[asperity_record::Column], batch: &Batch) -> PolarsResult<DataFrame> {
+    let columns = columns.iter().zip(batch.columns());
+    DataFrame::new(batch.rows(), columns.map(|(column, values)| series(&column.name, values)).collect())
 }
 
 fn series(name: &str, values: &Values) -> Column {
@@ -93,10 +98,10 @@ fn refused(error: polars::error::PolarsError) -> FormatError {
 mod tests {
     use std::fs::{self, File};
 
-    use asperity_export::batch::{Batch, Cell};
+    use asperity_export::batch::Batch;
     use asperity_export::format::{About, Format, State};
-    use asperity_export::layout::layouts;
-    use asperity_record::RunHeader;
+    use asperity_export::layout::record_layouts;
+    use asperity_record::{Cell, RunHeader};
     use polars::prelude::{ParquetReader, SerReader};
 
     use super::Parquet;
@@ -106,7 +111,7 @@ mod tests {
 
     #[test]
     fn doubles_come_back_to_the_bit_with_units_and_header() {
-        let layout = layouts(false).remove(2);
+        let layout = record_layouts(false).remove(2);
         assert_eq!(layout.topic, "/fields");
         let path = std::env::temp_dir().join(format!("asperity-{}.parquet", std::process::id()));
         let mut table = Parquet.start(&layout, File::create(&path).unwrap()).unwrap();

@@ -1,38 +1,27 @@
 //! The tables that a run is reduced to.
 
+use asperity_export::batch::Batch;
+use asperity_export::layout::step_columns;
+use asperity_export::rows;
 use asperity_model::analytic::LengthLaw;
+use asperity_record::{EventPayload, SlipEvent, StepRecord};
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 
 use crate::curves::{Residuals, precursor_points, residuals};
 use crate::error::AnalysisError;
+use crate::parquet_tables;
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
 
-/// The raw event table, one row per slip event; its first seven columns are
-/// pinned, `onset_s, end_s, first_block, last_block, max_sliding, ft_fn_onset,
-/// ft_fn_end`.
+/// The raw event table, one row per slip event: [`SlipEvent::COLUMNS`], of which the first seven
+/// are pinned.
 ///
 /// # Errors
 /// If polars refuses.
 pub fn events(run: &RunData) -> Result<DataFrame, AnalysisError> {
-    let slips = &run.slips;
-    frame(vec![
-        numbers("onset_s", slips.iter().map(|slip| slip.onset_s)),
-        gaps("end_s", slips.iter().map(|slip| slip.end_s)),
-        counts("first_block", slips.iter().map(|slip| slip.first_block)),
-        counts("last_block", slips.iter().map(|slip| slip.last_block)),
-        counts("max_sliding", slips.iter().map(|slip| slip.max_sliding)),
-        numbers("ft_fn_onset", slips.iter().map(|slip| slip.ft_fn_onset)),
-        gaps("ft_fn_end", slips.iter().map(|slip| slip.ft_fn_end)),
-        steps("event", slips.iter().map(|slip| slip.event)),
-        steps("onset_step", slips.iter().map(|slip| slip.onset_step)),
-        column("end_step", slips.iter().map(|slip| slip.end_step).collect::<Vec<_>>()),
-        counts("blocks_slipped", slips.iter().map(|slip| slip.blocks_slipped)),
-        counts("nucleation_block", slips.iter().map(|slip| slip.nucleation_block)),
-        numbers("ft_fn_min", slips.iter().map(|slip| slip.ft_fn_min)),
-        numbers("ft_fn_max", slips.iter().map(|slip| slip.ft_fn_max)),
-        column("open", slips.iter().map(|slip| slip.open).collect::<Vec<_>>()),
-    ])
+    let mut rows = Batch::new(SlipEvent::COLUMNS);
+    run.slips.iter().for_each(|slip| rows.push(slip.cells().as_ref()));
+    Ok(parquet_tables::frame(SlipEvent::COLUMNS, &rows)?)
 }
 
 /// The precursor table: `L_p / L` against `F_T / F_N`, the length law's value
@@ -65,25 +54,13 @@ pub fn precursors(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Resu
 /// # Errors
 /// If polars refuses.
 pub fn load_curve(run: &RunData) -> Result<DataFrame, AnalysisError> {
-    let records = &run.steps;
-    let mut columns = vec![
-        steps("step", records.iter().map(|record| record.step)),
-        numbers("time_s", records.iter().map(|record| record.time_s)),
-        numbers("driving_force_n", records.iter().map(|record| record.driving_force_n)),
-        numbers("normal_load_n", records.iter().map(|record| record.normal_load_n)),
-        numbers("ft_fn", records.iter().map(|record| record.load_ratio())),
-        counts("sliding", records.iter().map(|record| record.sliding)),
-        counts("switches", records.iter().map(|record| record.switches.len() as u32)),
-    ];
     // Where the drive pulls both ways its sum says little.
-    for (end, name) in ["first_end_force_n", "last_end_force_n"].into_iter().enumerate() {
-        let forces: Option<Vec<f64>> =
-            records.iter().map(|record| record.end_forces_n.map(|ends| ends[end])).collect();
-        if let Some(forces) = forces.filter(|forces| !forces.is_empty()) {
-            columns.push(numbers(name, forces.into_iter()));
-        }
-    }
-    frame(columns)
+    let is_pulled_both_ways = |record: &StepRecord| record.end_forces_n.is_some();
+    let end_forces = !run.steps.is_empty() && run.steps.iter().all(is_pulled_both_ways);
+    let columns = step_columns(end_forces);
+    let mut rows = Batch::new(&columns);
+    run.steps.iter().for_each(|record| rows::step(&mut rows, record, end_forces));
+    Ok(parquet_tables::frame(&columns, &rows)?)
 }
 
 /// The residuals of several runs as a table.

@@ -10,6 +10,7 @@ use asperity_export::{Csv, Export, ExportError, Ndjson, Ran, Report, Request, na
 use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
 use crate::progress::Board;
+use asperity_run::detectors::event_kinds;
 
 pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
     let requests = requests(arguments)?;
@@ -54,7 +55,7 @@ fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) ->
         ExportFormat::Csv => &Csv,
         ExportFormat::Ndjson => &Ndjson,
     };
-    let export = Export::open(run, request.clone(), format).map_err(failure)?;
+    let export = Export::open(run, request.clone(), &event_kinds(), format).map_err(failure)?;
     let header = export.header();
     let duration_s = header.time_grid().time_s(header.steps);
     let mut progress = board.steps(&request.name, header.steps, duration_s);
@@ -70,7 +71,8 @@ fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) ->
     }
     for (topic, count) in left_out {
         board.line(&format!(
-            "warning: {}: {count} events of {topic} are left out: no table is made of that topic",
+            "warning: {}: {count} events of {topic} are left out: this program has no detector for them, and \
+             by their schema they are not flat objects of numbers and flags",
             run.display()
         ));
     }

@@ -166,13 +166,12 @@ impl Watch for Output<'_> {
 impl Replay<'_> {
     fn one(&self, run: &Path) -> Result<ReplayedRun, Failure> {
         let replay = asperity_run::Replay::open(run, &self.settings).map_err(Failure::failed)?;
-        let (header, kinds) = (replay.header(), replay.kinds());
-        let emitted: Vec<&str> = kinds.iter().map(|kind| kind.topic).collect();
+        let header = replay.header();
         let duration_s = header.time_grid().time_s(header.steps);
         let failed = OnceLock::new();
         let mut output = Output {
             tables: match &self.arguments.out {
-                Some(out) => Some(EventTables::create(out, &name(run), &emitted)?),
+                Some(out) => Some(EventTables::create(out, &name(run), replay.kinds())?),
                 None => None,
             },
             printed: match self.arguments.format {

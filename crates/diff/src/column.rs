@@ -2,43 +2,68 @@
 //! at what load. Rules about columns are rules about these kinds, so that the
 //! matching and the classes know no column by name.
 
-use asperity_record::SlipEvent;
+use asperity_record::{Cell, EventPayload, SlipEvent};
 use serde::{Serialize, Serializer};
 
-/// A column of the event table, by its place in [`SlipEvent::COLUMNS`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u8)]
-pub enum Column {
-    /// `onset_s`.
-    OnsetS,
-    /// `end_s`.
-    EndS,
-    /// `first_block`.
-    FirstBlock,
-    /// `last_block`.
-    LastBlock,
-    /// `max_sliding`.
-    MaxSliding,
-    /// `ft_fn_onset`.
-    FtFnOnset,
-    /// `ft_fn_end`.
-    FtFnEnd,
-    /// `event`.
-    Event,
-    /// `onset_step`.
-    OnsetStep,
-    /// `end_step`.
-    EndStep,
-    /// `blocks_slipped`.
-    BlocksSlipped,
-    /// `nucleation_block`.
-    NucleationBlock,
-    /// `ft_fn_min`.
-    FtFnMin,
-    /// `ft_fn_max`.
-    FtFnMax,
-    /// `open`.
-    Open,
+/// Makes of the table below the columns and what is said of each.
+macro_rules! columns {
+    ($($column:ident $name:literal $kind:ident $known:ident,)+) => {
+        /// A column of the event table, by its place in [`SlipEvent::COLUMNS`].
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u8)]
+        pub enum Column {
+            $(#[doc = concat!("`", $name, "`.")] $column,)+
+        }
+
+        impl Column {
+            /// All columns, in the order of [`SlipEvent::COLUMNS`].
+            pub const ALL: [Column; SlipEvent::COLUMNS.len()] = [$(Column::$column),+];
+
+            /// What it says of an event.
+            pub fn kind(self) -> Kind {
+                match self {
+                    $(Column::$column => Kind::$kind,)+
+                }
+            }
+
+            fn known(self) -> Known {
+                match self {
+                    $(Column::$column => Known::$known,)+
+                }
+            }
+        }
+
+        #[cfg(test)]
+        const NAMES: &[&str] = &[$($name),+];
+    };
+}
+
+columns! {
+    // column, its name, what it says, when it is known
+    OnsetS "onset_s" Time AtOnset,
+    EndS "end_s" Time Later,
+    FirstBlock "first_block" Extent Later,
+    LastBlock "last_block" Extent Later,
+    MaxSliding "max_sliding" Extent Later,
+    FtFnOnset "ft_fn_onset" Load AtOnset,
+    FtFnEnd "ft_fn_end" Load Later,
+    Event "event" Number Later,
+    OnsetStep "onset_step" Step AtOnset,
+    EndStep "end_step" Step Later,
+    BlocksSlipped "blocks_slipped" Extent Later,
+    NucleationBlock "nucleation_block" Extent AtOnset,
+    FtFnMin "ft_fn_min" Load Later,
+    FtFnMax "ft_fn_max" Load Later,
+    Open "open" Edge Later,
+}
+
+/// Since when a column's cell is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Known {
+    /// Since the event started.
+    AtOnset,
+    /// It may change while the event goes on.
+    Later,
 }
 
 /// What a column says of an event.
@@ -59,28 +84,9 @@ pub enum Kind {
 }
 
 impl Column {
-    /// All columns, in the order of [`SlipEvent::COLUMNS`].
-    pub const ALL: [Column; SlipEvent::COLUMNS.len()] = [
-        Column::OnsetS,
-        Column::EndS,
-        Column::FirstBlock,
-        Column::LastBlock,
-        Column::MaxSliding,
-        Column::FtFnOnset,
-        Column::FtFnEnd,
-        Column::Event,
-        Column::OnsetStep,
-        Column::EndStep,
-        Column::BlocksSlipped,
-        Column::NucleationBlock,
-        Column::FtFnMin,
-        Column::FtFnMax,
-        Column::Open,
-    ];
-
     /// Its name in tables.
     pub fn name(self) -> &'static str {
-        SlipEvent::COLUMNS[self as usize]
+        &SlipEvent::COLUMNS[self as usize].name
     }
 
     /// The column of this name.
@@ -88,47 +94,15 @@ impl Column {
         Column::ALL.into_iter().find(|column| column.name() == name)
     }
 
-    /// What it says of an event.
-    pub fn kind(self) -> Kind {
-        match self {
-            Column::OnsetS | Column::EndS => Kind::Time,
-            Column::OnsetStep | Column::EndStep => Kind::Step,
-            Column::FirstBlock
-            | Column::LastBlock
-            | Column::MaxSliding
-            | Column::BlocksSlipped
-            | Column::NucleationBlock => Kind::Extent,
-            Column::FtFnOnset | Column::FtFnEnd | Column::FtFnMin | Column::FtFnMax => Kind::Load,
-            Column::Open => Kind::Edge,
-            Column::Event => Kind::Number,
-        }
-    }
-
     /// Whether it is known as soon as the event starts, so that the end of a run
     /// cannot have cut it.
     pub fn is_of_onset(self) -> bool {
-        matches!(self, Column::OnsetS | Column::OnsetStep | Column::FtFnOnset | Column::NucleationBlock)
+        self.known() == Known::AtOnset
     }
 
     /// The cell of an event in this column.
     pub fn of(self, event: &SlipEvent) -> Value {
-        match self {
-            Column::OnsetS => Value::Number(event.onset_s),
-            Column::EndS => event.end_s.map_or(Value::Empty, Value::Number),
-            Column::FirstBlock => Value::Whole(event.first_block.into()),
-            Column::LastBlock => Value::Whole(event.last_block.into()),
-            Column::MaxSliding => Value::Whole(event.max_sliding.into()),
-            Column::FtFnOnset => Value::Number(event.ft_fn_onset),
-            Column::FtFnEnd => event.ft_fn_end.map_or(Value::Empty, Value::Number),
-            Column::Event => Value::Whole(event.event),
-            Column::OnsetStep => Value::Whole(event.onset_step),
-            Column::EndStep => event.end_step.map_or(Value::Empty, Value::Whole),
-            Column::BlocksSlipped => Value::Whole(event.blocks_slipped.into()),
-            Column::NucleationBlock => Value::Whole(event.nucleation_block.into()),
-            Column::FtFnMin => Value::Number(event.ft_fn_min),
-            Column::FtFnMax => Value::Number(event.ft_fn_max),
-            Column::Open => Value::Flag(event.open),
-        }
+        event.cells().as_ref()[self as usize].into()
     }
 }
 
@@ -155,6 +129,19 @@ pub enum Value {
     Whole(u64),
     /// Yes or no.
     Flag(bool),
+}
+
+impl From<Cell> for Value {
+    fn from(cell: Cell) -> Value {
+        match cell {
+            Cell::Empty => Value::Empty,
+            Cell::Count(value) => Value::Whole(value.into()),
+            Cell::Step(value) => Value::Whole(value),
+            Cell::Number(value) => Value::Number(value),
+            Cell::Flag(value) => Value::Flag(value),
+            Cell::Word(word) => unreachable!("the event table has no words, as {word:?}"),
+        }
+    }
 }
 
 impl Value {
@@ -239,5 +226,20 @@ impl Columns {
 impl FromIterator<Column> for Columns {
     fn from_iter<I: IntoIterator<Item = Column>>(columns: I) -> Columns {
         columns.into_iter().fold(Columns::NONE, Columns::with)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Column, NAMES};
+
+    #[test]
+    fn what_is_said_of_columns_is_said_of_those_of_the_event_table() {
+        assert_eq!(Column::ALL.map(Column::name)[..], *NAMES);
+        let of_onset = Column::ALL.into_iter().filter(|column| column.is_of_onset());
+        assert_eq!(
+            of_onset.map(Column::name).collect::<Vec<_>>(),
+            ["onset_s", "ft_fn_onset", "onset_step", "nucleation_block"]
+        );
     }
 }

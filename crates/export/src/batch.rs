@@ -1,48 +1,31 @@
 //! Some rows of a table, by columns: what is held in memory at a time, and what
 //! becomes a row group of a Parquet file.
 
-use crate::layout::{Column, Kind};
-
-/// One cell.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Cell {
-    /// Nothing: the run ended before this could be known.
-    Empty,
-    /// Of a [`Kind::Count`].
-    Count(u32),
-    /// Of a [`Kind::Step`].
-    Step(u64),
-    /// Of a [`Kind::Number`].
-    Number(f64),
-    /// Of a [`Kind::Flag`].
-    Flag(bool),
-    /// Of a [`Kind::Word`].
-    Word(&'static str),
-}
+use asperity_record::{Cell, Column, ColumnKind};
 
 /// The cells of one column, each of which may be empty.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
-    /// Of a [`Kind::Count`].
+    /// Of a [`ColumnKind::Count`].
     Counts(Vec<Option<u32>>),
-    /// Of a [`Kind::Step`].
+    /// Of a [`ColumnKind::Step`].
     Steps(Vec<Option<u64>>),
-    /// Of a [`Kind::Number`].
+    /// Of a [`ColumnKind::Number`].
     Numbers(Vec<Option<f64>>),
-    /// Of a [`Kind::Flag`].
+    /// Of a [`ColumnKind::Flag`].
     Flags(Vec<Option<bool>>),
-    /// Of a [`Kind::Word`].
+    /// Of a [`ColumnKind::Word`].
     Words(Vec<Option<&'static str>>),
 }
 
 impl Values {
-    fn new(kind: Kind) -> Values {
+    fn new(kind: ColumnKind) -> Values {
         match kind {
-            Kind::Count => Values::Counts(Vec::new()),
-            Kind::Step => Values::Steps(Vec::new()),
-            Kind::Number => Values::Numbers(Vec::new()),
-            Kind::Flag => Values::Flags(Vec::new()),
-            Kind::Word => Values::Words(Vec::new()),
+            ColumnKind::Count => Values::Counts(Vec::new()),
+            ColumnKind::Step => Values::Steps(Vec::new()),
+            ColumnKind::Number => Values::Numbers(Vec::new()),
+            ColumnKind::Flag => Values::Flags(Vec::new()),
+            ColumnKind::Word => Values::Words(Vec::new()),
         }
     }
 
@@ -126,14 +109,13 @@ impl Batch {
 
 #[cfg(test)]
 mod tests {
+    use asperity_record::{EventPayload, GlobalSlip};
+
     use super::{Batch, Cell};
-    use crate::layout::layouts;
 
     #[test]
     fn rows_come_back_by_columns() {
-        let layouts = layouts(false);
-        let global = layouts.last().unwrap();
-        let mut batch = Batch::new(&global.columns);
+        let mut batch = Batch::new(GlobalSlip::COLUMNS);
         let row = |global: u64, recurrence: Cell| {
             let number = Cell::Number(0.1 + 0.2);
             [Cell::Step(global), Cell::Step(7), number, number, recurrence, number, Cell::Empty]
@@ -153,6 +135,6 @@ mod tests {
     #[test]
     #[should_panic(expected = "columns of its table")]
     fn rows_with_other_cells_than_columns_are_refused() {
-        Batch::new(&layouts(false)[0].columns).push(&[Cell::Step(1)]);
+        Batch::new(GlobalSlip::COLUMNS).push(&[Cell::Step(1)]);
     }
 }

@@ -1,23 +1,82 @@
 //! Tables as CSV: a header line, nothing for what is empty, and doubles with as
-//! many digits as it takes to read the same double back, spelled as in the
-//! tables that runs are reduced to.
+//! many digits as it takes to read the same double back. Every event table that is CSV is
+//! written by [`CsvRows`].
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{self, BufWriter, Write};
 
-use crate::batch::{Batch, Cell};
+use asperity_record::{Cell, Column};
+
+use crate::batch::Batch;
 use crate::format::{About, Format, FormatError, TableWriter};
 use crate::layout::Layout;
+
+/// How doubles are spelled. Both read back as the same double.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Spelling {
+    /// `5` and `0.0000001`: as in exported tables and those that runs are reduced to.
+    Plain,
+    /// `5.0` and `1e-7`: as in what `asperity events` prints and in the tables of a replay.
+    Scientific,
+}
+
+/// Rows of cells as CSV, below a header line.
+pub struct CsvRows<W: Write> {
+    writer: csv::Writer<W>,
+    spelling: Spelling,
+    text: String,
+}
+
+impl<W: Write> CsvRows<W> {
+    /// Writes the header line.
+    ///
+    /// # Errors
+    /// If `out` cannot be written.
+    pub fn new(out: W, columns: &[Column], spelling: Spelling) -> io::Result<CsvRows<W>> {
+        // The header by hand: it must stand there without rows as well.
+        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(out);
+        writer.write_record(columns.iter().map(|column| column.name.as_bytes())).map_err(as_io)?;
+        Ok(CsvRows { writer, spelling, text: String::new() })
+    }
+
+    /// Writes a row.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn push(&mut self, row: &[Cell]) -> io::Result<()> {
+        if self.spelling == Spelling::Scientific {
+            return self.writer.serialize(row).map_err(as_io);
+        }
+        for cell in row {
+            self.text.clear();
+            write!(self.text, "{cell}").expect("numbers and words can be written to a text");
+            self.writer.write_field(&self.text).map_err(as_io)?;
+        }
+        self.writer.write_record(None::<&[u8]>).map_err(as_io)
+    }
+
+    /// Writes what is still to be written, and gives back what it is written to.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn finish(mut self) -> io::Result<W> {
+        self.writer.flush()?;
+        self.writer.into_inner().map_err(|error| error.into_error())
+    }
+}
+
+/// The system's own error, by which a reader that closed its pipe is known.
+fn as_io(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
+    }
+}
 
 /// Comma-separated values.
 #[derive(Debug, Clone, Copy)]
 pub struct Csv;
-
-struct CsvTable {
-    writer: csv::Writer<BufWriter<File>>,
-    cell: String,
-}
 
 impl Format for Csv {
     fn extension(&self) -> &'static str {
@@ -25,42 +84,50 @@ impl Format for Csv {
     }
 
     fn start(&self, layout: &Layout, file: File) -> Result<Box<dyn TableWriter>, FormatError> {
-        let mut writer = csv::Writer::from_writer(BufWriter::new(file));
-        writer.write_record(layout.columns.iter().map(|column| column.name)).map_err(refused)?;
-        Ok(Box::new(CsvTable { writer, cell: String::new() }))
+        Ok(Box::new(CsvRows::new(BufWriter::new(file), &layout.columns, Spelling::Plain)?))
     }
 }
 
-impl TableWriter for CsvTable {
+impl TableWriter for CsvRows<BufWriter<File>> {
     fn write(&mut self, batch: &Batch) -> Result<(), FormatError> {
+        let mut cells = Vec::with_capacity(batch.columns().len());
         for row in 0..batch.rows() {
-            for values in batch.columns() {
-                self.cell.clear();
-                match values.cell(row) {
-                    Cell::Empty => Ok(()),
-                    Cell::Count(value) => write!(self.cell, "{value}"),
-                    Cell::Step(value) => write!(self.cell, "{value}"),
-                    Cell::Number(value) => write!(self.cell, "{value}"),
-                    Cell::Flag(value) => write!(self.cell, "{value}"),
-                    Cell::Word(value) => write!(self.cell, "{value}"),
-                }
-                .expect("numbers and words can be written to a text");
-                self.writer.write_field(&self.cell).map_err(refused)?;
-            }
-            self.writer.write_record(None::<&[u8]>).map_err(refused)?;
+            cells.clear();
+            cells.extend(batch.columns().iter().map(|values| values.cell(row)));
+            self.push(&cells)?;
         }
         Ok(())
     }
 
     fn finish(self: Box<Self>, _about: &About) -> Result<File, FormatError> {
-        let buffer = self.writer.into_inner().map_err(|error| FormatError::Library(error.to_string()))?;
+        let buffer = CsvRows::finish(*self)?;
         Ok(buffer.into_inner().map_err(|error| error.into_error())?)
     }
 }
 
-fn refused(error: csv::Error) -> FormatError {
-    match error.into_kind() {
-        csv::ErrorKind::Io(error) => error.into(),
-        other => FormatError::Library(format!("{other:?}")),
+#[cfg(test)]
+mod tests {
+    use asperity_record::{Cell, Column, ColumnKind};
+
+    use super::{CsvRows, Spelling};
+
+    #[test]
+    fn doubles_are_spelled_in_one_of_two_ways() {
+        let columns = [
+            Column::new("block", ColumnKind::Count, "The block."),
+            Column::new("time_s", ColumnKind::Number, "When."),
+            Column::new("end_s", ColumnKind::Number, "Until when."),
+            Column::new("open", ColumnKind::Flag, "Whether it is over."),
+        ];
+        let written = |spelling| {
+            let mut rows = CsvRows::new(Vec::new(), &columns, spelling).unwrap();
+            rows.push(&[Cell::Count(3), Cell::Number(1e-7), Cell::Number(5.0), Cell::Flag(true)]).unwrap();
+            rows.push(&[Cell::Count(4), Cell::Number(0.1 + 0.2), Cell::Empty, Cell::Flag(false)]).unwrap();
+            String::from_utf8(rows.finish().unwrap()).unwrap()
+        };
+        let head = "block,time_s,end_s,open\n";
+        let last = "4,0.30000000000000004,,false\n";
+        assert_eq!(written(Spelling::Plain), format!("{head}3,0.0000001,5,true\n{last}"));
+        assert_eq!(written(Spelling::Scientific), format!("{head}3,1e-7,5.0,true\n{last}"));
     }
 }

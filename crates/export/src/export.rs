@@ -6,17 +6,21 @@
 //! of them are whole; the last to get its name is `NAME.export.json`, which says
 //! what was exported and from which run.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use asperity_record::{Event, EventPayload, GlobalSlip, Onset, Record, RunHeader, SlipEvent};
+use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Record, RunHeader};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 use serde::Serialize;
 
 use crate::batch::Batch;
+use crate::foreign;
 use crate::format::{About, Format, FormatError, State, TableWriter};
-use crate::layout::{FIELDS, Layout, STEP, SWITCH, WINDOW, layouts};
+use crate::layout::{
+    EVENTS, FIELDS, Layout, STEP, SWITCH, WINDOW, event_layout, record_layouts, step_columns,
+};
 use crate::rows;
 use crate::whole::WholeFile;
 
@@ -24,12 +28,17 @@ use crate::whole::WholeFile;
 /// groups that readers like, and a few MB.
 const BATCH_ROWS: usize = 1 << 16;
 
+/// No more tables than this are made of events that this program has no detector for: each is a
+/// file that is open.
+const MOST_FOREIGN: usize = 100;
+
 /// What to export, and where to.
 #[derive(Debug, Clone)]
 pub struct Request {
     /// The topics; none for all.
     pub topics: Vec<String>,
-    /// Only rows from this time on, s. Events count by their onset.
+    /// Only rows from this time on, s. Events count by their `onset_s`, else by their `time_s`,
+    /// else by the step that made them certain.
     pub from_s: Option<f64>,
     /// Only rows from before this time, s.
     pub to_s: Option<f64>,
@@ -85,7 +94,8 @@ pub struct Report {
     pub files: Vec<(PathBuf, Option<u64>)>,
     /// How far the log could be read.
     pub ran: Ran,
-    /// Events of topics that no table is made of, and how many.
+    /// Events of topics that no table can be made of, since this program has no detector for
+    /// them and their schema is not flat; and how many.
     pub left_out: BTreeMap<String, u64>,
 }
 
@@ -112,11 +122,26 @@ pub fn name_of(run: &Path) -> String {
 /// A log that is about to be exported.
 pub struct Export<'a> {
     reader: RunReader,
+    /// The first of the log, read already: by then all topics have been announced.
+    first: Option<Result<Option<LogItem>, LogError>>,
     request: Request,
     format: &'a dyn Format,
     tables: Vec<Table>,
+    /// How the events of a topic are read, whether or not a table is made of them.
+    events: BTreeMap<String, EventRows>,
     end_forces: Option<bool>,
+    /// The time of the last record, s.
+    last_s: f64,
     left_out: BTreeMap<String, u64>,
+}
+
+/// How the events of one topic become rows.
+struct EventRows {
+    columns: Vec<Column>,
+    /// None for events of a detector that this program does not have.
+    kind: Option<EventKind>,
+    /// The column by which `from_s` and `to_s` choose, if there is one.
+    time: Option<usize>,
 }
 
 /// The table of one topic while it is made.
@@ -130,26 +155,38 @@ struct Table {
 }
 
 impl<'a> Export<'a> {
-    /// Opens a log, and finds out whether the files can be written.
+    /// Opens a log, and finds out whether the files can be written. `kinds` are the events whose
+    /// detectors are known; of others, tables are made by the schemas in the log.
     ///
     /// # Errors
     /// If the request cannot be met or the log not be read.
-    pub fn open(run: &Path, request: Request, format: &'a dyn Format) -> Result<Export<'a>, ExportError> {
-        let layouts = layouts(false);
-        for topic in &request.topics {
-            if !layouts.iter().any(|layout| layout.topic == topic) {
-                let accepted = layouts.iter().map(|layout| layout.topic).collect::<Vec<_>>().join(", ");
-                return Err(ExportError::UnknownTopic { topic: topic.clone(), accepted });
-            }
-        }
+    pub fn open(
+        run: &Path,
+        request: Request,
+        kinds: &[EventKind],
+        format: &'a dyn Format,
+    ) -> Result<Export<'a>, ExportError> {
         let (from_s, to_s) = (request.from_s.unwrap_or(0.0), request.to_s.unwrap_or(f64::INFINITY));
         // Written so that no bound that is not a number passes.
         if !(from_s >= 0.0 && from_s < to_s) {
             return Err(ExportError::EmptyRange { from_s, to_s });
         }
-        let reader = RunReader::open(run, wanted(&request.topics))?;
+        let mut reader = RunReader::open(run, wanted(&request.topics))?;
+        let first = reader.next_item();
+        let layouts = layouts(&reader, kinds);
+        for topic in &request.topics {
+            if !layouts.iter().any(|layout| layout.topic == *topic) {
+                let accepted = layouts.iter().map(|layout| &*layout.topic).collect::<Vec<_>>().join(", ");
+                return Err(ExportError::UnknownTopic { topic: topic.clone(), accepted });
+            }
+        }
+        let events = layouts
+            .iter()
+            .filter(|layout| layout.topic.starts_with(EVENTS))
+            .map(|layout| (layout.topic.to_string(), EventRows::new(layout, kinds)))
+            .collect();
         let chosen = |layout: &Layout| {
-            request.topics.is_empty() || request.topics.iter().any(|topic| topic == layout.topic)
+            request.topics.is_empty() || request.topics.iter().any(|topic| *topic == layout.topic)
         };
         let tables: Vec<Table> = layouts
             .into_iter()
@@ -165,7 +202,17 @@ impl<'a> Export<'a> {
                 }
             })
             .collect();
-        let export = Export { reader, request, format, tables, end_forces: None, left_out: BTreeMap::new() };
+        let export = Export {
+            reader,
+            first: Some(first),
+            request,
+            format,
+            tables,
+            events,
+            end_forces: None,
+            last_s: 0.0,
+            left_out: BTreeMap::new(),
+        };
         if !export.request.replace {
             let tables = export.tables.iter().map(|table| table.path.clone());
             if let Some(path) = tables.chain([export.manifest_path()]).find(|path| path.exists()) {
@@ -194,7 +241,8 @@ impl<'a> Export<'a> {
     pub fn run(mut self, mut progress: impl FnMut(u64)) -> Result<Report, ExportError> {
         let mut ran = Ran { state: State::Whole, last_step: 0, last_s: 0.0, problem: None };
         loop {
-            match self.reader.next_item() {
+            let item = self.first.take().unwrap_or_else(|| self.reader.next_item());
+            match item {
                 Ok(None) => break,
                 Ok(Some(LogItem::Record(record))) => {
                     if let Err(problem) = self.record(&record)? {
@@ -228,6 +276,11 @@ impl<'a> Export<'a> {
 
     /// The inner error is what is wrong with the log, the outer one with a file.
     fn record(&mut self, record: &Record) -> Result<Result<(), String>, ExportError> {
+        self.last_s = match record {
+            Record::Step(record) => record.time_s,
+            Record::Fields(record) => record.time_s,
+            Record::Window(record) => record.time_s,
+        };
         let outcome = match record {
             Record::Step(record) => {
                 let end_forces = match self.end_forces {
@@ -261,30 +314,26 @@ impl<'a> Export<'a> {
     }
 
     fn event(&mut self, event: &Event) -> Result<Result<(), String>, ExportError> {
-        let decoded = if let Some(onset) = event.decode::<Onset>() {
-            onset.map(|onset| {
-                if let Some(batch) = self.batch(Onset::TOPIC, onset.onset_s) {
-                    rows::onset(batch, &onset);
-                }
-            })
-        } else if let Some(slip) = event.decode::<SlipEvent>() {
-            slip.map(|slip| {
-                if let Some(batch) = self.batch(SlipEvent::TOPIC, slip.onset_s) {
-                    rows::slip(batch, &slip);
-                }
-            })
-        } else if let Some(global) = event.decode::<GlobalSlip>() {
-            global.map(|global| {
-                if let Some(batch) = self.batch(GlobalSlip::TOPIC, global.onset_s) {
-                    rows::global(batch, &global);
-                }
-            })
-        } else {
+        let Some(rows) = self.events.get(&event.topic) else {
             *self.left_out.entry(event.topic.clone()).or_insert(0) += 1;
-            Ok(())
+            return Ok(Ok(()));
         };
+        match rows.cells(&event.payload) {
+            Ok(cells) => {
+                let time_s = match rows.time.map(|time| cells[time]) {
+                    Some(Cell::Number(time_s)) => time_s,
+                    _ => self.last_s,
+                };
+                if let Some(batch) = self.batch(&event.topic, time_s) {
+                    batch.push(&cells);
+                }
+            }
+            Err(problem) => {
+                return Ok(Err(format!("an event of {} cannot be read: {problem}", event.topic)));
+            }
+        }
         self.flush(BATCH_ROWS)?;
-        Ok(decoded.map_err(|error| format!("an event of {} cannot be read: {error}", event.topic)))
+        Ok(Ok(()))
     }
 
     /// Where rows of a topic and time go, if they were asked for.
@@ -300,11 +349,9 @@ impl<'a> Export<'a> {
     /// steps its columns then; no row has been written yet.
     fn first_step(&mut self, end_forces: bool) -> bool {
         self.end_forces = Some(end_forces);
-        let layout = layouts(end_forces).into_iter().find(|layout| layout.topic == STEP);
-        let table = self.tables.iter_mut().find(|table| table.layout.topic == STEP);
-        if let Some((layout, table)) = layout.zip(table) {
-            table.batch = Batch::new(&layout.columns);
-            table.layout = layout;
+        if let Some(table) = self.tables.iter_mut().find(|table| table.layout.topic == STEP) {
+            table.layout.columns = step_columns(end_forces);
+            table.batch = Batch::new(&table.layout.columns);
         }
         end_forces
     }
@@ -368,6 +415,27 @@ impl<'a> Export<'a> {
     }
 }
 
+impl EventRows {
+    fn new(layout: &Layout, kinds: &[EventKind]) -> EventRows {
+        let place = |name: &str| {
+            let is_it = |column: &Column| column.name == name && column.kind == ColumnKind::Number;
+            layout.columns.iter().position(is_it)
+        };
+        EventRows {
+            columns: layout.columns.clone(),
+            kind: kinds.iter().find(|kind| kind.topic == layout.topic).cloned(),
+            time: place("onset_s").or_else(|| place("time_s")),
+        }
+    }
+
+    fn cells(&self, payload: &str) -> Result<Vec<Cell>, String> {
+        match &self.kind {
+            Some(kind) => kind.cells(payload).map_err(|error| error.to_string()),
+            None => foreign::cells(&self.columns, payload),
+        }
+    }
+}
+
 impl Table {
     fn flush(&mut self, format: &dyn Format) -> Result<(), ExportError> {
         let at = |error: FormatError| write_error(&self.path, error);
@@ -385,6 +453,22 @@ impl Table {
     }
 }
 
+/// The tables that can be made of a log: of its records, of events that are known, and of those
+/// whose schema in the log is flat. A log says which topics it has, before its first message;
+/// one that is damaged there may have any that are known.
+fn layouts(reader: &RunReader, kinds: &[EventKind]) -> Vec<Layout> {
+    let announced = reader.event_schemas();
+    let mut layouts = record_layouts(false);
+    let there = |kind: &&EventKind| announced.is_empty() || announced.contains_key(kind.topic);
+    layouts.extend(kinds.iter().filter(there).map(event_layout));
+    let known = |topic: &str| kinds.iter().any(|kind| kind.topic == topic);
+    let others = announced.iter().filter(|(topic, _)| !known(topic) && foreign::is_plain(topic));
+    layouts.extend(others.take(MOST_FOREIGN).filter_map(|(topic, schema)| {
+        Some(Layout { topic: Cow::Owned((*topic).to_owned()), columns: foreign::columns(schema)? })
+    }));
+    layouts
+}
+
 /// Which messages the reader must decode for these topics: those and all steps,
 /// which say how far the log goes.
 fn wanted(topics: &[String]) -> Topics {
@@ -393,7 +477,7 @@ fn wanted(topics: &[String]) -> Topics {
         steps: true,
         fields: any(&|topic| topic == FIELDS),
         windows: any(&|topic| topic == WINDOW),
-        events: any(&|topic| topic.starts_with("/events/")),
+        events: any(&|topic| topic.starts_with(EVENTS)),
     }
 }
 
@@ -432,14 +516,14 @@ struct LogState<'a> {
 #[derive(Serialize)]
 struct TableEntry {
     file: String,
-    topic: &'static str,
+    topic: String,
     rows: u64,
     columns: Vec<ColumnEntry>,
 }
 
 #[derive(Serialize)]
 struct ColumnEntry {
-    name: &'static str,
+    name: String,
     unit: Option<&'static str>,
 }
 
@@ -448,11 +532,11 @@ impl TableEntry {
         let columns = &table.layout.columns;
         TableEntry {
             file: table.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
-            topic: table.layout.topic,
+            topic: table.layout.topic.to_string(),
             rows: table.rows,
             columns: columns
                 .iter()
-                .map(|column| ColumnEntry { name: column.name, unit: column.unit })
+                .map(|column| ColumnEntry { name: column.name.to_string(), unit: column.unit })
                 .collect(),
         }
     }

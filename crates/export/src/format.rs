@@ -107,10 +107,10 @@ impl About {
         let units: serde_json::Map<String, serde_json::Value> = layout
             .columns
             .iter()
-            .filter_map(|column| Some((column.name.to_owned(), column.unit?.into())))
+            .filter_map(|column| Some((column.name.to_string(), column.unit?.into())))
             .collect();
         let mut pairs = vec![
-            ("topic", layout.topic.to_owned()),
+            ("topic", layout.topic.to_string()),
             ("units", serde_json::Value::Object(units).to_string()),
             ("log", self.state.word().to_owned()),
             ("last_step", self.last_step.to_string()),

@@ -7,39 +7,15 @@
 //! by step`), it is the same for a chain of ten blocks and of ten thousand, and
 //! CSV can hold it. What repeats costs next to nothing in Parquet.
 
-use asperity_record::{EventPayload, GlobalSlip, Onset, SlipEvent};
+use std::borrow::Cow;
 
-/// What the cells of a column hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// A small whole number: blocks and how many of them; 32 bits, unsigned.
-    Count,
-    /// A whole number that grows with the run: steps and events; 64 bits, unsigned.
-    Step,
-    /// A double.
-    Number,
-    /// Yes or no.
-    Flag,
-    /// One of a few words.
-    Word,
-}
-
-/// A column of a table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Column {
-    /// Its name, with the unit last; that of the field in the log.
-    pub name: &'static str,
-    /// What its cells hold.
-    pub kind: Kind,
-    /// The unit, SI; `1` for ratios, none for what is counted or named.
-    pub unit: Option<&'static str>,
-}
+use asperity_record::{Column, ColumnKind, EventKind};
 
 /// The table of a topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
     /// The topic in the log.
-    pub topic: &'static str,
+    pub topic: Cow<'static, str>,
     /// Its columns, in order.
     pub columns: Vec<Column>,
 }
@@ -55,173 +31,126 @@ pub(crate) const STEP: &str = "/step";
 pub(crate) const SWITCH: &str = "/switch";
 pub(crate) const FIELDS: &str = "/fields";
 pub(crate) const WINDOW: &str = "/window";
+pub(crate) const EVENTS: &str = "/events/";
 
-/// The tables of a log, in the order in which they are written.
+/// The tables of a log's records, in the order in which they are written.
 ///
 /// `end_forces` says whether the drive pulls on both ends, and step records
 /// say so separately.
-pub fn layouts(end_forces: bool) -> Vec<Layout> {
-    let layout = |topic, columns: &[Column]| Layout { topic, columns: columns.to_vec() };
-    // As in the load table that runs are reduced to.
-    let mut step = vec![
-        STEP_COLUMN,
-        TIME,
-        number("driving_force_n", "N"),
-        number("normal_load_n", "N"),
-        number("ft_fn", "1"),
-        count("sliding"),
-        count("switches"),
-    ];
-    if end_forces {
-        step.extend([number("first_end_force_n", "N"), number("last_end_force_n", "N")]);
-    }
+pub fn record_layouts(end_forces: bool) -> Vec<Layout> {
+    let layout = |topic, columns| Layout { topic: Cow::Borrowed(topic), columns };
     vec![
-        layout(STEP, &step),
+        layout(STEP, step_columns(end_forces)),
         layout(
             SWITCH,
-            &[
+            vec![
                 STEP_COLUMN,
                 TIME,
-                count("block"),
-                word("direction"),
-                number("displacement_m", "m"),
-                number("velocity_m_per_s", "m/s"),
-                number("tangential_force_n", "N"),
-                number("stick_position_m", "m"),
-                number("threshold_n", "N"),
+                BLOCK,
+                word("direction", "`detach`: from stick to slip; `attach`: from slip to stick."),
+                DISPLACEMENT,
+                VELOCITY,
+                TANGENTIAL_FORCE,
+                number("stick_position_m", "Anchor of the friction spring: left behind or newly taken."),
+                number("threshold_n", "Static friction threshold of this step."),
             ],
         ),
         layout(
             FIELDS,
-            &[
+            vec![
                 STEP_COLUMN,
                 TIME,
-                count("block"),
-                number("displacement_m", "m"),
-                number("velocity_m_per_s", "m/s"),
-                number("tangential_force_n", "N"),
-                number("stick_position_m", "m"),
-                flag("detached"),
+                BLOCK,
+                DISPLACEMENT,
+                VELOCITY,
+                TANGENTIAL_FORCE,
+                number(
+                    "stick_position_m",
+                    "Anchor of the friction spring; without meaning while the block slides.",
+                ),
+                flag("detached", "Whether the block enters the next step detached."),
             ],
         ),
         layout(
             WINDOW,
-            &[
-                count("window"),
+            vec![
+                count("window", "Which dense window of the scenario this belongs to, counted from 0."),
                 STEP_COLUMN,
                 TIME,
-                count("sliding"),
-                count("block"),
-                number("displacement_m", "m"),
-                number("velocity_m_per_s", "m/s"),
-                number("tangential_force_n", "N"),
-            ],
-        ),
-        layout(
-            Onset::TOPIC,
-            &[
-                index("event"),
-                index("onset_step"),
-                number("onset_s", "s"),
-                count("nucleation_block"),
-                count("nucleation_blocks"),
-                number("tangential_force_n", "N"),
-                number("threshold_n", "N"),
-                number("ft_fn_onset", "1"),
-            ],
-        ),
-        // In the order of the raw event table, `SlipEvent::COLUMNS`.
-        layout(
-            SlipEvent::TOPIC,
-            &[
-                number("onset_s", "s"),
-                number("end_s", "s"),
-                count("first_block"),
-                count("last_block"),
-                count("max_sliding"),
-                number("ft_fn_onset", "1"),
-                number("ft_fn_end", "1"),
-                index("event"),
-                index("onset_step"),
-                index("end_step"),
-                count("blocks_slipped"),
-                count("nucleation_block"),
-                number("ft_fn_min", "1"),
-                number("ft_fn_max", "1"),
-                flag("open"),
-            ],
-        ),
-        layout(
-            GlobalSlip::TOPIC,
-            &[
-                index("global"),
-                index("event"),
-                number("onset_s", "s"),
-                number("end_s", "s"),
-                number("recurrence_s", "s"),
-                number("load_drop_n", "N"),
-                number("ft_fn_drop", "1"),
+                count("sliding", "How many blocks of the whole chain slid in this step."),
+                BLOCK,
+                DISPLACEMENT,
+                VELOCITY,
+                TANGENTIAL_FORCE,
             ],
         ),
     ]
 }
 
-const STEP_COLUMN: Column = index("step");
-const TIME: Column = number("time_s", "s");
-
-const fn count(name: &'static str) -> Column {
-    Column { name, kind: Kind::Count, unit: None }
+/// The columns of the table of step records, which is also the load table that runs are
+/// reduced to.
+pub fn step_columns(end_forces: bool) -> Vec<Column> {
+    let mut columns = vec![
+        STEP_COLUMN,
+        TIME,
+        number("driving_force_n", "Sum of the driving forces `F_T` that this step's update used."),
+        number("normal_load_n", "Total normal load `F_N` that this step's update used."),
+        number("ft_fn", "The driving force over the normal load, `F_T / F_N`."),
+        count("sliding", "How many blocks slid in this step."),
+        count("switches", "How many blocks detached or re-attached at its end."),
+    ];
+    if end_forces {
+        columns.push(number("first_end_force_n", "Driving force on the first block."));
+        columns.push(number("last_end_force_n", "Driving force on the last block."));
+    }
+    columns
 }
 
-const fn index(name: &'static str) -> Column {
-    Column { name, kind: Kind::Step, unit: None }
+/// The table of a kind of events.
+pub fn event_layout(kind: &EventKind) -> Layout {
+    Layout { topic: Cow::Borrowed(kind.topic), columns: kind.columns.to_vec() }
 }
 
-const fn number(name: &'static str, unit: &'static str) -> Column {
-    Column { name, kind: Kind::Number, unit: Some(unit) }
+const STEP_COLUMN: Column =
+    Column::new("step", ColumnKind::Step, "The step, counted from 1; 0 is the initial state.");
+const TIME: Column = number("time_s", "Simulated time at the end of the step.");
+const BLOCK: Column = count("block", "The block, counted from 1 at the driven end.");
+const DISPLACEMENT: Column = number("displacement_m", "Displacement from the initial grid after the step.");
+const VELOCITY: Column = number("velocity_m_per_s", "Velocity after the step.");
+const TANGENTIAL_FORCE: Column =
+    number("tangential_force_n", "Tangential force without friction that this step's update used.");
+
+const fn count(name: &'static str, about: &'static str) -> Column {
+    Column::new(name, ColumnKind::Count, about)
 }
 
-const fn flag(name: &'static str) -> Column {
-    Column { name, kind: Kind::Flag, unit: None }
+const fn number(name: &'static str, about: &'static str) -> Column {
+    Column::new(name, ColumnKind::Number, about)
 }
 
-const fn word(name: &'static str) -> Column {
-    Column { name, kind: Kind::Word, unit: None }
+const fn flag(name: &'static str, about: &'static str) -> Column {
+    Column::new(name, ColumnKind::Flag, about)
+}
+
+const fn word(name: &'static str, about: &'static str) -> Column {
+    Column::new(name, ColumnKind::Word, about)
 }
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::{EventPayload, GlobalSlip, Onset, SlipEvent};
+    use asperity_record::{EventKind, SlipEvent};
 
-    use super::{Kind, layouts};
+    use super::{event_layout, step_columns};
 
     #[test]
-    fn units_stand_last_in_names() {
-        let columns = layouts(true).into_iter().flat_map(|layout| layout.columns);
-        for column in columns {
-            let by_name = match column.name {
-                name if name.starts_with("ft_fn") => Some("1"),
-                name if name.ends_with("_m_per_s") => Some("m/s"),
-                name if name.ends_with("_m") => Some("m"),
-                name if name.ends_with("_s") => Some("s"),
-                name if name.ends_with("_n") => Some("N"),
-                _ => None,
-            };
-            assert_eq!(column.unit, by_name, "{}", column.name);
-            assert_eq!(column.kind == Kind::Number, column.unit.is_some(), "{}", column.name);
-        }
+    fn files_are_named_after_topics() {
+        assert_eq!(event_layout(&EventKind::of::<SlipEvent>()).file_part(), "events.slip");
     }
 
     #[test]
-    fn events_have_the_columns_of_their_tables() {
-        let layouts = layouts(false);
-        let names = |topic: &str| {
-            let layout = layouts.iter().find(|layout| layout.topic == topic).unwrap();
-            layout.columns.iter().map(|column| column.name).collect::<Vec<_>>()
-        };
-        assert_eq!(names(Onset::TOPIC), Onset::COLUMNS);
-        assert_eq!(names(SlipEvent::TOPIC), SlipEvent::COLUMNS);
-        assert_eq!(names(GlobalSlip::TOPIC), GlobalSlip::COLUMNS);
-        assert_eq!(layouts[5].file_part(), "events.slip");
+    fn forces_on_the_ends_stand_behind_the_other_columns() {
+        let [short, long] = [false, true].map(step_columns);
+        assert_eq!(short[..], long[..short.len()]);
+        assert_eq!(&*long[short.len()].name, "first_end_force_n");
     }
 }

@@ -3,23 +3,51 @@
 //! In reading order:
 //!
 //! - [`layout`]: which columns each topic's table has, and why arrays become rows.
-//! - `rows`: what of a record goes into which row.
+//! - [`rows`]: what of a record goes into which row.
+//! - `foreign`: the columns of events whose detector is not at hand.
 //! - [`batch`]: some rows, by columns; what is held in memory at a time.
 //! - [`mod@format`]: what a file format must do.
 //! - `comma` and `lines`: CSV and NDJSON. Parquet needs polars, so it is in
 //!   `asperity-analysis`, and looks like these from here.
 //! - [`export`]: from the log to the files.
 //! - [`whole`]: files that bear their name only once they are whole, as those of `asperity-runlog`.
+//!
+//! ```
+//! use asperity_export::{Csv, Export, Request, name_of};
+//! use asperity_record::{EventKind, SlipEvent};
+//!
+//! # let run = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/logs/v2/complete.mcap");
+//! # let run = std::path::Path::new(run);
+//! # let folder = tempfile::tempdir()?;
+//! # let out = folder.path().to_owned();
+//! // The slip events of the log at `run` from 0.5 s on, as CSV in the folder `out`.
+//! let request = Request {
+//!     topics: vec!["/events/slip".to_owned()],
+//!     from_s: Some(0.5),
+//!     to_s: None,
+//!     out,
+//!     name: name_of(run),
+//!     replace: false,
+//! };
+//! let report = Export::open(run, request, &[EventKind::of::<SlipEvent>()], &Csv)?.run(|_step| {})?;
+//! let (path, rows) = &report.files[0];
+//! let table = std::fs::read_to_string(path)?;
+//! assert!(table.starts_with("onset_s,end_s,first_block,last_block,max_sliding,ft_fn_onset,ft_fn_end"));
+//! assert_eq!(table.lines().count() as u64, rows.unwrap() + 1);
+//! # assert!(rows.unwrap() > 0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod batch;
 mod comma;
 pub mod export;
+mod foreign;
 pub mod format;
 pub mod layout;
 mod lines;
-mod rows;
+pub mod rows;
 
-pub use comma::Csv;
+pub use comma::{Csv, CsvRows, Spelling};
 pub use export::{Export, ExportError, Ran, Report, Request, name_of};
 pub use lines::Ndjson;
 

@@ -4,11 +4,12 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 
+use asperity_record::Column;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
-use crate::batch::{Batch, Cell};
+use crate::batch::Batch;
 use crate::format::{About, Format, FormatError, TableWriter};
-use crate::layout::{Column, Layout};
+use crate::layout::Layout;
 
 /// Newline-delimited JSON.
 #[derive(Debug, Clone, Copy)]
@@ -55,14 +56,7 @@ impl Serialize for Line<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.columns.len()))?;
         for (column, values) in self.columns.iter().zip(self.batch.columns()) {
-            match values.cell(self.row) {
-                Cell::Empty => map.serialize_entry(column.name, &()),
-                Cell::Count(value) => map.serialize_entry(column.name, &value),
-                Cell::Step(value) => map.serialize_entry(column.name, &value),
-                Cell::Number(value) => map.serialize_entry(column.name, &value),
-                Cell::Flag(value) => map.serialize_entry(column.name, &value),
-                Cell::Word(value) => map.serialize_entry(column.name, value),
-            }?;
+            map.serialize_entry(&column.name, &values.cell(self.row))?;
         }
         map.end()
     }

@@ -1,10 +1,9 @@
-//! Records and events as rows, with the doubles of the log as they are.
+//! Records as rows, with the doubles of the log as they are. Events say themselves what their
+//! row is.
 
-use asperity_record::{
-    Direction, FieldRecord, GlobalSlip, Onset, SlipEvent, StepRecord, Switch, WindowRecord,
-};
+use asperity_record::{Cell, CellValue, FieldRecord, StepRecord, Switch, WindowRecord};
 
-use crate::batch::{Batch, Cell};
+use crate::batch::Batch;
 
 /// A record whose arrays have not one value per block each.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -24,7 +23,8 @@ impl Ragged {
     }
 }
 
-pub(crate) fn step(batch: &mut Batch, record: &StepRecord, end_forces: bool) {
+/// A step record as a row of the table of [`step_columns`](crate::layout::step_columns).
+pub fn step(batch: &mut Batch, record: &StepRecord, end_forces: bool) {
     let row = [
         Cell::Step(record.step),
         Cell::Number(record.time_s),
@@ -33,8 +33,8 @@ pub(crate) fn step(batch: &mut Batch, record: &StepRecord, end_forces: bool) {
         Cell::Number(record.load_ratio()),
         Cell::Count(record.sliding),
         Cell::Count(record.switches.len() as u32),
-        number(record.end_forces_n.map(|ends| ends[0])),
-        number(record.end_forces_n.map(|ends| ends[1])),
+        record.end_forces_n.map(|ends| ends[0]).cell(),
+        record.end_forces_n.map(|ends| ends[1]).cell(),
     ];
     batch.push(if end_forces { &row } else { &row[..7] });
 }
@@ -44,10 +44,7 @@ pub(crate) fn switch(batch: &mut Batch, record: &StepRecord, switch: &Switch) {
         Cell::Step(record.step),
         Cell::Number(record.time_s),
         Cell::Count(switch.block),
-        Cell::Word(match switch.direction {
-            Direction::Detach => "detach",
-            Direction::Attach => "attach",
-        }),
+        switch.direction.cell(),
         Cell::Number(switch.displacement_m),
         Cell::Number(switch.velocity_m_per_s),
         Cell::Number(switch.tangential_force_n),
@@ -117,62 +114,13 @@ pub(crate) fn window(batch: &mut Batch, record: &WindowRecord) -> Result<(), Rag
     Ok(())
 }
 
-pub(crate) fn onset(batch: &mut Batch, event: &Onset) {
-    batch.push(&[
-        Cell::Step(event.event),
-        Cell::Step(event.onset_step),
-        Cell::Number(event.onset_s),
-        Cell::Count(event.nucleation_block),
-        Cell::Count(event.nucleation_blocks),
-        Cell::Number(event.tangential_force_n),
-        Cell::Number(event.threshold_n),
-        Cell::Number(event.ft_fn_onset),
-    ]);
-}
-
-pub(crate) fn slip(batch: &mut Batch, event: &SlipEvent) {
-    batch.push(&[
-        Cell::Number(event.onset_s),
-        number(event.end_s),
-        Cell::Count(event.first_block),
-        Cell::Count(event.last_block),
-        Cell::Count(event.max_sliding),
-        Cell::Number(event.ft_fn_onset),
-        number(event.ft_fn_end),
-        Cell::Step(event.event),
-        Cell::Step(event.onset_step),
-        event.end_step.map_or(Cell::Empty, Cell::Step),
-        Cell::Count(event.blocks_slipped),
-        Cell::Count(event.nucleation_block),
-        Cell::Number(event.ft_fn_min),
-        Cell::Number(event.ft_fn_max),
-        Cell::Flag(event.open),
-    ]);
-}
-
-pub(crate) fn global(batch: &mut Batch, event: &GlobalSlip) {
-    batch.push(&[
-        Cell::Step(event.global),
-        Cell::Step(event.event),
-        Cell::Number(event.onset_s),
-        number(event.end_s),
-        number(event.recurrence_s),
-        number(event.load_drop_n),
-        number(event.ft_fn_drop),
-    ]);
-}
-
-fn number(value: Option<f64>) -> Cell {
-    value.map_or(Cell::Empty, Cell::Number)
-}
-
 #[cfg(test)]
 mod tests {
-    use asperity_record::{FieldRecord, WindowRecord};
+    use asperity_record::{Cell, FieldRecord, WindowRecord};
 
     use super::{fields, window};
-    use crate::batch::{Batch, Cell};
-    use crate::layout::layouts;
+    use crate::batch::Batch;
+    use crate::layout::record_layouts;
 
     #[test]
     fn a_state_becomes_one_row_per_block() {
@@ -185,7 +133,7 @@ mod tests {
             stick_position_m: vec![3.0, 4.0],
             detached: vec![0, 1],
         };
-        let mut batch = Batch::new(&layouts(false)[2].columns);
+        let mut batch = Batch::new(&record_layouts(false)[2].columns);
         fields(&mut batch, &state).unwrap();
         let column = |n: usize| (0..2).map(|row| batch.columns()[n].cell(row)).collect::<Vec<_>>();
         assert_eq!(column(0), [Cell::Step(8); 2]);
@@ -211,7 +159,7 @@ mod tests {
             velocity_m_per_s: vec![0.0; 3],
             tangential_force_n: vec![0.0; 3],
         };
-        let mut batch = Batch::new(&layouts(false)[3].columns);
+        let mut batch = Batch::new(&record_layouts(false)[3].columns);
         window(&mut batch, &dense).unwrap();
         let blocks: Vec<Cell> = (0..3).map(|row| batch.columns()[4].cell(row)).collect();
         assert_eq!(blocks, [Cell::Count(41), Cell::Count(42), Cell::Count(43)]);

@@ -6,25 +6,41 @@
 //! made of are defined here, because the analysis does not link detectors.
 
 use schemars::JsonSchema;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 
-/// A type that can travel as an [`Event`].
+use crate::column::{Cell, Column};
+use crate::payload;
+
+/// A type that can travel as an [`Event`] and is a row of a table. [`payload!`] makes one.
 pub trait EventPayload: Serialize + DeserializeOwned + JsonSchema {
     /// The log topic, `/events/...`.
     const TOPIC: &'static str;
+    /// What a table of such events is called, after the name of its run: `events` in
+    /// `NAME.events.csv`.
+    const TABLE: &'static str;
+    /// The columns of its table, in order.
+    const COLUMNS: &'static [Column];
+
+    /// Its row: a cell for each column.
+    fn cells(&self) -> impl AsRef<[Cell]>;
 }
 
-/// What a detector emits, announced before the first event so that a log can
-/// name and describe its topics.
-#[derive(Debug, Clone, PartialEq)]
+/// What a detector emits, announced before the first event so that a log can name and describe
+/// its topics. Tables of the events follow from it alone.
+#[derive(Debug, Clone)]
 pub struct EventKind {
     /// The log topic.
     pub topic: &'static str,
+    /// What a table of such events is called.
+    pub table: &'static str,
     /// Name of the payload's schema.
     pub schema_name: String,
     /// JSON schema of the payload.
     pub schema: serde_json::Value,
+    /// The columns of a table of such events.
+    pub columns: &'static [Column],
+    cells: fn(&str) -> Result<Vec<Cell>, serde_json::Error>,
 }
 
 impl EventKind {
@@ -32,9 +48,20 @@ impl EventKind {
     pub fn of<P: EventPayload>() -> EventKind {
         EventKind {
             topic: P::TOPIC,
+            table: P::TABLE,
             schema_name: P::schema_name().into_owned(),
             schema: schemars::schema_for!(P).to_value(),
+            columns: P::COLUMNS,
+            cells: |payload| Ok(serde_json::from_str::<P>(payload)?.cells().as_ref().to_vec()),
         }
+    }
+
+    /// The row of an event of this kind, read off its payload.
+    ///
+    /// # Errors
+    /// If the payload is not what its topic promises.
+    pub fn cells(&self, payload: &str) -> Result<Vec<Cell>, serde_json::Error> {
+        (self.cells)(payload)
     }
 }
 
@@ -67,105 +94,72 @@ impl Event {
     }
 }
 
-/// The start of a slip event: which block went first, when, at what load.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Onset {
-    /// Number of the slip event in its run, counted from 0.
-    pub event: u64,
-    /// First step in which a block slides.
-    pub onset_step: u64,
-    /// Time of that step, s.
-    pub onset_s: f64,
-    /// Lowest-numbered block that slides in that step.
-    pub nucleation_block: u32,
-    /// How many blocks slide in that step.
-    pub nucleation_blocks: u32,
-    /// Tangential force on the nucleation block when it detached, N.
-    pub tangential_force_n: f64,
-    /// Static friction threshold of the nucleation block when it detached, N.
-    pub threshold_n: f64,
-    /// `F_T / F_N` used in the onset step.
-    pub ft_fn_onset: f64,
+payload! {
+    topic: "/events/onset",
+    table: "onsets",
+    /// The start of a slip event: which block went first, when, at what load.
+    pub struct Onset {
+        /// Number of the slip event in its run, counted from 0.
+        pub event: u64,
+        /// First step in which a block slides.
+        pub onset_step: u64,
+        /// Time of that step, s.
+        pub onset_s: f64,
+        /// Lowest-numbered block that slides in that step.
+        pub nucleation_block: u32,
+        /// How many blocks slide in that step.
+        pub nucleation_blocks: u32,
+        /// Tangential force on the nucleation block when it detached, N.
+        pub tangential_force_n: f64,
+        /// Static friction threshold of the nucleation block when it detached, N.
+        pub threshold_n: f64,
+        /// `F_T / F_N` used in the onset step.
+        pub ft_fn_onset: f64,
+    }
 }
 
-impl Onset {
-    /// The names of the fields in order: the columns of a table of onsets.
-    pub const COLUMNS: [&'static str; 8] = [
-        "event",
-        "onset_step",
-        "onset_s",
-        "nucleation_block",
-        "nucleation_blocks",
-        "tangential_force_n",
-        "threshold_n",
-        "ft_fn_onset",
-    ];
-}
-
-impl EventPayload for Onset {
-    const TOPIC: &'static str = "/events/onset";
-}
-
-/// A maximal run of consecutive steps in which at least one block slides.
-///
-/// The first seven fields are the columns of the raw event table, in its order.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SlipEvent {
-    /// Time of the first step in which a block slides, s.
-    pub onset_s: f64,
-    /// Time of the first step after it in which none does, s; null if the run
-    /// ended before.
-    pub end_s: Option<f64>,
-    /// Lowest-numbered block that slid.
-    pub first_block: u32,
-    /// Highest-numbered block that slid.
-    pub last_block: u32,
-    /// Most blocks sliding in one step.
-    pub max_sliding: u32,
-    /// `F_T / F_N` used in the onset step.
-    pub ft_fn_onset: f64,
-    /// `F_T / F_N` used in the end step; null if the run ended before.
-    pub ft_fn_end: Option<f64>,
-    /// Number of the event in its run, counted from 0.
-    pub event: u64,
-    /// First step in which a block slides.
-    pub onset_step: u64,
-    /// First step after it in which none does; null if the run ended before.
-    pub end_step: Option<u64>,
-    /// Number of distinct blocks that slid.
-    pub blocks_slipped: u32,
-    /// Lowest-numbered block of the onset step.
-    pub nucleation_block: u32,
-    /// Smallest `F_T / F_N` over the event's switch records.
-    pub ft_fn_min: f64,
-    /// Largest `F_T / F_N` over the event's switch records.
-    pub ft_fn_max: f64,
-    /// Whether the run ended before the event did.
-    pub open: bool,
+payload! {
+    topic: "/events/slip",
+    table: "events",
+    /// A maximal run of consecutive steps in which at least one block slides.
+    ///
+    /// The first seven fields are the columns of the raw event table, in its order.
+    pub struct SlipEvent {
+        /// Time of the first step in which a block slides, s.
+        pub onset_s: f64,
+        /// Time of the first step after it in which none does, s; null if the run
+        /// ended before.
+        pub end_s: Option<f64>,
+        /// Lowest-numbered block that slid.
+        pub first_block: u32,
+        /// Highest-numbered block that slid.
+        pub last_block: u32,
+        /// Most blocks sliding in one step.
+        pub max_sliding: u32,
+        /// `F_T / F_N` used in the onset step.
+        pub ft_fn_onset: f64,
+        /// `F_T / F_N` used in the end step; null if the run ended before.
+        pub ft_fn_end: Option<f64>,
+        /// Number of the event in its run, counted from 0.
+        pub event: u64,
+        /// First step in which a block slides.
+        pub onset_step: u64,
+        /// First step after it in which none does; null if the run ended before.
+        pub end_step: Option<u64>,
+        /// Number of distinct blocks that slid.
+        pub blocks_slipped: u32,
+        /// Lowest-numbered block of the onset step.
+        pub nucleation_block: u32,
+        /// Smallest `F_T / F_N` over the event's switch records.
+        pub ft_fn_min: f64,
+        /// Largest `F_T / F_N` over the event's switch records.
+        pub ft_fn_max: f64,
+        /// Whether the run ended before the event did.
+        pub open: bool,
+    }
 }
 
 impl SlipEvent {
-    /// The names of the fields in order: the columns of the raw event table.
-    pub const COLUMNS: [&'static str; 15] = [
-        "onset_s",
-        "end_s",
-        "first_block",
-        "last_block",
-        "max_sliding",
-        "ft_fn_onset",
-        "ft_fn_end",
-        "event",
-        "onset_step",
-        "end_step",
-        "blocks_slipped",
-        "nucleation_block",
-        "ft_fn_min",
-        "ft_fn_max",
-        "open",
-    ];
-
     /// Precursor length over slider length, `n_p / N` (5.17), for an event that
     /// starts from the driven end; `None` for one that does not include block 1.
     pub fn length_ratio(&self, blocks: u32) -> Option<f64> {
@@ -178,36 +172,24 @@ impl SlipEvent {
     }
 }
 
-impl EventPayload for SlipEvent {
-    const TOPIC: &'static str = "/events/slip";
-}
-
-/// A slip event in which every block of the chain slid.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct GlobalSlip {
-    /// Number of the global slip in its run, counted from 0.
-    pub global: u64,
-    /// Number of the slip event it is.
-    pub event: u64,
-    /// Time of its onset, s.
-    pub onset_s: f64,
-    /// Time of its end, s; null if the run ended before.
-    pub end_s: Option<f64>,
-    /// Time since the onset of the global slip before it, s; null for the first.
-    pub recurrence_s: Option<f64>,
-    /// Fall of the driving force from onset to end, N; null if the run ended before.
-    pub load_drop_n: Option<f64>,
-    /// Fall of `F_T / F_N` from onset to end; null if the run ended before.
-    pub ft_fn_drop: Option<f64>,
-}
-
-impl GlobalSlip {
-    /// The names of the fields in order: the columns of a table of global slips.
-    pub const COLUMNS: [&'static str; 7] =
-        ["global", "event", "onset_s", "end_s", "recurrence_s", "load_drop_n", "ft_fn_drop"];
-}
-
-impl EventPayload for GlobalSlip {
-    const TOPIC: &'static str = "/events/global";
+payload! {
+    topic: "/events/global",
+    table: "global-slips",
+    /// A slip event in which every block of the chain slid.
+    pub struct GlobalSlip {
+        /// Number of the global slip in its run, counted from 0.
+        pub global: u64,
+        /// Number of the slip event it is.
+        pub event: u64,
+        /// Time of its onset, s.
+        pub onset_s: f64,
+        /// Time of its end, s; null if the run ended before.
+        pub end_s: Option<f64>,
+        /// Time since the onset of the global slip before it, s; null for the first.
+        pub recurrence_s: Option<f64>,
+        /// Fall of the driving force from onset to end, N; null if the run ended before.
+        pub load_drop_n: Option<f64>,
+        /// Fall of `F_T / F_N` from onset to end; null if the run ended before.
+        pub ft_fn_drop: Option<f64>,
+    }
 }

@@ -8,18 +8,53 @@
 //!
 //! Blocks are numbered from 1, as in the source thesis. Units stand last in
 //! names and are SI throughout.
+//!
+//! Events say of themselves what a table of them holds:
+//!
+//! ```
+//! use asperity_record::{Event, EventKind, GlobalSlip, markdown};
+//!
+//! let slip = GlobalSlip {
+//!     global: 0,
+//!     event: 41,
+//!     onset_s: 2.25,
+//!     end_s: Some(2.5),
+//!     recurrence_s: None,
+//!     load_drop_n: Some(30.5),
+//!     ft_fn_drop: Some(0.0625),
+//! };
+//! let event = Event::new(&slip);
+//! assert_eq!(event.topic, "/events/global");
+//! assert_eq!(event.decode::<GlobalSlip>().unwrap()?, slip);
+//!
+//! // What reads events of any kind needs no more than what their detector announces.
+//! let kind = EventKind::of::<GlobalSlip>();
+//! for (column, cell) in kind.columns.iter().zip(kind.cells(&event.payload)?) {
+//!     println!("{} = {cell} {}", column.name, column.unit.unwrap_or_default());
+//! }
+//! assert!(markdown(kind.columns).contains("| `onset_s` | double | s | Time of its onset. |"));
+//! # Ok::<(), serde_json::Error>(())
+//! ```
+
+// Lets `payload!` name this crate by its own name, here as in crates that use it.
+extern crate self as asperity_record;
 
 mod checkpoint;
+mod column;
 mod event;
 mod fields;
 mod header;
+mod payload;
 mod step;
 mod time;
 
 pub use checkpoint::Checkpoint;
+pub use column::{Cell, CellValue, Column, ColumnKind, markdown, unit_of};
 pub use event::{Event, EventKind, EventPayload, GlobalSlip, Onset, SlipEvent};
 pub use fields::{FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, TopicComparison};
+#[doc(hidden)]
+pub use payload::macros;
 pub use step::{Direction, StepRecord, Switch};
 pub use time::TimeGrid;
 

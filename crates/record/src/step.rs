@@ -9,6 +9,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::column::{Cell, CellValue, ColumnKind};
+
 /// The chain at the end of one time step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepRecord {
@@ -66,4 +68,15 @@ pub enum Direction {
     Detach,
     /// From slip to stick.
     Attach,
+}
+
+impl CellValue for Direction {
+    const KIND: ColumnKind = ColumnKind::Word;
+
+    fn cell(self) -> Cell {
+        Cell::Word(match self {
+            Direction::Detach => "detach",
+            Direction::Attach => "attach",
+        })
+    }
 }

@@ -51,3 +51,6 @@ pub(crate) const LONGEST_RECORD_BYTES: usize = 1 << 26;
 
 /// Most that is made room for at once: a length is only believed as far as there are bytes.
 pub(crate) const LONGEST_READ_BYTES: usize = 1 << 20;
+
+/// Most that is kept of the schemas of a log's topics, in bytes; ours are some thousand.
+pub(crate) const MOST_SCHEMA_BYTES: usize = 1 << 20;

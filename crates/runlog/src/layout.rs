@@ -137,11 +137,6 @@ impl Layout {
         self.section != Section::Start
     }
 
-    /// The topics of all channels that were announced.
-    pub(crate) fn topics(&self) -> impl Iterator<Item = &str> {
-        self.channels.values().map(|channel| channel.topic.as_str())
-    }
-
     /// Whether a channel has been announced.
     pub(crate) fn has_channels(&self) -> bool {
         !self.channels.is_empty()

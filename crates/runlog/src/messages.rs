@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use asperity_record::{Direction, FieldRecord, StepRecord, Switch, WindowRecord};
+use asperity_record::{Direction, FieldRecord, StepRecord, Switch, WindowRecord, unit_of};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -155,15 +155,13 @@ fn with_array_length(mut schema: Value, blocks: u32) -> Value {
 }
 
 /// The units of a message's fields, for the channel's metadata: they stand last
-/// in the fields' names.
+/// in the fields' names. Ratios have none there.
 pub(crate) fn units(schema: &Value) -> BTreeMap<String, String> {
-    const SUFFIXES: [(&str, &str); 4] = [("_m_per_s", "m/s"), ("_m", "m"), ("_s", "s"), ("_n", "N")];
     let fields = schema["properties"].as_object().into_iter().flat_map(|properties| properties.keys());
     fields
-        .filter(|field| !field.starts_with("ft_fn"))
         .filter_map(|field| {
-            let (_, unit) = SUFFIXES.iter().find(|(suffix, _)| field.ends_with(suffix))?;
-            Some((field.clone(), (*unit).to_owned()))
+            let unit = unit_of(field).filter(|unit| *unit != "1")?;
+            Some((field.clone(), unit.to_owned()))
         })
         .collect()
 }

@@ -12,7 +12,9 @@ use serde::de::DeserializeOwned;
 
 use crate::agree;
 use crate::digest::Digests;
-use crate::format::{CHECKPOINT, EVENTS, FIELDS, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW};
+use crate::format::{
+    CHECKPOINT, EVENTS, FIELDS, MOST_SCHEMA_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
+};
 use crate::messages::{StepMessage, SwitchMessage};
 use crate::metadata;
 use crate::problem::{LogError, LogProblem};
@@ -96,6 +98,11 @@ pub struct RunReader {
     record_step: u64,
     ready: VecDeque<LogItem>,
     counts: BTreeMap<String, u64>,
+    /// JSON schemas by their number in the file, as far as there is room.
+    schemas: BTreeMap<u16, String>,
+    schema_bytes: usize,
+    /// Topics of events, and the number of the schema of each.
+    event_topics: BTreeMap<String, u16>,
     switches: u64,
     digests: Digests,
     finished: bool,
@@ -125,6 +132,9 @@ impl RunReader {
             record_step: 0,
             ready: VecDeque::new(),
             counts: BTreeMap::new(),
+            schemas: BTreeMap::new(),
+            schema_bytes: 0,
+            event_topics: BTreeMap::new(),
             switches: 0,
             digests: Digests::default(),
             finished: false,
@@ -152,7 +162,13 @@ impl RunReader {
     /// The topics of events that the log announces: one for each detector that it was written
     /// with, whether it found anything or not. Known once the first item has been read.
     pub fn event_topics(&self) -> impl Iterator<Item = String> {
-        self.records.layout().topics().filter(|topic| topic.starts_with(EVENTS)).map(str::to_owned)
+        self.event_topics.keys().cloned()
+    }
+
+    /// The same topics, and the JSON schema of each; empty where there is none.
+    pub fn event_schemas(&self) -> BTreeMap<&str, &str> {
+        let schema = |id: &u16| self.schemas.get(id).map_or("", String::as_str);
+        self.event_topics.iter().map(|(topic, id)| (topic.as_str(), schema(id))).collect()
     }
 
     /// The state of the last checkpoint in what has been read, as JSON; whatever it needs of
@@ -227,7 +243,17 @@ impl RunReader {
                 self.close_step()?;
                 self.checkpoint = Some(text(CHECKPOINT, data)?);
             }
+            Raw::Schema { header, data } => {
+                let is_new = !self.schemas.contains_key(&header.id);
+                if is_new && self.schema_bytes + data.len() <= MOST_SCHEMA_BYTES {
+                    self.schema_bytes += data.len();
+                    self.schemas.insert(header.id, String::from_utf8_lossy(&data).into_owned());
+                }
+            }
             Raw::Channel(channel) => {
+                if channel.topic.starts_with(EVENTS) {
+                    self.event_topics.insert(channel.topic.clone(), channel.schema_id);
+                }
                 self.counts.entry(channel.topic).or_insert(0);
             }
             Raw::Message { header, data } => {

@@ -1,0 +1,207 @@
+//! Events of detectors that this program does not have: their columns are read off the schema
+//! that the log itself holds, where that is one flat object of numbers and flags.
+
+use std::fmt;
+
+use asperity_record::{Cell, Column, ColumnKind, unit_of};
+use serde::Deserialize;
+use serde::de::{MapAccess, Visitor};
+use serde_json::{Map, Value};
+
+/// No table has more columns than this; a schema with more is none that people wrote.
+const MOST_COLUMNS: usize = 1000;
+
+/// Names of topics and columns are no longer than this, in bytes: files are named after them.
+const LONGEST_NAME: usize = 100;
+
+/// What is read of a schema.
+#[derive(Deserialize)]
+struct Schema {
+    r#type: Value,
+    properties: Ordered,
+}
+
+/// Properties in the order in which they are written.
+struct Ordered(Vec<(String, Value)>);
+
+impl<'de> Deserialize<'de> for Ordered {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Ordered, D::Error> {
+        struct Properties;
+        impl<'de> Visitor<'de> for Properties {
+            type Value = Ordered;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object of properties")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Ordered, A::Error> {
+                let mut properties = Vec::new();
+                while let Some(property) = map.next_entry()? {
+                    properties.push(property);
+                }
+                Ok(Ordered(properties))
+            }
+        }
+        deserializer.deserialize_map(Properties)
+    }
+}
+
+/// Whether a table can be named after a topic. The letters are few, so that no two topics give
+/// the same file.
+pub(crate) fn is_plain(topic: &str) -> bool {
+    let Some(name) = topic.strip_prefix("/events/") else { return false };
+    let is_plain = |part: &str| {
+        !part.is_empty() && part.bytes().all(|c| matches!(c, b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_'))
+    };
+    topic.len() <= LONGEST_NAME && name.split('/').all(is_plain)
+}
+
+/// The columns of a table of messages with this JSON schema, in the order of its properties;
+/// none if they are not flat.
+pub(crate) fn columns(schema: &str) -> Option<Vec<Column>> {
+    let Schema { r#type, properties: Ordered(properties) } = serde_json::from_str(schema).ok()?;
+    if r#type != "object" || properties.is_empty() || properties.len() > MOST_COLUMNS {
+        return None;
+    }
+    let mut columns: Vec<Column> = Vec::new();
+    for (name, property) in properties {
+        let is_taken = columns.iter().any(|column| column.name == name);
+        if is_taken || name.is_empty() || name.len() > LONGEST_NAME {
+            return None;
+        }
+        let kind = kind(&property)?;
+        let unit = unit_of(&name).filter(|_| kind == ColumnKind::Number);
+        let about = property["description"].as_str().unwrap_or_default().replace('\n', " ");
+        columns.push(Column { name: name.into(), kind, unit, about: about.into() });
+    }
+    Some(columns)
+}
+
+/// What a property's values are, null aside.
+fn kind(property: &Value) -> Option<ColumnKind> {
+    let types: Vec<&str> = match &property["type"] {
+        Value::String(one) => vec![one],
+        Value::Array(several) => several.iter().map(Value::as_str).collect::<Option<_>>()?,
+        _ => return None,
+    };
+    let types: Vec<&str> = types.into_iter().filter(|name| *name != "null").collect();
+    match types[..] {
+        ["boolean"] => Some(ColumnKind::Flag),
+        ["number"] => Some(ColumnKind::Number),
+        ["integer"] if property["format"] == "uint32" => Some(ColumnKind::Count),
+        ["integer"] if property["minimum"].as_f64().is_some_and(|least| least >= 0.0) => {
+            Some(ColumnKind::Step)
+        }
+        // What may be negative fits no other column.
+        ["integer"] => Some(ColumnKind::Number),
+        _ => None,
+    }
+}
+
+/// The row of a payload: what its schema promised and nothing else.
+///
+/// # Errors
+/// If it is not what the columns say.
+pub(crate) fn cells(columns: &[Column], payload: &str) -> Result<Vec<Cell>, String> {
+    let object: Map<String, Value> = serde_json::from_str(payload).map_err(|error| error.to_string())?;
+    if let Some(name) = object.keys().find(|name| columns.iter().all(|column| column.name != **name)) {
+        return Err(format!("{name:?} is not in its schema"));
+    }
+    let cell = |column: &Column| {
+        let value = object.get(&*column.name).unwrap_or(&Value::Null);
+        let cell = match (column.kind, value) {
+            (_, Value::Null) => Some(Cell::Empty),
+            (ColumnKind::Count, value) => {
+                value.as_u64().and_then(|value| u32::try_from(value).ok()).map(Cell::Count)
+            }
+            (ColumnKind::Step, value) => value.as_u64().map(Cell::Step),
+            (ColumnKind::Number, value) => value.as_f64().map(Cell::Number),
+            (ColumnKind::Flag, value) => value.as_bool().map(Cell::Flag),
+            (ColumnKind::Word, _) => None,
+        };
+        cell.ok_or_else(|| format!("{} = {value} (accepted: {})", column.name, column.kind.words()))
+    };
+    columns.iter().map(cell).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{Cell, ColumnKind, EventKind, GlobalSlip, SlipEvent};
+
+    use super::{cells, columns, is_plain};
+
+    #[test]
+    fn our_own_schemas_give_the_columns_that_we_have() {
+        for kind in [EventKind::of::<SlipEvent>(), EventKind::of::<GlobalSlip>()] {
+            let mut found = columns(&kind.schema.to_string()).unwrap();
+            let mut own = kind.columns.to_vec();
+            found.sort_by(|a, b| a.name.cmp(&b.name));
+            own.sort_by(|a, b| a.name.cmp(&b.name));
+            assert_eq!(found, own);
+        }
+    }
+
+    #[test]
+    fn columns_stand_in_the_order_of_the_schema() {
+        let schema = r#"{"type": "object", "properties": {
+            "released_j": {"type": ["number", "null"], "description": "Energy."},
+            "block": {"type": "integer", "format": "uint32", "minimum": 0},
+            "change": {"type": "integer"},
+            "whole": {"type": "boolean"}
+        }}"#;
+        let columns = columns(schema).unwrap();
+        let seen: Vec<_> = columns.iter().map(|column| (&*column.name, column.kind, column.unit)).collect();
+        assert_eq!(
+            seen,
+            [
+                ("released_j", ColumnKind::Number, Some("J")),
+                ("block", ColumnKind::Count, None),
+                ("change", ColumnKind::Number, None),
+                ("whole", ColumnKind::Flag, None),
+            ]
+        );
+        assert_eq!(
+            cells(&columns, r#"{"block": 7, "change": -3, "whole": true}"#).unwrap(),
+            [Cell::Empty, Cell::Count(7), Cell::Number(-3.0), Cell::Flag(true)]
+        );
+        for (payload, problem) in [
+            (r#"{"block": -7}"#, "block = -7 (accepted: whole number, 32 bits)"),
+            (r#"{"blocks": 7}"#, "\"blocks\" is not in its schema"),
+            ("[]", "invalid type"),
+        ] {
+            let error = cells(&columns, payload).unwrap_err();
+            assert!(error.contains(problem), "{payload}: {error}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_flat_has_no_columns() {
+        for schema in [
+            "true",
+            r#"{"type": "array"}"#,
+            r#"{"type": "object", "properties": {}}"#,
+            r#"{"type": "object", "properties": {"a": {"type": "array"}}}"#,
+            r#"{"type": "object", "properties": {"a": {"type": "string"}}}"#,
+            r##"{"type": "object", "properties": {"a": {"$ref": "#/$defs/A"}}}"##,
+            r#"{"type": "object", "properties": {"a": {"type": "number"}, "a": {"type": "number"}}}"#,
+        ] {
+            assert_eq!(columns(schema), None, "{schema}");
+        }
+    }
+
+    #[test]
+    fn tables_are_named_after_plain_topics_only() {
+        for (topic, plain) in [
+            ("/events/longest", true),
+            ("/events/mine/longest-2", true),
+            ("/events/", false),
+            ("/events/../x", false),
+            ("/events/a//b", false),
+            ("/events/a.b", false),
+            ("/events/A", false),
+            ("/step", false),
+        ] {
+            assert_eq!(is_plain(topic), plain, "{topic}");
+        }
+    }
+}

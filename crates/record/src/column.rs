@@ -1,0 +1,303 @@
+//! What the columns of a table hold: name, kind, unit and meaning, said once for every file that
+//! the table is written to and every page that describes it.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use serde::{Serialize, Serializer};
+
+/// What the cells of a column hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ColumnKind {
+    /// A small whole number: blocks and how many of them; 32 bits, unsigned.
+    Count,
+    /// A whole number that grows with the run: steps and events; 64 bits, unsigned.
+    Step,
+    /// A double.
+    Number,
+    /// Yes or no.
+    Flag,
+    /// One of a few words.
+    Word,
+}
+
+impl ColumnKind {
+    /// As a page of documentation says it.
+    pub fn words(self) -> &'static str {
+        match self {
+            ColumnKind::Count => "whole number, 32 bits",
+            ColumnKind::Step => "whole number, 64 bits",
+            ColumnKind::Number => "double",
+            ColumnKind::Flag => "true or false",
+            ColumnKind::Word => "word",
+        }
+    }
+}
+
+/// A column of a table.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// Its name, with the unit last; that of the field in the log.
+    pub name: Cow<'static, str>,
+    /// What its cells hold.
+    pub kind: ColumnKind,
+    /// The unit, SI; `1` for ratios, none for what is counted or named.
+    pub unit: Option<&'static str>,
+    /// What it says, in a sentence or two.
+    pub about: Cow<'static, str>,
+}
+
+impl Column {
+    /// A column with the unit that its name ends in, see [`unit_of`].
+    ///
+    /// # Panics
+    /// If it holds numbers and its name ends in no unit; in a constant, as in those that
+    /// [`payload!`](crate::payload) makes, that is an error of the compiler.
+    pub const fn new(name: &'static str, kind: ColumnKind, about: &'static str) -> Column {
+        let unit = match kind {
+            ColumnKind::Number => {
+                let unit = unit_of(name);
+                assert!(
+                    unit.is_some(),
+                    "the name of a column of numbers must end in an SI unit, as in onset_s"
+                );
+                unit
+            }
+            _ => None,
+        };
+        Column { name: Cow::Borrowed(name), kind, unit, about: Cow::Borrowed(about.trim_ascii()) }
+    }
+
+    /// A column whose unit does not stand in its name: a ratio, `1`.
+    pub const fn with_unit(
+        name: &'static str,
+        kind: ColumnKind,
+        unit: &'static str,
+        about: &'static str,
+    ) -> Column {
+        let about = Cow::Borrowed(about.trim_ascii());
+        Column { name: Cow::Borrowed(name), kind, unit: Some(unit), about }
+    }
+}
+
+/// Ends of names, and the units that they stand for. An end that ends in another stands first.
+const UNITS: [(&str, &str); 24] = [
+    ("_m_per_s2", "m/s2"),
+    ("_n_per_m2", "N/m2"),
+    ("_kg_per_s", "kg/s"),
+    ("_kg_per_m", "kg/m"),
+    ("_n_per_m", "N/m"),
+    ("_n_per_s", "N/s"),
+    ("_pa_per_s", "Pa/s"),
+    ("_n_s_per_m", "N s/m"),
+    ("_rad_per_s", "rad/s"),
+    ("_m_per_s", "m/s"),
+    ("_per_m", "1/m"),
+    ("_per_s", "1/s"),
+    ("_ratio", "1"),
+    ("_rad", "rad"),
+    ("_kg", "kg"),
+    ("_hz", "Hz"),
+    ("_pa", "Pa"),
+    ("_m2", "m2"),
+    ("_m3", "m3"),
+    ("_j", "J"),
+    ("_w", "W"),
+    ("_m", "m"),
+    ("_s", "s"),
+    ("_n", "N"),
+];
+
+/// The unit that a name ends in; `1` for ratios, `ft_fn...` and `..._ratio`.
+pub const fn unit_of(name: &str) -> Option<&'static str> {
+    if starts_with(name.as_bytes(), b"ft_fn") {
+        return Some("1");
+    }
+    let mut n = 0;
+    while n < UNITS.len() {
+        let (end, unit) = UNITS[n];
+        if ends_with(name.as_bytes(), end.as_bytes()) {
+            return Some(unit);
+        }
+        n += 1;
+    }
+    None
+}
+
+pub(crate) const fn starts_with(text: &[u8], start: &[u8]) -> bool {
+    match text.split_at_checked(start.len()) {
+        Some((head, _)) => ends_with(head, start),
+        None => false,
+    }
+}
+
+const fn ends_with(text: &[u8], end: &[u8]) -> bool {
+    let Some(before) = text.len().checked_sub(end.len()) else { return false };
+    let mut n = 0;
+    while n < end.len() {
+        if text[before + n] != end[n] {
+            return false;
+        }
+        n += 1;
+    }
+    true
+}
+
+/// One cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Cell {
+    /// Nothing: the run ended before this could be known.
+    Empty,
+    /// Of a [`ColumnKind::Count`].
+    Count(u32),
+    /// Of a [`ColumnKind::Step`].
+    Step(u64),
+    /// Of a [`ColumnKind::Number`].
+    Number(f64),
+    /// Of a [`ColumnKind::Flag`].
+    Flag(bool),
+    /// Of a [`ColumnKind::Word`].
+    Word(&'static str),
+}
+
+/// Numbers with as many digits as it takes to read the same double back, nothing for what is
+/// empty.
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Cell::Empty => Ok(()),
+            Cell::Count(value) => write!(f, "{value}"),
+            Cell::Step(value) => write!(f, "{value}"),
+            Cell::Number(value) => write!(f, "{value}"),
+            Cell::Flag(value) => write!(f, "{value}"),
+            Cell::Word(value) => f.write_str(value),
+        }
+    }
+}
+
+/// As the value that it is; null for what is empty.
+impl Serialize for Cell {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Cell::Empty => serializer.serialize_none(),
+            Cell::Count(value) => serializer.serialize_u32(*value),
+            Cell::Step(value) => serializer.serialize_u64(*value),
+            Cell::Number(value) => serializer.serialize_f64(*value),
+            Cell::Flag(value) => serializer.serialize_bool(*value),
+            Cell::Word(value) => serializer.serialize_str(value),
+        }
+    }
+}
+
+/// A type that fills one cell: what fields of a [`payload!`](crate::payload) are.
+pub trait CellValue: Copy {
+    /// What a column of it holds.
+    const KIND: ColumnKind;
+
+    /// The cell.
+    fn cell(self) -> Cell;
+}
+
+impl CellValue for u32 {
+    const KIND: ColumnKind = ColumnKind::Count;
+
+    #[inline]
+    fn cell(self) -> Cell {
+        Cell::Count(self)
+    }
+}
+
+impl CellValue for u64 {
+    const KIND: ColumnKind = ColumnKind::Step;
+
+    #[inline]
+    fn cell(self) -> Cell {
+        Cell::Step(self)
+    }
+}
+
+impl CellValue for f64 {
+    const KIND: ColumnKind = ColumnKind::Number;
+
+    #[inline]
+    fn cell(self) -> Cell {
+        Cell::Number(self)
+    }
+}
+
+impl CellValue for bool {
+    const KIND: ColumnKind = ColumnKind::Flag;
+
+    #[inline]
+    fn cell(self) -> Cell {
+        Cell::Flag(self)
+    }
+}
+
+impl<T: CellValue> CellValue for Option<T> {
+    const KIND: ColumnKind = T::KIND;
+
+    #[inline]
+    fn cell(self) -> Cell {
+        self.map_or(Cell::Empty, T::cell)
+    }
+}
+
+/// Columns as a Markdown table, one row per column. The unit has a column of its own there and is
+/// left out of the meaning.
+pub fn markdown(columns: &[Column]) -> String {
+    let mut table = String::from("| column | holds | unit | meaning |\n|---|---|---|---|\n");
+    for Column { name, kind, unit, about } in columns {
+        let unit = unit.unwrap_or_default();
+        let about = about.replace(&format!(", {unit};"), ";").replace(&format!(", {unit}."), ".");
+        let about = about.replace('|', "\\|");
+        table += &format!("| `{name}` | {} | {unit} | {about} |\n", kind.words());
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Column, ColumnKind, UNITS, markdown, unit_of};
+
+    #[test]
+    fn units_stand_last_in_names() {
+        for (name, unit) in [
+            ("ft_fn_onset", Some("1")),
+            ("velocity_m_per_s", Some("m/s")),
+            ("displacement_m", Some("m")),
+            ("onset_s", Some("s")),
+            ("threshold_n", Some("N")),
+            ("released_j", Some("J")),
+            ("area_m2", Some("m2")),
+            ("block", None),
+            ("m", None),
+        ] {
+            assert_eq!(unit_of(name), unit, "{name}");
+        }
+        // None hides behind a shorter one that stands before it.
+        for (end, unit) in UNITS {
+            assert_eq!(unit_of(end), Some(unit), "{end}");
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "must end in an SI unit")]
+    fn numbers_without_a_unit_are_refused() {
+        Column::new("slowness", ColumnKind::Number, "How slow it is.");
+    }
+
+    #[test]
+    fn a_table_of_columns_has_a_row_for_each() {
+        let columns = [
+            Column::new("block", ColumnKind::Count, " The block."),
+            Column::new("time_s", ColumnKind::Number, "When, |t|, s; null if never."),
+        ];
+        assert_eq!(
+            markdown(&columns),
+            "| column | holds | unit | meaning |\n|---|---|---|---|\n\
+             | `block` | whole number, 32 bits |  | The block. |\n\
+             | `time_s` | double | s | When, \\|t\\|; null if never. |\n"
+        );
+    }
+}

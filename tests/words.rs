@@ -1,0 +1,380 @@
+//! The README, ARCHITECTURE.md and the pages of `docs/` tell the truth: their links
+//! lead somewhere, their commands run and print what the page says, and they use one notation.
+//!
+//! How a page of `docs/` and the README is run: its blocks in order, in one temporary folder that
+//! looks like the repository, with `asperity` on the `PATH`.
+//!
+//! - A `sh` block must succeed. `<!-- run: fails -->` before it says that it must not;
+//!   `<!-- run: skip, REASON -->` that it is not run, which is for `cargo`, `git` and the like only.
+//! - A `text` block is what the block before it printed, standard error included. `…` stands for
+//!   anything within a line, and alone on its line for any number of lines.
+//! - A `toml` block begins with a comment that names the file it is, and is written there. A command after it must use it.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::support::binary;
+use crate::support::clients::{file, said};
+use crate::support::markdown::{anchors, blocks, code, links, paragraphs};
+
+/// Most lines of the README: what a visitor reads before deciding to try it.
+const README_LINES: usize = 130;
+
+/// What a skipped block may begin its lines with.
+const NOT_RUN: [&str; 4] = ["cargo", "git", "export", "#"];
+
+/// Phrases that were here once and that no physicist would use.
+const ODD: [&str; 12] = [
+    "taken down",
+    "takes down",
+    "moves no blame",
+    "times as fast",
+    "with time without the blocks",
+    "vouches for",
+    "it is open what is best",
+    "held against",
+    "holds it against",
+    "holds the one against",
+    "so many switches",
+    "anew",
+];
+
+fn read(name: &str) -> String {
+    fs::read_to_string(file(name)).unwrap_or_else(|error| panic!("failed to read {name}: {error}"))
+}
+
+/// The pages of `docs/`, from the root folder.
+fn docs() -> Vec<String> {
+    let names = fs::read_dir(file("docs")).expect("docs/ is there").map(|entry| {
+        let name = entry.expect("docs/ can be read").file_name();
+        format!("docs/{}", name.to_str().expect("pages have plain names"))
+    });
+    let mut names: Vec<String> = names.filter(|name| name.ends_with(".md")).collect();
+    names.sort();
+    names
+}
+
+/// All pages that speak to users and developers.
+fn pages() -> Vec<String> {
+    let others = ["README.md", "ARCHITECTURE.md", "fixtures/clients/README.md", "fixtures/golden/CHANGES.md"];
+    others.map(str::to_owned).into_iter().chain(docs()).collect()
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    for name in pages() {
+        let page = read(&name);
+        let folder = Path::new(&name).parent().expect("a page is in a folder");
+        for (line, text) in paragraphs(&page) {
+            for target in links(&text).filter(|target| !target.contains("://")) {
+                let (path, anchor) = target.split_once('#').unwrap_or((target, ""));
+                let linked = if path.is_empty() { file(&name) } else { file("").join(folder).join(path) };
+                assert!(linked.exists(), "{name}:{line}: {target} is not there");
+                if !anchor.is_empty() {
+                    let linked = fs::read_to_string(&linked).expect("a page with headings can be read");
+                    let known = anchors(&linked);
+                    assert!(
+                        known.iter().any(|known| known == anchor),
+                        "{name}:{line}: no heading {target} (there are {})",
+                        known.join(", ")
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Paths in backquotes, from the root folder: files move, and prose stays behind.
+#[test]
+fn every_path_that_a_page_names_is_there() {
+    const FOLDERS: [&str; 6] = ["crates/", "docs/", "fixtures/", "pipelines/", "tests/", "xtask/"];
+    let mut named = 0;
+    for name in pages() {
+        let page = read(&name);
+        for (line, text) in paragraphs(&page) {
+            let plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
+            let paths = code(&text)
+                .filter(|code| FOLDERS.iter().any(|folder| code.starts_with(folder)))
+                .filter(|code| code.chars().all(plain));
+            for path in paths {
+                named += 1;
+                assert!(file(path).exists(), "{name}:{line}: {path} is not there");
+            }
+        }
+    }
+    assert!(named > 20, "{named} paths were found");
+}
+
+#[test]
+fn the_readme_is_short() {
+    let lines = read("README.md").lines().count();
+    assert!(lines <= README_LINES, "{lines} lines (accepted: up to {README_LINES})");
+}
+
+/// The thesis' own `F_X` and `mu_k` stand where they are explained, and nowhere else.
+#[test]
+fn one_notation_everywhere() {
+    let mut said = BTreeSet::new();
+    for name in pages() {
+        let page = read(&name);
+        let mut heading = String::new();
+        for (line, text) in paragraphs(&page) {
+            if text.starts_with("## ") {
+                heading.clone_from(&text);
+            }
+            if ["F_X", "F_{X", "mu_k", "mu_{k", "μ_k"].iter().any(|other| text.contains(other)) {
+                let explained = text.contains("F_X") && text.contains("μ_k");
+                let quoted = heading == "## Errata of the thesis" || explained;
+                assert!(quoted, "{name}:{line}: {text} (accepted: F_T, mu_d)");
+                said.insert((name.clone(), heading.clone()));
+            }
+        }
+    }
+    assert_eq!(said.len(), 3, "explained in README.md and docs/model.md, and its errata: {said:?}");
+}
+
+#[test]
+fn no_odd_phrases() {
+    for name in pages().iter().filter(|name| *name != "fixtures/golden/CHANGES.md") {
+        let page = read(name);
+        let words: Vec<&str> = page.split_whitespace().collect();
+        let flowing = words.join(" ").to_lowercase();
+        for odd in ODD {
+            assert!(!flowing.contains(odd), "{name}: {odd:?}");
+        }
+    }
+}
+
+/// The score counts every claim of every pipeline once.
+#[test]
+fn the_score_of_the_readme_counts_every_claim() {
+    let claims: usize = fs::read_dir(file("pipelines"))
+        .expect("the folder is there")
+        .map(|entry| fs::read_to_string(entry.expect("it can be read").path()).expect("it is text"))
+        .map(|pipeline| pipeline.lines().filter(|line| *line == "[[claim]]").count())
+        .sum();
+    let page = read("README.md");
+    let (_, section) = page.split_once("## How the claims come out").expect("the section is there");
+    let rows = section.lines().skip_while(|line| !line.starts_with("|---")).skip(1);
+    let counted: usize = rows
+        .take_while(|line| line.starts_with('|'))
+        .flat_map(|row| row.split('|').skip(2))
+        .flat_map(|cell| cell.split([' ', ',']))
+        .filter_map(|word| word.parse::<usize>().ok())
+        .sum();
+    let others = 5 + 3;
+    assert!(
+        section.contains("Eight more")
+            && section.contains("five look for")
+            && section.contains("three check")
+    );
+    assert_eq!(counted + others, claims, "claims in the README (left) and in the pipelines");
+}
+
+/// A folder that looks like the repository, and whose `out` is its own.
+fn copy() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    for entry in fs::read_dir(file("")).expect("the repository can be read") {
+        let entry = entry.expect("the repository can be read");
+        let name = entry.file_name();
+        if !["out", "target", ".git"].iter().any(|left_out| name.as_os_str() == *left_out) {
+            let path = entry.path().canonicalize().expect("it is there");
+            std::os::unix::fs::symlink(path, folder.path().join(name)).expect("links can be made");
+        }
+    }
+    folder
+}
+
+/// Whether this was printed; the page may leave parts out with `…`.
+fn fits(page: &[&str], printed: &[&str]) -> bool {
+    match (page, printed) {
+        ([], []) => true,
+        (["…", rest @ ..], _) => {
+            fits(rest, printed) || printed.split_first().is_some_and(|(_, later)| fits(page, later))
+        }
+        ([line, rest @ ..], [first, later @ ..]) => line_fits(line, first) && fits(rest, later),
+        _ => false,
+    }
+}
+
+fn line_fits(page: &str, printed: &str) -> bool {
+    let mut parts = page.trim_end().split('…');
+    let Some(mut rest) = parts.next().and_then(|first| printed.trim_end().strip_prefix(first)) else {
+        return false;
+    };
+    let mut parts = parts.peekable();
+    while let Some(part) = parts.next() {
+        let found = if parts.peek().is_none() {
+            rest.ends_with(part).then(|| rest.len() - part.len())
+        } else {
+            rest.find(part)
+        };
+        match found {
+            Some(at) => rest = &rest[at + part.len()..],
+            None => return false,
+        }
+    }
+    rest.is_empty()
+}
+
+#[test]
+fn what_is_left_out_fits_anything() {
+    let fits = |page: &str, printed: &str| {
+        fits(&page.lines().collect::<Vec<_>>(), &printed.lines().collect::<Vec<_>>())
+    };
+    assert!(fits("a 1\nb", "a 1 \nb"));
+    assert!(fits("a … s\n…\nz", "a 0.5 s\nb\nc\nz") && fits("…\nz", "z"));
+    assert!(!fits("a … s", "a 0.5 ms and more") && !fits("a", "a\nb") && !fits("a\nb", "a"));
+    assert!(!fits("a … a", "a"));
+}
+
+/// Runs the blocks of a page.
+fn run(name: &str) {
+    let folder = copy();
+    fs::create_dir(folder.path().join("out")).expect("folders can be made");
+    let programs: PathBuf =
+        Path::new(env!("CARGO_BIN_EXE_asperity")).parent().expect("the program is in a folder").to_owned();
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let path = std::env::join_paths(std::iter::once(programs).chain(std::env::split_paths(&path)))
+        .expect("folders have plain names");
+
+    let page = read(name);
+    let blocks = blocks(&page);
+    let mut printed: Option<String> = None;
+    for (index, block) in blocks.iter().enumerate() {
+        let place = format!("{name}:{}", block.line);
+        let note = block.before.strip_prefix("<!-- run: ").and_then(|note| note.strip_suffix(" -->"));
+        match block.language.as_str() {
+            "sh" if note.is_some_and(|note| note.starts_with("skip, ")) => skipped(&place, &block.text),
+            "sh" => {
+                let output = Command::new("sh")
+                    .args(["-euc", &format!("exec 2>&1\n{}", block.text)])
+                    .current_dir(folder.path())
+                    .env("PATH", &path)
+                    .env("COLUMNS", "100")
+                    .output()
+                    .expect("the shell starts");
+                let fails = note == Some("fails");
+                assert!(
+                    note.is_none() || fails,
+                    "{place}: <!-- run: {} --> (accepted: fails, skip)",
+                    note.unwrap_or_default()
+                );
+                assert_eq!(output.status.success(), !fails, "{place}: {}", said(&output));
+                printed = Some(String::from_utf8(output.stdout).expect("it prints UTF-8"));
+            }
+            "text" => {
+                let printed = printed.take().unwrap_or_else(|| panic!("{place}: nothing ran before this"));
+                let lines = |text: &'_ str| text.trim_end().lines().map(str::to_owned).collect::<Vec<_>>();
+                let (expected, found) = (lines(&block.text), lines(&printed));
+                let view =
+                    |lines: &'_ [String]| lines.iter().map(String::as_str).collect::<Vec<_>>().join("\n");
+                let fit = fits(
+                    &expected.iter().map(String::as_str).collect::<Vec<_>>(),
+                    &found.iter().map(String::as_str).collect::<Vec<_>>(),
+                );
+                assert!(
+                    fit,
+                    "{place}: the page says\n{}\nbut what is printed is\n{}",
+                    view(&expected),
+                    view(&found)
+                );
+            }
+            "toml" => {
+                let path = block.text.lines().next().and_then(|line| line.strip_prefix("# "));
+                let path = path.filter(|path| path.starts_with("out/") && path.ends_with(".toml"));
+                let path = path.unwrap_or_else(|| {
+                    panic!("{place}: the first line names no file (accepted: # out/NAME.toml)")
+                });
+                let used =
+                    blocks[index..].iter().any(|later| later.language == "sh" && later.text.contains(path));
+                assert!(used, "{place}: no command reads {path}");
+                fs::write(folder.path().join(path), &block.text).expect("files can be written");
+            }
+            "math" => {}
+            other => panic!("{place}: a block of {other:?} (accepted: sh, text, toml, math)"),
+        }
+    }
+}
+
+/// What is not run may be of other programs only, and what it asks of `cargo xtask` must be there.
+fn skipped(place: &str, commands: &str) {
+    let xtask: Vec<String> = fs::read_dir(file("xtask/src"))
+        .expect("the folder is there")
+        .map(|entry| fs::read_to_string(entry.expect("it can be read").path()).expect("it is text"))
+        .collect();
+    let declared = |text: &str| xtask.iter().any(|source| source.contains(text));
+    for line in commands.lines().filter(|line| !line.is_empty()) {
+        let command = line.split(" #").next().unwrap_or(line);
+        let mut words = command.split_whitespace();
+        let program = words.next().expect("a command has words");
+        assert!(NOT_RUN.contains(&program), "{place}: {line} is skipped (accepted: {})", NOT_RUN.join(", "));
+        if (program, words.next()) != ("cargo", Some("xtask")) {
+            continue;
+        }
+        let name = words.next().unwrap_or_else(|| panic!("{place}: {line} names no command"));
+        let mut variant: String = name.split('-').map(capitalised).collect();
+        variant.push('(');
+        assert!(
+            declared(&variant) || declared(&format!("name = {name:?}")),
+            "{place}: cargo xtask has no {name}"
+        );
+        for option in words.filter_map(|word| word.strip_prefix("--")) {
+            let field = format!("{}:", option.replace('-', "_"));
+            assert!(declared(&field), "{place}: cargo xtask {name} has no --{option}");
+        }
+    }
+}
+
+fn capitalised(word: &str) -> String {
+    let mut letters = word.chars();
+    letters.next().map(|first| first.to_ascii_uppercase()).into_iter().chain(letters).collect()
+}
+
+macro_rules! pages_that_run {
+    ($($test:ident: $page:literal),* $(,)?) => {
+        $(#[test]
+        fn $test() {
+            run($page);
+        })*
+
+        /// Each in a test of its own, so that they run side by side.
+        #[test]
+        fn every_page_is_run() {
+            let run: BTreeSet<&str> = [$($page),*].into();
+            let pages = docs();
+            let there: BTreeSet<&str> = pages.iter().map(String::as_str).chain(["README.md"]).collect();
+            assert_eq!(run, there, "pages that are run (left)");
+        }
+    };
+}
+
+pages_that_run! {
+    the_readme_runs: "README.md",
+    diff_runs: "docs/diff.md",
+    model_runs: "docs/model.md",
+    outputs_run: "docs/outputs.md",
+    performance_runs: "docs/performance.md",
+    run_logs_run: "docs/run-logs.md",
+    scenarios_run: "docs/scenarios.md",
+}
+
+/// What the program itself says is held to the same words.
+#[test]
+fn no_odd_phrases_in_the_help() {
+    let all = binary::succeed(&["--help"]);
+    let commands = all.lines().skip_while(|line| *line != "Commands:").skip(1);
+    let commands = commands.take_while(|line| !line.is_empty()).filter(|line| !line.starts_with("   "));
+    let mut seen = 0;
+    for command in commands.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help") {
+        let help = binary::succeed(&[command, "--help"]);
+        let flowing = help.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase();
+        for odd in ODD {
+            assert!(!flowing.contains(odd), "asperity {command} --help: {odd:?}");
+        }
+        seen += 1;
+    }
+    assert!(seen >= 10, "{seen} commands were found");
+}

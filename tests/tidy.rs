@@ -19,14 +19,8 @@ use serde_json::Value;
 const CIRCLES: &[&[&str]] = &[];
 
 /// Libraries whose `lib.rs` shows no example that runs yet; one that does leaves this list.
-const WITHOUT_EXAMPLE: &[&str] = &[
-    "detect",
-    "detect-extent",
-    "detect-global",
-    "detect-onset",
-    "export",
-    "record",
-];
+const WITHOUT_EXAMPLE: &[&str] =
+    &["detect", "detect-extent", "detect-global", "detect-onset", "export", "record"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("the workspace is there")

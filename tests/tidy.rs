@@ -26,7 +26,6 @@ const WITHOUT_EXAMPLE: &[&str] = &[
     "detect-onset",
     "diff",
     "export",
-    "model",
     "record",
     "runlog",
     "stream",

@@ -13,12 +13,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use asperity_detect::{Detector, SlipRules};
-use asperity_detect_extent::ExtentDetector;
-use asperity_detect_global::GlobalDetector;
-use asperity_detect_onset::OnsetDetector;
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{Event, Record, SlipEvent};
+use asperity_run::detectors;
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 use asperity_simulator::SolverKind;
 
@@ -115,11 +112,7 @@ fn read_log(path: &Path, topics: Topics) -> Result<Seen, LogError> {
     let header = reader.header().clone();
     let grid = header.time_grid();
     let blocks = header.blocks;
-    let mut detectors: [Box<dyn Detector>; 3] = [
-        Box::new(OnsetDetector::new(blocks, SlipRules::EVERY_SLIP)),
-        Box::new(ExtentDetector::new(blocks, SlipRules::EVERY_SLIP)),
-        Box::new(GlobalDetector::new(blocks, SlipRules::EVERY_SLIP)),
-    ];
+    let mut detectors = detectors::all(blocks);
     while let Some(item) = reader.next_item()? {
         if reader.has_gap() {
             // What is missing may have been the beginning of an event: no detector goes on.

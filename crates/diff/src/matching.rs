@@ -419,6 +419,7 @@ mod tests {
     use std::convert::Infallible;
 
     use asperity_record::SlipEvent;
+    use asperity_testkit::{Random, slip_event};
 
     use super::{Group, match_tables};
     use crate::column::Columns;
@@ -426,34 +427,8 @@ mod tests {
 
     const WINDOW_S: f64 = 4.0;
 
-    /// Numbers that look random, and are the same each time (Knuth's MMIX generator).
-    struct Random(u64);
-
-    impl Random {
-        fn below(&mut self, bound: u64) -> u64 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 33) % bound
-        }
-    }
-
     fn event(number: u64, onset: u64, length: u64, first_block: u32, last_block: u32) -> SlipEvent {
-        SlipEvent {
-            onset_s: onset as f64,
-            end_s: Some((onset + length) as f64),
-            first_block,
-            last_block,
-            max_sliding: 1,
-            ft_fn_onset: 0.0,
-            ft_fn_end: Some(0.0),
-            event: number,
-            onset_step: onset,
-            end_step: Some(onset + length),
-            blocks_slipped: last_block - first_block + 1,
-            nucleation_block: first_block,
-            ft_fn_min: 0.0,
-            ft_fn_max: 0.0,
-            open: false,
-        }
+        SlipEvent { event: number, ..slip_event(onset, onset + length, first_block..=last_block) }
     }
 
     /// Events on a coarse grid, so that costs are often equal, some of them side by side.
@@ -561,7 +536,7 @@ mod tests {
 
     #[test]
     fn the_matching_is_the_cheapest_there_is() {
-        let mut random = Random(1);
+        let mut random = Random::new(1);
         let (mut pairs, mut several) = (0, 0);
         for case in 0..3000 {
             let sizes = [random.below(6), random.below(6)];
@@ -585,7 +560,7 @@ mod tests {
 
     #[test]
     fn every_event_is_in_one_group_and_groups_come_in_order_of_time() {
-        let mut random = Random(2);
+        let mut random = Random::new(2);
         for _ in 0..500 {
             let old = table(&mut random, 200, 0);
             let new = table(&mut random, 200, 0);
@@ -605,7 +580,7 @@ mod tests {
 
     #[test]
     fn swapping_the_sides_swaps_the_groups() {
-        let mut random = Random(3);
+        let mut random = Random::new(3);
         for _ in 0..2000 {
             let old = table(&mut random, 60, 0);
             let new = table(&mut random, 60, 0);

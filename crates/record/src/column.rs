@@ -201,6 +201,7 @@ pub trait CellValue: Copy {
 impl CellValue for u32 {
     const KIND: ColumnKind = ColumnKind::Count;
 
+    #[inline]
     fn cell(self) -> Cell {
         Cell::Count(self)
     }
@@ -209,6 +210,7 @@ impl CellValue for u32 {
 impl CellValue for u64 {
     const KIND: ColumnKind = ColumnKind::Step;
 
+    #[inline]
     fn cell(self) -> Cell {
         Cell::Step(self)
     }
@@ -217,6 +219,7 @@ impl CellValue for u64 {
 impl CellValue for f64 {
     const KIND: ColumnKind = ColumnKind::Number;
 
+    #[inline]
     fn cell(self) -> Cell {
         Cell::Number(self)
     }
@@ -225,6 +228,7 @@ impl CellValue for f64 {
 impl CellValue for bool {
     const KIND: ColumnKind = ColumnKind::Flag;
 
+    #[inline]
     fn cell(self) -> Cell {
         Cell::Flag(self)
     }
@@ -233,17 +237,21 @@ impl CellValue for bool {
 impl<T: CellValue> CellValue for Option<T> {
     const KIND: ColumnKind = T::KIND;
 
+    #[inline]
     fn cell(self) -> Cell {
         self.map_or(Cell::Empty, T::cell)
     }
 }
 
-/// Columns as a Markdown table, one row per column.
+/// Columns as a Markdown table, one row per column. The unit has a column of its own there and is
+/// left out of the meaning.
 pub fn markdown(columns: &[Column]) -> String {
     let mut table = String::from("| column | holds | unit | meaning |\n|---|---|---|---|\n");
     for Column { name, kind, unit, about } in columns {
+        let unit = unit.unwrap_or_default();
+        let about = about.replace(&format!(", {unit};"), ";").replace(&format!(", {unit}."), ".");
         let about = about.replace('|', "\\|");
-        table += &format!("| `{name}` | {} | {} | {about} |\n", kind.words(), unit.unwrap_or_default());
+        table += &format!("| `{name}` | {} | {unit} | {about} |\n", kind.words());
     }
     table
 }
@@ -283,13 +291,13 @@ mod tests {
     fn a_table_of_columns_has_a_row_for_each() {
         let columns = [
             Column::new("block", ColumnKind::Count, " The block."),
-            Column::new("time_s", ColumnKind::Number, "When, |t|."),
+            Column::new("time_s", ColumnKind::Number, "When, |t|, s; null if never."),
         ];
         assert_eq!(
             markdown(&columns),
             "| column | holds | unit | meaning |\n|---|---|---|---|\n\
              | `block` | whole number, 32 bits |  | The block. |\n\
-             | `time_s` | double | s | When, \\|t\\|. |\n"
+             | `time_s` | double | s | When, \\|t\\|; null if never. |\n"
         );
     }
 }

@@ -15,8 +15,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use asperity_record::{EventPayload, GlobalSlip, Onset, SlipEvent};
-
 use crate::support::binary;
 use crate::support::clients::{file, said};
 use crate::support::markdown::{anchors, blocks, code, links, paragraphs};
@@ -183,11 +181,9 @@ fn the_score_of_the_readme_counts_every_claim() {
 fn the_columns_of_every_table_are_those_of_the_code() {
     let page = read("docs/outputs.md");
     let layouts = asperity_export::layout::record_layouts(true);
-    let tables = layouts.iter().map(|layout| (&*layout.topic, layout.columns.as_slice())).chain([
-        (Onset::TOPIC, Onset::COLUMNS),
-        (SlipEvent::TOPIC, SlipEvent::COLUMNS),
-        (GlobalSlip::TOPIC, GlobalSlip::COLUMNS),
-    ]);
+    let kinds = asperity_run::detectors::event_kinds();
+    let records = layouts.iter().map(|layout| (layout.topic.as_ref(), layout.columns.as_slice()));
+    let tables = records.chain(kinds.iter().map(|kind| (kind.topic, kind.columns)));
     for (topic, columns) in tables {
         assert!(page.contains(&format!("topic `{topic}`")), "docs/outputs.md does not name {topic}");
         let table = asperity_record::markdown(columns);

@@ -17,6 +17,8 @@ pub(crate) enum Verdict {
     Incomplete,
     /// Something in it is not as it must be.
     Damaged,
+    /// It is something else.
+    NoRunLog,
 }
 
 impl Verdict {
@@ -25,6 +27,7 @@ impl Verdict {
             Verdict::Whole => "whole",
             Verdict::Incomplete => "incomplete",
             Verdict::Damaged => "damaged",
+            Verdict::NoRunLog => "not a run log",
         }
     }
 }
@@ -50,7 +53,7 @@ pub(crate) struct Forge {
     made: Vec<Forgery>,
 }
 
-use Verdict::{Damaged, Incomplete, Whole};
+use Verdict::{Damaged, Incomplete, NoRunLog, Whole};
 
 impl Forge {
     /// All forgeries of a sound log, taken apart. It must have messages on `/step`, `/switch`,
@@ -229,21 +232,21 @@ impl Forge {
             whole.repeat(2),
         );
         let text = b"step,time_s\n1,0.5\n".to_vec();
-        let says = "not a run log: it does not begin with the eight bytes that begin every MCAP file";
-        self.file("no-mcap-short", "five bytes of another kind of file", Damaged, says, text[..5].to_vec());
-        self.file("no-mcap", "another kind of file", Damaged, says, text);
+        let says = "it does not begin with the eight bytes that begin every MCAP file";
+        self.file("no-mcap-short", "five bytes of another kind of file", NoRunLog, says, text[..5].to_vec());
+        self.file("no-mcap", "another kind of file", NoRunLog, says, text);
         let mut header = Vec::new();
         for text in ["", "another program"] {
             header.extend((text.len() as u32).to_le_bytes());
             header.extend(text.as_bytes());
         }
         let header = Part::new(op::HEADER, header);
-        let says = "not a run log: it is an MCAP file of another program (\"another program\")";
+        let says = "it is an MCAP file of another program (\"another program\")";
         let message = self.sound[messages(&self.sound, "/step")[0]].clone();
         let parts =
             [header, Part::channel(message.channel_id().expect("it is a message"), 0, "/step"), message];
         let bytes = put_together(&parts, Packing::USUAL);
-        self.file("mcap-of-another-program", "a log of another program", Damaged, says, bytes);
+        self.file("mcap-of-another-program", "a log of another program", NoRunLog, says, bytes);
         let mut zeros = whole.clone();
         zeros[run_end - 400..run_end - 200].fill(0);
         self.file("zeros", "a piece of it overwritten with zeros", Damaged, "CRC failed", zeros);

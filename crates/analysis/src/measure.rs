@@ -463,13 +463,9 @@ mod tests {
         let between = (0..450).map(|n| {
             let step = n * 100_000 + 50_000;
             StepRecord {
-                step,
-                time_s: run.plan.grid.time_s(step),
                 driving_force_n: 80.0 * run.plan.grid.time_s(step.min(10_000_000)),
                 normal_load_n: 400.0 * run.plan.load_factor(step, 10_000_000),
-                end_forces_n: None,
-                sliding: 0,
-                switches: Vec::new(),
+                ..quiet_step(step, run.plan.grid.time_s(step), 0.0)
             }
         });
         run.steps = between.collect();

@@ -72,28 +72,15 @@ impl Detector for GlobalDetector {
 mod tests {
     use super::GlobalDetector;
     use asperity_detect::{Detector, SlipRules, detect_all};
-    use asperity_record::{Direction, GlobalSlip, StepRecord, Switch};
+    use asperity_record::{Direction, GlobalSlip, StepRecord};
+    use asperity_testkit::{quiet_step, switch};
 
     fn record(step: u64, sliding: u32, load_n: f64, switches: &[(u32, Direction)]) -> StepRecord {
         StepRecord {
-            step,
-            time_s: step as f64,
             driving_force_n: load_n,
-            normal_load_n: 100.0,
-            end_forces_n: None,
             sliding,
-            switches: switches
-                .iter()
-                .map(|&(block, direction)| Switch {
-                    block,
-                    direction,
-                    displacement_m: 0.0,
-                    velocity_m_per_s: 0.0,
-                    tangential_force_n: 0.0,
-                    stick_position_m: 0.0,
-                    threshold_n: 0.0,
-                })
-                .collect(),
+            switches: switches.iter().map(|&(block, direction)| switch(block, direction)).collect(),
+            ..quiet_step(step, step as f64, 0.0)
         }
     }
 

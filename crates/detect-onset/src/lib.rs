@@ -50,26 +50,17 @@ mod tests {
 
     #[test]
     fn an_onset_names_the_lowest_block_of_the_first_sliding_step() {
-        let switch = |block: u32| Switch {
-            block,
-            direction: Direction::Detach,
-            displacement_m: 0.0,
-            velocity_m_per_s: 0.0,
+        let detach = |block: u32| Switch {
             tangential_force_n: f64::from(block) + 0.5,
-            stick_position_m: 0.0,
             threshold_n: f64::from(block),
+            ..switch(block, Direction::Detach)
         };
-        let record = |step: u64, sliding: u32, switches: Vec<Switch>| StepRecord {
-            step,
-            time_s: step as f64,
-            driving_force_n: 25.0,
-            normal_load_n: 100.0,
-            end_forces_n: None,
+        let record = |step: u64, sliding: u32, blocks: &[u32]| StepRecord {
             sliding,
-            switches,
+            switches: blocks.iter().map(|&block| detach(block)).collect(),
+            ..quiet_step(step, step as f64, 0.25)
         };
-        let records =
-            [record(7, 0, vec![switch(3), switch(5)]), record(8, 2, vec![switch(1)]), record(9, 3, vec![])];
+        let records = [record(7, 0, &[3, 5]), record(8, 2, &[1]), record(9, 3, &[])];
         let mut detectors: Vec<Box<dyn Detector>> =
             vec![Box::new(OnsetDetector::new(6, SlipRules::EVERY_SLIP))];
         let onsets: Vec<Onset> = detect_all(&mut detectors, &records)

@@ -201,6 +201,7 @@ pub trait CellValue: Copy {
 impl CellValue for u32 {
     const KIND: ColumnKind = ColumnKind::Count;
 
+    #[inline]
     fn cell(self) -> Cell {
         Cell::Count(self)
     }
@@ -209,6 +210,7 @@ impl CellValue for u32 {
 impl CellValue for u64 {
     const KIND: ColumnKind = ColumnKind::Step;
 
+    #[inline]
     fn cell(self) -> Cell {
         Cell::Step(self)
     }
@@ -217,6 +219,7 @@ impl CellValue for u64 {
 impl CellValue for f64 {
     const KIND: ColumnKind = ColumnKind::Number;
 
+    #[inline]
     fn cell(self) -> Cell {
         Cell::Number(self)
     }
@@ -225,6 +228,7 @@ impl CellValue for f64 {
 impl CellValue for bool {
     const KIND: ColumnKind = ColumnKind::Flag;
 
+    #[inline]
     fn cell(self) -> Cell {
         Cell::Flag(self)
     }
@@ -233,6 +237,7 @@ impl CellValue for bool {
 impl<T: CellValue> CellValue for Option<T> {
     const KIND: ColumnKind = T::KIND;
 
+    #[inline]
     fn cell(self) -> Cell {
         self.map_or(Cell::Empty, T::cell)
     }

@@ -89,6 +89,7 @@ macro_rules! payload {
                 ),)+
             ];
 
+            #[inline]
             fn cells(&self) -> impl AsRef<[$crate::Cell]> {
                 [$($crate::CellValue::cell(self.$field)),+]
             }

@@ -1,5 +1,6 @@
 //! What can be wrong with a run log, read or written.
 
+use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -271,7 +272,7 @@ pub enum MetadataError {
         /// The value.
         value: String,
         /// What would be accepted.
-        accepted: &'static str,
+        accepted: Cow<'static, str>,
     },
 }
 

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use asperity_model::{Law, Plan, Reattach};
 
-use crate::contacts::{Contacts, StopForce, aged_threshold_n};
+use crate::contacts::{Contacts, Load, StopForce, aged_threshold_n};
 use crate::counters::Counters;
 use crate::state::ChainState;
 use crate::sweep::{After, Blocks, Constants, Steps, Sweeps};
@@ -113,8 +113,11 @@ impl Stepper {
     pub(crate) fn take_step(&mut self) -> Driving {
         self.state.step += 1;
         self.state.sliding = self.state.detached;
-        self.contacts.follow(&self.plan, &self.state, self.state.step);
-        let (plan, state) = (&self.plan, &mut self.state);
+        if self.contacts.change() {
+            let load = Load::in_step(&self.plan, self.state.step, self.state.hold_step);
+            self.contacts.follow(&self.plan, &self.state, load);
+        }
+        let (plan, state) = (&*self.plan, &mut self.state);
         // The drive is taken at the new time, the blocks where they were.
         let point_m = plan.drive_point_m(state.step, state.hold_step);
         let mut total_n = 0.0;
@@ -163,8 +166,8 @@ impl Stepper {
 
     /// Stops the drive point where the load has been reached that it is to be driven to.
     fn stop_at_load(&mut self, total_n: f64) {
-        let stop = StopForce::of(&self.plan, self.contacts.load, self.state.hold_step);
-        if stop.is_some_and(|stop| total_n >= stop.force_n) {
+        let stop = StopForce::of(&self.plan, self.state.hold_step);
+        if stop.is_some_and(|stop| total_n >= stop.under_n(self.contacts.load)) {
             self.state.hold_step = self.state.step;
         }
     }
@@ -179,13 +182,17 @@ impl Stepper {
             v: &state.velocity_m_per_s,
             v_before: &self.new_velocity_m_per_s,
         };
-        let decline = self.contacts.decline_to(&self.plan, state.step + 1, state.hold_step);
+        let decline = if self.contacts.change() {
+            self.contacts.load.fall_to(Load::in_step(&self.plan, state.step + 1, state.hold_step))
+        } else {
+            0.0
+        };
         self.sweeps.crossing_ahead(&steps, &state.slip, &self.contacts.threshold_n, decline)
     }
 
     /// Puts the switches of this step in force for the next.
     fn switch_blocks(&mut self) {
-        let (plan, state) = (&self.plan, &mut self.state);
+        let (plan, state) = (&*self.plan, &mut self.state);
         let friction = &plan.friction;
         let rigid = friction.law != Law::Springs;
         let after = After {

@@ -1,7 +1,7 @@
 //! Every drive, load, friction law and start: the fast solver against the plain one, and
 //! each against something that is known without either.
 
-use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
+use asperity_model::Plan;
 use asperity_record::{Record, StepRecord};
 use asperity_simulator::{Fast, Plain, Solver, equality};
 
@@ -10,12 +10,7 @@ const SHORT: [&str; 4] =
     ["slider.blocks=24", "time.step_s=1e-7", "time.duration_s=0.2", "drive.velocity_m_per_s=2e-3"];
 
 fn plan(sets: &[&str]) -> Plan {
-    let text = builtin::find("default").expect("a built-in scenario");
-    let source = SHORT
-        .iter()
-        .chain(sets)
-        .fold(ScenarioSource::new("default", text), |source, assignment| source.with_override(assignment));
-    Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")))
+    asperity_testkit::plan("default", &[&SHORT, sets].concat())
 }
 
 fn records(mut solver: impl Solver) -> Vec<Record> {

@@ -1,17 +1,10 @@
 //! Laws that a run must obey whatever its parameters, held against the plain
 //! stepper; small chains and short times, the same model.
 
-use asperity_model::{Plan, Scenario, ScenarioSource, analytic, builtin};
+use asperity_model::{Plan, analytic};
 use asperity_record::{Direction, Record};
 use asperity_simulator::{Plain, Solver};
-
-fn plan(scenario: &str, set: &[&str]) -> Plan {
-    let text = builtin::find(scenario).expect("a built-in scenario");
-    let source = set
-        .iter()
-        .fold(ScenarioSource::new(scenario, text), |source, assignment| source.with_override(assignment));
-    Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")))
-}
+use asperity_testkit::plan;
 
 fn records(plan: Plan) -> Vec<Record> {
     let mut solver = Plain::new(plan);

@@ -15,7 +15,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
+use asperity_model::Plan;
 use asperity_simulator::{Counters, Fast, Plain, Solver};
 
 const ASPERITY: &str = env!("CARGO_BIN_EXE_asperity");
@@ -52,10 +52,7 @@ fn main() -> ExitCode {
 }
 
 fn plan(set: &[&str]) -> Plan {
-    let text = builtin::find("default").expect("the default scenario is built in");
-    let source =
-        set.iter().fold(ScenarioSource::new("default", text), |source, value| source.with_override(value));
-    Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")))
+    asperity_testkit::plan("default", set)
 }
 
 fn seconds(work: impl FnOnce()) -> f64 {

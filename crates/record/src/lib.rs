@@ -45,16 +45,18 @@ mod event;
 mod fields;
 mod header;
 mod payload;
+mod slip;
 mod step;
 mod time;
 
 pub use checkpoint::Checkpoint;
 pub use column::{Cell, CellValue, Column, ColumnKind, markdown, unit_of};
-pub use event::{Event, EventKind, EventPayload, GlobalSlip, Onset, SlipEvent};
+pub use event::{Event, EventKind, EventPayload};
 pub use fields::{FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, TopicComparison};
 #[doc(hidden)]
 pub use payload::macros;
+pub use slip::{GlobalSlip, Onset, SlipEvent};
 pub use step::{Direction, StepRecord, Switch};
 pub use time::TimeGrid;
 

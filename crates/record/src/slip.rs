@@ -1,0 +1,104 @@
+//! The payloads of slip events: their onsets, the raw event table, slips of the whole chain. They
+//! are defined here and not beside their detectors, because the analysis links no detector.
+
+use crate::payload;
+
+payload! {
+    topic: "/events/onset",
+    table: "onsets",
+    /// The start of a slip event: which block went first, when, at what load.
+    pub struct Onset {
+        /// Number of the slip event in its run, counted from 0.
+        pub event: u64,
+        /// First step in which a block slides.
+        pub onset_step: u64,
+        /// Time of that step, s.
+        pub onset_s: f64,
+        /// Lowest-numbered block that slides in that step.
+        pub nucleation_block: u32,
+        /// How many blocks slide in that step.
+        pub nucleation_blocks: u32,
+        /// Tangential force on the nucleation block when it detached, N.
+        pub tangential_force_n: f64,
+        /// Static friction threshold of the nucleation block when it detached, N.
+        pub threshold_n: f64,
+        /// `F_T / F_N` used in the onset step.
+        pub ft_fn_onset: f64,
+    }
+}
+
+payload! {
+    topic: "/events/slip",
+    table: "events",
+    /// A maximal run of consecutive steps in which at least one block slides.
+    ///
+    /// The first seven fields are the columns of the raw event table, in its order.
+    pub struct SlipEvent {
+        /// Time of the first step in which a block slides, s.
+        pub onset_s: f64,
+        /// Time of the first step after it in which none does, s; null if the run
+        /// ended before.
+        pub end_s: Option<f64>,
+        /// Lowest-numbered block that slid.
+        pub first_block: u32,
+        /// Highest-numbered block that slid.
+        pub last_block: u32,
+        /// Most blocks sliding in one step.
+        pub max_sliding: u32,
+        /// `F_T / F_N` used in the onset step.
+        pub ft_fn_onset: f64,
+        /// `F_T / F_N` used in the end step; null if the run ended before.
+        pub ft_fn_end: Option<f64>,
+        /// Number of the event in its run, counted from 0.
+        pub event: u64,
+        /// First step in which a block slides.
+        pub onset_step: u64,
+        /// First step after it in which none does; null if the run ended before.
+        pub end_step: Option<u64>,
+        /// Number of distinct blocks that slid.
+        pub blocks_slipped: u32,
+        /// Lowest-numbered block of the onset step.
+        pub nucleation_block: u32,
+        /// Smallest `F_T / F_N` over the event's switch records.
+        pub ft_fn_min: f64,
+        /// Largest `F_T / F_N` over the event's switch records.
+        pub ft_fn_max: f64,
+        /// Whether the run ended before the event did.
+        pub open: bool,
+    }
+}
+
+impl SlipEvent {
+    /// Precursor length over slider length, `n_p / N` (5.17), for an event that
+    /// starts from the driven end; `None` for one that does not include block 1.
+    pub fn length_ratio(&self, blocks: u32) -> Option<f64> {
+        (self.first_block == 1).then(|| f64::from(self.last_block) / f64::from(blocks))
+    }
+
+    /// Whether every block of the chain slid.
+    pub fn is_global(&self, blocks: u32) -> bool {
+        self.blocks_slipped == blocks
+    }
+}
+
+payload! {
+    topic: "/events/global",
+    table: "global-slips",
+    /// A slip event in which every block of the chain slid.
+    pub struct GlobalSlip {
+        /// Number of the global slip in its run, counted from 0.
+        pub global: u64,
+        /// Number of the slip event it is.
+        pub event: u64,
+        /// Time of its onset, s.
+        pub onset_s: f64,
+        /// Time of its end, s; null if the run ended before.
+        pub end_s: Option<f64>,
+        /// Time since the onset of the global slip before it, s; null for the first.
+        pub recurrence_s: Option<f64>,
+        /// Fall of the driving force from onset to end, N; null if the run ended before.
+        pub load_drop_n: Option<f64>,
+        /// Fall of `F_T / F_N` from onset to end; null if the run ended before.
+        pub ft_fn_drop: Option<f64>,
+    }
+}

@@ -7,10 +7,7 @@ use std::process::{Command, Output, Stdio};
 
 use crate::support::binary::{asperity, succeed, text};
 use crate::support::{binary, small};
-
-fn folder() -> tempfile::TempDir {
-    tempfile::tempdir().expect("a temporary folder can be made")
-}
+use asperity_testkit::folder;
 
 fn is_empty(folder: &Path) -> bool {
     fs::read_dir(folder).expect("the folder is there").next().is_none()
@@ -319,9 +316,7 @@ fn a_load_that_is_never_reached_is_told() {
     assert!(status.success());
     let stderr = String::from_utf8(stderr).expect("the binary writes UTF-8");
     assert!(stderr.contains("default: F_T/F_N never reached 0.5 (drive.until_load_ratio)"), "{stderr}");
-    let mut reader = asperity_runlog::RunReader::open(&log, asperity_runlog::Topics::EVENTS).unwrap();
-    while reader.next_item().unwrap().is_some() {}
-    assert_eq!(reader.end().unwrap().status, asperity_record::RunStatus::LoadNotReached);
+    assert_eq!(asperity_testkit::run_end(&log).status, asperity_record::RunStatus::LoadNotReached);
 }
 
 #[test]

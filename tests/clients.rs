@@ -15,6 +15,7 @@ use std::process::{Command, Output};
 use crate::support::binary::{succeed, text};
 use crate::support::clients::{Python, file, find, said};
 use crate::support::{binary, small};
+use asperity_testkit::folder;
 use serde_json::{Map, Value, json};
 
 /// A range of time in which the small run has several messages of both topics, s
@@ -36,10 +37,6 @@ impl Node {
             .output()
             .expect("node starts")
     }
-}
-
-fn folder() -> tempfile::TempDir {
-    tempfile::tempdir().expect("a temporary folder can be made")
 }
 
 /// The small run, whole, cut off and with a bit flipped.

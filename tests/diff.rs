@@ -6,11 +6,8 @@ use std::path::{Path, PathBuf};
 
 use crate::support::binary::{asperity, run, succeed, text};
 use crate::support::small;
+use asperity_testkit::folder;
 use serde_json::Value;
-
-fn folder() -> tempfile::TempDir {
-    tempfile::tempdir().expect("a temporary folder can be made")
-}
 
 /// Diffs with these arguments; gives exit code, standard output and standard error.
 fn diff(arguments: &[&str]) -> (i32, String, String) {

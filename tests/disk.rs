@@ -10,7 +10,7 @@ use std::process::{Command, Output};
 
 use crate::support::binary;
 use crate::support::binary::{asperity, text};
-use asperity_runlog::{RunReader, Topics};
+use asperity_testkit::run_end;
 
 /// Runs a script in a folder that is a disk of its own, of a megabyte, which only the script
 /// sees; `None` where the system does not allow such a thing.
@@ -52,15 +52,13 @@ fn is_root() -> bool {
 }
 
 fn digest(log: &Path) -> String {
-    let mut reader = RunReader::open(log, Topics::ALL).expect("the log has a header");
-    while reader.next_item().expect("the log is whole").is_some() {}
-    reader.end().expect("the log was read to its end").digest.clone()
+    run_end(log).digest
 }
 
 #[cfg(target_os = "linux")]
 #[test]
 fn a_run_that_fills_the_disk_says_so_and_goes_on_when_there_is_room() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let whole = folder.path().join("whole.mcap");
     binary::run(&["default", "--set", "time.duration_s=2"], &whole);
     let script = r#"
@@ -104,7 +102,7 @@ fn a_run_that_fills_the_disk_says_so_and_goes_on_when_there_is_room() {
 #[cfg(target_os = "linux")]
 #[test]
 fn tables_and_figures_on_a_full_disk_are_whole_or_not_there() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let whole = folder.path().join("whole.mcap");
     binary::run(&["default", "--set", "time.duration_s=2"], &whole);
     let script = r#"
@@ -131,7 +129,7 @@ fn tables_and_figures_on_a_full_disk_are_whole_or_not_there() {
 
 #[test]
 fn folders_that_cannot_be_written_are_named() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let file = folder.path().join("file");
     fs::write(&file, "mine").expect("the folder can be written");
     let nowhere = folder.path().join("nowhere").join("run.mcap");

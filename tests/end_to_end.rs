@@ -9,22 +9,13 @@ use crate::support::binary::{asperity, run, succeed, text};
 use crate::support::small;
 use asperity_record::RunEnd;
 use asperity_runlog::{RunReader, Topics};
+use asperity_testkit::{folder, run_end};
 
 /// The columns of the raw event table that other people's programs rely on.
 const PINNED: &str = "onset_s,end_s,first_block,last_block,max_sliding,ft_fn_onset,ft_fn_end";
 
-fn folder() -> tempfile::TempDir {
-    tempfile::tempdir().expect("a temporary folder can be made")
-}
-
 fn events(log: &Path) -> String {
     succeed(&["events", text(log), "--format", "csv"])
-}
-
-fn end(log: &Path) -> RunEnd {
-    let mut reader = RunReader::open(log, Topics::EVENTS).expect("the log opens");
-    while reader.next_item().expect("the log reads").is_some() {}
-    reader.end().expect("the log was read to its end").clone()
 }
 
 /// Name and content of every file in a folder.
@@ -111,7 +102,7 @@ fn same_scenario_same_log() {
     assert_eq!(events(&first), events(&second));
     // Counts and digest over all messages. The files may differ in where a chunk
     // ends, for what is written is made safe about once a second.
-    assert_eq!(end(&first), end(&second));
+    assert_eq!(run_end(&first), run_end(&second));
 }
 
 #[test]
@@ -120,7 +111,7 @@ fn sampling_does_not_change_events() {
     let [usual, rare] = ["usual", "rare"].map(|name| folder.path().join(format!("{name}.mcap")));
     small::run(&usual);
     run(&[&small::SCENARIO[..], &["--set", "recording.sample_s=0.3"]].concat(), &rare);
-    assert!(end(&rare).message_counts["/step"] < end(&usual).message_counts["/step"]);
+    assert!(run_end(&rare).message_counts["/step"] < run_end(&usual).message_counts["/step"]);
     assert_eq!(events(&usual), events(&rare));
 }
 
@@ -167,7 +158,7 @@ impl Made {
     fn in_folder(out: &Path) -> Made {
         Made {
             runs: ["plain", "tilted"]
-                .map(|name| (name, end(&out.join("runs").join(format!("{name}.mcap")))))
+                .map(|name| (name, run_end(&out.join("runs").join(format!("{name}.mcap")))))
                 .into(),
             tables: contents(&out.join("tables")),
             figures: contents(&out.join("figures")),
@@ -367,7 +358,7 @@ fn a_killed_pipeline_goes_on_with_its_run() {
     assert!(output.status.success() && said.contains("one: goes on from "), "{said}");
     assert_eq!(contents(&killed.join("tables")), contents(&whole.join("tables")));
     assert_eq!(
-        end(&killed.join("runs").join("one.mcap")).digest,
-        end(&whole.join("runs").join("one.mcap")).digest
+        run_end(&killed.join("runs").join("one.mcap")).digest,
+        run_end(&whole.join("runs").join("one.mcap")).digest
     );
 }

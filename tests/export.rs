@@ -9,14 +9,11 @@ use crate::support::binary::{asperity, succeed, text};
 use crate::support::{binary, small};
 use asperity_record::{Event, FieldRecord, Record, StepRecord, WindowRecord};
 use asperity_runlog::{LogItem, RunReader, Topics};
+use asperity_testkit::folder;
 use serde_json::{Map, Value, json};
 
 const TOPICS: [&str; 7] =
     ["/step", "/switch", "/fields", "/window", "/events/onset", "/events/slip", "/events/global"];
-
-fn folder() -> tempfile::TempDir {
-    tempfile::tempdir().expect("a temporary folder can be made")
-}
 
 /// The small run with a dense window around its first event.
 fn run_with_window(folder: &Path) -> PathBuf {

@@ -10,6 +10,7 @@ use crate::support::binary::{asperity, text};
 use crate::support::small;
 use asperity_record::{RunEnd, RunHeader};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
+use asperity_testkit::Random;
 
 /// How many bits are flipped, each in a log of its own.
 const FLIPS: usize = 1000;
@@ -42,19 +43,6 @@ fn read(path: &Path) -> Result<Content, LogError> {
     })
 }
 
-/// Numbers without pattern, the same in every run (SplitMix64).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, bound: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % bound as u64) as usize
-    }
-}
-
 /// The kind of top-level record that each byte of a file is in; that of the magics is 0.
 fn kinds(bytes: &[u8]) -> Vec<u8> {
     let mut kinds = vec![0; bytes.len()];
@@ -69,7 +57,7 @@ fn kinds(bytes: &[u8]) -> Vec<u8> {
 
 #[test]
 fn of_a_thousand_flipped_bits_every_one_is_seen_or_changes_nothing() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let sound = folder.path().join("sound.mcap");
     small::run(&sound);
     let bytes = fs::read(&sound).expect("the log can be read");
@@ -80,12 +68,12 @@ fn of_a_thousand_flipped_bits_every_one_is_seen_or_changes_nothing() {
         (0..bytes.len()).filter(|&place| kinds[place] != mcap::records::op::CHUNK).collect();
     assert!(outside.len() > 1000 && outside.len() < bytes.len());
 
-    let mut random = Random(2026);
+    let mut random = Random::new(2026);
     let flips: Vec<(usize, u32)> = (0..FLIPS)
         .map(|number| {
             let place = match number % 2 {
-                0 => random.below(bytes.len()),
-                _ => outside[random.below(outside.len())],
+                0 => random.below(bytes.len() as u64) as usize,
+                _ => outside[random.below(outside.len() as u64) as usize],
             };
             (place, random.below(8) as u32)
         })

@@ -115,7 +115,7 @@ fn problem(path: &str, is_plot: bool, schemas: &BTreeMap<String, Value>) -> Opti
 
 #[test]
 fn every_message_path_names_a_topic_and_a_field() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let log = folder.path().join("run.mcap");
     small::run(&log);
     let schemas = schemas(&log);
@@ -142,7 +142,7 @@ fn every_message_path_names_a_topic_and_a_field() {
 #[test]
 fn every_message_path_finds_something() {
     let Some(python) = Python::find() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let log = folder.path().join("run.mcap");
     small::run(&log);
     let paths = message_paths(&layout());

@@ -43,7 +43,7 @@ fn copy(from: &Path, to: &Path) {
 
 #[test]
 fn chapter5_gives_the_golden_tables() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let pipeline = folder.path().join("runs.toml");
     fs::write(&pipeline, runs_alone()).expect("the folder can be written");
     let out = folder.path().join("out");
@@ -82,7 +82,7 @@ fn tables_are_those_that_were_accepted() {
 /// The last digit of one number of 170,000.
 #[test]
 fn one_digit_is_seen_and_a_lost_table_too() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let golden = root().join(golden::TABLES);
     let changed = folder.path().join("changed");
     copy(&golden, &changed);

@@ -91,7 +91,7 @@ fn refused(folder: &Path, arguments: &[&str], file: &Path) -> String {
 
 /// Has all commands that read logs read one, which they must refuse or, if it may be, read.
 fn read_by_all(file: &Path, must_refuse: bool) {
-    let scratch = tempfile::tempdir().expect("a temporary folder can be made");
+    let scratch = asperity_testkit::folder();
     let folder = scratch.path();
     let mut commands = vec![
         vec!["events", text(file)],
@@ -126,7 +126,7 @@ fn read_by_all(file: &Path, must_refuse: bool) {
 
 /// Holds what `check` says of forgeries against what it must say, all at once.
 fn judged(forgeries: &[Forgery]) {
-    let scratch = tempfile::tempdir().expect("a temporary folder can be made");
+    let scratch = asperity_testkit::folder();
     let folder = scratch.path();
     let mut arguments = vec!["check".to_owned()];
     for forgery in forgeries {
@@ -165,7 +165,7 @@ fn golden() -> Vec<laws::parts::Part> {
 
 #[test]
 fn check_tells_every_forgery_of_a_log_by_what_is_wrong() {
-    let scratch = tempfile::tempdir().expect("a temporary folder can be made");
+    let scratch = asperity_testkit::folder();
     let path = scratch.path().join("small.mcap");
     small::run(&path);
     let sound = laws::parts::take_apart(&fs::read(&path).expect("it was just written"));
@@ -214,7 +214,7 @@ fn committed_forgeries_are_those_that_are_made() {
 /// Texts: each folder with the command that reads it.
 #[test]
 fn hostile_texts_are_refused_with_place_and_reason() {
-    let scratch = tempfile::tempdir().expect("a temporary folder can be made");
+    let scratch = asperity_testkit::folder();
     let folder = scratch.path();
     for file in files(&fixtures().join("scenarios")) {
         refused(folder, &["scenario", "show", text(&file)], &file);
@@ -240,7 +240,7 @@ fn hostile_texts_are_refused_with_place_and_reason() {
 /// Too large to keep: made here.
 #[test]
 fn large_texts_are_refused_within_bounds() {
-    let scratch = tempfile::tempdir().expect("a temporary folder can be made");
+    let scratch = asperity_testkit::folder();
     let folder = scratch.path();
     let large: [(&str, String); 6] = [
         ("line.toml", format!("name = \"{}", "x".repeat(10_000_000))),
@@ -270,7 +270,7 @@ fn large_texts_are_refused_within_bounds() {
 fn what_unpacks_to_much_is_read_in_bounds() {
     use laws::parts::{Packing, Part, correct_end, put_together};
     use mcap::records::op;
-    let scratch = tempfile::tempdir().expect("a temporary folder can be made");
+    let scratch = asperity_testkit::folder();
     let folder = scratch.path();
     let mut parts = golden();
     let event = parts

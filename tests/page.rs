@@ -47,7 +47,7 @@ fn browser() -> Option<PathBuf> {
 /// The attributes that the page's script leaves on the root element, after the
 /// page has been loaded and `script` has run behind its own.
 fn loaded(browser: &Path, page: &Path, script: &str) -> BTreeMap<String, String> {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let html = fs::read_to_string(page).expect("the page can be read");
     let tried = folder.path().join("tried.html");
     // Pictures are drawn when the browser comes to it, which may be after it has been asked
@@ -104,7 +104,7 @@ fn rows(table: &Path) -> usize {
 #[test]
 fn a_split_and_a_missing_event_are_drawn_and_found() {
     let Some(browser) = browser() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let table = |name: &str, rows: &str| {
         let path = folder.path().join(name);
         let header = "onset_s,end_s,first_block,last_block,max_sliding,ft_fn_onset,ft_fn_end\n";
@@ -140,7 +140,7 @@ fn a_split_and_a_missing_event_are_drawn_and_found() {
 #[test]
 fn one_changed_event_of_a_whole_run_is_found() {
     let Some(browser) = browser() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let old = golden("default");
     let csv = fs::read_to_string(&old).expect("the table can be read");
     let mut lines: Vec<String> = csv.lines().map(ToOwned::to_owned).collect();
@@ -166,7 +166,7 @@ fn one_changed_event_of_a_whole_run_is_found() {
 #[test]
 fn thousands_of_events_that_differ_are_drawn() {
     let Some(browser) = browser() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let old = golden("load-on-far-end");
     let csv = fs::read_to_string(&old).expect("the table can be read");
     let third = csv.lines().count() / 3;

@@ -18,7 +18,7 @@ fn page() -> String {
 #[test]
 fn every_recipe_runs_and_prints_what_the_page_says() {
     let Some(python) = Python::find() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let asperity = Path::new(env!("CARGO_BIN_EXE_asperity"));
     let path = env::var_os("PATH").unwrap_or_default();
     let clients = python.interpreter.parent().map(Path::to_owned);

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::support::binary::{run, succeed, text};
-use asperity_runlog::{RunReader, Topics};
+use asperity_testkit::run_end;
 
 /// Half a unit of the ninth decimal would do; the loads of a step depend on the
 /// order in which forces are added, which moves them by less than this.
@@ -139,7 +139,7 @@ fn check_solver(table: &str, step_s: f64, scenario: &[&str]) {
     let stored = fs::read_to_string(fixtures.join(format!("{table}.csv"))).expect("the table is stored");
     let stored = rows(&stored, step_s);
 
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let log = folder.path().join("run.mcap");
     run(scenario, &log);
     let found = rows(&succeed(&["events", text(&log), "--format", "csv"]), step_s);
@@ -202,7 +202,5 @@ fn stored_switches(fixtures: &Path, table: &str) -> u64 {
 }
 
 fn recorded_switches(log: &Path) -> u64 {
-    let mut reader = RunReader::open(log, Topics::EVENTS).expect("the log opens");
-    while reader.next_item().expect("the log reads").is_some() {}
-    reader.end().expect("the log was read to its end").switches
+    run_end(log).switches
 }

@@ -10,17 +10,8 @@ use std::time::{Duration, Instant};
 use crate::support::binary;
 use crate::support::binary::{asperity, succeed, text};
 use asperity_record::{RunEnd, RunStatus};
-use asperity_runlog::{LogError, LogItem, RunReader, Topics, partial_path};
-
-/// Everything that a log holds, and how its run ended.
-fn read(path: &Path) -> Result<(Vec<LogItem>, RunEnd), LogError> {
-    let mut reader = RunReader::open(path, Topics::ALL)?;
-    let mut items = Vec::new();
-    while let Some(item) = reader.next_item()? {
-        items.push(item);
-    }
-    Ok((items, reader.end().expect("the log was read to its end").clone()))
-}
+use asperity_runlog::{LogItem, RunReader, Topics, partial_path};
+use asperity_testkit::{Random, read_log};
 
 /// Runs that differ in what a solver's state is made of.
 const SCENARIOS: [&[&str]; 4] = [
@@ -55,12 +46,12 @@ struct Run {
 
 impl Run {
     fn of(scenario: &[&str]) -> Run {
-        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let folder = asperity_testkit::folder();
         let whole = folder.path().join("whole.mcap");
         let started = Instant::now();
         binary::run(scenario, &whole);
         let takes = started.elapsed();
-        let (items, end) = read(&whole).expect("the log is whole");
+        let (items, end) = read_log(&whole).expect("the log is whole");
         assert!(items.len() > 1000, "too little happens: {} items", items.len());
         let arguments = [&["run"], scenario, &["--resume", "--checkpoint-s", "0.004", "--out"]].concat();
         let mut arguments: Vec<String> = arguments.into_iter().map(str::to_owned).collect();
@@ -86,10 +77,10 @@ impl Run {
     fn must_not_lie(&self) {
         let log = self.log();
         if log.exists() {
-            assert_eq!(read(&log).expect("a log with its final name is whole").1.digest, self.end.digest);
+            assert_eq!(read_log(&log).expect("a log with its final name is whole").1.digest, self.end.digest);
         }
         let partial = partial_path(&log);
-        if let Ok((items, end)) = read(&partial) {
+        if let Ok((items, end)) = read_log(&partial) {
             // Killed between the last byte and the new name.
             assert_eq!((end.status, items.len()), (self.end.status, self.items.len()));
             assert_eq!(end.digest, self.end.digest);
@@ -100,7 +91,7 @@ impl Run {
 
     /// Holds the whole log against that of the run without interruption.
     fn must_be_equal(&self) {
-        let (items, end) = read(&self.log()).expect("the log is whole");
+        let (items, end) = read_log(&self.log()).expect("the log is whole");
         let first = items.iter().zip(&self.items).position(|(resumed, whole)| resumed != whole);
         assert_eq!(first, None, "another item");
         assert_eq!(items.len(), self.items.len());
@@ -128,25 +119,12 @@ impl Run {
     }
 }
 
-/// Numbers from 0 to 1 that are the same in every test run (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
-
 /// Kills real processes at random points of all phases: before the log is begun, while it is
 /// written, while its records are given again, while it gets its name.
 #[test]
 fn killed_two_hundred_times_a_run_ends_as_if_never_killed() {
     const KILLS_OF_EACH: usize = 52;
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     let (mut kills, mut gone_on, mut runs) = (0, 0, 0);
     for scenario in SCENARIOS {
         let run = Run::of(scenario);
@@ -154,7 +132,7 @@ fn killed_two_hundred_times_a_run_ends_as_if_never_killed() {
         while killed < KILLS_OF_EACH {
             let mut child = run.start();
             // Most die young, so that one run is taken up again and again.
-            let fraction = random.next();
+            let fraction = random.uniform(0.0, 1.0);
             std::thread::sleep(run.takes.mul_f64(1.1 * fraction * fraction));
             child.kill().expect("it can be killed, or has ended");
             let output = child.wait_with_output().expect("it ends");

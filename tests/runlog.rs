@@ -23,7 +23,7 @@ struct Log {
 
 impl Log {
     fn make() -> Log {
-        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let folder = asperity_testkit::folder();
         let path = folder.path().join("run.mcap");
         small::run(&path);
         let bytes = fs::read(&path).expect("the log can be read");
@@ -180,8 +180,8 @@ fn read(path: &Path) -> Result<RunEnd, LogError> {
     RunReader::open(path, Topics::ALL)?.verify()
 }
 
-/// The digests can be made by a program that knows MCAP, BLAKE3 and the words in
-/// `crates/runlog/src/digest.rs`.
+/// The digests can be made by a program that knows MCAP, BLAKE3 and what the head of
+/// `crates/runlog/src/lib.rs` says.
 #[test]
 fn digests_are_those_of_the_messages_as_they_stand_in_the_file() {
     let log = Log::make();
@@ -271,7 +271,7 @@ fn a_log_with_a_topic_more_is_compared_in_what_both_have() {
 /// What is none is called none, not damaged; what is cut off behind its first bytes may be one.
 #[test]
 fn what_is_no_run_log_is_told_from_what_is_damaged() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let file = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
         fs::write(&path, bytes).expect("the folder can be written");

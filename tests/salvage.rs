@@ -22,7 +22,7 @@ struct Log {
 
 impl Log {
     fn make() -> Log {
-        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let folder = asperity_testkit::folder();
         let path = folder.path().join("whole.mcap");
         // Most of it are the states of all blocks, so that there are many chunks.
         let dense = ["--set", "recording.fields_s=0.0005", "--set", "time.duration_s=0.6"];

@@ -8,7 +8,7 @@ fn every_scenario_runs_checks_and_replays() {
     let list = succeed(&["scenario", "list"]);
     let names: Vec<&str> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();
     assert!(names.len() >= 17, "{list}");
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let one = |name: &str| {
         let log = folder.path().join(format!("{name}.mcap"));
         run(&[name], &log);

@@ -34,7 +34,7 @@ fn git(folder: &Path, arguments: &[&str]) -> Output {
 
 #[test]
 fn git_diff_shows_logs_and_tables_as_rows() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let repository = folder.path().join("repository");
     fs::create_dir(&repository).expect("the folder can be written");
     let git = |arguments: &[&str]| {
@@ -89,7 +89,7 @@ fn git_diff_shows_logs_and_tables_as_rows() {
 
 #[test]
 fn a_parquet_table_is_printed_as_the_csv_beside_it() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let log = folder.path().join("run.mcap");
     let tables = folder.path().join("tables");
     small::run(&log);

@@ -5,9 +5,9 @@ use std::fs;
 
 use crate::support::binary::{asperity, run, succeed, text};
 use asperity_model::{Plan, Scenario, ScenarioSource};
-use asperity_runlog::{RunReader, Topics};
 use asperity_simulator::equality::{NearTie, rounding_reach};
 use asperity_simulator::{Exact, Plain, Solver};
+use asperity_testkit::run_end;
 
 const PIPELINE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../pipelines/chapter5.toml");
 const NEAR_TIES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/near-ties");
@@ -67,7 +67,7 @@ fn a_near_tie_that_is_none_any_more_is_told() {
     let known = fs::read_to_string(known).expect("it is text");
     let mut proof: serde_json::Value = serde_json::from_str(&known).expect("it is JSON");
     proof["tie"]["step"] = 1000.into();
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     fs::write(folder.path().join("moved.json"), proof.to_string()).expect("it can be written");
     let run = proof["run"].as_str().expect("it names its run");
     let choice = ["--only", run, "--for-s", "0.001", "--near-ties", text(folder.path())];
@@ -79,13 +79,11 @@ fn a_near_tie_that_is_none_any_more_is_told() {
 
 #[test]
 fn a_log_says_what_its_run_was_made_of() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     for (scenario, jumps, fallbacks) in [("default", 1, 0), ("ring-down", 0, 1)] {
         let log = folder.path().join(format!("{scenario}.mcap"));
         run(&[scenario, "--set", "time.duration_s=0.0002"], &log);
-        let mut reader = RunReader::open(&log, Topics::EVENTS).expect("the log opens");
-        while reader.next_item().expect("the log reads").is_some() {}
-        let report = &reader.end().expect("the log was read to its end").solver;
+        let report = run_end(&log).solver;
         assert_eq!(report.counts["steps"], 20_000);
         assert_eq!(report.counts["jumps"], jumps, "{scenario}: {report:?}");
         assert_eq!(report.fallbacks.len(), fallbacks, "{scenario}: {report:?}");

@@ -57,7 +57,7 @@ fn logs_of_every_version_give_the_events_that_they_gave() {
 /// anything else in it can be found wrong.
 #[test]
 fn a_newer_version_is_refused_by_name() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let log = folder.path().join("newer.mcap");
     let newer = (RECORD_SCHEMA_VERSION + 1).to_string();
     let metadata = mcap::records::Metadata {
@@ -81,7 +81,7 @@ fn a_newer_version_is_refused_by_name() {
 
 #[test]
 fn what_is_written_now_is_of_the_present_version() {
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let folder = asperity_testkit::folder();
     let log = folder.path().join("run.mcap");
     binary::run(&["ten-blocks", "--set", "time.step_s=1e-7", "--set", "time.duration_s=0.01"], &log);
     let reader = RunReader::open(&log, Topics::NONE).expect("the log has a header");

@@ -40,8 +40,7 @@ pub(crate) struct Python {
 impl Python {
     pub(crate) fn find() -> Option<Python> {
         let interpreter = find("ASPERITY_CLIENTS", "Python")?;
-        let python =
-            Python { interpreter, home: tempfile::tempdir().expect("a temporary folder can be made") };
+        let python = Python { interpreter, home: asperity_testkit::folder() };
         // rerun is not to call home.
         let quiet = python.program("rerun", &["analytics", "disable"]);
         assert!(quiet.status.success(), "{}", said(&quiet));

@@ -367,6 +367,22 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
+    fn a_revision_without_the_command_is_named() {
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let log = folder.path().join("a.mcap");
+        // A shell takes `reduce` for a script, which it looks for and does not find.
+        let side = Side { title: "1a2b3c4 An old one".to_owned(), binary: "/bin/sh".into(), log };
+        let refused = run_once(&side, Part::Reduce, &folder.path().join("out"));
+        let problem = refused.expect_err("it knows no such command").to_string();
+        assert!(problem.starts_with("1a2b3c4 An old one: `asperity reduce "), "{problem}");
+        assert!(
+            problem.contains("a.mcap --out ") && problem.contains(" ended with exit status: "),
+            "{problem}"
+        );
+    }
+
+    #[cfg(unix)]
+    #[test]
     fn work_counts_and_waiting_does_not() {
         let sh = |script: &str| timed(Command::new("sh").args(["-c", script]));
         let waited = sh("sleep 0.3").expect("sh runs");

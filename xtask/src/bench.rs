@@ -35,7 +35,8 @@ which other processes disturb less than wall time. Parts:
   reduce     asperity reduce, of the same log
 
 REV is built in a worktree under target/diff-events, and kept. Outputs go to a
-temporary folder under target. Leave the machine alone meanwhile.
+temporary folder under target. Leave the machine alone meanwhile: on a busy one,
+a few pairs may be off by ten per cent, and 20 by one or two.
 
 Exit codes of --against:
   0  all medians are within the limit

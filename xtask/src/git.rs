@@ -199,7 +199,7 @@ impl Worktree {
 impl Drop for Worktree {
     fn drop(&mut self) {
         if let Err(failure) = self.repository.forget_worktree(&self.folder) {
-            eprintln!("warning: {} stays behind until the next call: {failure}", self.folder.display());
+            eprintln!("warning: {} is left until the next call: {failure}", self.folder.display());
         }
     }
 }

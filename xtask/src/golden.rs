@@ -18,9 +18,9 @@ use crate::workspace::{Failure, asperity, output, program, root, run};
 const HEADING: &str = "\
 # Accepted changes of the golden tables
 
-The event tables beside this file are what the runs of chapter 5 give. A test holds every change of the code against them. A
-change that is meant to alter them is accepted by `cargo xtask golden --accept REASON`, which makes the tables anew and writes
-an entry here, the newest first: the signature of the tables, the version of the code that made them, the reason, and what
+The event tables beside this file are what the runs of Chapter 5 give. A test compares every change of the code with them. A
+change that is meant to alter them is accepted by `cargo xtask golden --accept REASON`, which rewrites the tables and adds an
+entry here, newest first: the signature of the tables, the version of the code that made them, the reason, and what
 `asperity diff` found.
 ";
 

@@ -1,7 +1,8 @@
 //! Made-up runs for unit tests.
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
-use asperity_record::{Direction, RunHeader, SlipEvent, StepRecord, Switch};
+use asperity_record::{Direction, RunHeader, SlipEvent, StepRecord};
+use asperity_testkit::{quiet_step, slip_event, switch};
 
 use crate::run_data::RunData;
 
@@ -23,40 +24,24 @@ pub(crate) fn run(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData
     let source = ScenarioSource::new("test", &text);
     let scenario = Scenario::resolve(&source).unwrap();
     let plan = Plan::new(&scenario);
-    let switch = |block: u32| Switch {
-        block,
-        direction: Direction::Detach,
-        displacement_m: 0.0,
-        velocity_m_per_s: 0.0,
-        tangential_force_n: 0.0,
-        stick_position_m: 0.0,
-        threshold_n: 0.0,
-    };
     let steps = events.iter().map(|&(onset, _, blocks)| StepRecord {
-        step: onset - 1,
-        time_s: plan.grid.time_s(onset - 1),
         driving_force_n: 1.0,
         normal_load_n: 400.0,
-        end_forces_n: None,
-        sliding: 0,
-        switches: blocks.iter().map(|&block| switch(block)).collect(),
+        switches: blocks.iter().map(|&block| switch(block, Direction::Detach)).collect(),
+        ..quiet_step(onset - 1, plan.grid.time_s(onset - 1), 0.0)
     });
     let slips = events.iter().zip(0..).map(|(&(onset, end, blocks), event)| SlipEvent {
         onset_s: plan.grid.time_s(onset),
         end_s: Some(plan.grid.time_s(end)),
-        first_block: *blocks.iter().min().unwrap(),
-        last_block: *blocks.iter().max().unwrap(),
         max_sliding: blocks.len() as u32,
         ft_fn_onset: 0.1,
         ft_fn_end: Some(0.1),
         event,
-        onset_step: onset,
-        end_step: Some(end),
         blocks_slipped: blocks.len() as u32,
         nucleation_block: blocks[0],
         ft_fn_min: 0.1,
         ft_fn_max: 0.1,
-        open: false,
+        ..slip_event(onset, end, *blocks.iter().min().unwrap()..=*blocks.iter().max().unwrap())
     });
     RunData {
         name: "test".to_owned(),

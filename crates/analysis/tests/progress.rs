@@ -29,6 +29,7 @@ measures = ["precursor-count"]
 [[figure.load]]
 file = "load.png"
 run = "complete"
+sliding = true
 "#;
 
 #[test]

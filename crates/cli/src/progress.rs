@@ -60,9 +60,7 @@ impl Board {
 
     /// Starts the progress of a run of which only the steps are told.
     pub(crate) fn steps(&self, name: &str, steps: u64, duration_s: f64) -> RunProgress {
-        let bar = self.bar("{prefix:20} {bar:30} {msg} {eta} left", |bar| self.bars.add(bar));
-        bar.set_length(steps);
-        bar.set_prefix(name.to_owned());
+        let bar = self.bar(name, steps, "{prefix:20} {bar:30} {msg} {eta} left", |bar| self.bars.add(bar));
         RunProgress {
             board: self.clone(),
             bar,
@@ -79,9 +77,8 @@ impl Board {
     /// Starts the overall progress of runs, given with the work that each takes in block
     /// steps. The runs must be shown on the board of what is returned, by the same names.
     pub(crate) fn overall(&self, runs: impl IntoIterator<Item = (String, u64)>) -> Overall {
-        let bar = self.bar("{prefix:20} {bar:30} {msg}", |bar| self.bars.insert(0, bar));
-        bar.set_length(OVERALL_LENGTH);
-        bar.set_prefix("all runs");
+        let place = |bar| self.bars.insert(0, bar);
+        let bar = self.bar("all runs", OVERALL_LENGTH, "{prefix:20} {bar:30} {msg}", place);
         let now = Instant::now();
         let tally = Tally::new(runs);
         bar.set_message(tally.status(Duration::ZERO));
@@ -91,19 +88,23 @@ impl Board {
     }
 
     /// Starts the progress of something that is told in words, stage by stage.
-    pub(crate) fn stages(&self, name: &'static str) -> Stages {
-        let bar = self.bar("{prefix:20} {bar:30} {msg}", |bar| self.bars.add(bar));
-        bar.set_prefix(name);
-        Stages { bar }
+    pub(crate) fn stages(&self, name: &str) -> Stages {
+        Stages { bar: self.bar(name, 1, "{prefix:20} {bar:30} {msg}", |bar| self.bars.add(bar)) }
     }
 
     /// A bar where there is a terminal.
-    fn bar(&self, template: &str, place: impl FnOnce(ProgressBar) -> ProgressBar) -> ProgressBar {
+    fn bar(
+        &self,
+        name: &str,
+        length: u64,
+        template: &str,
+        place: impl FnOnce(ProgressBar) -> ProgressBar,
+    ) -> ProgressBar {
         if !self.on_terminal {
             return ProgressBar::hidden();
         }
         let style = ProgressStyle::with_template(template).expect("the template is well formed");
-        place(ProgressBar::new(1).with_style(style))
+        place(ProgressBar::new(length).with_style(style).with_prefix(name.to_owned()))
     }
 }
 
@@ -113,7 +114,7 @@ pub(crate) struct Stages {
 }
 
 impl Stages {
-    /// Takes note that so many of so many are done in a stage.
+    /// Takes note of how many things of a stage are done.
     pub(crate) fn reached(&self, stage: &str, done: usize, of: usize) {
         self.bar.set_length(of as u64);
         self.bar.set_position(done as u64);

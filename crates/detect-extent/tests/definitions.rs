@@ -4,32 +4,19 @@
 use asperity_detect::{Detector, SlipRules, detect_all};
 use asperity_detect_extent::ExtentDetector;
 use asperity_record::{Direction, SlipEvent, StepRecord, Switch};
+use asperity_testkit::{quiet_step, switch};
 
 const BLOCKS: u32 = 4;
 
 /// A record of step `step` in which `sliding` blocks slid; `switches` are blocks
 /// that detach (positive) or attach (negative) at its end.
 fn record(step: u64, sliding: u32, load: f64, switches: &[i32]) -> StepRecord {
-    StepRecord {
-        step,
-        time_s: step as f64 / 10.0,
-        driving_force_n: load * 100.0,
-        normal_load_n: 100.0,
-        end_forces_n: None,
-        sliding,
-        switches: switches
-            .iter()
-            .map(|&switch| Switch {
-                block: switch.unsigned_abs(),
-                direction: if switch > 0 { Direction::Detach } else { Direction::Attach },
-                displacement_m: 0.0,
-                velocity_m_per_s: 0.0,
-                tangential_force_n: 71.0,
-                stick_position_m: 0.0,
-                threshold_n: 70.0,
-            })
-            .collect(),
-    }
+    let switches = switches.iter().map(|&block| Switch {
+        tangential_force_n: 71.0,
+        threshold_n: 70.0,
+        ..switch(block.unsigned_abs(), if block > 0 { Direction::Detach } else { Direction::Attach })
+    });
+    StepRecord { sliding, switches: switches.collect(), ..quiet_step(step, step as f64 / 10.0, load) }
 }
 
 fn slips(records: &[StepRecord]) -> Vec<SlipEvent> {

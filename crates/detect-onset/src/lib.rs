@@ -1,4 +1,25 @@
 //! Finds stick-slip onsets: which block went first, when, at what load.
+//!
+//! ```
+//! use asperity_detect::{Detector, SlipRules, detect_all};
+//! use asperity_detect_onset::OnsetDetector;
+//! use asperity_record::{Direction, Onset, StepRecord};
+//! use asperity_testkit::{quiet_step, switch};
+//!
+//! // In a chain of three blocks, block 2 detaches at the end of step 7 and attaches at that of step 9.
+//! let records = [
+//!     StepRecord { switches: vec![switch(2, Direction::Detach)], ..quiet_step(7, 0.7, 0.40) },
+//!     StepRecord { sliding: 1, ..quiet_step(8, 0.8, 0.41) },
+//!     StepRecord { sliding: 1, switches: vec![switch(2, Direction::Attach)], ..quiet_step(9, 0.9, 0.41) },
+//!     quiet_step(10, 1.0, 0.38),
+//! ];
+//! let detector = OnsetDetector::new(3, SlipRules::EVERY_SLIP);
+//! let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(detector)];
+//! let events = detect_all(&mut detectors, &records);
+//! let onset: Onset = events[0].decode().expect("it is one")?;
+//! assert_eq!((onset.onset_step, onset.nucleation_block, onset.ft_fn_onset), (8, 2, 0.41));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use asperity_detect::{Change, Detector, SlipRules, SlipTracker};
 use asperity_record::{Event, EventKind, Onset, StepRecord};
@@ -50,26 +71,17 @@ mod tests {
 
     #[test]
     fn an_onset_names_the_lowest_block_of_the_first_sliding_step() {
-        let switch = |block: u32| Switch {
-            block,
-            direction: Direction::Detach,
-            displacement_m: 0.0,
-            velocity_m_per_s: 0.0,
+        let detach = |block: u32| Switch {
             tangential_force_n: f64::from(block) + 0.5,
-            stick_position_m: 0.0,
             threshold_n: f64::from(block),
+            ..switch(block, Direction::Detach)
         };
-        let record = |step: u64, sliding: u32, switches: Vec<Switch>| StepRecord {
-            step,
-            time_s: step as f64,
-            driving_force_n: 25.0,
-            normal_load_n: 100.0,
-            end_forces_n: None,
+        let record = |step: u64, sliding: u32, blocks: &[u32]| StepRecord {
             sliding,
-            switches,
+            switches: blocks.iter().map(|&block| detach(block)).collect(),
+            ..quiet_step(step, step as f64, 0.25)
         };
-        let records =
-            [record(7, 0, vec![switch(3), switch(5)]), record(8, 2, vec![switch(1)]), record(9, 3, vec![])];
+        let records = [record(7, 0, &[3, 5]), record(8, 2, &[1]), record(9, 3, &[])];
         let mut detectors: Vec<Box<dyn Detector>> =
             vec![Box::new(OnsetDetector::new(6, SlipRules::EVERY_SLIP))];
         let onsets: Vec<Onset> = detect_all(&mut detectors, &records)

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | identical | one on each side, equal in every column compared |
 //! | within tolerance | one on each side, every difference within its column's tolerance |
-//! | open | one of the two was cut short by the end of its run, and what is known at an onset is within tolerance; or it starts behind the end of the other run |
+//! | open | one of the two was cut short by the end of its run, and what is known at an onset is within tolerance; or it starts after the end of the other run |
 //! | shifted | the onset moved beyond tolerance, the blocks did not change, and the end moved no more than [`END_MOVES_ALONG`] times as far; loads may follow |
 //! | changed | anything else between one and one |
 //! | split, merged | one old event stands against several new ones, or the reverse |
@@ -48,15 +48,15 @@ impl Rules<'_> {
     pub(crate) fn classify(&self, group: &Group) -> Outcome {
         let unpaired =
             |class, rule| Outcome { class, rule, cells: Vec::new(), shift_s: None, conservation: None };
-        let behind =
+        let is_after =
             |event: &SlipEvent, until_s: Option<f64>| until_s.is_some_and(|end_s| event.onset_s > end_s);
         match (&group.old[..], &group.new[..]) {
             ([old], [new]) => self.pair(old, new, group.identical),
-            ([old], []) if behind(old, self.new_until_s) => {
-                unpaired(Class::Open, "starts behind the end of the new run")
+            ([old], []) if is_after(old, self.new_until_s) => {
+                unpaired(Class::Open, "starts after the end of the new run")
             }
-            ([], [new]) if behind(new, self.old_until_s) => {
-                unpaired(Class::Open, "starts behind the end of the old run")
+            ([], [new]) if is_after(new, self.old_until_s) => {
+                unpaired(Class::Open, "starts after the end of the old run")
             }
             (_, []) => unpaired(
                 Class::Missing,
@@ -90,7 +90,7 @@ impl Rules<'_> {
             let mut of_kind = cells.iter().filter(|cell| kinds.contains(&cell.column.kind()));
             of_kind.any(|cell| cell.is_beyond() && (cell.column.is_of_onset() || !of_onset))
         };
-        // What the end of a run has cut short is only held against what its onset tells.
+        // What the end of a run has cut short is compared only in what its onset tells.
         let cut = old.end_s.is_none() || new.end_s.is_none() || old.open || new.open;
         const ALL: [Kind; 5] = [Kind::Time, Kind::Step, Kind::Extent, Kind::Load, Kind::Edge];
         let (class, rule) = if cells.is_empty() {
@@ -118,7 +118,7 @@ impl Rules<'_> {
         outcome(class, rule, cells)
     }
 
-    /// Whether the policy lets a match pass; numbers of matches are held against it at the end.
+    /// Whether the policy lets a match pass; numbers of matches are compared with it at the end.
     pub(crate) fn allows(&self, outcome: &Outcome) -> bool {
         let of_class = self.policy.allowed(outcome.class) != Allowed::UpTo(0);
         let near = outcome.shift_s.is_none_or(|shift_s| shift_s <= self.policy.max_shift_s);
@@ -162,7 +162,7 @@ pub(crate) fn shift_s(old: &SlipEvent, new: &SlipEvent) -> f64 {
     (old.onset_s - new.onset_s).abs().max(end_s)
 }
 
-/// The cells in which two events differ. A step is only held against another where their
+/// The cells in which two events differ. Steps are compared only where their
 /// seconds are equal: else it follows from them.
 pub(crate) fn differing(
     old: &SlipEvent,

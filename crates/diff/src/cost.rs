@@ -85,7 +85,7 @@ pub(crate) struct Span {
     end_s: f64,
     first_block: u32,
     last_block: u32,
-    /// The latest onset that it is held against, s.
+    /// The latest onset that it is compared with, s.
     pub(crate) reach_s: f64,
     /// Number of different onsets before its own, on both sides.
     rank: u64,
@@ -160,7 +160,7 @@ pub(crate) fn pair(a: &Span, b: &Span, window_s: f64) -> Option<Cost> {
     if common_s == 0.0 && apart_s > window_s {
         return None;
     }
-    // Open events last as long as what they are held against.
+    // Open events last as long as what they are compared with.
     let time = if a.is_open() && b.is_open() {
         1.0
     } else {

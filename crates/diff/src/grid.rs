@@ -1,5 +1,5 @@
 //! The grid through which the cheapest path is looked for, row by row: a cell
-//! for so many old and so many new events taken, a state for each mode in it.
+//! for a number of old and a number of new events taken, a state for each mode in it.
 
 use crate::cost::{self, ALONE, BEGUN, Cost, Span};
 
@@ -77,10 +77,10 @@ impl Moves {
     }
 }
 
-/// A state: so many old and new events taken, in this mode.
+/// A state: how many old and new events are taken, and the mode.
 pub(crate) type State = (usize, usize, Mode);
 
-/// A row of the grid: the cells with so many old events taken.
+/// A row of the grid: the cells with one number of old events taken.
 pub(crate) struct Row {
     /// New events taken in its first cell.
     pub(crate) from: usize,
@@ -89,7 +89,7 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// A row without paths, of cells from so many new events taken to so many.
+    /// A row without paths, of cells from one number of new events taken to another.
     pub(crate) fn cleared(from: usize, to: usize, mut costs: Vec<[Cost; 5]>) -> Row {
         costs.clear();
         let mut row = Row { from, costs, moves: Vec::new() };
@@ -104,7 +104,7 @@ impl Row {
         row
     }
 
-    /// Makes room for cells with up to so many new events taken.
+    /// Makes room for cells with up to this many new events taken.
     pub(crate) fn reach_to(&mut self, taken: usize) {
         let cells = taken + 1 - self.from;
         if self.costs.len() < cells {
@@ -203,7 +203,7 @@ impl Row {
         }
     }
 
-    /// Leads all paths to so many new events or more, without taking an old one.
+    /// Leads all paths to this many new events or more, without taking an old one.
     pub(crate) fn run_to(&mut self, end: usize) {
         self.reach_to(end);
         for new in self.from..end {

@@ -12,51 +12,26 @@
 //!
 //! - Events that are equal in every column compared are the same event; the path
 //!   must go through them.
-//! - An event is held against those that start before it ends, or up to one
-//!   window behind its onset, and not behind the [`NEAREST`]th event after it on
+//! - An event is compared with those that start before it ends, or up to one
+//!   window after its onset, and not after the [`NEAREST`]th event after it on
 //!   its own side: of two chattering runs each event meets a few dozen others.
 //!   Which of two events starts first decides, not its side.
 //! - Once all paths that are still open go through one state, what lies before it is
-//!   settled and leaves memory. Only a stretch over which it is open what is
-//!   best stays, not the table.
+//!   settled and leaves memory. Only the stretch on which the best matching
+//!   is still undecided stays, not the table.
 
 use std::collections::VecDeque;
 
 use asperity_record::SlipEvent;
 
-use crate::column::{Column, Columns, Kind, Value};
-use crate::cost::{Cost, Span};
+use crate::column::{Column, Columns, Kind};
+use crate::cost::Cost;
 use crate::grid::{MODES, Mode, Move, Moves, Row, State, bit};
-
-/// How many events of its own side an event may look past. Beyond so many that start
-/// within one window of each other it is arbitrary which is which.
-pub const NEAREST: usize = 32;
+use crate::side::Side;
+pub use crate::side::{MatchError, NEAREST};
 
 /// Rows after which it is looked for a state that all paths go through.
 const ROWS_BETWEEN_FLUSHES: usize = 64;
-
-/// Two tables that cannot be matched.
-#[derive(Debug, thiserror::Error)]
-pub enum MatchError<E> {
-    /// A table could not be read.
-    #[error("{0}")]
-    Source(E),
-    /// A table is not in order.
-    #[error(
-        "{side} table: event {event} starts at {onset_s} s, the one before it at {before_s} s \
-         (accepted: events in order of their onsets)"
-    )]
-    Order {
-        /// `old` or `new`.
-        side: &'static str,
-        /// Number of the event.
-        event: u64,
-        /// Its onset, s.
-        onset_s: f64,
-        /// Onset of the event before it, s.
-        before_s: f64,
-    },
-}
 
 /// Events that belong together, in order of onset on each side.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,137 +82,6 @@ pub fn match_tables<E>(
     matcher.run()
 }
 
-/// One table as it is read: what was read and is not settled, and the event after it.
-struct Side<I> {
-    name: &'static str,
-    source: I,
-    ahead: Option<SlipEvent>,
-    started: bool,
-    /// Events from number `first` of the table on, but for `gone` settled ones in front.
-    events: Vec<SlipEvent>,
-    /// What the matching goes by of each.
-    spans: Vec<Span>,
-    gone: usize,
-    first: usize,
-}
-
-/// Settled events that may stay in memory before they are dropped all at once.
-const GONE: usize = 1024;
-
-impl<I, E> Side<I>
-where
-    I: Iterator<Item = Result<SlipEvent, E>>,
-{
-    fn new(name: &'static str, source: I) -> Side<I> {
-        let (events, spans) = (Vec::new(), Vec::new());
-        Side { name, source, ahead: None, started: false, events, spans, gone: 0, first: 0 }
-    }
-
-    /// How many have been read, settled ones included.
-    fn read(&self) -> usize {
-        self.first + self.waiting()
-    }
-
-    /// How many have been read and are not settled.
-    fn waiting(&self) -> usize {
-        self.events.len() - self.gone
-    }
-
-    fn event(&self, index: usize) -> &SlipEvent {
-        &self.events[index - self.first + self.gone]
-    }
-
-    fn spans(&self, from: usize, to: usize) -> &[Span] {
-        let physical = |index: usize| index - self.first + self.gone;
-        &self.spans[physical(from)..physical(to)]
-    }
-
-    fn span(&self, index: usize) -> &Span {
-        &self.spans[index - self.first + self.gone]
-    }
-
-    /// Onset of an event, if it has been read.
-    fn onset_s(&self, index: usize) -> Option<f64> {
-        self.spans.get(index - self.first + self.gone).map(|span| span.onset_s)
-    }
-
-    /// Forgets the events before this one.
-    fn settle(&mut self, index: usize) {
-        self.gone += index - self.first;
-        self.first = index;
-        if self.gone > GONE && 2 * self.gone > self.events.len() {
-            self.events.drain(..self.gone);
-            self.spans.drain(..self.gone);
-            self.gone = 0;
-        }
-    }
-
-    /// Onset of the event that will be read next, s; infinite behind the last.
-    fn next_onset_s(&mut self) -> Result<f64, MatchError<E>> {
-        if !self.started {
-            self.started = true;
-            self.advance()?;
-        }
-        Ok(self.ahead.as_ref().map_or(f64::INFINITY, |event| event.onset_s))
-    }
-
-    fn advance(&mut self) -> Result<Option<SlipEvent>, MatchError<E>> {
-        let next = self.source.next().transpose().map_err(MatchError::Source)?;
-        if let Some(next) = &next {
-            let before_s = self.ahead.as_ref().map_or(f64::NEG_INFINITY, |event| event.onset_s);
-            // Written so that an onset that is no number is not in order either.
-            let in_order = next.onset_s >= before_s && next.onset_s.is_finite();
-            if !in_order {
-                let (event, onset_s) = (next.event, next.onset_s);
-                return Err(MatchError::Order { side: self.name, event, onset_s, before_s });
-            }
-        }
-        Ok(std::mem::replace(&mut self.ahead, next))
-    }
-
-    /// Reads all events of one onset, in an order that does not depend on the table's.
-    fn read_onset(
-        &mut self,
-        onset_s: f64,
-        rank: u64,
-        columns: Columns,
-        window_s: f64,
-    ) -> Result<(), MatchError<E>> {
-        let from = self.events.len();
-        while self.next_onset_s()? == onset_s {
-            let event = self.advance()?;
-            self.events.extend(event);
-        }
-        if self.events.len() > from + 1 {
-            self.events[from..].sort_by(|a, b| {
-                let keys = columns.iter().map(|column| (column.of(a), column.of(b)));
-                let order = keys.map(|(a, b)| in_order(a, b)).find(|order| order.is_ne());
-                order.unwrap_or(a.event.cmp(&b.event))
-            });
-        }
-        for index in from..self.events.len() {
-            self.spans.push(Span::new(&self.events[index], rank, window_s));
-            // Nothing looks past the events of its own side that come after it.
-            if let Some(before) = index.checked_sub(NEAREST) {
-                let before = &mut self.spans[before];
-                before.reach_s = before.reach_s.min(onset_s);
-            }
-        }
-        Ok(())
-    }
-}
-
-fn in_order(a: Value, b: Value) -> std::cmp::Ordering {
-    let key = |value: Value| match value {
-        Value::Empty => (1, 0.0),
-        Value::Number(value) => (0, value),
-        Value::Whole(value) => (0, value as f64),
-        Value::Flag(value) => (0, f64::from(u8::from(value))),
-    };
-    let ((a_kind, a), (b_kind, b)) = (key(a), key(b));
-    a_kind.cmp(&b_kind).then(a.total_cmp(&b))
-}
-
 struct Matcher<O, N, F> {
     old: Side<O>,
     new: Side<N>,
@@ -275,8 +119,8 @@ where
                     return self.finish();
                 }
                 // Not if an old event of this onset has come as well, which may meet the new ones.
-                let is_behind = taken == self.old.read();
-                if is_behind && self.new.waiting() >= ROWS_BETWEEN_FLUSHES {
+                let is_at_end = taken == self.old.read();
+                if is_at_end && self.new.waiting() >= ROWS_BETWEEN_FLUSHES {
                     self.roll()?;
                 }
                 continue;
@@ -292,7 +136,7 @@ where
         }
     }
 
-    /// Reads the events of the next onset of both sides; `false` behind the last.
+    /// Reads the events of the next onset of both sides; `false` after the last.
     fn read_onset(&mut self) -> Result<bool, MatchError<E>> {
         let onset_s = self.old.next_onset_s()?.min(self.new.next_onset_s()?);
         if onset_s == f64::INFINITY {
@@ -318,7 +162,7 @@ where
         self.columns.iter().all(|column| column.of(old) == column.of(new))
     }
 
-    /// Reads all that the old event `taken` is to be held against.
+    /// Reads all that the old event `taken` is compared with.
     fn read_ahead(&mut self, taken: usize) -> Result<(), MatchError<E>> {
         loop {
             let next_s = self.old.next_onset_s()?.min(self.new.next_onset_s()?);
@@ -361,7 +205,7 @@ where
         from + (from..end).take_while(is_far).count()
     }
 
-    /// Leads all paths to so many new events, without taking an old one.
+    /// Leads all paths to `end` new events, without taking an old one.
     fn run_out(&mut self, end: usize) {
         self.row.run_to(end);
         let row = std::mem::replace(&mut self.row, Row::start(end));
@@ -404,7 +248,7 @@ where
         self.release()
     }
 
-    /// Behind the last old event: what is left of the new side is extra.
+    /// After the last old event: what is left of the new side is extra.
     fn finish(&mut self) -> Result<(), MatchError<E>> {
         let old = self.settled.0 + self.rows.len();
         let end = self.new.read();
@@ -563,7 +407,7 @@ where
     }
 }
 
-/// Columns that two tables can be held against each other in: those that both have, but
+/// Columns in which two tables can be compared: those that both have, but
 /// for the steps where the tables count steps of different length.
 pub fn comparable(old: Columns, new: Columns, same_step: bool) -> Columns {
     let is_comparable = |column: &Column| same_step || column.kind() != Kind::Step;
@@ -575,6 +419,7 @@ mod tests {
     use std::convert::Infallible;
 
     use asperity_record::SlipEvent;
+    use asperity_testkit::{Random, slip_event};
 
     use super::{Group, match_tables};
     use crate::column::Columns;
@@ -582,34 +427,8 @@ mod tests {
 
     const WINDOW_S: f64 = 4.0;
 
-    /// Numbers that look random, and are the same each time (Knuth's MMIX generator).
-    struct Random(u64);
-
-    impl Random {
-        fn below(&mut self, bound: u64) -> u64 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 33) % bound
-        }
-    }
-
     fn event(number: u64, onset: u64, length: u64, first_block: u32, last_block: u32) -> SlipEvent {
-        SlipEvent {
-            onset_s: onset as f64,
-            end_s: Some((onset + length) as f64),
-            first_block,
-            last_block,
-            max_sliding: 1,
-            ft_fn_onset: 0.0,
-            ft_fn_end: Some(0.0),
-            event: number,
-            onset_step: onset,
-            end_step: Some(onset + length),
-            blocks_slipped: last_block - first_block + 1,
-            nucleation_block: first_block,
-            ft_fn_min: 0.0,
-            ft_fn_max: 0.0,
-            open: false,
-        }
+        SlipEvent { event: number, ..slip_event(onset, onset + length, first_block..=last_block) }
     }
 
     /// Events on a coarse grid, so that costs are often equal, some of them side by side.
@@ -699,7 +518,7 @@ mod tests {
                     else {
                         continue;
                     };
-                    // What lies before and between stays alone; the rest goes on behind.
+                    // What lies before and between stays alone; the rest follows.
                     let last = 32 - choice.leading_zeros() as usize;
                     let passed = last - chosen.len() + at;
                     let rest = if is_split {
@@ -717,7 +536,7 @@ mod tests {
 
     #[test]
     fn the_matching_is_the_cheapest_there_is() {
-        let mut random = Random(1);
+        let mut random = Random::new(1);
         let (mut pairs, mut several) = (0, 0);
         for case in 0..3000 {
             let sizes = [random.below(6), random.below(6)];
@@ -741,7 +560,7 @@ mod tests {
 
     #[test]
     fn every_event_is_in_one_group_and_groups_come_in_order_of_time() {
-        let mut random = Random(2);
+        let mut random = Random::new(2);
         for _ in 0..500 {
             let old = table(&mut random, 200, 0);
             let new = table(&mut random, 200, 0);
@@ -761,7 +580,7 @@ mod tests {
 
     #[test]
     fn swapping_the_sides_swaps_the_groups() {
-        let mut random = Random(3);
+        let mut random = Random::new(3);
         for _ in 0..2000 {
             let old = table(&mut random, 60, 0);
             let new = table(&mut random, 60, 0);

@@ -6,36 +6,38 @@
 //! and tables it says without scripts; a script adds the two space-time
 //! timelines, drawn on a canvas because there may be ten thousand events.
 
+mod findings;
 mod markup;
+mod results;
 mod timeline;
+mod words;
 
-use crate::report::{CellChange, Class, Extent, Finding, Report, RunDiff, Sample, Verdict};
+use crate::report::{Class, Report, RunDiff, Verdict};
 use markup::{Cell, Row, json, table, text};
 use timeline::Thinning;
+use words::{class_cell, counted, key, paragraph, section, short};
 
 const STYLE: &str = include_str!("page/page.css");
 const SCRIPT: &str = include_str!("page/timeline.js");
 
-/// Most findings that the page lists; the timeline shows all of them.
-const LISTED_MOST: usize = 2000;
-/// Fewest findings of a run that are listed, however many other runs have.
-const LISTED_OF_RUN: usize = 50;
-/// Most rows of a table of downstream changes.
-const DOWNSTREAM_MOST: usize = 200;
+/// How many findings of each class a report has to keep of a pair of runs for a page.
+pub const FINDINGS_OF_A_CLASS: usize = 1000;
+/// How many matches a report has to keep of a pair of runs for a page.
+pub const MATCHES_OF_A_RUN: usize = 200_000;
 
 /// The page of a report.
 pub fn page(report: &Report) -> String {
-    let listed = listed(report);
+    let listed = findings::listed(report);
     let title = format!("Events of {} and {}", report.old, report.new);
     let sections = [
         heading(report),
         classes(report),
         runs(report),
         timelines(report),
-        findings(report, &listed),
-        beyond(report),
-        downstream(report),
-        provenance(report),
+        findings::findings(report, &listed),
+        results::beyond(report),
+        results::downstream(report),
+        results::provenance(report),
         meanings(),
     ];
     format!(
@@ -51,42 +53,6 @@ pub fn page(report: &Report) -> String {
     )
 }
 
-/// The findings that there is room for, each with the place of its run: of every
-/// run the first ones, and first those that the policy does not allow.
-fn listed(report: &Report) -> Vec<(usize, &Finding)> {
-    let room = (LISTED_MOST / report.runs.len().max(1)).max(LISTED_OF_RUN);
-    let mut left =
-        LISTED_MOST.saturating_sub(report.runs.iter().map(|run| run.findings.len().min(room)).sum());
-    let mut listed = Vec::new();
-    for (place, run) in report.runs.iter().enumerate() {
-        let more = run.findings.len().saturating_sub(room).min(left);
-        left -= more;
-        let mut chosen: Vec<(usize, &Finding)> = run.findings.iter().enumerate().collect();
-        chosen.sort_by_key(|(_, finding)| finding.allowed);
-        chosen.truncate(room + more);
-        chosen.sort_by_key(|&(number, _)| number);
-        listed.extend(chosen.into_iter().map(|(_, finding)| (place, finding)));
-    }
-    listed
-}
-
-fn section(title: &str, body: &str) -> String {
-    if body.is_empty() {
-        String::new()
-    } else {
-        format!("<section>\n<h2>{}</h2>\n{body}</section>\n", text(title))
-    }
-}
-
-fn paragraph(words: &str) -> String {
-    format!("<p>{}</p>\n", text(words))
-}
-
-/// A number and its thing, in the singular where there is one.
-fn counted(count: u64, thing: &str) -> String {
-    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
-}
-
 /// What everybody reads: the outcome in one word and one sentence.
 fn heading(report: &Report) -> String {
     let (word, class) = match report.verdict {
@@ -97,7 +63,7 @@ fn heading(report: &Report) -> String {
     let parts: Vec<String> = Class::ALL
         .into_iter()
         .filter(|&class| report.counts.of(class) > 0)
-        .map(|class| format!("{} {}", report.counts.of(class), timeline::title(class)))
+        .map(|class| format!("{} {}", report.counts.of(class), words::title(class)))
         .collect();
     let sentence = format!(
         "{} old and {} new slip events in {}: {}.",
@@ -130,24 +96,12 @@ fn heading(report: &Report) -> String {
         out.push_str(&paragraph(&format!(
             "The policy allows {} {} and there are {}.",
             exceeded.allowed,
-            timeline::title(exceeded.class),
+            words::title(exceeded.class),
             exceeded.found
         )));
     }
     out.push_str("</header>\n");
     out
-}
-
-/// The swatch of a class, as the timeline draws it.
-fn key(class: Class) -> String {
-    format!(
-        "<canvas class=\"key needs-script\" width=\"22\" height=\"14\" data-class=\"{}\" aria-hidden=\"true\"></canvas>",
-        class.name()
-    )
-}
-
-fn class_cell(class: Class) -> Cell {
-    Cell::Html(format!("<span class=\"class\">{}{}</span>", key(class), text(timeline::title(class))))
 }
 
 fn classes(report: &Report) -> String {
@@ -173,18 +127,18 @@ fn meaning(class: Class) -> &'static str {
         Class::Merged => "several old events that are one new one",
         Class::Missing => "an old event without a new one",
         Class::Extra => "a new event without an old one",
-        Class::Open => "cut short by the end of one of the runs, or behind it",
+        Class::Open => "cut short by the end of one of the runs, or after it",
     }
 }
 
 fn runs(report: &Report) -> String {
     let there: Vec<Class> = Class::ALL.into_iter().filter(|&class| report.counts.of(class) > 0).collect();
-    let titles: Vec<String> = there.iter().map(|&class| format!("#{}", timeline::title(class))).collect();
+    let titles: Vec<String> = there.iter().map(|&class| format!("#{}", words::title(class))).collect();
     let mut headings = vec!["run", "#old events", "#new events"];
     headings.extend(titles.iter().map(String::as_str));
     headings.extend(["#largest shift, s", "#first difference, s"]);
     let rows = report.runs.iter().enumerate().map(|(place, run)| {
-        let name = text(timeline::name(run));
+        let name = text(words::name(run));
         let mut cells = vec![
             Cell::Html(format!("<a href=\"#timeline\" data-run=\"{place}\">{name}</a>")),
             Cell::number(run.old.events),
@@ -199,15 +153,6 @@ fn runs(report: &Report) -> String {
     section("Runs", &format!("<div class=\"wide\">{}</div>\n", table("", &headings, rows)))
 }
 
-/// A difference: three digits tell how large it is.
-fn short(value: f64) -> String {
-    if value != 0.0 && !(1e-3..1e4).contains(&value.abs()) {
-        format!("{value:.2e}")
-    } else {
-        format!("{value:.3}")
-    }
-}
-
 fn timelines(report: &Report) -> String {
     if report.runs.is_empty() {
         return String::new();
@@ -220,7 +165,7 @@ fn timelines(report: &Report) -> String {
                 "<label><input type=\"checkbox\" checked data-class=\"{}\"> {}{}</label>",
                 class.name(),
                 key(class),
-                text(timeline::title(class))
+                text(words::title(class))
             )
         })
         .collect();
@@ -251,262 +196,6 @@ fn timelines(report: &Report) -> String {
     )
 }
 
-/// Events by number, with when and where.
-fn events(events: &[Extent]) -> Cell {
-    if events.is_empty() {
-        return Cell::None;
-    }
-    let lines: Vec<String> = events
-        .iter()
-        .map(|event| {
-            let end = event.end_s.map_or("the run's end".to_owned(), |end| format!("{end} s"));
-            let blocks = if event.first_block == event.last_block {
-                format!("block {}", event.first_block)
-            } else {
-                format!("blocks {} to {}", event.first_block, event.last_block)
-            };
-            format!(
-                "<b>{}</b> <span class=\"value\">{} s to {}</span>, {blocks}",
-                event.event,
-                event.onset_s,
-                text(end)
-            )
-        })
-        .collect();
-    Cell::Html(lines.join("<br>"))
-}
-
-fn cell_change(change: &CellChange) -> String {
-    let measured = change.difference.map_or(String::new(), |difference| {
-        format!(
-            " <span class=\"soft\">(by {}, allowed {})</span>",
-            short(difference),
-            short_or_zero(change.tolerance)
-        )
-    });
-    format!(
-        "{} <span class=\"value\">{} → {}</span>{measured}",
-        text(change.column),
-        text(change.old),
-        text(change.new)
-    )
-}
-
-fn short_or_zero(value: f64) -> String {
-    if value == 0.0 { "0".to_owned() } else { short(value) }
-}
-
-/// What differs, column by column; of a split or merge, what was kept.
-fn differences(finding: &Finding) -> Cell {
-    let mut lines: Vec<String> = finding.columns.iter().map(cell_change).collect();
-    if let Some(kept) = &finding.conservation {
-        let word = |conserved: bool| if conserved { "conserved" } else { "not conserved" };
-        lines.push(format!(
-            "duration {}: <span class=\"value\">{} s → {} s</span>",
-            word(kept.duration_conserved),
-            short(kept.old_duration_s),
-            short(kept.new_duration_s)
-        ));
-        lines.push(format!(
-            "blocks {}: <span class=\"value\">{} → {}</span>",
-            word(kept.blocks_conserved),
-            kept.old_blocks,
-            kept.new_blocks
-        ));
-    }
-    if lines.is_empty() { Cell::None } else { Cell::Html(lines.join("<br>")) }
-}
-
-fn findings(report: &Report, listed: &[(usize, &Finding)]) -> String {
-    let total: u64 = report.runs.iter().map(|run| run.findings.len() as u64 + run.findings_left_out).sum();
-    if total == 0 {
-        return String::new();
-    }
-    let rows = listed.iter().enumerate().map(|(number, &(run, finding))| Row {
-        attributes: format!(" data-finding=\"{number}\" tabindex=\"0\""),
-        cells: vec![
-            class_cell(finding.class),
-            Cell::text(timeline::name(&report.runs[run])),
-            events(&finding.old),
-            events(&finding.new),
-            differences(finding),
-            Cell::Text(if finding.allowed {
-                format!("{}; allowed by the policy", finding.rule)
-            } else {
-                finding.rule.clone()
-            }),
-        ],
-    });
-    let headings = ["class", "run", "old event", "new event", "what differs", "rule"];
-    let left_out = total - listed.len() as u64;
-    let more = if left_out > 0 {
-        paragraph(&format!("{left_out} more are not listed here; --format json and --matches have them."))
-    } else {
-        String::new()
-    };
-    section(
-        "Findings",
-        &format!(
-            "<p class=\"needs-script\">Those of the run and classes that are shown above; a click leads to the place in \
-             the timelines.</p>\n{more}<div class=\"list\">{}</div>\n",
-            table("", &headings, rows)
-        ),
-    )
-}
-
-/// How runs part, and what their events have in common from there on.
-fn beyond(report: &Report) -> String {
-    let mut out = String::new();
-    for run in &report.runs {
-        let Some(horizon) = &run.horizon else { continue };
-        let beyond = &horizon.beyond;
-        let growth = horizon.growth.iter().map(|decade| {
-            Row::from(vec![
-                Cell::number(format!("{} to {}", decade.from, decade.to)),
-                Cell::number(decade.from_s),
-                Cell::number(decade.differing),
-                Cell::number(short_or_zero(decade.largest_shift_s)),
-            ])
-        });
-        let sample = |quantity: &str, sample: &Sample| {
-            let median = |value: Option<f64>| Cell::optional(value.map(short));
-            Row::from(vec![
-                Cell::text(quantity),
-                median(sample.old_median),
-                median(sample.new_median),
-                Cell::optional(sample.test.map(|test| short(test.distance))),
-                Cell::optional(sample.test.map(|test| short(test.p))),
-            ])
-        };
-        let statistics = [
-            Row::from(vec![
-                Cell::text("number of events"),
-                Cell::number(beyond.old_events),
-                Cell::number(beyond.new_events),
-                Cell::None,
-                Cell::None,
-            ]),
-            sample("length, blocks (median)", &beyond.length_blocks),
-            sample("onset to onset, s (median)", &beyond.recurrence_s),
-        ];
-        out.push_str(&format!(
-            "<details{}><summary>{}: first difference at {} s, after {}</summary>\n{}{}</details>\n",
-            if report.runs.len() == 1 { " open" } else { "" },
-            text(timeline::name(run)),
-            horizon.at_s,
-            counted(horizon.matches_before, "match").replace("matchs", "matches"),
-            table(
-                "How the difference grows, by decades of matches",
-                &["#matches", "#from, s", "#differing", "#largest shift, s"],
-                growth
-            ),
-            table(
-                "From there on, as distributions (two-sample Kolmogorov-Smirnov)",
-                &["quantity", "#old", "#new", "#distance", "#p at most"],
-                statistics
-            ),
-        ));
-    }
-    section("Where runs part", &out)
-}
-
-/// What it does to the results that are read off the events.
-fn downstream(report: &Report) -> String {
-    let mut out = String::new();
-    for run in &report.runs {
-        let Some(changes) = run.precursors.as_ref().filter(|changes| !changes.rows.is_empty()) else {
-            continue;
-        };
-        let rows = changes.rows.iter().take(DOWNSTREAM_MOST).map(|row| {
-            Row::from(vec![
-                Cell::number(row.lp_l),
-                Cell::optional(row.old_ft_fn),
-                Cell::optional(row.new_ft_fn),
-                Cell::optional(row.old_event),
-                Cell::optional(row.new_event),
-            ])
-        });
-        let caption = format!(
-            "Precursors of {}: {} of {} rows are the same{}",
-            timeline::name(run),
-            changes.same_rows,
-            changes.old_rows.max(changes.new_rows),
-            if changes.rows.len() > DOWNSTREAM_MOST {
-                format!("; the first {DOWNSTREAM_MOST} that are not")
-            } else {
-                String::new()
-            }
-        );
-        let headings = ["#L_p/L", "#old F_T/F_N", "#new F_T/F_N", "#old event", "#new event"];
-        out.push_str(&table(&caption, &headings, rows));
-    }
-    if !report.claims.is_empty() {
-        let rows = report.claims.iter().map(|claim| {
-            let verdict = |verdict: &Option<String>| verdict.as_ref().map_or(Cell::None, Cell::text);
-            Row::from(vec![
-                Cell::text(&claim.about),
-                Cell::text(&claim.run),
-                Cell::text(&claim.measure),
-                Cell::optional(claim.old_value),
-                Cell::optional(claim.new_value),
-                verdict(&claim.old_verdict),
-                verdict(&claim.new_verdict),
-            ])
-        });
-        let headings = ["about", "run", "measure", "#old value", "#new value", "old verdict", "new verdict"];
-        out.push_str(&format!(
-            "<div class=\"wide\">{}</div>\n",
-            table("Claims that changed", &headings, rows)
-        ));
-    }
-    section("What follows for the results", &out)
-}
-
-/// What tells the runs apart beside their events, the same change of many runs once.
-fn provenance(report: &Report) -> String {
-    type Change<'a> = (&'a str, Option<&'a str>, Option<&'a str>);
-    let mut changes: Vec<(Change<'_>, Vec<String>)> = Vec::new();
-    for run in &report.runs {
-        for change in &run.provenance {
-            let key: Change<'_> = (&change.key, change.old.as_deref(), change.new.as_deref());
-            match changes.iter_mut().find(|(other, _)| *other == key) {
-                Some((_, names)) => names.push(timeline::name(run)),
-                None => changes.push((key, vec![timeline::name(run)])),
-            }
-        }
-    }
-    let value = |value: Option<&str>| {
-        value.map_or(Cell::None, |value| Cell::Html(format!("<span class=\"value\">{}</span>", text(value))))
-    };
-    let rows = changes.iter().map(|((key, old, new), names)| {
-        let of = if names.len() == report.runs.len() { "all".to_owned() } else { names.join(", ") };
-        Row::from(vec![Cell::text(key), value(*old), value(*new), Cell::Text(of)])
-    });
-    let mut out = if changes.is_empty() {
-        paragraph(
-            "Nothing that the files tell: the same scenarios, code and solver, or tables, which do not say.",
-        )
-    } else {
-        table("", &["what", "old", "new", "runs"], rows)
-    };
-    let left_out: Vec<String> = report
-        .runs
-        .iter()
-        .filter(|run| !run.columns_left_out.is_empty())
-        .map(|run| {
-            let names: Vec<&str> = run.columns_left_out.iter().map(|column| column.name()).collect();
-            format!("{} ({})", timeline::name(run), names.join(", "))
-        })
-        .collect();
-    if !left_out.is_empty() {
-        out.push_str(&paragraph(&format!(
-            "Columns that one side lacks were not compared: {}.",
-            left_out.join("; ")
-        )));
-    }
-    section("What else differs", &out)
-}
-
 fn meanings() -> String {
     format!(
         "<footer class=\"soft\">{}</footer>\n",
@@ -519,10 +208,13 @@ fn meanings() -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::findings::LISTED_MOST;
+    use super::page;
+    use super::timeline::Thinning;
     use crate::column::{Column, Value};
     use crate::report::{
-        Conservation, Counts, FORMAT, Horizon, Match, ProvenanceChange, RunSide, Statistics, VERSION,
+        CellChange, Class, Conservation, Counts, Extent, FORMAT, Finding, Horizon, Match, ProvenanceChange,
+        Report, RunDiff, RunSide, Sample, Statistics, VERSION, Verdict,
     };
 
     fn extent(event: u64, onset_s: f64, end_s: f64, blocks: [u32; 2]) -> Extent {

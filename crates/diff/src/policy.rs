@@ -14,7 +14,7 @@
 //! ```
 //!
 //! What is not named is exact, or not allowed. Two kinds of columns are what others make them,
-//! and no finding of their own: `event`, the number in the table, moves by one behind every
+//! and no finding of their own: `event`, the number in the table, moves by one after every
 //! event that is missing, and is not compared, nor can it have a tolerance; `onset_step` and
 //! `end_step` say the same as `onset_s` and `end_s` in units of the time step, and are compared
 //! only where those are equal.
@@ -26,7 +26,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::column::{Column, Kind, Value};
-use crate::report::Class;
+use crate::report::{Class, Counts, Exceeded};
 
 /// How far from an event's onset its counterpart is looked for if a policy does not say, s.
 /// Precursors are some 0.02 s apart in the runs of Chapter 5, and last up to 1e-2 s.
@@ -53,7 +53,7 @@ impl Tolerance {
 pub enum Allowed {
     /// However many there are.
     Any,
-    /// So many in the whole diff.
+    /// This many in the whole diff.
     UpTo(u64),
 }
 
@@ -93,6 +93,18 @@ impl Policy {
     /// How many of a class are allowed.
     pub fn allowed(&self, class: Class) -> Allowed {
         self.allowed[class as usize]
+    }
+
+    /// The classes of which there are more than the number allowed. Of a class of which none is
+    /// allowed each match is refused by itself.
+    pub fn exceeded(&self, counts: &Counts) -> Vec<Exceeded> {
+        let exceeded = |class| match self.allowed(class) {
+            Allowed::UpTo(allowed) if allowed > 0 && counts.of(class) > allowed => {
+                Some(Exceeded { class, allowed, found: counts.of(class) })
+            }
+            _ => None,
+        };
+        Class::ALL.into_iter().filter_map(exceeded).collect()
     }
 
     /// With another tolerance for a column.

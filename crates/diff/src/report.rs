@@ -31,7 +31,7 @@ pub enum Class {
     Missing,
     /// A new event without an old one.
     Extra,
-    /// An event that the end of one of the runs cut short, or that lies behind it.
+    /// An event that the end of one of the runs cut short, or that starts after it.
     Open,
 }
 
@@ -229,6 +229,18 @@ pub struct RunDiff {
     pub horizon: Option<Horizon>,
     /// What changed in the precursor table; null where it cannot be made of both sides.
     pub precursors: Option<PrecursorChanges>,
+}
+
+impl RunDiff {
+    /// What the pair is called.
+    pub fn name(&self) -> String {
+        pair_name(&self.old.name, &self.new.name)
+    }
+}
+
+/// What a pair of runs is called: by the name that both have, or by both names.
+pub fn pair_name(old: &str, new: &str) -> String {
+    if old == new { old.to_owned() } else { format!("{old} / {new}") }
 }
 
 /// One of two runs.

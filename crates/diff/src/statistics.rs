@@ -125,11 +125,8 @@ mod tests {
     /// Under one distribution p is uniform or larger: of 400 tests some 20 lie below 0.05.
     #[test]
     fn of_one_distribution_the_test_seldom_says_otherwise() {
-        let mut state = 7u64;
-        let mut uniform = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut random = asperity_testkit::Random::new(7);
+        let mut uniform = || random.uniform(0.0, 1.0);
         let mut below = 0;
         for _ in 0..400 {
             let old = of((0..60).map(|_| uniform()));

@@ -1,5 +1,5 @@
 //! One pair of runs, from their events to its part of the report, in memory that does
-//! not grow with the tables: everything is counted, and so many findings and matches kept.
+//! not grow with the tables: everything is counted, and a limited number of findings and matches kept.
 
 use asperity_record::SlipEvent;
 

@@ -11,25 +11,20 @@ use asperity_diff::policy::Policy;
 use asperity_diff::report::{Counts, RunSide};
 use asperity_diff::tally::{Comparison, Draft, compare};
 use asperity_record::SlipEvent;
+use asperity_testkit::slip_event;
 
 fn event(number: u64, ft_fn: f64) -> SlipEvent {
-    let onset_s = number as f64;
+    let onset_step = number * 100_000_000;
     SlipEvent {
-        onset_s,
-        end_s: Some(onset_s + 1e-6),
-        first_block: 1,
-        last_block: 1 + (number % 7) as u32,
-        max_sliding: 1,
+        onset_s: number as f64,
+        end_s: Some(number as f64 + 1e-6),
         ft_fn_onset: ft_fn,
         ft_fn_end: Some(ft_fn),
         event: number,
-        onset_step: number * 100_000_000,
-        end_step: Some(number * 100_000_000 + 100),
         blocks_slipped: 1,
-        nucleation_block: 1,
         ft_fn_min: ft_fn,
         ft_fn_max: ft_fn,
-        open: false,
+        ..slip_event(onset_step, onset_step + 100, 1..=1 + (number % 7) as u32)
     }
 }
 

@@ -9,10 +9,10 @@ use crate::scenario::{Friction, Scenario};
 use crate::source::{Entries, ScenarioError};
 use crate::words::{DriveKind, FrictionLaw, Reattach, ScheduleFrom, Start};
 
-/// Refuses what contradicts it.
+/// Refuses a scenario that breaks it.
 type Rule = fn(&Scenario, &mut Refusals<'_>);
 
-/// The rules, in the order in which they are told.
+/// The rules, in the order in which their errors are printed.
 const RULES: &[Rule] = &[
     sliding_friction_is_not_above_the_threshold,
     initial_velocity_is_a_mode_of_the_chain,
@@ -36,7 +36,7 @@ const RULES: &[Rule] = &[
     windows_are_inside_run_and_chain,
 ];
 
-/// Holds a scenario, each key of which is in its range, against the rules.
+/// Checks a scenario, each key of which is in its range, against the rules.
 pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
     let mut refusals = Refusals { entries, errors };
     for rule in RULES {
@@ -44,8 +44,7 @@ pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<Sce
     }
 }
 
-/// A loaded start needs a load that the run comes to. Only a scenario that obeys the rules can
-/// be asked.
+/// A loaded start needs a load that the run comes to. For scenarios that obey all rules.
 pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
     if scenario.time.start == Start::AtRest {
         return;
@@ -245,7 +244,7 @@ fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusa
 fn every_block_has_ordered_coefficients(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let blocks = scenario.slider.blocks as usize;
     let Friction { static_offsets, dynamic_offsets, static_spread, dynamic_spread, .. } = &scenario.friction;
-    // What is even is told by the means alone; offsets that do not fit are refused as they are.
+    // Even coefficients and lists of the wrong length have rules of their own.
     let even =
         static_offsets.is_empty() && dynamic_offsets.is_empty() && static_spread + dynamic_spread == 0.0;
     let fit =

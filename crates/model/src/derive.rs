@@ -11,8 +11,8 @@ use asperity_record::TimeGrid;
 impl Plan {
     /// Derives the numbers of the physics from a resolved scenario.
     pub fn new(scenario: &Scenario) -> Plan {
-        let blocks = scenario.slider.blocks as usize;
         let springs = Springs::of(scenario);
+        let blocks = springs.elastic.contacts();
         let normal_load_n = load::tilted(scenario.normal_load.total_n, scenario.normal_load.tilt, blocks);
         let friction = &scenario.friction;
         let (mu_s, mu_d) = coefficients(scenario);
@@ -39,8 +39,6 @@ impl Plan {
             length_m: scenario.slider.length_m,
             spacing_m: springs.spacing_m,
             block_mass_kg: springs.block_mass_kg,
-            stiffness_n_per_m: springs.elastic.stiffness_n_per_m(),
-            damping_kg_per_s: springs.elastic.damping_kg_per_s(),
             elastic: springs.elastic.clone(),
             friction: Friction {
                 law,

@@ -55,7 +55,7 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
     table
 }
 
-/// Unknown keys for which the one that was meant is looked for; it takes time.
+/// Unknown keys that get a suggestion; the search for one takes time.
 const MOST_GUESSED: usize = 100;
 
 fn unknown_keys(

@@ -2,7 +2,6 @@
 
 use crate::chain::{SteadyLoading, Stiffness};
 use crate::elastic::Elastic;
-pub use crate::elastic::second_difference as neighbour_pull;
 use crate::plan::{Drive, InitialState, Plan};
 use crate::scenario::Scenario;
 
@@ -15,7 +14,7 @@ pub(crate) fn state(
     drive: &Drive,
     normal_load_n: &[f64],
 ) -> InitialState {
-    let blocks = normal_load_n.len();
+    let nodes = elastic.nodes();
     let shear = &scenario.initial_shear;
     let mut tau0 = shear_profile(beta(scenario), normal_load_n, spacing_m);
     for ((tau, ratio), p) in tau0.iter_mut().zip(&shear.profile).zip(normal_load_n) {
@@ -28,21 +27,21 @@ pub(crate) fn state(
     // Each friction spring balances what its neighbours pull.
     // And what the drive pulls, which measures its springs from the grid too.
     let kt = interfacial_stiffness_n_per_m;
-    let mut pull: Vec<f64> = (0..blocks).map(|n| elastic.spring_force_n(&u, n)).collect();
+    let mut pull: Vec<f64> = (0..nodes).map(|n| elastic.spring_force_n(&u, n)).collect();
     for spring in &drive.springs {
         pull[spring.block] += spring.force_n(0.0, u[spring.block]);
     }
     let anchor = |n: usize| if kt > 0.0 { u[n] - pull[n] / kt } else { u[n] };
-    let stick_position_m = (0..blocks).map(anchor).collect();
+    let stick_position_m = (0..nodes).map(anchor).collect();
 
     let amplitude = scenario.initial_velocity.amplitude_m_per_s;
     let mode = f64::from(scenario.initial_velocity.mode);
-    let velocity_m_per_s = (0..blocks)
+    let velocity_m_per_s = (0..nodes)
         .map(|n| {
             if amplitude == 0.0 {
                 return 0.0;
             }
-            let phase = std::f64::consts::PI * mode * (n as f64 + 0.5) / blocks as f64;
+            let phase = std::f64::consts::PI * mode * (n as f64 + 0.5) / nodes as f64;
             amplitude * libm::cos(phase)
         })
         .collect();
@@ -129,7 +128,7 @@ mod tests {
         let plan =
             plan(&["initial_shear.poisson_ratio=0.35", "normal_load.total_n=800", "slider.blocks=1000"]);
         let u = &plan.initial.displacement_m;
-        let middle_n = plan.stiffness_n_per_m * (u[500] - u[499]);
+        let middle_n = plan.elastic.stiffness_n_per_m() * (u[500] - u[499]);
         let expected_n = 0.35 * 800.0 * 0.02 / 0.1;
         assert!((middle_n / -expected_n - 1.0).abs() < 2e-3, "{middle_n} against {expected_n}");
     }

@@ -1,27 +1,30 @@
-//! The name that was probably meant by one that there is not: a key by the symbol of the
-//! thesis, by its last part without the table, by a part of that, or misspelt; or a misspelt
-//! scenario.
+//! Suggestions for a name that does not exist.
+//!
+//! A key is looked for by its symbol in the thesis (`mu_s`), by its last part without the
+//! table (`tilt`), by a word of that (`duration`), and at last by spelling; a scenario by
+//! spelling alone.
 
 use crate::keys::Key;
 
-/// No name is nearly as long, in bytes; what is longer is compared with none.
+/// Longer names, in bytes, get no suggestion: no key is nearly as long.
 const LONGEST: usize = 100;
 
-/// For so many letters of a word one may be wrong, but no more than [`MOST_WRONG`].
+/// One letter in this many may be wrong.
 const LETTERS_FOR_ONE_WRONG: usize = 3;
+
+/// Most letters that may be wrong.
 const MOST_WRONG: usize = 3;
 
-/// Most keys that are suggested for one.
+/// Most keys to suggest.
 const MOST_SUGGESTED: usize = 3;
 
-/// Letters of the shortest word that is looked for inside names of keys: shorter ones are
-/// units.
+/// Shorter words are not looked for inside keys: there they are units.
 const SHORTEST_PART: usize = 3;
 
 /// Symbols in use for keys besides those of the thesis' text.
 const OTHER_SYMBOLS: &[(&str, &str)] = &[("mu_k", "friction.dynamic_coefficient"), ("L", "slider.length_m")];
 
-/// The known name that is spelt like a written one, if one is.
+/// The known name whose spelling is nearest to what was written, if any is near.
 pub(crate) fn name<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
         .into_iter()
@@ -30,7 +33,7 @@ pub(crate) fn name<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) 
         .map(|(_, name)| name)
 }
 
-/// The keys that may be meant by a dotted path that is none, in the order of the table.
+/// The keys that an unknown dotted path may mean, in the order of the table.
 pub(crate) fn keys(written: &str, known: &[Key]) -> Vec<&'static str> {
     if written.len() > LONGEST {
         return Vec::new();
@@ -38,7 +41,7 @@ pub(crate) fn keys(written: &str, known: &[Key]) -> Vec<&'static str> {
     let (table, last) = split(written);
     let paths = |is_meant: &dyn Fn(&Key) -> bool| -> Vec<&'static str> {
         let all: Vec<&str> = known.iter().filter(|key| is_meant(key)).map(|key| key.path).collect();
-        // A table that was written counts, right or nearly so.
+        // If a table was written, keys of that table come before all others.
         let is_inside = |path: &&str| wrong_letters(table, split(path).0).is_some();
         let inside: Vec<&str> = all.iter().copied().filter(is_inside).collect();
         if inside.is_empty() || table.is_empty() { all } else { inside }
@@ -77,7 +80,7 @@ fn split(path: &str) -> (&str, &str) {
     path.rsplit_once('.').unwrap_or(("", path))
 }
 
-/// Whether it is the symbol of a key: all of it, or, of a ratio, what stands above the line.
+/// Whether it is the symbol of a key, or the numerator of a symbol that is a ratio.
 fn stands_for(written: &str, key: &Key) -> bool {
     let without_spaces = |text: &str| text.replace(' ', "");
     let (written, symbol) = (without_spaces(written), without_spaces(key.symbol));
@@ -86,8 +89,8 @@ fn stands_for(written: &str, key: &Key) -> bool {
         && (written == symbol || written == numerator || OTHER_SYMBOLS.contains(&(&written, key.path)))
 }
 
-/// How many letters are wrong, if they are few enough to be meant: letters that are missing,
-/// added, changed or swapped with their neighbour.
+/// How many letters are missing, added, changed or swapped with their neighbour, if few
+/// enough for a slip.
 fn wrong_letters(written: &str, meant: &str) -> Option<usize> {
     if written.len() > LONGEST {
         return None;

@@ -37,9 +37,9 @@ impl ScenarioSource {
     }
 
     /// Adds an override of the form `key=value`; later ones win. A value that
-    /// is no TOML is taken as text, so that `friction.reattach=two-way` works
-    /// without quotes; and a key that is none, as `k_t/k`, by its letters, to be told which
-    /// was meant.
+    /// is not TOML is taken as text, so that `friction.reattach=two-way` works
+    /// without quotes. A key that is not, such as `k_t/k`, is quoted, so that the
+    /// error can say which key was probably meant.
     #[must_use]
     pub fn with_override(mut self, assignment: &str) -> ScenarioSource {
         let is_toml = |text: &str| DeTable::parse(text).is_ok();
@@ -47,11 +47,11 @@ impl ScenarioSource {
             Some((key, value)) if !is_toml(assignment) => {
                 let quoted = |text: &str| toml::Value::String(text.trim().to_owned()).to_string();
                 let as_text = format!("{key}={}", quoted(value));
-                let by_letters =
+                let with_quoted_key =
                     [value.to_owned(), quoted(value)].map(|value| format!("{}={value}", quoted(key)));
                 let is_word = !key.trim().is_empty() && !key.contains(['"', '\'', '[', '#', '\n', '\r']);
                 if is_word && !is_toml(&as_text) {
-                    by_letters.into_iter().find(|text| is_toml(text)).unwrap_or(as_text)
+                    with_quoted_key.into_iter().find(|text| is_toml(text)).unwrap_or(as_text)
                 } else {
                     as_text
                 }

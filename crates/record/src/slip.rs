@@ -1,5 +1,5 @@
-//! The payloads of slip events: their onsets, the raw event table, slips of the whole chain. They
-//! are defined here and not beside their detectors, because the analysis links no detector.
+//! The events of slip that tables are made of. They are defined here and not beside the
+//! detectors that emit them, because the analysis does not link detectors.
 
 use crate::payload;
 

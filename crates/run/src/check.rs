@@ -340,15 +340,7 @@ mod tests {
     }
 
     fn step(step: u64) -> StepRecord {
-        StepRecord {
-            step,
-            time_s: 0.5 * step as f64,
-            driving_force_n: 1.0,
-            end_forces_n: None,
-            normal_load_n: 2.0,
-            sliding: 0,
-            switches: Vec::new(),
-        }
+        asperity_testkit::quiet_step(step, 0.5 * step as f64, 0.5)
     }
 
     fn fields(step: u64, velocity_m_per_s: f64) -> Record {

@@ -1,24 +1,14 @@
-//! The digests in `run_end`: one over all messages, and one over those of each topic. Whoever
-//! compares two logs of which one has a topic more, as from a detector more, compares the
-//! digests of the topics that both have.
+//! The digests in `run_end`: one over all messages, and one over those of each topic, by which
+//! logs are compared of which one has a topic more, as from a detector more. The head of the
+//! crate says how they are made, so that any program can make them again.
 //!
-//! A digest is the BLAKE3 hash, as 64 hexadecimal digits, of these bytes for one message
-//! after the other, in the order of the file:
-//!
-//! 1. the length of the topic in bytes, as 8 bytes, the lowest first;
-//! 2. the topic, UTF-8;
-//! 3. the length of the payload in bytes, as 8 bytes, the lowest first;
-//! 4. the payload, as it stands in the file.
-//!
-//! `digest` is that of all messages, `digest:TOPIC` that of the messages of one topic; a topic
-//! without messages has the hash of nothing. The lengths come first, so that no two sequences
-//! of messages are spelled with the same bytes. How messages of different topics follow one
-//! another enters `digest` alone.
+//! The lengths come first, so that no two sequences of messages are spelled with the same
+//! bytes. How messages of different topics follow one another enters `digest` alone.
 
 use std::collections::BTreeMap;
 
 /// How much is hashed at once. BLAKE3 takes long stretches several times as fast as single
-/// messages: gathered in this way both digests cost less than one did message by message.
+/// messages: gathered in this way, both digests of a message cost as much as one by itself.
 const BATCH_BYTES: usize = 1 << 16;
 
 /// The digests of the messages so far.
@@ -57,8 +47,7 @@ impl Digests {
         }
     }
 
-    /// The digest of all messages, and those of the topics that were given, which are all that
-    /// had messages and others.
+    /// The digest of all messages, and those of the given topics, with or without messages.
     pub(crate) fn finish<'a>(
         &mut self,
         topics: impl IntoIterator<Item = &'a String>,
@@ -109,7 +98,7 @@ mod tests {
 
     use super::{BATCH_BYTES, Digests};
 
-    /// As the head of this file says it, message by message.
+    /// As the head of the crate says it, message by message.
     fn digest<'a>(messages: impl Iterator<Item = &'a (String, Vec<u8>)>) -> String {
         let mut hasher = blake3::Hasher::new();
         for (topic, payload) in messages {

@@ -2,20 +2,113 @@
 //!
 //! | in the file | what |
 //! |---|---|
+//! | MCAP header | the profile `asperity` |
 //! | metadata `run` | the [`RunHeader`](asperity_record::RunHeader), first |
 //! | metadata `salvage` | in a log that was put together from a damaged one: what it lacks |
 //! | attachment `scenario.toml` | the resolved scenario, every key |
 //! | attachments `checkpoint` | the solver's state, about once a second of work: where an unfinished run can be taken up again |
 //! | topic `/step` | one message per step record |
-//! | topic `/switch` | one message per block that switched, behind its step |
+//! | topic `/switch` | one message per block that switched, after its step |
 //! | topic `/fields` | the state of all blocks |
 //! | topic `/window` | the state of chosen blocks in dense windows |
-//! | topics `/events/...` | what the detectors emitted, behind the record that made it certain |
+//! | topics `/events/...` | what the detectors emitted, after the record that made it certain |
 //! | metadata `run_end` | the [`RunEnd`](asperity_record::RunEnd), last: only this says that the run is whole |
 //!
 //! Messages are JSON objects, each topic with its JSON schema. `log_time` is
 //! simulated time in nanoseconds; nothing in the file knows the wall clock.
 //! A log is written under a temporary name and renamed when it is whole.
+//!
+//! The keys of `run_end`:
+//!
+//! | key | what |
+//! |---|---|
+//! | `status` | `complete`, `load-not-reached`, `interrupted` or `salvaged` |
+//! | `last_step` | the last step taken |
+//! | `switches` | how many blocks switched in all |
+//! | `messages:TOPIC` | how many messages the topic has |
+//! | `digest` | BLAKE3 over all messages |
+//! | `digest:TOPIC` | BLAKE3 over the messages of the topic; all topics have one, or none in logs that were written before there were any |
+//! | `solver:NAME`, `solver_fallbacks` | what the solver's work was made of |
+//!
+//! A digest is the BLAKE3 hash, as 64 hexadecimal digits, of these bytes for one message
+//! after the other, in the order of the file:
+//!
+//! 1. the length of the topic in bytes, as 8 bytes, the lowest first;
+//! 2. the topic, UTF-8;
+//! 3. the length of the payload in bytes, in the same way;
+//! 4. the payload, as it stands in the file.
+//!
+//! A topic without messages has the hash of nothing.
+//! [`RunEnd::compare_topics`](asperity_record::RunEnd::compare_topics) compares two logs by
+//! them, as those of one run with more detectors and with fewer.
+//!
+//! # Example
+//!
+//! A log of two steps, written and read:
+//!
+//! ```
+//! use asperity_record::{Record, RunHeader, RunStatus, SolverReport, StepRecord};
+//! use asperity_runlog::{Existing, LogItem, RunReader, RunWriter, Topics};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("run.mcap");
+//! let header = RunHeader {
+//!     record_schema_version: asperity_record::RECORD_SCHEMA_VERSION,
+//!     scenario: "two steps".to_owned(),
+//!     scenario_hash: String::new(),
+//!     run_id: String::new(),
+//!     code_version: String::new(),
+//!     parameter_set: "as-coded".to_owned(),
+//!     solver: "by hand".to_owned(),
+//!     blocks: 2,
+//!     time_step_s: 0.5,
+//!     steps: 2,
+//! };
+//! let step = |step, driving_force_n| StepRecord {
+//!     step,
+//!     time_s: header.time_grid().time_s(step),
+//!     driving_force_n,
+//!     normal_load_n: 400.0,
+//!     end_forces_n: None,
+//!     sliding: 0,
+//!     switches: Vec::new(),
+//! };
+//!
+//! // No detectors, so no kinds of events.
+//! let mut writer = RunWriter::create(&path, Existing::Refuse, &header, "blocks = 2", &[])?;
+//! writer.record(&Record::Step(step(1, 10.0)))?;
+//! writer.record(&Record::Step(step(2, 20.0)))?;
+//! let written = writer.finish(RunStatus::Complete, SolverReport::default())?;
+//!
+//! let mut reader = RunReader::open(&path, Topics::STEPS)?;
+//! assert_eq!(reader.header(), &header);
+//! let mut largest_n: f64 = 0.0;
+//! while let Some(item) = reader.next_item()? {
+//!     if let LogItem::Record(Record::Step(step)) = item {
+//!         largest_n = largest_n.max(step.driving_force_n);
+//!     }
+//! }
+//! assert_eq!(largest_n, 20.0);
+//! // Read to its end without an error: it is whole.
+//! assert_eq!(reader.end(), Some(&written));
+//! assert_eq!(written.message_counts["/step"], 2);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # In reading order
+//!
+//! - `format`: names and bounds, each in one place; `versions`: which versions there were.
+//! - `problem`: what can be wrong with a log, read or written.
+//! - `messages`, `metadata`, `digest`: what stands in the file, as types.
+//! - `write`: writing one; `whole` and `unfinished`: what a file is called until it is whole,
+//!   and who may write it.
+//! - `parse`, `chunk`, `layout`, `records`: from bytes to MCAP records, no length believed that
+//!   the bytes do not bear out, each record where it may stand.
+//! - `agree`, `read`: from MCAP records to step records and events, nothing in which
+//!   contradicts the rest.
+//! - `findings`, `pieces`, `salvage`: what is left of a damaged one.
 
 mod agree;
 mod chunk;

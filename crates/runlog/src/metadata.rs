@@ -1,9 +1,10 @@
 //! Run header and run end as the flat text maps that MCAP metadata are.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
-use asperity_record::{RunEnd, RunHeader, RunStatus, SolverReport};
+use asperity_record::{MOST_BLOCKS, RunEnd, RunHeader, RunStatus, SolverReport};
 
 use crate::findings::Salvaged;
 use crate::format::{RUN, RUN_END};
@@ -60,8 +61,8 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         steps: map.parse("steps", "a whole number")?,
     };
     // These two size memory and divide, so they are bounded here, once.
-    if !(2..=100_000).contains(&header.blocks) {
-        return Err(map.invalid("blocks", "a whole number from 2 to 100000"));
+    if !(2..=MOST_BLOCKS).contains(&u64::from(header.blocks)) {
+        return Err(map.invalid("blocks", format!("a whole number from 2 to {MOST_BLOCKS}")));
     }
     if !(header.time_step_s.is_finite() && header.time_step_s > 0.0) {
         return Err(map.invalid("time_step_s", "a number above 0"));
@@ -142,7 +143,7 @@ pub(crate) fn salvaged_to_map(salvaged: &Salvaged) -> BTreeMap<String, String> {
         .iter()
         .map(|damage| format!("bytes {} to {}: {}", damage.from_byte, damage.to_byte, damage.what));
     let mut map: BTreeMap<String, String> = [
-        // The step of the last message before each gap, and of the first behind it.
+        // The step of the last message before each gap, and of the first after it.
         ("gaps", gaps.collect::<Vec<_>>().join(" ")),
         ("damage", damage.collect::<Vec<_>>().join("; ")),
         ("remarks", remarks.join("; ")),
@@ -169,12 +170,12 @@ impl Reader<'_> {
         self.text(key)?.parse().map_err(|_| self.invalid(key, accepted))
     }
 
-    fn invalid(&self, key: &str, accepted: &'static str) -> MetadataError {
+    fn invalid(&self, key: &str, accepted: impl Into<Cow<'static, str>>) -> MetadataError {
         MetadataError::Invalid {
             record: self.record,
             key: key.to_owned(),
             value: self.map.get(key).cloned().unwrap_or_default(),
-            accepted,
+            accepted: accepted.into(),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What can be wrong with a run log, read or written.
 
+use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -163,7 +164,7 @@ pub enum LogProblem {
         /// How many are detached.
         found: u32,
     },
-    /// Two headers, or something behind the end.
+    /// Two headers, or something after the end.
     #[error("{0}")]
     Misplaced(&'static str),
     /// The file ends before the run does.
@@ -271,7 +272,7 @@ pub enum MetadataError {
         /// The value.
         value: String,
         /// What would be accepted.
-        accepted: &'static str,
+        accepted: Cow<'static, str>,
     },
 }
 

@@ -9,66 +9,94 @@ use asperity_model::Plan;
 
 use crate::state::ChainState;
 
-/// The normal load of a step over that of the start, and how it goes on.
+/// The normal load of a step over that of the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Load {
-    factor: f64,
-    /// By how much the factor changes in every step.
+pub(crate) struct Load(f64);
+
+impl Load {
+    const OF_START: Load = Load(1.0);
+
+    /// The load of a step, if the drive stopped in `hold_step`.
+    #[inline]
+    pub(crate) fn in_step(plan: &Plan, step: u64, hold_step: u64) -> Load {
+        Load(plan.load_factor(step, hold_step))
+    }
+
+    /// What a force is under this load that is `at_start_n` under that of the start.
+    #[inline]
+    pub(crate) fn scaled_n(self, at_start_n: f64) -> f64 {
+        self.0 * at_start_n
+    }
+
+    /// The share of itself by which the load falls from this to another.
+    pub(crate) fn fall_to(self, other: Load) -> f64 {
+        1.0 - other.0 / self.0
+    }
+}
+
+/// The normal load of a step, and how it goes on from there up to the next knot of its course.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Ramp {
+    pub(crate) load: Load,
+    /// By how much the factor on the load of the start changes in every step.
     rate: f64,
 }
 
-impl Load {
-    const OF_START: Load = Load { factor: 1.0, rate: 0.0 };
+impl Ramp {
+    /// A load that stays what it is at the start.
+    pub(crate) const FLAT: Ramp = Ramp { load: Load::OF_START, rate: 0.0 };
 
-    /// The load of a step, if the drive stopped in `hold_step`.
-    pub(crate) fn in_step(plan: &Plan, step: u64, hold_step: u64) -> Load {
-        Load { factor: plan.load_factor(step, hold_step), rate: plan.load_course.rate(step, hold_step) }
+    /// From a step on, if the drive stopped in `hold_step`.
+    pub(crate) fn from_step(plan: &Plan, step: u64, hold_step: u64) -> Ramp {
+        Ramp { load: Load::in_step(plan, step, hold_step), rate: plan.load_course.rate(step, hold_step) }
     }
 
-    /// What a force is in this step that is `at_start_n` under the load of the start.
-    #[inline]
-    pub(crate) fn scaled_n(self, at_start_n: f64) -> f64 {
-        self.factor * at_start_n
-    }
-
-    /// By how much that changes in every step.
+    /// By how much a force changes in every step that is `at_start_n` under the load of the start.
     #[inline]
     pub(crate) fn change_n(self, at_start_n: f64) -> f64 {
         self.rate * at_start_n
     }
 
-    /// Whether it changes.
-    pub(crate) fn changes(self) -> bool {
-        self.rate != 0.0
+    /// Whether the load stays as it is.
+    pub(crate) fn is_flat(self) -> bool {
+        self.rate == 0.0
     }
 
-    /// What it is `steps` steps later, over what it is now.
+    /// What the load is `steps` steps later, over what it is now.
     pub(crate) fn decline(self, steps: f64) -> f64 {
-        if self.rate == 0.0 { 1.0 } else { (self.factor + self.rate * steps) / self.factor }
+        if self.is_flat() { 1.0 } else { (self.load.0 + self.rate * steps) / self.load.0 }
     }
 
     /// The share of itself by which it falls in every step.
     pub(crate) fn fall(self) -> f64 {
-        -self.rate / self.factor
+        -self.rate / self.load.0
     }
 }
 
-/// The sum of the driving forces at which the drive point stops.
+/// The sum of the driving forces at which the drive point stops, in proportion to the load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StopForce {
-    pub(crate) force_n: f64,
-    /// By how much it changes in every step.
-    pub(crate) change_n: f64,
+    ratio: f64,
+    normal_load_n: f64,
 }
 
 impl StopForce {
-    /// Under the load of a step; `None` where no force stops the drive, or it has stopped.
-    pub(crate) fn of(plan: &Plan, load: Load, hold_step: u64) -> Option<StopForce> {
+    /// `None` where no force stops the drive, or it has stopped.
+    #[inline]
+    pub(crate) fn of(plan: &Plan, hold_step: u64) -> Option<StopForce> {
         let ratio = plan.drive.until_load_ratio.filter(|_| hold_step == u64::MAX)?;
-        Some(StopForce {
-            force_n: ratio * load.scaled_n(plan.total_normal_load_n),
-            change_n: ratio * load.change_n(plan.total_normal_load_n),
-        })
+        Some(StopForce { ratio, normal_load_n: plan.total_normal_load_n })
+    }
+
+    /// Under a load.
+    #[inline]
+    pub(crate) fn under_n(self, load: Load) -> f64 {
+        self.ratio * load.scaled_n(self.normal_load_n)
+    }
+
+    /// By how much it changes in every step.
+    pub(crate) fn change_n(self, ramp: Ramp) -> f64 {
+        self.ratio * ramp.change_n(self.normal_load_n)
     }
 }
 
@@ -96,21 +124,18 @@ impl Contacts {
         }
     }
 
-    /// Brings them to a step.
+    /// Whether load or age change them.
     #[inline]
-    pub(crate) fn follow(&mut self, plan: &Plan, state: &ChainState, step: u64) {
-        if self.load_changes || self.age {
-            self.bring_to(plan, state, step);
-        }
+    pub(crate) fn change(&self) -> bool {
+        self.load_changes || self.age
     }
 
-    fn bring_to(&mut self, plan: &Plan, state: &ChainState, step: u64) {
-        let load = Load::in_step(plan, step, state.hold_step);
-        let same = load.factor == self.load.factor && !self.age;
-        self.load = load;
-        if same {
+    /// Brings them to the load of a step.
+    pub(crate) fn follow(&mut self, plan: &Plan, state: &ChainState, load: Load) {
+        if load == self.load && !self.age {
             return;
         }
+        self.load = load;
         let scale = |to: &mut [f64], from: &[f64]| {
             for (to, from) in to.iter_mut().zip(from) {
                 *to = load.scaled_n(*from);
@@ -118,14 +143,6 @@ impl Contacts {
         };
         scale(&mut self.threshold_n, least_threshold_n(plan, state));
         scale(&mut self.sliding_friction_n, &plan.friction.dynamic_friction_n);
-    }
-
-    /// The share of themselves by which they fall from the step that they are for to another.
-    pub(crate) fn decline_to(&self, plan: &Plan, step: u64, hold_step: u64) -> f64 {
-        if !(self.load_changes || self.age) {
-            return 0.0;
-        }
-        1.0 - plan.load_factor(step, hold_step) / self.load.factor
     }
 }
 

@@ -135,7 +135,7 @@ impl<'a> Exact<'a> {
             total_n += (stretch * spring.stiffness_n_per_m).high;
         }
         let load = Load::in_step(plan, self.step, self.hold_step);
-        if StopForce::of(plan, load, self.hold_step).is_some_and(|stop| total_n >= stop.force_n) {
+        if StopForce::of(plan, self.hold_step).is_some_and(|stop| total_n >= stop.under_n(load)) {
             self.hold_step = self.step;
         }
         let dt = plan.grid.step_s();

@@ -26,7 +26,7 @@
 use asperity_model::Plan;
 use asperity_model::chain::{SteadyLoading, Stiffness};
 
-use crate::contacts::{Load, StopForce, least_threshold_n};
+use crate::contacts::{Ramp, StopForce, least_threshold_n};
 use crate::modes::{Coordinates, Modes};
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
@@ -209,10 +209,10 @@ impl Jump {
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let advance_m = &self.loading[usize::from(self.moves)].advance_m;
         let thresholds = least_threshold_n(plan, state);
-        let load = Load::in_step(plan, state.step + 1, state.hold_step);
+        let ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
         let mut least = f64::INFINITY;
         for n in 0..plan.blocks {
-            let threshold = load.scaled_n(thresholds[n]);
+            let threshold = ramp.load.scaled_n(thresholds[n]);
             let room = threshold - ROUNDING * threshold - reserve - self.swing[n];
             let (force, rate) = (kt * (self.position_m[n] - state.stick_position_m[n]), kt * advance_m[n]);
             // Written so that what is not a number certifies nothing.
@@ -221,7 +221,7 @@ impl Jump {
                 return 0;
             }
             // Towards either side; the threshold may come down to meet the force.
-            let fall = -load.change_n(thresholds[n]);
+            let fall = -ramp.change_n(thresholds[n]);
             for (way, closing) in [(room - force, rate + fall), (room + force, fall - rate)] {
                 least = if closing > 0.0 { least.min(way / closing) } else { least };
             }
@@ -233,16 +233,14 @@ impl Jump {
     /// Steps until the quasi-static driving force and the swing around it reach the load that
     /// stops the drive.
     fn steps_to_load(&self, plan: &Plan, state: &ChainState, swing: f64) -> u64 {
-        let load = Load::in_step(plan, state.step + 1, state.hold_step);
-        let Some(stop) = StopForce::of(plan, load, state.hold_step) else {
-            return u64::MAX;
-        };
+        let Some(stop) = StopForce::of(plan, state.hold_step) else { return u64::MAX };
+        let ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
         let advance_m = &self.loading[usize::from(self.moves)].advance_m;
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
         let force = plan.drive.total_force_n(point_m, &self.position_m);
         let rate = plan.drive.total_force_n(plan.drive.velocity_m_per_s * plan.grid.step_s(), advance_m);
-        let room = stop.force_n * (1.0 - ROUNDING) - swing - force;
-        let closing = rate - stop.change_n;
+        let room = stop.under_n(ramp.load) * (1.0 - ROUNDING) - swing - force;
+        let closing = rate - stop.change_n(ramp);
         if room <= 0.0 {
             0
         } else if closing > 0.0 {

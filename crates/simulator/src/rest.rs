@@ -3,7 +3,7 @@
 
 use asperity_model::Plan;
 
-use crate::contacts::{Load, StopForce};
+use crate::contacts::{Ramp, StopForce};
 use crate::state::ChainState;
 use crate::window::norms::ROUNDING;
 
@@ -15,7 +15,7 @@ pub(crate) fn rest_steps(plan: &Plan, state: &ChainState) -> u64 {
         false => 0.0,
     };
     let (step, hold_step) = (state.step + 1, state.hold_step);
-    let load = Load::in_step(plan, step, hold_step);
+    let ramp = Ramp::from_step(plan, step, hold_step);
     let (mut rates, point_m) = (vec![0.0; plan.blocks], plan.drive_point_m(step, hold_step));
     // Of the last step, in which the drive pulled a little less.
     let before_m = plan.drive_point_m(state.step, hold_step);
@@ -28,21 +28,21 @@ pub(crate) fn rest_steps(plan: &Plan, state: &ChainState) -> u64 {
     let mut least = f64::INFINITY;
     for n in 0..plan.blocks {
         let threshold = plan.friction.static_threshold_n[n];
-        let room = load.scaled_n(threshold) * (1.0 - ROUNDING);
+        let room = ramp.load.scaled_n(threshold) * (1.0 - ROUNDING);
         let stays = forces[n].abs() < room;
         if !stays {
             return 0;
         }
-        let fall = -load.change_n(threshold);
+        let fall = -ramp.change_n(threshold);
         for (way, closing) in [(room - forces[n], fall + rates[n]), (room + forces[n], fall - rates[n])] {
             least = if closing > 0.0 { least.min(way / closing) } else { least };
         }
     }
-    if let Some(stop) = StopForce::of(plan, load, hold_step) {
-        let goal = stop.force_n * (1.0 - ROUNDING);
+    if let Some(stop) = StopForce::of(plan, hold_step) {
+        let goal = stop.under_n(ramp.load) * (1.0 - ROUNDING);
         let force = plan.drive.total_force_n(point_m, &state.displacement_m);
         let rate = plan.drive.total_force_n(advance_m, &vec![0.0; plan.blocks]);
-        let closing = rate - stop.change_n;
+        let closing = rate - stop.change_n(ramp);
         if force >= goal {
             return 0;
         }

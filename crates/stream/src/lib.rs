@@ -13,6 +13,36 @@
 //!
 //! A live run and a replay differ in their source only.
 //!
+//! ```
+//! use std::convert::Infallible;
+//!
+//! use asperity_record::{Record, StepRecord};
+//! use asperity_stream::{Given, Item};
+//!
+//! let record = |step: u64| StepRecord {
+//!     step,
+//!     time_s: step as f64 * 1e-7,
+//!     driving_force_n: 100.0,
+//!     normal_load_n: 400.0,
+//!     end_forces_n: None,
+//!     sliding: 0,
+//!     switches: Vec::new(),
+//! };
+//! let mut steps = 0..3;
+//! let source = || Ok::<_, Infallible>(steps.next().map(|step| Given::Record(Record::Step(record(step)))));
+//! let mut seen = Vec::new();
+//! let sink = |item| {
+//!     if let Item::Record(Record::Step(record)) = item {
+//!         seen.push(record.step);
+//!     }
+//!     Ok::<_, Infallible>(())
+//! };
+//! // No detectors, so no events.
+//! asperity_stream::run(source, Vec::new(), sink)?;
+//! assert_eq!(seen, [0, 1, 2]);
+//! # Ok::<(), asperity_stream::StreamError<Infallible, Infallible>>(())
+//! ```
+//!
 //! Beside the line there is [`at_once`], for work on many runs: several jobs at a time, with
 //! the results in the order of the jobs.
 

@@ -6,17 +6,10 @@ use std::time::Duration;
 use asperity_detect::Detector;
 use asperity_record::{Event, EventKind, Onset, Record, StepRecord};
 use asperity_stream::{Given, Item, StreamError, run};
+use asperity_testkit::quiet_step;
 
 fn step(step: u64) -> Record {
-    Record::Step(StepRecord {
-        step,
-        time_s: step as f64,
-        driving_force_n: 0.0,
-        normal_load_n: 1.0,
-        end_forces_n: None,
-        sliding: 0,
-        switches: Vec::new(),
-    })
+    Record::Step(quiet_step(step, step as f64, 0.0))
 }
 
 /// Emits an event for every tenth record, and one when the run is over.

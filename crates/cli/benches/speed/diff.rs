@@ -11,6 +11,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use asperity_record::SlipEvent;
+use asperity_testkit::slip_event;
 
 use crate::{ASPERITY, seconds};
 
@@ -69,19 +70,10 @@ fn event(event: u64, onset: u64, end: u64, first_block: u32, last_block: u32, of
     SlipEvent {
         onset_s: onset as f64 / 1e8 + off_s,
         end_s: Some(end as f64 / 1e8 + off_s),
-        first_block,
-        last_block,
-        max_sliding: 1,
         ft_fn_onset: load(onset),
         ft_fn_end: Some(load(end)),
         event,
-        onset_step: onset,
-        end_step: Some(end),
-        blocks_slipped: last_block + 1 - first_block,
-        nucleation_block: first_block,
-        ft_fn_min: load(onset),
-        ft_fn_max: load(end),
-        open: false,
+        ..slip_event(onset, end, first_block..=last_block)
     }
 }
 

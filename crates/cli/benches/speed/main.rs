@@ -15,7 +15,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
+use asperity_model::Plan;
 use asperity_simulator::{Counters, Fast, Plain, Solver};
 
 const ASPERITY: &str = env!("CARGO_BIN_EXE_asperity");
@@ -52,10 +52,7 @@ fn main() -> ExitCode {
 }
 
 fn plan(set: &[&str]) -> Plan {
-    let text = builtin::find("default").expect("the default scenario is built in");
-    let source =
-        set.iter().fold(ScenarioSource::new("default", text), |source, value| source.with_override(value));
-    Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")))
+    asperity_testkit::plan("default", set)
 }
 
 fn seconds(work: impl FnOnce()) -> f64 {
@@ -130,8 +127,8 @@ fn against_c() {
         let plan = plan(&[&format!("parameter_set={set}")]);
         let c_ns = || {
             let numbers = [
-                plan.stiffness_n_per_m,
-                plan.damping_kg_per_s,
+                plan.elastic.stiffness_n_per_m(),
+                plan.elastic.damping_kg_per_s(),
                 plan.friction.interfacial_stiffness_n_per_m,
                 plan.grid.step_s(),
                 plan.block_mass_kg,

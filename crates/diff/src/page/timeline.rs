@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
+use super::words;
 use crate::report::{Class, Extent, Finding, Match, Report, RunDiff};
 
 /// Most events that a page holds, of both sides and all runs: some ten megabytes, and
@@ -60,23 +61,6 @@ struct FindingPlace {
     to_s: f64,
 }
 
-/// What a class is called in sentences.
-pub(super) fn title(class: Class) -> String {
-    match class {
-        Class::Open => "open at the edge".to_owned(),
-        other => other.name().replace('-', " "),
-    }
-}
-
-/// What a pair of runs is called.
-pub(super) fn name(run: &RunDiff) -> String {
-    if run.old.name == run.new.name {
-        run.old.name.clone()
-    } else {
-        format!("{} → {}", run.old.name, run.new.name)
-    }
-}
-
 /// The timeline of a report, with the findings that the page lists, each with
 /// the place of its run.
 pub(super) fn timeline(report: &Report, listed: &[(usize, &Finding)]) -> Timeline {
@@ -107,7 +91,7 @@ pub(super) fn timeline(report: &Report, listed: &[(usize, &Finding)]) -> Timelin
         new: report.new.clone(),
         classes: Class::ALL
             .iter()
-            .map(|&class| ClassWords { word: class.name(), title: title(class) })
+            .map(|&class| ClassWords { word: class.name(), title: words::title(class) })
             .collect(),
         runs,
         findings,
@@ -144,7 +128,7 @@ fn run_events(run: &RunDiff, thinning: Thinning) -> RunEvents {
     let blocks = [run.old.blocks, run.new.blocks];
     let highest = events().map(|event| event.last_block).max();
     RunEvents {
-        name: name(run),
+        name: words::name(run),
         blocks: blocks.into_iter().flatten().chain(highest).max().unwrap_or(1),
         // A run starts at 0; its table may start anywhere.
         from_s: from_s.min(0.0),
@@ -179,7 +163,7 @@ fn key_of_match(found: &Match) -> Key {
 }
 
 /// Which matches are left out where there is no room for all: of those that are the same
-/// and of those that differ, all but one in so many, evenly over each run.
+/// and of those that differ, all but one in a number of them, evenly over each run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Thinning {
     same: usize,
@@ -187,7 +171,7 @@ pub(super) struct Thinning {
 }
 
 impl Thinning {
-    /// For a page of so many events at most; what differs comes first.
+    /// For a page of at most `most` events; what differs comes first.
     pub(super) fn of(report: &Report, most: usize) -> Thinning {
         let matches = || report.runs.iter().flat_map(|run| &run.matches);
         let events = |is_same: bool| -> usize {

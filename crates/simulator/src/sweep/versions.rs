@@ -18,24 +18,32 @@ macro_rules! dispatch {
     ($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?) => {
         $(#[$doc])*
         pub(crate) fn $name(self, $($argument: $type),*) $(-> $result)? {
-            #[cfg(target_arch = "x86_64")]
-            {
-                #[target_feature(enable = "avx2")]
-                fn avx2($($argument: $type),*) $(-> $result)? {
-                    $name($($argument),*)
-                }
-                #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
-                fn avx512($($argument: $type),*) $(-> $result)? {
-                    $name($($argument),*)
-                }
-                #[expect(unsafe_code, reason = "only constructed by `available`, which asked the processor")]
-                match self {
-                    Sweeps::Baseline => {}
-                    Sweeps::Avx2 => return unsafe { avx2($($argument),*) },
-                    Sweeps::Avx512 => return unsafe { avx512($($argument),*) },
-                }
+            // A function of its own: inlined, it would crowd the registers of who calls another.
+            #[inline(never)]
+            fn baseline($($argument: $type),*) $(-> $result)? {
+                $name($($argument),*)
             }
-            $name($($argument),*)
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx2")]
+            fn avx2($($argument: $type),*) $(-> $result)? {
+                $name($($argument),*)
+            }
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
+            fn avx512($($argument: $type),*) $(-> $result)? {
+                $name($($argument),*)
+            }
+            #[cfg_attr(
+                target_arch = "x86_64",
+                expect(unsafe_code, reason = "only constructed by `available`, which asked the processor")
+            )]
+            match self {
+                Sweeps::Baseline => baseline($($argument),*),
+                #[cfg(target_arch = "x86_64")]
+                Sweeps::Avx2 => unsafe { avx2($($argument),*) },
+                #[cfg(target_arch = "x86_64")]
+                Sweeps::Avx512 => unsafe { avx512($($argument),*) },
+            }
         }
     };
 }

@@ -97,8 +97,7 @@ impl Certificate {
                     v_scale + steps * dv + largest(1) / dt,
                 );
                 let Norms { force, velocity, drive, .. } = self.norms;
-                let stop = StopForce::of(plan, expansion.contacts.load, state.hold_step);
-                if let Some(stop) = stop {
+                if let Some(stop) = StopForce::of(plan, state.hold_step) {
                     let reserve = Reserve {
                         stuck_bend: drive * bend,
                         stuck: drive * sum + rounding * plan.blocks as f64,
@@ -152,7 +151,7 @@ impl Certificate {
             sliding_unit,
             sigma: &expansion.sigma,
             threshold: &expansion.contacts.threshold_n,
-            decline: expansion.contacts.load.decline(length.steps as f64),
+            decline: expansion.ramp.decline(length.steps as f64),
             steps: length.steps as f64,
             reserve,
         };
@@ -222,7 +221,7 @@ fn certified_for_load(
         now: plan.drive.total_force_n(point_m, expansion.first_u.row(0)),
         rate: plan.drive.total_force_n(plan.drive.velocity_m_per_s * dt, expansion.first_u.row(1)),
         sigma: 0.0,
-        threshold: stop.force_n,
+        threshold: stop.under_n(expansion.ramp.load),
         terms: &guard[..expansion.terms],
         unit: 1.0,
         reserve,
@@ -261,7 +260,7 @@ fn stays_clear(
     let steps = (to.steps - from.steps) as f64;
     // The tangent is known where the window starts.
     let tangent = if from.steps == 0 { from.guard + steps * rate } else { f64::NAN };
-    let thresholds = [from, to].map(|place| threshold * expansion.contacts.load.decline(place.steps as f64));
+    let thresholds = [from, to].map(|place| threshold * expansion.ramp.decline(place.steps as f64));
     let stays =
         |bend: f64| margin(from.guard, to.guard, tangent, steps, bend, sigma, thresholds, reserve) > 0.0;
     if stays(to.bend) {

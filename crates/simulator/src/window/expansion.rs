@@ -15,7 +15,7 @@ use asperity_model::elastic::{Chain, Elastic};
 use asperity_model::{Law, Plan, Reattach};
 
 use crate::basis::{Basis, MOST_TERMS};
-use crate::contacts::Contacts;
+use crate::contacts::{Contacts, Ramp};
 use crate::state::ChainState;
 use crate::sweep::{Guarded, Held, Second, Sweeps, TermChain, Terms};
 use crate::window::rows::Rows;
@@ -58,6 +58,8 @@ pub(super) struct Expansion {
     driven: Vec<(usize, f64)>,
     /// What the contacts bear in the window's first step.
     pub(super) contacts: Contacts,
+    /// How the load goes on from there.
+    pub(super) ramp: Ramp,
     /// Sign of the velocity of each sliding block, 0 for stuck ones.
     pub(super) sigma: Vec<f64>,
     /// `y(s)` and `D_1`, and their guards, one after the other.
@@ -90,6 +92,7 @@ impl Expansion {
             scaled_spring: several(1),
             driven: plan.drive.springs.iter().map(|spring| (spring.block, 0.0)).collect(),
             contacts: Contacts::new(plan),
+            ramp: Ramp::FLAT,
             sigma: several(1),
             first_u: Rows::new(blocks, 2),
             first_v: Rows::new(blocks, 2),
@@ -115,7 +118,10 @@ impl Expansion {
         let dt = plan.grid.step_s();
         let dt_over_m = dt / plan.block_mass_kg;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
-        self.contacts.follow(plan, state, state.step + 1);
+        if self.contacts.change() {
+            self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
+            self.contacts.follow(plan, state, self.ramp.load);
+        }
         let directed = self.sweeps.sort(
             &mut self.sigma,
             &mut self.spring,
@@ -156,12 +162,11 @@ impl Expansion {
         for spring in &plan.drive.springs {
             d_guard[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
         }
-        let load = self.contacts.load;
-        if load.changes() {
+        if !self.ramp.is_flat() {
             for ((guard, friction), sigma) in
                 d_guard.iter_mut().zip(&friction.dynamic_friction_n).zip(&self.sigma)
             {
-                *guard -= load.change_n(*friction) * sigma;
+                *guard -= self.ramp.change_n(*friction) * sigma;
             }
         }
         let second = Second { u: d_u, v: d_v, spring: &self.spring, sigma: &self.sigma, dt, dt_over_m };
@@ -184,7 +189,7 @@ impl Expansion {
             rate,
             sigma: &self.sigma,
             limit: &self.contacts.threshold_n[..blocks],
-            decline: self.contacts.load.fall(),
+            decline: self.ramp.fall(),
         };
         self.sweeps.first_crossing(&guarded)
     }

@@ -3,8 +3,8 @@
 
 use std::fmt::Write;
 
-use asperity_diff::column::Value;
-use asperity_diff::report::{
+use crate::column::Value;
+use crate::report::{
     CellChange, Class, ColumnChange, Extent, Finding, Horizon, KolmogorovSmirnov, Report, RunDiff, Sample,
     Verdict,
 };
@@ -20,10 +20,10 @@ const FINDINGS_OF_A_CLASS: usize = 3;
 const COLUMNS: usize = 4;
 const OTHERS: usize = 2;
 /// Findings of each class that a report needs for its summary.
-pub(crate) const KEPT_OF_A_CLASS: usize = FINDINGS;
+pub const KEPT_OF_A_CLASS: usize = FINDINGS;
 
 /// The summary, line by line.
-pub(crate) fn lines(report: &Report) -> Vec<String> {
+pub fn lines(report: &Report) -> Vec<String> {
     let mut lines = vec![
         format!("old     {}", report.old),
         format!("new     {}", report.new),
@@ -72,7 +72,7 @@ fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     let mut by_weight = differing.to_vec();
     by_weight.sort_by_key(|run| std::cmp::Reverse((run.not_allowed.total(), run.counts.differing())));
     for run in by_weight.iter().take(RUNS) {
-        lines.push(format!("  {}: {}", name(run), told(&|class| run.counts.of(class))));
+        lines.push(format!("  {}: {}", run.name(), told(&|class| run.counts.of(class))));
     }
     match (differing.len().saturating_sub(RUNS), report.runs.len() - differing.len()) {
         (0, 0) => {}
@@ -82,13 +82,6 @@ fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
         (more, same) => {
             lines.push(format!("  {more} more differ, see --format json; in {same} nothing differs"))
         }
-    }
-}
-
-fn name(run: &RunDiff) -> String {
-    match run.old.name == run.new.name {
-        true => run.old.name.clone(),
-        false => format!("{} / {}", run.old.name, run.new.name),
     }
 }
 
@@ -120,7 +113,7 @@ fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     chosen.sort_by_key(|(_, finding)| (finding.allowed, weight(finding)));
     lines.push("what became of which events:".to_owned());
     for (run, finding) in &chosen {
-        let of_run = if report.runs.len() > 1 { format!("{} ", name(run)) } else { String::new() };
+        let of_run = if report.runs.len() > 1 { format!("{} ", run.name()) } else { String::new() };
         lines.push(format!("  {of_run}{}", told(finding)));
     }
     let more = total.saturating_sub(chosen.len() as u64);
@@ -238,7 +231,7 @@ fn columns(report: &Report, lines: &mut Vec<String>) {
         lines.push("columns that differ where one event stands against one:".to_owned());
     }
     for (run, change) in largest.iter().take(COLUMNS) {
-        let of_run = if report.runs.len() > 1 { format!("{}, ", name(run)) } else { String::new() };
+        let of_run = if report.runs.len() > 1 { format!("{}, ", run.name()) } else { String::new() };
         lines.push(format!(
             "  {}: in {}, beyond tolerance in {}; by at most {} ({of_run}old {}, new {})",
             change.column,
@@ -262,7 +255,7 @@ fn columns(report: &Report, lines: &mut Vec<String>) {
 
 fn horizon(run: &RunDiff, differing_runs: usize, lines: &mut Vec<String>) {
     let Some(Horizon { at_s, class, matches_before, growth, beyond, .. }) = &run.horizon else { return };
-    let which = if differing_runs > 1 { format!(" of {}", name(run)) } else { String::new() };
+    let which = if differing_runs > 1 { format!(" of {}", run.name()) } else { String::new() };
     lines.push(format!(
         "first difference{which}: {} at {} s, after {matches_before} events that agree",
         class.name(),

@@ -5,34 +5,73 @@ use std::path::{Path, PathBuf};
 
 use asperity_diff::provenance::Provenance;
 use asperity_diff::report::{RunSide, Unpaired};
-use asperity_runlog::{RunReader, Topics};
+use asperity_runlog::{LogError, RunReader, Topics};
 
-use crate::args::PairBy;
-use crate::exit::Failure;
+/// By what the runs of two folders are paired.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PairBy {
+    /// The hash of the resolved scenario; the file's name where one of the two has none.
+    #[default]
+    Hash,
+    /// The file's name, also between scenarios that differ.
+    Name,
+}
+
+/// A path at which there is nothing to compare.
+#[derive(Debug, thiserror::Error)]
+pub enum SideError {
+    /// It is a file of another kind.
+    #[error("{}: is no run and no table (accepted: .mcap, .csv, .parquet, or a folder of them)", path.display())]
+    Kind {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It is a folder without runs.
+    #[error(
+        "{}: holds no runs and no tables (accepted: .mcap, .csv, .parquet, or an output of asperity reproduce)",
+        path.display()
+    )]
+    Empty {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The system refused.
+    #[error("{}: {error}", path.display())]
+    Io {
+        /// The folder.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// A run log cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+}
 
 /// One run of a side.
 #[derive(Debug, Clone)]
-pub(crate) struct Run {
+pub struct Run {
     /// The file's name without what says of which kind it is.
-    pub(crate) name: String,
-    pub(crate) path: PathBuf,
+    pub name: String,
+    /// The file.
+    pub path: PathBuf,
     /// What the run is, where the file says so.
-    pub(crate) provenance: Option<Provenance>,
+    pub provenance: Option<Provenance>,
 }
 
 impl Run {
-    fn open(path: &Path) -> Result<Run, Failure> {
+    fn open(path: &Path) -> Result<Run, SideError> {
         let run = Run { name: name_of(path), path: path.to_owned(), provenance: None };
         if ending(path) != Some("mcap") {
             return Ok(run);
         }
-        let reader = RunReader::open(path, Topics::EVENTS).map_err(Failure::bad_input)?;
+        let reader = RunReader::open(path, Topics::EVENTS)?;
         let scenario_toml = reader.scenario_toml().to_owned();
         Ok(Run { provenance: Some(Provenance { header: reader.header().clone(), scenario_toml }), ..run })
     }
 
     /// What a report says of it.
-    pub(crate) fn side(&self) -> RunSide {
+    pub fn side(&self) -> RunSide {
         let header = self.provenance.as_ref().map(|provenance| &provenance.header);
         RunSide {
             name: self.name.clone(),
@@ -61,25 +100,26 @@ fn name_of(path: &Path) -> String {
 
 /// What was given as one side: a file, a folder of them, or the output of `asperity reproduce`.
 #[derive(Debug, Clone)]
-pub(crate) struct Given {
-    pub(crate) runs: Vec<Run>,
+pub struct Side {
+    /// Its runs, in the order of their names.
+    pub runs: Vec<Run>,
     /// Whether it is one file, to be compared with whatever stands on the other side.
     is_file: bool,
     /// The table of claims, where there is one.
-    pub(crate) claims: Option<PathBuf>,
+    pub claims: Option<PathBuf>,
 }
 
-impl Given {
+impl Side {
     /// Finds the runs of a side.
-    pub(crate) fn find(path: &Path) -> Result<Given, Failure> {
+    ///
+    /// # Errors
+    /// If there are none, or one cannot be read.
+    pub fn find(path: &Path) -> Result<Side, SideError> {
         if !path.is_dir() {
             if !matches!(ending(path), Some("mcap" | "csv" | "parquet" | "partial")) {
-                return Err(Failure::BadInput(format!(
-                    "{}: is no run and no table (accepted: .mcap, .csv, .parquet, or a folder of them)",
-                    path.display()
-                )));
+                return Err(SideError::Kind { path: path.to_owned() });
             }
-            return Ok(Given { runs: vec![Run::open(path)?], is_file: true, claims: None });
+            return Ok(Side { runs: vec![Run::open(path)?], is_file: true, claims: None });
         }
         let (runs, tables) = (path.join("runs"), path.join("tables"));
         let is_output = runs.is_dir() && tables.is_dir();
@@ -106,14 +146,10 @@ impl Given {
             by_name.entry(name_of(&file)).or_insert(file);
         }
         if by_name.is_empty() {
-            return Err(Failure::BadInput(format!(
-                "{}: holds no runs and no tables (accepted: .mcap, .csv, .parquet, or an output of asperity \
-                 reproduce)",
-                path.display()
-            )));
+            return Err(SideError::Empty { path: path.to_owned() });
         }
         let claims = tables.join("claims.csv");
-        Ok(Given {
+        Ok(Side {
             runs: by_name.values().map(|file| Run::open(file)).collect::<Result<_, _>>()?,
             is_file: false,
             claims: (is_output && claims.is_file()).then_some(claims),
@@ -122,8 +158,8 @@ impl Given {
 }
 
 /// The files of a folder, by name.
-fn files_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let failed = |error: std::io::Error| Failure::BadInput(format!("{}: {error}", folder.display()));
+fn files_in(folder: &Path) -> Result<Vec<PathBuf>, SideError> {
+    let failed = |error: std::io::Error| SideError::Io { path: folder.to_owned(), error };
     let mut files = std::fs::read_dir(folder)
         .and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<PathBuf>, _>>())
         .map_err(failed)?;
@@ -134,13 +170,15 @@ fn files_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
 
 /// The runs that belong together, and those that do not.
 #[derive(Debug)]
-pub(crate) struct Paired {
-    pub(crate) pairs: Vec<(Run, Run)>,
-    pub(crate) unpaired: Vec<Unpaired>,
+pub struct Paired {
+    /// Old and new, in the order of the old side.
+    pub pairs: Vec<(Run, Run)>,
+    /// Runs without a counterpart.
+    pub unpaired: Vec<Unpaired>,
 }
 
 /// Pairs the runs of both sides. Two files are a pair whatever they are.
-pub(crate) fn pair(old: &Given, new: &Given, by: PairBy) -> Paired {
+pub fn pair(old: &Side, new: &Side, by: PairBy) -> Paired {
     if let ([old_run], [new_run], true) = (&old.runs[..], &new.runs[..], old.is_file && new.is_file) {
         return Paired { pairs: vec![(old_run.clone(), new_run.clone())], unpaired: Vec::new() };
     }

@@ -11,38 +11,74 @@ use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 /// The columns without which there is nothing to match by.
 const NEEDED: [Column; 4] = [Column::OnsetS, Column::EndS, Column::FirstBlock, Column::LastBlock];
 
-/// A table that cannot be read, or the report of it not be written.
+/// A table that cannot be read.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum TableError {
+pub enum TableError {
     /// A run log.
     #[error(transparent)]
     Log(#[from] LogError),
     /// A run log with an event that is none.
     #[error("{}: an event of {topic} cannot be read: {error}", path.display())]
-    Event { path: PathBuf, topic: String, error: serde_json::Error },
+    Event {
+        /// The log.
+        path: PathBuf,
+        /// The event's topic.
+        topic: String,
+        /// What is wrong with it.
+        error: serde_json::Error,
+    },
     /// The system refused.
     #[error("{}: {error}", path.display())]
-    Io { path: PathBuf, error: std::io::Error },
+    Io {
+        /// The table.
+        path: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
     /// Not CSV.
     #[error("{}: {error}", path.display())]
-    Csv { path: PathBuf, error: csv::Error },
+    Csv {
+        /// The table.
+        path: PathBuf,
+        /// What is wrong, with its line.
+        error: csv::Error,
+    },
     /// A heading that is no event table's.
     #[error("{}:1: {problem} (accepted: {})", path.display(), accepted())]
-    Heading { path: PathBuf, problem: String },
+    Heading {
+        /// The table.
+        path: PathBuf,
+        /// What is wrong.
+        problem: String,
+    },
     /// A cell that is not what its column says.
     #[error("{}:{line}: {column}: {value:?} is not accepted (accepted: {accepted})", path.display())]
-    Cell { path: PathBuf, line: u64, column: Column, value: String, accepted: &'static str },
+    Cell {
+        /// The table.
+        path: PathBuf,
+        /// The line, the heading's being 1.
+        line: u64,
+        /// The column.
+        column: Column,
+        /// The cell, as written.
+        value: String,
+        /// What would be accepted.
+        accepted: &'static str,
+    },
     /// A Parquet file.
     #[cfg(feature = "analysis")]
     #[error(transparent)]
-    Analysis(#[from] asperity_analysis::AnalysisError),
+    Parquet(#[from] asperity_analysis::AnalysisError),
     /// Parquet, which only the analysis reads.
     #[cfg(not(feature = "analysis"))]
     #[error(
         "{}: built without the feature `analysis`, this program reads no Parquet (accepted: .mcap, .csv)",
         path.display()
     )]
-    NoParquet { path: PathBuf },
+    NoParquet {
+        /// The table.
+        path: PathBuf,
+    },
 }
 
 fn accepted() -> String {
@@ -51,18 +87,21 @@ fn accepted() -> String {
 }
 
 /// Events, one after the other.
-pub(crate) type Events = Box<dyn Iterator<Item = Result<SlipEvent, TableError>>>;
+pub type Events = Box<dyn Iterator<Item = Result<SlipEvent, TableError>>>;
 
 /// An event table that is open.
-pub(crate) struct Table {
+pub struct Table {
     /// The columns that it has.
-    pub(crate) columns: Columns,
+    pub columns: Columns,
     /// Its events.
-    pub(crate) events: Events,
+    pub events: Events,
 }
 
 /// Opens a run log or a table, by the ending of its name.
-pub(crate) fn open(path: &Path) -> Result<Table, TableError> {
+///
+/// # Errors
+/// If it cannot be read, or its heading is no event table's.
+pub fn open(path: &Path) -> Result<Table, TableError> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("csv") => csv(path),
         Some("parquet") => parquet(path),
@@ -113,7 +152,7 @@ impl Places {
         if let Some(column) = NEEDED.into_iter().find(lacks) {
             return Err(problem(format!("there is no column {column}")));
         }
-        // In the order of the table: an onset comes before the end that is held against it.
+        // In the order of the table: an onset comes before the end that is compared with it.
         places.sort_unstable();
         Ok(Places { path: path.to_owned(), places })
     }

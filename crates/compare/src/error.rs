@@ -1,0 +1,67 @@
+//! Why two sides cannot be compared.
+
+use std::path::PathBuf;
+
+use crate::claims::ClaimsError;
+use crate::sides::SideError;
+use crate::table::TableError;
+
+/// Two sides that cannot be compared.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    /// There are no runs at a path.
+    #[error(transparent)]
+    Side(#[from] SideError),
+    /// A table cannot be read.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// A table is not in order.
+    #[error("{}: {problem}", path.display())]
+    Order {
+        /// The table.
+        path: PathBuf,
+        /// Which events are not in order.
+        problem: String,
+    },
+    /// The scenario in a run log is no TOML.
+    #[error("{}, {}: scenario.toml: {error}", old.display(), new.display())]
+    Scenario {
+        /// The old run.
+        old: PathBuf,
+        /// The new run.
+        new: PathBuf,
+        /// What is wrong in one of them.
+        error: toml::de::Error,
+    },
+    /// A table of claims cannot be read.
+    #[error(transparent)]
+    Claims(#[from] ClaimsError),
+    /// The file of matches cannot be begun.
+    #[cfg(feature = "analysis")]
+    #[error(transparent)]
+    NoMatchesFile(asperity_analysis::AnalysisError),
+    /// Matches cannot be written.
+    #[cfg(feature = "analysis")]
+    #[error(transparent)]
+    Matches(asperity_analysis::AnalysisError),
+    /// Matches are asked for, which only the analysis writes.
+    #[cfg(not(feature = "analysis"))]
+    #[error(
+        "{}: built without the feature `analysis`, this program writes no Parquet (accepted: no file of matches)",
+        path.display()
+    )]
+    NoParquet {
+        /// The file asked for.
+        path: PathBuf,
+    },
+}
+
+impl CompareError {
+    /// Whether the input is sound and the system refused to write.
+    pub fn is_of_output(&self) -> bool {
+        #[cfg(feature = "analysis")]
+        return matches!(self, CompareError::Matches(_));
+        #[cfg(not(feature = "analysis"))]
+        return false;
+    }
+}

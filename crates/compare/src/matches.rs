@@ -1,0 +1,49 @@
+//! Every match of a comparison, identical ones too, as a row of a Parquet file.
+
+use std::path::Path;
+
+use asperity_analysis::event_file::{MatchFile, MatchRow, MatchSide};
+use asperity_diff::tally::Matched;
+use asperity_record::SlipEvent;
+
+use crate::error::CompareError;
+
+/// The file of matches, if one was asked for.
+pub(crate) struct Matches(Option<asperity_analysis::event_file::MatchFile>);
+
+impl Matches {
+    pub(crate) fn create(path: Option<&Path>) -> Result<Matches, CompareError> {
+        let file = path.map(MatchFile::create);
+        file.transpose().map(Matches).map_err(CompareError::NoMatchesFile)
+    }
+
+    pub(crate) fn push(&mut self, run: &str, matched: Matched<'_>) -> Result<(), CompareError> {
+        let Some(file) = &mut self.0 else { return Ok(()) };
+        let side = |events: &[SlipEvent]| {
+            let (first, last) = (events.first()?, events.last()?);
+            Some(MatchSide {
+                events: events.len() as u32,
+                event: first.event,
+                last_event: last.event,
+                onset_s: first.onset_s,
+                end_s: last.end_s,
+                first_block: events.iter().map(|event| event.first_block).min()?,
+                last_block: events.iter().map(|event| event.last_block).max()?,
+                ft_fn_onset: first.ft_fn_onset,
+            })
+        };
+        let row = MatchRow {
+            run: run.to_owned(),
+            class: matched.class.name(),
+            allowed: matched.allowed,
+            shift_s: matched.shift_s,
+            old: side(&matched.group.old),
+            new: side(&matched.group.new),
+        };
+        file.push(row).map_err(CompareError::Matches)
+    }
+
+    pub(crate) fn finish(self) -> Result<(), CompareError> {
+        self.0.map_or(Ok(()), |file| file.finish().map_err(CompareError::Matches))
+    }
+}

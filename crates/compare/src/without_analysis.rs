@@ -1,0 +1,44 @@
+//! What takes the place of `matches` and `precursors` without the feature `analysis`.
+
+use std::path::Path;
+
+use asperity_diff::report::PrecursorChanges;
+use asperity_diff::tally::Matched;
+
+use crate::error::CompareError;
+use crate::sides::Run;
+
+/// No file of matches can be asked for.
+pub(crate) struct Matches;
+
+impl Matches {
+    pub(crate) fn create(path: Option<&Path>) -> Result<Matches, CompareError> {
+        match path {
+            None => Ok(Matches),
+            Some(path) => Err(CompareError::NoParquet { path: path.to_owned() }),
+        }
+    }
+
+    pub(crate) fn push(&mut self, _run: &str, _matched: Matched<'_>) -> Result<(), CompareError> {
+        Ok(())
+    }
+
+    pub(crate) fn finish(self) -> Result<(), CompareError> {
+        Ok(())
+    }
+}
+
+/// There are no precursor tables.
+pub(crate) struct Precursors;
+
+impl Precursors {
+    pub(crate) fn of(_old: &Run, _new: &Run) -> Precursors {
+        Precursors
+    }
+
+    pub(crate) fn watch(&mut self, _matched: Matched<'_>) {}
+
+    pub(crate) fn changes(self) -> Option<PrecursorChanges> {
+        None
+    }
+}

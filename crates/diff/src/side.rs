@@ -1,0 +1,165 @@
+//! One side of the matching: a table of events as it is read, in order, and what of it is not
+//! settled yet.
+
+use asperity_record::SlipEvent;
+
+use crate::column::{Columns, Value};
+use crate::cost::Span;
+
+/// How many events of its own side an event may look past. Where more than that
+/// start within one window of each other it is arbitrary which is which.
+pub const NEAREST: usize = 32;
+
+/// Two tables that cannot be matched.
+#[derive(Debug, thiserror::Error)]
+pub enum MatchError<E> {
+    /// A table could not be read.
+    #[error("{0}")]
+    Source(E),
+    /// A table is not in order.
+    #[error(
+        "{side} table: event {event} starts at {onset_s} s, the one before it at {before_s} s \
+         (accepted: events in order of their onsets)"
+    )]
+    Order {
+        /// `old` or `new`.
+        side: &'static str,
+        /// Number of the event.
+        event: u64,
+        /// Its onset, s.
+        onset_s: f64,
+        /// Onset of the event before it, s.
+        before_s: f64,
+    },
+}
+
+/// One table as it is read: what was read and is not settled, and the event after it.
+pub(crate) struct Side<I> {
+    name: &'static str,
+    source: I,
+    ahead: Option<SlipEvent>,
+    started: bool,
+    /// Events from number `first` of the table on, but for `gone` settled ones in front.
+    events: Vec<SlipEvent>,
+    /// What the matching goes by of each.
+    spans: Vec<Span>,
+    gone: usize,
+    pub(crate) first: usize,
+}
+
+/// Settled events that may stay in memory before they are dropped all at once.
+const GONE: usize = 1024;
+
+impl<I, E> Side<I>
+where
+    I: Iterator<Item = Result<SlipEvent, E>>,
+{
+    pub(crate) fn new(name: &'static str, source: I) -> Side<I> {
+        let (events, spans) = (Vec::new(), Vec::new());
+        Side { name, source, ahead: None, started: false, events, spans, gone: 0, first: 0 }
+    }
+
+    /// How many have been read, settled ones included.
+    pub(crate) fn read(&self) -> usize {
+        self.first + self.waiting()
+    }
+
+    /// How many have been read and are not settled.
+    pub(crate) fn waiting(&self) -> usize {
+        self.events.len() - self.gone
+    }
+
+    pub(crate) fn event(&self, index: usize) -> &SlipEvent {
+        &self.events[index - self.first + self.gone]
+    }
+
+    pub(crate) fn spans(&self, from: usize, to: usize) -> &[Span] {
+        let physical = |index: usize| index - self.first + self.gone;
+        &self.spans[physical(from)..physical(to)]
+    }
+
+    pub(crate) fn span(&self, index: usize) -> &Span {
+        &self.spans[index - self.first + self.gone]
+    }
+
+    /// Onset of an event, if it has been read.
+    pub(crate) fn onset_s(&self, index: usize) -> Option<f64> {
+        self.spans.get(index - self.first + self.gone).map(|span| span.onset_s)
+    }
+
+    /// Forgets the events before this one.
+    pub(crate) fn settle(&mut self, index: usize) {
+        self.gone += index - self.first;
+        self.first = index;
+        if self.gone > GONE && 2 * self.gone > self.events.len() {
+            self.events.drain(..self.gone);
+            self.spans.drain(..self.gone);
+            self.gone = 0;
+        }
+    }
+
+    /// Onset of the event that will be read next, s; infinite after the last.
+    pub(crate) fn next_onset_s(&mut self) -> Result<f64, MatchError<E>> {
+        if !self.started {
+            self.started = true;
+            self.advance()?;
+        }
+        Ok(self.ahead.as_ref().map_or(f64::INFINITY, |event| event.onset_s))
+    }
+
+    fn advance(&mut self) -> Result<Option<SlipEvent>, MatchError<E>> {
+        let next = self.source.next().transpose().map_err(MatchError::Source)?;
+        if let Some(next) = &next {
+            let before_s = self.ahead.as_ref().map_or(f64::NEG_INFINITY, |event| event.onset_s);
+            // Written so that an onset that is no number is not in order either.
+            let in_order = next.onset_s >= before_s && next.onset_s.is_finite();
+            if !in_order {
+                let (event, onset_s) = (next.event, next.onset_s);
+                return Err(MatchError::Order { side: self.name, event, onset_s, before_s });
+            }
+        }
+        Ok(std::mem::replace(&mut self.ahead, next))
+    }
+
+    /// Reads all events of one onset, in an order that does not depend on the table's.
+    pub(crate) fn read_onset(
+        &mut self,
+        onset_s: f64,
+        rank: u64,
+        columns: Columns,
+        window_s: f64,
+    ) -> Result<(), MatchError<E>> {
+        let from = self.events.len();
+        while self.next_onset_s()? == onset_s {
+            let event = self.advance()?;
+            self.events.extend(event);
+        }
+        if self.events.len() > from + 1 {
+            self.events[from..].sort_by(|a, b| {
+                let keys = columns.iter().map(|column| (column.of(a), column.of(b)));
+                let order = keys.map(|(a, b)| in_order(a, b)).find(|order| order.is_ne());
+                order.unwrap_or(a.event.cmp(&b.event))
+            });
+        }
+        for index in from..self.events.len() {
+            self.spans.push(Span::new(&self.events[index], rank, window_s));
+            // Nothing looks past the events of its own side that come after it.
+            if let Some(before) = index.checked_sub(NEAREST) {
+                let before = &mut self.spans[before];
+                before.reach_s = before.reach_s.min(onset_s);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn in_order(a: Value, b: Value) -> std::cmp::Ordering {
+    let key = |value: Value| match value {
+        Value::Empty => (1, 0.0),
+        Value::Number(value) => (0, value),
+        Value::Whole(value) => (0, value as f64),
+        Value::Flag(value) => (0, f64::from(u8::from(value))),
+    };
+    let ((a_kind, a), (b_kind, b)) = (key(a), key(b));
+    a_kind.cmp(&b_kind).then(a.total_cmp(&b))
+}

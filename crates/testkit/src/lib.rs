@@ -1,0 +1,35 @@
+//! What tests of several crates share: plans, records and events made up, numbers without
+//! pattern, logs read to their end. All of it panics where something is not as it should be,
+//! so that a test says what it is about and nothing else.
+//!
+//! ```
+//! use asperity_testkit::{quiet_step, read_log, scenario};
+//!
+//! let (_, plan) = scenario("default", &["slider.blocks=3", "time.duration_s=1e-3"]);
+//! assert_eq!(plan.blocks, 3);
+//!
+//! // 40 N of driving force on the usual 100 N of normal load.
+//! let step = quiet_step(7, 0.7, 0.4);
+//! assert_eq!((step.driving_force_n, step.switches.len()), (40.0, 0));
+//!
+//! assert!(read_log("no-such.mcap".as_ref()).is_err());
+//! ```
+//!
+//! It is for tests alone: no crate depends on it but by `[dev-dependencies]`. The unit tests of
+//! `record`, `model` and `runlog` cannot use it, since it would bring them a second copy of the
+//! crate that they are part of.
+
+mod logs;
+mod plans;
+mod random;
+mod records;
+
+pub use logs::{read_log, run_end};
+pub use plans::{plan, scenario};
+pub use random::Random;
+pub use records::{quiet_step, slip_event, switch};
+
+/// A temporary folder, which goes with the value.
+pub fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder can be made")
+}

@@ -1,0 +1,24 @@
+//! Built-in scenarios with overrides.
+
+use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
+
+/// A built-in scenario with overrides, each `KEY=VALUE`, and its plan.
+///
+/// # Panics
+/// If there is no such scenario, or what it says cannot be run.
+pub fn scenario<S: AsRef<str>>(name: &str, sets: &[S]) -> (Scenario, Plan) {
+    let text = builtin::find(name).unwrap_or_else(|| panic!("no built-in scenario {name}"));
+    let source = ScenarioSource::new(name, text);
+    let source = sets.iter().fold(source, |source, set| source.with_override(set.as_ref()));
+    let scenario = Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}"));
+    let plan = Plan::new(&scenario);
+    (scenario, plan)
+}
+
+/// The plan of a built-in scenario with overrides.
+///
+/// # Panics
+/// As [`scenario`] does.
+pub fn plan<S: AsRef<str>>(name: &str, sets: &[S]) -> Plan {
+    scenario(name, sets).1
+}

@@ -1,0 +1,58 @@
+//! Records and events made up: what a test does not care about is 0 or follows from the rest,
+//! and what it does care about it sets by `..`.
+
+use std::ops::RangeInclusive;
+
+use asperity_record::{Direction, SlipEvent, StepRecord, Switch};
+
+/// Normal load of the steps made up here.
+const NORMAL_LOAD_N: f64 = 100.0;
+
+/// A step in which no block slides or switches, by its `F_T / F_N`.
+pub fn quiet_step(step: u64, time_s: f64, load_ratio: f64) -> StepRecord {
+    StepRecord {
+        step,
+        time_s,
+        driving_force_n: load_ratio * NORMAL_LOAD_N,
+        normal_load_n: NORMAL_LOAD_N,
+        end_forces_n: None,
+        sliding: 0,
+        switches: Vec::new(),
+    }
+}
+
+/// A block that switches, at rest where it was at the start.
+pub fn switch(block: u32, direction: Direction) -> Switch {
+    Switch {
+        block,
+        direction,
+        displacement_m: 0.0,
+        velocity_m_per_s: 0.0,
+        tangential_force_n: 0.0,
+        stick_position_m: 0.0,
+        threshold_n: 0.0,
+    }
+}
+
+/// A slip event from one step to another over all of some blocks, which began at the first of
+/// them; steps take a second, `F_T / F_N` is 0.
+pub fn slip_event(onset_step: u64, end_step: u64, blocks: RangeInclusive<u32>) -> SlipEvent {
+    let (first_block, last_block) = blocks.into_inner();
+    SlipEvent {
+        onset_s: onset_step as f64,
+        end_s: Some(end_step as f64),
+        first_block,
+        last_block,
+        max_sliding: 1,
+        ft_fn_onset: 0.0,
+        ft_fn_end: Some(0.0),
+        event: 0,
+        onset_step,
+        end_step: Some(end_step),
+        blocks_slipped: last_block + 1 - first_block,
+        nucleation_block: first_block,
+        ft_fn_min: 0.0,
+        ft_fn_max: 0.0,
+        open: false,
+    }
+}

@@ -218,7 +218,7 @@ pub(crate) enum PairBy {
 #[command(after_help = "\
 Examples:
   asperity diff out/before.mcap out/after.mcap
-  asperity diff out/before out/after       (two outputs of asperity reproduce)
+  asperity diff out/before out/after    # two outputs of asperity reproduce
   asperity diff reference.csv out/mine.mcap --policy policy.toml
   asperity diff out/before.mcap out/after.mcap --draft-policy out/policy.toml
   asperity diff out/coarse/runs out/fine/runs --pair name
@@ -476,7 +476,7 @@ pub(crate) struct VerifySolverArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
-  source <(asperity completions bash)     (a line for ~/.bashrc)
+  source <(asperity completions bash)       # a line for ~/.bashrc
   asperity completions fish > ~/.config/fish/completions/asperity.fish
   asperity completions zsh > ~/.zfunc/_asperity
 

@@ -21,6 +21,7 @@ mod foxglove;
 #[cfg(feature = "analysis")]
 mod golden;
 mod hostile;
+mod new_detector;
 #[cfg(feature = "analysis")]
 mod page;
 #[cfg(feature = "analysis")]
@@ -53,5 +54,7 @@ mod support {
     pub(crate) mod golden;
     #[cfg(feature = "analysis")]
     pub(crate) mod markdown;
+    #[path = "../../xtask/src/seed.rs"]
+    pub(crate) mod seed;
     pub(crate) mod small;
 }

@@ -1,4 +1,25 @@
 //! Finds slip events and how far they run: the raw event table.
+//!
+//! ```
+//! use asperity_detect::{Detector, SlipRules, detect_all};
+//! use asperity_detect_extent::ExtentDetector;
+//! use asperity_record::{Direction, SlipEvent, StepRecord};
+//! use asperity_testkit::{quiet_step, switch};
+//!
+//! // In a chain of three blocks, block 2 detaches at the end of step 7 and attaches at that of step 9.
+//! let records = [
+//!     StepRecord { switches: vec![switch(2, Direction::Detach)], ..quiet_step(7, 0.7, 0.40) },
+//!     StepRecord { sliding: 1, ..quiet_step(8, 0.8, 0.41) },
+//!     StepRecord { sliding: 1, switches: vec![switch(2, Direction::Attach)], ..quiet_step(9, 0.9, 0.41) },
+//!     quiet_step(10, 1.0, 0.38),
+//! ];
+//! let detector = ExtentDetector::new(3, SlipRules::EVERY_SLIP);
+//! let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(detector)];
+//! let events = detect_all(&mut detectors, &records);
+//! let slip: SlipEvent = events[0].decode().expect("it is one")?;
+//! assert_eq!((slip.onset_step, slip.end_step, slip.blocks_slipped), (8, Some(10), 1));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use asperity_detect::{Change, Detector, Slip, SlipRules, SlipTracker};
 use asperity_record::{Event, EventKind, SlipEvent, StepRecord};

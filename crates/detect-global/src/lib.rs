@@ -1,5 +1,26 @@
 //! Finds global slips: slip events in which every block slid, how long after
 //! the one before, and how far the load fell.
+//!
+//! ```
+//! use asperity_detect::{Detector, SlipRules, detect_all};
+//! use asperity_detect_global::GlobalDetector;
+//! use asperity_record::{Direction, GlobalSlip, StepRecord};
+//! use asperity_testkit::{quiet_step, switch};
+//!
+//! // In a chain of one block, block 1 detaches at the end of step 7 and attaches at that of step 9.
+//! let records = [
+//!     StepRecord { switches: vec![switch(1, Direction::Detach)], ..quiet_step(7, 0.7, 0.40) },
+//!     StepRecord { sliding: 1, ..quiet_step(8, 0.8, 0.41) },
+//!     StepRecord { sliding: 1, switches: vec![switch(1, Direction::Attach)], ..quiet_step(9, 0.9, 0.41) },
+//!     quiet_step(10, 1.0, 0.38),
+//! ];
+//! let detector = GlobalDetector::new(1, SlipRules::EVERY_SLIP);
+//! let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(detector)];
+//! let events = detect_all(&mut detectors, &records);
+//! let global: GlobalSlip = events[0].decode().expect("it is one")?;
+//! assert_eq!((global.onset_s, global.end_s), (0.8, Some(1.0)));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use asperity_detect::{Change, Detector, Slip, SlipRules, SlipTracker};
 use asperity_record::{Event, EventKind, GlobalSlip, StepRecord};

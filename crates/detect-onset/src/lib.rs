@@ -1,4 +1,25 @@
 //! Finds stick-slip onsets: which block went first, when, at what load.
+//!
+//! ```
+//! use asperity_detect::{Detector, SlipRules, detect_all};
+//! use asperity_detect_onset::OnsetDetector;
+//! use asperity_record::{Direction, Onset, StepRecord};
+//! use asperity_testkit::{quiet_step, switch};
+//!
+//! // In a chain of three blocks, block 2 detaches at the end of step 7 and attaches at that of step 9.
+//! let records = [
+//!     StepRecord { switches: vec![switch(2, Direction::Detach)], ..quiet_step(7, 0.7, 0.40) },
+//!     StepRecord { sliding: 1, ..quiet_step(8, 0.8, 0.41) },
+//!     StepRecord { sliding: 1, switches: vec![switch(2, Direction::Attach)], ..quiet_step(9, 0.9, 0.41) },
+//!     quiet_step(10, 1.0, 0.38),
+//! ];
+//! let detector = OnsetDetector::new(3, SlipRules::EVERY_SLIP);
+//! let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(detector)];
+//! let events = detect_all(&mut detectors, &records);
+//! let onset: Onset = events[0].decode().expect("it is one")?;
+//! assert_eq!((onset.onset_step, onset.nucleation_block, onset.ft_fn_onset), (8, 2, 0.41));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use asperity_detect::{Change, Detector, SlipRules, SlipTracker};
 use asperity_record::{Event, EventKind, Onset, StepRecord};

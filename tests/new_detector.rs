@@ -1,0 +1,174 @@
+//! A detector is a crate and a line: the guide of `docs/extending.md` is followed in a copy of
+//! the workspace, with the crate of `fixtures/detector-template`. What it emits is in logs,
+//! tables and exports, and logs from before are read as what they are.
+//!
+//! The copy stays in the target folder, so that only what changed is compiled again, and starts
+//! with the dependencies that the tests were built with.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::Instant;
+
+use asperity_testkit::{folder, run_end};
+
+use crate::support::binary::{self, text};
+use crate::support::clients::{file, said};
+use crate::support::{seed, small};
+
+const TEMPLATE: &str = "fixtures/detector-template";
+const TOPIC: &str = "/events/longest";
+const COLUMNS: &str = "event,onset_s,duration_s,duration_ratio,blocks_slipped";
+
+/// What the guide says is to be changed: the file, the line behind which a new one goes, and that.
+/// The list of detectors is the one place of code.
+const CHANGES: [(&str, &str, &str); 3] = [
+    (
+        "Cargo.toml",
+        "asperity-detect-global = { path = \"crates/detect-global\" }\n",
+        "asperity-detect-longest = { path = \"crates/detect-longest\" }\n",
+    ),
+    (
+        "crates/run/Cargo.toml",
+        "asperity-detect-global.workspace = true\n",
+        "asperity-detect-longest.workspace = true\n",
+    ),
+    (
+        "crates/run/src/detectors.rs",
+        "(\"global\", |blocks, rules| Box::new(asperity_detect_global::GlobalDetector::new(blocks, rules))),\n",
+        "    (\"longest\", |blocks, rules| Box::new(asperity_detect_longest::LongestDetector::new(blocks, rules))),\n",
+    ),
+];
+
+/// The workspace with one more detector.
+struct Copy {
+    folder: PathBuf,
+}
+
+impl Copy {
+    fn make() -> Copy {
+        let copy = Copy { folder: Path::new(env!("CARGO_TARGET_TMPDIR")).join("new-detector") };
+        let mut written = BTreeSet::new();
+        let guide = fs::read_to_string(file("docs/extending.md")).expect("the guide can be read");
+        for part in ["Cargo.toml", "crates", "xtask"] {
+            copy.take(&file(part), Path::new(part), &mut written);
+        }
+        copy.take(&file(TEMPLATE), Path::new("crates/detect-longest"), &mut written);
+        for (path, _, _) in CHANGES {
+            assert!(guide.contains(&format!("`{path}`")), "docs/extending.md does not speak of {path}");
+        }
+        // What the workspace lost is lost here too.
+        for path in files(&copy.folder.join("crates")) {
+            if !written.contains(&path) {
+                fs::remove_file(&path).expect("the copy can be changed");
+            }
+        }
+        let lock = copy.folder.join("Cargo.lock");
+        if !lock.exists() {
+            fs::copy(file("Cargo.lock"), &lock).expect("the copy can be written");
+        }
+        copy
+    }
+
+    /// Copies a file or folder; what is as it should be keeps its time, by which cargo goes.
+    fn take(&self, from: &Path, to: &Path, written: &mut BTreeSet<PathBuf>) {
+        for path in files(from) {
+            let inside = path.strip_prefix(from).expect("it is below the folder");
+            // A file has nothing inside, and joining that would end its path with a slash.
+            let to = if inside.as_os_str().is_empty() { to.to_owned() } else { to.join(inside) };
+            let target = self.folder.join(&to);
+            let mut bytes = fs::read(&path).expect("the workspace can be read");
+            for (changed, behind, line) in CHANGES {
+                if to == Path::new(changed) {
+                    let text = String::from_utf8(bytes).expect("sources are text");
+                    let at = text.find(behind).unwrap_or_else(|| panic!("{changed} lacks {behind}"));
+                    let at = at + behind.len();
+                    bytes = [&text[..at], line, &text[at..]].concat().into_bytes();
+                }
+            }
+            if fs::read(&target).is_ok_and(|there| there != bytes) || !target.exists() {
+                let folder = target.parent().expect("a file lies in a folder");
+                fs::create_dir_all(folder).expect("folders can be made");
+                fs::write(&target, bytes).expect("the copy can be written");
+            }
+            written.insert(target);
+        }
+    }
+
+    /// Builds the command, without tables and figures as those need polars.
+    fn build(&self) -> PathBuf {
+        let target = self.folder.join("target");
+        let built = Path::new(env!("CARGO_BIN_EXE_asperity")).parent().expect("it lies in a folder");
+        seed::dependencies(built, &target.join("debug")).expect("compiled dependencies can be copied");
+        let started = Instant::now();
+        let output = Command::new(env!("CARGO"))
+            .args(["build", "--quiet", "--offline", "--package", "asperity-cli", "--no-default-features"])
+            .current_dir(&self.folder)
+            .env("CARGO_TARGET_DIR", &target)
+            .output()
+            .expect("cargo starts");
+        assert!(output.status.success(), "{}", said(&output));
+        writeln!(std::io::stdout(), "built in {:.0} s", started.elapsed().as_secs_f64()).expect("it is open");
+        target.join("debug").join("asperity")
+    }
+}
+
+/// The files below a folder, or the file itself.
+fn files(path: &Path) -> Vec<PathBuf> {
+    if !path.is_dir() {
+        return vec![path.to_owned()];
+    }
+    let entries = fs::read_dir(path).expect("the folder can be read");
+    entries.flat_map(|entry| files(&entry.expect("the folder can be read").path())).collect()
+}
+
+/// Runs the command that has the new detector, which must end well.
+fn succeed(asperity: &Path, arguments: &[&str]) -> String {
+    let output: Output = Command::new(asperity).args(arguments).output().expect("the binary starts");
+    assert!(output.status.success(), "{}: {}", arguments.join(" "), said(&output));
+    said(&output)
+}
+
+#[test]
+fn the_guide_gives_a_detector_that_logs_tables_and_exports_have() {
+    let asperity = Copy::make().build();
+    let scratch = folder();
+    let [old, new] = ["old.mcap", "new.mcap"].map(|name| scratch.path().join(name));
+    small::run(&old);
+    succeed(&asperity, &[&["run"], &small::SCENARIO[..], &["--out", text(&new)]].concat());
+
+    // All that both have is the same, and the new one has a topic more.
+    let [before, after] = [&old, &new].map(|log| run_end(log));
+    let found = before.compare_topics(&after);
+    assert!(found.same_in_common() && found.only_first.is_empty(), "{found:?}");
+    assert_eq!(found.only_second, [TOPIC]);
+    let events = after.message_counts[TOPIC];
+    assert!(events > 0, "nothing of it was found");
+
+    // Its table and its export follow from its payload.
+    let tables = scratch.path().join("tables");
+    succeed(&asperity, &["replay", text(&new), "--out", text(&tables)]);
+    let exported = scratch.path().join("exported");
+    succeed(&asperity, &["export", text(&new), "--to", "csv", "--topic", TOPIC, "--out", text(&exported)]);
+    for folder in [tables, exported] {
+        let table = files(&folder).into_iter().find(|path| text(path).contains("longest"));
+        let table = table.unwrap_or_else(|| panic!("no table of it in {}", folder.display()));
+        let table = fs::read_to_string(&table).expect("the table can be read");
+        let columns = table.lines().next().unwrap_or_default();
+        assert!(columns.ends_with(COLUMNS), "{columns}");
+        assert_eq!(table.lines().count() as u64, events + 1, "{table}");
+    }
+
+    // A log from before is sound, and so is the new one to the command from before.
+    let lacks = succeed(&asperity, &["check", text(&old)]);
+    assert!(lacks.contains(&format!("by other detectors: it lacks {TOPIC}")), "{lacks}");
+    let has = binary::succeed(&["check", text(&new)]);
+    assert!(has.contains(&format!("by other detectors: it also has {TOPIC}")), "{has}");
+    for said in [&lacks, &has] {
+        assert!(said.contains("whole") && !said.contains("damaged"), "{said}");
+    }
+    succeed(&asperity, &["replay", text(&old)]);
+    binary::succeed(&["replay", text(&new)]);
+}

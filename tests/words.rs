@@ -41,7 +41,7 @@ const ODD: [&str; 12] = [
     "holds it against",
     "holds the one against",
     "so many switches",
-    "anew",
+    " anew",
 ];
 
 fn read(name: &str) -> String {
@@ -402,6 +402,14 @@ fn own_program_builds() {
         let block = blocks.iter().find(|block| block.text.starts_with(start));
         block.unwrap_or_else(|| panic!("no block begins with {start}")).text.clone()
     };
+    let program = text("// out/own/src/main.rs");
+    let example = read("crates/run/examples/first_global_slip.rs");
+    let (_, body) = program.split_once('\n').expect("a program has lines");
+    assert!(
+        example.ends_with(body),
+        "crates/run/examples/first_global_slip.rs is another program than the page's"
+    );
+
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("own");
     let root = file("").canonicalize().expect("the repository is there");
     let crates = root.join("crates").to_str().expect("the repository has a plain path").to_owned();
@@ -411,7 +419,7 @@ fn own_program_builds() {
     let manifest =
         text("# out/own/Cargo.toml").replace("../../crates", &crates) + &profile.expect("a table is TOML");
     write_if_other(&folder.join("Cargo.toml"), &manifest);
-    write_if_other(&folder.join("src/main.rs"), &text("// out/own/src/main.rs"));
+    write_if_other(&folder.join("src/main.rs"), &program);
     // The versions that the workspace has.
     write_if_other(&folder.join("Cargo.lock"), &read("Cargo.lock"));
 

@@ -31,7 +31,7 @@ pub enum CompareError {
         /// The new run.
         new: PathBuf,
         /// What is wrong in one of them.
-        error: toml::de::Error,
+        error: Box<toml::de::Error>,
     },
     /// A table of claims cannot be read.
     #[error(transparent)]

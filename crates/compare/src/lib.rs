@@ -171,7 +171,7 @@ fn compare_runs(
         run.provenance = provenance::changes(old_run, new_run).map_err(|error| CompareError::Scenario {
             old: old.path.clone(),
             new: new.path.clone(),
-            error,
+            error: Box::new(error),
         })?;
     }
     Ok(run)

@@ -22,6 +22,9 @@ use crate::support::markdown::{anchors, blocks, code, links, paragraphs};
 /// Most lines of the README: what a visitor reads before deciding to try it.
 const README_LINES: usize = 130;
 
+/// The one Rust program of the pages.
+const OWN_PROGRAM: &str = "out/own/src/main.rs";
+
 /// What a skipped block may begin its lines with.
 const NOT_RUN: [&str; 4] = ["cargo", "git", "export", "#"];
 
@@ -173,6 +176,21 @@ fn the_score_of_the_readme_counts_every_claim() {
     assert_eq!(counted + others, claims, "claims in the README (left) and in the pipelines");
 }
 
+/// The columns stand on the page as the code describes them.
+#[test]
+fn the_columns_of_every_table_are_those_of_the_code() {
+    let page = read("docs/outputs.md");
+    let layouts = asperity_export::layout::record_layouts(true);
+    let kinds = asperity_run::detectors::event_kinds();
+    let records = layouts.iter().map(|layout| (layout.topic.as_ref(), layout.columns.as_slice()));
+    let tables = records.chain(kinds.iter().map(|kind| (kind.topic, kind.columns)));
+    for (topic, columns) in tables {
+        assert!(page.contains(&format!("topic `{topic}`")), "docs/outputs.md does not name {topic}");
+        let table = asperity_record::markdown(columns);
+        assert!(page.contains(&table), "docs/outputs.md lacks the columns of {topic}, which are\n{table}");
+    }
+}
+
 /// A folder that looks like the repository, and whose `out` is its own.
 fn copy() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
@@ -265,6 +283,7 @@ fn run(name: &str) {
                 assert_eq!(output.status.success(), !fails, "{place}: {}", said(&output));
                 printed = Some(String::from_utf8(output.stdout).expect("it prints UTF-8"));
             }
+            "text" if note.is_some_and(|note| note.starts_with("skip, ")) => {}
             "text" => {
                 let printed = printed.take().unwrap_or_else(|| panic!("{place}: nothing ran before this"));
                 let lines = |text: &'_ str| text.trim_end().lines().map(str::to_owned).collect::<Vec<_>>();
@@ -291,10 +310,18 @@ fn run(name: &str) {
                 let used =
                     blocks[index..].iter().any(|later| later.language == "sh" && later.text.contains(path));
                 assert!(used, "{place}: no command reads {path}");
-                fs::write(folder.path().join(path), &block.text).expect("files can be written");
+                let path = folder.path().join(path);
+                fs::create_dir_all(path.parent().expect("a file is in a folder"))
+                    .expect("folders can be made");
+                fs::write(path, &block.text).expect("files can be written");
+            }
+            "rust" => {
+                let path = block.text.lines().next().and_then(|line| line.strip_prefix("// "));
+                let path = path.filter(|path| *path == OWN_PROGRAM);
+                assert!(path.is_some(), "{place}: the first line names no file (accepted: // {OWN_PROGRAM})");
             }
             "math" => {}
-            other => panic!("{place}: a block of {other:?} (accepted: sh, text, toml, math)"),
+            other => panic!("{place}: a block of {other:?} (accepted: sh, text, toml, rust, math)"),
         }
     }
 }
@@ -354,11 +381,62 @@ macro_rules! pages_that_run {
 pages_that_run! {
     the_readme_runs: "README.md",
     diff_runs: "docs/diff.md",
+    extending_runs: "docs/extending.md",
     model_runs: "docs/model.md",
     outputs_run: "docs/outputs.md",
     performance_runs: "docs/performance.md",
     run_logs_run: "docs/run-logs.md",
     scenarios_run: "docs/scenarios.md",
+}
+
+/// The program of `docs/extending.md` builds outside the workspace and prints what the page says.
+///
+/// It stands where the page puts it, but in a folder that stays from one test run to the next, and
+/// is built into the target folder of the workspace with the workspace's profile, so that
+/// dependencies that are compiled already are used again.
+#[test]
+fn own_program_builds() {
+    let page = read("docs/extending.md");
+    let blocks = blocks(&page);
+    let text = |start: &str| {
+        let block = blocks.iter().find(|block| block.text.starts_with(start));
+        block.unwrap_or_else(|| panic!("no block begins with {start}")).text.clone()
+    };
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("own");
+    let root = file("").canonicalize().expect("the repository is there");
+    let crates = root.join("crates").to_str().expect("the repository has a plain path").to_owned();
+    let workspace: toml::Table = read("Cargo.toml").parse().expect("a manifest is TOML");
+    let profile =
+        toml::to_string(&toml::Table::from_iter([("profile".to_owned(), workspace["profile"].clone())]));
+    let manifest =
+        text("# out/own/Cargo.toml").replace("../../crates", &crates) + &profile.expect("a table is TOML");
+    write_if_other(&folder.join("Cargo.toml"), &manifest);
+    write_if_other(&folder.join("src/main.rs"), &text("// out/own/src/main.rs"));
+    // The versions that the workspace has.
+    write_if_other(&folder.join("Cargo.lock"), &read("Cargo.lock"));
+
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("it is in the target folder");
+    let output = Command::new(env!("CARGO"))
+        .args(["run", "--quiet", "--offline"])
+        .current_dir(&folder)
+        .env("CARGO_TARGET_DIR", target)
+        .output()
+        .expect("cargo starts");
+    assert!(output.status.success(), "{}", said(&output));
+    let printed = String::from_utf8(output.stdout).expect("it prints UTF-8");
+    let expected =
+        blocks.iter().skip_while(|block| block.language != "rust").find(|block| block.language == "text");
+    let expected = expected.expect("the page says what the program prints");
+    assert_eq!(printed, expected.text, "what the program prints (left)");
+}
+
+/// A file that is as it should be keeps its time, and what was made of it stays fresh.
+fn write_if_other(path: &Path, text: &str) {
+    if fs::read_to_string(path).is_ok_and(|there| there == text) {
+        return;
+    }
+    fs::create_dir_all(path.parent().expect("a file is in a folder")).expect("folders can be made");
+    fs::write(path, text).expect("files can be written");
 }
 
 /// What the program itself says is held to the same words.

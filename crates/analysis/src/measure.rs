@@ -339,7 +339,7 @@ fn residual_beside_hold(run: &RunData, side: Side) -> Option<f64> {
 
 /// Duration of a slip event over the time in which sound crosses its blocks.
 fn over_crossing(run: &RunData, event: &SlipEvent) -> Option<f64> {
-    let per_block_s = (run.plan.block_mass_kg / run.plan.stiffness_n_per_m).sqrt();
+    let per_block_s = (run.plan.block_mass_kg / run.plan.elastic.stiffness_n_per_m()).sqrt();
     Some((event.end_s? - event.onset_s) / (f64::from(event.blocks_slipped) * per_block_s))
 }
 
@@ -532,7 +532,7 @@ mod tests {
         let toml = "[[recording.window]]\nfrom_s = 0.1\nto_s = 0.9\nevery_s = 1e-3\n\
                     first_block = 1\nlast_block = 1";
         let run = made_up::run(toml, &[(500_000, 900_000, &[1]), (2_000_000, 2_500_000, &[1, 2])]);
-        let crossing_s = 2.0 * (run.plan.block_mass_kg / run.plan.stiffness_n_per_m).sqrt();
+        let crossing_s = 2.0 * (run.plan.block_mass_kg / run.plan.elastic.stiffness_n_per_m()).sqrt();
         let ours = Measure::EventOverCrossing.of(&run, Some(2.0)).unwrap();
         assert!((ours * crossing_s - 0.05).abs() < 1e-12);
         // The one before the window is nearer in length, but outside.

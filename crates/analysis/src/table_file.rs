@@ -5,6 +5,8 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 
 use asperity_export::whole::WholeFile;
+use asperity_export::{CsvRows, Spelling};
+use asperity_record::Cell;
 use polars::prelude::{AnyValue, DataFrame, ParquetReader, ParquetWriter, SerReader};
 
 use crate::error::AnalysisError;
@@ -63,35 +65,27 @@ pub(crate) fn published(
 /// # Errors
 /// If `out` cannot be written, or a column is of a kind that no table here has.
 pub fn write_csv(out: impl Write, table: &DataFrame) -> io::Result<()> {
-    let mut writer = csv::Writer::from_writer(out);
     let columns = table.columns();
-    writer.write_record(columns.iter().map(|column| column.name().as_str())).map_err(as_io)?;
+    let names = columns.iter().map(|column| column.name().as_str());
+    let mut rows = CsvRows::headed(out, names, Spelling::Plain)?;
     for row in 0..table.height() {
-        let cells = columns.iter().map(|column| cell(&column.get(row).map_err(io::Error::other)?));
-        writer.write_record(cells.collect::<io::Result<Vec<String>>>()?).map_err(as_io)?;
+        let cells = columns.iter().map(|column| text(&column.get(row).map_err(io::Error::other)?));
+        rows.push_texts(cells.collect::<io::Result<Vec<String>>>()?)?;
     }
-    writer.flush()
+    rows.finish().map(drop)
 }
 
-/// The system's own error, by which a reader that closed its pipe is known.
-fn as_io(error: csv::Error) -> io::Error {
-    match error.into_kind() {
-        csv::ErrorKind::Io(error) => error,
-        other => io::Error::other(format!("{other:?}")),
-    }
-}
-
-/// A value as text: numbers with as many digits as it takes to read the same
-/// double back, nothing for null.
-fn cell(value: &AnyValue<'_>) -> io::Result<String> {
-    Ok(match value {
-        AnyValue::Null => String::new(),
-        AnyValue::Float64(number) => number.to_string(),
-        AnyValue::UInt32(number) => number.to_string(),
-        AnyValue::UInt64(number) => number.to_string(),
-        AnyValue::Boolean(flag) => flag.to_string(),
-        AnyValue::String(text) => (*text).to_owned(),
-        AnyValue::StringOwned(text) => text.to_string(),
+/// A value as text, as an exported table spells it.
+fn text(value: &AnyValue<'_>) -> io::Result<String> {
+    let cell = match value {
+        AnyValue::Null => Cell::Empty,
+        AnyValue::Float64(number) => Cell::Number(*number),
+        AnyValue::UInt32(number) => Cell::Count(*number),
+        AnyValue::UInt64(number) => Cell::Step(*number),
+        AnyValue::Boolean(flag) => Cell::Flag(*flag),
+        AnyValue::String(text) => return Ok((*text).to_owned()),
+        AnyValue::StringOwned(text) => return Ok(text.to_string()),
         other => return Err(io::Error::other(format!("no way to write {other:?} as CSV"))),
-    })
+    };
+    Ok(cell.to_string())
 }

@@ -25,7 +25,7 @@ pub(crate) struct EventTables {
 
 impl EventTables {
     /// Where the table of a run of that name goes, for events of a kind.
-    pub(crate) fn path(out: &Path, name: &str, kind: &EventKind) -> PathBuf {
+    fn path(out: &Path, name: &str, kind: &EventKind) -> PathBuf {
         out.join(format!("{name}.{}.csv", kind.table))
     }
 
@@ -115,5 +115,21 @@ impl<W: Write> Printed<W> {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use asperity_run::detectors::event_kinds;
+
+    /// Two tables of one name would be written over each other.
+    #[test]
+    fn every_detector_has_a_table_of_its_own() {
+        let kinds = event_kinds();
+        let tables: Vec<&str> = kinds.iter().map(|kind| kind.table).collect();
+        let different: BTreeSet<&str> = tables.iter().copied().collect();
+        assert_eq!(different.len(), tables.len(), "{tables:?}");
     }
 }

@@ -53,10 +53,10 @@ impl Rules<'_> {
         match (&group.old[..], &group.new[..]) {
             ([old], [new]) => self.pair(old, new, group.identical),
             ([old], []) if is_after(old, self.new_until_s) => {
-                unpaired(Class::Open, "starts behind the end of the new run")
+                unpaired(Class::Open, "starts after the end of the new run")
             }
             ([], [new]) if is_after(new, self.old_until_s) => {
-                unpaired(Class::Open, "starts behind the end of the old run")
+                unpaired(Class::Open, "starts after the end of the old run")
             }
             (_, []) => unpaired(
                 Class::Missing,

@@ -127,7 +127,7 @@ fn meaning(class: Class) -> &'static str {
         Class::Merged => "several old events that are one new one",
         Class::Missing => "an old event without a new one",
         Class::Extra => "a new event without an old one",
-        Class::Open => "cut short by the end of one of the runs, or behind it",
+        Class::Open => "cut short by the end of one of the runs, or after it",
     }
 }
 

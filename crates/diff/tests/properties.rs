@@ -86,7 +86,7 @@ fn numbered(mut events: Vec<SlipEvent>) -> Vec<SlipEvent> {
     events
 }
 
-/// Moves an event by so many seconds, which need be no whole steps.
+/// Moves an event by a number of seconds, which need be no whole steps.
 fn shifted(event: &SlipEvent, by_s: f64) -> SlipEvent {
     SlipEvent {
         onset_s: event.onset_s + by_s,
@@ -200,9 +200,9 @@ fn inject(
     let window_steps = (Policy::default().window_s / STEP_S) as u64;
     for (index, event) in base.iter().enumerate() {
         let before = index.checked_sub(1).map_or(0, |before| base[before].end_step.unwrap());
-        let behind = base.get(index + 1).map_or(u64::MAX, |next| next.onset_step);
+        let next = base.get(index + 1).map_or(u64::MAX, |next| next.onset_step);
         let length = event.end_step.unwrap() - event.onset_step;
-        let room = (event.onset_step - before).min(behind - event.end_step.unwrap());
+        let room = (event.onset_step - before).min(next - event.end_step.unwrap());
         let injected = match random.below(3) {
             0 => kinds[random.below(kinds.len() as u64) as usize],
             _ => Injected::Nothing,
@@ -320,9 +320,10 @@ fn what_is_injected_is_found_singly_and_mixed() {
     }
 }
 
-/// In dense chatter too, as long as what is left is the same: a drop moves no blame to others.
+/// In dense chatter too, as long as what is left is the same: a missing event does not make others
+/// look different.
 #[test]
-fn drops_and_additions_in_chatter_blame_no_others() {
+fn drops_and_additions_in_chatter_make_no_others_look_different() {
     let mut random = Random::new(13);
     for _ in 0..1000 {
         let events = 2 + random.below(100) as usize;
@@ -424,7 +425,7 @@ fn a_drafted_policy_passes_and_is_tight() {
     }
 }
 
-/// The experiment that row-by-row tools fail: they blame some 900 of 1000 rows.
+/// The experiment that row-by-row tools fail: they call some 900 of 1000 rows different.
 #[test]
 fn a_thousand_jitters_and_one_split_are_one_split() {
     let old = numbered(

@@ -1,5 +1,5 @@
 //! Tables as CSV: a header line, nothing for what is empty, and doubles with as
-//! many digits as it takes to read the same double back. Every event table that is CSV is
+//! many digits as it takes to read the same double back. Every table that is CSV is
 //! written by [`CsvRows`].
 
 use std::fmt::Write as _;
@@ -34,9 +34,21 @@ impl<W: Write> CsvRows<W> {
     /// # Errors
     /// If `out` cannot be written.
     pub fn new(out: W, columns: &[Column], spelling: Spelling) -> io::Result<CsvRows<W>> {
+        CsvRows::headed(out, columns.iter().map(|column| &*column.name), spelling)
+    }
+
+    /// The same for columns of which only the names are known.
+    ///
+    /// # Errors
+    /// If `out` cannot be written.
+    pub fn headed<'n>(
+        out: W,
+        names: impl Iterator<Item = &'n str>,
+        spelling: Spelling,
+    ) -> io::Result<CsvRows<W>> {
         // The header by hand: it must stand there without rows as well.
         let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(out);
-        writer.write_record(columns.iter().map(|column| column.name.as_bytes())).map_err(as_io)?;
+        writer.write_record(names).map_err(as_io)?;
         Ok(CsvRows { writer, spelling, text: String::new() })
     }
 
@@ -54,6 +66,14 @@ impl<W: Write> CsvRows<W> {
             self.writer.write_field(&self.text).map_err(as_io)?;
         }
         self.writer.write_record(None::<&[u8]>).map_err(as_io)
+    }
+
+    /// Writes a row of texts.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn push_texts<T: AsRef<[u8]>>(&mut self, row: impl IntoIterator<Item = T>) -> io::Result<()> {
+        self.writer.write_record(row).map_err(as_io)
     }
 
     /// Writes what is still to be written, and gives back what it is written to.

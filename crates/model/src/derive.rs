@@ -39,8 +39,6 @@ impl Plan {
             length_m: scenario.slider.length_m,
             spacing_m: springs.spacing_m,
             block_mass_kg: springs.block_mass_kg,
-            stiffness_n_per_m: springs.elastic.stiffness_n_per_m(),
-            damping_kg_per_s: springs.elastic.damping_kg_per_s(),
             elastic: springs.elastic.clone(),
             friction: Friction {
                 law,

@@ -128,7 +128,7 @@ mod tests {
         let plan =
             plan(&["initial_shear.poisson_ratio=0.35", "normal_load.total_n=800", "slider.blocks=1000"]);
         let u = &plan.initial.displacement_m;
-        let middle_n = plan.stiffness_n_per_m * (u[500] - u[499]);
+        let middle_n = plan.elastic.stiffness_n_per_m() * (u[500] - u[499]);
         let expected_n = 0.35 * 800.0 * 0.02 / 0.1;
         assert!((middle_n / -expected_n - 1.0).abs() < 2e-3, "{middle_n} against {expected_n}");
     }

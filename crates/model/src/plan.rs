@@ -17,12 +17,8 @@ pub struct Plan {
     pub spacing_m: f64,
     /// Block mass `m = M / N`.
     pub block_mass_kg: f64,
-    /// What holds the blocks together.
+    /// What holds the blocks together: springs `k` (5.5) and dashpots `eta` (5.7).
     pub elastic: Elastic,
-    /// Stiffness between neighbours `k` (5.5), as [`Plan::elastic`] has it.
-    pub stiffness_n_per_m: f64,
-    /// Viscous damping between neighbours `eta` (5.7), as [`Plan::elastic`] has it.
-    pub damping_kg_per_s: f64,
     /// The friction law's numbers.
     pub friction: Friction,
     /// Total normal load `F_N` at the start.
@@ -239,6 +235,7 @@ impl Plan {
     /// Length over which a stuck chain screens a force on its end,
     /// `l_0 = a sqrt(k / k_t)`: (5.39), where the thesis misplaces the root.
     pub fn screening_length_m(&self) -> f64 {
-        self.spacing_m * (self.stiffness_n_per_m / self.friction.interfacial_stiffness_n_per_m).sqrt()
+        self.spacing_m
+            * (self.elastic.stiffness_n_per_m() / self.friction.interfacial_stiffness_n_per_m).sqrt()
     }
 }

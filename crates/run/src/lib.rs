@@ -13,7 +13,6 @@
 //! When the first slip event that took the whole slider began, of a small chain:
 //!
 //! ```
-//! use asperity_model::{Scenario, ScenarioSource, builtin};
 //! use asperity_record::{Event, GlobalSlip};
 //! use asperity_run::{Begin, Task, Watch, run};
 //!
@@ -27,11 +26,7 @@
 //!     }
 //! }
 //!
-//! let scenario = Scenario::resolve(
-//!     &ScenarioSource::new("default", builtin::find("default").unwrap())
-//!         .with_override("slider.blocks=10")
-//!         .with_override("time.duration_s=3"),
-//! )?;
+//! let scenario = asperity_model::resolve("default", &["slider.blocks=10", "time.duration_s=3"])?;
 //! let mut first = First(None);
 //! run(Task::new(&scenario), Begin::Anew, &|| false, &mut first)?;
 //! let first = first.0.expect("it slides as a whole within three seconds");
@@ -39,7 +34,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! `examples/first_global_slip.rs` does so with a detector of its own. Nothing here prints, draws
+//! `examples/first_global_slip.rs` finds it with a detector of its own. Nothing here prints, draws
 //! progress, knows exit codes or listens to signals: whoever calls does.
 
 mod agreement;

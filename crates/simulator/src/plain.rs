@@ -36,7 +36,7 @@ impl Plain {
         self.stepper.state()
     }
 
-    /// The blocks that switched in the last step, counted from 0.
+    /// The contacts that switched in the last step, counted from 0.
     pub fn switched(&self) -> &[usize] {
         self.stepper.switched()
     }

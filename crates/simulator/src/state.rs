@@ -1,32 +1,33 @@
-//! The state of a chain between two steps.
+//! The state of a slider between two steps.
 
 use asperity_model::Plan;
 use serde::{Deserialize, Serialize};
 
 /// Everything that the next step depends on, and the last step's forces.
 ///
-/// Structure of arrays, one value per block: the sweeps over them are what a
-/// run spends its time in, and compilers vectorise them in this form.
+/// Structure of arrays, one value per node or per contact, which are the same blocks in a
+/// chain: the sweeps over them are what a run spends its time in, and compilers vectorise them
+/// in this form.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ChainState {
     /// The last step taken; 0 initially.
     pub step: u64,
-    /// Displacement `u_n` from the initial grid. Absolute positions would lose
+    /// Displacement `u_n` of each node from the initial grid. Absolute positions would lose
     /// seven digits and change the events.
     pub displacement_m: Vec<f64>,
-    /// Velocity `v_n`.
+    /// Velocity `v_n` of each node.
     pub velocity_m_per_s: Vec<f64>,
-    /// Anchor `u_stick,n` of the friction spring; stale while a block slides.
+    /// Anchor `u_stick,n` of each contact's friction spring; stale while it slides.
     pub stick_position_m: Vec<f64>,
-    /// 1 for a block that enters the next step detached, 0 for one that is
+    /// 1 for a contact that enters the next step detached, 0 for one that is
     /// stuck: as numbers, so that a sweep can choose without branching.
     pub slip: Vec<f64>,
-    /// How many blocks enter the next step detached.
+    /// How many contacts enter the next step detached.
     pub detached: u32,
-    /// Tangential force without friction `tau_n` of the last step.
+    /// Tangential force without friction `tau_n` on each contact in the last step.
     pub tangential_force_n: Vec<f64>,
-    /// How many blocks slid in the last step.
+    /// How many contacts slid in the last step.
     pub sliding: u32,
     /// Steps that a solver has decided to take one by one before it tries again
     /// for many at once: part of the state, so that a restored run is cut up, and
@@ -38,10 +39,10 @@ pub struct ChainState {
     /// known.
     #[serde(default = "never")]
     pub hold_step: u64,
-    /// Where contacts age, the step in which each block stuck last.
+    /// Where contacts age, the step in which each stuck last.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stuck_since_step: Vec<u64>,
-    /// Where contacts age, what the threshold of each stuck block is no less than, at the
+    /// Where contacts age, what the threshold of each stuck one is no less than, at the
     /// load of the start.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub aged_threshold_n: Vec<f64>,
@@ -52,7 +53,7 @@ fn never() -> u64 {
 }
 
 impl ChainState {
-    /// The chain before the first step, every block stuck.
+    /// The slider before the first step, every contact stuck.
     pub fn initial(plan: &Plan) -> ChainState {
         let initial = &plan.initial;
         let u = &initial.displacement_m;

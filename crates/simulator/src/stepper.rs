@@ -1,17 +1,22 @@
 //! The stepper: one step after the other, as the equations of Chapter 5 read. Both solvers
 //! take their single steps with it.
 //!
-//! One step from `t - dt` to `t`, all blocks from the old state:
+//! Nodes move, contacts rub; node `n` of a chain carries contact `n`. One step from `t - dt`
+//! to `t`, everything from the old state:
 //!
-//! 1. the tangential force without friction (5.6, 5.7, 5.8)
+//! 1. the tangential force on a node without friction (5.6, 5.7, 5.8), from its neighbours
+//!    ([`asperity_model::Elastic`]) and the drive:
 //!    `tau_n = k (u_{n+1} - 2 u_n + u_{n-1}) + eta (v_{n+1} - 2 v_n + v_{n-1}) + F_n`;
-//! 2. friction: a stuck block's spring pulls with `-k_t (u_n - u_stick,n)` (5.12), a
-//!    sliding block feels `-mu_d p_n sign(v_n)` (5.14);
+//! 2. friction: the spring of a stuck contact pulls with `-k_t (u_n - u_stick,n)` (5.12), a
+//!    sliding one with `-mu_d p_n sign(v_n)` (5.14);
 //! 3. Euler-Cromer (4.13, 4.14): `v_n += dt (tau_n + f_n) / m`, then `u_n += dt v_n`;
-//! 4. switches, in force from the next step: a stuck block detaches at
-//!    `|tau_n| >= mu_s p_n` (5.13); a sliding block whose new velocity has come to
+//! 4. switches, in force from the next step: a stuck contact detaches at
+//!    `|tau_n| >= mu_s p_n` (5.13); a sliding one whose new velocity has come to
 //!    rest re-attaches at `u_stick,n = u_n - tau_n / k_t` (5.15), with the new
 //!    position, this step's `tau_n`, and its velocity kept.
+//!
+//! What `mu_s p_n` and `mu_d p_n` are in a step is told by [`crate::contacts`]; 1 to 3, and whether
+//! anything switches, are one sweep ([`crate::sweep`]).
 
 use std::sync::Arc;
 
@@ -22,7 +27,7 @@ use crate::counters::Counters;
 use crate::state::ChainState;
 use crate::sweep::{After, Blocks, Constants, Steps, Sweeps};
 
-/// A chain, and how it gets from one step to the next.
+/// A slider, and how it gets from one step to the next.
 #[derive(Debug, Clone)]
 pub(crate) struct Stepper {
     plan: Arc<Plan>,
@@ -35,16 +40,16 @@ pub(crate) struct Stepper {
     new_velocity_m_per_s: Vec<f64>,
     /// Tangential forces of the step before.
     old_tangential_force_n: Vec<f64>,
-    /// Driving force on each block in the last step; whether the drive pulls both ways, and
+    /// Driving force on each node in the last step; whether the drive pulls both ways, and
     /// whether it pulls any but the ends.
     driving_force_n: Vec<f64>,
     pulls_both_ways: bool,
     pulls_inside: bool,
     /// What the contacts bear in the last step.
     contacts: Contacts,
-    /// The blocks that may switch, as bits.
+    /// The contacts that may switch, as bits.
     marks: Vec<u64>,
-    /// The blocks that switched in the last step, counted from 0, ascending.
+    /// The contacts that switched in the last step, counted from 0, ascending.
     switched: Vec<usize>,
     counters: Counters,
 }
@@ -52,17 +57,18 @@ pub(crate) struct Stepper {
 /// What the drive does in one step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Driving {
-    /// Sum of the forces on all blocks, N.
+    /// Sum of the forces on all nodes, N.
     pub total_n: f64,
     /// The forces on the first and the last block where the drive pulls both ways.
     pub ends_n: Option<[f64; 2]>,
 }
 
 impl Stepper {
-    /// The chain at the start of a plan, with sweeps for a certain instruction set.
+    /// The slider at the start of a plan, with sweeps for a certain instruction set.
     pub(crate) fn new(plan: Arc<Plan>, sweeps: Sweeps) -> Stepper {
         let state = ChainState::initial(&plan);
         let dt = plan.grid.step_s();
+        let (nodes, contacts) = (plan.elastic.nodes(), plan.elastic.contacts());
         Stepper {
             constants: Constants {
                 dt,
@@ -78,14 +84,14 @@ impl Stepper {
                     Law::Rigid { radiation_kg_per_s, .. } => radiation_kg_per_s,
                 },
             },
-            driving_force_n: vec![0.0; plan.blocks],
+            driving_force_n: vec![0.0; nodes],
             pulls_both_ways: plan.drive.pulls_both_ways(),
             pulls_inside: plan.drive.pulls_inside(plan.blocks),
             contacts: Contacts::new(&plan),
-            marks: vec![0; plan.blocks.div_ceil(64)],
-            new_displacement_m: vec![0.0; plan.blocks],
-            new_velocity_m_per_s: vec![0.0; plan.blocks],
-            old_tangential_force_n: vec![0.0; plan.blocks],
+            marks: vec![0; contacts.div_ceil(64)],
+            new_displacement_m: vec![0.0; nodes],
+            new_velocity_m_per_s: vec![0.0; nodes],
+            old_tangential_force_n: vec![0.0; nodes],
             plan,
             state,
             sweeps,
@@ -104,7 +110,7 @@ impl Stepper {
         &mut self.state
     }
 
-    /// The blocks that switched in the last step, counted from 0.
+    /// The contacts that switched in the last step, counted from 0.
     pub(crate) fn switched(&self) -> &[usize] {
         &self.switched
     }
@@ -118,7 +124,7 @@ impl Stepper {
             self.contacts.follow(&self.plan, &self.state, load);
         }
         let (plan, state) = (&*self.plan, &mut self.state);
-        // The drive is taken at the new time, the blocks where they were.
+        // The drive is taken at the new time, the nodes where they were.
         let point_m = plan.drive_point_m(state.step, state.hold_step);
         let mut total_n = 0.0;
         for spring in &plan.drive.springs {
@@ -172,7 +178,7 @@ impl Stepper {
         }
     }
 
-    /// Steps until the first block would switch, if forces and velocities went on as they
+    /// Steps until the first contact would switch, if forces and velocities went on as they
     /// did from the step before the last to the last, in which none may have switched.
     pub(crate) fn foreseen_steps(&self) -> f64 {
         let state = &self.state;

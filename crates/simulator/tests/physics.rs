@@ -19,7 +19,8 @@ fn energy_j(plan: &Plan, solver: &Plain) -> f64 {
     let kt = plan.friction.interfacial_stiffness_n_per_m;
     let drive_m = plan.drive.velocity_m_per_s * plan.grid.time_s(state.step) - u[0];
     let kinetic: f64 = v.iter().map(|v| 0.5 * plan.block_mass_kg * v * v).sum();
-    let between: f64 = u.windows(2).map(|u| 0.5 * plan.stiffness_n_per_m * (u[1] - u[0]).powi(2)).sum();
+    let between: f64 =
+        u.windows(2).map(|u| 0.5 * plan.elastic.stiffness_n_per_m() * (u[1] - u[0]).powi(2)).sum();
     let friction: f64 = (0..u.len())
         .map(|n| (1.0 - state.slip[n]) * 0.5 * kt * (u[n] - state.stick_position_m[n]).powi(2))
         .sum();
@@ -46,7 +47,8 @@ fn energy_balance_j(plan: &Plan) -> (f64, f64) {
         for n in 0..v.len() {
             losses_j += slides[n] * plan.friction.dynamic_friction_n[n] * v[n].abs() * dt;
         }
-        losses_j += v.windows(2).map(|v| plan.damping_kg_per_s * (v[1] - v[0]).powi(2) * dt).sum::<f64>();
+        losses_j +=
+            v.windows(2).map(|v| plan.elastic.damping_kg_per_s() * (v[1] - v[0]).powi(2) * dt).sum::<f64>();
         for &n in solver.switched() {
             switches += 1;
             let spring_j = |stick: f64| 0.5 * kt * (state.displacement_m[n] - stick).powi(2);
@@ -94,7 +96,7 @@ fn single_modes_ring_and_decay_as_5_28_says() {
                 ],
             );
             let shape = analytic::mode_shape(mode.parse().unwrap(), 20);
-            let rate = (plan.stiffness_n_per_m / plan.block_mass_kg).sqrt();
+            let rate = (plan.elastic.stiffness_n_per_m() / plan.block_mass_kg).sqrt();
             let initial = plan.initial.velocity_m_per_s[0];
             let mut solver = Plain::new(plan.clone());
             let mut worst: f64 = 0.0;

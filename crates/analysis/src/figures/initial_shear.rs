@@ -15,7 +15,7 @@ pub(crate) struct InitialShear {
     series: Vec<Labelled>,
 }
 
-/// Every so many blocks bear a mark, so that the lines beneath can be seen.
+/// One block in this many is marked, so that the lines beneath can be seen.
 const MARKED: usize = 6;
 
 impl Figure for InitialShear {

@@ -1,6 +1,6 @@
 //! Labels with subscripts, in the embedded font.
 //!
-//! `F_T/F_N` sets the letter behind each underscore as a subscript, `k_{tot}`
+//! `F_T/F_N` sets the letter after each underscore as a subscript, `k_{tot}`
 //! the group in braces. The font comes with the program, so figures look the
 //! same on every machine and need no font library.
 

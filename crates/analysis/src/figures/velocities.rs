@@ -21,9 +21,9 @@ pub(crate) struct Velocities {
     blocks: u32,
 }
 
-/// How much of the axis lies before the event and behind it, over its duration.
+/// How much of the axis lies before the event and after it, over its duration.
 const BEFORE: f64 = 0.08;
-const BEHIND: f64 = 0.42;
+const AFTER: f64 = 0.42;
 
 /// An axis that long or longer has whole numbers at its ticks.
 const WHOLE: f64 = 20.0;
@@ -45,7 +45,7 @@ impl Figure for Velocities {
         // Milliseconds, or microseconds where these would be small fractions.
         let (unit, per_second) = if duration_s >= 1e-3 { ("ms", 1e3) } else { ("μs", 1e6) };
         let since = |time_s: f64| (time_s - event.onset_s) * per_second;
-        let (from, to) = (-BEFORE * duration_s * per_second, (1.0 + BEHIND) * duration_s * per_second);
+        let (from, to) = (-BEFORE * duration_s * per_second, (1.0 + AFTER) * duration_s * per_second);
         // Up to the next event, so that no other takes over the axes.
         let next_step = run.slips.iter().map(|slip| slip.onset_step).find(|step| *step > event.onset_step);
         let records: Vec<_> = run

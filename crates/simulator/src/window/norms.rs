@@ -51,10 +51,12 @@ pub(crate) struct Norms {
 }
 
 impl Norms {
-    /// From the plan's constants alone, for any set of sliding blocks.
+    /// From the plan's constants alone, for any set of sliding contacts. Of how nodes hold each
+    /// other it takes the bounds of [`asperity_model::Elastic`], here with their values for a chain.
     ///
     /// The velocity part of `I` is at least
-    /// `s = m - 2 dt eta - dt^2 (4 k + k_t + K) / 4 > 0` times `|v|^2`. A force is
+    /// `s = m - 2 dt eta - dt^2 (4 k + k_t + K) / 4 > 0` times `|v|^2`, by the largest eigenvalues
+    /// of damping and stiffness. A force is
     /// `tau = -P w - (C + dt P / 2) v` with `P` the stiffness without friction
     /// springs; a row of it is bounded by `sqrt(P_nn) sqrt(w M w)`, since `P <= M`,
     /// and a row of a second difference has length `sqrt(6)`.

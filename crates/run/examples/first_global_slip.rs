@@ -1,0 +1,56 @@
+//! The first slip of the whole slider, found by a detector of one's own.
+//!
+//! `cargo run --package asperity-run --example first_global_slip`; `docs/extending.md` shows it as a
+//! program outside the workspace.
+
+#![expect(clippy::print_stdout, reason = "a program prints what it finds")]
+
+use asperity_record::{Event, EventKind, StepRecord, payload};
+use asperity_run::{Begin, Detector, Task, Watch, run};
+
+payload! {
+    topic: "/events/all-sliding",
+    table: "all-sliding",
+    /// All blocks slide in the same step.
+    struct AllSliding {
+        /// Time of that step, s.
+        time_s: f64,
+        /// F_T / F_N in it.
+        ft_fn: f64,
+    }
+}
+
+/// Waits until this many blocks slide.
+struct Wait(Option<u32>);
+
+impl Detector for Wait {
+    fn emits(&self) -> EventKind {
+        EventKind::of::<AllSliding>()
+    }
+
+    fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
+        if self.0 == Some(record.sliding) {
+            self.0 = None;
+            emit(Event::new(&AllSliding { time_s: record.time_s, ft_fn: record.load_ratio() }));
+        }
+    }
+
+    fn finish(&mut self, _: &mut dyn FnMut(Event)) {}
+}
+
+struct Print;
+
+impl Watch for Print {
+    fn event(&mut self, event: &Event) {
+        if let Some(Ok(AllSliding { time_s, ft_fn })) = event.decode() {
+            println!("all blocks slide at {time_s} s, F_T/F_N = {ft_fn:.4}");
+        }
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let scenario = asperity_model::resolve("default", &["slider.blocks=10", "time.step_s=1e-7"])?;
+    let wait = Wait(Some(scenario.slider.blocks));
+    run(Task::new(&scenario).detect(wait), Begin::Anew, &|| false, &mut Print)?;
+    Ok(())
+}

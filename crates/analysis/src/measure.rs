@@ -437,6 +437,7 @@ fn ring_down_error(run: &RunData) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use asperity_record::StepRecord;
+    use asperity_testkit::quiet_step;
 
     use super::Measure;
     use crate::made_up;

@@ -230,7 +230,7 @@ impl Forge {
             "two-files",
             "a log behind a log",
             Damaged,
-            "behind the end of the MCAP file",
+            "after the end of the MCAP file",
             whole.repeat(2),
         );
         let text = b"step,time_s\n1,0.5\n".to_vec();
@@ -401,7 +401,7 @@ impl Forge {
         self.parts(
             "end-before-messages",
             "metadata `run_end`, all true, before the messages",
-            "behind metadata `run_end`",
+            "after metadata `run_end`",
             |parts| {
                 let end = parts.remove(named(parts, "run_end"));
                 let at = messages(parts, "/step")[0];
@@ -505,9 +505,9 @@ impl Forge {
         self.file("data-ends-twice", "two ends of the data", Damaged, "the data ends twice", twice);
         self.file(
             "message-behind-data",
-            "a message behind the end of the data",
+            "a message after the end of the data",
             Damaged,
-            "behind the end of the data",
+            "after the end of the data",
             behind_data,
         );
         self.file(

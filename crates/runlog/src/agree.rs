@@ -62,7 +62,7 @@ pub(crate) fn step(message: &StepMessage) -> Result<(), LogProblem> {
 /// A switch, and the step that it belongs to.
 ///
 /// # Errors
-/// If it is of another step, or its block not behind that of the switch before.
+/// If it is of another step, or its block not after that of the switch before.
 pub(crate) fn switch(open: &StepRecord, message: &SwitchMessage) -> Result<(), LogProblem> {
     let contradiction = |what: String| Err(LogProblem::Contradiction { step: open.step, what });
     if message.step != open.step || message.time_s != open.time_s {
@@ -73,7 +73,7 @@ pub(crate) fn switch(open: &StepRecord, message: &SwitchMessage) -> Result<(), L
     }
     match open.switches.last() {
         Some(before) if before.block >= message.block => {
-            contradiction(format!("a switch of block {} behind one of block {}", message.block, before.block))
+            contradiction(format!("a switch of block {} after one of block {}", message.block, before.block))
         }
         _ => Ok(()),
     }
@@ -127,8 +127,8 @@ pub(crate) fn window(record: &WindowRecord, blocks: u32) -> Result<(), LogProble
             return Err(LogProblem::ArrayLength { step, key, found, expected });
         }
     }
-    let behind = u64::from(record.first_block) + expected as u64;
-    if record.first_block == 0 || expected == 0 || behind > u64::from(blocks) + 1 {
+    let next = u64::from(record.first_block) + expected as u64;
+    if record.first_block == 0 || expected == 0 || next > u64::from(blocks) + 1 {
         let what =
             format!("a window of {expected} blocks from block {} of a chain of {blocks}", record.first_block);
         return Err(LogProblem::Contradiction { step, what });
@@ -136,7 +136,7 @@ pub(crate) fn window(record: &WindowRecord, blocks: u32) -> Result<(), LogProble
     Ok(())
 }
 
-/// An event of a chain of so many blocks: that it is what its topic promises, and of blocks
+/// An event of a chain of `blocks` blocks: that it is what its topic promises, and of blocks
 /// and steps that there are.
 ///
 /// # Errors

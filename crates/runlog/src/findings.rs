@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 pub struct Salvaged {
     /// Messages kept, by topic.
     pub kept: BTreeMap<String, u64>,
-    /// Messages lost, by topic, as far as their numbers or the log's end tell. Behind the
+    /// Messages lost, by topic, as far as their numbers or the log's end tell. After the
     /// last message that is left there may have been more, unless [`Salvaged::end_is_known`].
     pub lost: BTreeMap<String, u64>,
     /// Where messages are missing, in order.
@@ -25,7 +25,7 @@ pub struct Salvaged {
 pub struct Gap {
     /// The step of the last message before it; `None` if the gap is at the beginning.
     pub after_step: Option<u64>,
-    /// The step of the first message behind it; `None` if the rest is missing.
+    /// The step of the first message after it; `None` if the rest is missing.
     pub before_step: Option<u64>,
 }
 
@@ -34,7 +34,7 @@ pub struct Gap {
 pub struct Damage {
     /// Where they begin.
     pub from_byte: u64,
-    /// The first byte behind them.
+    /// The first byte after them.
     pub to_byte: u64,
     /// What is wrong there.
     pub what: String,

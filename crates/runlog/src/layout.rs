@@ -1,6 +1,6 @@
 //! Where in a log what may stand. Checksums and digest say that nothing was changed since;
 //! this says that what was written is a log: one header, one end, one scenario, every
-//! message on a channel that was announced, none behind the end.
+//! message on a channel that was announced, none after the end.
 
 use std::collections::BTreeMap;
 
@@ -29,11 +29,11 @@ enum Section {
     Start,
     /// Between `run` and `run_end`.
     Run,
-    /// Behind `run_end`.
+    /// After `run_end`.
     Ended,
-    /// Behind the end of the data: what says again what was said, to find it faster.
+    /// After the end of the data: what says again what was said, to find it faster.
     Summary,
-    /// Behind the footer.
+    /// After the footer.
     Closed,
 }
 
@@ -66,7 +66,7 @@ impl Layout {
             (false, _) => {}
         }
         match (record, self.section) {
-            (_, Closed) => misplaced("there is something behind the footer"),
+            (_, Closed) => misplaced("there is something after the footer"),
             (Record::Metadata(metadata), section) if metadata.name == RUN => match section {
                 Start => {
                     self.section = Run;
@@ -81,10 +81,10 @@ impl Layout {
                     Ok(())
                 }
                 Ended => misplaced("there are two metadata `run_end`"),
-                _ => misplaced("metadata `run_end` stands behind the end of the data"),
+                _ => misplaced("metadata `run_end` stands after the end of the data"),
             },
             (Record::Metadata(metadata), Run) if metadata.name == SALVAGE && self.has_messages() => {
-                misplaced("metadata `salvage` stands behind the first message")
+                misplaced("metadata `salvage` stands after the first message")
             }
             (Record::Attachment { header, .. }, Start | Run) if header.name == SCENARIO => {
                 if self.has_scenario {
@@ -95,14 +95,12 @@ impl Layout {
             }
             (Record::Message { .. } | Record::Channel(_), Start) => Err(LogProblem::NoHeader),
             (Record::Message { .. } | Record::Metadata(_) | Record::Attachment { .. }, Ended) => {
-                misplaced("there are messages, metadata or attachments behind metadata `run_end`")
+                misplaced("there are messages, metadata or attachments after metadata `run_end`")
             }
             (Record::Message { .. } | Record::Metadata(_) | Record::Attachment { .. }, Summary) => {
-                misplaced("there are messages, metadata or attachments behind the end of the data")
+                misplaced("there are messages, metadata or attachments after the end of the data")
             }
-            (Record::Chunk { .. }, Ended | Summary) => {
-                misplaced("there is a chunk behind metadata `run_end`")
-            }
+            (Record::Chunk { .. }, Ended | Summary) => misplaced("there is a chunk after metadata `run_end`"),
             (Record::Message { .. } | Record::Channel(_), Run) if !self.has_scenario => {
                 misplaced("there is no attachment `scenario.toml` before the first channel")
             }

@@ -143,7 +143,7 @@ pub(crate) fn salvaged_to_map(salvaged: &Salvaged) -> BTreeMap<String, String> {
         .iter()
         .map(|damage| format!("bytes {} to {}: {}", damage.from_byte, damage.to_byte, damage.what));
     let mut map: BTreeMap<String, String> = [
-        // The step of the last message before each gap, and of the first behind it.
+        // The step of the last message before each gap, and of the first after it.
         ("gaps", gaps.collect::<Vec<_>>().join(" ")),
         ("damage", damage.collect::<Vec<_>>().join("; ")),
         ("remarks", remarks.join("; ")),

@@ -21,13 +21,13 @@ pub(crate) fn parse(opcode: u8, body: &[u8], at: u64) -> Result<Record<'_>, LogP
 /// What follows what in a record, as far as lengths go.
 #[derive(Debug, Clone, Copy)]
 enum Field {
-    /// So many bytes.
+    /// That many bytes.
     Fixed(usize),
-    /// Four bytes of length, and so many bytes.
+    /// Four bytes of length, and that many bytes.
     Bytes,
     /// The same, and in these bytes pairs of such.
     Pairs,
-    /// Eight bytes of length, and so many bytes.
+    /// Eight bytes of length, and that many bytes.
     LongBytes,
 }
 
@@ -61,7 +61,7 @@ fn fit(opcode: u8, body: &[u8]) -> bool {
     fields(opcode).iter().all(|field| skip(*field, &mut rest))
 }
 
-/// Leaves a field behind, if there is as much.
+/// Goes past a field, if there is as much.
 fn skip(field: Field, rest: &mut &[u8]) -> bool {
     let taken = match field {
         Fixed(length) => take(length, rest),
@@ -90,8 +90,8 @@ fn number(bytes: usize, rest: &mut &[u8]) -> Option<usize> {
 }
 
 fn take<'a>(length: usize, rest: &mut &'a [u8]) -> Option<&'a [u8]> {
-    let (taken, behind) = rest.split_at_checked(length)?;
-    *rest = behind;
+    let (taken, after) = rest.split_at_checked(length)?;
+    *rest = after;
     Some(taken)
 }
 
@@ -107,7 +107,7 @@ mod tests {
         let map = [&(pair.len() as u32).to_le_bytes()[..], &pair].concat();
         let metadata = [&3u32.to_le_bytes()[..], b"run", &map].concat();
         assert!(fit(op::METADATA, &metadata));
-        // Extensions of the format go behind what there is.
+        // Extensions of the format go after what there is.
         assert!(fit(op::METADATA, &[&metadata[..], b"more"].concat()));
         for length in 0..metadata.len() {
             assert!(!fit(op::METADATA, &metadata[..length]), "cut to {length} bytes");
@@ -119,7 +119,7 @@ mod tests {
         }
     }
 
-    /// The library panics at these: it looks for the checksum in front of the data.
+    /// The library panics at these: it looks for the checksum before the data.
     #[test]
     fn an_attachment_has_room_for_its_checksum() {
         let body = [&[0; 16][..], &0u32.to_le_bytes(), &0u32.to_le_bytes(), &0u64.to_le_bytes()].concat();

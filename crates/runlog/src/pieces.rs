@@ -14,7 +14,7 @@ use crate::format::{CHECKPOINT, LONGEST_RECORD_BYTES, MAGIC, RECORD_HEAD_BYTES, 
 use crate::metadata;
 use crate::parse::parse;
 
-/// A part of the file that has proved itself, or that its reader has to hold against others.
+/// A part of the file that has proved itself, or that its reader has to compare with others.
 pub(crate) enum Piece {
     Run(BTreeMap<String, String>),
     Scenario(String),
@@ -32,7 +32,7 @@ pub(crate) struct Pieces {
     file: BufReader<File>,
     length: u64,
     at: u64,
-    /// Behind the last piece that proved itself: nothing before it needs to be searched.
+    /// After the last piece that proved itself: nothing before it needs to be searched.
     proved: u64,
     pub(crate) damage: Vec<Damage>,
     /// Where the chunks stand whose content was refused.
@@ -57,7 +57,7 @@ impl Pieces {
         self.damage.push(Damage { from_byte: at, to_byte: self.at, what });
     }
 
-    /// So many bytes from there on; `None` if the file has not as many.
+    /// `count` bytes from there on; `None` if the file has not as many.
     fn bytes(&mut self, at: u64, count: u64) -> io::Result<Option<Vec<u8>>> {
         if at.checked_add(count).is_none_or(|end| end > self.length) {
             return Ok(None);
@@ -128,7 +128,7 @@ impl Pieces {
     /// end of the file if there is none.
     fn search(&mut self, from: u64) -> io::Result<u64> {
         const WINDOW_BYTES: u64 = 1 << 16;
-        // Enough behind a place to tell whether it is worth a closer look.
+        // Enough after a place to tell whether it is worth a closer look.
         const LOOK_BYTES: u64 = 64;
         let mut start = from;
         while start < self.length {
@@ -155,9 +155,9 @@ impl Pieces {
 fn looks_like_a_piece(bytes: &[u8]) -> bool {
     let begins_at = |place: usize, text: &[u8]| bytes.get(place..).is_some_and(|rest| rest.starts_with(text));
     match bytes.first() {
-        // Behind head, times, size and checksum.
+        // After head, times, size and checksum.
         Some(&op::CHUNK) => begins_at(9 + 28, b"\x04\0\0\0zstd"),
-        // Behind head and times.
+        // After head and times.
         Some(&op::ATTACHMENT) => {
             begins_at(9 + 16, b"\x0d\0\0\0scenario.toml") || begins_at(9 + 16, b"\x0a\0\0\0checkpoint")
         }
@@ -197,12 +197,12 @@ fn attachment(body: &[u8]) -> Result<Option<Piece>, String> {
     if crc32fast::hash(content) != u32::from_le_bytes(crc.try_into().map_err(|_| wrong())?) {
         return Err(wrong());
     }
-    // Behind two times: name and media type, each with its length in front, then the data.
+    // After two times: name and media type, each with its length before it, then the data.
     let mut rest = content.get(16..).ok_or_else(wrong)?;
     let mut text = || {
-        let (length, behind) = rest.split_first_chunk::<4>()?;
-        let (text, behind) = behind.split_at_checked(u32::from_le_bytes(*length) as usize)?;
-        rest = behind;
+        let (length, after) = rest.split_first_chunk::<4>()?;
+        let (text, after) = after.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+        rest = after;
         std::str::from_utf8(text).ok()
     };
     let (name, _media_type) = text().zip(text()).ok_or_else(wrong)?;

@@ -164,7 +164,7 @@ pub enum LogProblem {
         /// How many are detached.
         found: u32,
     },
-    /// Two headers, or something behind the end.
+    /// Two headers, or something after the end.
     #[error("{0}")]
     Misplaced(&'static str),
     /// The file ends before the run does.

@@ -188,7 +188,7 @@ impl RunReader {
         self.end.as_ref()
     }
 
-    /// The next record or event; `None` behind the last one of a whole log.
+    /// The next record or event; `None` after the last one of a whole log.
     ///
     /// # Errors
     /// If the file is damaged, incomplete, or not what its own end says.

@@ -89,7 +89,7 @@ impl Records {
             }
             let record = match self.reader.next_event() {
                 None if self.source.read(&mut [0])? > 0 => {
-                    return Err(LogProblem::Misplaced("there is something behind the end of the MCAP file"));
+                    return Err(LogProblem::Misplaced("there is something after the end of the MCAP file"));
                 }
                 None => return Ok(None),
                 Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {

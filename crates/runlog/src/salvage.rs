@@ -1,7 +1,7 @@
 //! Putting together what is left of a damaged log.
 //!
 //! A record is kept if something other than itself says that it is what was written: chunks
-//! and attachments have checksums, the header is held against the scenario (by whoever calls,
+//! and attachments have checksums, the header is compared with the scenario (by whoever calls,
 //! since this crate does not know scenarios), and every message must be one of its topic.
 //! Where the file cannot be followed from record to record, it is searched for the next one
 //! that proves itself. What falls out is told by the messages' own numbers, each topic's
@@ -225,7 +225,7 @@ struct Walk<'a> {
     events: &'a [EventKind],
     topics: BTreeMap<u16, String>,
     /// The number of the next message of each topic, and how many gaps there were before the
-    /// last one: what is missing of the topic lies behind that.
+    /// last one: what is missing of the topic lies after that.
     expected: BTreeMap<String, (u32, usize)>,
     /// A step whose switches are not all there yet, with those that are.
     unit: Vec<Message>,
@@ -327,7 +327,7 @@ impl<'a> Walk<'a> {
             return Ok(());
         }
         if message.sequence > expected {
-            self.lose_behind(gaps, &message.topic.clone(), u64::from(message.sequence - expected));
+            self.lose_after(gaps, &message.topic.clone(), u64::from(message.sequence - expected));
         }
         self.note(&message);
         match message.kind {
@@ -379,9 +379,9 @@ impl<'a> Walk<'a> {
         self.expected.insert(message.topic.clone(), next);
     }
 
-    /// Takes note that messages of a topic are missing behind so many gaps: they may have
+    /// Takes note that messages of a topic are missing after that many gaps: they may have
     /// gone with what was missing of another topic in a later one.
-    fn lose_behind(&mut self, gaps: usize, topic: &str, messages: u64) {
+    fn lose_after(&mut self, gaps: usize, topic: &str, messages: u64) {
         let in_known_gap = !self.in_gap && self.salvaged.gaps.len() > gaps;
         self.lose(topic, messages);
         self.in_gap &= !in_known_gap;
@@ -409,7 +409,7 @@ impl<'a> Walk<'a> {
             let (expected, gaps) = self.expected.get(topic).copied().unwrap_or_default();
             let missing = count.saturating_sub(u64::from(expected));
             if missing > 0 {
-                self.lose_behind(gaps, topic, missing);
+                self.lose_after(gaps, topic, missing);
             }
         }
         self.salvaged.end_is_known = end.is_some();

@@ -1,0 +1,189 @@
+//! A run as a library: what a caller sees, detectors of the caller's own, stopping and going on.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use asperity_model::{Scenario, resolve};
+use asperity_record::{Event, EventKind, EventPayload, Record, RunStatus, SlipEvent, StepRecord, payload};
+use asperity_run::detectors::Settings;
+use asperity_run::{Begin, Detector, LogTo, Replay, RunError, Task, Verdict, Watch, check, run};
+use asperity_runlog::Unfinished;
+use asperity_testkit::{folder, run_end};
+
+payload! {
+    topic: "/events/widest",
+    table: "widest",
+    /// More blocks slide than ever before.
+    struct Widest {
+        /// Time of the step, s.
+        time_s: f64,
+        /// How many blocks slide in it.
+        sliding: u32,
+    }
+}
+
+/// Emits a [`Widest`] whenever more blocks slide than ever before.
+#[derive(Default)]
+struct Widen(u32);
+
+impl Detector for Widen {
+    fn emits(&self) -> EventKind {
+        EventKind::of::<Widest>()
+    }
+
+    fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
+        if record.sliding > self.0 {
+            self.0 = record.sliding;
+            emit(Event::new(&Widest { time_s: record.time_s, sliding: record.sliding }));
+        }
+    }
+
+    fn finish(&mut self, _emit: &mut dyn FnMut(Event)) {}
+}
+
+/// Another detector of slip events, which are taken.
+struct Again;
+
+impl Detector for Again {
+    fn emits(&self) -> EventKind {
+        EventKind::of::<SlipEvent>()
+    }
+
+    fn observe(&mut self, _record: &StepRecord, _emit: &mut dyn FnMut(Event)) {}
+
+    fn finish(&mut self, _emit: &mut dyn FnMut(Event)) {}
+}
+
+/// Everything that a caller sees; `stop` is set after so many records.
+struct Seen<'a> {
+    records: Vec<Record>,
+    events: Vec<Event>,
+    reached: u64,
+    stop: Option<(usize, &'a AtomicBool)>,
+}
+
+impl Seen<'_> {
+    const ALL: Seen<'static> = Seen { records: Vec::new(), events: Vec::new(), reached: 0, stop: None };
+
+    fn of(&self, topic: &str) -> Vec<&Event> {
+        self.events.iter().filter(|event| event.topic == topic).collect()
+    }
+}
+
+impl Watch for Seen<'_> {
+    fn record(&mut self, record: &Record) {
+        self.records.push(record.clone());
+        if let Some((after, stop)) = self.stop
+            && self.records.len() == after
+        {
+            stop.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.events.push(event.clone());
+    }
+
+    fn reached(&mut self, step: u64) {
+        self.reached = step;
+    }
+}
+
+fn scenario() -> Scenario {
+    resolve("default", &["slider.blocks=10", "time.step_s=1e-6", "time.duration_s=3"]).expect("it resolves")
+}
+
+const NEVER: &(dyn Fn() -> bool + Sync) = &|| false;
+
+#[test]
+fn a_run_shows_the_same_with_a_log_and_without() {
+    let folder = folder();
+    let (scenario, path) = (scenario(), folder.path().join("run.mcap"));
+    let (mut bare, mut with_log) = (Seen::ALL, Seen::ALL);
+    let outcome = run(Task::new(&scenario), Begin::Anew, NEVER, &mut bare).expect("it runs");
+    assert!(outcome.status == RunStatus::Complete && outcome.end.is_none());
+    let task = Task::new(&scenario).log_to(LogTo::new(&path));
+    let outcome = run(task, Begin::Anew, NEVER, &mut with_log).expect("it runs");
+    assert_eq!(outcome.end, Some(run_end(&path)));
+    assert_eq!(bare.records, with_log.records);
+    assert_eq!(bare.events, with_log.events);
+    assert_eq!(bare.reached, 3_000_000);
+    assert!(bare.of(SlipEvent::TOPIC).len() > 20, "there is something to compare");
+    let refused = Task::new(&scenario).log_to(LogTo::new(&path));
+    assert!(matches!(run(refused, Begin::Anew, NEVER, &mut ()), Err(RunError::Write(_))), "the log is kept");
+}
+
+#[test]
+fn a_detector_of_ones_own_adds_a_topic_and_changes_no_other() {
+    let folder = folder();
+    let scenario = scenario();
+    let (plain, more) = (folder.path().join("plain.mcap"), folder.path().join("more.mcap"));
+    let mut seen = Seen::ALL;
+    let task = Task::new(&scenario).log_to(LogTo::new(&plain));
+    run(task, Begin::Anew, NEVER, &mut ()).expect("it runs");
+    let task = Task::new(&scenario).log_to(LogTo::new(&more)).detect(Widen::default());
+    run(task, Begin::Anew, NEVER, &mut seen).expect("it runs");
+    let widest = seen.of(Widest::TOPIC);
+    assert_eq!(widest[0].decode::<Widest>().expect("it is one").expect("it can be read").sliding, 1);
+
+    let (without, with) = (run_end(&plain), run_end(&more));
+    assert_ne!(without.digest, with.digest);
+    let topics = without.compare_topics(&with);
+    assert!(topics.same_in_common() && topics.only_first.is_empty(), "{topics:?}");
+    assert_eq!(topics.only_second, [Widest::TOPIC]);
+
+    // Sound, whoever looks; what this program has no detector for is said beside it.
+    let checked = check(&more);
+    assert_eq!(checked.verdict, Verdict::Whole, "{checked}");
+    let said = checked.to_string();
+    assert!(said.ends_with(", by other detectors: it also has /events/widest"), "{said}");
+    let settings = Settings::default();
+    for (log, own, only_logged, only_found) in [
+        (&more, false, &[Widest::TOPIC][..], &[][..]),
+        (&more, true, &[], &[]),
+        (&plain, true, &[], &[Widest::TOPIC]),
+    ] {
+        let mut replay = Replay::open(log, &settings).expect("it opens");
+        if own {
+            replay = replay.detect(Widen::default());
+        }
+        let mut again = Seen::ALL;
+        let replayed = replay.run(NEVER, &mut again).expect("the log is whole");
+        let comparison = replayed.comparison.expect("the settings are those of a live run");
+        assert_eq!(comparison.difference, None);
+        assert_eq!(comparison.other_detectors.only_logged, only_logged);
+        assert_eq!(comparison.other_detectors.only_found, only_found);
+        assert_eq!(again.of(Widest::TOPIC), if own { widest.clone() } else { Vec::new() });
+    }
+
+    let twice = Task::new(&scenario).detect(Again);
+    let error = run(twice, Begin::Anew, NEVER, &mut ()).expect_err("slip events have their detector");
+    assert!(matches!(error, RunError::TopicTwice(SlipEvent::TOPIC)), "{error}");
+}
+
+#[test]
+fn a_run_that_is_stopped_goes_on_and_ends_the_same() {
+    let folder = folder();
+    let scenario = scenario();
+    let (whole, parts) = (folder.path().join("whole.mcap"), folder.path().join("parts.mcap"));
+    let mut expected = Seen::ALL;
+    let task = Task::new(&scenario).log_to(LogTo::new(&whole)).detect(Widen::default());
+    run(task, Begin::Anew, NEVER, &mut expected).expect("it runs");
+
+    let stop = AtomicBool::new(false);
+    let mut seen = Seen { stop: Some((expected.records.len() / 3, &stop)), ..Seen::ALL };
+    let task = Task::new(&scenario).log_to(LogTo::new(&parts)).detect(Widen::default());
+    let stopped = run(task, Begin::Anew, &|| stop.load(Ordering::Relaxed), &mut seen);
+    let Err(RunError::Stopped { log: Some(partial) }) = stopped else { panic!("{stopped:?}") };
+    assert!(partial.exists() && !parts.exists());
+    assert!(seen.records.len() < expected.records.len());
+
+    let unfinished = Unfinished::of(&parts).expect("no one else has it").expect("it is there");
+    let task = Task::new(&scenario).log_to(LogTo::new(&parts)).detect(Widen::default());
+    assert!(task.is_begun(&unfinished));
+    let mut again = Seen::ALL;
+    run(task, Begin::GoOn(unfinished), NEVER, &mut again).expect("it goes on");
+    assert_eq!(again.records, expected.records);
+    assert_eq!(again.events, expected.events);
+    assert_eq!(run_end(&parts).digest, run_end(&whole).digest);
+}

@@ -68,6 +68,7 @@ mod tests {
     use super::OnsetDetector;
     use asperity_detect::{Detector, SlipRules, detect_all};
     use asperity_record::{Direction, Onset, StepRecord, Switch};
+    use asperity_testkit::{quiet_step, switch};
 
     #[test]
     fn an_onset_names_the_lowest_block_of_the_first_sliding_step() {

@@ -10,7 +10,7 @@ const SHORT: [&str; 4] =
     ["slider.blocks=24", "time.step_s=1e-7", "time.duration_s=0.2", "drive.velocity_m_per_s=2e-3"];
 
 fn plan(sets: &[&str]) -> Plan {
-    asperity_testkit::plan("default", &[&SHORT, sets].concat())
+    asperity_testkit::plan("default", &[&SHORT[..], sets].concat())
 }
 
 fn records(mut solver: impl Solver) -> Vec<Record> {

@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 
 use crate::column::{Cell, Column};
 
-/// A type that can travel as an [`Event`] and is a row of a table. [`payload!`] makes one.
+/// A type that can travel as an [`Event`] and is a row of a table. [`payload!`](crate::payload) makes one.
 pub trait EventPayload: Serialize + DeserializeOwned + JsonSchema {
     /// The log topic, `/events/...`.
     const TOPIC: &'static str;

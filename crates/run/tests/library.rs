@@ -1,6 +1,5 @@
 //! A run as a library: what a caller sees, detectors of the caller's own, stopping and going on.
 
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use asperity_model::{Scenario, resolve};

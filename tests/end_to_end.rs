@@ -197,6 +197,27 @@ fn pipelines_repeat_reuse_and_repair() {
     }
 }
 
+#[test]
+fn what_is_no_run_log_is_never_replaced() {
+    let folder = folder();
+    let (pipeline, out) = (folder.path().join("pipeline.toml"), folder.path().join("out"));
+    fs::write(&pipeline, PIPELINE).expect("the folder can be written");
+    let notes = out.join("runs").join("tilted.mcap");
+    fs::create_dir_all(out.join("runs")).expect("folders can be made");
+    fs::write(&notes, "what I measured on Monday").expect("the folder can be written");
+    for arguments in [&["--jobs", "1"][..], &["--fresh"]] {
+        let output = asperity(&[&["reproduce", text(&pipeline), "--out", text(&out)], arguments].concat());
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(
+            stderr.contains("tilted.mcap: not a run log") && stderr.contains("it is not replaced"),
+            "{stderr}"
+        );
+        assert_eq!(fs::read_to_string(&notes).expect("it is there"), "what I measured on Monday");
+        assert!(!out.join("runs").join("plain.mcap").exists(), "nothing was begun");
+    }
+}
+
 /// Ten blocks, driven and then unloaded until they slip as a whole, with a dense window; in both
 /// parameter sets and with a second time step. All figures that such runs allow.
 const UNLOADING: &str = r#"

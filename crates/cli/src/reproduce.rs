@@ -11,7 +11,7 @@ use asperity_analysis::{figures, table_file, tables};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
 use asperity_run::study::Job;
-use asperity_run::{SolverKind, at_once};
+use asperity_run::{RunError, SolverKind, at_once};
 
 use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
@@ -67,6 +67,10 @@ pub(crate) fn read_pipeline(file: &Path, set: &[String]) -> Result<(Pipeline, Ve
 pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(), Failure> {
     let (pipeline, jobs) = read_pipeline(&arguments.pipeline, &arguments.set)?;
     let runs_folder = arguments.out.join("runs");
+    for job in &jobs {
+        job.check_place(&runs_folder)
+            .map_err(|error| Failure::BadInput(format!("--out: {}", RunError::Foreign(error))))?;
+    }
     create_folder(&runs_folder)?;
     interrupt::install()?;
     let solver = SolverKind::from(arguments.solver);

@@ -66,6 +66,7 @@ pub(crate) fn failure(error: RunError, board: &Board, name: &str) -> Failure {
             Failure::Said(interrupt::code().expect("a signal stopped it"))
         }
         RunError::Left(LeftError::OtherRun { .. }) => Failure::BadInput(format!("--resume: {error}")),
+        RunError::Foreign(_) => Failure::bad_input(error),
         RunError::Left(_) => Failure::failed(error),
         other => Failure::Failed(format!("{name}: {other}")),
     }

@@ -129,6 +129,9 @@ pub enum RunError {
     /// The records before a checkpoint could not be read again.
     #[error("failed to go on with what there is: {0}")]
     Log(#[from] LogError),
+    /// What stands in the place of the log is not one that may be replaced.
+    #[error("{0}; it is not replaced (accepted: another folder)")]
+    Foreign(LogError),
     /// One cannot go on with the unfinished log.
     #[error(transparent)]
     Left(#[from] LeftError),

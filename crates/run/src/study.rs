@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_model::{Plan, Scenario};
 use asperity_record::EventKind;
-use asperity_runlog::{Existing, RunReader, Topics, Unfinished};
+use asperity_runlog::{Existing, LogError, LogProblem, NoRunLog, RunReader, Topics, Unfinished};
 use asperity_simulator::SolverKind;
 
 use crate::detectors;
@@ -51,11 +51,25 @@ impl Job {
             })
     }
 
-    /// Makes the run, or goes on with what was begun of it, unless it is to be made `fresh`. A
-    /// log that stands there is replaced once the new one is whole.
+    /// Makes sure that what stands in the place of its log may be replaced: nothing, or a run log.
     ///
     /// # Errors
-    /// If the run could not be finished.
+    /// If it is something else, which is none of ours.
+    pub fn check_place(&self, folder: &Path) -> Result<(), LogError> {
+        match RunReader::open(&self.log(folder), Topics::NONE) {
+            Err(LogError { problem: LogProblem::NoRunLog(NoRunLog::Missing | NoRunLog::Empty), .. }) => {
+                Ok(())
+            }
+            Err(error) if error.problem.is_no_run_log() => Err(error),
+            _ => Ok(()),
+        }
+    }
+
+    /// Makes the run, or goes on with what was begun of it, unless it is to be made `fresh`. A
+    /// run log that stands there is replaced once the new one is whole.
+    ///
+    /// # Errors
+    /// If the run could not be finished, or something else than a run log stands there.
     pub fn make(
         &self,
         folder: &Path,
@@ -64,6 +78,7 @@ impl Job {
         stop: &(dyn Fn() -> bool + Sync),
         watch: &mut dyn Watch,
     ) -> Result<Outcome, RunError> {
+        self.check_place(folder).map_err(RunError::Foreign)?;
         let path = self.log(folder);
         let log = LogTo { existing: Existing::Replace, ..LogTo::new(&path) };
         let task = Task { solver, ..Task::new(&self.scenario) }.log_to(log);

@@ -15,7 +15,8 @@ use std::process::{Command, Output};
 use crate::support::binary::{succeed, text};
 use crate::support::clients::{Python, file, find, said};
 use crate::support::{binary, small};
-use asperity_testkit::folder;
+use asperity_runlog::{LogError, LogProblem};
+use asperity_testkit::{folder, read_log};
 use serde_json::{Map, Value, json};
 
 /// A range of time in which the small run has several messages of both topics, s
@@ -53,14 +54,27 @@ impl Logs {
         let log = |name: &str| folder.path().join(name);
         let (whole, cut, flipped) = (log("run.mcap"), log("cut.mcap"), log("flipped.mcap"));
         small::run(&whole);
-        let mut bytes = fs::read(&whole).expect("the log can be read");
+        let bytes = fs::read(&whole).expect("the log can be read");
         fs::write(&cut, &bytes[..bytes.len() / 2]).expect("the folder can be written");
-        // In the middle of a compressed chunk.
-        let middle = bytes.len() / 2;
-        bytes[middle] ^= 0x04;
-        fs::write(&flipped, &bytes).expect("the folder can be written");
+        flip(bytes, &flipped);
         Logs { folder, whole, cut, flipped }
     }
+}
+
+/// Flips a bit in the middle of a compressed chunk that unpacks all the same, so that only its
+/// checksum tells. Which bit that is differs with every byte of the log.
+fn flip(mut bytes: Vec<u8>, path: &Path) {
+    for at in bytes.len() / 2..bytes.len() {
+        bytes[at] ^= 0x04;
+        fs::write(path, &bytes).expect("the folder can be written");
+        if let Err(LogError { problem: LogProblem::Record { error, .. }, .. }) = read_log(path)
+            && matches!(error, mcap::McapError::BadChunkCrc { .. })
+        {
+            return;
+        }
+        bytes[at] ^= 0x04;
+    }
+    panic!("no flipped bit is left to the checksum");
 }
 
 /// The rows that asperity exports of a topic, and how many messages they are of.

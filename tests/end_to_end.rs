@@ -202,10 +202,12 @@ fn what_is_no_run_log_is_never_replaced() {
     let folder = folder();
     let (pipeline, out) = (folder.path().join("pipeline.toml"), folder.path().join("out"));
     fs::write(&pipeline, PIPELINE).expect("the folder can be written");
-    let notes = out.join("runs").join("tilted.mcap");
     fs::create_dir_all(out.join("runs")).expect("folders can be made");
-    fs::write(&notes, "what I measured on Monday").expect("the folder can be written");
-    for arguments in [&["--jobs", "1"][..], &["--fresh"]] {
+    for (name, arguments) in
+        [("tilted.mcap", &["--jobs", "1"][..]), ("tilted.mcap", &["--fresh"]), ("tilted.mcap.partial", &[])]
+    {
+        let notes = out.join("runs").join(name);
+        fs::write(&notes, "what I measured on Monday").expect("the folder can be written");
         let output = asperity(&[&["reproduce", text(&pipeline), "--out", text(&out)], arguments].concat());
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{stderr}");
@@ -215,6 +217,7 @@ fn what_is_no_run_log_is_never_replaced() {
         );
         assert_eq!(fs::read_to_string(&notes).expect("it is there"), "what I measured on Monday");
         assert!(!out.join("runs").join("plain.mcap").exists(), "nothing was begun");
+        fs::remove_file(&notes).expect("it is there");
     }
 }
 

@@ -76,6 +76,7 @@ impl Board {
             started: Instant::now(),
             last_line: Instant::now(),
             last_told: None,
+            notes: Vec::new(),
         }
     }
 
@@ -144,6 +145,8 @@ pub(crate) struct RunProgress {
     started: Instant,
     last_line: Instant,
     last_told: Option<Instant>,
+    /// What is to be said once it is over.
+    notes: Vec<String>,
 }
 
 impl Watch for RunProgress {
@@ -158,7 +161,17 @@ impl Watch for RunProgress {
     }
 
     fn notice(&mut self, notice: Notice<'_>) {
-        self.board.line(&format!("{}: {notice}", self.name));
+        let note = format!("{}: {notice}", self.name);
+        match notice {
+            Notice::GoesOn { step, .. } => {
+                if let Some(together) = &self.board.together {
+                    together.tally().goes_on(&self.name, step as f64 / self.steps as f64);
+                }
+                self.board.line(&note);
+            }
+            Notice::LackedItsName => self.board.line(&note),
+            Notice::LoadNotReached { .. } | Notice::Fallback(_) => self.notes.push(note),
+        }
     }
 }
 
@@ -195,9 +208,12 @@ impl RunProgress {
         }
     }
 
-    /// Says that the run is over.
-    pub(crate) fn finish(self) {
+    /// Says that the run is over, if it took any steps, and what else is to be said of it.
+    pub(crate) fn end(self, has_run: bool) {
         self.bar.finish_and_clear();
+        if !has_run {
+            return;
+        }
         self.board.line(&format!(
             "{}: {} s simulated, {} slip events, in {:.1} s",
             self.name,
@@ -205,6 +221,9 @@ impl RunProgress {
             self.events.unwrap_or(0),
             self.started.elapsed().as_secs_f64()
         ));
+        for note in &self.notes {
+            self.board.line(note);
+        }
     }
 }
 
@@ -279,8 +298,8 @@ struct Tally {
 struct Part {
     /// Block steps.
     work: f64,
-    /// Share of them done when the run was taken up, once it was.
-    before: Option<f64>,
+    /// Share of them that an earlier call did.
+    before: f64,
     /// Share of them done by now.
     share: f64,
     is_done: bool,
@@ -288,14 +307,20 @@ struct Part {
 
 impl Tally {
     fn new(runs: impl IntoIterator<Item = (String, u64)>) -> Tally {
-        let part = |work: u64| Part { work: work as f64, before: None, share: 0.0, is_done: false };
+        let part = |work: u64| Part { work: work as f64, before: 0.0, share: 0.0, is_done: false };
         Tally { runs: runs.into_iter().map(|(name, work)| (name, part(work))).collect() }
+    }
+
+    /// A run goes on from where an earlier call left it. Its records before that come once more.
+    fn goes_on(&mut self, name: &str, share: f64) {
+        if let Some(run) = self.runs.get_mut(name) {
+            (run.before, run.share) = (share, share);
+        }
     }
 
     fn reached(&mut self, name: &str, share: f64) {
         if let Some(run) = self.runs.get_mut(name) {
-            run.share = share;
-            run.before.get_or_insert(share);
+            run.share = share.max(run.before);
         }
     }
 
@@ -303,8 +328,6 @@ impl Tally {
         if let Some(run) = self.runs.get_mut(name) {
             run.is_done = true;
             run.share = 1.0;
-            // A run that never told how far it is had nothing left to do or was over at once.
-            run.before.get_or_insert(0.0);
         }
     }
 
@@ -320,7 +343,7 @@ impl Tally {
 
     /// Time that the rest will take at the speed so far, once there is one.
     fn left(&self, elapsed: Duration) -> Option<Duration> {
-        let made = self.work(|run| run.share - run.before.unwrap_or(0.0));
+        let made = self.work(|run| run.share - run.before);
         let missing = self.work(|run| 1.0 - run.share);
         Duration::try_from_secs_f64(elapsed.as_secs_f64() * missing / made).ok()
     }
@@ -361,7 +384,9 @@ mod tests {
     #[test]
     fn a_resumed_run_begins_where_it_was_left() {
         let mut tally = Tally::new([("a".to_owned(), 100)]);
-        tally.reached("a", 0.5);
+        tally.goes_on("a", 0.5);
+        // The records before the checkpoint come once more.
+        tally.reached("a", 0.1);
         assert_eq!((tally.share(), tally.left(S)), (0.5, None));
         tally.reached("a", 0.75);
         assert_eq!(tally.left(S), Some(S));

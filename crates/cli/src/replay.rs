@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use asperity_export::whole::WholeFile;
 use asperity_record::Event;
 use asperity_run::detectors::Settings;
-use asperity_run::{CODE_VERSION, Comparison, ReplayError, Watch};
+use asperity_run::{CODE_VERSION, Comparison, Watch};
 use serde::Serialize;
 
 use crate::args::ReplayArguments;
@@ -181,21 +181,19 @@ impl Replay<'_> {
             progress: self.board.steps(&name(run), header.steps, duration_s),
             failed: &failed,
         };
-        let outcome = replay.run(&|| failed.get().is_some(), &mut output);
-        let replayed = match outcome {
-            Ok(replayed) => replayed,
-            Err(error) => {
+        let replayed = match replay.run(&|| failed.get().is_some(), &mut output) {
+            Ok(replayed) if failed.get().is_none() => replayed,
+            outcome => {
                 output.progress.clear();
-                return Err(match error {
-                    ReplayError::Log(error) => Failure::failed(error),
-                    ReplayError::Stopped => failed.into_inner().expect("nothing else stops a replay"),
+                // Whatever else went wrong, what could not be written came first.
+                return Err(match (failed.into_inner(), outcome) {
+                    (Some(failure), _) => failure,
+                    (None, Err(error)) => Failure::failed(error),
+                    (None, Ok(_)) => unreachable!("only what could not be written is left"),
                 });
             }
         };
         output.finish()?;
-        if let Some(failure) = failed.into_inner() {
-            return Err(failure);
-        }
         self.tell(run, &replayed)?;
         let same = replayed.comparison.as_ref().map(|comparison| comparison.difference.is_none());
         Ok(ReplayedRun {

@@ -111,8 +111,8 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
 fn make_run(job: &Job, folder: &Path, solver: SolverKind, fresh: bool, board: &Board) -> Result<(), Failure> {
     let mut progress = board.run(&job.name, job.steps(), job.scenario.time.duration_s);
     let outcome = job.make(folder, solver, fresh, &interrupt::has_come, &mut progress);
-    outcome.map_err(|error| run::failure(error, board, &format!("run {}", job.name)))?;
-    progress.finish();
+    let outcome = outcome.map_err(|error| run::failure(error, board, &format!("run {}", job.name)))?;
+    progress.end(outcome.has_run);
     Ok(())
 }
 

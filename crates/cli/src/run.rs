@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use asperity_run::{Begin, LeftError, LogTo, RunError, Task};
-use asperity_runlog::Unfinished;
+use asperity_runlog::{Unfinished, WriteError};
 
 use crate::args::RunArguments;
 use crate::exit::Failure;
@@ -40,10 +40,12 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
     }
     interrupt::install()?;
     let mut progress = board.run(&scenario.name, task.header().steps, scenario.time.duration_s);
-    let begin = unfinished.map_or(Begin::Anew, Begin::GoOn);
+    // The run takes hold of it itself.
+    drop(unfinished);
+    let begin = if arguments.resume { Begin::GoOn } else { Begin::Anew };
     let outcome = asperity_run::run(task, begin, &interrupt::has_come, &mut progress);
     let outcome = outcome.map_err(|error| failure(error, board, &scenario.name))?;
-    progress.finish();
+    progress.end(outcome.has_run);
     if arguments.stats {
         board.answer(outcome.counters.to_string().trim_end());
     }
@@ -62,12 +64,12 @@ fn taken(out: &Path) -> Failure {
 pub(crate) fn failure(error: RunError, board: &Board, name: &str) -> Failure {
     match error {
         RunError::Stopped { .. } => {
-            board.line(&format!("{name}: {error}"));
+            board.line(&format!("{name}: {error}, and --resume goes on from there"));
             Failure::Said(interrupt::code().expect("a signal stopped it"))
         }
         RunError::Left(LeftError::OtherRun { .. }) => Failure::BadInput(format!("--resume: {error}")),
         RunError::Foreign(_) => Failure::bad_input(error),
-        RunError::Left(_) => Failure::failed(error),
+        RunError::Left(_) | RunError::Write(WriteError::Busy(_)) => Failure::failed(error),
         other => Failure::Failed(format!("{name}: {other}")),
     }
 }

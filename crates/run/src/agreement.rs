@@ -42,7 +42,7 @@ impl fmt::Display for OtherDetectors {
     }
 }
 
-/// Both, but for those that agree.
+/// Logged and found events that are still to be compared.
 #[derive(Debug, Default)]
 pub(crate) struct Agreement {
     /// What the detectors emit that look now.
@@ -77,11 +77,14 @@ impl Agreement {
         Agreement { emitted, ..Agreement::default() }
     }
 
-    /// Takes note of what the log announced; must be known before the first event is found.
-    pub(crate) fn announced(&mut self, topics: impl Iterator<Item = String>) {
-        if self.announced.is_none() {
+    /// Takes note of what the log announced, which must be known before the first event is found;
+    /// whether that is new.
+    pub(crate) fn announced(&mut self, topics: impl Iterator<Item = String>) -> bool {
+        let is_new = self.announced.is_none();
+        if is_new {
             self.announced = Some(topics.collect());
         }
+        is_new
     }
 
     /// Which topics only one has.
@@ -111,8 +114,8 @@ impl Agreement {
         self.keep(size(&event), |both| both.found.push_back(event));
     }
 
-    /// Takes an event, unless they have parted already or so much has come of one that the other
-    /// will not.
+    /// Keeps an event until its counterpart comes. Nothing is kept once the two have parted; they
+    /// part as well if one is too far ahead of the other.
     fn keep(&mut self, bytes: usize, push: impl FnOnce(&mut Agreement)) {
         if self.parted.is_some() {
             return;

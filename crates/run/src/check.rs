@@ -175,8 +175,10 @@ impl Seen {
         let mut detectors = detectors::all(header.blocks);
         let mut both = Some(Agreement::with(&detectors));
         while let Some(item) = reader.next_item()? {
-            if let Some(both) = &mut both {
-                both.announced(reader.event_topics());
+            if let Some(both) = &mut both
+                && both.announced(reader.event_topics())
+            {
+                self.other_detectors = both.other_detectors();
             }
             if reader.has_gap() {
                 // What is missing may have been the beginning of an event.
@@ -208,6 +210,7 @@ impl Seen {
             scenario_is_of(&header, reader.scenario_toml())?;
         }
         if let Some(mut both) = both {
+            both.announced(reader.event_topics());
             self.other_detectors = both.other_detectors();
             // A log of this very program has all that its detectors emit, and may have more.
             if ours && !self.other_detectors.only_found.is_empty() {

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_detect::{Detector, SlipRules};
 use asperity_model::text::{self, Lines};
-use asperity_record::EventKind;
+use asperity_record::{EventKind, RunEnd};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
@@ -35,6 +35,36 @@ pub fn event_kinds() -> Vec<EventKind> {
 /// The registered detectors, as in a live run of a chain of `blocks` blocks.
 pub fn all(blocks: u32) -> Vec<Box<dyn Detector>> {
     Settings::default().start(blocks)
+}
+
+/// A topic that a detector must not have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum TopicError {
+    /// Another detector has it.
+    #[error("two detectors emit {0} (accepted: a topic of its own for each)")]
+    Twice(&'static str),
+    /// No reader would take its messages for events.
+    #[error("a detector emits {0} (accepted: a topic that begins with /events/)")]
+    NoEvents(&'static str),
+}
+
+/// What detectors emit that are to look at one run.
+pub(crate) fn kinds_of(detectors: &[Box<dyn Detector>]) -> Result<Vec<EventKind>, TopicError> {
+    let kinds: Vec<EventKind> = detectors.iter().map(|detector| detector.emits()).collect();
+    for (number, EventKind { topic, .. }) in kinds.iter().enumerate() {
+        if !topic.starts_with("/events/") {
+            return Err(TopicError::NoEvents(topic));
+        }
+        if kinds[..number].iter().any(|other| other.topic == *topic) {
+            return Err(TopicError::Twice(topic));
+        }
+    }
+    Ok(kinds)
+}
+
+/// Whether a log that ends so was written with detectors of all these kinds.
+pub(crate) fn has_events_of(end: &RunEnd, kinds: &[EventKind]) -> bool {
+    kinds.iter().all(|kind| end.message_counts.contains_key(kind.topic))
 }
 
 /// Which detectors, and by which rules.

@@ -9,7 +9,7 @@ use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
 pub const CODE_VERSION: &str = env!("ASPERITY_CODE_VERSION");
 
 /// What a run of this scenario by this program says of itself in its log.
-pub fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeader {
+pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeader {
     let mut header = RunHeader {
         record_schema_version: RECORD_SCHEMA_VERSION,
         scenario: scenario.name.clone(),
@@ -28,7 +28,7 @@ pub fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeader {
 
 /// The id of a run with the rest of that header: a BLAKE3 hash over scenario, schema version
 /// and code version, hexadecimal.
-pub fn run_id(header: &RunHeader) -> String {
+pub(crate) fn run_id(header: &RunHeader) -> String {
     let id = blake3::Hasher::new()
         .update(header.scenario_hash.as_bytes())
         .update(&header.record_schema_version.to_le_bytes())

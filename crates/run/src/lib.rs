@@ -53,7 +53,7 @@ mod watch;
 
 pub use agreement::{Difference, OtherDetectors};
 pub use check::{CheckProblem, Checked, Seen, Verdict, check};
-pub use header::{CODE_VERSION, header, run_id};
+pub use header::CODE_VERSION;
 pub use replay::{Comparison, Replay, ReplayError, Replayed};
 pub use resume::LeftError;
 pub use run::{Begin, CHECKPOINT_INTERVAL, LogTo, Outcome, RunError, Task, run};

@@ -12,7 +12,7 @@ use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 use asperity_stream::{Given, Item, StreamError};
 
 use crate::agreement::{Agreement, Difference, OtherDetectors};
-use crate::detectors::Settings;
+use crate::detectors::{Settings, TopicError, kinds_of};
 use crate::watch::Watch;
 
 /// A log that is to go through detectors again.
@@ -53,6 +53,9 @@ pub enum ReplayError {
     /// The log cannot be read to its end, or is not whole.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// A detector of the caller's own emits what it must not.
+    #[error(transparent)]
+    Topic(#[from] TopicError),
     /// The caller asked it to stop.
     #[error("stopped")]
     Stopped,
@@ -91,13 +94,14 @@ impl Replay {
     /// Replays it. `stop` is asked between records, from another thread.
     ///
     /// # Errors
-    /// If the log is not whole, or the caller asked to stop.
+    /// If the log is not whole, a detector emits what it must not, or the caller asked to stop.
     pub fn run(
         self,
         stop: &(dyn Fn() -> bool + Sync),
         watch: &mut dyn Watch,
     ) -> Result<Replayed, ReplayError> {
         let Replay { path, mut reader, detectors, compares } = self;
+        kinds_of(&detectors)?;
         let header = reader.header().clone();
         let agreement = Mutex::new(compares.then(|| Agreement::with(&detectors)));
         let mut slip_events = 0;

@@ -8,10 +8,12 @@
 use std::path::PathBuf;
 
 use asperity_model::Plan;
-use asperity_record::{Checkpoint, Record, RunEnd, RunHeader};
+use asperity_record::{Checkpoint, EventKind, Record, RunEnd, RunHeader};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics, Unfinished};
 use asperity_simulator::{ChainState, Counters};
 use serde::{Deserialize, Serialize};
+
+use crate::detectors::has_events_of;
 
 /// What a checkpoint holds.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -73,8 +75,14 @@ pub enum LeftError {
 }
 
 impl Left {
-    /// Reads an unfinished log, up to where it is sound, for the run with that header.
-    pub(crate) fn of(unfinished: Unfinished, header: &RunHeader, plan: &Plan) -> Result<Left, LeftError> {
+    /// Reads an unfinished log, up to where it is sound, for the run with that header and events
+    /// of these kinds.
+    pub(crate) fn of(
+        unfinished: Unfinished,
+        header: &RunHeader,
+        plan: &Plan,
+        kinds: &[EventKind],
+    ) -> Result<Left, LeftError> {
         let mut reader = match RunReader::open(&unfinished.partial_path(), Topics::NONE) {
             Ok(reader) => reader,
             Err(LogError { problem, .. }) if is_beginning(&problem) => return Ok(Left::Nothing),
@@ -85,8 +93,12 @@ impl Left {
             match reader.next_item() {
                 Ok(Some(_)) => {}
                 Ok(None) => {
-                    let end = Box::new(reader.end().expect("the log was read to its end").clone());
-                    return Ok(Left::Whole { unfinished, end });
+                    let end = reader.end().expect("the log was read to its end").clone();
+                    if has_events_of(&end, kinds) {
+                        return Ok(Left::Whole { unfinished, end: Box::new(end) });
+                    }
+                    // Fewer detectors looked: the records go through all of them now.
+                    break;
                 }
                 Err(error @ LogError { problem: LogProblem::Salvaged, .. }) => return Err(error.into()),
                 // Whatever is wrong behind the last checkpoint: it stands on what is before.

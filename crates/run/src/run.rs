@@ -12,7 +12,7 @@ use asperity_runlog::{
 use asperity_simulator::{Counters, SimulationError, Solver, SolverKind};
 use asperity_stream::{Given, Item, StreamError};
 
-use crate::detectors;
+use crate::detectors::{self, TopicError};
 use crate::header::header;
 use crate::resume::{Again, Left, LeftError, Saved};
 use crate::watch::{Notice, Watch};
@@ -78,13 +78,14 @@ impl<'a> Task<'a> {
         header(self.scenario, &Plan::new(self.scenario), self.solver.name())
     }
 
-    /// Whether an unfinished log is of this run, so that it can go on from there.
-    pub fn is_begun(&self, unfinished: &Unfinished) -> bool {
-        RunReader::open(&unfinished.partial_path(), Topics::NONE)
+    /// Whether an unfinished log of this run stands in the place of its log.
+    pub fn is_begun(&self) -> bool {
+        let Some(log) = &self.log else { return false };
+        RunReader::open(&partial_path(log.path), Topics::NONE)
             .is_ok_and(|reader| *reader.header() == self.header())
     }
 
-    /// Whether a log is of this run and whole.
+    /// Whether a log is of this run, with the events of all its detectors, and whole.
     ///
     /// # Errors
     /// If it is of this run and not whole, or no run log.
@@ -93,17 +94,20 @@ impl<'a> Task<'a> {
         if *reader.header() != self.header() {
             return Ok(false);
         }
-        reader.verify().map(|_end| true)
+        let own = self.detectors.iter().map(|detector| detector.emits());
+        let kinds: Vec<EventKind> = detectors::event_kinds().into_iter().chain(own).collect();
+        reader.verify().map(|end| detectors::has_events_of(&end, &kinds))
     }
 }
 
 /// Where a run begins.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Begin {
-    /// At its first step. What there is of an unfinished log is overwritten.
+    /// At its first step. An unfinished log that stands in the place of this run's is overwritten.
     Anew,
-    /// At the last checkpoint of an unfinished log of this run; at the first step if it has none.
-    GoOn(Unfinished),
+    /// At the last checkpoint of the unfinished log that stands in the place of this run's; at the
+    /// first step if there is none.
+    GoOn,
 }
 
 /// What came of a run.
@@ -111,8 +115,10 @@ pub enum Begin {
 pub struct Outcome {
     /// How it ended.
     pub status: RunStatus,
-    /// What its steps were made of; none for a log that only lacked its name.
+    /// What its steps were made of.
     pub counters: Counters,
+    /// Whether it took any steps. The unfinished log of a run that goes on may lack its name only.
+    pub has_run: bool,
     /// What its log says at its end, if a log was written.
     pub end: Option<RunEnd>,
 }
@@ -135,14 +141,14 @@ pub enum RunError {
     /// One cannot go on with the unfinished log.
     #[error(transparent)]
     Left(#[from] LeftError),
-    /// A detector of the caller's own emits what another one does.
-    #[error("two detectors emit {0} (accepted: a topic of its own for each)")]
-    TopicTwice(&'static str),
+    /// A detector of the caller's own emits what it must not.
+    #[error(transparent)]
+    Topic(#[from] TopicError),
     /// The caller asked it to stop. The log, if there is one, holds what there is.
     #[error(
         "interrupted{}",
         log.as_ref().map_or(String::new(), |log| {
-            format!("; {} holds what there is, and --resume goes on from there", log.display())
+            format!("; {} holds what there is", log.display())
         })
     )]
     Stopped {
@@ -159,7 +165,7 @@ enum End {
 }
 
 /// Makes a run, and its log if one is asked for. `stop` is asked between records, from another
-/// thread; once it says yes, the run stores its state and ends.
+/// thread; once it has said yes, the run stores its state and ends.
 ///
 /// # Errors
 /// If the run could not be finished, see [`RunError`].
@@ -174,33 +180,34 @@ pub fn run(
     let Task { scenario, solver, log, detectors: own } = task;
     let mut detectors = detectors::all(header.blocks);
     detectors.extend(own);
-    let kinds: Vec<EventKind> = detectors.iter().map(|detector| detector.emits()).collect();
-    for (number, EventKind { topic, .. }) in kinds.iter().enumerate() {
-        if kinds[..number].iter().any(|other| other.topic == *topic) {
-            return Err(RunError::TopicTwice(topic));
-        }
-    }
+    let kinds = detectors::kinds_of(&detectors)?;
     let mut source = Source {
         solver: solver.start(plan.clone()),
         stop,
         again: None,
         before: Before::default(),
         checkpoints: log.map(|log| Checkpoints::every(log.checkpoint_interval)),
+        is_asked_to_stop: false,
         is_stopping: false,
     };
     let mut writer = None;
     if let Some(LogTo { path, existing, .. }) = log {
         let scenario_toml = scenario.to_commented_toml();
-        let left = match begin {
-            Begin::GoOn(unfinished) => Left::of(unfinished, &header, &plan)?,
-            Begin::Anew => Left::Nothing,
+        let unfinished = match begin {
+            Begin::GoOn => Unfinished::of(path)?,
+            Begin::Anew => None,
+        };
+        let left = match unfinished {
+            Some(unfinished) => Left::of(unfinished, &header, &plan, &kinds)?,
+            None => Left::Nothing,
         };
         writer = Some(match left {
             Left::Nothing => RunWriter::create(path, existing, &header, &scenario_toml, &kinds)?,
             Left::Whole { unfinished, end } => {
                 unfinished.publish()?;
                 watch.notice(Notice::LackedItsName);
-                return Ok(Outcome { status: end.status, counters: Counters::default(), end: Some(*end) });
+                let (status, counters) = (end.status, Counters::default());
+                return Ok(Outcome { status, counters, has_run: false, end: Some(*end) });
             }
             Left::Part { unfinished, saved } => {
                 let step = saved.chain.step;
@@ -265,7 +272,7 @@ pub fn run(
     for fallback in fallbacks {
         watch.notice(Notice::Fallback(fallback));
     }
-    Ok(Outcome { status, counters, end })
+    Ok(Outcome { status, counters, has_run: true, end })
 }
 
 /// What the run was made of before it went on.
@@ -310,6 +317,8 @@ struct Source<'a> {
     before: Before,
     /// None where there is no log to hold them.
     checkpoints: Option<Checkpoints>,
+    /// Whether the caller has asked to stop.
+    is_asked_to_stop: bool,
     /// Whether the last checkpoint has been given, and only the end is left.
     is_stopping: bool,
 }
@@ -324,7 +333,8 @@ impl Source<'_> {
     }
 
     fn next(&mut self) -> Result<Option<Given>, End> {
-        let stop = (self.stop)();
+        self.is_asked_to_stop |= (self.stop)();
+        let stop = self.is_asked_to_stop;
         if let Some(again) = &mut self.again {
             if stop {
                 return Err(End::Stopped);

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use asperity_model::{Plan, Scenario};
-use asperity_record::EventKind;
-use asperity_runlog::{Existing, LogError, LogProblem, NoRunLog, RunReader, Topics, Unfinished};
+use asperity_runlog::{Existing, LogError, LogProblem, NoRunLog, RunReader, Topics, partial_path};
 use asperity_simulator::SolverKind;
 
 use crate::detectors;
@@ -45,24 +44,26 @@ impl Job {
         let (found, wanted) = (reader.header(), task.header());
         found.run_id == wanted.run_id
             && found.solver == wanted.solver
-            && reader.verify().is_ok_and(|end| {
-                let emitted = |kind: &EventKind| end.message_counts.contains_key(kind.topic);
-                detectors::event_kinds().iter().all(emitted)
-            })
+            && reader.verify().is_ok_and(|end| detectors::has_events_of(&end, &detectors::event_kinds()))
     }
 
-    /// Makes sure that what stands in the place of its log may be replaced: nothing, or a run log.
+    /// Makes sure that what stands in the place of its log, whole or unfinished, may be replaced:
+    /// nothing, or a run log.
     ///
     /// # Errors
     /// If it is something else, which is none of ours.
     pub fn check_place(&self, folder: &Path) -> Result<(), LogError> {
-        match RunReader::open(&self.log(folder), Topics::NONE) {
-            Err(LogError { problem: LogProblem::NoRunLog(NoRunLog::Missing | NoRunLog::Empty), .. }) => {
-                Ok(())
+        let log = self.log(folder);
+        for path in [partial_path(&log), log] {
+            match RunReader::open(&path, Topics::NONE) {
+                Err(LogError {
+                    problem: LogProblem::NoRunLog(NoRunLog::Missing | NoRunLog::Empty), ..
+                }) => {}
+                Err(error) if error.problem.is_no_run_log() => return Err(error),
+                _ => {}
             }
-            Err(error) if error.problem.is_no_run_log() => Err(error),
-            _ => Ok(()),
         }
+        Ok(())
     }
 
     /// Makes the run, or goes on with what was begun of it, unless it is to be made `fresh`. A
@@ -82,10 +83,7 @@ impl Job {
         let path = self.log(folder);
         let log = LogTo { existing: Existing::Replace, ..LogTo::new(&path) };
         let task = Task { solver, ..Task::new(&self.scenario) }.log_to(log);
-        let begin = match Unfinished::of(&path)? {
-            Some(unfinished) if !fresh && task.is_begun(&unfinished) => Begin::GoOn(unfinished),
-            _ => Begin::Anew,
-        };
+        let begin = if !fresh && task.is_begun() { Begin::GoOn } else { Begin::Anew };
         run(task, begin, stop, watch)
     }
 }

@@ -4,9 +4,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use asperity_model::{Scenario, resolve};
 use asperity_record::{Event, EventKind, EventPayload, Record, RunStatus, SlipEvent, StepRecord, payload};
-use asperity_run::detectors::Settings;
-use asperity_run::{Begin, Detector, LogTo, Replay, RunError, Task, Verdict, Watch, check, run};
-use asperity_runlog::Unfinished;
+use asperity_run::detectors::{Settings, TopicError};
+use asperity_run::{Begin, Detector, LogTo, Replay, ReplayError, RunError, Task, Verdict, Watch, check, run};
+use asperity_runlog::partial_path;
 use asperity_testkit::{folder, run_end};
 
 payload! {
@@ -40,12 +40,14 @@ impl Detector for Widen {
     fn finish(&mut self, _emit: &mut dyn FnMut(Event)) {}
 }
 
-/// Another detector of slip events, which are taken.
-struct Again;
+/// Finds nothing, on whatever topic.
+struct Idle(&'static str);
 
-impl Detector for Again {
+impl Detector for Idle {
     fn emits(&self) -> EventKind {
-        EventKind::of::<SlipEvent>()
+        let mut kind = EventKind::of::<SlipEvent>();
+        kind.topic = self.0;
+        kind
     }
 
     fn observe(&mut self, _record: &StepRecord, _emit: &mut dyn FnMut(Event)) {}
@@ -155,9 +157,18 @@ fn a_detector_of_ones_own_adds_a_topic_and_changes_no_other() {
         assert_eq!(again.of(Widest::TOPIC), if own { widest.clone() } else { Vec::new() });
     }
 
-    let twice = Task::new(&scenario).detect(Again);
-    let error = run(twice, Begin::Anew, NEVER, &mut ()).expect_err("slip events have their detector");
-    assert!(matches!(error, RunError::TopicTwice(SlipEvent::TOPIC)), "{error}");
+    for (topic, refused) in [
+        (SlipEvent::TOPIC, TopicError::Twice(SlipEvent::TOPIC)),
+        ("/step", TopicError::NoEvents("/step")),
+        ("/mine", TopicError::NoEvents("/mine")),
+    ] {
+        let task = Task::new(&scenario).detect(Idle(topic));
+        let error = run(task, Begin::Anew, NEVER, &mut ()).expect_err("its topic is none of its own");
+        assert!(matches!(error, RunError::Topic(error) if error == refused), "{error}");
+        let replay = Replay::open(&plain, &settings).expect("it opens").detect(Idle(topic));
+        let error = replay.run(NEVER, &mut ()).expect_err("its topic is none of its own");
+        assert!(matches!(error, ReplayError::Topic(error) if error == refused), "{error}");
+    }
 }
 
 #[test]
@@ -177,12 +188,41 @@ fn a_run_that_is_stopped_goes_on_and_ends_the_same() {
     assert!(partial.exists() && !parts.exists());
     assert!(seen.records.len() < expected.records.len());
 
-    let unfinished = Unfinished::of(&parts).expect("no one else has it").expect("it is there");
     let task = Task::new(&scenario).log_to(LogTo::new(&parts)).detect(Widen::default());
-    assert!(task.is_begun(&unfinished));
+    assert!(task.is_begun());
     let mut again = Seen::ALL;
-    run(task, Begin::GoOn(unfinished), NEVER, &mut again).expect("it goes on");
+    run(task, Begin::GoOn, NEVER, &mut again).expect("it goes on");
     assert_eq!(again.records, expected.records);
     assert_eq!(again.events, expected.events);
     assert_eq!(run_end(&parts).digest, run_end(&whole).digest);
+}
+
+/// A log that lacks only its name gets it, unless it lacks events of a detector as well.
+#[test]
+fn a_whole_log_without_its_name_is_whole_if_all_detectors_looked() {
+    let folder = folder();
+    let scenario = scenario();
+    let path = folder.path().join("run.mcap");
+    let task = || Task::new(&scenario).log_to(LogTo::new(&path));
+    run(task(), Begin::Anew, NEVER, &mut ()).expect("it runs");
+    assert!(task().is_whole(&path).expect("it is whole"));
+    assert!(!task().detect(Widen::default()).is_whole(&path).expect("it is whole, but for a topic"));
+
+    std::fs::rename(&path, partial_path(&path)).expect("files can be renamed");
+    let outcome = run(task().detect(Widen::default()), Begin::GoOn, NEVER, &mut ()).expect("it runs");
+    assert!(outcome.has_run);
+    assert!(run_end(&path).message_counts[Widest::TOPIC] > 0);
+
+    std::fs::rename(&path, partial_path(&path)).expect("files can be renamed");
+    let outcome = run(task().detect(Widen::default()), Begin::GoOn, NEVER, &mut ()).expect("it has its name");
+    assert!(!outcome.has_run && outcome.end == Some(run_end(&path)));
+}
+
+/// Between records one answer is enough, however soon it is taken back.
+#[test]
+fn a_wish_to_stop_is_not_forgotten() {
+    let scenario = scenario();
+    let once = AtomicBool::new(true);
+    let stopped = run(Task::new(&scenario), Begin::Anew, &|| once.swap(false, Ordering::Relaxed), &mut ());
+    assert!(matches!(stopped, Err(RunError::Stopped { log: None })), "{stopped:?}");
 }

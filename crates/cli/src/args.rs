@@ -30,8 +30,9 @@ Examples:
 
 Exit codes:
   0    success
-  1    it could not be done, a replay gave other events, or two runs differ
-  2    bad input; nothing was written
+  1    failure; or a replay gave other events, two runs differ, a log is
+       incomplete
+  2    bad input, nothing was written; or a file is damaged or not a run log
   130  interrupted by SIGINT; the log was closed as RUN.mcap.partial
   143  interrupted by SIGTERM, likewise
 A second signal stops at once."
@@ -53,7 +54,7 @@ pub(crate) enum Command {
     Run(RunArguments),
     /// Print the slip events of a run.
     Events(EventsArguments),
-    /// Say whether run logs are whole, incomplete or damaged, and how far they are sound.
+    /// Check whether run logs are whole, incomplete or damaged.
     Check(CheckArguments),
     /// Recover what is left of a damaged log.
     Salvage(SalvageArguments),
@@ -107,28 +108,28 @@ Examples:
   asperity run out/mine.toml -o out/mine.mcap --set normal_load.tilt=-0.5
   asperity run out/long.toml -o out/long.mcap --resume
 
-While the run goes on, its log is called RUN.mcap.partial. About once a second
-a checkpoint, the complete state of the solver, is written to it. When a run
-was killed, or the disk was full, --resume continues from the last checkpoint
-and ends with the same records and events as an uninterrupted run. With
---resume, a run that is whole already is left as it is, and one that was never
-begun is started, so a batch job can repeat the same command line.")]
+During the run its log is called RUN.mcap.partial. About once a second a
+checkpoint, the complete state of the solver, is written to it. If the run is
+killed or the disk is full, --resume continues from the last checkpoint and ends
+with the same records and events as an uninterrupted run. With --resume, a
+finished run is left as it is, and one that was never begun is started, so a
+batch job can repeat the same command line.")]
 pub(crate) struct RunArguments {
     #[command(flatten)]
     pub(crate) choice: ScenarioChoice,
     /// The log to write; must not exist, except with --resume.
     #[arg(short, long, value_name = "RUN.mcap")]
     pub(crate) out: PathBuf,
-    /// Which solver takes the steps; both give the same events.
+    /// The solver to use; both give the same events.
     #[arg(long, value_enum, default_value = "fast")]
     pub(crate) solver: SolverChoice,
-    /// Print on stderr what the run was made of, even with --quiet.
+    /// Print statistics of the solver on stderr, even with --quiet.
     #[arg(long)]
     pub(crate) stats: bool,
     /// Continue the run in RUN.mcap.partial, or start it if there is none.
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Shortest wall-clock time between two checkpoints, s.
+    /// Shortest wall-clock time between two checkpoints, in seconds.
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0)]
     pub(crate) checkpoint_s: f64,
 }
@@ -137,7 +138,7 @@ pub(crate) struct RunArguments {
 pub(crate) enum SolverChoice {
     /// Many steps at once wherever it is certain that no block switches.
     Fast,
-    /// Every step, as the equations read.
+    /// One step at a time, as in the equations.
     Plain,
 }
 
@@ -183,10 +184,10 @@ Examples:
   asperity check out/chapter5/runs/*.mcap
 
 Reads every byte and checks the structure and checksums of the file, every
-message against its schema, the order of steps and their times, that all
+message against its schema, and the order of steps and their times; that all
 numbers are finite, that switches fit the state of their blocks, that the
-events are those which the step records give, and that counts and digest are
-those stated at the end of the log.
+events follow from the step records, and that counts and digest are those
+stated at the end of the log.
 
 Exit codes:
   0  all are whole
@@ -202,7 +203,7 @@ pub(crate) struct CheckArguments {
 pub(crate) enum DiffFormat {
     /// What matters most, on one screen.
     Text,
-    /// Everything; the field `version` counts up when the layout changes.
+    /// Everything; the field `version` is raised when the layout changes.
     Json,
 }
 
@@ -238,7 +239,7 @@ A policy (TOML) says what passes:
   max_shift_s = 1e-6      # no pair may be shifted farther than this
   [columns.onset_s]
   absolute = 1e-9         # in the column's unit
-  relative = 1e-12        # of the larger value; the larger tolerance counts
+  relative = 1e-12        # of the larger value; the larger tolerance applies
   [allow]
   shifted = true          # any number of them
   split = 2               # at most two in all
@@ -255,7 +256,7 @@ pub(crate) struct DiffArguments {
     /// The new side.
     #[arg(value_name = "NEW")]
     pub(crate) new: PathBuf,
-    /// What counts as a difference, and which are allowed [default: everything counts].
+    /// Which differences count, and how many are allowed [default: all count, none allowed].
     #[arg(long, value_name = "POLICY.toml")]
     pub(crate) policy: Option<PathBuf>,
     /// Write the tightest policy under which this diff passes; must not exist.
@@ -369,13 +370,13 @@ pub(crate) struct ExportArguments {
     /// Only this topic. May be repeated [default: all].
     #[arg(long, value_name = "TOPIC")]
     pub(crate) topic: Vec<String>,
-    /// Only what happened at this time or later; for events, their onset counts.
+    /// Only what happened at this time or later; events count by their onset.
     #[arg(long, value_name = "SECONDS")]
     pub(crate) from_s: Option<f64>,
     /// Only what happened before this time.
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to_s: Option<f64>,
-    /// Replace files that exist already.
+    /// Replace existing files.
     #[arg(long, alias = "replace")]
     pub(crate) force: bool,
     /// How many runs to export at once [default: one per core].
@@ -412,8 +413,8 @@ Examples:
   asperity reproduce pipelines/chapter5.toml -o out/chapter5-as-stated \\
     --set parameter_set=as-stated
 
-Runs found in the folder are used again if their scenario, the solver and the
-code that made them are the same; --fresh repeats them.")]
+Runs already in the folder are reused if their scenario, the solver and the code
+that made them are the same; --fresh repeats them.")]
 pub(crate) struct ReproduceArguments {
     /// The pipeline.
     #[arg(value_name = "PIPELINE.toml")]
@@ -424,10 +425,10 @@ pub(crate) struct ReproduceArguments {
     /// Override one key in every run of the pipeline.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Repeat runs that are there already.
+    /// Repeat runs that are already in the folder.
     #[arg(long)]
     pub(crate) fresh: bool,
-    /// Which solver takes the steps; both give the same events.
+    /// The solver to use; both give the same events.
     #[arg(long, value_enum, default_value = "fast")]
     pub(crate) solver: SolverChoice,
     /// How many runs to make at once [default: one per core].
@@ -446,9 +447,10 @@ Examples:
 The plain solver takes every step: allow 15 seconds on one core for each second
 that a run of 100 blocks simulates in steps of 1e-8 s. Equal means: every
 switch in the same step, every event with the same integers, every number within
-1e-9 of the largest of its kind. Where a block comes closer to its switch than
-rounding can tell, the solvers may see it some steps apart. That is proved by
-computing the step without rounding, and must be listed in --near-ties.")]
+1e-9 of the largest of its kind. Where a block comes so close to switching that
+rounding decides, the solvers may see the switch some steps apart. Each such
+near tie is proved by computing the step without rounding, and must be listed in
+the folder of --near-ties.")]
 pub(crate) struct VerifySolverArguments {
     /// The pipeline.
     #[arg(value_name = "PIPELINE.toml")]
@@ -498,7 +500,7 @@ pub(crate) struct ManArguments {
     /// Folder for the pages.
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
-    /// Replace pages that exist already.
+    /// Replace existing pages.
     #[arg(long)]
     pub(crate) force: bool,
 }

@@ -344,7 +344,7 @@ fn bad_scenarios_are_refused_and_nothing_is_written() {
         ("nonsense", "--set nonsense: not TOML"),
         ("slider.blokcs=7", "did you mean slider.blocks?"),
         ("normal_load.tilt=2", "normal_load.tilt: 2 is not accepted (accepted: a number from -1 to 1)"),
-        ("time.step_s=1e-3", "beyond the stability of the scheme"),
+        ("time.step_s=1e-3", "above the stability limit of the scheme"),
     ] {
         let stderr = refused(&["default", "--set", set]);
         assert!(stderr.contains(told), "--set {set}: {stderr}");

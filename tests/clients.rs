@@ -2,7 +2,7 @@
 //! `pymcap-cli`, `rerun-sdk`, `polars`, `pandas` and `duckdb` of Python, and
 //! `@mcap/core` of Node.
 //!
-//! What they say is held against what `asperity export` says of the same log.
+//! What they say is compared with what `asperity export` says of the same log.
 //! Those that check checksums must refuse damaged copies. `cargo xtask test` sets
 //! them up and says where they are. Without it these tests skip, and say so; with
 //! `ASPERITY_NO_SKIPS=1` they fail instead.

@@ -49,7 +49,7 @@ fn runs_logs_tables_and_parquet_of_one_run_are_the_same() {
         assert!(out.contains("28 identical") && out.ends_with("nothing differs\n"), "{out}");
     }
 
-    // The same run, cut off earlier: what starts behind its end is open, not missing.
+    // The same run, cut off earlier: what starts after its end is open, not missing.
     let (code, report) = json(&[text(&log), text(&other)]);
     assert_eq!(code, 1);
     assert_eq!((&report["format"], &report["version"]), (&"asperity-diff".into(), &1.into()));
@@ -194,7 +194,7 @@ fn the_summary_fits_a_screen() {
     assert_eq!(first["findings"].as_array().map(|findings| findings.len() as u64), Some(differing));
 }
 
-/// Two outputs of a pipeline: runs paired by scenario, claims held against each other.
+/// Two outputs of a pipeline: runs paired by scenario, claims compared.
 #[test]
 fn outputs_of_a_pipeline_are_compared_with_their_claims() {
     let folder = folder();

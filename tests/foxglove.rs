@@ -1,5 +1,5 @@
 //! The Foxglove layout fits what logs hold. Foxglove itself is not at hand: the
-//! layout's message paths are held against the schemas of a real log and evaluated
+//! layout's message paths are compared with the schemas of a real log and evaluated
 //! on it by the parser of `pymcap-cli`, and its settings against those that the package
 //! foxglove-sdk declares.
 

@@ -1,7 +1,7 @@
 //! The event tables of chapter 5 are what they were when somebody last looked
 //! at a change of them and accepted it.
 //!
-//! The runs are made anew and held against `fixtures/golden` by `asperity diff`,
+//! The runs are made anew and compared with `fixtures/golden` by `asperity diff`,
 //! under its exact policy. What follows from a wanted change is accepted by
 //! `cargo xtask golden --accept REASON` and in no other way: no variable in the
 //! environment makes this test pass.

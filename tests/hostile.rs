@@ -177,7 +177,7 @@ fn check_tells_every_forgery_of_a_log_by_what_is_wrong() {
 fn committed_forgeries_are_those_that_are_made() {
     let folder = fixtures().join("logs");
     let all = Forge::all(&golden());
-    // Only where the program is that which made the log are its events held against the steps.
+    // Only where the program is that which made the log are its events compared with the steps.
     let (events, others): (Vec<Forgery>, Vec<Forgery>) = all
         .into_iter()
         .partition(|forgery| matches!(forgery.name, "event-other" | "event-lost" | "scenario-other"));

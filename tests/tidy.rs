@@ -1,6 +1,6 @@
 //! The house rules that no compiler checks. Those of the crates, who may use whom, who
 //! alone wraps a dependency, which files may be long, are read from ARCHITECTURE.md
-//! (`tidy/page.rs`) and held against cargo and the sources; here stand those of the files.
+//! (`tidy/page.rs`) and compared with cargo and the sources; here stand those of the files.
 
 mod circles;
 mod page;

@@ -186,7 +186,7 @@ Examples:
 Reads every byte and checks the structure and checksums of the file, every
 message against its schema, and the order of steps and their times; that all
 numbers are finite, that switches fit the state of their blocks, that the
-events follow from the step records, and that counts and digest are those
+events follow from the step records, and that counts and digests are those
 stated at the end of the log.
 
 Exit codes:

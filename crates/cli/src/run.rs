@@ -33,7 +33,7 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
     if let (Some(unfinished), false) = (&unfinished, arguments.resume) {
         return Err(Failure::BadInput(format!(
             "--out {}: {} holds a run that did not come to its end (accepted: --resume to go on with it, or another \
-             --out; without that file the run starts anew)",
+             --out; without that file the run starts from the beginning)",
             out.display(),
             unfinished.partial_path().display()
         )));

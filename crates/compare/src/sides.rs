@@ -21,7 +21,7 @@ pub enum PairBy {
 #[derive(Debug, thiserror::Error)]
 pub enum SideError {
     /// It is a file of another kind.
-    #[error("{}: is no run and no table (accepted: .mcap, .csv, .parquet, or a folder of them)", path.display())]
+    #[error("{}: is neither a run nor a table (accepted: .mcap, .csv, .parquet, or a folder of them)", path.display())]
     Kind {
         /// The file.
         path: PathBuf,

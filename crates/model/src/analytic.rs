@@ -9,7 +9,7 @@ use crate::plan::Plan;
 use crate::scenario::Scenario;
 use crate::words::DriveKind;
 
-/// Which prediction of `F_T / F_N` at a precursor length a table is held against.
+/// Which prediction of `F_T / F_N` at a precursor length a table is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum LengthLaw {
     /// (5.22), for a tilted load.

@@ -309,7 +309,7 @@ fn loaded_starts_know_the_stuck_chain(scenario: &Scenario, refusals: &mut Refusa
     if scenario.time.start == Start::Loaded && !ramp_matters(scenario) && !known {
         refusals.refuse(
             "time.start",
-            "\"loaded\" knows the stuck chain with interfacial springs under a constant load, driven one way",
+            "\"loaded\" needs interfacial springs, a constant load and a drive in one direction",
             "\"at-rest\"",
         );
     }
@@ -325,7 +325,7 @@ fn the_scheme_is_stable(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     if !is_stable {
         refusals.refuse(
             "time.step_s",
-            format!("{:e} is beyond the stability of the scheme for this chain", scenario.time.step_s),
+            format!("{:e} is above the stability limit of the scheme for this chain", scenario.time.step_s),
             if longest_s > 0.0 && longest_s.is_finite() {
                 format!("a number above 0 and below {longest_s:.3e}")
             } else {
@@ -344,7 +344,7 @@ fn times_are_whole_numbers_of_steps(scenario: &Scenario, refusals: &mut Refusals
         (steps.is_none() || (steps == Some(0) && !zero_allowed)).then(|| {
             let nearest_s = grid.time_s(grid.nearest_step(value_s).max(1));
             (
-                format!("{value_s} is no whole number of steps of {:e} s", scenario.time.step_s),
+                format!("{value_s} is not a whole number of steps of {:e} s", scenario.time.step_s),
                 format!("a multiple of time.step_s; the nearest is {nearest_s}"),
             )
         })
@@ -434,7 +434,7 @@ mod tests {
         ),
         (
             "normal_load.schedule_s = [1e-9, 2]\nnormal_load.schedule_n = [400, 100]",
-            "normal_load.schedule_s: 0.000000001 is no whole number of steps",
+            "normal_load.schedule_s: 0.000000001 is not a whole number of steps",
         ),
         ("normal_load.schedule_from = \"hold\"", "normal_load.schedule_from: the drive never stops"),
         (
@@ -468,10 +468,13 @@ mod tests {
             "normal_load.schedule_n: [400.0, 0.0] is not accepted",
         ),
         ("friction.dynamic_spread = 0.3", "friction.dynamic_spread: block"),
-        ("time.start = \"loaded\"\nfriction.law = \"rigid\"", "time.start: \"loaded\" knows the stuck chain"),
+        (
+            "time.start = \"loaded\"\nfriction.law = \"rigid\"",
+            "time.start: \"loaded\" needs interfacial springs",
+        ),
         ("friction.dynamic_coefficient = 0.8", "friction.dynamic_coefficient: 0.8 is above"),
         ("initial_velocity.mode = 100", "initial_velocity.mode: a chain of 100 blocks has no mode 100"),
-        ("time.step_s = 1e-4", "time.step_s: 1e-4 is beyond the stability of the scheme"),
+        ("time.step_s = 1e-4", "time.step_s: 1e-4 is above the stability limit of the scheme"),
         (
             "[[recording.window]]\nfrom_s = 0\nto_s = 9\nevery_s = 1e-3\nfirst_block = 1\nlast_block = 2",
             "recording.window.to_s: 9 is not inside the run",

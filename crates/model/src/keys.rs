@@ -98,14 +98,14 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "name",
         symbol: "",
-        doc: "Name of the scenario; without influence on the run.",
+        doc: "Name of the scenario; does not affect the run.",
         kind: Text,
         default: Is(Value::Text("unnamed")),
     },
     Key {
         path: "summary",
         symbol: "",
-        doc: "One line on what it is for; without influence on the run.",
+        doc: "One line on what it is for; does not affect the run.",
         kind: Text,
         default: Is(Value::Text("")),
     },
@@ -230,7 +230,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.ageing_time_s",
         symbol: "t_0",
-        doc: "Time after which ageing sets in.",
+        doc: "Time scale of ageing.",
         kind: POSITIVE,
         default: Is(Value::Number(1.0)),
     },
@@ -251,7 +251,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.static_spread",
         symbol: "",
-        doc: "Half the width of an even random spread that is added to mu_s, block by block.",
+        doc: "Half the width of a uniform random spread that is added to mu_s, block by block.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),
     },
@@ -311,7 +311,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "drive.hold_from_s",
         symbol: "",
-        doc: "From when on the drive point stands still, a whole number of steps; 0 for never.",
+        doc: "Time from which the drive point stands still, a whole number of steps; 0 for never.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),
     },
@@ -348,7 +348,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "normal_load.schedule_n",
         symbol: "",
-        doc: "Total loads at these times, the first being total_n; before and behind them the load stays.",
+        doc: "Total loads at these times, the first being total_n; before the first and after the last the load is constant.",
         kind: Numbers(Excluding(0.0), Open),
         default: Is(Value::NoNumbers),
     },
@@ -378,8 +378,8 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "initial_shear.profile_csv",
         symbol: "",
-        doc: "A file of columns x_over_l and tau_over_p, from the current folder, between whose rows an initial shear tau_0 / p is \
-              read off, in addition; without influence once it has been read.",
+        doc: "A file of columns x_over_l and tau_over_p, named from the current folder. The initial shear tau_0 / p is \
+              interpolated between its rows and added. It is read once; the run's log holds what it said.",
         kind: Text,
         default: Is(Value::Text("")),
     },

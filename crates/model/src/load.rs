@@ -12,7 +12,7 @@ pub fn tilted(total_n: f64, theta: f64, blocks: usize) -> Vec<f64> {
 }
 
 /// A piecewise-linear course of the normal load (6.1-6.3), as a factor on what it is at
-/// the start; constant before its first and behind its last knot.
+/// the start; constant before its first and after its last knot.
 ///
 /// In (6.2) the ramp starts where the drive is held, and in (6.3) its length is the
 /// difference of its ends.

@@ -170,29 +170,29 @@ mod tests {
             ),
             (
                 "time.step_s = 1e-4",
-                "test.toml:1:15: time.step_s: 1e-4 is beyond the stability of the scheme for this chain \
+                "test.toml:1:15: time.step_s: 1e-4 is above the stability limit of the scheme for this chain \
                  (accepted: a number above 0 and below 3.379e-6)",
             ),
             (
                 "time.step_s = 1e-8\nslider.mass_kg = 1e-320",
-                "test.toml:1:15: time.step_s: 1e-8 is beyond the stability of the scheme for this chain \
+                "test.toml:1:15: time.step_s: 1e-8 is above the stability limit of the scheme for this chain \
                  (accepted: none: stiffness, damping or mass are so large or small that no number tells how \
                  fast a block swings)",
             ),
             (
                 "time.step_s = 1e-8\nslider.mass_kg = 1e-297",
-                "test.toml:1:15: time.step_s: 1e-8 is beyond the stability of the scheme for this chain \
+                "test.toml:1:15: time.step_s: 1e-8 is above the stability limit of the scheme for this chain \
                  (accepted: a number above 0 and below 3.085e-155)",
             ),
             (
                 "time.step_s = 1.7e-13\nslider.relative_damping = 7.5e7\ntime.duration_s = 1.7e-12\n\
                  recording.sample_s = 0\nrecording.fields_s = 0",
-                "test.toml:1:15: time.step_s: 1.7e-13 is beyond the stability of the scheme for this chain \
+                "test.toml:1:15: time.step_s: 1.7e-13 is above the stability limit of the scheme for this chain \
                  (accepted: a number above 0 and below 1.468e-13)",
             ),
             (
                 "time.duration_s = 2.4e-8",
-                "test.toml:1:19: time.duration_s: 0.000000024 is no whole number of steps of 1e-8 s \
+                "test.toml:1:19: time.duration_s: 0.000000024 is not a whole number of steps of 1e-8 s \
                  (accepted: a multiple of time.step_s; the nearest is 0.00000002)",
             ),
             (

@@ -3,7 +3,7 @@
 //! A scenario is made of a file (or a built-in one) and any number of
 //! `--set key=value` overrides, each itself a line of TOML. Every value keeps
 //! the place it was written at, so that an error found much later, when values
-//! are held against each other, still names file, line and column.
+//! are compared, still names file, line and column.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -106,7 +106,7 @@ pub(crate) struct Entry {
     pub(crate) place: String,
 }
 
-/// A value as written, before it is held against its key.
+/// A value as written, before it is checked against its key.
 #[derive(Debug, Clone)]
 pub(crate) enum Written {
     Number(f64),

@@ -16,7 +16,7 @@ pub const RECORD_SCHEMA_VERSION: u32 = 2;
 pub struct RunHeader {
     /// [`RECORD_SCHEMA_VERSION`] of the program that wrote the run.
     pub record_schema_version: u32,
-    /// Name of the scenario; for people, without influence on the run.
+    /// Name of the scenario; for people; it does not affect the run.
     pub scenario: String,
     /// BLAKE3 hash of the resolved scenario, hexadecimal.
     pub scenario_hash: String,

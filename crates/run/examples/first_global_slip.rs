@@ -1,11 +1,11 @@
-//! The first slip of the whole slider, found by a detector of one's own.
+//! The first slip of the whole slider, and when all its blocks slide, by a detector of one's own.
 //!
 //! `cargo run --package asperity-run --example first_global_slip`; `docs/extending.md` shows it as a
 //! program outside the workspace.
 
 #![expect(clippy::print_stdout, reason = "a program prints what it finds")]
 
-use asperity_record::{Event, EventKind, StepRecord, payload};
+use asperity_record::{Event, EventKind, GlobalSlip, StepRecord, payload};
 use asperity_run::{Begin, Detector, Task, Watch, run};
 
 payload! {
@@ -44,6 +44,9 @@ impl Watch for Print {
     fn event(&mut self, event: &Event) {
         if let Some(Ok(AllSliding { time_s, ft_fn })) = event.decode() {
             println!("all blocks slide at {time_s} s, F_T/F_N = {ft_fn:.4}");
+        }
+        if let Some(Ok(GlobalSlip { global: 0, onset_s, .. })) = event.decode() {
+            println!("the first global slip began at {onset_s} s");
         }
     }
 }

@@ -34,7 +34,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! `examples/first_global_slip.rs` finds it with a detector of its own. Nothing here prints, draws
+//! `examples/first_global_slip.rs` does so beside a detector of its own. Nothing here prints, draws
 //! progress, knows exit codes or listens to signals: whoever calls does.
 
 mod agreement;

@@ -68,7 +68,7 @@ pub enum LeftError {
     },
     /// Its checkpoint does not fit its scenario.
     #[error(
-        "{}: its last checkpoint is not a state of this run; without the file the run starts anew",
+        "{}: its last checkpoint is not a state of this run; without the file the run starts from the beginning",
         .0.display()
     )]
     NoState(PathBuf),
@@ -162,7 +162,7 @@ impl Again {
                 // Recorded inside a leap from the checkpoint, and to be recorded again.
                 Ok(Some(_)) => {}
                 Ok(None) => break,
-                // The checkpoint is all that is needed; behind it the log may just end.
+                // The checkpoint is all that is needed; after it the log may just end.
                 Err(_) if self.old.checkpoint() == Some(&self.state) => break,
                 Err(error) => return Err(error),
             }

@@ -222,7 +222,7 @@ fn bare(plan: &Plan) -> Plan {
     plan
 }
 
-/// The next step worth recording, with the state behind it.
+/// The next step worth recording, with the state after it.
 struct Next {
     record: StepRecord,
     fields: FieldRecord,
@@ -237,7 +237,7 @@ fn next_step(plan: &Plan, solver: &mut impl Solver) -> Result<Option<Next>, Simu
             (Some(Record::Step(record)), _) => {
                 let fields_follow = is_on_cadence(plan.recording.fields_every_steps, record.step);
                 if !fields_follow {
-                    // Recorded for its own sake: the solver stands just behind it.
+                    // Recorded for its own sake: the solver stands just after it.
                     let fields = fields(plan, &solver.snapshot());
                     return Ok(Some(Next { record, fields }));
                 }

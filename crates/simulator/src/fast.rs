@@ -94,7 +94,7 @@ impl Fast {
     }
 
     /// Opens a jump or a window, if one is certified; or else the steps that are best
-    /// taken one by one. The step behind it is taken plainly, for the forces that go
+    /// taken one by one. The step after it is taken plainly, for the forces that go
     /// with the state.
     fn open_leap(&mut self) -> Result<Leap, u64> {
         if self.plan.friction.ageing.is_some() {

@@ -1,4 +1,4 @@
-//! Laws that a run must obey whatever its parameters, held against the plain
+//! Laws that a run must obey whatever its parameters, tested on the plain
 //! stepper; small chains and short times, the same model.
 
 use asperity_model::{Plan, analytic};

@@ -143,7 +143,7 @@ impl Forge {
         });
     }
 
-    /// Events are only held against the steps where the same program found them.
+    /// Events are only compared with the steps where the same program found them.
     pub(super) fn events(&mut self) {
         let payload = |parts: &Vec<Part>| payload(&parts[messages(parts, "/events/slip")[0]]).to_owned();
         self.parts("event-not-json", "an event that is no JSON", "event", |parts| {

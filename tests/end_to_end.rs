@@ -211,10 +211,8 @@ fn what_is_no_run_log_is_never_replaced() {
         let output = asperity(&[&["reproduce", text(&pipeline), "--out", text(&out)], arguments].concat());
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{stderr}");
-        assert!(
-            stderr.contains("tilted.mcap: not a run log") && stderr.contains("it is not replaced"),
-            "{stderr}"
-        );
+        assert!(stderr.contains(&format!("{name}: not a run log")), "{stderr}");
+        assert!(stderr.contains("it is not replaced"), "{stderr}");
         assert_eq!(fs::read_to_string(&notes).expect("it is there"), "what I measured on Monday");
         assert!(!out.join("runs").join("plain.mcap").exists(), "nothing was begun");
         fs::remove_file(&notes).expect("it is there");

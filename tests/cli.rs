@@ -393,6 +393,17 @@ fn an_out_that_cannot_be_written_is_a_failure() {
 }
 
 #[test]
+fn a_missing_folder_is_named() {
+    let folder = folder();
+    let out = folder.path().join("no").join("such").join("run.mcap");
+    for command in [["run", "ten-blocks"], ["salvage", "damaged.mcap"]] {
+        let stderr = fail(&[&command[..], &["--out", text(&out)]].concat(), 2);
+        assert!(stderr.contains("there is no folder") && stderr.contains("no/such (accepted"), "{stderr}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).expect("it is there").count(), 0, "nothing was written");
+}
+
+#[test]
 fn bad_logs_are_failures() {
     let folder = folder();
     let good = folder.path().join("good.mcap");

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::io;
 use std::num::NonZeroUsize;
+use std::path::Path;
 use std::process::ExitCode;
 
 use asperity_run::at_once;
@@ -81,6 +82,18 @@ pub(crate) fn report(failure: &Failure) {
     match lines.count() {
         0 => {}
         more => eprintln!("error: and {more} lines more"),
+    }
+}
+
+/// Makes sure that there is a folder for a file that is to be written.
+pub(crate) fn folder_is_there(option: &str, file: &Path) -> Result<(), Failure> {
+    match file.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        None => Ok(()),
+        Some(folder) => Err(Failure::BadInput(format!(
+            "{option} {}: there is no folder {} (accepted: a file in a folder that exists)",
+            file.display(),
+            folder.display()
+        ))),
     }
 }
 

@@ -7,7 +7,7 @@ use asperity_run::{Begin, LeftError, LogTo, RunError, Task};
 use asperity_runlog::{Unfinished, WriteError};
 
 use crate::args::RunArguments;
-use crate::exit::Failure;
+use crate::exit::{Failure, folder_is_there};
 use crate::interrupt;
 use crate::progress::Board;
 
@@ -20,6 +20,7 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
             arguments.checkpoint_s
         ))
     })?;
+    folder_is_there("--out", out)?;
     let log = LogTo { checkpoint_interval, ..LogTo::new(out) };
     let task = Task { solver: arguments.solver.into(), ..Task::new(&scenario) }.log_to(log);
     if out.exists() {

@@ -6,10 +6,11 @@ use std::path::Path;
 use asperity_runlog::{SalvageError, Salvaged, WriteError};
 
 use crate::args::SalvageArguments;
-use crate::exit::Failure;
+use crate::exit::{Failure, folder_is_there};
 
 pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
     let (input, out) = (&arguments.run, &arguments.out);
+    folder_is_there("--out", out)?;
     match asperity_run::salvage(input, out) {
         Ok(salvaged) => tell(input, out, &salvaged),
         Err(SalvageError::Whole(path)) => {

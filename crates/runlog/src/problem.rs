@@ -186,9 +186,25 @@ pub enum LogProblem {
         /// What the file has.
         found: String,
     },
+    /// What was found before, in its words: what stands after that is not read.
+    #[error("{0}")]
+    Before(String),
 }
 
 impl LogProblem {
+    /// The same for who asks again: an early end as it is, since it tells what the log can be
+    /// used for, all else in its words.
+    pub(crate) fn again(&self) -> LogProblem {
+        match self {
+            LogProblem::NoEnd => LogProblem::NoEnd,
+            LogProblem::Interrupted(step) => LogProblem::Interrupted(*step),
+            LogProblem::Salvaged => LogProblem::Salvaged,
+            LogProblem::Mcap(mcap::McapError::UnexpectedEof) => mcap::McapError::UnexpectedEof.into(),
+            LogProblem::NoRunLog(reason) => LogProblem::NoRunLog(reason.clone()),
+            other => LogProblem::Before(other.to_string()),
+        }
+    }
+
     /// The same, with where in the file it is.
     pub(crate) fn at(self, at: u64) -> LogProblem {
         match self {

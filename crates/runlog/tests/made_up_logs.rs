@@ -1,0 +1,79 @@
+//! Logs of a few records made up: cut off, damaged, unfinished, and with events that no program
+//! but their own knows.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use asperity_record::{EventKind, Record, RunHeader, RunStatus, SolverReport, StepRecord};
+use asperity_runlog::{Existing, RunReader, RunWriter, Topics, partial_path};
+
+const STEPS: u64 = 4;
+
+fn header() -> RunHeader {
+    RunHeader {
+        record_schema_version: asperity_record::RECORD_SCHEMA_VERSION,
+        scenario: "made up".to_owned(),
+        scenario_hash: String::new(),
+        run_id: String::new(),
+        code_version: String::new(),
+        parameter_set: "as-coded".to_owned(),
+        solver: "by hand".to_owned(),
+        blocks: 2,
+        time_step_s: 1.0,
+        steps: STEPS,
+    }
+}
+
+fn step(step: u64) -> Record {
+    Record::Step(StepRecord {
+        step,
+        time_s: step as f64,
+        driving_force_n: 1.0,
+        normal_load_n: 2.0,
+        end_forces_n: None,
+        sliding: 0,
+        switches: Vec::new(),
+    })
+}
+
+fn writer(path: &Path, kinds: &[EventKind]) -> RunWriter {
+    RunWriter::create(path, Existing::Refuse, &header(), "blocks = 2", kinds).unwrap()
+}
+
+/// Writes a log of so many steps, and where it stands then.
+fn log(folder: &Path, steps: u64, status: RunStatus) -> PathBuf {
+    let path = folder.join(format!("{steps}-{status:?}.mcap"));
+    let mut writer = writer(&path, &[]);
+    (1..=steps).for_each(|n| writer.record(&step(n)).unwrap());
+    writer.finish(status, SolverReport::default()).unwrap();
+    if status == RunStatus::Interrupted { partial_path(&path) } else { path }
+}
+
+#[test]
+fn who_asks_on_after_an_error_gets_it_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let cut = log(folder.path(), STEPS, RunStatus::Complete);
+    let bytes = fs::read(&cut).unwrap();
+    fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
+    let mut damaged = bytes.clone();
+    let end = bytes.windows(9).rposition(|there| there == b"last_step").unwrap();
+    damaged[end] ^= 1;
+    let bit = folder.path().join("bit.mcap");
+    fs::write(&bit, damaged).unwrap();
+    for (what, path, is_early_end) in [
+        ("cut off", cut, true),
+        ("interrupted", log(folder.path(), 2, RunStatus::Interrupted), true),
+        ("too short for its header", log(folder.path(), 3, RunStatus::Complete), false),
+        ("with a bit turned", bit, false),
+    ] {
+        let mut reader = RunReader::open(&path, Topics::ALL).unwrap();
+        let first = reader.verify().expect_err(what);
+        assert_eq!(first.problem.is_early_end(), is_early_end, "{what}: {first}");
+        for _ in 0..2 {
+            let again = reader.next_item().expect_err(what);
+            assert_eq!(again.to_string(), first.to_string(), "{what}");
+            assert_eq!(again.problem.is_early_end(), is_early_end, "{what}");
+            assert_eq!(reader.verify().expect_err(what).to_string(), first.to_string(), "{what}");
+        }
+    }
+}

@@ -198,7 +198,7 @@ pub fn run(
         writer = Some(match left {
             Left::Nothing => RunWriter::create(path, existing, &header, &scenario_toml, &kinds)?,
             Left::Whole { unfinished, end } => {
-                unfinished.publish()?;
+                unfinished.publish(existing)?;
                 watch.notice(Notice::LackedItsName);
                 return Ok(Outcome { status: end.status, counters: Counters::default(), end: Some(*end) });
             }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use asperity_record::{EventKind, Record, RunHeader, RunStatus, SolverReport, StepRecord};
-use asperity_runlog::{Existing, RunReader, RunWriter, Topics, partial_path};
+use asperity_runlog::{Existing, RunReader, RunWriter, Topics, Unfinished, WriteError, partial_path};
 
 const STEPS: u64 = 4;
 
@@ -76,4 +76,26 @@ fn who_asks_on_after_an_error_gets_it_again() {
             assert_eq!(reader.verify().expect_err(what).to_string(), first.to_string(), "{what}");
         }
     }
+}
+
+/// As a run leaves it that is stopped after its last byte and before the name.
+#[test]
+fn a_whole_log_without_its_name_replaces_another_only_if_it_may() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = log(folder.path(), STEPS, RunStatus::Complete);
+    let bytes = fs::read(&path).unwrap();
+    fs::rename(&path, partial_path(&path)).unwrap();
+    fs::write(&path, "mine").unwrap();
+    let unfinished = || Unfinished::of(&path).unwrap().unwrap();
+    let refused = unfinished().publish(Existing::Refuse).unwrap_err();
+    assert!(matches!(&refused, WriteError::Exists(there) if *there == path), "{refused}");
+    assert_eq!(fs::read(&path).unwrap(), b"mine");
+    assert_eq!(fs::read(partial_path(&path)).unwrap(), bytes);
+    unfinished().publish(Existing::Replace).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), bytes);
+    assert!(!partial_path(&path).exists());
+    // Where nothing stands there is nothing to refuse.
+    fs::rename(&path, partial_path(&path)).unwrap();
+    unfinished().publish(Existing::Refuse).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), bytes);
 }

@@ -4,10 +4,22 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use asperity_record::{EventKind, Record, RunHeader, RunStatus, SolverReport, StepRecord};
+use asperity_record::{
+    Event, EventKind, EventPayload, Record, RunHeader, RunStatus, SolverReport, StepRecord, payload,
+};
 use asperity_runlog::{Existing, RunReader, RunWriter, Topics, Unfinished, WriteError, partial_path};
 
 const STEPS: u64 = 4;
+
+payload! {
+    topic: "/events/mark",
+    table: "marks",
+    /// Something that a detector saw which only its own program has.
+    struct Mark {
+        /// How many there were before.
+        before: u64,
+    }
+}
 
 fn header() -> RunHeader {
     RunHeader {
@@ -98,4 +110,34 @@ fn a_whole_log_without_its_name_replaces_another_only_if_it_may() {
     fs::rename(&path, partial_path(&path)).unwrap();
     unfinished().publish(Existing::Refuse).unwrap();
     assert_eq!(fs::read(&path).unwrap(), bytes);
+}
+
+#[test]
+fn events_of_detectors_that_are_not_known_are_json_objects() {
+    let folder = tempfile::tempdir().unwrap();
+    for (payload, expected) in [
+        (r#"{"before":0}"#, Ok(())),
+        ("{}", Ok(())),
+        ("7", Err("invalid type: integer `7`, expected a map")),
+        ("[]", Err("invalid type: sequence, expected a map")),
+        ("null", Err("invalid type: null, expected a map")),
+        (r#"{"before":1e999}"#, Err("number out of range")),
+        ("{", Err("EOF while parsing an object")),
+    ] {
+        let path = folder.path().join("run.mcap");
+        let mut writer =
+            RunWriter::create(&path, Existing::Replace, &header(), "", &[EventKind::of::<Mark>()]).unwrap();
+        (1..=STEPS).for_each(|n| writer.record(&step(n)).unwrap());
+        let event = Event { topic: Mark::TOPIC.to_owned(), payload: payload.to_owned() };
+        writer.event(&event).unwrap();
+        writer.finish(RunStatus::Complete, SolverReport::default()).unwrap();
+        let outcome = RunReader::open(&path, Topics::ALL).unwrap().verify();
+        match expected {
+            Ok(()) => assert!(outcome.is_ok(), "{payload}: {outcome:?}"),
+            Err(says) => {
+                let error = outcome.expect_err(payload).to_string();
+                assert!(error.contains("message 0 of /events/mark") && error.contains(says), "{error}");
+            }
+        }
+    }
 }

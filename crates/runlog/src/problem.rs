@@ -25,7 +25,7 @@ pub enum LogProblem {
     #[error("{0}")]
     Io(io::Error),
     /// It is none.
-    #[error("not a run log: {0}")]
+    #[error(transparent)]
     NoRunLog(#[from] NoRunLog),
     /// A damaged MCAP file.
     #[error("not a whole MCAP file: {0}")]
@@ -221,7 +221,7 @@ impl LogProblem {
 
     /// Whether the file only ends too early: what stands before is as it was written. Of an
     /// empty file both are true, that it is no run log and that it ends too early: a run that
-    /// is stopped as it begins may leave one.
+    /// is stopped as it begins may leave one. In words it is only said to be empty.
     pub fn is_early_end(&self) -> bool {
         matches!(
             self,
@@ -248,19 +248,19 @@ impl From<io::Error> for LogProblem {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoRunLog {
     /// Nothing stands there.
-    #[error("there is no such file")]
+    #[error("not a run log: there is no such file")]
     Missing,
     /// A folder stands there.
-    #[error("it is a folder")]
+    #[error("not a run log: it is a folder")]
     Folder,
-    /// A file of no bytes.
-    #[error("it is empty")]
+    /// A file of no bytes, which may also be a log that was hardly begun.
+    #[error("the file is empty")]
     Empty,
     /// A file of another kind.
-    #[error("it does not begin with the eight bytes that begin every MCAP file")]
+    #[error("not a run log: it does not begin with the eight bytes that begin every MCAP file")]
     NotMcap,
     /// An MCAP file, but of another program.
-    #[error("it is an MCAP file of another program ({library:?}), without metadata `{RUN}`")]
+    #[error("not a run log: it is an MCAP file of another program ({library:?}), without metadata `{RUN}`")]
     OtherProgram {
         /// What the file says of the library that wrote it.
         library: String,

@@ -12,7 +12,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Record, RunHeader};
-use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
+use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics, WholeFile};
 use serde::Serialize;
 
 use crate::batch::Batch;
@@ -22,7 +22,6 @@ use crate::layout::{
     EVENTS, FIELDS, Layout, STEP, SWITCH, WINDOW, event_layout, record_layouts, step_columns,
 };
 use crate::rows;
-use crate::whole::WholeFile;
 
 /// So many rows are held of each table before they are written: enough for row
 /// groups that readers like, and a few MB.

@@ -279,7 +279,7 @@ struct Tally {
 struct Part {
     /// Block steps.
     work: f64,
-    /// Share of them done when the run was taken up, once it was.
+    /// Share of them done when the run began or went on, once it did.
     before: Option<f64>,
     /// Share of them done by now.
     share: f64,

@@ -8,8 +8,8 @@ use crate::problem::WriteError;
 use crate::whole::{partial_path, sync_folder, with_suffix};
 use crate::write::Existing;
 
-/// Where a run that is taken up again is written until it holds what the log of the
-/// unfinished one holds.
+/// Where a run that goes on is written until it holds what the log of the unfinished one
+/// holds.
 pub(crate) fn resumed_path(path: &Path) -> PathBuf {
     with_suffix(path, ".resumed")
 }

@@ -78,7 +78,7 @@ impl RunWriter {
         RunWriter::start(path, partial_path(path), existing, header, scenario_toml, events)
     }
 
-    /// Starts the log of a run that is taken up again where an unfinished one left off. That
+    /// Starts the log of a run that goes on where an unfinished one left off. That
     /// stays as it is until this one has its first checkpoint, and so holds as much.
     ///
     /// # Errors
@@ -181,7 +181,7 @@ impl RunWriter {
         }
     }
 
-    /// Writes where the run can be taken up again, and sees to it that it is on the disk.
+    /// Writes from where the run can go on, and sees to it that it is on the disk.
     ///
     /// # Errors
     /// If the file cannot be written.

@@ -2,12 +2,18 @@
 //! but their own knows.
 
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use asperity_record::{
-    Event, EventKind, EventPayload, Record, RunHeader, RunStatus, SolverReport, StepRecord, payload,
+    Event, EventKind, EventPayload, GlobalSlip, Record, RunHeader, RunStatus, SolverReport, StepRecord,
+    payload,
 };
-use asperity_runlog::{Existing, RunReader, RunWriter, Topics, Unfinished, WriteError, partial_path};
+use asperity_runlog::{
+    Existing, LogError, LogItem, LogProblem, RunReader, RunWriter, Salvaged, Topics, Unfinished, WriteError,
+    partial_path, salvage,
+};
+use tempfile::TempDir;
 
 const STEPS: u64 = 4;
 
@@ -140,4 +146,119 @@ fn events_of_detectors_that_are_not_known_are_json_objects() {
             }
         }
     }
+}
+
+/// A log of several chunks, with a mark at every thousandth step.
+struct Marked {
+    folder: TempDir,
+    bytes: Vec<u8>,
+    /// Where its chunks are.
+    chunks: Vec<Range<usize>>,
+}
+
+impl Marked {
+    const STEPS: u64 = 20_000;
+    const MARKS: u64 = 20;
+
+    fn make() -> Marked {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("whole.mcap");
+        let header = RunHeader { steps: Marked::STEPS, ..header() };
+        let kinds = [EventKind::of::<Mark>()];
+        let mut writer = RunWriter::create(&path, Existing::Refuse, &header, "", &kinds).unwrap();
+        for n in 1..=Marked::STEPS {
+            writer.record(&step(n)).unwrap();
+            if n % 1000 == 0 {
+                writer.event(&Event::new(&Mark { before: n / 1000 - 1 })).unwrap();
+            }
+        }
+        writer.finish(RunStatus::Complete, SolverReport::default()).unwrap();
+        let bytes = fs::read(path).unwrap();
+        let mut chunks = Vec::new();
+        let mut at = 8;
+        while at + 9 < bytes.len() {
+            let next = at + 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
+            if bytes[at] == mcap::records::op::CHUNK {
+                chunks.push(at..next);
+            }
+            at = next;
+        }
+        assert!(chunks.len() >= 3);
+        Marked { folder, bytes, chunks }
+    }
+
+    /// What is left of these bytes for a program that has no detector of marks.
+    fn salvage(&self, bytes: &[u8]) -> (Salvaged, RunReader) {
+        let (damaged, out) = (self.folder.path().join("damaged.mcap"), self.folder.path().join("out.mcap"));
+        fs::write(&damaged, bytes).unwrap();
+        let settle = |logged: Option<RunHeader>, _: Option<&str>| Ok((logged.unwrap(), Vec::new()));
+        let salvaged = salvage(&damaged, &out, &[EventKind::of::<GlobalSlip>()], &settle).unwrap();
+        (salvaged, RunReader::open(&out, Topics::ALL).unwrap())
+    }
+}
+
+/// All items up to the end of a log that was salvaged.
+fn items(mut reader: RunReader) -> Vec<LogItem> {
+    let mut items = Vec::new();
+    loop {
+        match reader.next_item() {
+            Ok(item) => items.extend(item),
+            Err(LogError { problem: LogProblem::Salvaged, .. }) => return items,
+            Err(error) => panic!("{error}"),
+        }
+    }
+}
+
+#[test]
+fn events_of_detectors_that_are_not_known_are_salvaged_with_their_schema() {
+    let log = Marked::make();
+    let mut bytes = log.bytes.clone();
+    let last = bytes.len() - 1;
+    bytes[last] ^= 1;
+    let (salvaged, mut reader) = log.salvage(&bytes);
+    assert_eq!(salvaged.kept[Mark::TOPIC], Marked::MARKS);
+    assert!(salvaged.lost.is_empty() && salvaged.gaps.is_empty() && salvaged.end_is_known, "{salvaged:?}");
+    let first = reader.next_item().unwrap();
+    let schema = EventKind::of::<Mark>().schema.to_string();
+    assert_eq!(reader.event_schemas()[Mark::TOPIC], schema);
+    let items: Vec<LogItem> = first.into_iter().chain(items(reader)).collect();
+    assert_eq!(items.len() as u64, Marked::STEPS + Marked::MARKS);
+    assert_eq!(items[1000], LogItem::Event(Event::new(&Mark { before: 0 })));
+
+    // One chunk less makes one gap, in which the marks of that chunk are.
+    let mut bytes = log.bytes.clone();
+    bytes[log.chunks[1].end - 1] ^= 1;
+    fs::remove_file(log.folder.path().join("out.mcap")).unwrap();
+    let (salvaged, _) = log.salvage(&bytes);
+    assert_eq!(salvaged.kept[Mark::TOPIC] + salvaged.lost[Mark::TOPIC], Marked::MARKS);
+    assert!(salvaged.kept[Mark::TOPIC] > 0 && salvaged.gaps.len() == 1, "{salvaged:?}");
+}
+
+/// The first chunk announces the topics. Records are known by what they hold.
+#[test]
+fn events_that_nothing_announces_any_more_are_left_out_and_nothing_else_is() {
+    let log = Marked::make();
+    let mut bytes = log.bytes.clone();
+    bytes[log.chunks[0].end - 1] ^= 1;
+    let (salvaged, reader) = log.salvage(&bytes);
+    let [gap] = salvaged.gaps[..] else { panic!("{:?}", salvaged.gaps) };
+    let Some(before_step) = gap.before_step else { panic!("{gap:?}") };
+    assert_eq!(salvaged.kept["/step"], Marked::STEPS - before_step + 1);
+    assert_eq!(salvaged.lost["/step"], before_step - 1);
+    assert!(before_step < 1 + Marked::STEPS / 2, "the first of {} chunks", log.chunks.len());
+    assert_eq!(salvaged.lost[Mark::TOPIC], Marked::MARKS);
+    assert_eq!(salvaged.damage.len(), 1, "{:?}", salvaged.damage);
+    assert_eq!(salvaged.remarks, ["/events/mark is left out: the announcement of its 20 events is lost"]);
+    assert_eq!(items(reader).len() as u64, salvaged.kept["/step"]);
+
+    // Without the end there is no one to name them.
+    let end = bytes.windows(7).rposition(|there| there == b"run_end").unwrap();
+    let cut = bytes[..log.chunks[log.chunks.len() - 1].end].to_vec();
+    assert!(cut.len() < end);
+    fs::remove_file(log.folder.path().join("out.mcap")).unwrap();
+    let (salvaged, reader) = log.salvage(&cut);
+    assert_eq!(salvaged.kept.keys().collect::<Vec<_>>(), ["/step"]);
+    let [remark] = &salvaged.remarks[..] else { panic!("{:?}", salvaged.remarks) };
+    assert!(remark.ends_with(" events are left out: nothing is left that announces their topic"), "{remark}");
+    assert_eq!(items(reader).len() as u64, Marked::STEPS - before_step + 1);
 }

@@ -131,7 +131,7 @@ fn killed_two_hundred_times_a_run_ends_as_if_never_killed() {
         let mut killed = 0;
         while killed < KILLS_OF_EACH {
             let mut child = run.start();
-            // Most die young, so that one run is taken up again and again.
+            // Most die young, so that one run goes on again and again.
             let fraction = random.uniform(0.0, 1.0);
             std::thread::sleep(run.takes.mul_f64(1.1 * fraction * fraction));
             child.kill().expect("it can be killed, or has ended");

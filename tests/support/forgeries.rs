@@ -191,7 +191,7 @@ impl Forge {
         let chunked = put_together(&self.sound, Packing { per_chunk: 20, ..Packing::USUAL });
         let end = b"run_end";
         let run_end = whole.windows(end.len()).rposition(|bytes| bytes == end).expect("it has an end") - 13;
-        self.file("cut-empty", "no bytes at all", Incomplete, "not a run log: it is empty", Vec::new());
+        self.file("cut-empty", "no bytes at all", Incomplete, "the file is empty", Vec::new());
         let cut = |bytes: &[u8], length: usize| bytes[..length].to_vec();
         self.file("cut-in-magic", "four bytes", Incomplete, "ended in the middle", cut(&whole, 4));
         self.file("cut-behind-magic", "eight bytes", Incomplete, "ended in the middle", cut(&whole, 8));

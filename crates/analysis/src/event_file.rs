@@ -4,7 +4,7 @@
 use std::fs::File;
 use std::path::Path;
 
-use asperity_export::whole::WholeFile;
+use asperity_runlog::WholeFile;
 use polars::prelude::{
     AnyValue, Column, DataFrame, NamedFrom, ParquetReader, ParquetWriter, SerReader, Series,
 };

@@ -4,9 +4,9 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use asperity_export::whole::WholeFile;
 use asperity_export::{CsvRows, Spelling};
 use asperity_record::Cell;
+use asperity_runlog::WholeFile;
 use polars::prelude::{AnyValue, DataFrame, ParquetReader, ParquetWriter, SerReader};
 
 use crate::error::AnalysisError;

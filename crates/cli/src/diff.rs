@@ -10,8 +10,8 @@ use asperity_compare::{CompareError, Compared, Settings, compare};
 use asperity_diff::policy::Policy;
 use asperity_diff::report::{Report, Verdict};
 use asperity_diff::{page, summary};
-use asperity_export::whole::WholeFile;
 use asperity_model::text;
+use asperity_runlog::WholeFile;
 
 use crate::args::{DiffArguments, DiffFormat, PairBy};
 use crate::exit::{Code, Failure};

@@ -4,9 +4,9 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use asperity_export::whole::WholeFile;
 use asperity_export::{CsvRows, Spelling};
 use asperity_record::{Event, EventKind, EventPayload, SlipEvent};
+use asperity_runlog::WholeFile;
 
 use crate::args::TableFormat;
 use crate::exit::Failure;

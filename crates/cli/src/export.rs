@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use asperity_export::export::MOST_FOREIGN;
 use asperity_export::format::{Format, State};
 use asperity_export::{Csv, Export, ExportError, Ndjson, Ran, Report, Request, name_of};
 
@@ -72,7 +73,8 @@ fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) ->
     for (topic, count) in left_out {
         board.line(&format!(
             "warning: {}: {count} events of {topic} are left out: this program has no detector for them, and \
-             by their schema they are not flat objects of numbers and flags",
+             no table can be made of them (accepted: a topic in small plain letters, the schema of a flat \
+             object of numbers and flags, {MOST_FOREIGN} such topics at most)",
             run.display()
         ));
     }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::io::{self, Write};
 
-use asperity_export::whole::WholeFile;
+use asperity_runlog::WholeFile;
 use clap::CommandFactory;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};

@@ -6,10 +6,10 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use asperity_export::whole::WholeFile;
 use asperity_record::Event;
 use asperity_run::detectors::Settings;
 use asperity_run::{CODE_VERSION, Comparison, Watch};
+use asperity_runlog::WholeFile;
 use serde::Serialize;
 
 use crate::args::ReplayArguments;

@@ -4,11 +4,11 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use asperity_export::whole::WholeFile;
 use asperity_model::{Plan, text};
 use asperity_run::at_once;
 use asperity_run::study::Job;
 use asperity_run::verify::{Proof, Verified, verify};
+use asperity_runlog::WholeFile;
 
 use crate::args::VerifySolverArguments;
 use crate::exit::Failure;

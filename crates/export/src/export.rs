@@ -12,7 +12,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Record, RunHeader};
-use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
+use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics, WholeFile};
 use serde::Serialize;
 
 use crate::batch::Batch;
@@ -22,7 +22,6 @@ use crate::layout::{
     EVENTS, FIELDS, Layout, STEP, SWITCH, WINDOW, event_layout, record_layouts, step_columns,
 };
 use crate::rows;
-use crate::whole::WholeFile;
 
 /// So many rows are held of each table before they are written: enough for row
 /// groups that readers like, and a few MB.
@@ -30,7 +29,7 @@ const BATCH_ROWS: usize = 1 << 16;
 
 /// No more tables than this are made of events that this program has no detector for: each is a
 /// file that is open.
-const MOST_FOREIGN: usize = 100;
+pub const MOST_FOREIGN: usize = 100;
 
 /// What to export, and where to.
 #[derive(Debug, Clone)]
@@ -94,8 +93,9 @@ pub struct Report {
     pub files: Vec<(PathBuf, Option<u64>)>,
     /// How far the log could be read.
     pub ran: Ran,
-    /// Events of topics that no table can be made of, since this program has no detector for
-    /// them and their schema is not flat; and how many.
+    /// Events of topics that no table can be made of, and how many: this program has no detector
+    /// for them, and their schema is not flat or not known, no file can be named after the topic,
+    /// or there are more than [`MOST_FOREIGN`] such topics.
     pub left_out: BTreeMap<String, u64>,
 }
 

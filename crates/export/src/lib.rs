@@ -10,7 +10,6 @@
 //! - `comma` and `lines`: CSV and NDJSON. Parquet needs polars, so it is in
 //!   `asperity-analysis`, and looks like these from here.
 //! - [`export`]: from the log to the files.
-//! - [`whole`]: files that bear their name only once they are whole, as those of `asperity-runlog`.
 //!
 //! ```
 //! use asperity_export::{Csv, Export, Request, name_of};
@@ -50,8 +49,3 @@ pub mod rows;
 pub use comma::{Csv, CsvRows, Spelling};
 pub use export::{Export, ExportError, Ran, Report, Request, name_of};
 pub use lines::Ndjson;
-
-/// Files that bear their name only once they are whole.
-pub mod whole {
-    pub use asperity_runlog::WholeFile;
-}

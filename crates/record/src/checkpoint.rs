@@ -1,4 +1,4 @@
-//! Where an unfinished run can be taken up again.
+//! From where an unfinished run can go on.
 
 /// The whole state of a solver, between two records: all records up to its step stand before
 /// it in the stream, and a solver that restores it gives those that are to follow.

@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 use crate::TimeGrid;
 
 /// Version of the meaning and layout of records, events and header. A change to
-/// any of them raises it.
+/// any of them raises it. Keys that are added to `run_end` do not: who does not know them
+/// passes over them.
 pub const RECORD_SCHEMA_VERSION: u32 = 2;
 
 /// What a run is, known before it starts.

@@ -204,7 +204,7 @@ pub fn run(
         writer = Some(match left {
             Left::Nothing => RunWriter::create(path, existing, &header, &scenario_toml, &kinds)?,
             Left::Whole { unfinished, end } => {
-                unfinished.publish()?;
+                unfinished.publish(existing)?;
                 watch.notice(Notice::LackedItsName);
                 let (status, counters) = (end.status, Counters::default());
                 return Ok(Outcome { status, counters, has_run: false, end: Some(*end) });

@@ -6,7 +6,7 @@ use mcap::records::MessageHeader;
 use asperity_record::{
     EventPayload, FieldRecord, GlobalSlip, Onset, RunHeader, SlipEvent, StepRecord, WindowRecord,
 };
-use serde::de::IgnoredAny;
+use serde_json::{Map, Value};
 
 use crate::messages::{StepMessage, SwitchMessage};
 use crate::problem::LogProblem;
@@ -181,8 +181,8 @@ pub(crate) fn event(topic: &str, payload: &str, blocks: u32) -> Result<(), serde
     } else if topic == GlobalSlip::TOPIC {
         serde_json::from_str::<GlobalSlip>(payload)?;
     } else {
-        // Of a detector that is not known here: JSON it must be all the same.
-        serde_json::from_str::<IgnoredAny>(payload)?;
+        // Of a detector that is not known here: a JSON object it must be all the same.
+        serde_json::from_str::<Map<String, Value>>(payload)?;
     }
     Ok(())
 }

@@ -6,7 +6,7 @@
 //! | metadata `run` | the [`RunHeader`](asperity_record::RunHeader), first |
 //! | metadata `salvage` | in a log that was put together from a damaged one: what it lacks |
 //! | attachment `scenario.toml` | the resolved scenario, every key |
-//! | attachments `checkpoint` | the solver's state, about once a second of work: where an unfinished run can be taken up again |
+//! | attachments `checkpoint` | the solver's state, about once a second of work: from where an unfinished run can go on |
 //! | topic `/step` | one message per step record |
 //! | topic `/switch` | one message per block that switched, after its step |
 //! | topic `/fields` | the state of all blocks |

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use asperity_record::{Direction, FieldRecord, StepRecord, Switch, WindowRecord, unit_of};
+use asperity_record::{Direction, EventKind, FieldRecord, StepRecord, Switch, WindowRecord, unit_of};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -122,10 +122,23 @@ impl SwitchMessage {
 }
 
 /// A topic as it stands in the file.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Topic {
     pub(crate) topic: String,
     pub(crate) schema_name: String,
-    pub(crate) schema: Value,
+    /// The JSON schema, as it is written.
+    pub(crate) schema: String,
+}
+
+impl Topic {
+    /// The topic of what a detector emits.
+    pub(crate) fn of(kind: &EventKind) -> Topic {
+        Topic {
+            topic: kind.topic.to_owned(),
+            schema_name: kind.schema_name.clone(),
+            schema: kind.schema.to_string(),
+        }
+    }
 }
 
 /// The topics of records of a chain of that many blocks.
@@ -133,7 +146,7 @@ pub(crate) fn record_topics(blocks: u32) -> Vec<Topic> {
     let topic = |topic: &str, name: &str, schema: Value| Topic {
         topic: topic.to_owned(),
         schema_name: name.to_owned(),
-        schema,
+        schema: schema.to_string(),
     };
     vec![
         topic(STEP, "Step", schemars::schema_for!(StepMessage).to_value()),
@@ -156,7 +169,8 @@ fn with_array_length(mut schema: Value, blocks: u32) -> Value {
 
 /// The units of a message's fields, for the channel's metadata: they stand last
 /// in the fields' names. Ratios have none there.
-pub(crate) fn units(schema: &Value) -> BTreeMap<String, String> {
+pub(crate) fn units(schema: &str) -> BTreeMap<String, String> {
+    let schema: Value = serde_json::from_str(schema).unwrap_or_default();
     let fields = schema["properties"].as_object().into_iter().flat_map(|properties| properties.keys());
     fields
         .filter_map(|field| {

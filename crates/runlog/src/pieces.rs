@@ -35,8 +35,6 @@ pub(crate) struct Pieces {
     /// After the last piece that proved itself: nothing before it needs to be searched.
     proved: u64,
     pub(crate) damage: Vec<Damage>,
-    /// Where the chunks stand whose content was refused.
-    pub(crate) rejected: Vec<u64>,
 }
 
 impl Pieces {
@@ -44,7 +42,7 @@ impl Pieces {
         let file = File::open(path)?;
         let length = file.metadata()?.len();
         let file = BufReader::with_capacity(1 << 16, file);
-        let mut pieces = Pieces { file, length, at: 0, proved: 0, damage: Vec::new(), rejected: Vec::new() };
+        let mut pieces = Pieces { file, length, at: 0, proved: 0, damage: Vec::new() };
         if pieces.bytes(0, MAGIC.len() as u64)?.as_deref() == Some(MAGIC) {
             (pieces.at, pieces.proved) = (MAGIC.len() as u64, MAGIC.len() as u64);
         }
@@ -53,7 +51,6 @@ impl Pieces {
 
     /// Takes note that a chunk was not what its topic promises.
     pub(crate) fn reject(&mut self, at: u64, what: String) {
-        self.rejected.push(at);
         self.damage.push(Damage { from_byte: at, to_byte: self.at, what });
     }
 

@@ -25,7 +25,7 @@ pub enum LogProblem {
     #[error("{0}")]
     Io(io::Error),
     /// It is none.
-    #[error("not a run log: {0}")]
+    #[error(transparent)]
     NoRunLog(#[from] NoRunLog),
     /// A damaged MCAP file.
     #[error("not a whole MCAP file: {0}")]
@@ -186,9 +186,25 @@ pub enum LogProblem {
         /// What the file has.
         found: String,
     },
+    /// What was found before, in its words: what stands after that is not read.
+    #[error("{0}")]
+    Before(String),
 }
 
 impl LogProblem {
+    /// The same for who asks again: an early end as it is, since it tells what the log can be
+    /// used for, all else in its words.
+    pub(crate) fn again(&self) -> LogProblem {
+        match self {
+            LogProblem::NoEnd => LogProblem::NoEnd,
+            LogProblem::Interrupted(step) => LogProblem::Interrupted(*step),
+            LogProblem::Salvaged => LogProblem::Salvaged,
+            LogProblem::Mcap(mcap::McapError::UnexpectedEof) => mcap::McapError::UnexpectedEof.into(),
+            LogProblem::NoRunLog(reason) => LogProblem::NoRunLog(reason.clone()),
+            other => LogProblem::Before(other.to_string()),
+        }
+    }
+
     /// The same, with where in the file it is.
     pub(crate) fn at(self, at: u64) -> LogProblem {
         match self {
@@ -205,7 +221,7 @@ impl LogProblem {
 
     /// Whether the file only ends too early: what stands before is as it was written. Of an
     /// empty file both are true, that it is no run log and that it ends too early: a run that
-    /// is stopped as it begins may leave one.
+    /// is stopped as it begins may leave one. In words it is only said to be empty.
     pub fn is_early_end(&self) -> bool {
         matches!(
             self,
@@ -232,19 +248,19 @@ impl From<io::Error> for LogProblem {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoRunLog {
     /// Nothing stands there.
-    #[error("there is no such file")]
+    #[error("not a run log: there is no such file")]
     Missing,
     /// A folder stands there.
-    #[error("it is a folder")]
+    #[error("not a run log: it is a folder")]
     Folder,
-    /// A file of no bytes.
-    #[error("it is empty")]
+    /// A file of no bytes, which may also be a log that was hardly begun.
+    #[error("the file is empty")]
     Empty,
     /// A file of another kind.
-    #[error("it does not begin with the eight bytes that begin every MCAP file")]
+    #[error("not a run log: it does not begin with the eight bytes that begin every MCAP file")]
     NotMcap,
     /// An MCAP file, but of another program.
-    #[error("it is an MCAP file of another program ({library:?}), without metadata `{RUN}`")]
+    #[error("not a run log: it is an MCAP file of another program ({library:?}), without metadata `{RUN}`")]
     OtherProgram {
         /// What the file says of the library that wrote it.
         library: String,

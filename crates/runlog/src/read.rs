@@ -105,7 +105,17 @@ pub struct RunReader {
     event_topics: BTreeMap<String, u16>,
     switches: u64,
     digests: Digests,
-    finished: bool,
+    progress: Progress,
+}
+
+/// How far a log has been read.
+enum Progress {
+    /// There may be more.
+    Reading,
+    /// To its end, and it is whole.
+    Whole,
+    /// To what is wrong with it.
+    Failed(LogProblem),
 }
 
 impl RunReader {
@@ -137,10 +147,10 @@ impl RunReader {
             event_topics: BTreeMap::new(),
             switches: 0,
             digests: Digests::default(),
-            finished: false,
+            progress: Progress::Reading,
         };
         // Header and scenario stand before the first channel.
-        while !reader.records.layout().has_channels() && !reader.finished {
+        while !reader.records.layout().has_channels() && matches!(reader.progress, Progress::Reading) {
             reader.advance().map_err(at)?;
         }
         match &reader.header {
@@ -191,16 +201,22 @@ impl RunReader {
     /// The next record or event; `None` after the last one of a whole log.
     ///
     /// # Errors
-    /// If the file is damaged, incomplete, or not what its own end says.
+    /// If the file is damaged, incomplete, or not what its own end says; whoever asks on gets
+    /// the same again.
     pub fn next_item(&mut self) -> Result<Option<LogItem>, LogError> {
         loop {
-            if let Some(item) = self.ready.pop_front() {
-                return Ok(Some(item));
+            match &self.progress {
+                Progress::Failed(problem) => {
+                    return Err(LogError { path: self.path.clone(), problem: problem.again() });
+                }
+                _ if !self.ready.is_empty() => return Ok(self.ready.pop_front()),
+                Progress::Whole => return Ok(None),
+                Progress::Reading => {}
             }
-            if self.finished {
-                return Ok(None);
+            if let Err(problem) = self.advance() {
+                self.progress = Progress::Failed(problem.again());
+                return Err(LogError { path: self.path.clone(), problem });
             }
-            self.advance().map_err(|problem| LogError { path: self.path.clone(), problem })?;
         }
     }
 
@@ -218,8 +234,9 @@ impl RunReader {
         match self.records.next()? {
             Some(record) => self.take(record),
             None => {
-                self.finished = true;
-                self.check_end()
+                self.check_end()?;
+                self.progress = Progress::Whole;
+                Ok(())
             }
         }
     }

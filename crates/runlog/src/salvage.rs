@@ -10,6 +10,10 @@
 //!
 //! The result is a log with the status `salvaged`, and a metadata record `salvage` that says
 //! where something is missing. Messages keep their numbers, so any reader sees the gaps.
+//!
+//! Events of detectors that are not known here are kept under the topic and the schema that
+//! the log announces. Where the announcement is lost, nothing says what they are: they are
+//! left out, and this is remarked.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,13 +23,13 @@ use std::path::Path;
 use asperity_record::{
     EventKind, FieldRecord, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, WindowRecord,
 };
-use mcap::records::Record;
-use serde_json::Value;
+use mcap::records::{Channel, Record, SchemaHeader};
+use serde_json::{Map, Value};
 
 use crate::chunk::Chunk;
 use crate::findings::{Gap, Salvaged};
-use crate::format::{FIELDS, STEP, SWITCH, WINDOW};
-use crate::messages::{StepMessage, SwitchMessage};
+use crate::format::{EVENTS, FIELDS, MOST_SCHEMA_BYTES, STEP, SWITCH, WINDOW};
+use crate::messages::{StepMessage, SwitchMessage, Topic};
 use crate::metadata;
 use crate::parse::parse;
 use crate::pieces::{Piece, Pieces};
@@ -33,7 +37,7 @@ use crate::problem::{LogProblem, WriteError};
 use crate::read::{RunReader, Topics};
 use crate::versions;
 use crate::whole::partial_path;
-use crate::write::{Existing, RunWriter};
+use crate::write::RunWriter;
 
 /// A log that nothing could be made of.
 #[derive(Debug, thiserror::Error)]
@@ -111,19 +115,19 @@ pub fn salvage(
     if !has_scenario {
         remarks.push("the scenario is lost".to_owned());
     }
-    let mut salvaged = walk.finish(found.end.as_ref());
-    let rejected = std::mem::take(&mut pieces.rejected);
+    let (mut salvaged, foreign) = walk.finish(found.end.as_ref());
     salvaged.damage = std::mem::take(&mut pieces.damage);
     salvaged.damage.sort_by_key(|damage| damage.from_byte);
     salvaged.remarks.splice(0..0, remarks);
 
     let scenario = found.scenario.unwrap_or_default();
-    let mut writer = RunWriter::create(output, Existing::Refuse, &header, &scenario, events)?;
+    let topics = events.iter().map(Topic::of).chain(foreign.into_values());
+    let mut writer = RunWriter::create_salvaged(output, &header, &scenario, topics)?;
     let report = found.end.map_or(SolverReport::default(), |end| end.solver);
     let written = writer
         .salvaged(&salvaged)
         .map_err(SalvageError::from)
-        .and_then(|()| write_pieces(input, events, &rejected, &mut writer))
+        .and_then(|()| write_pieces(input, events, &mut writer))
         .and_then(|()| Ok(writer.finish(RunStatus::Salvaged, report)?));
     match written {
         Ok(_end) => Ok(salvaged),
@@ -136,18 +140,13 @@ pub fn salvage(
 }
 
 /// Writes what the first walk found to be good.
-fn write_pieces(
-    input: &Path,
-    events: &[EventKind],
-    rejected: &[u64],
-    writer: &mut RunWriter,
-) -> Result<(), SalvageError> {
+fn write_pieces(input: &Path, events: &[EventKind], writer: &mut RunWriter) -> Result<(), SalvageError> {
     let read_error = |error| SalvageError::Read { path: input.display().to_string(), error };
     let mut walk = Walk::new(events);
     let mut pieces = Pieces::open(input).map_err(read_error)?;
     while let Some(piece) = pieces.next().map_err(read_error)? {
         match piece {
-            Piece::Chunk { at, mut chunk } if !rejected.contains(&at) => {
+            Piece::Chunk { at, mut chunk } => {
                 let written = walk.chunk(at, &mut chunk, &mut |message| {
                     writer.salvaged_message(
                         &message.topic,
@@ -157,6 +156,7 @@ fn write_pieces(
                         &message.payload,
                     )
                 });
+                // What is refused was so the first time, and is told of.
                 if let Err(ChunkProblem::Write(error)) = written {
                     return Err(error.into());
                 }
@@ -209,6 +209,15 @@ enum Kind {
     Event,
 }
 
+/// What a log announces messages with.
+struct Schema {
+    name: String,
+    text: String,
+}
+
+/// The schema of messages of which nothing else is known.
+const ANY_OBJECT: &str = r#"{"type":"object"}"#;
+
 /// Why a chunk's messages were not taken.
 enum ChunkProblem {
     /// It holds what no run writes.
@@ -224,6 +233,14 @@ type Keep<'a> = dyn FnMut(&Message) -> Result<(), WriteError> + 'a;
 struct Walk<'a> {
     events: &'a [EventKind],
     topics: BTreeMap<u16, String>,
+    /// JSON schemas by their number in the file, as far as there is room.
+    schemas: BTreeMap<u16, Schema>,
+    schema_bytes: usize,
+    /// Topics of events that the log announces and that are not among `events`.
+    foreign: BTreeMap<String, Topic>,
+    foreign_bytes: usize,
+    /// Events that are none of these, since their announcement is lost or there was no room for it.
+    nameless: u64,
     /// The number of the next message of each topic, and how many gaps there were before the
     /// last one: what is missing of the topic lies after that.
     expected: BTreeMap<String, (u32, usize)>,
@@ -242,6 +259,11 @@ impl<'a> Walk<'a> {
         Walk {
             events,
             topics: BTreeMap::new(),
+            schemas: BTreeMap::new(),
+            schema_bytes: 0,
+            foreign: BTreeMap::new(),
+            foreign_bytes: 0,
+            nameless: 0,
             expected: BTreeMap::new(),
             unit: Vec::new(),
             missing_switches: 0,
@@ -260,25 +282,66 @@ impl<'a> Walk<'a> {
 
     fn messages(&mut self, at: u64, chunk: &mut Chunk) -> Result<Vec<Message>, String> {
         let mut messages = Vec::new();
+        let mut nameless = 0;
         while let Some((opcode, body)) = chunk.next_record().map_err(|error| error.to_string())? {
             match parse(opcode, body, at).map_err(|error| error.to_string())? {
-                Record::Channel(channel) => {
-                    self.topics.insert(channel.id, channel.topic);
-                }
+                Record::Schema { header, data } => self.schema(header, &data),
+                Record::Channel(channel) => self.channel(channel),
                 Record::Message { header, data } => {
                     let payload = data.into_owned();
-                    let (topic, kind) = match self.topics.get(&header.channel_id) {
-                        Some(topic) => (topic.clone(), self.kind(topic, &payload)?),
-                        // The chunk that announced the channels is lost.
-                        None => self.recognise(&payload)?,
-                    };
                     let (sequence, time_ns) = (header.sequence, header.log_time);
-                    messages.push(Message { topic, sequence, time_ns, payload, kind });
+                    match self.identify(header.channel_id, &payload)? {
+                        Some((topic, kind)) => {
+                            messages.push(Message { topic, sequence, time_ns, payload, kind });
+                        }
+                        None => nameless += 1,
+                    }
                 }
                 _ => {}
             }
         }
+        self.nameless += nameless;
         Ok(messages)
+    }
+
+    fn schema(&mut self, header: SchemaHeader, text: &[u8]) {
+        let is_new = !self.schemas.contains_key(&header.id);
+        if is_new
+            && header.encoding == "jsonschema"
+            && self.schema_bytes + header.name.len() + text.len() <= MOST_SCHEMA_BYTES
+            && let Ok(text) = std::str::from_utf8(text)
+        {
+            self.schema_bytes += header.name.len() + text.len();
+            self.schemas.insert(header.id, Schema { name: header.name, text: text.to_owned() });
+        }
+    }
+
+    fn channel(&mut self, channel: Channel) {
+        let Channel { id, topic, schema_id, .. } = channel;
+        if topic.starts_with(EVENTS) && !self.is_known(&topic) {
+            let (schema_name, schema) = match self.schemas.get(&schema_id) {
+                Some(Schema { name, text }) => (name.as_str(), text.as_str()),
+                None => (topic.as_str(), ANY_OBJECT),
+            };
+            let bytes = topic.len() + schema_name.len() + schema.len();
+            // Several topics may name one long schema.
+            if self.foreign_bytes + bytes <= MOST_SCHEMA_BYTES {
+                self.foreign_bytes += bytes;
+                let (schema_name, schema) = (schema_name.to_owned(), schema.to_owned());
+                self.foreign.insert(topic.clone(), Topic { topic: topic.clone(), schema_name, schema });
+            }
+        }
+        self.topics.insert(id, topic);
+    }
+
+    /// Of what topic a message is, and what it is; none if it is an event that is not known.
+    fn identify(&self, channel: u16, payload: &[u8]) -> Result<Option<(String, Kind)>, String> {
+        match self.topics.get(&channel) {
+            Some(topic) if topic.starts_with(EVENTS) && !self.is_known(topic) => Ok(None),
+            Some(topic) => Ok(Some((topic.clone(), self.kind(topic, payload)?))),
+            // The chunk that announced the channels is lost.
+            None => self.recognise(payload),
+        }
     }
 
     /// What a message of a topic is, which must be what the topic promises.
@@ -298,6 +361,10 @@ impl<'a> Walk<'a> {
             WINDOW => {
                 Kind::State { step: serde_json::from_slice::<WindowRecord>(payload).map_err(refused)?.step }
             }
+            _ if self.foreign.contains_key(topic) => {
+                serde_json::from_slice::<Map<String, Value>>(payload).map_err(refused)?;
+                Kind::Event
+            }
             _ => {
                 let kind = self.events.iter().find(|kind| kind.topic == topic);
                 let kind = kind.ok_or_else(|| format!("a message of {topic}, which no run writes"))?;
@@ -310,14 +377,19 @@ impl<'a> Walk<'a> {
         })
     }
 
-    /// Of what topic a message must be. Each has fields that no other has.
-    fn recognise(&self, payload: &[u8]) -> Result<(String, Kind), String> {
+    /// Of what topic a message must be. Each has fields that no other has; an object with yet
+    /// others is of a detector that is not known here.
+    fn recognise(&self, payload: &[u8]) -> Result<Option<(String, Kind)>, String> {
         let topics =
             [STEP, SWITCH, FIELDS, WINDOW].into_iter().chain(self.events.iter().map(|kind| kind.topic));
-        topics
-            .filter_map(|topic| Some((topic.to_owned(), self.kind(topic, payload).ok()?)))
-            .next()
-            .ok_or_else(|| "a message of no topic that is known".to_owned())
+        let recognised =
+            topics.filter_map(|topic| Some((topic.to_owned(), self.kind(topic, payload).ok()?))).next();
+        match recognised {
+            None if serde_json::from_slice::<Map<String, Value>>(payload).is_err() => {
+                Err("a message of no topic that is known".to_owned())
+            }
+            recognised => Ok(recognised),
+        }
     }
 
     fn take(&mut self, message: Message, keep: &mut Keep<'_>) -> Result<(), WriteError> {
@@ -403,9 +475,19 @@ impl<'a> Walk<'a> {
         self.missing_switches = 0;
     }
 
-    fn finish(mut self, end: Option<&RunEnd>) -> Salvaged {
+    /// What was kept and what was lost, and the topics of events that are not known here.
+    fn finish(mut self, end: Option<&RunEnd>) -> (Salvaged, BTreeMap<String, Topic>) {
         self.lose_unit();
         for (topic, &count) in end.iter().flat_map(|end| &end.message_counts) {
+            if count > 0 && !self.is_known(topic) {
+                // They may stand anywhere, so this makes no gap.
+                self.salvaged.lost.insert(topic.clone(), count);
+                self.salvaged
+                    .remarks
+                    .push(format!("{topic} is left out: the announcement of its {count} events is lost"));
+                self.nameless = self.nameless.saturating_sub(count);
+                continue;
+            }
             let (expected, gaps) = self.expected.get(topic).copied().unwrap_or_default();
             let missing = count.saturating_sub(u64::from(expected));
             if missing > 0 {
@@ -419,7 +501,18 @@ impl<'a> Walk<'a> {
         if self.repeated > 0 {
             self.salvaged.remarks.push(format!("{} messages stood there twice", self.repeated));
         }
-        self.salvaged
+        if self.nameless > 0 {
+            let remark =
+                format!("{} events are left out: nothing is left that announces their topic", self.nameless);
+            self.salvaged.remarks.push(remark);
+        }
+        (self.salvaged, self.foreign)
+    }
+
+    fn is_known(&self, topic: &str) -> bool {
+        [STEP, SWITCH, FIELDS, WINDOW].contains(&topic)
+            || self.events.iter().any(|kind| kind.topic == topic)
+            || self.foreign.contains_key(topic)
     }
 }
 

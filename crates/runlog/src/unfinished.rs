@@ -5,10 +5,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::problem::WriteError;
-use crate::whole::{partial_path, with_suffix};
+use crate::whole::{partial_path, sync_folder, with_suffix};
+use crate::write::Existing;
 
-/// Where a run that is taken up again is written until it holds what the log of the
-/// unfinished one holds.
+/// Where a run that goes on is written until it holds what the log of the unfinished one
+/// holds.
 pub(crate) fn resumed_path(path: &Path) -> PathBuf {
     with_suffix(path, ".resumed")
 }
@@ -47,10 +48,15 @@ impl Unfinished {
     /// Gives it its final name, which only a whole one may have.
     ///
     /// # Errors
-    /// If the system refuses.
-    pub fn publish(self) -> Result<(), WriteError> {
-        let partial = self.partial_path();
-        let outcome = self.file.sync_all().and_then(|()| fs::rename(&partial, &self.path));
+    /// If a log stands there that is not to be replaced, or the system refuses.
+    pub fn publish(self, existing: Existing) -> Result<(), WriteError> {
+        let Unfinished { path, file } = self;
+        if existing == Existing::Refuse && path.exists() {
+            return Err(WriteError::Exists(path));
+        }
+        let partial = partial_path(&path);
+        let outcome =
+            file.sync_all().and_then(|()| fs::rename(&partial, &path)).and_then(|()| sync_folder(&path));
         outcome.map_err(|error| WriteError::Io { path: partial, error })
     }
 }

@@ -3,7 +3,7 @@
 //! | version | what it has that the one before had not |
 //! |---|---|
 //! | 1 | |
-//! | 2 | attachments `checkpoint`, where an unfinished run can be taken up again; the status `salvaged`, with a metadata record `salvage` |
+//! | 2 | attachments `checkpoint`, from where an unfinished run can go on; the status `salvaged`, with a metadata record `salvage` |
 //!
 //! In any version `run_end` may have a digest for each topic, `digest:TOPIC`; logs that were
 //! written before there were any have none, and then there is nothing to compare. Who does not

@@ -75,10 +75,21 @@ impl RunWriter {
         scenario_toml: &str,
         events: &[EventKind],
     ) -> Result<RunWriter, WriteError> {
+        let events = events.iter().map(Topic::of);
         RunWriter::start(path, partial_path(path), existing, header, scenario_toml, events)
     }
 
-    /// Starts the log of a run that is taken up again where an unfinished one left off. That
+    /// Starts a log of what is left of another, with the topics of events that it has.
+    pub(crate) fn create_salvaged(
+        path: &Path,
+        header: &RunHeader,
+        scenario_toml: &str,
+        events: impl Iterator<Item = Topic>,
+    ) -> Result<RunWriter, WriteError> {
+        RunWriter::start(path, partial_path(path), Existing::Refuse, header, scenario_toml, events)
+    }
+
+    /// Starts the log of a run that goes on where an unfinished one left off. That
     /// stays as it is until this one has its first checkpoint, and so holds as much.
     ///
     /// # Errors
@@ -92,6 +103,7 @@ impl RunWriter {
     ) -> Result<RunWriter, WriteError> {
         let path = unfinished.path().to_owned();
         let resumed = resumed_path(&path);
+        let events = events.iter().map(Topic::of);
         let mut writer = RunWriter::start(&path, resumed, existing, header, scenario_toml, events)?;
         writer.takes_place_of = Some(unfinished);
         Ok(writer)
@@ -103,7 +115,7 @@ impl RunWriter {
         existing: Existing,
         header: &RunHeader,
         scenario_toml: &str,
-        events: &[EventKind],
+        events: impl Iterator<Item = Topic>,
     ) -> Result<RunWriter, WriteError> {
         if existing == Existing::Refuse && path.exists() {
             return Err(WriteError::Exists(path.to_owned()));
@@ -138,15 +150,10 @@ impl RunWriter {
             })
             .map_err(at)?;
         let mut topics = messages::record_topics(header.blocks);
-        topics.extend(events.iter().map(|kind| Topic {
-            topic: kind.topic.to_owned(),
-            schema_name: kind.schema_name.clone(),
-            schema: kind.schema.clone(),
-        }));
+        topics.extend(events);
         let mut channels = BTreeMap::new();
         for Topic { topic, schema_name, schema } in topics {
-            let schema_id =
-                writer.add_schema(&schema_name, "jsonschema", schema.to_string().as_bytes()).map_err(at)?;
+            let schema_id = writer.add_schema(&schema_name, "jsonschema", schema.as_bytes()).map_err(at)?;
             let units =
                 messages::units(&schema).into_iter().map(|(field, unit)| (format!("unit:{field}"), unit));
             let id = writer.add_channel(schema_id, &topic, "json", &units.collect()).map_err(at)?;
@@ -181,7 +188,7 @@ impl RunWriter {
         }
     }
 
-    /// Writes where the run can be taken up again, and sees to it that it is on the disk.
+    /// Writes from where the run can go on, and sees to it that it is on the disk.
     ///
     /// # Errors
     /// If the file cannot be written.

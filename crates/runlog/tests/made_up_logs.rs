@@ -1,0 +1,264 @@
+//! Logs of a few records made up: cut off, damaged, unfinished, and with events that no program
+//! but their own knows.
+
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use asperity_record::{
+    Event, EventKind, EventPayload, GlobalSlip, Record, RunHeader, RunStatus, SolverReport, StepRecord,
+    payload,
+};
+use asperity_runlog::{
+    Existing, LogError, LogItem, LogProblem, RunReader, RunWriter, Salvaged, Topics, Unfinished, WriteError,
+    partial_path, salvage,
+};
+use tempfile::TempDir;
+
+const STEPS: u64 = 4;
+
+payload! {
+    topic: "/events/mark",
+    table: "marks",
+    /// Something that a detector saw which only its own program has.
+    struct Mark {
+        /// How many there were before.
+        before: u64,
+    }
+}
+
+fn header() -> RunHeader {
+    RunHeader {
+        record_schema_version: asperity_record::RECORD_SCHEMA_VERSION,
+        scenario: "made up".to_owned(),
+        scenario_hash: String::new(),
+        run_id: String::new(),
+        code_version: String::new(),
+        parameter_set: "as-coded".to_owned(),
+        solver: "by hand".to_owned(),
+        blocks: 2,
+        time_step_s: 1.0,
+        steps: STEPS,
+    }
+}
+
+fn step(step: u64) -> Record {
+    Record::Step(StepRecord {
+        step,
+        time_s: step as f64,
+        driving_force_n: 1.0,
+        normal_load_n: 2.0,
+        end_forces_n: None,
+        sliding: 0,
+        switches: Vec::new(),
+    })
+}
+
+fn writer(path: &Path, kinds: &[EventKind]) -> RunWriter {
+    RunWriter::create(path, Existing::Refuse, &header(), "blocks = 2", kinds).unwrap()
+}
+
+/// Writes a log of so many steps, and where it stands then.
+fn log(folder: &Path, steps: u64, status: RunStatus) -> PathBuf {
+    let path = folder.join(format!("{steps}-{status:?}.mcap"));
+    let mut writer = writer(&path, &[]);
+    (1..=steps).for_each(|n| writer.record(&step(n)).unwrap());
+    writer.finish(status, SolverReport::default()).unwrap();
+    if status == RunStatus::Interrupted { partial_path(&path) } else { path }
+}
+
+#[test]
+fn who_asks_on_after_an_error_gets_it_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let cut = log(folder.path(), STEPS, RunStatus::Complete);
+    let bytes = fs::read(&cut).unwrap();
+    fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
+    let mut damaged = bytes.clone();
+    let end = bytes.windows(9).rposition(|there| there == b"last_step").unwrap();
+    damaged[end] ^= 1;
+    let bit = folder.path().join("bit.mcap");
+    fs::write(&bit, damaged).unwrap();
+    for (what, path, is_early_end) in [
+        ("cut off", cut, true),
+        ("interrupted", log(folder.path(), 2, RunStatus::Interrupted), true),
+        ("too short for its header", log(folder.path(), 3, RunStatus::Complete), false),
+        ("with a bit turned", bit, false),
+    ] {
+        let mut reader = RunReader::open(&path, Topics::ALL).unwrap();
+        let first = reader.verify().expect_err(what);
+        assert_eq!(first.problem.is_early_end(), is_early_end, "{what}: {first}");
+        for _ in 0..2 {
+            let again = reader.next_item().expect_err(what);
+            assert_eq!(again.to_string(), first.to_string(), "{what}");
+            assert_eq!(again.problem.is_early_end(), is_early_end, "{what}");
+            assert_eq!(reader.verify().expect_err(what).to_string(), first.to_string(), "{what}");
+        }
+    }
+}
+
+/// As a run leaves it that is stopped after its last byte and before the name.
+#[test]
+fn a_whole_log_without_its_name_replaces_another_only_if_it_may() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = log(folder.path(), STEPS, RunStatus::Complete);
+    let bytes = fs::read(&path).unwrap();
+    fs::rename(&path, partial_path(&path)).unwrap();
+    fs::write(&path, "mine").unwrap();
+    let unfinished = || Unfinished::of(&path).unwrap().unwrap();
+    let refused = unfinished().publish(Existing::Refuse).unwrap_err();
+    assert!(matches!(&refused, WriteError::Exists(there) if *there == path), "{refused}");
+    assert_eq!(fs::read(&path).unwrap(), b"mine");
+    assert_eq!(fs::read(partial_path(&path)).unwrap(), bytes);
+    unfinished().publish(Existing::Replace).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), bytes);
+    assert!(!partial_path(&path).exists());
+    // Where nothing stands there is nothing to refuse.
+    fs::rename(&path, partial_path(&path)).unwrap();
+    unfinished().publish(Existing::Refuse).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), bytes);
+}
+
+#[test]
+fn events_of_detectors_that_are_not_known_are_json_objects() {
+    let folder = tempfile::tempdir().unwrap();
+    for (payload, expected) in [
+        (r#"{"before":0}"#, Ok(())),
+        ("{}", Ok(())),
+        ("7", Err("invalid type: integer `7`, expected a map")),
+        ("[]", Err("invalid type: sequence, expected a map")),
+        ("null", Err("invalid type: null, expected a map")),
+        (r#"{"before":1e999}"#, Err("number out of range")),
+        ("{", Err("EOF while parsing an object")),
+    ] {
+        let path = folder.path().join("run.mcap");
+        let mut writer =
+            RunWriter::create(&path, Existing::Replace, &header(), "", &[EventKind::of::<Mark>()]).unwrap();
+        (1..=STEPS).for_each(|n| writer.record(&step(n)).unwrap());
+        let event = Event { topic: Mark::TOPIC.to_owned(), payload: payload.to_owned() };
+        writer.event(&event).unwrap();
+        writer.finish(RunStatus::Complete, SolverReport::default()).unwrap();
+        let outcome = RunReader::open(&path, Topics::ALL).unwrap().verify();
+        match expected {
+            Ok(()) => assert!(outcome.is_ok(), "{payload}: {outcome:?}"),
+            Err(says) => {
+                let error = outcome.expect_err(payload).to_string();
+                assert!(error.contains("message 0 of /events/mark") && error.contains(says), "{error}");
+            }
+        }
+    }
+}
+
+/// A log of several chunks, with a mark at every thousandth step.
+struct Marked {
+    folder: TempDir,
+    bytes: Vec<u8>,
+    /// Where its chunks are.
+    chunks: Vec<Range<usize>>,
+}
+
+impl Marked {
+    const STEPS: u64 = 20_000;
+    const MARKS: u64 = 20;
+
+    fn make() -> Marked {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("whole.mcap");
+        let header = RunHeader { steps: Marked::STEPS, ..header() };
+        let kinds = [EventKind::of::<Mark>()];
+        let mut writer = RunWriter::create(&path, Existing::Refuse, &header, "", &kinds).unwrap();
+        for n in 1..=Marked::STEPS {
+            writer.record(&step(n)).unwrap();
+            if n % 1000 == 0 {
+                writer.event(&Event::new(&Mark { before: n / 1000 - 1 })).unwrap();
+            }
+        }
+        writer.finish(RunStatus::Complete, SolverReport::default()).unwrap();
+        let bytes = fs::read(path).unwrap();
+        let mut chunks = Vec::new();
+        let mut at = 8;
+        while at + 9 < bytes.len() {
+            let next = at + 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
+            if bytes[at] == mcap::records::op::CHUNK {
+                chunks.push(at..next);
+            }
+            at = next;
+        }
+        assert!(chunks.len() >= 3);
+        Marked { folder, bytes, chunks }
+    }
+
+    /// What is left of these bytes for a program that has no detector of marks.
+    fn salvage(&self, bytes: &[u8]) -> (Salvaged, RunReader) {
+        let (damaged, out) = (self.folder.path().join("damaged.mcap"), self.folder.path().join("out.mcap"));
+        fs::write(&damaged, bytes).unwrap();
+        let settle = |logged: Option<RunHeader>, _: Option<&str>| Ok((logged.unwrap(), Vec::new()));
+        let salvaged = salvage(&damaged, &out, &[EventKind::of::<GlobalSlip>()], &settle).unwrap();
+        (salvaged, RunReader::open(&out, Topics::ALL).unwrap())
+    }
+}
+
+/// All items up to the end of a log that was salvaged.
+fn items(mut reader: RunReader) -> Vec<LogItem> {
+    let mut items = Vec::new();
+    loop {
+        match reader.next_item() {
+            Ok(item) => items.extend(item),
+            Err(LogError { problem: LogProblem::Salvaged, .. }) => return items,
+            Err(error) => panic!("{error}"),
+        }
+    }
+}
+
+#[test]
+fn events_of_detectors_that_are_not_known_are_salvaged_with_their_schema() {
+    let log = Marked::make();
+    let mut bytes = log.bytes.clone();
+    let last = bytes.len() - 1;
+    bytes[last] ^= 1;
+    let (salvaged, mut reader) = log.salvage(&bytes);
+    assert_eq!(salvaged.kept[Mark::TOPIC], Marked::MARKS);
+    assert!(salvaged.lost.is_empty() && salvaged.gaps.is_empty() && salvaged.end_is_known, "{salvaged:?}");
+    let first = reader.next_item().unwrap();
+    let schema = EventKind::of::<Mark>().schema.to_string();
+    assert_eq!(reader.event_schemas()[Mark::TOPIC], schema);
+    let items: Vec<LogItem> = first.into_iter().chain(items(reader)).collect();
+    assert_eq!(items.len() as u64, Marked::STEPS + Marked::MARKS);
+    assert_eq!(items[1000], LogItem::Event(Event::new(&Mark { before: 0 })));
+
+    // One chunk less makes one gap, in which the marks of that chunk are.
+    let mut bytes = log.bytes.clone();
+    bytes[log.chunks[1].end - 1] ^= 1;
+    fs::remove_file(log.folder.path().join("out.mcap")).unwrap();
+    let (salvaged, _) = log.salvage(&bytes);
+    assert_eq!(salvaged.kept[Mark::TOPIC] + salvaged.lost[Mark::TOPIC], Marked::MARKS);
+    assert!(salvaged.kept[Mark::TOPIC] > 0 && salvaged.gaps.len() == 1, "{salvaged:?}");
+}
+
+/// The first chunk announces the topics. Records are known by what they hold.
+#[test]
+fn events_that_nothing_announces_any_more_are_left_out_and_nothing_else_is() {
+    let log = Marked::make();
+    let mut bytes = log.bytes.clone();
+    bytes[log.chunks[0].end - 1] ^= 1;
+    let (salvaged, reader) = log.salvage(&bytes);
+    let [gap] = salvaged.gaps[..] else { panic!("{:?}", salvaged.gaps) };
+    let Some(before_step) = gap.before_step else { panic!("{gap:?}") };
+    assert_eq!(salvaged.kept["/step"], Marked::STEPS - before_step + 1);
+    assert_eq!(salvaged.lost["/step"], before_step - 1);
+    assert!(before_step < 1 + Marked::STEPS / 2, "the first of {} chunks", log.chunks.len());
+    assert_eq!(salvaged.lost[Mark::TOPIC], Marked::MARKS);
+    assert_eq!(salvaged.damage.len(), 1, "{:?}", salvaged.damage);
+    assert_eq!(salvaged.remarks, ["/events/mark is left out: the announcement of its 20 events is lost"]);
+    assert_eq!(items(reader).len() as u64, salvaged.kept["/step"]);
+
+    // Without the end there is no one to name them.
+    let end = bytes.windows(7).rposition(|there| there == b"run_end").unwrap();
+    let cut = bytes[..log.chunks[log.chunks.len() - 1].end].to_vec();
+    assert!(cut.len() < end);
+    fs::remove_file(log.folder.path().join("out.mcap")).unwrap();
+    let (salvaged, reader) = log.salvage(&cut);
+    assert_eq!(salvaged.kept.keys().collect::<Vec<_>>(), ["/step"]);
+    let [remark] = &salvaged.remarks[..] else { panic!("{:?}", salvaged.remarks) };
+    assert!(remark.ends_with(" events are left out: nothing is left that announces their topic"), "{remark}");
+    assert_eq!(items(reader).len() as u64, Marked::STEPS - before_step + 1);
+}

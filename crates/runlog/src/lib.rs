@@ -133,6 +133,6 @@ pub use findings::{Damage, Gap, Salvaged};
 pub use problem::{LogError, LogProblem, MetadataError, NoRunLog, WriteError};
 pub use read::{LogItem, RunReader, Topics};
 pub use salvage::{SalvageError, Settle, salvage};
-pub use unfinished::Unfinished;
+pub use unfinished::{Existing, Unfinished};
 pub use whole::{WholeFile, partial_path};
-pub use write::{Existing, RunWriter};
+pub use write::RunWriter;

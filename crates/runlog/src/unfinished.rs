@@ -6,7 +6,15 @@ use std::path::{Path, PathBuf};
 
 use crate::problem::WriteError;
 use crate::whole::{partial_path, sync_folder, with_suffix};
-use crate::write::Existing;
+
+/// What to do with a log that stands where one is to be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    /// Keep it, and write nothing.
+    Refuse,
+    /// Replace it by the new one, once that is whole.
+    Replace,
+}
 
 /// Where a run that goes on is written until it holds what the log of the unfinished one
 /// holds.

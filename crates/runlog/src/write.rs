@@ -22,20 +22,11 @@ use crate::format::{
 use crate::messages::{self, StepMessage, SwitchMessage, Topic};
 use crate::metadata;
 use crate::problem::WriteError;
-use crate::unfinished::{Unfinished, locked, resumed_path};
+use crate::unfinished::{Existing, Unfinished, locked, resumed_path};
 use crate::whole::{partial_path, sync_folder};
 
 /// How much work a crash of the machine may cost.
 const SYNC_INTERVAL: Duration = Duration::from_secs(1);
-
-/// What to do with a log that stands where one is to be written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Existing {
-    /// Keep it, and write nothing.
-    Refuse,
-    /// Replace it by the new one, once that is whole.
-    Replace,
-}
 
 /// Writes one run log. Dropped before [`RunWriter::finish`], it leaves a file
 /// under the temporary name without `run_end`, which says that it is not whole.

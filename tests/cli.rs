@@ -384,23 +384,14 @@ fn an_existing_log_is_not_touched() {
 }
 
 #[test]
-fn an_out_that_cannot_be_written_is_a_failure() {
-    let folder = folder();
-    let out = folder.path().join("missing").join("run.mcap");
-    let stderr = fail(&["run", "ten-blocks", "--out", text(&out)], 1);
-    assert!(stderr.contains("missing"), "{stderr}");
-    assert!(is_empty(folder.path()));
-}
-
-#[test]
 fn a_missing_folder_is_named() {
     let folder = folder();
     let out = folder.path().join("no").join("such").join("run.mcap");
     for command in [["run", "ten-blocks"], ["salvage", "damaged.mcap"]] {
-        let stderr = fail(&[&command[..], &["--out", text(&out)]].concat(), 2);
+        let stderr = fail(&[&command[..], &["--out", text(&out)]].concat(), 1);
         assert!(stderr.contains("there is no folder") && stderr.contains("no/such (accepted"), "{stderr}");
     }
-    assert_eq!(fs::read_dir(folder.path()).expect("it is there").count(), 0, "nothing was written");
+    assert!(is_empty(folder.path()), "nothing was written");
 }
 
 #[test]

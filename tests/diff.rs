@@ -80,7 +80,15 @@ fn another_time_step_shifts_events_and_a_drafted_policy_lets_them_pass() {
     // Not twice over the same file, which may have been edited.
     let (code, _, err) = diff(&given);
     assert_eq!(code, 2);
-    assert!(err.contains("exists already (accepted: a new file)"), "{err}");
+    assert!(err.contains("exists already (accepted: another file, or --force)"), "{err}");
+    assert_eq!(diff(&[&given[..], &["--force"]].concat()).0, 1);
+    // And never over a side.
+    let before = fs::read(&coarse).expect("the log can be read");
+    for option in ["--page", "--matches", "--draft-policy"] {
+        let (code, _, err) = diff(&[text(&fine), text(&coarse), option, text(&coarse), "--force"]);
+        assert!(code == 2 && err.contains("exists already (accepted: another file)"), "{code}: {err}");
+    }
+    assert_eq!(fs::read(&coarse).expect("the log can be read"), before);
 }
 
 const TABLE: &str = "onset_s,end_s,first_block,last_block,max_sliding,ft_fn_onset,ft_fn_end\n\

@@ -106,6 +106,17 @@ fn same_scenario_same_log() {
 }
 
 #[test]
+fn a_run_is_repeated_from_its_log() {
+    let folder = folder();
+    let [first, second] = ["first", "second"].map(|name| folder.path().join(format!("{name}.mcap")));
+    small::run(&first);
+    run(&[text(&first)], &second);
+    assert_eq!(run_end(&first), run_end(&second));
+    let shown = succeed(&["scenario", "show", text(&first), "--set", "time.duration_s=7"]);
+    assert!(shown.contains("duration_s = 7.0"), "{shown}");
+}
+
+#[test]
 fn sampling_does_not_change_events() {
     let folder = folder();
     let [usual, rare] = ["usual", "rare"].map(|name| folder.path().join(format!("{name}.mcap")));

@@ -94,7 +94,7 @@ Examples:
 
 #[derive(Debug, Args)]
 pub(crate) struct ScenarioChoice {
-    /// Name of a built-in scenario, or path of a TOML file.
+    /// Name of a built-in scenario, path of a TOML file, or a run log, for its scenario.
     pub(crate) scenario: String,
     /// Override one key. May be repeated; the last one wins.
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -259,7 +259,7 @@ pub(crate) struct DiffArguments {
     /// Which differences count, and how many are allowed [default: all count, none allowed].
     #[arg(long, value_name = "POLICY.toml")]
     pub(crate) policy: Option<PathBuf>,
-    /// Write the tightest policy under which this diff passes; must not exist.
+    /// Write the tightest policy under which this diff passes.
     #[arg(long, value_name = "POLICY.toml")]
     pub(crate) draft_policy: Option<PathBuf>,
     /// What to print.
@@ -275,6 +275,9 @@ pub(crate) struct DiffArguments {
     #[cfg(feature = "analysis")]
     #[arg(long, value_name = "FILE.parquet")]
     pub(crate) matches: Option<PathBuf>,
+    /// Replace such files if they exist; never OLD or NEW.
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]
@@ -389,7 +392,7 @@ pub(crate) struct ExportArguments {
 #[command(after_help = "\
 Examples:
   asperity reduce out/mine.mcap -o out/mine
-  asperity reduce out/mine.mcap -o out/merged --merge-gap-s 1e-4 --min-blocks 2")]
+  asperity reduce out/mine.mcap -o out/mine-merged --merge-gap-s 1e-4 --min-blocks 2")]
 pub(crate) struct ReduceArguments {
     /// The run log.
     #[arg(value_name = "RUN.mcap")]

@@ -18,12 +18,7 @@ use crate::exit::{Code, Failure};
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     let settings = settings(arguments)?;
-    if let Some(path) = arguments.draft_policy.as_ref().filter(|path| path.exists()) {
-        return Err(Failure::BadInput(format!(
-            "--draft-policy {} exists already (accepted: a new file)",
-            path.display()
-        )));
-    }
+    outputs_are_free(arguments)?;
     let Compared { report, draft } =
         compare(&arguments.old, &arguments.new, &settings).map_err(as_failure)?;
     if let Some(path) = &arguments.draft_policy {
@@ -43,6 +38,30 @@ pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
         Verdict::WithinPolicy => Ok(()),
         Verdict::Differs => Err(Failure::Said(Code::Failed)),
     }
+}
+
+/// Makes sure that nothing would be written over what is there: never over an input.
+fn outputs_are_free(arguments: &DiffArguments) -> Result<(), Failure> {
+    let outputs = [
+        ("--draft-policy", arguments.draft_policy.clone()),
+        ("--page", arguments.page.clone()),
+        ("--matches", matches_file(arguments)),
+    ];
+    let inputs = [Some(&arguments.old), Some(&arguments.new), arguments.policy.as_ref()];
+    let same =
+        |a: &Path, b: &Path| a.canonicalize().ok().zip(b.canonicalize().ok()).is_some_and(|(a, b)| a == b);
+    for (option, path) in outputs {
+        let Some(path) = path.filter(|path| path.is_file()) else { continue };
+        let is_input = inputs.iter().flatten().any(|input| same(input, &path));
+        if is_input || !arguments.force {
+            let accepted = if is_input { "another file" } else { "another file, or --force" };
+            return Err(Failure::BadInput(format!(
+                "{option} {} exists already (accepted: {accepted})",
+                path.display()
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn settings(arguments: &DiffArguments) -> Result<Settings, Failure> {

@@ -89,7 +89,7 @@ pub(crate) fn report(failure: &Failure) {
 pub(crate) fn folder_is_there(option: &str, file: &Path) -> Result<(), Failure> {
     match file.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
         None => Ok(()),
-        Some(folder) => Err(Failure::BadInput(format!(
+        Some(folder) => Err(Failure::Failed(format!(
             "{option} {}: there is no folder {} (accepted: a file in a folder that exists)",
             file.display(),
             folder.display()

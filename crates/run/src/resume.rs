@@ -52,8 +52,8 @@ pub enum LeftError {
     Log(#[from] LogError),
     /// It is of another run.
     #[error(
-        "{} is of {what} {found}, not {wanted}: what followed could not be what it would have been (accepted: the \
-         scenario, solver and program it was begun with, or another log)",
+        "{} is of {what} {found}, not {wanted} (accepted: the scenario, solver and program it was begun with, or \
+         another log)",
         log.display()
     )]
     OtherRun {

@@ -248,7 +248,7 @@ impl From<io::Error> for LogProblem {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoRunLog {
     /// Nothing stands there.
-    #[error("not a run log: there is no such file")]
+    #[error("there is no such file")]
     Missing,
     /// A folder stands there.
     #[error("not a run log: it is a folder")]

@@ -291,8 +291,11 @@ fn what_is_no_run_log_is_told_from_what_is_damaged() {
     let cut = file("cut.mcap", &cut[..cut.len() / 2]);
     let magic = "it does not begin with the eight bytes that begin every MCAP file";
     let camera = "it is an MCAP file of another program (\"a camera\"), without metadata `run`";
+    let missing = folder.path().join("missing.mcap");
+    assert!(
+        read(&missing).expect_err("it is none").to_string().ends_with("missing.mcap: there is no such file")
+    );
     for (path, says) in [
-        (folder.path().join("missing.mcap"), "there is no such file"),
         (folder.path().to_owned(), "it is a folder"),
         (file("short.csv", b"a,b"), magic),
         (file("table.csv", b"onset_s,end_s\n"), magic),

@@ -392,7 +392,7 @@ pub(crate) struct ExportArguments {
 #[command(after_help = "\
 Examples:
   asperity reduce out/mine.mcap -o out/mine
-  asperity reduce out/mine.mcap -o out/mine-merged --merge-gap-s 1e-4 --min-blocks 2")]
+  asperity reduce out/mine.mcap -o out/sifted --merge-gap-s 1e-4 --min-blocks 2")]
 pub(crate) struct ReduceArguments {
     /// The run log.
     #[arg(value_name = "RUN.mcap")]

@@ -281,7 +281,7 @@ mod tests {
     #[test]
     fn errors_without_a_place_name_the_scenario() {
         let error = super::resolve("default", &["slider.length_m=1e-30"]).unwrap_err().to_string();
-        assert!(error.starts_with("default: time.step_s: 1e-8 is beyond"), "{error}");
+        assert!(error.starts_with("default: time.step_s: 1e-8 is above the stability limit"), "{error}");
     }
 
     /// Looking for suggestions must not take long.

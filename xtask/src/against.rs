@@ -383,10 +383,11 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn work_counts_and_waiting_does_not() {
+    fn work_and_waiting_are_told_and_what_fails_says_why() {
         let sh = |script: &str| timed(Command::new("sh").args(["-c", script]));
+        // Lower bounds only: the children of tests that run meanwhile count as well.
         let waited = sh("sleep 0.3").expect("sh runs");
-        assert!(waited.wall_s >= 0.3 && waited.cpu_s < 0.2, "{waited:?}");
+        assert!(waited.wall_s >= 0.3, "{waited:?}");
         let worked = sh("i=0; while [ $i -lt 300000 ]; do i=$((i+1)); done").expect("sh runs");
         assert!(worked.cpu_s > 0.02, "{worked:?}");
         let failed = sh("echo 'error: no such flag' >&2; exit 2").expect_err("it fails");

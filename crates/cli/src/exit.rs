@@ -97,9 +97,9 @@ pub(crate) fn folder_is_there(option: &str, file: &Path) -> Result<(), Failure> 
     }
 }
 
-/// Does something for several things at once, `jobs` of them (one per core if not said), and gives
-/// the results in their order. Of many, one that fails is reported and gives none, and the others
-/// are done all the same; bad input stops all.
+/// Does something for several things, `jobs` of them at once (one per core if not said), and gives
+/// the results in order. If one of several fails, that is reported, its result is `None` and the
+/// others go on; bad input stops all.
 pub(crate) fn each_of<T: Sync, Done: Send>(
     things: &[T],
     jobs: Option<NonZeroUsize>,

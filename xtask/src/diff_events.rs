@@ -343,7 +343,7 @@ fn compare(sides: &Sides, arguments: &DiffEventsArguments) -> Result<(), Failure
     let name = |side: &Side| side.out.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let page = old.out.with_file_name(format!("{}..{}.html", name(old), name(new)));
     let mut diff = asperity()?;
-    diff.arg("diff").args([&old.out, &new.out]).arg("--page").arg(&page);
+    diff.arg("diff").args([&old.out, &new.out]).arg("--force").arg("--page").arg(&page);
     if let Some(policy) = &arguments.policy {
         let policy = std::path::absolute(policy)
             .map_err(|error| Failure::Io { what: format!("find {}", policy.display()), error })?;

@@ -68,7 +68,12 @@ pub(crate) fn command(arguments: &GoldenArguments) -> Result<(), Failure> {
         eprintln!("warning: {TABLES} are not those of the newest entry of {CHANGES}");
     }
     let mut diff = asperity()?;
-    diff.arg("diff").arg(TABLES).arg(&made.tables).arg("--page").arg(made.out.join("golden.html"));
+    diff.arg("diff")
+        .arg(TABLES)
+        .arg(&made.tables)
+        .arg("--force")
+        .arg("--page")
+        .arg(made.out.join("golden.html"));
     let compared =
         diff.output().map_err(|error| Failure::Io { what: "run asperity diff".to_owned(), error })?;
     eprint!("{}", String::from_utf8_lossy(&compared.stderr));

@@ -6,7 +6,7 @@ use std::num::NonZeroUsize;
 use clap::Args;
 
 use crate::against::{self, Task};
-use crate::workspace::{Failure, cargo, run};
+use crate::workspace::{Failure, asperity, cargo, run};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -66,10 +66,10 @@ fn share(text: &str) -> Result<f64, String> {
 
 pub(crate) fn command(arguments: &BenchArguments) -> Result<(), Failure> {
     const BENCH: [&str; 8] =
-        ["bench", "--profile", "dev", "--package", "asperity-cli", "--bench", "speed", "--locked"];
+        ["bench", "--profile", "dev", "--package", "asperity-bench", "--bench", "speed", "--locked"];
     let &BenchArguments { ref parts, ref against, pairs, within } = arguments;
     match against {
         Some(revision) => against::command(&Task { revision, pairs, within, parts }),
-        None => run(cargo(&BENCH).arg("--").args(parts)),
+        None => run(cargo(&BENCH).env("ASPERITY", asperity()?.get_program()).arg("--").args(parts)),
     }
 }

@@ -10,6 +10,7 @@ mod diff;
 mod logs;
 mod scalar;
 
+use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, ExitCode};
@@ -17,8 +18,6 @@ use std::time::Instant;
 
 use asperity_model::Plan;
 use asperity_simulator::{Counters, Fast, Plain, Solver};
-
-const ASPERITY: &str = env!("CARGO_BIN_EXE_asperity");
 
 /// Rounds of each comparison; the median counts.
 const ROUNDS: usize = 5;
@@ -188,9 +187,13 @@ fn default_runs() {
     }
 }
 
+/// The asperity binary, which `cargo xtask bench` has built.
+fn binary() -> OsString {
+    std::env::var_os("ASPERITY").expect("ASPERITY names the binary: call `cargo xtask bench`")
+}
+
 fn asperity(arguments: &[&str]) {
-    let output =
-        Command::new(ASPERITY).args(arguments).output().expect("the binary was built with the bench");
+    let output = Command::new(binary()).args(arguments).output().expect("the binary starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
@@ -261,9 +264,9 @@ fn whole_chapter() {
     let out = folder.path().to_str().expect("temporary folders have plain names").to_owned();
     let plan = plan(&[]);
     let ratio = times_scalar(&plan, || {
-        let mut command = Command::new(ASPERITY);
+        let mut command = Command::new(binary());
         command.current_dir(root).args(["reproduce", "pipelines/chapter5.toml", "--fresh", "--out", &out]);
-        seconds(|| assert!(command.output().expect("the binary runs").status.success()))
+        seconds(|| assert!(command.output().expect("the binary starts").status.success()))
     });
     println!(
         "`asperity reproduce pipelines/chapter5.toml --fresh` takes {:.3} times as long as the scalar loop takes for the default run alone.\n",

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use asperity_record::SlipEvent;
 use asperity_testkit::slip_event;
 
-use crate::{ASPERITY, seconds};
+use crate::{binary, seconds};
 
 const SIZES: [u64; 3] = [10_000, 100_000, 1_000_000];
 
@@ -104,7 +104,7 @@ fn scan(path: &Path) {
 /// Seconds and peak memory of `asperity diff`.
 fn command(files: &[std::path::PathBuf; 2]) -> (f64, f64) {
     let start = Instant::now();
-    let mut child = Command::new(ASPERITY)
+    let mut child = Command::new(binary())
         .arg("diff")
         .args(files)
         .stdout(Stdio::null())

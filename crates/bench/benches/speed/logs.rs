@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use crate::{ASPERITY, ROUNDS, asperity, seconds};
+use crate::{ROUNDS, asperity, binary, seconds};
 
 /// Logs of different kinds, and of one kind in different sizes.
 const LOGS: [(&str, &[&str]); 4] = [
@@ -83,7 +83,7 @@ fn bare(log: &Path) {
 
 /// The most memory that a command held, in MB; 0 where the system does not tell.
 fn most_memory_mb(arguments: &[&str]) -> f64 {
-    let mut child = Command::new(ASPERITY)
+    let mut child = Command::new(binary())
         .args(arguments)
         .stdout(Stdio::null())
         .spawn()

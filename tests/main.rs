@@ -10,6 +10,7 @@
 mod cli;
 #[cfg(feature = "analysis")]
 mod clients;
+mod code_version;
 #[cfg(feature = "analysis")]
 mod diff;
 mod disk;

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Instant;
 
+use asperity_runlog::{RunReader, Topics};
 use asperity_testkit::{folder, run_end};
 
 use crate::support::binary::{self, text};
@@ -133,6 +134,11 @@ fn succeed(asperity: &Path, arguments: &[&str]) -> String {
     said(&output)
 }
 
+fn code_version(log: &Path) -> String {
+    let reader = RunReader::open(log, Topics::NONE).expect("it is a log");
+    reader.header().code_version.clone()
+}
+
 #[test]
 fn the_guide_gives_a_detector_that_logs_tables_and_exports_have() {
     let asperity = Copy::make().build();
@@ -143,6 +149,8 @@ fn the_guide_gives_a_detector_that_logs_tables_and_exports_have() {
 
     // All that both have is the same, and the new one has a topic more.
     let [before, after] = [&old, &new].map(|log| run_end(log));
+    let [code_before, code_after] = [&old, &new].map(|log| code_version(log));
+    assert_ne!(code_before, code_after, "a detector makes another program");
     let found = before.compare_topics(&after);
     assert!(found.same_in_common() && found.only_first.is_empty(), "{found:?}");
     assert_eq!(found.only_second, [TOPIC]);

@@ -1,24 +1,39 @@
 //! Computes the code version, see `src/code_version.rs`.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::process::Command;
 use std::{env, fs};
 
 #[path = "src/code_version.rs"]
 mod code_version;
 
 fn main() {
+    // Asked as the script runs: a checkout may be moved or copied with all that is built of it.
     let this = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo says where the crate is"));
     let name = this.file_name().expect("the crate has a folder").to_string_lossy().into_owned();
-    let workspace = this.join("../..").canonicalize().expect("the workspace is there");
-    let sources = code_version::sources(&workspace, &name).expect("the workspace's sources can be read");
-    let lock = workspace.join("Cargo.lock");
-    // A new file shows in its folder, a new crate in a manifest.
-    for path in sources.values() {
-        println!("cargo::rerun-if-changed={}", path.display());
-        println!("cargo::rerun-if-changed={}", path.parent().expect("files lie in folders").display());
+    let workspace = fs::canonicalize(this.join("../..")).expect("the workspace is there");
+    let rustc = rustc();
+    let inputs = match code_version::Inputs::of(&workspace, &name, &rustc) {
+        Ok(inputs) => inputs,
+        Err(error) => panic!("the code version cannot be made: {error}"),
+    };
+    // By paths from this crate, which lead to a copy's own files in a copy. Cargo looks into folders.
+    let crates: BTreeSet<&str> = inputs.files.keys().filter_map(|name| name.split('/').nth(1)).collect();
+    for name in crates {
+        println!("cargo::rerun-if-changed=../{name}/src");
+        println!("cargo::rerun-if-changed=../{name}/Cargo.toml");
     }
-    println!("cargo::rerun-if-changed={}", lock.display());
-    let lock = fs::read_to_string(lock).expect("Cargo.lock can be read");
-    let version = code_version::hash(&sources, &lock).expect("sources can be read, and the lock names libm");
+    println!("cargo::rerun-if-changed=../../Cargo.toml");
+    println!("cargo::rerun-if-changed=../../Cargo.lock");
+    println!("cargo::rustc-env=ASPERITY_RUSTC={rustc}");
+    let version = inputs.version().expect("the sources can be read");
     println!("cargo::rustc-env=ASPERITY_CODE_VERSION={version}");
+}
+
+/// The compiler's name, version and revision, without those of the machine.
+fn rustc() -> String {
+    let rustc = env::var_os("RUSTC").expect("cargo says which compiler it calls");
+    let output = Command::new(rustc).arg("--version").output().expect("the compiler starts");
+    String::from_utf8_lossy(&output.stdout).trim().to_owned()
 }

@@ -156,21 +156,26 @@ pub(crate) fn salvaged_to_map(salvaged: &Salvaged) -> BTreeMap<String, String> {
     map
 }
 
-struct Reader<'a> {
-    record: &'static str,
-    map: &'a BTreeMap<String, String>,
+/// Reads the keys of one metadata record.
+pub(crate) struct Reader<'a> {
+    pub(crate) record: &'static str,
+    pub(crate) map: &'a BTreeMap<String, String>,
 }
 
 impl Reader<'_> {
-    fn text(&self, key: &'static str) -> Result<String, MetadataError> {
+    pub(crate) fn text(&self, key: &'static str) -> Result<String, MetadataError> {
         self.map.get(key).cloned().ok_or(MetadataError::Missing { record: self.record, key })
     }
 
-    fn parse<T: FromStr>(&self, key: &'static str, accepted: &'static str) -> Result<T, MetadataError> {
+    pub(crate) fn parse<T: FromStr>(
+        &self,
+        key: &'static str,
+        accepted: &'static str,
+    ) -> Result<T, MetadataError> {
         self.text(key)?.parse().map_err(|_| self.invalid(key, accepted))
     }
 
-    fn invalid(&self, key: &str, accepted: impl Into<Cow<'static, str>>) -> MetadataError {
+    pub(crate) fn invalid(&self, key: &str, accepted: impl Into<Cow<'static, str>>) -> MetadataError {
         MetadataError::Invalid {
             record: self.record,
             key: key.to_owned(),

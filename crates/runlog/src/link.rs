@@ -7,8 +7,11 @@
 
 use std::collections::BTreeMap;
 
-use crate::format::CHUNK;
+use mcap::records::{Record, op};
+
+use crate::format::{CHUNK, RECORD_HEAD_BYTES};
 use crate::metadata::Reader;
+use crate::parse::parse;
 use crate::problem::MetadataError;
 
 /// One of these records.
@@ -73,6 +76,36 @@ impl Link {
             bytes: number("bytes")?,
             bytes_crc: hex("bytes_crc")?,
         })
+    }
+}
+
+/// Where among some bytes a record `chunk` of a run begins, if there is a whole one.
+pub(crate) fn find_link(bytes: &[u8], run_id: &str) -> Option<usize> {
+    (0..bytes.len())
+        .filter(|&at| bytes[at] == op::METADATA)
+        .find(|&at| link_at(&bytes[at..]).is_some_and(|(link, _)| link.run_id == run_id))
+}
+
+/// The longest `chunk` record with its head: six keys, a run id and five numbers.
+pub(crate) const LONGEST_LINK_BYTES: usize = 512;
+
+/// The record `chunk` that some bytes begin with, and its length. The length in its head is not
+/// looked at: what is inside tells it as well.
+pub(crate) fn link_at(bytes: &[u8]) -> Option<(Link, usize)> {
+    let body = bytes.get(RECORD_HEAD_BYTES..)?;
+    if bytes[0] != op::METADATA || !body.starts_with(b"\x05\0\0\0chunk") {
+        return None;
+    }
+    let pairs = u32::from_le_bytes(body.get(9..13)?.try_into().ok()?) as usize;
+    let length = 13 + pairs;
+    if RECORD_HEAD_BYTES + length > LONGEST_LINK_BYTES {
+        return None;
+    }
+    match parse(op::METADATA, body.get(..length)?, 0) {
+        Ok(Record::Metadata(metadata)) if metadata.metadata.len() == 6 => {
+            Some((Link::from_map(&metadata.metadata).ok()?, RECORD_HEAD_BYTES + length))
+        }
+        _ => None,
     }
 }
 

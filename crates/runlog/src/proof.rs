@@ -3,7 +3,7 @@
 //! written there, so that a bit which turns a record into one of another kind is noticed.
 
 use crc32fast::Hasher;
-use mcap::records::{Record, op};
+use mcap::records::Record;
 
 use crate::format::{
     CHECKPOINT, CHUNK, CHUNK_SINCE, MAGIC, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO,
@@ -22,6 +22,8 @@ pub(crate) struct Proof {
     /// The version of the format, once it is known.
     version: Option<u32>,
     run_id: String,
+    /// How many records there were outside chunks.
+    records: u64,
     next: u64,
     before_crc: u32,
     /// The checksum of a piece for which nothing has vouched yet.
@@ -38,6 +40,7 @@ impl Default for Proof {
             crc,
             version: None,
             run_id: String::new(),
+            records: 0,
             next: 0,
             before_crc: 0,
             piece: None,
@@ -75,8 +78,13 @@ impl Proof {
             && run.name == RUN
         {
             self.version = metadata::version(&run.metadata).ok();
+            if self.is_strict() && self.records != 1 {
+                let (at, what) = (place.at, "something stands before metadata `run`");
+                return Err(LogProblem::Unsound { at, what });
+            }
             self.run_id = run.metadata.get("run_id").cloned().unwrap_or_default();
         }
+        self.records += 1;
         match (self.version, record) {
             // What stands before the version is vouched for as well.
             (None, _) => {
@@ -165,35 +173,5 @@ impl Proof {
         }
         (self.next, self.before_crc) = (link.number + 1, link.crc);
         Ok(())
-    }
-}
-
-/// Where among some bytes a record `chunk` of a run begins, if there is a whole one.
-pub(crate) fn find_link(bytes: &[u8], run_id: &str) -> Option<usize> {
-    (0..bytes.len())
-        .filter(|&at| bytes[at] == op::METADATA)
-        .find(|&at| link_at(&bytes[at..]).is_some_and(|(link, _)| link.run_id == run_id))
-}
-
-/// The longest `chunk` record with its head: six keys, a run id and five numbers.
-pub(crate) const LONGEST_LINK_BYTES: usize = 512;
-
-/// The record `chunk` that some bytes begin with, and its length. The length in its head is not
-/// looked at: what is inside tells it as well.
-pub(crate) fn link_at(bytes: &[u8]) -> Option<(Link, usize)> {
-    let body = bytes.get(RECORD_HEAD_BYTES..)?;
-    if bytes[0] != op::METADATA || !body.starts_with(b"\x05\0\0\0chunk") {
-        return None;
-    }
-    let pairs = u32::from_le_bytes(body.get(9..13)?.try_into().ok()?) as usize;
-    let length = 13 + pairs;
-    if RECORD_HEAD_BYTES + length > LONGEST_LINK_BYTES {
-        return None;
-    }
-    match crate::parse::parse(op::METADATA, body.get(..length)?, 0) {
-        Ok(Record::Metadata(metadata)) if metadata.metadata.len() == 6 => {
-            Some((Link::from_map(&metadata.metadata).ok()?, RECORD_HEAD_BYTES + length))
-        }
-        _ => None,
     }
 }

@@ -13,9 +13,10 @@ use crate::chunk::Chunk;
 use crate::format::{LONGEST_READ_BYTES, LONGEST_RECORD_BYTES, MAGIC, PROFILE, RECORD_HEAD_BYTES};
 use crate::index::{Place, with_head};
 use crate::layout::Layout;
+use crate::link::{LONGEST_LINK_BYTES, find_link};
 use crate::parse::parse;
 use crate::problem::{LogProblem, NoRunLog};
-use crate::proof::{LONGEST_LINK_BYTES, Proof, find_link};
+use crate::proof::Proof;
 
 /// Reads the records of one file.
 pub(crate) struct Records {
@@ -151,7 +152,7 @@ impl Records {
         let read = self.source.seek(back).and_then(|at| self.source.read_exact(&mut last).map(|()| at));
         match read {
             Ok(at) if at > self.next_at && last == *MAGIC => LogProblem::Overlong(self.next_at),
-            _ => match self.is_vouched_for() {
+            _ => match self.goes_on() {
                 Ok(true) => LogProblem::Overlong(self.next_at),
                 Ok(false) => McapError::UnexpectedEof.into(),
                 Err(error) => error.into(),
@@ -159,9 +160,14 @@ impl Records {
         }
     }
 
+    /// Whether the log is of a version in which every piece is vouched for.
+    pub(crate) fn is_vouched_for(&self) -> bool {
+        self.proof.run_id().is_some()
+    }
+
     /// Whether the rest of the file, which is no whole record, holds a record `chunk` of this
     /// run: then it was longer once, and not cut off here.
-    fn is_vouched_for(&mut self) -> io::Result<bool> {
+    fn goes_on(&mut self) -> io::Result<bool> {
         let Some(run_id) = self.proof.run_id() else { return Ok(false) };
         self.source.seek(SeekFrom::Start(self.next_at))?;
         let mut bytes = Vec::new();

@@ -38,6 +38,7 @@ mod tidy;
 #[cfg(feature = "analysis")]
 mod verify;
 mod versions;
+mod vouched;
 #[cfg(feature = "analysis")]
 mod words;
 

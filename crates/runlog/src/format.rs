@@ -20,6 +20,12 @@ pub(crate) const RUN_END: &str = "run_end";
 /// Name of the metadata record that says what a salvaged log lacks.
 pub(crate) const SALVAGE: &str = "salvage";
 
+/// Name of the metadata records that vouch for what stands before them.
+pub(crate) const CHUNK: &str = "chunk";
+
+/// The first version of the format that has them.
+pub(crate) const CHUNK_SINCE: u32 = 3;
+
 /// Name of the attachment that holds the resolved scenario.
 pub(crate) const SCENARIO: &str = "scenario.toml";
 

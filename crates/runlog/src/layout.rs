@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use mcap::records::Record;
 
-use crate::format::{RUN, RUN_END, SALVAGE, SCENARIO};
+use crate::format::{CHUNK, RUN, RUN_END, SALVAGE, SCENARIO};
 use crate::problem::LogProblem;
 
 /// Follows the records of a file.
@@ -83,6 +83,9 @@ impl Layout {
                 Ended => misplaced("there are two metadata `run_end`"),
                 _ => misplaced("metadata `run_end` stands after the end of the data"),
             },
+            (Record::Metadata(metadata), Start) if metadata.name == CHUNK => Err(LogProblem::NoHeader),
+            // The end is vouched for as well.
+            (Record::Metadata(metadata), Run | Ended) if metadata.name == CHUNK => Ok(()),
             (Record::Metadata(metadata), Run) if metadata.name == SALVAGE && self.has_messages() => {
                 misplaced("metadata `salvage` stands after the first message")
             }

@@ -57,8 +57,19 @@ fn fields(opcode: u8) -> &'static [Field] {
 
 /// Whether a record has room for all that it says it has.
 fn fit(opcode: u8, body: &[u8]) -> bool {
+    behind_fields(opcode, body).is_some()
+}
+
+/// Whether a record holds what it says it has and nothing behind that: MCAP would allow for
+/// it, but logs have none.
+pub(crate) fn fills(opcode: u8, body: &[u8]) -> bool {
+    behind_fields(opcode, body).is_some_and(<[u8]>::is_empty)
+}
+
+/// What stands behind a record's fields, if there is room for these.
+fn behind_fields(opcode: u8, body: &[u8]) -> Option<&[u8]> {
     let mut rest = body;
-    fields(opcode).iter().all(|field| skip(*field, &mut rest))
+    fields(opcode).iter().all(|field| skip(*field, &mut rest)).then_some(rest)
 }
 
 /// Goes past a field, if there is as much.

@@ -47,7 +47,9 @@ pub enum LogProblem {
         opcode: u8,
     },
     /// A record that reaches over the end of a file that was not cut off.
-    #[error("the record at byte {0} claims to be longer than the rest of the file, which has its end")]
+    #[error(
+        "the record at byte {0} claims to be longer than the rest of the file, which was not cut off there"
+    )]
     Overlong(u64),
     /// A message on a channel that nothing announced.
     #[error("a message of channel {0}, which nothing announced")]
@@ -163,6 +165,14 @@ pub enum LogProblem {
         promised: u32,
         /// How many are detached.
         found: u32,
+    },
+    /// What a log says of itself and is not so: its records `chunk`, its indexes, its summary.
+    #[error("the record at byte {at}: {what}")]
+    Unsound {
+        /// Where in the file it begins, or the chunk that it is in.
+        at: u64,
+        /// What is wrong.
+        what: &'static str,
     },
     /// Two headers, or something after the end.
     #[error("{0}")]

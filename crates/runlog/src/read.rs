@@ -12,9 +12,12 @@ use serde::de::DeserializeOwned;
 
 use crate::agree;
 use crate::digest::Digests;
+use crate::findings::Gap;
 use crate::format::{
-    CHECKPOINT, EVENTS, FIELDS, MOST_SCHEMA_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
+    CHECKPOINT, CHUNK, EVENTS, FIELDS, MOST_SCHEMA_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH,
+    WINDOW,
 };
+use crate::gaps::Gaps;
 use crate::messages::{StepMessage, SwitchMessage};
 use crate::metadata;
 use crate::problem::{LogError, LogProblem};
@@ -56,28 +59,6 @@ pub enum LogItem {
     Event(Event),
 }
 
-/// How far a salvaged log can be relied on: its messages bear the numbers that they had.
-#[derive(Default)]
-struct Salvage {
-    /// The number of the next message of each topic.
-    expected: BTreeMap<String, u32>,
-    /// Whether messages are missing before what is read now.
-    has_gap: bool,
-    /// Whether switches are missing since the state of all blocks was last known.
-    is_state_unknown: bool,
-}
-
-impl Salvage {
-    fn take(&mut self, topic: &str, sequence: u32) {
-        let expected = self.expected.entry(topic.to_owned()).or_insert(0);
-        if sequence != *expected {
-            self.has_gap = true;
-            self.is_state_unknown = true;
-        }
-        *expected = sequence.saturating_add(1);
-    }
-}
-
 /// Reads one run log.
 pub struct RunReader {
     path: PathBuf,
@@ -86,8 +67,10 @@ pub struct RunReader {
     header: Option<RunHeader>,
     scenario_toml: String,
     checkpoint: Option<String>,
+    /// A checkpoint for which nothing has vouched yet.
+    next_checkpoint: Option<String>,
     /// For a salvaged log, what may be missing from it.
-    salvage: Option<Salvage>,
+    salvage: Option<Gaps>,
     end: Option<RunEnd>,
     /// A step record whose switches are still being read, and how many it promises.
     open_step: Option<(StepRecord, u32)>,
@@ -133,6 +116,7 @@ impl RunReader {
             header: None,
             scenario_toml: String::new(),
             checkpoint: None,
+            next_checkpoint: None,
             salvage: None,
             end: None,
             open_step: None,
@@ -190,7 +174,13 @@ impl RunReader {
     /// Whether records or events are missing between the last item and those before it, as
     /// may be in a log that was salvaged. Detectors cannot see past that.
     pub fn has_gap(&self) -> bool {
-        self.salvage.as_ref().is_some_and(|salvage| salvage.has_gap)
+        self.salvage.as_ref().is_some_and(Gaps::has_any)
+    }
+
+    /// Where a salvaged log says that something is missing; known once the first item has been
+    /// read, and empty for any other log. Those of versions 1 and 2 do not say it in this way.
+    pub fn gaps(&self) -> &[Gap] {
+        self.salvage.as_ref().map_or(&[], Gaps::stated)
     }
 
     /// How the run ended; known once [`RunReader::next_item`] has given `None`.
@@ -249,7 +239,10 @@ impl RunReader {
                 self.detached = vec![false; header.blocks as usize];
                 self.header = Some(header);
             }
-            Raw::Metadata(metadata) if metadata.name == SALVAGE => self.salvage = Some(Salvage::default()),
+            Raw::Metadata(metadata) if metadata.name == SALVAGE => {
+                let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
+                self.salvage = Some(Gaps::new(header, &metadata.metadata)?);
+            }
             Raw::Metadata(metadata) if metadata.name == RUN_END => {
                 self.end = Some(metadata::end_from_map(&metadata.metadata)?);
             }
@@ -258,7 +251,16 @@ impl RunReader {
             }
             Raw::Attachment { header, data, .. } if header.name == CHECKPOINT => {
                 self.close_step()?;
-                self.checkpoint = Some(text(CHECKPOINT, data)?);
+                let state = Some(text(CHECKPOINT, data)?);
+                if self.records.is_vouched_for() {
+                    self.next_checkpoint = state;
+                } else {
+                    self.checkpoint = state;
+                }
+            }
+            // Only what is vouched for may be gone on from.
+            Raw::Metadata(metadata) if metadata.name == CHUNK => {
+                self.checkpoint = self.next_checkpoint.take().or(self.checkpoint.take());
             }
             Raw::Schema { header, data } => {
                 let is_new = !self.schemas.contains_key(&header.id);
@@ -287,7 +289,7 @@ impl RunReader {
     fn message(&mut self, topic: String, head: &MessageHeader, data: &[u8]) -> Result<(), LogProblem> {
         let sequence = head.sequence;
         if let Some(salvage) = &mut self.salvage {
-            salvage.take(&topic, sequence);
+            salvage.message(&topic, sequence, head.log_time)?;
         }
         if topic == SWITCH {
             self.switches += 1;
@@ -310,7 +312,7 @@ impl RunReader {
                     return Err(LogProblem::Sliding { step, promised, found: self.detached_count });
                 }
                 self.last_step = message.step;
-                self.record_step = message.step;
+                self.at_record(message.step);
                 let promised = message.switches;
                 self.open_step = Some((message.into_record(), promised));
                 if promised == 0 {
@@ -323,7 +325,7 @@ impl RunReader {
                 let blocks = header.blocks;
                 self.learn_state(&record);
                 agree::fields(&record, blocks, self.topics.steps.then_some(&self.detached[..]))?;
-                self.record_step = record.step;
+                self.at_record(record.step);
                 if self.topics.fields {
                     self.ready.push_back(LogItem::Record(Record::Fields(record)));
                 }
@@ -332,13 +334,17 @@ impl RunReader {
                 let record: WindowRecord = decode(&topic, sequence, data)?;
                 timed(record.step)?;
                 agree::window(&record, header.blocks)?;
-                self.record_step = record.step;
+                self.at_record(record.step);
                 self.ready.push_back(LogItem::Record(Record::Window(record)));
             }
             _ if self.topics.events && topic.starts_with(EVENTS) => {
                 // An event stands at the time of the record before it.
                 if self.topics == Topics::ALL {
-                    timed(self.record_step)?;
+                    let before_ns = agree::time_ns(header, self.record_step);
+                    let in_gap = |gaps: &mut Gaps| gaps.event(before_ns, head.log_time, head.publish_time);
+                    if !self.salvage.as_mut().is_some_and(in_gap) {
+                        timed(self.record_step)?;
+                    }
                 }
                 let invalid = |error| LogProblem::Message { topic: topic.clone(), sequence, error };
                 let payload = std::str::from_utf8(data)
@@ -352,16 +358,23 @@ impl RunReader {
         Ok(())
     }
 
+    fn at_record(&mut self, step: u64) {
+        self.record_step = step;
+        if let Some(gaps) = &mut self.salvage {
+            gaps.record();
+        }
+    }
+
     fn is_state_unknown(&self) -> bool {
-        self.salvage.as_ref().is_some_and(|salvage| salvage.is_state_unknown)
+        self.salvage.as_ref().is_some_and(Gaps::is_state_unknown)
     }
 
     /// Takes from a record of all blocks what the switches that are missing would have said.
     fn learn_state(&mut self, record: &FieldRecord) {
-        if let Some(salvage) = self.salvage.as_mut().filter(|salvage| salvage.is_state_unknown)
+        if let Some(gaps) = self.salvage.as_mut().filter(|gaps| gaps.is_state_unknown())
             && record.detached.len() == self.detached.len()
         {
-            salvage.is_state_unknown = false;
+            gaps.state_is_known();
             self.detached = record.detached.iter().map(|&detached| detached != 0).collect();
             self.detached_count = self.detached.iter().filter(|&&detached| detached).count() as u32;
         }

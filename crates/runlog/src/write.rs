@@ -16,8 +16,10 @@ use serde::Serialize;
 
 use crate::digest::Digests;
 use crate::findings::Salvaged;
+use crate::follow::{Chain, Followed};
 use crate::format::{
-    CHECKPOINT, CHUNK_BYTES, FIELDS, PROFILE, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
+    CHECKPOINT, CHUNK_BYTES, FIELDS, PROFILE, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP,
+    SWITCH, WINDOW,
 };
 use crate::messages::{self, StepMessage, SwitchMessage, Topic};
 use crate::metadata;
@@ -37,7 +39,10 @@ pub struct RunWriter {
     /// The unfinished log that this one is to take the place of, once it holds as much.
     takes_place_of: Option<Unfinished>,
     existing: Existing,
-    writer: Writer<BufWriter<File>>,
+    writer: Writer<Followed<BufWriter<File>>>,
+    chain: Chain,
+    /// What the chunk holds that is being filled, before compression.
+    chunk_bytes: u64,
     channels: BTreeMap<String, Channel>,
     digests: Digests,
     switches: u64,
@@ -117,16 +122,19 @@ impl RunWriter {
         let file = locked(file.map_err(io_error)?, &partial)?;
         file.set_len(0).map_err(io_error)?;
         let at = |error| WriteError::of_mcap(&partial, error);
+        let file = Followed::new(BufWriter::new(file));
+        let mut chain = Chain::new(&file, &header.run_id);
         let mut writer = WriteOptions::new()
             .profile(PROFILE)
             .library(concat!("asperity-runlog ", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Zstd))
-            .chunk_size(Some(CHUNK_BYTES))
+            // Chunks end where a step ends, which the library does not know.
+            .chunk_size(None)
             // Threads of the compressor would make the bytes depend on the machine.
             .compression_threads(0)
             // With seeking, a crash leaves a chunk that claims to be 2^64 - 1 bytes long.
             .disable_seeking(true)
-            .create(BufWriter::new(file))
+            .create(file)
             .map_err(at)?;
         writer
             .write_metadata(&Metadata { name: RUN.to_owned(), metadata: metadata::header_to_map(header) })
@@ -140,6 +148,8 @@ impl RunWriter {
                 data: Cow::Borrowed(scenario_toml.as_bytes()),
             })
             .map_err(at)?;
+        chain.close(&mut writer).map_err(at)?;
+        let mut chunk_bytes = 0;
         let mut topics = messages::record_topics(header.blocks);
         topics.extend(events);
         let mut channels = BTreeMap::new();
@@ -148,6 +158,7 @@ impl RunWriter {
             let units =
                 messages::units(&schema).into_iter().map(|(field, unit)| (format!("unit:{field}"), unit));
             let id = writer.add_channel(schema_id, &topic, "json", &units.collect()).map_err(at)?;
+            chunk_bytes += schema.len() as u64;
             channels.insert(topic, Channel { id, messages: 0 });
         }
         Ok(RunWriter {
@@ -156,6 +167,8 @@ impl RunWriter {
             takes_place_of: None,
             existing,
             writer,
+            chain,
+            chunk_bytes,
             channels,
             digests: Digests::default(),
             switches: 0,
@@ -191,7 +204,9 @@ impl RunWriter {
             media_type: "application/json".to_owned(),
             data: Cow::Borrowed(checkpoint.state.as_bytes()),
         };
+        self.close_chunk()?;
         self.writer.attach(&attachment).map_err(|error| self.at(error))?;
+        self.vouch()?;
         self.sync()?;
         if let Some(unfinished) = self.takes_place_of.take() {
             let partial = unfinished.partial_path();
@@ -238,6 +253,7 @@ impl RunWriter {
     }
 
     fn put(&mut self, topic: &str, step: u64) -> Result<(), WriteError> {
+        self.make_room(topic)?;
         let channel =
             self.channels.get_mut(topic).ok_or_else(|| WriteError::UnknownTopic(topic.to_owned()))?;
         let time_ns = self.header.time_grid().time_ns(step);
@@ -249,17 +265,39 @@ impl RunWriter {
         };
         channel.messages += 1;
         self.digests.add(topic, &self.payload);
-        self.writer.write_to_known_channel(&header, &self.payload).map_err(|error| self.at(error))?;
-        if self.synced.elapsed() >= SYNC_INTERVAL {
-            self.sync()?;
+        self.chunk_bytes += message_bytes(&self.payload);
+        self.writer.write_to_known_channel(&header, &self.payload).map_err(|error| self.at(error))
+    }
+
+    /// Closes the chunk before a message if it is full, or has been filled for long. A step
+    /// stays together with its switches, so that a lost chunk costs no step of another.
+    fn make_room(&mut self, topic: &str) -> Result<(), WriteError> {
+        if topic == SWITCH {
+            return Ok(());
         }
-        Ok(())
+        if self.synced.elapsed() >= SYNC_INTERVAL {
+            self.close_chunk()?;
+            return self.sync();
+        }
+        if self.chunk_bytes >= CHUNK_BYTES { self.close_chunk() } else { Ok(()) }
+    }
+
+    /// Closes the chunk, if anything is in it.
+    fn close_chunk(&mut self) -> Result<(), WriteError> {
+        if std::mem::take(&mut self.chunk_bytes) == 0 { Ok(()) } else { self.vouch() }
+    }
+
+    /// Vouches for the piece that was written last.
+    fn vouch(&mut self) -> Result<(), WriteError> {
+        self.chain.close(&mut self.writer).map_err(|error| WriteError::of_mcap(&self.stands_at, error))
     }
 
     /// Says what is missing, before anything else that was salvaged.
     pub(crate) fn salvaged(&mut self, salvaged: &Salvaged) -> Result<(), WriteError> {
         let metadata = Metadata { name: SALVAGE.to_owned(), metadata: metadata::salvaged_to_map(salvaged) };
-        self.writer.write_metadata(&metadata).map_err(|error| self.at(error))
+        self.close_chunk()?;
+        self.writer.write_metadata(&metadata).map_err(|error| self.at(error))?;
+        self.vouch()
     }
 
     /// Writes a message as it was, with its number and time.
@@ -271,6 +309,7 @@ impl RunWriter {
         step: Option<u64>,
         payload: &[u8],
     ) -> Result<(), WriteError> {
+        self.make_room(topic)?;
         let channel =
             self.channels.get_mut(topic).ok_or_else(|| WriteError::UnknownTopic(topic.to_owned()))?;
         let header =
@@ -279,6 +318,7 @@ impl RunWriter {
         self.switches += u64::from(topic == SWITCH);
         self.last_step = step.unwrap_or(self.last_step);
         self.digests.add(topic, payload);
+        self.chunk_bytes += message_bytes(payload);
         self.writer.write_to_known_channel(&header, payload).map_err(|error| self.at(error))
     }
 
@@ -288,7 +328,6 @@ impl RunWriter {
     }
 
     fn sync(&mut self) -> Result<(), WriteError> {
-        self.writer.flush().map_err(|error| self.at(error))?;
         let file = File::open(&self.stands_at).and_then(|file| file.sync_data());
         file.map_err(|error| WriteError::Io { path: self.stands_at.clone(), error })?;
         self.synced = Instant::now();
@@ -317,12 +356,19 @@ impl RunWriter {
             solver,
         };
         let metadata = Metadata { name: RUN_END.to_owned(), metadata: metadata::end_to_map(&end) };
+        self.close_chunk()?;
         self.writer.write_metadata(&metadata).map_err(|error| self.at(error))?;
+        self.vouch()?;
         self.writer.finish().map_err(|error| self.at(error))?;
         let partial = self.stands_at.clone();
         let io_error = |error| WriteError::Io { path: partial.clone(), error };
         let path = self.path.clone();
-        let file = self.writer.into_inner().into_inner().map_err(|error| io_error(error.into_error()))?;
+        let file = self
+            .writer
+            .into_inner()
+            .into_inner()
+            .into_inner()
+            .map_err(|error| io_error(error.into_error()))?;
         file.sync_all().map_err(io_error)?;
         if status == RunStatus::Interrupted {
             if self.takes_place_of.is_some() {
@@ -345,4 +391,10 @@ impl RunWriter {
     fn at(&self, error: mcap::McapError) -> WriteError {
         WriteError::of_mcap(&self.stands_at, error)
     }
+}
+
+/// What a message takes of its chunk.
+fn message_bytes(payload: &[u8]) -> u64 {
+    // Its head, channel, number and two times stand before it.
+    (RECORD_HEAD_BYTES + 2 + 4 + 8 + 8 + payload.len()) as u64
 }

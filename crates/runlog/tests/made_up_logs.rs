@@ -252,9 +252,9 @@ fn events_that_nothing_announces_any_more_are_left_out_and_nothing_else_is() {
     assert_eq!(items(reader).len() as u64, salvaged.kept["/step"]);
 
     // Without the end there is no one to name them.
-    let end = bytes.windows(7).rposition(|there| there == b"run_end").unwrap();
-    let cut = bytes[..log.chunks[log.chunks.len() - 1].end].to_vec();
-    assert!(cut.len() < end);
+    let end = bytes.windows(11).position(|there| there == b"\x07\0\0\0run_end").unwrap();
+    let cut = bytes[..end - 9].to_vec();
+    assert!(log.chunks[log.chunks.len() - 1].end < cut.len());
     fs::remove_file(log.folder.path().join("out.mcap")).unwrap();
     let (salvaged, reader) = log.salvage(&cut);
     assert_eq!(salvaged.kept.keys().collect::<Vec<_>>(), ["/step"]);

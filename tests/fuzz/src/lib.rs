@@ -7,6 +7,7 @@
 
 pub mod edits;
 pub mod parts;
+pub mod seal;
 pub mod thin;
 
 use std::fs;

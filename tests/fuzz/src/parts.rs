@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 use mcap::records::op;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader};
 
+use super::seal::{is_sealed, seal};
+
 /// How long a message's head is: channel, sequence, two times.
 pub const MESSAGE_HEAD: usize = 2 + 4 + 8 + 8;
 
@@ -127,6 +129,12 @@ impl Part {
         self.body.get(type_end + 8..self.body.len().checked_sub(4)?)
     }
 
+    /// Of what kind an attachment is.
+    pub fn media_type(&self) -> Option<&str> {
+        let (_, name_end) = text_at(&self.body, 16).filter(|_| self.opcode == op::ATTACHMENT)?;
+        text_at(&self.body, name_end).map(|(text, _)| text)
+    }
+
     /// What a message says.
     pub fn payload(&self) -> Option<&[u8]> {
         self.body.get(MESSAGE_HEAD..).filter(|_| self.opcode == op::MESSAGE)
@@ -176,7 +184,13 @@ pub fn take_apart(bytes: &[u8]) -> Vec<Part> {
             }
             LinearReadEvent::Record { opcode: op::DATA_END, .. } => return parts,
             LinearReadEvent::Record { opcode: op::MESSAGE_INDEX, .. } => {}
-            LinearReadEvent::Record { opcode, data } => parts.push(Part::new(opcode, data)),
+            LinearReadEvent::Record { opcode, data } => {
+                // What a log says of its chunks is said anew when it is put together.
+                let part = Part::new(opcode, data);
+                if part.opcode != op::METADATA || part.name() != Some("chunk") {
+                    parts.push(part);
+                }
+            }
         }
     }
 }
@@ -195,22 +209,33 @@ impl Packing {
     pub const USUAL: Packing = Packing { per_chunk: 1000, data_crc: true };
 }
 
-/// A file of these records: those that belong there in chunks, no summary.
+/// A file of these records: those that belong there in chunks; no summary, unless they are of
+/// a version of the format in which it is looked at.
 pub fn put_together(parts: &[Part], packing: Packing) -> Vec<u8> {
-    let mut out = mcap::MAGIC.to_vec();
-    let chunked = |part: &Part| matches!(part.opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE);
-    for group in parts.chunk_by(|a, b| chunked(a) == chunked(b)) {
-        if packing.per_chunk > 0 && chunked(&group[0]) {
-            group.chunks(packing.per_chunk).for_each(|parts| Part::chunk(parts).put(&mut out));
-        } else {
-            group.iter().for_each(|part| part.put(&mut out));
-        }
+    if is_sealed(parts) {
+        return seal(&chunked(parts, packing.per_chunk), packing.data_crc);
     }
+    let mut out = mcap::MAGIC.to_vec();
+    chunked(parts, packing.per_chunk).iter().for_each(|part| part.put(&mut out));
     let crc = if packing.data_crc { crc32fast::hash(&out) } else { 0 };
     Part::new(op::DATA_END, crc.to_le_bytes()).put(&mut out);
     Part::new(op::FOOTER, [0; 20]).put(&mut out);
     out.extend(mcap::MAGIC);
     out
+}
+
+/// The same records, those that belong there in chunks of so many.
+fn chunked(parts: &[Part], per_chunk: usize) -> Vec<Part> {
+    let belongs = |part: &Part| matches!(part.opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE);
+    let mut all = Vec::new();
+    for group in parts.chunk_by(|a, b| belongs(a) == belongs(b)) {
+        if per_chunk > 0 && belongs(&group[0]) {
+            all.extend(group.chunks(per_chunk).map(Part::chunk));
+        } else {
+            all.extend_from_slice(group);
+        }
+    }
+    all
 }
 
 /// Corrects what `run_end` says of the messages: counts, switches and digests, those of the

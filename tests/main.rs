@@ -34,6 +34,7 @@ mod scenarios;
 #[cfg(feature = "analysis")]
 mod textconv;
 mod tidy;
+mod verdict;
 #[cfg(feature = "analysis")]
 mod verify;
 mod versions;

@@ -172,6 +172,19 @@ fn check_tells_every_forgery_of_a_log_by_what_is_wrong() {
     judged(&Forge::all(&sound));
 }
 
+/// What has right checksums, counts and digests, and is not what its own scenario makes.
+#[test]
+fn check_holds_a_log_against_its_own_scenario() {
+    let scratch = asperity_testkit::folder();
+    let [path, other] = ["small.mcap", "other.mcap"].map(|name| scratch.path().join(name));
+    small::run(&path);
+    let softer = ["--set", "friction.static_coefficient=0.6"];
+    crate::support::binary::run(&[&small::SCENARIO[..], &softer].concat(), &other);
+    let [sound, other] =
+        [path, other].map(|path| laws::parts::take_apart(&fs::read(&path).expect("it was just written")));
+    judged(&Forge::of_own(&sound, &other));
+}
+
 /// The files in the repository are what the code that explains them makes.
 #[test]
 fn committed_forgeries_are_those_that_are_made() {

@@ -5,8 +5,10 @@ use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use crate::support::binary;
+use crate::laws::parts::{Packing, put_together, take_apart};
 use crate::support::binary::{asperity, succeed, text};
+use crate::support::{binary, small};
+use asperity_run::Verdict;
 use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
 use mcap::read::LinearReader;
 use mcap::records::Record;
@@ -212,4 +214,47 @@ fn commands_take_a_salvaged_log_for_what_it_is() {
     let output = asperity(&["replay", text(&out)]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.code() == Some(5) && said.contains("salvaged with gaps"), "{said}");
+}
+
+/// Whatever is lost, what is left is a salvaged log, in whose gaps alone something is missing.
+#[test]
+fn whichever_chunk_is_lost_the_rest_is_salvaged_with_gaps() {
+    let folder = asperity_testkit::folder();
+    let path = |name: &str| folder.path().join(name);
+    let windows = "recording.window=[{from_s=0.3,to_s=0.6,every_s=1e-3,first_block=2,last_block=5}]";
+    let dense = ["--set", "recording.fields_s=0.005", "--set", windows];
+    binary::run(&[&small::SCENARIO[..], &dense].concat(), &path("whole.mcap"));
+    let parts = take_apart(&fs::read(path("whole.mcap")).expect("it was just written"));
+    let (damaged, out) = (path("damaged.mcap"), path("salvaged.mcap"));
+    let mut wrong = Vec::new();
+    let mut lost = 0;
+    // Chunks of one message each, too: then nothing but that message is missing.
+    for (per_chunk, stride) in [(1, 9), (7, 2), (40, 1)] {
+        let bytes = put_together(&parts, Packing { per_chunk, ..Packing::USUAL });
+        let mut at = 8;
+        let mut chunks = Vec::new();
+        while at + 9 < bytes.len() {
+            let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize + 9;
+            if bytes[at] == mcap::records::op::CHUNK {
+                chunks.push(at..at + length);
+            }
+            at += length;
+        }
+        for chunk in chunks.into_iter().step_by(stride) {
+            let mut broken = bytes.clone();
+            broken[chunk.end - 1] ^= 1;
+            fs::write(&damaged, &broken).expect("the folder can be written");
+            fs::remove_file(&out).ok();
+            asperity_run::salvage(&damaged, &out).expect("most of it is left");
+            let checked = asperity_run::check(&out);
+            lost += 1;
+            if checked.verdict != Verdict::Salvaged {
+                wrong.push(format!("{per_chunk} to a chunk, that at byte {}: {checked}", chunk.start));
+            }
+        }
+    }
+    let count = wrong.len();
+    wrong.truncate(20);
+    assert!(wrong.is_empty(), "{count} of {lost}:\n{}", wrong.join("\n"));
+    assert!(lost > 200, "{lost} chunks");
 }

@@ -2,6 +2,7 @@
 //! `asperity check` must say of it.
 
 mod messages;
+mod own;
 
 use std::collections::BTreeMap;
 

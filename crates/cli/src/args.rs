@@ -265,7 +265,7 @@ Exit codes:
   0  nothing differs except what the policy allows
   1  something differs, or a run has no counterpart
   2  the two sides cannot be compared
-  3, 4, 5  a log is incomplete, damaged or salvaged with gaps; see asperity check")]
+  3, 4, 5  a log is incomplete, damaged or salvaged with gaps (asperity check)")]
 pub(crate) struct DiffArguments {
     /// The old side: a run log, an event table (.csv, .parquet), a folder of either, or an
     /// output of asperity reproduce.

@@ -21,8 +21,8 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
         Err(SalvageProblem::Failed { error: error @ SalvageError::Write(WriteError::Exists(_)), .. }) => {
             Err(Failure::BadInput(format!("--out: {error} (accepted: a path that does not exist)")))
         }
-        Err(SalvageProblem::Failed { error: error @ SalvageError::Hopeless { .. }, verdict }) => {
-            Err(Failure::Log(verdict, error.to_string()))
+        Err(SalvageProblem::Failed { error: SalvageError::Hopeless { problem, .. }, checked }) => {
+            Err(Failure::Log(checked.verdict, format!("{}: {checked}; {problem}", input.display())))
         }
         Err(problem @ SalvageProblem::Contradictory(_)) => {
             Err(Failure::Log(Verdict::Damaged, format!("{}: {problem}", input.display())))

@@ -3,13 +3,13 @@
 use std::fmt;
 use std::path::Path;
 
-use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource};
-use asperity_record::{EventPayload, Record, RunHeader, SlipEvent};
+use asperity_record::{EventPayload, Record, RunHeader, RunStatus, SlipEvent};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 
 use crate::agreement::{Agreement, Difference, OtherDetectors};
 use crate::detectors;
-use crate::header::{CODE_VERSION, header};
+use crate::header::CODE_VERSION;
+use crate::own::{self, Own, OwnProblem};
 use crate::verdict::Verdict;
 
 /// What was found of a log; in words by [`Display`](fmt::Display), which begin with the verdict.
@@ -97,19 +97,9 @@ pub enum CheckProblem {
     /// Topics of events that a log of this program must have.
     #[error("{}, which this program emits, is not in it", .0.join(", "))]
     Topics(Vec<String>),
-    /// A scenario that means nothing.
-    #[error("scenario.toml cannot be read: {0}")]
-    Scenario(ScenarioErrors),
-    /// A scenario that is not that of the header.
-    #[error("scenario.toml is of a run with {key} {expected}, metadata `run` says {found}")]
-    OtherScenario {
-        /// What differs.
-        key: &'static str,
-        /// What the header says.
-        found: String,
-        /// What follows from the scenario.
-        expected: String,
-    },
+    /// It is not what its own scenario makes.
+    #[error(transparent)]
+    Own(#[from] OwnProblem),
 }
 
 impl CheckProblem {
@@ -175,15 +165,37 @@ impl Seen {
         let header = found.insert(reader.header().clone()).clone();
         self.other_code = (header.code_version != CODE_VERSION).then(|| header.code_version.clone());
         let ours = header.code_version == CODE_VERSION;
+        let kinds = detectors::event_kinds();
         // Of a salvaged log it may be lost, and there is none in its place; that the log is
-        // one is known at its end.
+        // one is known later.
         let scenario_is_lost = reader.scenario_toml().is_empty();
+        let mut plan = None;
         if ours && !scenario_is_lost {
-            scenario_is_of(&header, reader.scenario_toml())?;
+            plan = Some(own::plan(&header, reader.scenario_toml())?);
         }
+        let mut own = None;
         let mut detectors = detectors::all(header.blocks);
         let mut both = Some(Agreement::with(&detectors));
-        while let Some(item) = reader.next_item()? {
+        // Of a salvaged log, until a gap is found that explains it.
+        let mut differs = None;
+        loop {
+            let item = match reader.next_item() {
+                Ok(Some(item)) => item,
+                Ok(None) => break,
+                Err(LogError { problem: LogProblem::Salvaged, .. }) if differs.is_some() => {
+                    if let Some(difference) = differs.filter(|_| !reader.says_lost()) {
+                        self.events_differ(&header, difference)?;
+                    }
+                    return Err(reader
+                        .verify()
+                        .map_or_else(CheckProblem::Log, |_| unreachable!("it is salvaged")));
+                }
+                Err(error) => return Err(error.into()),
+            };
+            if self.messages == 0 {
+                own::topics(reader.announced(), header.blocks, &kinds, ours)?;
+                own = plan.take().map(|plan| Own::new(plan, reader.is_salvaged()));
+            }
             if let Some(both) = &mut both
                 && both.announced(reader.event_topics())
             {
@@ -191,7 +203,7 @@ impl Seen {
             }
             if reader.has_gap() {
                 // What is missing may have been the beginning of an event.
-                both = None;
+                (both, differs) = (None, None);
             }
             match item {
                 LogItem::Event(event) => {
@@ -202,7 +214,10 @@ impl Seen {
                     }
                 }
                 LogItem::Record(record) => {
-                    self.record(&header, &record)?;
+                    self.record(&header, &record, reader.has_gap())?;
+                    if let Some(own) = &mut own {
+                        own.record(&record, reader.is_after_gap())?;
+                    }
                     if let (Record::Step(step), Some(both)) = (&record, &mut both) {
                         for detector in &mut detectors {
                             detector.observe(step, &mut |event| both.found(event));
@@ -211,13 +226,28 @@ impl Seen {
                 }
             }
             if let Some(Err(difference)) = both.as_mut().map(Agreement::compare) {
-                self.events_differ(&header, difference)?;
+                if reader.is_salvaged() {
+                    differs = Some(difference);
+                } else {
+                    self.events_differ(&header, difference)?;
+                }
                 both = None;
             }
             self.messages += 1;
         }
+        own::topics(reader.announced(), header.blocks, &kinds, ours)?;
         if ours && scenario_is_lost {
-            scenario_is_of(&header, reader.scenario_toml())?;
+            own::plan(&header, reader.scenario_toml())?;
+        }
+        let status = reader.end().map(|end| end.status);
+        match own {
+            Some(own) => own.finish(status == Some(RunStatus::LoadNotReached))?,
+            // There was no message at all.
+            None => {
+                if let Some(plan) = plan {
+                    Own::new(plan, false).finish(status == Some(RunStatus::LoadNotReached))?;
+                }
+            }
         }
         if let Some(mut both) = both {
             both.announced(reader.event_topics());
@@ -246,7 +276,7 @@ impl Seen {
         Ok(())
     }
 
-    fn record(&mut self, header: &RunHeader, record: &Record) -> Result<(), CheckProblem> {
+    fn record(&mut self, header: &RunHeader, record: &Record, has_gap: bool) -> Result<(), CheckProblem> {
         let (step, time_s) = match record {
             Record::Step(record) => (record.step, record.time_s),
             Record::Fields(record) => (record.step, record.time_s),
@@ -255,6 +285,8 @@ impl Seen {
         // States stand after the step that they are of; the first is that before the run.
         let in_order = match record {
             Record::Step(_) => step > self.last_step,
+            // The reader knows whether that step may be missing.
+            Record::Fields(_) | Record::Window(_) if has_gap => step >= self.last_step,
             Record::Fields(_) | Record::Window(_) => self.messages == 0 || step == self.last_step,
         };
         if !in_order {
@@ -270,31 +302,6 @@ impl Seen {
         (self.last_step, self.last_s) = (step, time_s);
         Ok(())
     }
-}
-
-/// That a log's scenario is that of its header. Only of this version is it certain what a
-/// scenario means.
-fn scenario_is_of(logged: &RunHeader, text: &str) -> Result<(), CheckProblem> {
-    let scenario =
-        Scenario::resolve(&ScenarioSource::new("scenario.toml", text)).map_err(CheckProblem::Scenario)?;
-    let of = header(&scenario, &Plan::new(&scenario), &logged.solver);
-    let values = |header: &RunHeader| {
-        [
-            ("scenario_hash", header.scenario_hash.clone()),
-            ("scenario", header.scenario.clone()),
-            ("parameter_set", header.parameter_set.clone()),
-            ("blocks", header.blocks.to_string()),
-            ("time_step_s", format!("{:e}", header.time_step_s)),
-            ("steps", header.steps.to_string()),
-            ("run_id", header.run_id.clone()),
-        ]
-    };
-    for ((key, expected), (_, found)) in values(&of).into_iter().zip(values(logged)) {
-        if found != expected {
-            return Err(CheckProblem::OtherScenario { key, found, expected });
-        }
-    }
-    Ok(())
 }
 
 /// What in a record is no finite number, if anything.
@@ -371,7 +378,7 @@ mod tests {
     fn read(records: &[Record]) -> Result<(), CheckProblem> {
         let mut seen = Seen::default();
         records.iter().try_for_each(|record| {
-            seen.record(&header(), record)?;
+            seen.record(&header(), record, false)?;
             seen.messages += 1;
             Ok(())
         })

@@ -29,7 +29,7 @@ pub enum SalvageProblem {
         /// Why.
         error: SalvageError,
         /// What the log is worth as it stands.
-        verdict: Verdict,
+        checked: Box<Checked>,
     },
 }
 
@@ -40,13 +40,12 @@ pub enum SalvageProblem {
 /// or `output` exists or cannot be written.
 pub fn salvage(input: &Path, output: &Path) -> Result<Salvaged, SalvageProblem> {
     let checked = check(input);
-    let verdict = checked.verdict;
-    if verdict.holds_all() {
-        return Err(SalvageProblem::Whole(verdict));
+    if checked.verdict.holds_all() {
+        return Err(SalvageProblem::Whole(checked.verdict));
     }
     asperity_runlog::salvage(input, output, &detectors::event_kinds(), &settle).map_err(|error| match error {
         SalvageError::Whole(_) => SalvageProblem::Contradictory(Box::new(checked)),
-        error => SalvageProblem::Failed { error, verdict },
+        error => SalvageProblem::Failed { error, checked: Box::new(checked) },
     })
 }
 

@@ -11,6 +11,7 @@ use mcap::records::{MessageHeader, Record as Raw};
 use serde::de::DeserializeOwned;
 
 use crate::agree;
+use crate::announced::Announced;
 use crate::digest::Digests;
 use crate::format::{
     CHECKPOINT, EVENTS, FIELDS, MOST_SCHEMA_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
@@ -56,6 +57,9 @@ pub enum LogItem {
     Event(Event),
 }
 
+/// Most topics of which it is kept how they were announced; a run has seven.
+const MOST_ANNOUNCED: usize = 1000;
+
 /// How far a salvaged log can be relied on: its messages bear the numbers that they had.
 #[derive(Default)]
 struct Salvage {
@@ -65,16 +69,35 @@ struct Salvage {
     has_gap: bool,
     /// Whether switches are missing since the state of all blocks was last known.
     is_state_unknown: bool,
+    /// Whether a state or event was read of a step that is not there: then the next step must
+    /// have a number that leaves room for it.
+    owes_steps: bool,
+    /// Whether it says that messages were lost, or that it does not know.
+    says_lost: bool,
 }
 
 impl Salvage {
-    fn take(&mut self, topic: &str, sequence: u32) {
+    fn new(map: &BTreeMap<String, String>) -> Salvage {
+        let is_known = map.get("end_is_known").is_some_and(|known| known == "true");
+        let says_lost = !is_known || map.keys().any(|key| key.starts_with("lost:"));
+        Salvage { says_lost, ..Salvage::default() }
+    }
+
+    /// Takes the number of a message; whether messages of its topic are missing before it.
+    fn take(&mut self, topic: &str, sequence: u32) -> bool {
         let expected = self.expected.entry(topic.to_owned()).or_insert(0);
-        if sequence != *expected {
-            self.has_gap = true;
-            self.is_state_unknown = true;
-        }
+        let is_after_gap = sequence != *expected;
         *expected = sequence.saturating_add(1);
+        self.has_gap |= is_after_gap;
+        self.is_state_unknown |= is_after_gap;
+        is_after_gap
+    }
+
+    /// Takes note of a message that followed a step which is missing.
+    fn miss_step(&mut self) {
+        self.has_gap = true;
+        self.is_state_unknown = true;
+        self.owes_steps = true;
     }
 }
 
@@ -89,20 +112,28 @@ pub struct RunReader {
     /// For a salvaged log, what may be missing from it.
     salvage: Option<Salvage>,
     end: Option<RunEnd>,
-    /// A step record whose switches are still being read, and how many it promises.
-    open_step: Option<(StepRecord, u32)>,
+    /// A step record whose switches are still being read, how many it promises, and whether
+    /// messages are missing before one of them.
+    open_step: Option<(StepRecord, u32, bool)>,
     detached: Vec<bool>,
     detached_count: u32,
     last_step: u64,
     /// The step of the last record of any kind.
     record_step: u64,
-    ready: VecDeque<LogItem>,
+    /// What is read, each with whether messages of its topic are missing before it.
+    ready: VecDeque<(LogItem, bool)>,
+    /// Whether they are before the last item that was handed out.
+    is_after_gap: bool,
     counts: BTreeMap<String, u64>,
     /// JSON schemas by their number in the file, as far as there is room.
     schemas: BTreeMap<u16, String>,
     schema_bytes: usize,
     /// Topics of events, and the number of the schema of each.
     event_topics: BTreeMap<String, u16>,
+    /// Name and encoding of schemas by their number.
+    schema_heads: BTreeMap<u16, [String; 2]>,
+    /// How each topic was announced first, with the number of its schema.
+    announced: BTreeMap<String, (Announced, u16)>,
     switches: u64,
     digests: Digests,
     progress: Progress,
@@ -141,6 +172,9 @@ impl RunReader {
             last_step: 0,
             record_step: 0,
             ready: VecDeque::new(),
+            is_after_gap: false,
+            announced: BTreeMap::new(),
+            schema_heads: BTreeMap::new(),
             counts: BTreeMap::new(),
             schemas: BTreeMap::new(),
             schema_bytes: 0,
@@ -181,6 +215,16 @@ impl RunReader {
         self.event_topics.iter().map(|(topic, id)| (topic.as_str(), schema(id))).collect()
     }
 
+    /// How the log announces its topics. Known once the first item has been read, but for what
+    /// stands behind it.
+    pub fn announced(&self) -> impl Iterator<Item = Announced> {
+        self.announced.values().map(|(announced, id)| {
+            let [schema_name, schema_encoding] = self.schema_heads.get(id).cloned().unwrap_or_default();
+            let schema = self.schemas.get(id).cloned().unwrap_or_default();
+            Announced { schema_name, schema_encoding, schema, ..announced.clone() }
+        })
+    }
+
     /// The state of the last checkpoint in what has been read, as JSON; whatever it needs of
     /// the log stands before it.
     pub fn checkpoint(&self) -> Option<&str> {
@@ -191,6 +235,22 @@ impl RunReader {
     /// may be in a log that was salvaged. Detectors cannot see past that.
     pub fn has_gap(&self) -> bool {
         self.salvage.as_ref().is_some_and(|salvage| salvage.has_gap)
+    }
+
+    /// Whether it was put together from what was left of a damaged log.
+    pub fn is_salvaged(&self) -> bool {
+        self.salvage.is_some()
+    }
+
+    /// Whether it was, and says that messages were lost or that nobody knows.
+    pub fn says_lost(&self) -> bool {
+        self.salvage.as_ref().is_some_and(|salvage| salvage.says_lost)
+    }
+
+    /// Whether messages of the topic of the last item are missing before it; of a step record, also
+    /// of its switches.
+    pub fn is_after_gap(&self) -> bool {
+        self.is_after_gap
     }
 
     /// How the run ended; known once [`RunReader::next_item`] has given `None`.
@@ -209,7 +269,12 @@ impl RunReader {
                 Progress::Failed(problem) => {
                     return Err(LogError { path: self.path.clone(), problem: problem.again() });
                 }
-                _ if !self.ready.is_empty() => return Ok(self.ready.pop_front()),
+                _ if !self.ready.is_empty() => {
+                    return Ok(self.ready.pop_front().map(|(item, is_after_gap)| {
+                        self.is_after_gap = is_after_gap;
+                        item
+                    }));
+                }
                 Progress::Whole => return Ok(None),
                 Progress::Reading => {}
             }
@@ -249,7 +314,9 @@ impl RunReader {
                 self.detached = vec![false; header.blocks as usize];
                 self.header = Some(header);
             }
-            Raw::Metadata(metadata) if metadata.name == SALVAGE => self.salvage = Some(Salvage::default()),
+            Raw::Metadata(metadata) if metadata.name == SALVAGE => {
+                self.salvage = Some(Salvage::new(&metadata.metadata));
+            }
             Raw::Metadata(metadata) if metadata.name == RUN_END => {
                 self.end = Some(metadata::end_from_map(&metadata.metadata)?);
             }
@@ -265,11 +332,23 @@ impl RunReader {
                 if is_new && self.schema_bytes + data.len() <= MOST_SCHEMA_BYTES {
                     self.schema_bytes += data.len();
                     self.schemas.insert(header.id, String::from_utf8_lossy(&data).into_owned());
+                    self.schema_heads.insert(header.id, [header.name, header.encoding]);
                 }
             }
             Raw::Channel(channel) => {
                 if channel.topic.starts_with(EVENTS) {
                     self.event_topics.insert(channel.topic.clone(), channel.schema_id);
+                }
+                if self.announced.len() < MOST_ANNOUNCED && !self.announced.contains_key(&channel.topic) {
+                    let announced = Announced {
+                        topic: channel.topic.clone(),
+                        message_encoding: channel.message_encoding,
+                        schema_name: String::new(),
+                        schema_encoding: String::new(),
+                        schema: String::new(),
+                        metadata: channel.metadata,
+                    };
+                    self.announced.insert(channel.topic.clone(), (announced, channel.schema_id));
                 }
                 self.counts.entry(channel.topic).or_insert(0);
             }
@@ -286,18 +365,18 @@ impl RunReader {
 
     fn message(&mut self, topic: String, head: &MessageHeader, data: &[u8]) -> Result<(), LogProblem> {
         let sequence = head.sequence;
-        if let Some(salvage) = &mut self.salvage {
-            salvage.take(&topic, sequence);
+        if topic != SWITCH {
+            self.close_step()?;
         }
+        let is_after_gap = self.salvage.as_mut().is_some_and(|salvage| salvage.take(&topic, sequence));
         if topic == SWITCH {
             self.switches += 1;
             return if self.topics.steps {
-                self.switch(decode(&topic, sequence, data)?, head)
+                self.switch(decode(&topic, sequence, data)?, head, is_after_gap)
             } else {
                 Ok(())
             };
         }
-        self.close_step()?;
         let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
         let timed = |step| agree::time(header, &topic, step, head);
         match topic.as_str() {
@@ -305,6 +384,14 @@ impl RunReader {
                 let message: StepMessage = decode(&topic, sequence, data)?;
                 timed(message.step)?;
                 agree::step(&message)?;
+                if let Some(salvage) = &mut self.salvage
+                    && std::mem::take(&mut salvage.owes_steps)
+                    && !is_after_gap
+                {
+                    let what = "states or events before it are of a step that is missing, but its number \
+                                leaves room for none";
+                    return Err(LogProblem::Contradiction { step: message.step, what: what.to_owned() });
+                }
                 if message.sliding != self.detached_count && !self.is_state_unknown() {
                     let StepMessage { step, sliding: promised, .. } = message;
                     return Err(LogProblem::Sliding { step, promised, found: self.detached_count });
@@ -312,7 +399,7 @@ impl RunReader {
                 self.last_step = message.step;
                 self.record_step = message.step;
                 let promised = message.switches;
-                self.open_step = Some((message.into_record(), promised));
+                self.open_step = Some((message.into_record(), promised, is_after_gap));
                 if promised == 0 {
                     self.close_step()?;
                 }
@@ -321,35 +408,57 @@ impl RunReader {
                 let record: FieldRecord = decode(&topic, sequence, data)?;
                 timed(record.step)?;
                 let blocks = header.blocks;
+                // The first is that before the run.
+                if self.topics.steps && record.step != self.last_step && sequence > 0 {
+                    self.miss_step();
+                }
                 self.learn_state(&record);
                 agree::fields(&record, blocks, self.topics.steps.then_some(&self.detached[..]))?;
                 self.record_step = record.step;
                 if self.topics.fields {
-                    self.ready.push_back(LogItem::Record(Record::Fields(record)));
+                    self.ready.push_back((LogItem::Record(Record::Fields(record)), is_after_gap));
                 }
             }
             WINDOW if self.topics.windows => {
                 let record: WindowRecord = decode(&topic, sequence, data)?;
                 timed(record.step)?;
                 agree::window(&record, header.blocks)?;
+                if self.topics.steps && record.step != self.last_step {
+                    self.miss_step();
+                }
                 self.record_step = record.step;
-                self.ready.push_back(LogItem::Record(Record::Window(record)));
+                self.ready.push_back((LogItem::Record(Record::Window(record)), is_after_gap));
             }
             _ if self.topics.events && topic.starts_with(EVENTS) => {
                 // An event stands at the time of the record before it.
-                if self.topics == Topics::ALL {
-                    timed(self.record_step)?;
+                if self.topics == Topics::ALL
+                    && let Err(problem) = timed(self.record_step)
+                {
+                    let is_later = agree::time_ns(header, self.record_step) < Some(head.log_time);
+                    match &mut self.salvage {
+                        // That record is missing.
+                        Some(salvage) if is_later && head.publish_time == head.log_time => {
+                            salvage.miss_step();
+                        }
+                        _ => return Err(problem),
+                    }
                 }
                 let invalid = |error| LogProblem::Message { topic: topic.clone(), sequence, error };
                 let payload = std::str::from_utf8(data)
                     .map_err(|error| invalid(serde::de::Error::custom(error)))?
                     .to_owned();
                 agree::event(&topic, &payload, header.blocks).map_err(invalid)?;
-                self.ready.push_back(LogItem::Event(Event { topic, payload }));
+                self.ready.push_back((LogItem::Event(Event { topic, payload }), is_after_gap));
             }
             _ => {}
         }
         Ok(())
+    }
+
+    fn miss_step(&mut self) {
+        if let Some(salvage) = &mut self.salvage {
+            salvage.miss_step();
+        }
     }
 
     fn is_state_unknown(&self) -> bool {
@@ -367,11 +476,17 @@ impl RunReader {
         }
     }
 
-    fn switch(&mut self, message: SwitchMessage, head: &MessageHeader) -> Result<(), LogProblem> {
+    fn switch(
+        &mut self,
+        message: SwitchMessage,
+        head: &MessageHeader,
+        is_after_gap: bool,
+    ) -> Result<(), LogProblem> {
         let is_state_unknown = self.is_state_unknown();
-        let Some((record, promised)) = &mut self.open_step else {
+        let Some((record, promised, is_step_after_gap)) = &mut self.open_step else {
             return Err(LogProblem::Switches { step: message.step, promised: 0, found: 1 });
         };
+        *is_step_after_gap |= is_after_gap;
         agree::switch(record, &message)?;
         if let Some(header) = &self.header {
             agree::time(header, SWITCH, message.step, head)?;
@@ -395,12 +510,12 @@ impl RunReader {
 
     /// Hands out the step record that was open, if its switches are all there.
     fn close_step(&mut self) -> Result<(), LogProblem> {
-        let Some((record, promised)) = self.open_step.take() else { return Ok(()) };
+        let Some((record, promised, is_after_gap)) = self.open_step.take() else { return Ok(()) };
         let found = record.switches.len() as u32;
         if found != promised {
             return Err(LogProblem::Switches { step: record.step, promised, found });
         }
-        self.ready.push_back(LogItem::Record(Record::Step(record)));
+        self.ready.push_back((LogItem::Record(Record::Step(record)), is_after_gap));
         Ok(())
     }
 

@@ -229,7 +229,7 @@ fn whichever_chunk_is_lost_the_rest_is_salvaged_with_gaps() {
     let mut wrong = Vec::new();
     let mut lost = 0;
     // Chunks of one message each, too: then nothing but that message is missing.
-    for (per_chunk, stride) in [(1, 9), (7, 2), (40, 1)] {
+    for per_chunk in [1, 7, 40] {
         let bytes = put_together(&parts, Packing { per_chunk, ..Packing::USUAL });
         let mut at = 8;
         let mut chunks = Vec::new();
@@ -240,6 +240,7 @@ fn whichever_chunk_is_lost_the_rest_is_salvaged_with_gaps() {
             }
             at += length;
         }
+        let stride = chunks.len() / 70 + 1;
         for chunk in chunks.into_iter().step_by(stride) {
             let mut broken = bytes.clone();
             broken[chunk.end - 1] ^= 1;
@@ -256,5 +257,5 @@ fn whichever_chunk_is_lost_the_rest_is_salvaged_with_gaps() {
     let count = wrong.len();
     wrong.truncate(20);
     assert!(wrong.is_empty(), "{count} of {lost}:\n{}", wrong.join("\n"));
-    assert!(lost > 200, "{lost} chunks");
+    assert!(lost > 100, "{lost} chunks");
 }

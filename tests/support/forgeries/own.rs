@@ -35,7 +35,7 @@ impl Forge {
         self.parts("own-sample-lost", "a sample is missing", asked, |parts| {
             remove(parts, "/step", |number| number == 1);
         });
-        self.parts("own-last-sample-lost", "the last sample is missing", "the last step", |parts| {
+        self.parts("own-last-sample-lost", "the last sample is missing", "follows step", |parts| {
             let last = messages(parts, "/step").len() - 1;
             remove(parts, "/step", |number| number == last);
         });

@@ -83,9 +83,9 @@ fn a_run_that_fills_the_disk_says_so_and_goes_on_when_there_is_room() {
         [
             "full: 1",
             "not published",
-            "check: 1",
+            "check: 3",
             "still full: 1",
-            "check again: 1",
+            "check again: 3",
             "room: 0",
             "precious",
             "kept",

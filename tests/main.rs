@@ -35,6 +35,7 @@ mod scenarios;
 #[cfg(feature = "analysis")]
 mod textconv;
 mod tidy;
+mod verdict;
 #[cfg(feature = "analysis")]
 mod verify;
 mod versions;

@@ -6,8 +6,10 @@ use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use crate::support::binary;
+use crate::laws::parts::{Packing, put_together, take_apart};
 use crate::support::binary::{asperity, succeed, text};
+use crate::support::{binary, small};
+use asperity_run::Verdict;
 use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
 use mcap::read::LinearReader;
 use mcap::records::{Record, op};
@@ -74,7 +76,8 @@ impl Log {
         assert_eq!((kept.len(), differs), (expected.len(), None), "{what}: {said}");
         let check = asperity(&["check", text(&out)]);
         let verdict = String::from_utf8_lossy(&check.stdout).into_owned();
-        assert!(!check.status.success() && verdict.contains("salvaged"), "{what}: {verdict}");
+        assert_eq!(check.status.code(), Some(5), "{what}: {verdict}");
+        assert!(verdict.contains(": salvaged with gaps: "), "{what}: {verdict}");
         said
     }
 }
@@ -326,16 +329,16 @@ fn what_is_whole_or_hopeless_is_left_alone() {
     assert!(said.contains("whole: there is nothing to salvage") && !out.exists(), "{said}");
 
     let damaged = log.folder.path().join("damaged.mcap");
-    for (bytes, told) in [
-        (&b""[..], "nothing says what run it is of"),
-        (b"no log at all, but long enough to be one", "nothing says what run it is of"),
-        (&log.bytes[..20], "nothing says what run it is of"),
+    for (bytes, code, told) in [
+        (&b""[..], 3, "nothing says what run it is of"),
+        (b"no log at all, but long enough to be one", 2, "nothing says what run it is of"),
+        (&log.bytes[..20], 3, "nothing says what run it is of"),
     ] {
         fs::write(&damaged, bytes).expect("the folder can be written");
         let output = asperity(&["salvage", text(&damaged), "--out", text(&out)]);
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(
-            output.status.code() == Some(1) && said.contains(told) && said.contains("damaged.mcap"),
+            output.status.code() == Some(code) && said.contains(told) && said.contains("damaged.mcap"),
             "{said}"
         );
         assert!(!out.exists());
@@ -357,15 +360,57 @@ fn commands_take_a_salvaged_log_for_what_it_is() {
     bytes[third.start + 100] ^= 1;
     let (_, out) = log.salvage(&bytes);
     let events = asperity(&["events", text(&out)]);
-    assert_eq!(events.status.code(), Some(1));
+    assert_eq!(events.status.code(), Some(5));
     let printed = String::from_utf8_lossy(&events.stdout).into_owned();
     let whole = succeed(&["events", text(&log.folder.path().join("whole.mcap"))]);
     let (printed, whole): (Vec<&str>, Vec<&str>) = (printed.lines().collect(), whole.lines().collect());
     assert!(printed.len() < whole.len() && printed.len() > 2, "{} of {} events", printed.len(), whole.len());
     assert!(printed.iter().all(|row| whole.contains(row)));
-    for command in [&["replay"][..], &["reduce", "--out", "nowhere"]] {
-        let output = asperity(&[command, &[text(&out)]].concat());
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.code() == Some(1) && said.contains("salvaged"), "{said}");
+    let output = asperity(&["replay", text(&out)]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(5) && said.contains("salvaged with gaps"), "{said}");
+}
+
+/// Whatever is lost, what is left is a salvaged log, in whose gaps alone something is missing.
+#[test]
+fn whichever_chunk_is_lost_the_rest_is_salvaged_with_gaps() {
+    let folder = asperity_testkit::folder();
+    let path = |name: &str| folder.path().join(name);
+    let windows = "recording.window=[{from_s=0.3,to_s=0.6,every_s=1e-3,first_block=2,last_block=5}]";
+    let dense = ["--set", "recording.fields_s=0.005", "--set", windows];
+    binary::run(&[&small::SCENARIO[..], &dense].concat(), &path("whole.mcap"));
+    let parts = take_apart(&fs::read(path("whole.mcap")).expect("it was just written"));
+    let (damaged, out) = (path("damaged.mcap"), path("salvaged.mcap"));
+    let mut wrong = Vec::new();
+    let mut lost = 0;
+    // Chunks of one message each, too: then nothing but that message is missing.
+    for per_chunk in [1, 7, 40] {
+        let bytes = put_together(&parts, Packing { per_chunk, ..Packing::USUAL });
+        let mut at = 8;
+        let mut chunks = Vec::new();
+        while at + 9 < bytes.len() {
+            let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize + 9;
+            if bytes[at] == mcap::records::op::CHUNK {
+                chunks.push(at..at + length);
+            }
+            at += length;
+        }
+        let stride = chunks.len() / 70 + 1;
+        for chunk in chunks.into_iter().step_by(stride) {
+            let mut broken = bytes.clone();
+            broken[chunk.end - 1] ^= 1;
+            fs::write(&damaged, &broken).expect("the folder can be written");
+            fs::remove_file(&out).ok();
+            asperity_run::salvage(&damaged, &out).expect("most of it is left");
+            let checked = asperity_run::check(&out);
+            lost += 1;
+            if checked.verdict != Verdict::Salvaged {
+                wrong.push(format!("{per_chunk} to a chunk, that at byte {}: {checked}", chunk.start));
+            }
+        }
     }
+    let count = wrong.len();
+    wrong.truncate(20);
+    assert!(wrong.is_empty(), "{count} of {lost}:\n{}", wrong.join("\n"));
+    assert!(lost > 100, "{lost} chunks");
 }

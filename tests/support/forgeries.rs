@@ -2,6 +2,7 @@
 //! `asperity check` must say of it.
 
 mod messages;
+mod own;
 
 use std::collections::BTreeMap;
 
@@ -16,6 +17,8 @@ use crate::laws::thin::messages;
 pub(crate) enum Verdict {
     /// Nothing in it is changed that is read.
     Whole,
+    /// The same, of a log that another version of the program made.
+    OtherCode,
     /// It ends too early, and is sound up to there.
     Incomplete,
     /// Something in it is not as it must be.
@@ -28,6 +31,7 @@ impl Verdict {
     pub(crate) fn word(self) -> &'static str {
         match self {
             Verdict::Whole => "whole",
+            Verdict::OtherCode => "by other code or detectors",
             Verdict::Incomplete => "incomplete",
             Verdict::Damaged => "damaged",
             Verdict::NoRunLog => "not a run log",
@@ -48,6 +52,16 @@ pub(crate) struct Forgery {
     /// Whether its end agrees with its messages, so that only what is read of them can tell.
     pub(crate) consistent: bool,
     pub(crate) bytes: Vec<u8>,
+}
+
+impl Forgery {
+    /// What is to be said of the same, made of a log by another version of the program.
+    pub(crate) fn of_another_program(mut self) -> Forgery {
+        if self.verdict == Verdict::Whole {
+            self.verdict = Verdict::OtherCode;
+        }
+        self
+    }
 }
 
 /// A sound log, and what is made of it.

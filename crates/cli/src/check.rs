@@ -2,28 +2,18 @@
 
 use std::io::{self, Write};
 
-use asperity_run::Verdict;
+use asperity_run::Checked;
 
 use crate::args::CheckArguments;
 use crate::exit::{self, Code, Failure};
 
 pub(crate) fn command(arguments: &CheckArguments) -> Result<(), Failure> {
-    let mut worst = Verdict::Whole;
+    let mut codes = Vec::new();
     for run in &arguments.runs {
-        let checked = asperity_run::check(run);
+        let checked: Checked = asperity_run::check(run);
         let what = checked.to_string();
-        let (verdict, what) = (checked.verdict, exit::shortened(&what));
-        let mut out = io::stdout().lock();
-        match verdict {
-            // The sentence says it already.
-            Verdict::NoRunLog => writeln!(out, "{}: {what}", run.display())?,
-            _ => writeln!(out, "{}: {}: {what}", run.display(), verdict.word())?,
-        }
-        worst = worst.max(verdict);
+        writeln!(io::stdout().lock(), "{}: {}", run.display(), exit::shortened(&what))?;
+        codes.push(Code::from(checked.verdict));
     }
-    match worst {
-        Verdict::Whole => Ok(()),
-        Verdict::Incomplete => Err(Failure::Said(Code::Failed)),
-        Verdict::Damaged | Verdict::NoRunLog => Err(Failure::Said(Code::BadInput)),
-    }
+    Code::worst(codes).said()
 }

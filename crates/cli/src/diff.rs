@@ -14,11 +14,13 @@ use asperity_model::text;
 use asperity_runlog::WholeFile;
 
 use crate::args::{DiffArguments, DiffFormat, PairBy};
-use crate::exit::{Code, Failure};
+use crate::exit::{self, Code, Failure};
+use crate::judge;
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     let settings = settings(arguments)?;
     outputs_are_free(arguments)?;
+    hold_all(arguments)?;
     let Compared { report, draft } =
         compare(&arguments.old, &arguments.new, &settings).map_err(as_failure)?;
     if let Some(path) = &arguments.draft_policy {
@@ -38,6 +40,17 @@ pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
         Verdict::WithinPolicy => Ok(()),
         Verdict::Differs => Err(Failure::Said(Code::Failed)),
     }
+}
+
+/// Makes sure that every run log on either side holds all of its run. Which program made it is what
+/// the comparison is for.
+fn hold_all(arguments: &DiffArguments) -> Result<(), Failure> {
+    let mut logs = Vec::new();
+    for side in [&arguments.old, &arguments.new] {
+        logs.extend(sides::logs(side).map_err(|error| as_failure(error.into()))?);
+    }
+    let judged = exit::each_of(&logs, None, |log| judge::holds_all(log))?;
+    Code::worst(judged.into_iter().filter_map(Result::err)).said()
 }
 
 /// Makes sure that nothing would be written over what is there: never over an input.

@@ -10,6 +10,7 @@ mod events;
 mod exit;
 mod export;
 mod interrupt;
+mod judge;
 mod man;
 mod progress;
 mod replay;
@@ -46,14 +47,14 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
     match arguments.command {
         Command::Scenario(command) => scenario::command(command),
         Command::Run(arguments) => run::command(&arguments, &board),
-        Command::Events(arguments) => events::command(&arguments),
+        Command::Events(arguments) => events::command(&arguments, &board),
         Command::Check(arguments) => check::command(&arguments),
         Command::Salvage(arguments) => salvage::command(&arguments),
         Command::Replay(arguments) => replay::command(&arguments, board),
         Command::Export(arguments) => export::command(&arguments, &board),
         Command::Diff(arguments) => diff::command(&arguments),
         #[cfg(feature = "analysis")]
-        Command::Reduce(arguments) => reproduce::reduce_command(&arguments),
+        Command::Reduce(arguments) => reproduce::reduce_command(&arguments, &board),
         #[cfg(feature = "analysis")]
         Command::Reproduce(arguments) => reproduce::command(&arguments, &board),
         #[cfg(feature = "analysis")]

@@ -15,6 +15,7 @@ use serde::Serialize;
 use crate::args::ReplayArguments;
 use crate::event_table::{EventTables, Printed};
 use crate::exit::{self, Code, Failure};
+use crate::judge;
 use crate::progress::{Board, RunProgress};
 
 /// What is written beside the tables of a replay: by which settings they were made, of what.
@@ -43,14 +44,20 @@ pub(crate) fn command(arguments: &ReplayArguments, board: Board) -> Result<(), F
     }
     let replay = Replay { arguments, settings, board };
     let replayed = exit::each_of(&arguments.runs, arguments.jobs, |run| replay.one(run))?;
-    let failures = replayed.iter().filter(|run| run.is_none()).count();
+    let codes: Vec<Code> = replayed
+        .iter()
+        .map(|run| match run {
+            Ok(run) if run.same_as_logged == Some(false) => Code::Failed,
+            Ok(_) => Code::Success,
+            Err(code) => *code,
+        })
+        .collect();
     let mut runs: Vec<ReplayedRun> = replayed.into_iter().flatten().collect();
-    let differing = runs.iter().filter(|run| run.same_as_logged == Some(false)).count();
     if let Some(out) = &arguments.out {
         runs.sort_by(|a, b| a.log.cmp(&b.log));
         replay.write_record(out, &runs)?;
     }
-    if failures + differing > 0 { Err(Failure::Said(Code::Failed)) } else { Ok(()) }
+    Code::worst(codes).said()
 }
 
 /// The name of a run's tables: that of its log.
@@ -165,6 +172,7 @@ impl Watch for Output<'_> {
 
 impl Replay<'_> {
     fn one(&self, run: &Path) -> Result<ReplayedRun, Failure> {
+        let checked = judge::holds_all(run)?;
         let replay = asperity_run::Replay::open(run, &self.settings).map_err(Failure::failed)?;
         let header = replay.header();
         let duration_s = header.time_grid().time_s(header.steps);
@@ -195,6 +203,7 @@ impl Replay<'_> {
         };
         output.finish()?;
         self.tell(run, &replayed)?;
+        judge::tell(run, &checked, &self.board)?;
         let same = replayed.comparison.as_ref().map(|comparison| comparison.difference.is_none());
         Ok(ReplayedRun {
             log: run.to_owned(),

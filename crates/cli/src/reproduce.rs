@@ -10,16 +10,21 @@ use asperity_analysis::run_data::RunData;
 use asperity_analysis::{figures, table_file, tables};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
-use asperity_run::study::Job;
-use asperity_run::{RunError, SolverKind, at_once};
+use asperity_run::study::{Job, Stored};
+use asperity_run::{RunError, SolverKind, Verdict, at_once};
+use asperity_runlog::WholeFile;
 
 use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
 use crate::interrupt;
+use crate::judge;
 use crate::progress::Board;
 use crate::{run, scenario};
 
-pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure> {
+/// Stands beside the tables and figures of a log that does not hold all of its run.
+const MISSING: &str = "what-is-missing.txt";
+
+pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Result<(), Failure> {
     let out = &arguments.out;
     let rules = PrecursorRules { min_blocks: arguments.min_blocks, merge_gap_s: arguments.merge_gap_s };
     rules.check().map_err(|error| Failure::BadInput(format!("--merge-gap-s: {error}")))?;
@@ -30,7 +35,17 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure>
         )));
     }
     let name = arguments.run.file_stem().map_or("run".into(), |stem| stem.to_string_lossy().into_owned());
-    let data = RunData::read(&name, &arguments.run).map_err(Failure::failed)?;
+    let checked = judge::readable(&arguments.run)?;
+    let verdict = checked.verdict;
+    if verdict == Verdict::Damaged {
+        return Err(Failure::Log(
+            verdict,
+            format!("{}: {checked} (accepted: what asperity salvage makes of it)", arguments.run.display()),
+        ));
+    }
+    let data = RunData::read_part(&name, &arguments.run).map_err(|error| {
+        if verdict.holds_all() { Failure::failed(error) } else { Failure::Log(verdict, error.to_string()) }
+    })?;
     create_folder(out)?;
     let law = LengthLaw::natural(&data.scenario);
     let write = || {
@@ -41,8 +56,17 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure>
         figures::draw_overview(data, out)
     };
     write().map_err(Failure::failed)?;
+    if !verdict.holds_all() {
+        let path = out.join(MISSING);
+        let note = format!(
+            "These tables and figures are of what there is of a run. Its log is not whole.\n{}: {checked}\n",
+            arguments.run.display()
+        );
+        WholeFile::write(&path, note)
+            .map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))?;
+    }
     writeln!(io::stdout().lock(), "{}", out.display())?;
-    Ok(())
+    judge::tell(&arguments.run, &checked, board)
 }
 
 /// Reads a pipeline, and resolves its runs with overrides.
@@ -74,10 +98,21 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     create_folder(&runs_folder)?;
     interrupt::install()?;
     let solver = SolverKind::from(arguments.solver);
-    let (done, mut missing): (Vec<Job>, Vec<Job>) =
-        jobs.into_iter().partition(|job| !arguments.fresh && job.is_done(&runs_folder, solver));
-    if !done.is_empty() {
-        board.line(&format!("{} runs are there already", done.len()));
+    let stored = at_once(&jobs, arguments.jobs, |job| {
+        Ok::<_, Failure>(if arguments.fresh { Stored::Nothing } else { job.stored(&runs_folder, solver) })
+    })?;
+    let mut missing = Vec::new();
+    for (job, stored) in jobs.into_iter().zip(&stored) {
+        match stored {
+            Stored::Whole => continue,
+            Stored::Nothing => {}
+            Stored::Unfit(why) => board.line(&format!("{}: made anew: {why}", job.name)),
+        }
+        missing.push(job);
+    }
+    let done = stored.len() - missing.len();
+    if done > 0 {
+        board.line(&format!("{done} runs are there already"));
     }
     // The longest first, so that no core waits for one at the end.
     missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use asperity_run::{SalvageProblem, Verdict};
 use asperity_runlog::{SalvageError, Salvaged, WriteError};
 
 use crate::args::SalvageArguments;
@@ -13,14 +14,20 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
     folder_is_there("--out", out)?;
     match asperity_run::salvage(input, out) {
         Ok(salvaged) => tell(input, out, &salvaged),
-        Err(SalvageError::Whole(path)) => {
-            writeln!(io::stdout().lock(), "{path}: whole: there is nothing to salvage")?;
+        Err(problem @ SalvageProblem::Whole(_)) => {
+            writeln!(io::stdout().lock(), "{}: {problem}", input.display())?;
             Ok(())
         }
-        Err(error @ SalvageError::Write(WriteError::Exists(_))) => {
+        Err(SalvageProblem::Failed { error: error @ SalvageError::Write(WriteError::Exists(_)), .. }) => {
             Err(Failure::BadInput(format!("--out: {error} (accepted: a path that does not exist)")))
         }
-        Err(error) => Err(Failure::failed(error)),
+        Err(SalvageProblem::Failed { error: SalvageError::Hopeless { problem, .. }, checked }) => {
+            Err(Failure::Log(checked.verdict, format!("{}: {checked}; {problem}", input.display())))
+        }
+        Err(problem @ SalvageProblem::Contradictory(_)) => {
+            Err(Failure::Log(Verdict::Damaged, format!("{}: {problem}", input.display())))
+        }
+        Err(problem) => Err(Failure::failed(problem)),
     }
 }
 

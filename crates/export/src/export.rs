@@ -86,12 +86,23 @@ pub enum ExportError {
     },
 }
 
+/// What a log was found to be worth, by whoever knows how to judge logs.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// In a word.
+    pub state: State,
+    /// Why it does not hold all of its run, if it does not.
+    pub problem: Option<String>,
+    /// The last step up to which it is sound.
+    pub until_step: u64,
+}
+
 /// What came of an export.
 #[derive(Debug)]
 pub struct Report {
     /// The files, with the number of rows in each, and the one that describes them.
     pub files: Vec<(PathBuf, Option<u64>)>,
-    /// How far the log could be read.
+    /// How far the log was read.
     pub ran: Ran,
     /// Events of topics that no table can be made of, and how many: this program has no detector
     /// for them, and their schema is not flat or not known, no file can be named after the topic,
@@ -99,10 +110,10 @@ pub struct Report {
     pub left_out: BTreeMap<String, u64>,
 }
 
-/// How far a log could be read.
+/// How far a log was read.
 #[derive(Debug)]
 pub struct Ran {
-    /// Whether to its end.
+    /// What it is worth.
     pub state: State,
     /// The last step.
     pub last_step: u64,
@@ -133,6 +144,7 @@ pub struct Export<'a> {
     /// The time of the last record, s.
     last_s: f64,
     left_out: BTreeMap<String, u64>,
+    judged: Judged,
 }
 
 /// How the events of one topic become rows.
@@ -212,6 +224,7 @@ impl<'a> Export<'a> {
             end_forces: None,
             last_s: 0.0,
             left_out: BTreeMap::new(),
+            judged: Judged { state: State::Whole, problem: None, until_step: u64::MAX },
         };
         if !export.request.replace {
             let tables = export.tables.iter().map(|table| table.path.clone());
@@ -220,6 +233,14 @@ impl<'a> Export<'a> {
             }
         }
         Ok(export)
+    }
+
+    /// Goes by a judgement of the log. Without one, what reading it brings to light is all that is
+    /// known of its worth.
+    #[must_use]
+    pub fn judged(mut self, judged: Judged) -> Export<'a> {
+        self.judged = judged;
+        self
     }
 
     /// What the run is.
@@ -232,32 +253,34 @@ impl<'a> Export<'a> {
         self.request.out.join(format!("{}.export.json", self.request.name))
     }
 
-    /// Reads the log and writes the files; `progress` is told every step. A log
-    /// that is incomplete or damaged is exported as far as it is sound.
+    /// Reads the log and writes the files; `progress` is told every step. A log that is incomplete
+    /// or damaged is exported as far as it is sound, a salvaged one around its gaps.
     ///
     /// # Errors
     /// If a file cannot be written. None has its final name then, unless all were whole and only
     /// giving one of them its name failed.
     pub fn run(mut self, mut progress: impl FnMut(u64)) -> Result<Report, ExportError> {
-        let mut ran = Ran { state: State::Whole, last_step: 0, last_s: 0.0, problem: None };
+        let Judged { state, problem, until_step } = self.judged.clone();
+        let mut ran = Ran { state, last_step: 0, last_s: 0.0, problem };
         loop {
             let item = self.first.take().unwrap_or_else(|| self.reader.next_item());
-            match item {
+            let wrong = match item {
                 Ok(None) => break,
-                Ok(Some(LogItem::Record(record))) => {
-                    if let Err(problem) = self.record(&record)? {
-                        (ran.state, ran.problem) = (State::Damaged, Some(problem));
-                        break;
+                Ok(Some(LogItem::Record(record))) if record.step() > until_step => break,
+                Ok(Some(LogItem::Record(record))) => match self.record(&record)? {
+                    Ok(()) => {
+                        ran.last_step = record.step();
+                        progress(ran.last_step);
+                        continue;
                     }
-                    ran.last_step = record.step();
-                    progress(ran.last_step);
-                }
-                Ok(Some(LogItem::Event(event))) => {
-                    if let Err(problem) = self.event(&event)? {
-                        (ran.state, ran.problem) = (State::Damaged, Some(problem));
-                        break;
-                    }
-                }
+                    Err(problem) => problem,
+                },
+                Ok(Some(LogItem::Event(event))) => match self.event(&event)? {
+                    Ok(()) => continue,
+                    Err(problem) => problem,
+                },
+                // The judgement speaks of the same.
+                Err(_) if ran.problem.is_some() => break,
                 Err(LogError { problem, .. }) => {
                     ran.state = match &problem {
                         LogProblem::Salvaged => State::Salvaged,
@@ -267,7 +290,9 @@ impl<'a> Export<'a> {
                     ran.problem = Some(problem.to_string());
                     break;
                 }
-            }
+            };
+            (ran.state, ran.problem) = (State::Damaged, Some(wrong));
+            break;
         }
         ran.last_s = self.header().time_grid().time_s(ran.last_step);
         let files = self.finish(&ran)?;

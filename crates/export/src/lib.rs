@@ -47,5 +47,5 @@ mod lines;
 pub mod rows;
 
 pub use comma::{Csv, CsvRows, Spelling};
-pub use export::{Export, ExportError, Ran, Report, Request, name_of};
+pub use export::{Export, ExportError, Judged, Ran, Report, Request, name_of};
 pub use lines::Ndjson;

@@ -58,6 +58,35 @@ impl LoadCourse {
         start + (end - start) * ((at - from) as f64 / (to - from) as f64)
     }
 
+    /// Whether its steps count from where the drive stops, and there is anything to count.
+    pub fn counts_from_hold(&self) -> bool {
+        self.from_hold && !self.is_constant()
+    }
+
+    /// The steps in which the drive may have stopped if the factor is this in a step, while it
+    /// changes; each to a few steps, since the factor is rounded.
+    pub fn hold_steps(&self, step: u64, factor: f64) -> Vec<u64> {
+        let ramps = self.knots.windows(2).filter_map(|ends| {
+            let [(from, start), (to, end)] = [ends[0], ends[1]];
+            let into = (factor - start) / (end - start) * (to - from) as f64;
+            (start != end && (-2.0..=(to - from) as f64 + 2.0).contains(&into))
+                .then(|| from.saturating_add_signed(into.round() as i64))
+        });
+        let mut holds: Vec<u64> = ramps
+            .flat_map(|at| (at.saturating_sub(2)..=at + 2).filter_map(|at| step.checked_sub(at)))
+            .collect();
+        holds.sort_unstable();
+        holds.dedup();
+        holds
+    }
+
+    /// Whether it stays at this factor for some time, or for ever.
+    pub fn rests_at(&self, factor: f64) -> bool {
+        let ends = [self.knots.first(), self.knots.last()].into_iter().flatten();
+        let flat = self.knots.windows(2).filter(|ends| ends[0].1 == ends[1].1).map(|ends| &ends[0]);
+        self.knots.is_empty() || ends.chain(flat).any(|(_, rest)| (rest - factor).abs() <= 4.0 * f64::EPSILON)
+    }
+
     /// By how much the factor changes in each step behind `step`, up to the next knot. Not the
     /// difference of two factors: many steps would multiply their rounding.
     pub fn rate(&self, step: u64, hold_step: u64) -> f64 {

@@ -6,9 +6,21 @@ use asperity_model::{Plan, Scenario};
 use asperity_runlog::{Existing, LogError, LogProblem, NoRunLog, RunReader, Topics, partial_path};
 use asperity_simulator::SolverKind;
 
-use crate::detectors;
+use crate::check::check;
 use crate::run::{Begin, LogTo, Outcome, RunError, Task, run};
+use crate::verdict::Verdict;
 use crate::watch::Watch;
+
+/// What there is of a run already.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Stored {
+    /// Its log: whole, by this very program with its detectors, of this scenario and solver.
+    Whole,
+    /// No log.
+    Nothing,
+    /// A log that cannot stand for it, and why.
+    Unfit(String),
+}
 
 /// A run of a study, resolved.
 #[derive(Debug, Clone)]
@@ -35,16 +47,25 @@ impl Job {
         folder.join(format!("{}.mcap", self.name))
     }
 
-    /// Whether a whole log of this scenario, made by this program, is there.
-    pub fn is_done(&self, folder: &Path, solver: SolverKind) -> bool {
-        let log = self.log(folder);
-        let task = Task { solver, ..Task::new(&self.scenario) };
+    /// Whether its log is there already, so that it need not be made.
+    pub fn stored(&self, folder: &Path, solver: SolverKind) -> Stored {
+        let checked = check(&self.log(folder));
+        let Some(found) = checked.header.as_ref().filter(|_| checked.verdict != Verdict::NoRunLog) else {
+            return Stored::Nothing;
+        };
         // The name of the scenario is for people; another one does not make another run.
-        let Ok(mut reader) = RunReader::open(&log, Topics::NONE) else { return false };
-        let (found, wanted) = (reader.header(), task.header());
-        found.run_id == wanted.run_id
-            && found.solver == wanted.solver
-            && reader.verify().is_ok_and(|end| detectors::has_events_of(&end, &detectors::event_kinds()))
+        let wanted = Task { solver, ..Task::new(&self.scenario) }.header();
+        if found.scenario_hash != wanted.scenario_hash {
+            return Stored::Unfit("its log is of another scenario".to_owned());
+        }
+        if checked.verdict != Verdict::Whole {
+            return Stored::Unfit(format!("its log is {checked}"));
+        }
+        if found.solver != wanted.solver {
+            let (found, wanted) = (&found.solver, &wanted.solver);
+            return Stored::Unfit(format!("its log is by the {found} solver, not the {wanted} one"));
+        }
+        Stored::Whole
     }
 
     /// Makes sure that what stands in the place of its log, whole or unfinished, may be replaced:

@@ -28,6 +28,7 @@ pub(crate) struct Gaps {
     topics: BTreeMap<String, (u32, usize)>,
     has_any: bool,
     is_state_unknown: bool,
+    says_lost: bool,
     /// Whether there was no record since the last gap.
     is_before_record: bool,
 }
@@ -42,7 +43,9 @@ impl Gaps {
         let times = stated
             .iter()
             .map(|gap| (gap.after_step.map_or(0, time_ns), gap.before_step.map_or(u64::MAX, time_ns)));
+        let is_end_known = map.get("end_is_known").is_some_and(|known| known == "true");
         Ok(Gaps {
+            says_lost: !is_end_known || map.keys().any(|key| key.starts_with("lost:")),
             times: times.collect(),
             stated,
             is_strict,
@@ -56,6 +59,11 @@ impl Gaps {
 
     pub(crate) fn stated(&self) -> &[Gap] {
         &self.stated
+    }
+
+    /// Whether the log says that messages were lost, or that nobody knows.
+    pub(crate) fn says_lost(&self) -> bool {
+        self.says_lost
     }
 
     /// Whether any gap lies before what is read now.
@@ -72,11 +80,11 @@ impl Gaps {
         self.is_state_unknown = false;
     }
 
-    /// Takes the next message.
+    /// Takes the next message; whether some of its topic are missing before it.
     ///
     /// # Errors
     /// If it bears a number that no gap explains.
-    pub(crate) fn message(&mut self, topic: &str, sequence: u32, time_ns: u64) -> Result<(), LogProblem> {
+    pub(crate) fn message(&mut self, topic: &str, sequence: u32, time_ns: u64) -> Result<bool, LogProblem> {
         while self.times.get(self.passed).is_some_and(|(_, before_ns)| *before_ns <= time_ns) {
             self.pass();
         }
@@ -90,7 +98,7 @@ impl Gaps {
             }
         }
         self.topics.insert(topic.to_owned(), (sequence.saturating_add(1), self.passed));
-        Ok(())
+        Ok(sequence != expected)
     }
 
     /// Whether an event may stand after a record of another time: what made it certain is in

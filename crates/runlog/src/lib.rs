@@ -116,7 +116,7 @@
 //!
 //! - `format`: names and bounds, each in one place; `versions`: which versions there were.
 //! - `problem`: what can be wrong with a log, read or written.
-//! - `messages`, `metadata`, `link`, `digest`: what stands in the file, as types.
+//! - `messages`, `announced`, `metadata`, `link`, `digest`: what stands in the file, as types.
 //! - `write`, `follow`: writing one; `whole` and `unfinished`: what a file is called until it is whole,
 //!   and who may write it.
 //! - `parse`, `chunk`, `layout`, `records`: from bytes to MCAP records, no length believed that
@@ -127,6 +127,7 @@
 //! - `findings`, `pieces`, `lineage`, `walk`, `salvage`: what is left of a damaged one.
 
 mod agree;
+mod announced;
 mod chunk;
 mod digest;
 mod findings;
@@ -152,6 +153,7 @@ mod walk;
 mod whole;
 mod write;
 
+pub use announced::{Announced, announcements, is_topic_of_a_run};
 pub use findings::{Damage, Gap, Salvaged};
 pub use problem::{LogError, LogProblem, MetadataError, NoRunLog, WriteError};
 pub use read::{LogItem, RunReader, Topics};

@@ -11,6 +11,7 @@ use mcap::records::{MessageHeader, Record as Raw};
 use serde::de::DeserializeOwned;
 
 use crate::agree;
+use crate::announced::Announced;
 use crate::digest::Digests;
 use crate::findings::Gap;
 use crate::format::{
@@ -59,6 +60,9 @@ pub enum LogItem {
     Event(Event),
 }
 
+/// Most topics of which it is kept how they were announced; a run has seven.
+const MOST_ANNOUNCED: usize = 1000;
+
 /// Reads one run log.
 pub struct RunReader {
     path: PathBuf,
@@ -72,20 +76,28 @@ pub struct RunReader {
     /// For a salvaged log, what may be missing from it.
     salvage: Option<Gaps>,
     end: Option<RunEnd>,
-    /// A step record whose switches are still being read, and how many it promises.
-    open_step: Option<(StepRecord, u32)>,
+    /// A step record whose switches are still being read, how many it promises, and whether
+    /// messages are missing before one of them.
+    open_step: Option<(StepRecord, u32, bool)>,
     detached: Vec<bool>,
     detached_count: u32,
     last_step: u64,
     /// The step of the last record of any kind.
     record_step: u64,
-    ready: VecDeque<LogItem>,
+    /// What is read, each with whether messages of its topic are missing before it.
+    ready: VecDeque<(LogItem, bool)>,
+    /// Whether they are before the last item that was handed out.
+    is_after_gap: bool,
     counts: BTreeMap<String, u64>,
     /// JSON schemas by their number in the file, as far as there is room.
     schemas: BTreeMap<u16, String>,
     schema_bytes: usize,
     /// Topics of events, and the number of the schema of each.
     event_topics: BTreeMap<String, u16>,
+    /// Name and encoding of schemas by their number.
+    schema_heads: BTreeMap<u16, [String; 2]>,
+    /// How each topic was announced first, with the number of its schema.
+    announced: BTreeMap<String, (Announced, u16)>,
     switches: u64,
     digests: Digests,
     progress: Progress,
@@ -125,6 +137,9 @@ impl RunReader {
             last_step: 0,
             record_step: 0,
             ready: VecDeque::new(),
+            is_after_gap: false,
+            announced: BTreeMap::new(),
+            schema_heads: BTreeMap::new(),
             counts: BTreeMap::new(),
             schemas: BTreeMap::new(),
             schema_bytes: 0,
@@ -165,6 +180,16 @@ impl RunReader {
         self.event_topics.iter().map(|(topic, id)| (topic.as_str(), schema(id))).collect()
     }
 
+    /// How the log announces its topics. Known once the first item has been read, but for what
+    /// stands behind it.
+    pub fn announced(&self) -> impl Iterator<Item = Announced> {
+        self.announced.values().map(|(announced, id)| {
+            let [schema_name, schema_encoding] = self.schema_heads.get(id).cloned().unwrap_or_default();
+            let schema = self.schemas.get(id).cloned().unwrap_or_default();
+            Announced { schema_name, schema_encoding, schema, ..announced.clone() }
+        })
+    }
+
     /// The state of the last checkpoint in what has been read, as JSON; whatever it needs of
     /// the log stands before it.
     pub fn checkpoint(&self) -> Option<&str> {
@@ -183,6 +208,22 @@ impl RunReader {
         self.salvage.as_ref().map_or(&[], Gaps::stated)
     }
 
+    /// Whether it was put together from what was left of a damaged log.
+    pub fn is_salvaged(&self) -> bool {
+        self.salvage.is_some()
+    }
+
+    /// Whether it was, and says that messages were lost or that nobody knows.
+    pub fn says_lost(&self) -> bool {
+        self.salvage.as_ref().is_some_and(Gaps::says_lost)
+    }
+
+    /// Whether messages of the topic of the last item are missing before it; of a step record, also
+    /// of its switches.
+    pub fn is_after_gap(&self) -> bool {
+        self.is_after_gap
+    }
+
     /// How the run ended; known once [`RunReader::next_item`] has given `None`.
     pub fn end(&self) -> Option<&RunEnd> {
         self.end.as_ref()
@@ -199,7 +240,12 @@ impl RunReader {
                 Progress::Failed(problem) => {
                     return Err(LogError { path: self.path.clone(), problem: problem.again() });
                 }
-                _ if !self.ready.is_empty() => return Ok(self.ready.pop_front()),
+                _ if !self.ready.is_empty() => {
+                    return Ok(self.ready.pop_front().map(|(item, is_after_gap)| {
+                        self.is_after_gap = is_after_gap;
+                        item
+                    }));
+                }
                 Progress::Whole => return Ok(None),
                 Progress::Reading => {}
             }
@@ -267,11 +313,23 @@ impl RunReader {
                 if is_new && self.schema_bytes + data.len() <= MOST_SCHEMA_BYTES {
                     self.schema_bytes += data.len();
                     self.schemas.insert(header.id, String::from_utf8_lossy(&data).into_owned());
+                    self.schema_heads.insert(header.id, [header.name, header.encoding]);
                 }
             }
             Raw::Channel(channel) => {
                 if channel.topic.starts_with(EVENTS) {
                     self.event_topics.insert(channel.topic.clone(), channel.schema_id);
+                }
+                if self.announced.len() < MOST_ANNOUNCED && !self.announced.contains_key(&channel.topic) {
+                    let announced = Announced {
+                        topic: channel.topic.clone(),
+                        message_encoding: channel.message_encoding,
+                        schema_name: String::new(),
+                        schema_encoding: String::new(),
+                        schema: String::new(),
+                        metadata: channel.metadata,
+                    };
+                    self.announced.insert(channel.topic.clone(), (announced, channel.schema_id));
                 }
                 self.counts.entry(channel.topic).or_insert(0);
             }
@@ -288,18 +346,21 @@ impl RunReader {
 
     fn message(&mut self, topic: String, head: &MessageHeader, data: &[u8]) -> Result<(), LogProblem> {
         let sequence = head.sequence;
-        if let Some(salvage) = &mut self.salvage {
-            salvage.message(&topic, sequence, head.log_time)?;
+        if topic != SWITCH {
+            self.close_step()?;
         }
+        let is_after_gap = match &mut self.salvage {
+            Some(gaps) => gaps.message(&topic, sequence, head.log_time)?,
+            None => false,
+        };
         if topic == SWITCH {
             self.switches += 1;
             return if self.topics.steps {
-                self.switch(decode(&topic, sequence, data)?, head)
+                self.switch(decode(&topic, sequence, data)?, head, is_after_gap)
             } else {
                 Ok(())
             };
         }
-        self.close_step()?;
         let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
         let timed = |step| agree::time(header, &topic, step, head);
         match topic.as_str() {
@@ -314,7 +375,7 @@ impl RunReader {
                 self.last_step = message.step;
                 self.at_record(message.step);
                 let promised = message.switches;
-                self.open_step = Some((message.into_record(), promised));
+                self.open_step = Some((message.into_record(), promised, is_after_gap));
                 if promised == 0 {
                     self.close_step()?;
                 }
@@ -327,7 +388,7 @@ impl RunReader {
                 agree::fields(&record, blocks, self.topics.steps.then_some(&self.detached[..]))?;
                 self.at_record(record.step);
                 if self.topics.fields {
-                    self.ready.push_back(LogItem::Record(Record::Fields(record)));
+                    self.ready.push_back((LogItem::Record(Record::Fields(record)), is_after_gap));
                 }
             }
             WINDOW if self.topics.windows => {
@@ -335,7 +396,7 @@ impl RunReader {
                 timed(record.step)?;
                 agree::window(&record, header.blocks)?;
                 self.at_record(record.step);
-                self.ready.push_back(LogItem::Record(Record::Window(record)));
+                self.ready.push_back((LogItem::Record(Record::Window(record)), is_after_gap));
             }
             _ if self.topics.events && topic.starts_with(EVENTS) => {
                 // An event stands at the time of the record before it.
@@ -351,7 +412,7 @@ impl RunReader {
                     .map_err(|error| invalid(serde::de::Error::custom(error)))?
                     .to_owned();
                 agree::event(&topic, &payload, header.blocks).map_err(invalid)?;
-                self.ready.push_back(LogItem::Event(Event { topic, payload }));
+                self.ready.push_back((LogItem::Event(Event { topic, payload }), is_after_gap));
             }
             _ => {}
         }
@@ -380,11 +441,17 @@ impl RunReader {
         }
     }
 
-    fn switch(&mut self, message: SwitchMessage, head: &MessageHeader) -> Result<(), LogProblem> {
+    fn switch(
+        &mut self,
+        message: SwitchMessage,
+        head: &MessageHeader,
+        is_after_gap: bool,
+    ) -> Result<(), LogProblem> {
         let is_state_unknown = self.is_state_unknown();
-        let Some((record, promised)) = &mut self.open_step else {
+        let Some((record, promised, is_step_after_gap)) = &mut self.open_step else {
             return Err(LogProblem::Switches { step: message.step, promised: 0, found: 1 });
         };
+        *is_step_after_gap |= is_after_gap;
         agree::switch(record, &message)?;
         if let Some(header) = &self.header {
             agree::time(header, SWITCH, message.step, head)?;
@@ -408,12 +475,12 @@ impl RunReader {
 
     /// Hands out the step record that was open, if its switches are all there.
     fn close_step(&mut self) -> Result<(), LogProblem> {
-        let Some((record, promised)) = self.open_step.take() else { return Ok(()) };
+        let Some((record, promised, is_after_gap)) = self.open_step.take() else { return Ok(()) };
         let found = record.switches.len() as u32;
         if found != promised {
             return Err(LogProblem::Switches { step: record.step, promised, found });
         }
-        self.ready.push_back(LogItem::Record(Record::Step(record)));
+        self.ready.push_back((LogItem::Record(Record::Step(record)), is_after_gap));
         Ok(())
     }
 

@@ -14,6 +14,7 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, WriteOptions, Writer};
 use serde::Serialize;
 
+use crate::announced::Announced;
 use crate::digest::Digests;
 use crate::findings::Salvaged;
 use crate::follow::{Chain, Followed};
@@ -153,11 +154,12 @@ impl RunWriter {
         let mut topics = messages::record_topics(header.blocks);
         topics.extend(events);
         let mut channels = BTreeMap::new();
-        for Topic { topic, schema_name, schema } in topics {
-            let schema_id = writer.add_schema(&schema_name, "jsonschema", schema.as_bytes()).map_err(at)?;
-            let units =
-                messages::units(&schema).into_iter().map(|(field, unit)| (format!("unit:{field}"), unit));
-            let id = writer.add_channel(schema_id, &topic, "json", &units.collect()).map_err(at)?;
+        for topic in &topics {
+            let Announced { topic, message_encoding, schema_name, schema_encoding, schema, metadata } =
+                Announced::of(topic);
+            let schema_id =
+                writer.add_schema(&schema_name, &schema_encoding, schema.as_bytes()).map_err(at)?;
+            let id = writer.add_channel(schema_id, &topic, &message_encoding, &metadata).map_err(at)?;
             chunk_bytes += schema.len() as u64;
             channels.insert(topic, Channel { id, messages: 0 });
         }

@@ -41,6 +41,7 @@
 //! - `stepper`: one step, equation by equation; `sweep` below it is that for all blocks at once.
 //! - `recorder`: what is recorded and when, for all solvers alike; `counters`: what the steps of
 //!   a run were made of.
+//! - `expectation`: whether records can be those of a plan, told without taking its steps.
 //! - `plain`: every step.
 //! - `fast`: which steps are taken how. `window` and `basis` take many while some blocks slide,
 //!   `jump` while all stick (by `modes` or, for long chains, by `waves`, with `complex` numbers),
@@ -57,6 +58,7 @@ mod contacts;
 mod counters;
 pub mod equality;
 mod exact;
+mod expectation;
 mod fast;
 mod jump;
 mod kind;
@@ -73,6 +75,7 @@ mod window;
 
 pub use counters::Counters;
 pub use exact::Exact;
+pub use expectation::{Departure, Expectation};
 pub use fast::Fast;
 pub use kind::SolverKind;
 pub use plain::Plain;

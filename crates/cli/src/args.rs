@@ -355,10 +355,10 @@ Examples:
   asperity export out/chapter5/runs/*.mcap --to parquet -o out/tables
 
 Writes one file per topic (NAME.step.parquet for /step of NAME.mcap), and
-NAME.export.json with the header and scenario of the run, the columns with their
-units, and the number of rows of each file. Tables are long: states of all
-blocks (/fields, /window) have one row per block. The whole log is read and
-checked, whichever part is exported. A log that is incomplete or damaged is
+NAME.FORMAT.export.json with the header and scenario of the run, the columns
+with their units, and the number of rows of each file. Tables are long: states
+of all blocks (/fields, /window) have one row per block. The whole log is read
+and checked, whichever part is exported. A log that is incomplete or damaged is
 exported as far as it is sound; the exit code is then 1.")]
 pub(crate) struct ExportArguments {
     /// The run logs.

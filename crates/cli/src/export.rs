@@ -10,13 +10,14 @@ use asperity_export::{Csv, Export, ExportError, Ndjson, Ran, Report, Request, na
 
 use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
+use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
+use asperity_files::{Existing, Inputs};
 use asperity_run::detectors::event_kinds;
 
 pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
     let requests = requests(arguments)?;
-    std::fs::create_dir_all(&arguments.out)
-        .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", arguments.out.display())))?;
+    create_folder(&arguments.out)?;
     let exported = exit::each_of(&requests, arguments.jobs, |(run, request)| {
         export_one(run, request, arguments.to, board)
     })?;
@@ -27,6 +28,7 @@ pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), 
 fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Failure> {
     let mut names: BTreeMap<String, &PathBuf> = BTreeMap::new();
     let mut requests = Vec::new();
+    let inputs = Inputs::of(&arguments.runs);
     for run in &arguments.runs {
         let name = name_of(run);
         if let Some(other) = names.insert(name.clone(), run) {
@@ -42,7 +44,8 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
             to_s: arguments.to_s,
             out: arguments.out.clone(),
             name,
-            replace: arguments.force,
+            existing: if arguments.force { Existing::Replace } else { Existing::Refuse },
+            inputs: inputs.clone(),
         };
         requests.push((run.clone(), request));
     }
@@ -95,9 +98,7 @@ fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) ->
 fn failure(error: ExportError) -> Failure {
     match error {
         ExportError::UnknownTopic { .. } | ExportError::EmptyRange { .. } => Failure::bad_input(error),
-        ExportError::Exists(_) => Failure::BadInput(format!(
-            "{error}; nothing of this run was written (accepted: another folder, or --force)"
-        )),
+        ExportError::File(error) => refused("--out", &error, true),
         ExportError::Log(_) | ExportError::Write { .. } => Failure::failed(error),
     }
 }

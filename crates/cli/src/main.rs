@@ -11,6 +11,7 @@ mod exit;
 mod export;
 mod interrupt;
 mod man;
+mod outputs;
 mod progress;
 mod replay;
 #[cfg(feature = "analysis")]

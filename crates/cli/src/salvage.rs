@@ -3,10 +3,12 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use asperity_files::FileError;
 use asperity_runlog::{SalvageError, Salvaged, WriteError};
 
 use crate::args::SalvageArguments;
 use crate::exit::{Failure, folder_is_there};
+use crate::outputs::refused;
 
 pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
     let (input, out) = (&arguments.run, &arguments.out);
@@ -19,6 +21,9 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
         }
         Err(error @ SalvageError::Write(WriteError::Exists(_))) => {
             Err(Failure::BadInput(format!("--out: {error} (accepted: a path that does not exist)")))
+        }
+        Err(SalvageError::Write(WriteError::File(error @ FileError::Input { .. }))) => {
+            Err(refused("--out", &error, false))
         }
         Err(error) => Err(Failure::failed(error)),
     }

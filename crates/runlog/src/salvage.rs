@@ -16,7 +16,6 @@
 //! left out, and this is remarked.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io;
 use std::path::Path;
 
@@ -36,7 +35,6 @@ use crate::pieces::{Piece, Pieces};
 use crate::problem::{LogProblem, WriteError};
 use crate::read::{RunReader, Topics};
 use crate::versions;
-use crate::whole::partial_path;
 use crate::write::RunWriter;
 
 /// A log that nothing could be made of.
@@ -122,21 +120,15 @@ pub fn salvage(
 
     let scenario = found.scenario.unwrap_or_default();
     let topics = events.iter().map(Topic::of).chain(foreign.into_values());
-    let mut writer = RunWriter::create_salvaged(output, &header, &scenario, topics)?;
+    let mut writer = RunWriter::create_salvaged(output, input, &header, &scenario, topics)?;
     let report = found.end.map_or(SolverReport::default(), |end| end.solver);
     let written = writer
         .salvaged(&salvaged)
         .map_err(SalvageError::from)
         .and_then(|()| write_pieces(input, events, &mut writer))
         .and_then(|()| Ok(writer.finish(RunStatus::Salvaged, report)?));
-    match written {
-        Ok(_end) => Ok(salvaged),
-        Err(error) => {
-            // It can be made again from what is still there, and may fill the disk.
-            fs::remove_file(partial_path(output)).ok();
-            Err(error)
-        }
-    }
+    // If it fails, nothing is left of it: it can be made again from what is still there.
+    written.map(|_end| salvaged)
 }
 
 /// Writes what the first walk found to be good.

@@ -199,7 +199,8 @@ fn assert_csv(expected: &Expected, out: &Path) {
 }
 
 fn manifest(out: &Path) -> Value {
-    let text = fs::read_to_string(out.join("run.export.json")).expect("the file is there");
+    let name = names(out).into_iter().find(|name| name.ends_with(".export.json"));
+    let text = fs::read_to_string(out.join(name.expect("the file is there"))).expect("it can be read");
     serde_json::from_str(&text).expect("it is JSON")
 }
 
@@ -291,7 +292,7 @@ fn topics_and_times_can_be_chosen() {
     let topics: Vec<&str> = chosen.iter().flat_map(|topic| ["--topic", topic]).collect();
     export(&log, "ndjson", &out, &[&topics[..], &["--from-s", "0.4", "--to-s", "0.9"]].concat());
     let expected: BTreeSet<String> =
-        ["run.events.slip.ndjson", "run.export.json", "run.fields.ndjson", "run.step.ndjson"]
+        ["run.events.slip.ndjson", "run.fields.ndjson", "run.ndjson.export.json", "run.step.ndjson"]
             .map(Into::into)
             .into();
     assert_eq!(names(&out), expected);

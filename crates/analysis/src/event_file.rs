@@ -4,7 +4,7 @@
 use std::fs::File;
 use std::path::Path;
 
-use asperity_runlog::WholeFile;
+use asperity_files::FileSet;
 use polars::prelude::{
     AnyValue, Column, DataFrame, NamedFrom, ParquetReader, ParquetWriter, SerReader, Series,
 };
@@ -98,22 +98,20 @@ pub struct MatchSide {
 /// Rows that are written at once.
 const BATCH: usize = 1 << 16;
 
-/// A Parquet file of matches that is being written, under a temporary name until it is whole.
+/// A Parquet file of matches that is being written.
 pub struct MatchFile {
-    whole: WholeFile,
     writer: polars::io::parquet::write::BatchedWriter<File>,
     rows: Vec<MatchRow>,
 }
 
 impl MatchFile {
-    /// Opens the file.
+    /// Opens the file, as one of a set.
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn create(path: &Path) -> Result<MatchFile, AnalysisError> {
-        let (whole, file) = WholeFile::create(path).map_err(|error| failed(path, error))?;
-        let writer = ParquetWriter::new(file).batched(frame(&[])?.schema())?;
-        Ok(MatchFile { whole, writer, rows: Vec::new() })
+    pub fn create(files: &FileSet, path: &Path) -> Result<MatchFile, AnalysisError> {
+        let writer = ParquetWriter::new(files.create(path)?).batched(frame(&[])?.schema())?;
+        Ok(MatchFile { writer, rows: Vec::new() })
     }
 
     /// Adds a row.
@@ -131,20 +129,15 @@ impl MatchFile {
         Ok(())
     }
 
-    /// Writes what is left and gives the file its name.
+    /// Writes what is left.
     ///
     /// # Errors
     /// If the file cannot be written.
     pub fn finish(mut self) -> Result<(), AnalysisError> {
         self.write()?;
         self.writer.finish()?;
-        let path = self.whole.path().to_owned();
-        self.whole.publish().map_err(|error| failed(&path, error))
+        Ok(())
     }
-}
-
-fn failed(path: &Path, error: std::io::Error) -> AnalysisError {
-    AnalysisError::Write { path: path.display().to_string(), problem: error.to_string() }
 }
 
 fn frame(rows: &[MatchRow]) -> Result<DataFrame, AnalysisError> {
@@ -180,11 +173,14 @@ fn frame(rows: &[MatchRow]) -> Result<DataFrame, AnalysisError> {
 
 #[cfg(test)]
 mod tests {
+    use asperity_files::{Existing, FileSet, Inputs};
+
     use super::{Cell, MatchFile, MatchRow, MatchSide, read};
 
     #[test]
     fn matches_read_back_as_they_were_written() {
-        let path = std::env::temp_dir().join(format!("asperity-matches-{}.parquet", std::process::id()));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("matches.parquet");
         let side = MatchSide {
             events: 2,
             event: 4,
@@ -203,15 +199,16 @@ mod tests {
             old,
             new,
         };
-        let mut file = MatchFile::create(&path).unwrap();
+        let files = FileSet::new(Existing::Refuse, Inputs::default());
+        let mut file = MatchFile::create(&files, &path).unwrap();
         // More than a batch, so that the second is written too.
         for _ in 0..super::BATCH {
             file.push(row(Some(side), None)).unwrap();
         }
         file.push(row(None, Some(MatchSide { end_s: Some(1.5), ..side }))).unwrap();
         file.finish().unwrap();
+        files.publish().unwrap();
         let columns = read(&path).unwrap();
-        std::fs::remove_file(&path).unwrap();
         let get = |name: &str, row: usize| {
             columns.iter().find(|(there, _)| there == name).map(|(_, cells)| cells[row].clone()).unwrap()
         };

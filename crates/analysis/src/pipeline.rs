@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
 
+use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_stream::at_once;
 use polars::prelude::DataFrame;
@@ -169,8 +170,10 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// Reads the runs, and writes `tables/` and `figures/` into `out`. `watcher` is told of
-    /// every stage as it begins and of everything that is done in it.
+    /// Reads the runs, and writes `tables/` and `figures/` into `out`, in place of those that are
+    /// there: all of them, or none if something fails. None of them is written over what was read,
+    /// `inputs` among it. `watcher` is told of every stage as it begins and of everything that is
+    /// done in it.
     ///
     /// # Errors
     /// If a log cannot be read, a figure lacks its data, or a file cannot be written.
@@ -178,33 +181,39 @@ impl Pipeline {
         &self,
         runs_folder: &Path,
         out: &Path,
+        mut inputs: Inputs,
         watcher: &mut (dyn FnMut(Progress) + Send),
     ) -> Result<(), AnalysisError> {
         let (table_folder, figure_folder) = (out.join("tables"), out.join("figures"));
-        for folder in [&table_folder, &figure_folder] {
-            std::fs::create_dir_all(folder).map_err(|error| AnalysisError::Write {
-                path: folder.display().to_string(),
-                problem: error.to_string(),
-            })?;
-        }
+        create_folder(&table_folder)?;
+        create_folder(&figure_folder)?;
+        let log = |spec: &RunSpec| runs_folder.join(format!("{}.mcap", spec.name));
+        inputs.add(self.run.iter().map(log));
+        let files = FileSet::new(Existing::Replace, inputs);
+        files.reserve(self.figure.files().map(|file| figure_folder.join(file)))?;
         let counter = Counter::begin(Stage::Runs, self.run.len(), watcher);
         let runs = at_once(&self.run, None, |spec| {
-            let run = RunData::read(&spec.name, &runs_folder.join(format!("{}.mcap", spec.name)))?;
-            table_file::write(&table_folder, &format!("{}.events", run.name), &mut tables::events(&run)?)?;
-            table_file::write(&table_folder, &format!("{}.load", run.name), &mut tables::load_curve(&run)?)?;
+            let run = RunData::read(&spec.name, &log(spec))?;
+            let write = |what: &str, mut table: DataFrame| {
+                table_file::write(&files, &table_folder, &format!("{}.{what}", run.name), &mut table)
+            };
+            write("events", tables::events(&run)?)?;
+            write("load", tables::load_curve(&run)?)?;
             counter.one_more();
             Ok::<_, AnalysisError>((spec.name.clone(), run))
         })?;
         let runs = BTreeMap::from_iter(runs);
-        self.write_tables(&runs, &table_folder, watcher)?;
+        self.write_tables(&runs, &files, &table_folder, watcher)?;
         let counter = Counter::begin(Stage::Figures, self.figure.files().count(), watcher);
-        self.figure.draw(&runs, &figure_folder, &|| counter.one_more())
+        self.figure.draw(&runs, &files, &figure_folder, &|| counter.one_more())?;
+        Ok(files.publish()?)
     }
 
     /// Writes the tables of several runs, and the claims.
     fn write_tables(
         &self,
         runs: &BTreeMap<String, RunData>,
+        files: &FileSet,
         folder: &Path,
         watcher: Watcher<'_>,
     ) -> Result<(), AnalysisError> {
@@ -214,7 +223,7 @@ impl Pipeline {
             self.precursors.len() + self.study.len() + singles.into_iter().filter(|&there| there).count();
         let counter = Counter::begin(Stage::Tables, of, watcher);
         let write = |name: &str, mut table: DataFrame| {
-            table_file::write(folder, name, &mut table)?;
+            table_file::write(files, folder, name, &mut table)?;
             counter.one_more();
             Ok::<_, AnalysisError>(())
         };
@@ -239,9 +248,7 @@ impl Pipeline {
             let outcomes = claims::judge(&self.claim, runs);
             write("claims", claims::table(&outcomes)?)?;
             let page = claims::markdown(&self.title, &outcomes, runs);
-            table_file::published(&folder.join("claims.md"), |mut file| {
-                std::io::Write::write_all(&mut file, page.as_bytes()).map_err(|error| error.to_string())
-            })?;
+            files.write(&folder.join("claims.md"), page)?;
         }
         Ok(())
     }

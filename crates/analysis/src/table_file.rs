@@ -2,27 +2,31 @@
 
 use std::fs::File;
 use std::io::{self, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use asperity_export::{CsvRows, Spelling};
+use asperity_files::FileSet;
 use asperity_record::Cell;
-use asperity_runlog::WholeFile;
 use polars::prelude::{AnyValue, DataFrame, ParquetReader, ParquetWriter, SerReader};
 
 use crate::error::AnalysisError;
 
-/// Writes `NAME.csv` and `NAME.parquet` into a folder, each under a temporary
-/// name until it is whole.
+/// Writes `NAME.csv` and `NAME.parquet` into a folder, as files of a set.
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn write(folder: &Path, name: &str, table: &mut DataFrame) -> Result<(), AnalysisError> {
-    published(&folder.join(format!("{name}.csv")), |file| {
-        write_csv(file, table).map_err(|error| error.to_string())
-    })?;
-    published(&folder.join(format!("{name}.parquet")), |file| {
-        ParquetWriter::new(file).finish(table).map(|_bytes| ()).map_err(|error| error.to_string())
-    })
+pub fn write(files: &FileSet, folder: &Path, name: &str, table: &mut DataFrame) -> Result<(), AnalysisError> {
+    let failed =
+        |path: &Path, problem: String| AnalysisError::Write { path: path.display().to_string(), problem };
+    let [csv, parquet] = paths(folder, name);
+    write_csv(files.create(&csv)?, table).map_err(|error| failed(&csv, error.to_string()))?;
+    let written = ParquetWriter::new(files.create(&parquet)?).finish(table);
+    written.map(drop).map_err(|error| failed(&parquet, error.to_string()))
+}
+
+/// The files of a table.
+pub fn paths(folder: &Path, name: &str) -> [PathBuf; 2] {
+    ["csv", "parquet"].map(|ending| folder.join(format!("{name}.{ending}")))
 }
 
 /// What every Parquet file starts with.
@@ -46,18 +50,6 @@ pub fn read_parquet(path: &Path) -> Result<DataFrame, AnalysisError> {
     let problem = |problem: String| AnalysisError::Read { path: path.display().to_string(), problem };
     let file = File::open(path).map_err(|error| problem(error.to_string()))?;
     ParquetReader::new(file).finish().map_err(|error| problem(error.to_string()))
-}
-
-/// Writes a file under a temporary name and renames it once it is whole.
-pub(crate) fn published(
-    path: &Path,
-    write: impl FnOnce(File) -> Result<(), String>,
-) -> Result<(), AnalysisError> {
-    let outcome = WholeFile::create(path).map_err(|error| error.to_string()).and_then(|(whole, file)| {
-        write(file)?;
-        whole.publish().map_err(|error| error.to_string())
-    });
-    outcome.map_err(|problem| AnalysisError::Write { path: path.display().to_string(), problem })
 }
 
 /// Writes a table as CSV, the same text whatever the table was read from.

@@ -386,10 +386,10 @@ Examples:
   asperity export out/chapter5/runs/*.mcap --to parquet -o out/tables
 
 Writes one file per topic (NAME.step.parquet for /step of NAME.mcap), and
-NAME.export.json with the header and scenario of the run, the columns with their
-units, and the number of rows of each file. Tables are long: states of all
-blocks (/fields, /window) have one row per block. The whole log is read and
-checked, whichever part is exported.
+NAME.FORMAT.export.json with the header and scenario of the run, the columns
+with their units, and the number of rows of each file. Tables are long: states
+of all blocks (/fields, /window) have one row per block. The whole log is read
+and checked, whichever part is exported.
 
 Exit codes:
   0  all of every log is exported

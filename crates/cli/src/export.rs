@@ -11,14 +11,15 @@ use asperity_export::{Csv, Export, ExportError, Judged, Ndjson, Ran, Report, Req
 use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
 use crate::judge;
+use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
+use asperity_files::{Existing, Inputs};
 use asperity_run::detectors::event_kinds;
 use asperity_run::{Checked, Verdict};
 
 pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
     let requests = requests(arguments)?;
-    std::fs::create_dir_all(&arguments.out)
-        .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", arguments.out.display())))?;
+    create_folder(&arguments.out)?;
     let exported = exit::each_of(&requests, arguments.jobs, |(run, request)| {
         export_one(run, request, arguments.to, board)
     })?;
@@ -29,6 +30,7 @@ pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), 
 fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Failure> {
     let mut names: BTreeMap<String, &PathBuf> = BTreeMap::new();
     let mut requests = Vec::new();
+    let inputs = Inputs::of(&arguments.runs);
     for run in &arguments.runs {
         let name = name_of(run);
         if let Some(other) = names.insert(name.clone(), run) {
@@ -44,7 +46,8 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
             to_s: arguments.to_s,
             out: arguments.out.clone(),
             name,
-            replace: arguments.force,
+            existing: if arguments.force { Existing::Replace } else { Existing::Refuse },
+            inputs: inputs.clone(),
         };
         requests.push((run.clone(), request));
     }
@@ -122,11 +125,9 @@ fn judged(checked: &Checked) -> Judged {
 fn failure(run: &Path, checked: &Checked, error: ExportError) -> Failure {
     match error {
         ExportError::UnknownTopic { .. } | ExportError::EmptyRange { .. } => Failure::bad_input(error),
-        ExportError::Exists(_) => Failure::BadInput(format!(
-            "{error}; nothing of this run was written (accepted: another folder, or --force)"
-        )),
         // So early that there is nothing to export.
         ExportError::Log(_) if !checked.verdict.holds_all() => judge::failure(run, checked),
+        ExportError::File(error) => refused("--out", &error, true),
         ExportError::Log(_) | ExportError::Write { .. } => Failure::failed(error),
     }
 }

@@ -12,6 +12,7 @@ mod export;
 mod interrupt;
 mod judge;
 mod man;
+mod outputs;
 mod progress;
 mod replay;
 #[cfg(feature = "analysis")]

@@ -1,23 +1,23 @@
 //! `asperity reproduce` and `asperity reduce`: runs to tables and figures.
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
 use asperity_analysis::pipeline::{Pipeline, Progress, Stage};
 use asperity_analysis::precursors::PrecursorRules;
 use asperity_analysis::run_data::RunData;
-use asperity_analysis::{figures, table_file, tables};
+use asperity_analysis::{AnalysisError, figures, table_file, tables};
+use asperity_files::{Existing, FileSet, FolderLock, Inputs, is_new_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
 use asperity_run::study::{Job, Stored};
-use asperity_run::{RunError, SolverKind, Verdict, at_once};
-use asperity_runlog::WholeFile;
+use asperity_run::{SolverKind, Verdict, at_once};
 
 use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
 use crate::interrupt;
 use crate::judge;
+use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
 use crate::{run, scenario};
 
@@ -28,7 +28,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     let out = &arguments.out;
     let rules = PrecursorRules { min_blocks: arguments.min_blocks, merge_gap_s: arguments.merge_gap_s };
     rules.check().map_err(|error| Failure::BadInput(format!("--merge-gap-s: {error}")))?;
-    if fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some()) || out.is_file() {
+    if !is_new_folder(out).unwrap_or(false) {
         return Err(Failure::BadInput(format!(
             "--out {} exists already and is not empty (accepted: a new or empty folder)",
             out.display()
@@ -48,25 +48,33 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     })?;
     create_folder(out)?;
     let law = LengthLaw::natural(&data.scenario);
-    let write = || {
-        table_file::write(out, "events", &mut tables::events(&data)?)?;
-        table_file::write(out, "load", &mut tables::load_curve(&data)?)?;
-        table_file::write(out, "precursors", &mut tables::precursors(&data, law, &rules)?)?;
-        table_file::write(out, "residuals", &mut tables::residual_table(&[(&data, law, rules)])?)?;
-        figures::draw_overview(data, out)
-    };
-    write().map_err(Failure::failed)?;
+    let files = FileSet::new(Existing::Refuse, Inputs::of([&arguments.run]));
     if !verdict.holds_all() {
-        let path = out.join(MISSING);
         let note = format!(
             "These tables and figures are of what there is of a run. Its log is not whole.\n{}: {checked}\n",
             arguments.run.display()
         );
-        WholeFile::write(&path, note)
-            .map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))?;
+        files.write(&out.join(MISSING), note).map_err(|error| refused("--out", &error, false))?;
     }
+    let write = || {
+        table_file::write(&files, out, "events", &mut tables::events(&data)?)?;
+        table_file::write(&files, out, "load", &mut tables::load_curve(&data)?)?;
+        table_file::write(&files, out, "precursors", &mut tables::precursors(&data, law, &rules)?)?;
+        table_file::write(&files, out, "residuals", &mut tables::residual_table(&[(&data, law, rules)])?)?;
+        figures::draw_overview(data, &files, out)?;
+        Ok(files.publish()?)
+    };
+    write().map_err(not_written)?;
     writeln!(io::stdout().lock(), "{}", out.display())?;
     judge::tell(&arguments.run, &checked, board)
+}
+
+/// Why tables and figures were not written: bad input, if another folder would do.
+fn not_written(error: AnalysisError) -> Failure {
+    match error {
+        AnalysisError::File(error) => refused("--out", &error, false),
+        error => Failure::failed(error),
+    }
 }
 
 /// Reads a pipeline, and resolves its runs with overrides.
@@ -91,13 +99,17 @@ pub(crate) fn read_pipeline(file: &Path, set: &[String]) -> Result<(Pipeline, Ve
 pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(), Failure> {
     let (pipeline, jobs) = read_pipeline(&arguments.pipeline, &arguments.set)?;
     let runs_folder = arguments.out.join("runs");
+    let solver = SolverKind::from(arguments.solver);
+    let inputs = inputs(arguments, &pipeline, &jobs);
+    create_folder(&arguments.out)?;
+    let _lock = FolderLock::take(&arguments.out).map_err(|error| refused("--out", &error, false))?;
     for job in &jobs {
-        job.check_place(&runs_folder)
-            .map_err(|error| Failure::BadInput(format!("--out: {}", RunError::Foreign(error))))?;
+        job.check_place(&runs_folder, solver, arguments.fresh)
+            .map_err(|error| Failure::BadInput(format!("--out: {error}")))?;
+        inputs.check(&job.log(&runs_folder)).map_err(|error| refused("--out", &error, false))?;
     }
     create_folder(&runs_folder)?;
     interrupt::install()?;
-    let solver = SolverKind::from(arguments.solver);
     let stored = at_once(&jobs, arguments.jobs, |job| {
         Ok::<_, Failure>(if arguments.fresh { Stored::Nothing } else { job.stored(&runs_folder, solver) })
     })?;
@@ -137,7 +149,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
         };
         stages.reached(stage, done, of);
     };
-    pipeline.reduce(&runs_folder, &arguments.out, &mut tell).map_err(Failure::failed)?;
+    pipeline.reduce(&runs_folder, &arguments.out, inputs, &mut tell).map_err(not_written)?;
     drop(stages);
     print_where_to_look(&pipeline, &arguments.out)?;
     Ok(())
@@ -151,9 +163,13 @@ fn make_run(job: &Job, folder: &Path, solver: SolverKind, fresh: bool, board: &B
     Ok(())
 }
 
-fn create_folder(folder: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(folder)
-        .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", folder.display())))
+/// What a pipeline is read from: its own file, and those that its scenarios stand in.
+fn inputs(arguments: &ReproduceArguments, pipeline: &Pipeline, jobs: &[Job]) -> Inputs {
+    let mut inputs = Inputs::of([&arguments.pipeline]);
+    inputs.add(pipeline.run.iter().map(|run| Path::new(&run.scenario)).filter(|path| path.is_file()));
+    let profiles = jobs.iter().map(|job| Path::new(&job.scenario.initial_shear.profile_csv));
+    inputs.add(profiles.filter(|path| path.is_file()));
+    inputs
 }
 
 fn print_where_to_look(pipeline: &Pipeline, out: &Path) -> Result<(), Failure> {

@@ -3,11 +3,13 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use asperity_files::FileError;
 use asperity_run::{SalvageProblem, Verdict};
 use asperity_runlog::{SalvageError, Salvaged, WriteError};
 
 use crate::args::SalvageArguments;
 use crate::exit::{Failure, folder_is_there};
+use crate::outputs::refused;
 
 pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
     let (input, out) = (&arguments.run, &arguments.out);
@@ -27,6 +29,10 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
         Err(problem @ SalvageProblem::Contradictory(_)) => {
             Err(Failure::Log(Verdict::Damaged, format!("{}: {problem}", input.display())))
         }
+        Err(SalvageProblem::Failed {
+            error: SalvageError::Write(WriteError::File(error @ FileError::Input { .. })),
+            ..
+        }) => Err(refused("--out", &error, false)),
         Err(problem) => Err(Failure::failed(problem)),
     }
 }

@@ -110,6 +110,11 @@ pub struct Side {
 }
 
 impl Side {
+    /// The files that are read.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
+        self.runs.iter().map(|run| &run.path).chain(&self.claims).map(PathBuf::as_path)
+    }
+
     /// Finds the runs of a side.
     ///
     /// # Errors

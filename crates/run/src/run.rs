@@ -14,6 +14,7 @@ use asperity_stream::{Given, Item, StreamError};
 
 use crate::detectors::{self, TopicError};
 use crate::header::header;
+use crate::place::PlaceError;
 use crate::resume::{Again, Left, LeftError, Saved};
 use crate::watch::{Notice, Watch};
 
@@ -136,8 +137,8 @@ pub enum RunError {
     #[error("failed to go on with what there is: {0}")]
     Log(#[from] LogError),
     /// What stands in the place of the log is not one that may be replaced.
-    #[error("{0}; it is not replaced (accepted: another folder)")]
-    Foreign(LogError),
+    #[error(transparent)]
+    Place(#[from] PlaceError),
     /// One cannot go on with the unfinished log.
     #[error(transparent)]
     Left(#[from] LeftError),

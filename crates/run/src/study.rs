@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use asperity_model::{Plan, Scenario};
-use asperity_runlog::{Existing, LogError, LogProblem, NoRunLog, RunReader, Topics, partial_path};
+use asperity_runlog::Existing;
 use asperity_simulator::SolverKind;
 
 use crate::check::check;
+use crate::place::{self, PlaceError};
 use crate::run::{Begin, LogTo, Outcome, RunError, Task, run};
 use crate::verdict::Verdict;
 use crate::watch::Watch;
@@ -69,29 +70,20 @@ impl Job {
     }
 
     /// Makes sure that what stands in the place of its log, whole or unfinished, may be replaced:
-    /// nothing, or a run log.
+    /// nothing, or a log of the same scenario and solver; of whatever run if it is to be `fresh`.
     ///
     /// # Errors
-    /// If it is something else, which is none of ours.
-    pub fn check_place(&self, folder: &Path) -> Result<(), LogError> {
-        let log = self.log(folder);
-        for path in [partial_path(&log), log] {
-            match RunReader::open(&path, Topics::NONE) {
-                Err(LogError {
-                    problem: LogProblem::NoRunLog(NoRunLog::Missing | NoRunLog::Empty), ..
-                }) => {}
-                Err(error) if error.problem.is_no_run_log() => return Err(error),
-                _ => {}
-            }
-        }
-        Ok(())
+    /// If it is something else.
+    pub fn check_place(&self, folder: &Path, solver: SolverKind, fresh: bool) -> Result<(), PlaceError> {
+        let wanted = Task { solver, ..Task::new(&self.scenario) }.header();
+        place::check(&self.log(folder), &wanted, fresh)
     }
 
     /// Makes the run, or goes on with what was begun of it, unless it is to be made `fresh`. A
     /// run log that stands there is replaced once the new one is whole.
     ///
     /// # Errors
-    /// If the run could not be finished, or something else than a run log stands there.
+    /// If the run could not be finished, or something that is not replaced stands there.
     pub fn make(
         &self,
         folder: &Path,
@@ -100,7 +92,7 @@ impl Job {
         stop: &(dyn Fn() -> bool + Sync),
         watch: &mut dyn Watch,
     ) -> Result<Outcome, RunError> {
-        self.check_place(folder).map_err(RunError::Foreign)?;
+        self.check_place(folder, solver, fresh)?;
         let path = self.log(folder);
         let log = LogTo { existing: Existing::Replace, ..LogTo::new(&path) };
         let task = Task { solver, ..Task::new(&self.scenario) }.log_to(log);

@@ -117,8 +117,8 @@
 //! - `format`: names and bounds, each in one place; `versions`: which versions there were.
 //! - `problem`: what can be wrong with a log, read or written.
 //! - `messages`, `announced`, `metadata`, `link`, `digest`: what stands in the file, as types.
-//! - `write`, `follow`: writing one; `whole` and `unfinished`: what a file is called until it is whole,
-//!   and who may write it.
+//! - `write`, `follow`: writing one; `unfinished`: where a log stands until it is whole, and who may
+//!   write it.
 //! - `parse`, `chunk`, `layout`, `records`: from bytes to MCAP records, no length believed that
 //!   the bytes do not bear out, each record where it may stand.
 //! - `proof`, `index`: whether records are vouched for, and the summary names them all.
@@ -150,14 +150,13 @@ mod salvage;
 mod unfinished;
 mod versions;
 mod walk;
-mod whole;
 mod write;
 
 pub use announced::{Announced, announcements, is_topic_of_a_run};
+pub use asperity_files::{Existing, partial_path};
 pub use findings::{Damage, Gap, Salvaged};
 pub use problem::{LogError, LogProblem, MetadataError, NoRunLog, WriteError};
 pub use read::{LogItem, RunReader, Topics};
 pub use salvage::{SalvageError, Settle, salvage};
-pub use unfinished::{Existing, Unfinished};
-pub use whole::{WholeFile, partial_path};
+pub use unfinished::Unfinished;
 pub use write::RunWriter;

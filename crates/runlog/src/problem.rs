@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use asperity_files::FileError;
 use asperity_record::{Direction, RECORD_SCHEMA_VERSION};
 
 use crate::format::{RUN, RUN_END, SALVAGE};
@@ -311,6 +312,12 @@ pub enum WriteError {
     /// Another process writes this log.
     #[error("{} is being written by another process", .0.display())]
     Busy(PathBuf),
+    /// What stands where the unfinished log would is none, and is not written over.
+    #[error("{0}, and is where the unfinished log would stand; it is not replaced")]
+    Foreign(Box<LogError>),
+    /// Another reason why the file is not written, or does not get its name.
+    #[error(transparent)]
+    File(FileError),
     /// The system refused.
     #[error("{}: {error}", path.display())]
     Io {
@@ -338,6 +345,17 @@ pub enum WriteError {
         /// The step.
         step: u64,
     },
+}
+
+impl From<FileError> for WriteError {
+    fn from(error: FileError) -> WriteError {
+        match error {
+            FileError::Exists(path) => WriteError::Exists(path),
+            FileError::Busy(path) => WriteError::Busy(path),
+            FileError::Io { path, error } => WriteError::Io { path, error },
+            error => WriteError::File(error),
+        }
+    }
 }
 
 impl WriteError {

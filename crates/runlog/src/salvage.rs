@@ -17,7 +17,6 @@
 //! The time that this takes grows with the file, whatever is in it.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::io;
 use std::path::Path;
 
@@ -33,7 +32,6 @@ use crate::problem::{LogProblem, WriteError};
 use crate::read::{RunReader, Topics};
 use crate::versions;
 use crate::walk::{ChunkProblem, Message, Walk};
-use crate::whole::partial_path;
 use crate::write::RunWriter;
 
 /// A log that nothing could be made of.
@@ -113,21 +111,15 @@ pub fn salvage(
     salvaged.remarks.splice(0..0, kept.remarks);
 
     let topics = events.iter().map(Topic::of).chain(foreign.into_values());
-    let mut writer = RunWriter::create_salvaged(output, &header, &scenario, topics)?;
+    let mut writer = RunWriter::create_salvaged(output, input, &header, &scenario, topics)?;
     let report = end.map_or(SolverReport::default(), |end| end.solver);
     let written = writer
         .salvaged(&salvaged)
         .map_err(SalvageError::from)
         .and_then(|()| write(&kept.entries, &mut pieces, Walk::new(events, &header), &mut writer, &name))
         .and_then(|()| Ok(writer.finish(RunStatus::Salvaged, report)?));
-    match written {
-        Ok(_end) => Ok(salvaged),
-        Err(error) => {
-            // It can be made again from what is still there, and may fill the disk.
-            fs::remove_file(partial_path(output)).ok();
-            Err(error)
-        }
-    }
+    // If it fails, nothing is left of it: it can be made again from what is still there.
+    written.map(|_end| salvaged)
 }
 
 /// Everything in a file that has a right checksum, and its records `chunk`.

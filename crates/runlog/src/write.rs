@@ -2,11 +2,12 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
+use asperity_files::Existing;
 use asperity_record::{
     Checkpoint, Event, EventKind, Record, RunEnd, RunHeader, RunStatus, SolverReport, StepRecord,
 };
@@ -25,8 +26,7 @@ use crate::format::{
 use crate::messages::{self, StepMessage, SwitchMessage, Topic};
 use crate::metadata;
 use crate::problem::WriteError;
-use crate::unfinished::{Existing, Unfinished, locked, resumed_path};
-use crate::whole::{partial_path, sync_folder};
+use crate::unfinished::{Place, Unfinished};
 
 /// How much work a crash of the machine may cost.
 const SYNC_INTERVAL: Duration = Duration::from_secs(1);
@@ -34,12 +34,7 @@ const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 /// Writes one run log. Dropped before [`RunWriter::finish`], it leaves a file
 /// under the temporary name without `run_end`, which says that it is not whole.
 pub struct RunWriter {
-    path: PathBuf,
-    /// Where the file is at present.
-    stands_at: PathBuf,
-    /// The unfinished log that this one is to take the place of, once it holds as much.
-    takes_place_of: Option<Unfinished>,
-    existing: Existing,
+    place: Place,
     writer: Writer<Followed<BufWriter<File>>>,
     chain: Chain,
     /// What the chunk holds that is being filled, before compression.
@@ -64,7 +59,7 @@ impl RunWriter {
     ///
     /// # Errors
     /// If `path` exists and is not to be replaced, or the temporary file cannot be
-    /// written.
+    /// written: because another process writes it, or because what has its name is no log.
     pub fn create(
         path: &Path,
         existing: Existing,
@@ -73,17 +68,18 @@ impl RunWriter {
         events: &[EventKind],
     ) -> Result<RunWriter, WriteError> {
         let events = events.iter().map(Topic::of);
-        RunWriter::start(path, partial_path(path), existing, header, scenario_toml, events)
+        RunWriter::start(Place::of_run(path, existing)?, header, scenario_toml, events)
     }
 
-    /// Starts a log of what is left of another, with the topics of events that it has.
+    /// Starts a log of what is left of another, the `input`, with the topics of events that it has.
     pub(crate) fn create_salvaged(
         path: &Path,
+        input: &Path,
         header: &RunHeader,
         scenario_toml: &str,
         events: impl Iterator<Item = Topic>,
     ) -> Result<RunWriter, WriteError> {
-        RunWriter::start(path, partial_path(path), Existing::Refuse, header, scenario_toml, events)
+        RunWriter::start(Place::hidden(path, input)?, header, scenario_toml, events)
     }
 
     /// Starts the log of a run that goes on where an unfinished one left off. That
@@ -98,33 +94,19 @@ impl RunWriter {
         scenario_toml: &str,
         events: &[EventKind],
     ) -> Result<RunWriter, WriteError> {
-        let path = unfinished.path().to_owned();
-        let resumed = resumed_path(&path);
         let events = events.iter().map(Topic::of);
-        let mut writer = RunWriter::start(&path, resumed, existing, header, scenario_toml, events)?;
-        writer.takes_place_of = Some(unfinished);
-        Ok(writer)
+        RunWriter::start(Place::resuming(unfinished, existing)?, header, scenario_toml, events)
     }
 
     fn start(
-        path: &Path,
-        partial: PathBuf,
-        existing: Existing,
+        place: Place,
         header: &RunHeader,
         scenario_toml: &str,
         events: impl Iterator<Item = Topic>,
     ) -> Result<RunWriter, WriteError> {
-        if existing == Existing::Refuse && path.exists() {
-            return Err(WriteError::Exists(path.to_owned()));
-        }
-        let io_error = |error| WriteError::Io { path: partial.clone(), error };
-        // Emptied only once no one else writes it.
-        let file = File::options().write(true).create(true).truncate(false).open(&partial);
-        let file = locked(file.map_err(io_error)?, &partial)?;
-        file.set_len(0).map_err(io_error)?;
-        let at = |error| WriteError::of_mcap(&partial, error);
-        let file = Followed::new(BufWriter::new(file));
+        let file = Followed::new(BufWriter::new(place.writer()?));
         let mut chain = Chain::new(&file, &header.run_id);
+        let at = |error| WriteError::of_mcap(place.path(), error);
         let mut writer = WriteOptions::new()
             .profile(PROFILE)
             .library(concat!("asperity-runlog ", env!("CARGO_PKG_VERSION")))
@@ -164,10 +146,7 @@ impl RunWriter {
             channels.insert(topic, Channel { id, messages: 0 });
         }
         Ok(RunWriter {
-            path: path.to_owned(),
-            stands_at: partial,
-            takes_place_of: None,
-            existing,
+            place,
             writer,
             chain,
             chunk_bytes,
@@ -210,13 +189,7 @@ impl RunWriter {
         self.writer.attach(&attachment).map_err(|error| self.at(error))?;
         self.vouch()?;
         self.sync()?;
-        if let Some(unfinished) = self.takes_place_of.take() {
-            let partial = unfinished.partial_path();
-            fs::rename(&self.stands_at, &partial)
-                .map_err(|error| WriteError::Io { path: self.stands_at.clone(), error })?;
-            self.stands_at = partial;
-        }
-        Ok(())
+        self.place.has_caught_up()
     }
 
     /// Writes the next event, at the time of the last record.
@@ -291,7 +264,7 @@ impl RunWriter {
 
     /// Vouches for the piece that was written last.
     fn vouch(&mut self) -> Result<(), WriteError> {
-        self.chain.close(&mut self.writer).map_err(|error| WriteError::of_mcap(&self.stands_at, error))
+        self.chain.close(&mut self.writer).map_err(|error| self.at(error))
     }
 
     /// Says what is missing, before anything else that was salvaged.
@@ -330,18 +303,18 @@ impl RunWriter {
     }
 
     fn sync(&mut self) -> Result<(), WriteError> {
-        let file = File::open(&self.stands_at).and_then(|file| file.sync_data());
-        file.map_err(|error| WriteError::Io { path: self.stands_at.clone(), error })?;
+        self.place.sync()?;
         self.synced = Instant::now();
         Ok(())
     }
 
     /// Closes the log, with how the run ended and what its solver's work was made of. That
     /// of a run that took all its steps gets its final name; that of one that was interrupted
-    /// stays under its [`partial_path`].
+    /// stays under its [`partial_path`](crate::partial_path).
     ///
     /// # Errors
-    /// If the file cannot be written or renamed, or the name was taken meanwhile.
+    /// If the file cannot be written, the name was taken meanwhile, or the temporary name is no
+    /// longer that of this log.
     pub fn finish(mut self, status: RunStatus, solver: SolverReport) -> Result<RunEnd, WriteError> {
         let (digest, topic_digests) = self.digests.finish(self.channels.keys());
         let end = RunEnd {
@@ -362,36 +335,16 @@ impl RunWriter {
         self.writer.write_metadata(&metadata).map_err(|error| self.at(error))?;
         self.vouch()?;
         self.writer.finish().map_err(|error| self.at(error))?;
-        let partial = self.stands_at.clone();
-        let io_error = |error| WriteError::Io { path: partial.clone(), error };
-        let path = self.path.clone();
-        let file = self
-            .writer
-            .into_inner()
-            .into_inner()
-            .into_inner()
-            .map_err(|error| io_error(error.into_error()))?;
-        file.sync_all().map_err(io_error)?;
-        if status == RunStatus::Interrupted {
-            if self.takes_place_of.is_some() {
-                // It holds less than the one that it was to replace.
-                fs::remove_file(&partial).map_err(io_error)?;
-            }
-            return Ok(end);
-        }
-        if self.existing == Existing::Refuse && path.exists() {
-            return Err(WriteError::Exists(path));
-        }
-        fs::rename(&partial, &path).map_err(io_error)?;
-        sync_folder(&path).map_err(io_error)?;
-        if let Some(unfinished) = self.takes_place_of {
-            fs::remove_file(unfinished.partial_path()).map_err(io_error)?;
-        }
+        let place = self.place;
+        let written = self.writer.into_inner().into_inner().into_inner();
+        written
+            .map_err(|error| WriteError::Io { path: place.path().to_owned(), error: error.into_error() })?;
+        if status == RunStatus::Interrupted { place.leave() } else { place.publish() }?;
         Ok(end)
     }
 
     fn at(&self, error: mcap::McapError) -> WriteError {
-        WriteError::of_mcap(&self.stands_at, error)
+        WriteError::of_mcap(self.place.path(), error)
     }
 }
 

@@ -1,0 +1,38 @@
+//! Locks, which keep processes apart and end with them.
+
+use std::fs::{File, TryLockError};
+use std::io;
+use std::path::Path;
+
+/// What came of asking for a lock.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Lock {
+    /// It is ours for as long as the file is open.
+    Taken,
+    /// Another process, or another part of this one, has it.
+    Busy,
+    /// Some network file systems have no locks; there nobody keeps two processes apart.
+    Unknown,
+}
+
+/// Asks for the lock of an open file or folder.
+pub(crate) fn try_lock(file: &File) -> Lock {
+    match file.try_lock() {
+        Ok(()) => Lock::Taken,
+        Err(TryLockError::WouldBlock) => Lock::Busy,
+        Err(TryLockError::Error(_)) => Lock::Unknown,
+    }
+}
+
+/// Waits for the lock of a folder, which is held while names in it are checked and given: for
+/// milliseconds. None where there are no such locks.
+pub(crate) fn wait_for_folder(folder: &Path) -> Option<File> {
+    let folder = File::open(folder).ok()?;
+    loop {
+        match folder.lock() {
+            Ok(()) => return Some(folder),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(_) => return None,
+        }
+    }
+}

@@ -86,7 +86,10 @@ fn another_time_step_shifts_events_and_a_drafted_policy_lets_them_pass() {
     let before = fs::read(&coarse).expect("the log can be read");
     for option in ["--page", "--matches", "--draft-policy"] {
         let (code, _, err) = diff(&[text(&fine), text(&coarse), option, text(&coarse), "--force"]);
-        assert!(code == 2 && err.contains("which this command reads (accepted: another file)"), "{code}: {err}");
+        assert!(
+            code == 2 && err.contains("which this command reads (accepted: another file)"),
+            "{code}: {err}"
+        );
     }
     assert_eq!(fs::read(&coarse).expect("the log can be read"), before);
 }

@@ -417,7 +417,10 @@ Examples:
     --set parameter_set=as-stated
 
 Runs already in the folder are reused if their scenario, the solver and the code
-that made them are the same; --fresh repeats them.")]
+that made them are the same. Those by other code are made again, those of
+another scenario or solver only with --fresh, which repeats all. Tables and
+figures are replaced together; reproduce.json says what they were made of. One
+process at a time writes into the folder.")]
 pub(crate) struct ReproduceArguments {
     /// The pipeline.
     #[arg(value_name = "PIPELINE.toml")]
@@ -428,7 +431,7 @@ pub(crate) struct ReproduceArguments {
     /// Override one key in every run of the pipeline.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Repeat runs that are already in the folder.
+    /// Repeat runs that are already in the folder, and replace those of other scenarios.
     #[arg(long)]
     pub(crate) fresh: bool,
     /// The solver to use; both give the same events.

@@ -17,6 +17,7 @@ mod disk;
 #[cfg(feature = "analysis")]
 mod end_to_end;
 mod export;
+mod files;
 mod flips;
 mod foxglove;
 #[cfg(feature = "analysis")]

@@ -23,6 +23,7 @@
 //! - [`curves`]: what is read off a run for measures, tables and figures alike.
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
+//! - [`record`]: what tables and figures were made of, beside them.
 //! - [`parquet_tables`]: what a log holds as Parquet, written as it is read.
 //! - [`event_file`]: event tables and matches of a diff as Parquet.
 //! - [`measure`]: single numbers read off a run.
@@ -42,6 +43,7 @@ pub mod measure;
 pub mod parquet_tables;
 pub mod pipeline;
 pub mod precursors;
+pub mod record;
 pub mod run_data;
 pub mod study;
 pub mod table_file;

@@ -1,7 +1,7 @@
 //! The TOML that says what to run, reduce and draw; and the reducing and drawing.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use asperity_files::{Existing, FileSet, Inputs, create_folder};
@@ -16,7 +16,7 @@ use crate::figures::Figures;
 use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
 use crate::study::Study;
-use crate::{table_file, tables};
+use crate::{record, table_file, tables};
 
 /// A pipeline, as written.
 #[derive(Debug, Clone, Deserialize)]
@@ -68,6 +68,33 @@ pub struct PrecursorSpec {
     #[serde(default)]
     pub rules: PrecursorRules,
 }
+
+impl PrecursorSpec {
+    /// The name of its table.
+    fn table(&self) -> String {
+        table_of(&self.run, &format!("precursors-{}", self.law.file_word()))
+    }
+}
+
+/// The name of a table of one run.
+fn table_of(run: &str, what: &str) -> String {
+    format!("{run}.{what}")
+}
+
+/// The name of a table of several.
+fn study_table(study: &Study) -> String {
+    format!("study-{}", study.name)
+}
+
+/// What the record of a reduction is called after.
+const COMMAND: &str = "reproduce";
+
+/// The names of the tables that there is one of.
+const RESIDUALS: &str = "residuals";
+const FIRST_GLOBAL_SLIPS: &str = "first-global-slips";
+const CLAIMS: &str = "claims";
+/// The same claims as a page.
+const CLAIMS_PAGE: &str = "claims.md";
 
 /// What a reduction is busy with, in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -161,6 +188,16 @@ impl Pipeline {
                 ));
             }
         }
+        // None takes the place of another.
+        let tables = pipeline.tables();
+        let tables = tables.iter().map(|table| ("table", table.as_str()));
+        let mut written = std::collections::BTreeSet::new();
+        for file in tables.chain(pipeline.figure.files().map(|file| ("figure file", file))) {
+            if !written.insert(file) {
+                let (what, name) = file;
+                return Err(format!("{what} {name:?} would be written twice (accepted: different names)"));
+            }
+        }
         for spec in &pipeline.precursors {
             spec.rules.check().map_err(|error| format!("precursors of {}: {error}", spec.run))?;
         }
@@ -170,8 +207,34 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// Reads the runs, and writes `tables/` and `figures/` into `out`, in place of those that are
-    /// there: all of them, or none if something fails. None of them is written over what was read,
+    /// The names of its tables, without their endings.
+    fn tables(&self) -> Vec<String> {
+        let of_runs =
+            self.run.iter().flat_map(|run| ["events", "load"].map(|what| table_of(&run.name, what)));
+        let singles = [
+            (!self.precursors.is_empty(), RESIDUALS),
+            (!self.first_global_slips.is_empty(), FIRST_GLOBAL_SLIPS),
+            (!self.claim.is_empty(), CLAIMS),
+        ];
+        of_runs
+            .chain(self.precursors.iter().map(PrecursorSpec::table))
+            .chain(self.study.iter().map(study_table))
+            .chain(singles.into_iter().filter(|(there, _)| *there).map(|(_, name)| name.to_owned()))
+            .collect()
+    }
+
+    /// All files that [`Pipeline::reduce`] writes into a folder, but for the record of them.
+    pub fn outputs(&self, out: &Path) -> Vec<PathBuf> {
+        let (tables, figures) = (out.join("tables"), out.join("figures"));
+        let mut outputs: Vec<PathBuf> =
+            self.tables().iter().flat_map(|name| table_file::paths(&tables, name)).collect();
+        outputs.extend((!self.claim.is_empty()).then(|| tables.join(CLAIMS_PAGE)));
+        outputs.extend(self.figure.files().map(|file| figures.join(file)));
+        outputs
+    }
+
+    /// Reads the runs, and writes `tables/`, `figures/` and last `reproduce.json`, which says what
+    /// they are, into `out`, in place of those that are there: all, or none if something fails. None of them is written over what was read,
     /// `inputs` among it. `watcher` is told of every stage as it begins and of everything that is
     /// done in it.
     ///
@@ -190,12 +253,13 @@ impl Pipeline {
         let log = |spec: &RunSpec| runs_folder.join(format!("{}.mcap", spec.name));
         inputs.add(self.run.iter().map(log));
         let files = FileSet::new(Existing::Replace, inputs);
-        files.reserve(self.figure.files().map(|file| figure_folder.join(file)))?;
+        files.reserve(self.outputs(out))?;
+        files.reserve([record::path(out, COMMAND)])?;
         let counter = Counter::begin(Stage::Runs, self.run.len(), watcher);
         let runs = at_once(&self.run, None, |spec| {
             let run = RunData::read(&spec.name, &log(spec))?;
             let write = |what: &str, mut table: DataFrame| {
-                table_file::write(&files, &table_folder, &format!("{}.{what}", run.name), &mut table)
+                table_file::write(&files, &table_folder, &table_of(&run.name, what), &mut table)
             };
             write("events", tables::events(&run)?)?;
             write("load", tables::load_curve(&run)?)?;
@@ -206,6 +270,7 @@ impl Pipeline {
         self.write_tables(&runs, &files, &table_folder, watcher)?;
         let counter = Counter::begin(Stage::Figures, self.figure.files().count(), watcher);
         self.figure.draw(&runs, &files, &figure_folder, &|| counter.one_more())?;
+        record::write(&files, out, COMMAND, runs.values(), self.outputs(out))?;
         Ok(files.publish()?)
     }
 
@@ -228,27 +293,27 @@ impl Pipeline {
             Ok::<_, AnalysisError>(())
         };
         let mut compared: Vec<(&RunData, LengthLaw, PrecursorRules)> = Vec::new();
-        for PrecursorSpec { run, law, rules } in &self.precursors {
+        for spec in &self.precursors {
+            let PrecursorSpec { run, law, rules } = spec;
             let run = &runs[run];
-            let name = format!("{}.precursors-{}", run.name, law.file_word());
-            write(&name, tables::precursors(run, *law, rules)?)?;
+            write(&spec.table(), tables::precursors(run, *law, rules)?)?;
             compared.push((run, *law, *rules));
         }
         if !compared.is_empty() {
-            write("residuals", tables::residual_table(&compared)?)?;
+            write(RESIDUALS, tables::residual_table(&compared)?)?;
         }
         if !self.first_global_slips.is_empty() {
             let all: Vec<&RunData> = self.first_global_slips.iter().map(|run| &runs[run]).collect();
-            write("first-global-slips", tables::first_global_slips(&all)?)?;
+            write(FIRST_GLOBAL_SLIPS, tables::first_global_slips(&all)?)?;
         }
         for study in &self.study {
-            write(&format!("study-{}", study.name), study.table(runs)?)?;
+            write(&study_table(study), study.table(runs)?)?;
         }
         if !self.claim.is_empty() {
             let outcomes = claims::judge(&self.claim, runs);
-            write("claims", claims::table(&outcomes)?)?;
+            write(CLAIMS, claims::table(&outcomes)?)?;
             let page = claims::markdown(&self.title, &outcomes, runs);
-            files.write(&folder.join("claims.md"), page)?;
+            files.write(&folder.join(CLAIMS_PAGE), page)?;
         }
         Ok(())
     }

@@ -39,7 +39,7 @@ fn every_stage_is_told_from_its_beginning_to_its_end() {
     let pipeline = Pipeline::parse(PIPELINE).expect("the pipeline is sound");
     let mut told = Vec::new();
     pipeline
-        .reduce(&runs, out.path(), Inputs::default(), &mut |progress| told.push(progress))
+        .reduce(&runs, out.path(), asperity_files::Inputs::default(), &mut |progress| told.push(progress))
         .expect("the logs can be reduced");
     // The precursors, their residuals, the first global slips and the study.
     let expected: Vec<Progress> = [(Stage::Runs, 2), (Stage::Tables, 4), (Stage::Figures, 1)]

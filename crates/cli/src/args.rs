@@ -463,9 +463,11 @@ Examples:
     --set parameter_set=as-stated
 
 Runs already in the folder are reused if their logs are whole (see asperity
-check: made by this very program with its detectors) and of the same scenario
-and solver. For any other log a line says why the run is made anew. --fresh
-repeats all.")]
+check: made by this very program with its detectors). Those that are not are
+made again, and a line says why; those of another scenario or solver only with
+--fresh, which repeats all. Tables and figures are replaced together;
+reproduce.json says what they were made of. One process at a time writes into
+the folder.")]
 pub(crate) struct ReproduceArguments {
     /// The pipeline.
     #[arg(value_name = "PIPELINE.toml")]
@@ -476,7 +478,7 @@ pub(crate) struct ReproduceArguments {
     /// Override one key in every run of the pipeline.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Repeat runs that are already in the folder.
+    /// Repeat runs that are already in the folder, and replace those of other scenarios.
     #[arg(long)]
     pub(crate) fresh: bool,
     /// The solver to use; both give the same events.

@@ -6,7 +6,7 @@ use std::path::Path;
 use asperity_analysis::pipeline::{Pipeline, Progress, Stage};
 use asperity_analysis::precursors::PrecursorRules;
 use asperity_analysis::run_data::RunData;
-use asperity_analysis::{AnalysisError, figures, table_file, tables};
+use asperity_analysis::{AnalysisError, figures, record, table_file, tables};
 use asperity_files::{Existing, FileSet, FolderLock, Inputs, is_new_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
@@ -61,6 +61,10 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         table_file::write(&files, out, "load", &mut tables::load_curve(&data)?)?;
         table_file::write(&files, out, "precursors", &mut tables::precursors(&data, law, &rules)?)?;
         table_file::write(&files, out, "residuals", &mut tables::residual_table(&[(&data, law, rules)])?)?;
+        let tables = ["events", "load", "precursors", "residuals"];
+        let tables = tables.iter().flat_map(|name| table_file::paths(out, name));
+        let figures = figures::OVERVIEW.iter().map(|name| out.join(name));
+        record::write(&files, out, "reduce", [&data], tables.chain(figures))?;
         figures::draw_overview(data, &files, out)?;
         Ok(files.publish()?)
     };
@@ -106,7 +110,10 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     for job in &jobs {
         job.check_place(&runs_folder, solver, arguments.fresh)
             .map_err(|error| Failure::BadInput(format!("--out: {error}")))?;
-        inputs.check(&job.log(&runs_folder)).map_err(|error| refused("--out", &error, false))?;
+    }
+    let logs = jobs.iter().map(|job| job.log(&runs_folder));
+    for path in logs.chain(pipeline.outputs(&arguments.out)) {
+        inputs.check(&path).map_err(|error| refused("--out", &error, false))?;
     }
     create_folder(&runs_folder)?;
     interrupt::install()?;

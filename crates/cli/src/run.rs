@@ -73,7 +73,7 @@ pub(crate) fn failure(error: RunError, board: &Board, name: &str) -> Failure {
         RunError::Left(LeftError::OtherRun { .. }) => Failure::BadInput(format!("--resume: {error}")),
         RunError::Place(_) => Failure::bad_input(error),
         RunError::Write(WriteError::File(error)) => refused("--out", &error, false),
-        RunError::Write(WriteError::Foreign(_) | WriteError::Exists(_)) => {
+        RunError::Write(WriteError::Foreign(_)) => {
             Failure::BadInput(format!("--out: {error} (accepted: another file)"))
         }
         RunError::Left(_) | RunError::Write(WriteError::Busy(_)) => Failure::failed(error),

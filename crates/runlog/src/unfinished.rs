@@ -77,6 +77,11 @@ impl Place {
     pub(crate) fn of_run(path: &Path, existing: Existing) -> Result<Place, WriteError> {
         must_be_free(path, existing)?;
         let held = emptied(&partial_path(path))?;
+        // Whoever held it until now may have finished.
+        if let Err(error) = must_be_free(path, existing) {
+            held.remove()?;
+            return Err(error);
+        }
         let stand = Stand::Found { held, takes_place_of: None };
         Ok(Place { path: path.to_owned(), existing, stand })
     }

@@ -118,6 +118,24 @@ fn a_whole_log_without_its_name_replaces_another_only_if_it_may() {
     assert_eq!(fs::read(&path).unwrap(), bytes);
 }
 
+/// Whoever removes a log that is being written makes room for another, which the first must not
+/// take for its own.
+#[test]
+fn a_log_whose_name_another_has_got_is_not_published() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let begin = || RunWriter::create(&path, Existing::Refuse, &header(), "", &[]).unwrap();
+    let first = begin();
+    fs::remove_file(partial_path(&path)).unwrap();
+    let mut second = begin();
+    let lost = first.finish(RunStatus::Complete, SolverReport::default()).unwrap_err();
+    assert!(lost.to_string().ends_with("was removed or replaced while it was being written"), "{lost}");
+    assert!(!path.exists() && partial_path(&path).exists());
+    (1..=STEPS).for_each(|n| second.record(&step(n)).unwrap());
+    let end = second.finish(RunStatus::Complete, SolverReport::default()).unwrap();
+    assert_eq!(RunReader::open(&path, Topics::ALL).unwrap().verify().unwrap(), end);
+}
+
 #[test]
 fn events_of_detectors_that_are_not_known_are_json_objects() {
     let folder = tempfile::tempdir().unwrap();

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::laws::parts::{Packing, Part, put_together, take_apart};
+use crate::laws::parts::{Packing, Part, correct_end, put_together, take_apart};
+use crate::laws::thin::messages;
 use crate::support::binary::{asperity, succeed, text};
 use crate::support::small;
 
@@ -198,4 +199,31 @@ fn reproduce_uses_only_what_is_whole() {
             other => panic!("the table says {other}"),
         }
     }
+}
+
+/// What agrees with itself and with its scenario, and is no run of it all the same, is seen where the
+/// run is made again.
+#[test]
+fn check_again_compares_every_record_with_the_run_made_again() {
+    let Logs { folder, logs } = Logs::make();
+    let of = |verdict: &str| text(&logs.iter().find(|(word, _)| *word == verdict).expect("there is one").1);
+    for (verdict, code) in [("whole", 0), ("incomplete", 3), ("salvaged with gaps", 5)] {
+        let (found, said) = outcome(&["check", "--again", of(verdict)]);
+        assert!(found == code && said.contains(verdict), "{said}");
+    }
+    // The load of a sample of a chain at rest, a little more than it was.
+    let mut parts = take_apart(&fs::read(of("whole")).expect("it was just written"));
+    let at = messages(&parts, "/step")[5];
+    let mut message: serde_json::Value =
+        serde_json::from_slice(parts[at].payload().expect("it is a message")).expect("messages are JSON");
+    let force_n = message["driving_force_n"].as_f64().expect("it is a number") + 1e-9;
+    message["driving_force_n"] = force_n.into();
+    message["ft_fn"] = (force_n / message["normal_load_n"].as_f64().expect("it is a number")).into();
+    parts[at] = parts[at].with_payload(message.to_string().as_bytes());
+    correct_end(&mut parts);
+    let forged = folder.path().join("forged.mcap");
+    fs::write(&forged, put_together(&parts, Packing::USUAL)).expect("the folder can be written");
+    assert_eq!(outcome(&["check", text(&forged)]).0, 0);
+    let (code, said) = outcome(&["check", "--again", text(&forged)]);
+    assert!(code == 4 && said.contains("the run, made again, gives another record"), "{said}");
 }

@@ -192,6 +192,7 @@ pub(crate) struct EventsArguments {
 Examples:
   asperity check out/mine.mcap
   asperity check out/chapter5/runs/*.mcap
+  asperity check out/doubted.mcap --again
 
 Reads every byte and checks the structure and checksums of the file, every
 message against its schema, and the order of steps and their times; that all
@@ -200,7 +201,8 @@ events follow from the step records, and that counts and digests are those
 stated at the end of the log.
 
 A log of this very program is also held against its own scenario: what is
-recorded and when, loads and thresholds, the state at the start.
+recorded and when, loads and thresholds, the state at the start. --again makes
+its run again and compares every record, which takes as long as the run.
 
 Exit codes, that of the worst of several logs; this is their order:
   0  whole: all of its run, by this program with its detectors
@@ -214,6 +216,9 @@ pub(crate) struct CheckArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
     pub(crate) runs: Vec<PathBuf>,
+    /// Make the runs of this very program again, and compare every record.
+    #[arg(long)]
+    pub(crate) again: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use asperity_run::Checked;
+use asperity_run::{Checked, check, check_again};
 
 use crate::args::CheckArguments;
 use crate::exit::{self, Code, Failure};
@@ -10,7 +10,7 @@ use crate::exit::{self, Code, Failure};
 pub(crate) fn command(arguments: &CheckArguments) -> Result<(), Failure> {
     let mut codes = Vec::new();
     for run in &arguments.runs {
-        let checked: Checked = asperity_run::check(run);
+        let checked: Checked = if arguments.again { check_again(run) } else { check(run) };
         let what = checked.to_string();
         writeln!(io::stdout().lock(), "{}: {}", run.display(), exit::shortened(&what))?;
         codes.push(Code::from(checked.verdict));

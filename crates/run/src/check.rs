@@ -47,9 +47,19 @@ impl fmt::Display for Checked {
 ///
 /// Of a salvaged log, what is missing is held against the gaps that its numbers leave.
 pub fn check(log: &Path) -> Checked {
+    judge(log, false)
+}
+
+/// The same, and makes the run of a log of this very program again, by the same solver: every
+/// record must be the one that it gives. It takes about as long as the run did.
+pub fn check_again(log: &Path) -> Checked {
+    judge(log, true)
+}
+
+fn judge(log: &Path, again: bool) -> Checked {
     let mut seen = Seen::default();
     let mut header = None;
-    let problem = seen.read(log, &mut header).err();
+    let problem = seen.read(log, again, &mut header).err();
     let is_ours = header.as_ref().is_some_and(|header: &RunHeader| header.code_version == CODE_VERSION);
     let verdict = match &problem {
         Some(problem) => problem.verdict(),
@@ -160,7 +170,7 @@ fn shortened(version: &str) -> String {
 
 impl Seen {
     /// Reads a log; `found` is what it says of itself, once that is known.
-    pub(crate) fn read(&mut self, run: &Path, found: &mut Option<RunHeader>) -> Result<(), CheckProblem> {
+    fn read(&mut self, run: &Path, again: bool, found: &mut Option<RunHeader>) -> Result<(), CheckProblem> {
         let mut reader = RunReader::open(run, Topics::ALL)?;
         let header = found.insert(reader.header().clone()).clone();
         self.other_code = (header.code_version != CODE_VERSION).then(|| header.code_version.clone());
@@ -194,7 +204,7 @@ impl Seen {
             };
             if self.messages == 0 {
                 own::topics(reader.announced(), header.blocks, &kinds, ours)?;
-                own = plan.take().map(|plan| Own::new(plan, reader.is_salvaged()));
+                own = plan.take().map(|plan| Own::new(plan, &header, reader.is_salvaged(), again));
             }
             if let Some(both) = &mut both
                 && both.announced(reader.event_topics())
@@ -245,7 +255,8 @@ impl Seen {
             // There was no message at all.
             None => {
                 if let Some(plan) = plan {
-                    Own::new(plan, false).finish(status == Some(RunStatus::LoadNotReached))?;
+                    Own::new(plan, &header, false, again)
+                        .finish(status == Some(RunStatus::LoadNotReached))?;
                 }
             }
         }

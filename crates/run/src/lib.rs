@@ -56,7 +56,7 @@ pub mod verify;
 mod watch;
 
 pub use agreement::{Difference, OtherDetectors};
-pub use check::{CheckProblem, Checked, Seen, check};
+pub use check::{CheckProblem, Checked, Seen, check, check_again};
 pub use header::CODE_VERSION;
 pub use own::OwnProblem;
 pub use place::PlaceError;

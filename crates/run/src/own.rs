@@ -4,7 +4,7 @@
 use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource};
 use asperity_record::{EventKind, Record, RunHeader};
 use asperity_runlog::{Announced, announcements, is_topic_of_a_run};
-use asperity_simulator::{Departure, Expectation, SolverKind};
+use asperity_simulator::{Departure, Expectation, Solver, SolverKind};
 
 use crate::header::header;
 
@@ -108,11 +108,18 @@ pub(crate) fn topics(
 /// Follows the records of a log.
 pub(crate) struct Own {
     expectation: Expectation,
+    /// The run made again, where that is asked for.
+    again: Option<Box<dyn Solver>>,
+    is_salvaged: bool,
 }
 
 impl Own {
-    pub(crate) fn new(plan: Plan, is_salvaged: bool) -> Own {
-        Own { expectation: Expectation::of(plan, is_salvaged) }
+    /// Of a log with that header; with `again` the run is made again, record by record.
+    pub(crate) fn new(plan: Plan, logged: &RunHeader, is_salvaged: bool, again: bool) -> Own {
+        let solver =
+            [SolverKind::Fast, SolverKind::Plain].into_iter().find(|kind| kind.name() == logged.solver);
+        let again = solver.filter(|_| again).map(|kind| kind.start(plan.clone()));
+        Own { expectation: Expectation::of(plan, is_salvaged), again, is_salvaged }
     }
 
     /// Takes the next record; `is_after_gap` says that some of its kind are missing before it.
@@ -120,7 +127,24 @@ impl Own {
     /// # Errors
     /// If no run of the scenario gives it there.
     pub(crate) fn record(&mut self, record: &Record, is_after_gap: bool) -> Result<(), OwnProblem> {
-        Ok(self.expectation.take(record, is_after_gap)?)
+        self.expectation.take(record, is_after_gap)?;
+        self.is_made_again(record)
+    }
+
+    /// That the run, made again, gives this record next; of a salvaged log, behind some that it
+    /// lacks.
+    fn is_made_again(&mut self, record: &Record) -> Result<(), OwnProblem> {
+        let Some(solver) = &mut self.again else { return Ok(()) };
+        while let Ok(Some(made)) = solver.next_record() {
+            if made == *record {
+                return Ok(());
+            }
+            if !self.is_salvaged || place(&made) >= place(record) {
+                break;
+            }
+        }
+        let what = "the run, made again, gives another record".to_owned();
+        Err(Departure { step: record.step(), what }.into())
     }
 
     /// That nothing is missing at the end of a run that took all its steps.
@@ -128,6 +152,22 @@ impl Own {
     /// # Errors
     /// If something is, or the run cannot have ended so.
     pub(crate) fn finish(mut self, load_not_reached: bool) -> Result<(), OwnProblem> {
-        Ok(self.expectation.finish(load_not_reached)?)
+        self.expectation.finish(load_not_reached)?;
+        match self.again.map(|mut solver| solver.next_record()) {
+            Some(Ok(Some(more))) => {
+                let what = "the run, made again, gives a record more".to_owned();
+                Err(Departure { step: more.step(), what }.into())
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Where a record stands among those of a run.
+fn place(record: &Record) -> (u64, u32) {
+    match record {
+        Record::Step(record) => (record.step, 0),
+        Record::Fields(record) => (record.step, 1),
+        Record::Window(record) => (record.step, record.window.saturating_add(2)),
     }
 }

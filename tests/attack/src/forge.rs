@@ -133,6 +133,12 @@ impl Log {
         Ok(Records { parts, closed: self.closed })
     }
 
+    /// The file as far as its data go, as of a run that was not yet done.
+    pub(crate) fn unfinished_bytes(&self) -> Result<Vec<u8>, String> {
+        let records = Records { closed: false, ..self.packed()? };
+        Ok(records.sealed())
+    }
+
     /// The file.
     pub(crate) fn bytes(&self) -> Result<Vec<u8>, String> {
         Ok(seal(self.packed()?.with_summary()))
@@ -410,4 +416,72 @@ pub(crate) fn seal(parts: Vec<Part>) -> Vec<u8> {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::{Item, Log};
+    use crate::file;
+
+    fn genuine() -> Vec<u8> {
+        let log = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs/v2/complete.mcap");
+        std::fs::read(&log).unwrap_or_else(|error| panic!("{}: {error}", log.display()))
+    }
+
+    /// The MCAP library finds by the index what a reader from front to end finds.
+    fn assert_indexed(bytes: &[u8]) {
+        let all = file::messages(bytes).expect("the log can be read");
+        let summary = mcap::Summary::read(bytes).expect("the summary can be read").expect("there is one");
+        let statistics = summary.stats.as_ref().expect("it has statistics");
+        assert_eq!(statistics.message_count, all.len() as u64);
+        assert_eq!(statistics.chunk_count as usize, file::chunks(bytes).len());
+        let mut indexed = 0;
+        for chunk in &summary.chunk_indexes {
+            for (channel, entries) in summary.read_message_indexes(bytes, chunk).expect("indexes can be read")
+            {
+                for entry in entries {
+                    let message = summary.seek_message(bytes, chunk, &entry).expect("there is a message");
+                    assert_eq!((message.log_time, message.channel.id), (entry.log_time, channel.id));
+                    indexed += 1;
+                }
+            }
+        }
+        assert_eq!(indexed, all.len());
+        mcap::MessageStream::new(bytes)
+            .expect("it is MCAP")
+            .for_each(|message| drop(message.expect("it is sound")));
+    }
+
+    #[test]
+    fn what_is_put_together_again_says_the_same_and_is_indexed() {
+        let bytes = genuine();
+        assert_indexed(&bytes);
+        let again = Log::read(&bytes).expect("the log can be read").bytes().expect("it can be packed");
+        assert_indexed(&again);
+        assert_eq!(file::messages(&bytes), file::messages(&again));
+    }
+
+    #[test]
+    fn a_change_is_all_that_is_wrong() {
+        let mut log = Log::read(&genuine()).expect("the log can be read");
+        let chunk = log.items.iter_mut().find_map(|item| match item {
+            Item::Chunk { records, .. } => Some(records),
+            Item::Record { .. } => None,
+        });
+        let records = chunk.expect("it has a chunk");
+        let last = records.iter().rposition(|part| part.payload().is_some()).expect("it has messages");
+        records.remove(last);
+        log.correct_end();
+        let bytes = log.bytes().expect("it can be packed");
+        assert_indexed(&bytes);
+        let end = file::metadata(&bytes, "run_end").expect("it has an end");
+        let counted: usize = end
+            .iter()
+            .filter(|(key, _)| key.starts_with("messages:"))
+            .map(|(_, count)| count.parse::<usize>().expect("a count"))
+            .sum();
+        assert_eq!(counted, file::messages(&bytes).expect("it can be read").len());
+    }
 }

@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use crate::calls::{Call, Outcome};
 use crate::file::{self, Message};
+use crate::random::Random;
 use crate::tally::Tally;
 
 /// How many cases each attack tries.
@@ -124,6 +125,8 @@ impl Ground {
         if !path.exists() {
             let file = format!("{name}.mcap");
             self.succeed(&self.logs, &[&["run", "default", "--quiet", "--out", &file], run].concat())?;
+            // What is called damaged untouched would prove nothing when it is touched.
+            self.succeed(&self.logs, &["check", &file])?;
         }
         Genuine::read(&path)
     }
@@ -138,6 +141,16 @@ impl Ground {
         let pipeline = pipeline.to_str().ok_or("the path of the checkout is no text")?;
         self.succeed(&self.logs, &["reproduce", pipeline, "--quiet", "--out", "chapter5"])?;
         logs_in(&self.logs.join("chapter5/runs"))
+    }
+
+    /// Some of so many cases, by chance; of a full attack all of them.
+    pub(crate) fn some_of(&self, cases: usize, some: usize) -> Vec<usize> {
+        let mut left: Vec<usize> = (0..cases).collect();
+        let mut random = Random::new(self.seed);
+        while !self.size.full && left.len() > some {
+            left.swap_remove(random.below(left.len() as u64) as usize);
+        }
+        left
     }
 
     /// Whether time is over.

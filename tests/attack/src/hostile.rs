@@ -7,18 +7,21 @@ use std::path::Path;
 
 use mcap::records::op;
 
-use crate::calls::Outcome;
+use crate::calls::{Call, Outcome};
 use crate::case::{Case, try_all};
 use crate::forge::{Item, Log};
 use crate::ground::{Error, Ground, SMALL};
 use crate::parquet;
-use crate::parts::{Packing, Part, correct_end, put_together, take_apart};
+use crate::parts::Part;
 
 /// What a command may have of memory at once, MB, whatever it reads.
 const MEMORY_MB: f64 = 300.0;
 
 /// What it may take of a processor, seconds.
 const TIME_S: f64 = 5.0;
+
+/// Where a call is stopped that keeps to neither.
+const STOP: &str = "ulimit -v 1500000; ulimit -t 8";
 
 /// No input is longer.
 const LONGEST: usize = 10_000_000;
@@ -65,8 +68,9 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     }
     let calls: Vec<(&Input, &[&str])> =
         inputs.iter().flat_map(|input| input.commands.iter().map(move |command| (input, *command))).collect();
-    try_all(ground, "limits", "hostile inputs", calls.len(), |case| {
-        let (input, command) = calls[case.number];
+    let chosen = ground.some_of(calls.len(), 90);
+    try_all(ground, "limits", "hostile inputs", chosen.len(), |case| {
+        let (input, command) = calls[chosen[case.number]];
         bounded(case, input, command, &sound)
     })
 }
@@ -84,8 +88,15 @@ fn bounded(case: &mut Case<'_>, input: &Input, command: &[&str], sound: &[u8]) -
     case.write("sound.mcap", sound)?;
     let arguments: Vec<&str> =
         command.iter().map(|word| if *word == "FILE" { input.name.as_str() } else { word }).collect();
-    let outcome = case.call(&arguments)?;
+    let program = &case.ground.program;
+    let outcome = Call::by_shell(program, &case.folder, STOP, &arguments, "")?.run()?;
     let Outcome { cpu_s, peak_mb, .. } = outcome;
+    // What was stopped here is a failure by its time.
+    if outcome.signal.is_some() && cpu_s > TIME_S {
+        case.note(&outcome);
+    } else {
+        case.must_end_well(&outcome);
+    }
     let told = || {
         format!("{}: {}, {cpu_s:.1} s, {peak_mb:.0} MB: {}", outcome.call, outcome.ending(), outcome.said())
     };
@@ -97,7 +108,7 @@ fn bounded(case: &mut Case<'_>, input: &Input, command: &[&str], sound: &[u8]) -
     );
     case.hold(cpu_s < TIME_S, &format!("{word} takes more than {TIME_S} s for {}", input.name), told);
     let said = format!("{}{}", outcome.out, outcome.err);
-    if outcome.code.is_some_and(|code| code != 0) {
+    if outcome.code.is_some_and(|code| code != 0) && !outcome.panicked() {
         case.hold(
             said.contains(&input.name) || said.contains("run.mcap"),
             &format!("{word} fails and does not name the file"),
@@ -120,46 +131,29 @@ fn bounded(case: &mut Case<'_>, input: &Input, command: &[&str], sound: &[u8]) -
 }
 
 fn inputs(sound: &[u8], table: &[u8]) -> Result<Vec<Input>, Error> {
-    let parts = take_apart(sound);
     let log = Log::read(sound)?;
     let mut inputs = Vec::new();
     let mut add = |name: &str, commands, bytes: Vec<u8>| {
         inputs.push(Input { name: name.to_owned(), bytes, commands });
     };
-    add("packed.mcap", &ON_LOGS, packed(&parts)?);
-    add("zeros.mcap", &ON_LOGS, with_chunks(&parts, &vec![0; 54_000_000], 100)?);
+    add("packed.mcap", &ON_LOGS, packed(&log)?);
+    add("zeros.mcap", &ON_LOGS, with_chunks(&log, &vec![0; 54_000_000], 8)?);
     add("chunk-heads.mcap", &ON_LOGS, chunk_heads(sound));
     add("scenario.mcap", &ON_LOGS, with_scenario(&log, &"# nothing\n".repeat(900_000))?);
     add("nested-scenario.mcap", &ON_LOGS, with_scenario(&log, &format!("a = {}", "[".repeat(2_000_000)))?);
-    let many = |count: usize, each: &dyn Fn(usize) -> Part| {
-        let mut parts = parts.clone();
-        let at = parts.iter().position(|part| part.opcode == op::MESSAGE).unwrap_or(0);
-        parts.splice(at..at, (0..count).map(each));
-        correct_end(&mut parts);
-        put_together(&parts, Packing::USUAL)
-    };
-    add(
-        "channels.mcap",
-        &ON_LOGS,
-        many(59_900, &|number| Part::channel(500 + number as u16, 1, &format!("/events/x{number}"))),
-    );
-    add("schemas.mcap", &ON_LOGS, many(60_000, &schema));
-    add(
-        "attachments.mcap",
-        &ON_LOGS,
-        many(90_000, &|number| Part::attachment(&format!("note {number}"), b"nothing")),
-    );
-    add("checkpoints.mcap", &ON_LOGS, many(90_000, &|_| Part::attachment("checkpoint", b"{}")));
-    add(
-        "metadata.mcap",
-        &ON_LOGS,
-        many(90_000, &|number| Part::metadata("note", &[(number.to_string(), String::new())].into())),
-    );
+    let channel = |number: usize| Part::channel(500 + number as u16, 1, &format!("/events/x{number}"));
+    add("channels.mcap", &ON_LOGS, many(&log, 50_000, &channel)?);
+    add("schemas.mcap", &ON_LOGS, many(&log, 60_000, &schema)?);
+    let note = |number: usize| Part::attachment(&format!("note {number}"), b"nothing");
+    add("attachments.mcap", &ON_LOGS, many(&log, 40_000, &note)?);
+    add("checkpoints.mcap", &ON_LOGS, many(&log, 40_000, &|_| Part::attachment("checkpoint", b"{}"))?);
+    let note = |number: usize| Part::metadata("note", &[(number.to_string(), String::new())].into());
+    add("metadata.mcap", &ON_LOGS, many(&log, 40_000, &note)?);
     let keys = (0..300_000).map(|number| (format!("k{number}"), "v".to_owned())).collect();
-    add("keys.mcap", &ON_LOGS, many(1, &|_| Part::metadata("note", &keys)));
-    add("nested-message.mcap", &ON_LOGS, with_message(&parts, &"[".repeat(9_000_000)));
-    let numbers = format!("{{\"step\":1,\"time_s\":1e-7,\"displacement_m\":[{}0]}}", "0,".repeat(4_000_000));
-    add("long-message.mcap", &ON_LOGS, with_message(&parts, &numbers));
+    add("keys.mcap", &ON_LOGS, many(&log, 1, &|_| Part::metadata("note", &keys))?);
+    add("nested-message.mcap", &ON_LOGS, with_message(&log, &"[".repeat(60_000_000))?);
+    let numbers = format!("{{\"step\":1,\"time_s\":1e-7,\"displacement_m\":[{}0]}}", "0,".repeat(25_000_000));
+    add("long-message.mcap", &ON_LOGS, with_message(&log, &numbers)?);
     for (name, text) in [
         ("line.mcap", "x\nforged: whole: 1 record"),
         ("escape.mcap", "\u{1b}[2J\u{1b}[31mx\u{9b}5m"),
@@ -240,28 +234,54 @@ fn schema(number: usize) -> Part {
     Part::new(op::SCHEMA, body)
 }
 
+/// The log with so many more records before its messages.
+fn many(log: &Log, count: usize, each: &dyn Fn(usize) -> Part) -> Result<Vec<u8>, Error> {
+    let mut log = log.clone();
+    let first = log.items.iter().position(|item| matches!(item, Item::Chunk { .. }));
+    let first = first.ok_or("the log has a chunk")?;
+    let in_chunks = matches!(each(0).opcode, op::SCHEMA | op::CHANNEL);
+    match &mut log.items[first] {
+        Item::Chunk { records, .. } if in_chunks => {
+            records.splice(0..0, (0..count).map(each));
+        }
+        _ => {
+            let more = (0..count).map(|number| Item::Record { part: each(number), as_is: false });
+            log.items.splice(first..first, more);
+        }
+    }
+    log.correct_end();
+    Ok(log.bytes()?)
+}
+
 /// Chunks that unpack to fifty million bytes of events each.
-fn packed(parts: &[Part]) -> Result<Vec<u8>, Error> {
+fn packed(log: &Log) -> Result<Vec<u8>, Error> {
+    let mut parts = log.places().into_iter().filter_map(|place| log.at(place));
     let event = parts
-        .iter()
         .find(|part| part.payload().is_some_and(|text| text.starts_with(b"{\"onset_s\"")))
         .ok_or("the log has a slip event")?;
     let mut records = Vec::new();
     while records.len() < 50_000_000 {
         event.put(&mut records);
     }
-    with_chunks(parts, &records, 40)
+    with_chunks(log, &records, 8)
 }
 
-/// The log with a chunk of these records so many times before its end.
-fn with_chunks(parts: &[Part], records: &[u8], times: usize) -> Result<Vec<u8>, Error> {
+/// The log with a chunk of these records so many times behind its last one, each followed by
+/// what vouches for chunks, if the format has that.
+fn with_chunks(log: &Log, records: &[u8], times: usize) -> Result<Vec<u8>, Error> {
     let packed = zstd::bulk::compress(records, 1)?;
     let crc = crc32fast::hash(records);
     let chunk = Part::chunk_of(records.len() as u64, crc, "zstd", packed.len() as u64, &packed);
-    let mut parts = parts.to_vec();
-    let at = parts.len() - 1;
-    parts.splice(at..at, std::iter::repeat_n(chunk, times));
-    Ok(put_together(&parts, Packing::USUAL))
+    let mut log = log.clone();
+    let is_link = |item: &&Item| matches!(item, Item::Record { part, .. } if part.name() == Some("chunk"));
+    let link = log.items.iter().find(is_link).cloned();
+    let last = log.items.iter().rposition(|item| matches!(item, Item::Chunk { .. }));
+    let at = last.ok_or("the log has a chunk")? + 1 + usize::from(link.is_some());
+    let one = [Some(Item::Record { part: chunk, as_is: false }), link];
+    let one: Vec<Item> = one.into_iter().flatten().collect();
+    log.items.splice(at..at, std::iter::repeat_n(one, times).flatten());
+    // Without a summary: to make one, all of it would have to be unpacked here.
+    Ok(log.unfinished_bytes()?)
 }
 
 /// Eight million bytes in which a chunk seems to begin at every thirtieth.
@@ -303,13 +323,14 @@ fn with_key(log: &Log, key: &str, value: &str) -> Result<Vec<u8>, Error> {
     Ok(log.bytes()?)
 }
 
-/// The log with the first message of its steps saying something else.
-fn with_message(parts: &[Part], payload: &str) -> Vec<u8> {
-    let mut parts = parts.to_vec();
-    let first = parts.iter().position(|part| part.opcode == op::MESSAGE);
-    if let Some(first) = first {
-        parts[first] = parts[first].with_payload(payload.as_bytes());
+/// The log with its first message saying something else.
+fn with_message(log: &Log, payload: &str) -> Result<Vec<u8>, Error> {
+    let mut log = log.clone();
+    let first =
+        log.places().into_iter().find(|place| log.at(*place).is_some_and(|part| part.opcode == op::MESSAGE));
+    if let Some(part) = first.and_then(|place| log.at_mut(place)) {
+        *part = part.with_payload(payload.as_bytes());
     }
-    correct_end(&mut parts);
-    put_together(&parts, Packing::USUAL)
+    log.correct_end();
+    Ok(log.bytes()?)
 }

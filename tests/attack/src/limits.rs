@@ -41,11 +41,12 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
         &["--help"],
     ];
     let commands = writers.len() + readers.len();
-    try_all(ground, "limits", "resources", LIMITS.len() * commands, |case| {
-        let limit = LIMITS[case.number / commands];
-        match writers.get(case.number % commands) {
+    let chosen = ground.some_of(LIMITS.len() * commands, 80);
+    try_all(ground, "limits", "resources", chosen.len(), |case| {
+        let (limit, command) = (LIMITS[chosen[case.number] / commands], chosen[case.number] % commands);
+        match writers.get(command) {
             Some(writer) => limited(case, limit, writer.arguments(0), Some(writer)),
-            None => limited(case, limit, readers[case.number % commands - writers.len()], None),
+            None => limited(case, limit, readers[command - writers.len()], None),
         }
     })?;
     full_disk(ground, &writers)?;
@@ -82,7 +83,9 @@ fn limited(
     let outcome = Call::by_shell(program, &folder, before, arguments, redirections)?.run()?;
     let told = || format!("{}: {}: {}", outcome.call, outcome.ending(), outcome.said());
     let command = writer.map_or(arguments[0], |writer| writer.name);
-    let (words, spoken) = (format!("{}{}", outcome.out, outcome.err), !redirections.contains('2'));
+    let words = format!("{}{}", outcome.out, outcome.err);
+    // What it says goes into files here, so that where there can be none it cannot speak.
+    let spoken = !redirections.contains('2') && limit != "files of 0 bytes";
     // The standard library ends a process that gets no memory, with a sentence of its own.
     let out_of_memory = words.contains("memory allocation of") || words.contains("out of memory");
     if outcome.signal == Some(6) && out_of_memory {

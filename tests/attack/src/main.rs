@@ -122,20 +122,28 @@ fn attack(arguments: &Arguments) -> Result<bool, Error> {
         tally: Mutex::new(Tally::default()),
         _lock: lock,
     };
+    let mut not_made = false;
     loop {
         say(&format!("seed {}", ground.seed));
         for (name, attack) in ATTACKS {
             if modules.is_empty() || modules.iter().any(|wanted| wanted == name) {
-                attack(&ground)?;
+                // The others are made all the same.
+                if let Err(error) = attack(&ground) {
+                    say(&format!("error: {name}: the attack could not be made: {error}"));
+                    not_made = true;
+                }
             }
         }
-        if ground.deadline.is_none() || ground.is_over() {
+        if ground.deadline.is_none() || ground.is_over() || not_made {
             break;
         }
         ground.seed += 1;
     }
     let tally = ground.tally.into_inner().expect("no case panics with it");
     say(&format!("\n{tally}"));
+    if not_made {
+        return Err("see above".into());
+    }
     let no_skips = std::env::var_os("ASPERITY_NO_SKIPS").is_some_and(|value| value == "1");
     let skipped = tally.skipped();
     if no_skips && !skipped.is_empty() {

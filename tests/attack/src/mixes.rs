@@ -32,13 +32,8 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     let cases = ground.size.mixes;
     try_all(ground, "mixes", "chunks", cases, |case| mixed(case, &ours, &other))?;
     let records = file::records(&ours.log.bytes);
-    let mut borders: Vec<usize> = records.iter().map(|record| record.at.start).collect();
-    if !ground.size.full && borders.len() > cases {
-        let mut random = Random::new(ground.seed);
-        while borders.len() > cases {
-            borders.swap_remove(random.below(borders.len() as u64) as usize);
-        }
-    }
+    let borders = ground.some_of(records.len(), 40);
+    let borders: Vec<usize> = borders.into_iter().map(|number| records[number].at.start).collect();
     try_all(ground, "mixes", "cuts", borders.len(), |case| cut(case, &ours, borders[case.number]))
 }
 

@@ -189,6 +189,7 @@ fn look(folder: &Path, before: &str, found: &mut Found) -> Result<(), Error> {
 /// Names that say that a file is not to be used yet.
 fn is_temporary(name: &str) -> bool {
     name.ends_with(".partial")
+        || name.contains(".partial.")
         || name.ends_with(".resumed")
         || name.ends_with(".lock")
         || (name.starts_with('.') && name.ends_with(".asperity"))

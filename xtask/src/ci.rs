@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
+use crate::attack::{self, AttackArguments};
 use crate::test::{self, TestArguments};
 use crate::workspace::{Failure, cargo, output, run};
 
@@ -20,12 +21,13 @@ pub(crate) struct CiArguments {}
 
 type Stage = (&'static str, fn() -> Result<(), Failure>);
 
-const STAGES: [Stage; 5] = [
+const STAGES: [Stage; 6] = [
     ("format", format),
     ("lint", lint),
     ("without analysis", without_analysis),
     ("test", test),
     ("doc", doc),
+    ("attack", attack),
 ];
 
 pub(crate) fn command(_arguments: &CiArguments) -> Result<(), Failure> {
@@ -90,4 +92,8 @@ fn test() -> Result<(), Failure> {
 
 fn doc() -> Result<(), Failure> {
     run(cargo(&["doc", "--workspace", "--no-deps", "--locked"]).env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+fn attack() -> Result<(), Failure> {
+    attack::command(&AttackArguments::default())
 }

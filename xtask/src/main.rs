@@ -7,6 +7,7 @@
 )]
 
 mod against;
+mod attack;
 mod bench;
 mod ci;
 mod clients;
@@ -45,6 +46,7 @@ Examples:
   cargo xtask golden
   cargo xtask bench --against HEAD~1
   cargo xtask fuzz --for-s 600
+  cargo xtask attack --for-s 600
   cargo xtask ci"
 )]
 struct Arguments {
@@ -81,6 +83,8 @@ enum Command {
     Bench(bench::BenchArguments),
     /// Search for inputs that do harm; needs cargo-fuzz.
     Fuzz(fuzz::FuzzArguments),
+    /// Try from outside to break what the command promises of files.
+    Attack(attack::AttackArguments),
     /// Check everything that a change must pass.
     Ci(ci::CiArguments),
 }
@@ -98,6 +102,7 @@ fn main() -> ExitCode {
         Command::Golden(arguments) => golden::command(&arguments),
         Command::Bench(arguments) => bench::command(&arguments),
         Command::Fuzz(arguments) => fuzz::command(&arguments),
+        Command::Attack(arguments) => attack::command(&arguments),
         Command::Ci(arguments) => ci::command(&arguments),
     };
     match outcome {

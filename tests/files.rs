@@ -437,6 +437,26 @@ fn what_is_no_log_is_not_written_over_as_an_unfinished_one() {
     }
 }
 
+/// Too few open files are told as such: not as the work of another process, and nothing is left.
+#[cfg(unix)]
+#[test]
+fn too_few_open_files_are_called_so() {
+    let folder = folder();
+    let [log, _] = twins(folder.path());
+    let out = folder.path().join("out");
+    let command =
+        format!("ulimit -n 8; exec \"$ASPERITY\" export {} --to csv --out {}", text(&log), text(&out));
+    let output = Command::new("sh")
+        .args(["-c", &command])
+        .env("ASPERITY", env!("CARGO_BIN_EXE_asperity"))
+        .output()
+        .expect("there is a shell");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("Too many open files") && !said.contains("another process"), "{said}");
+    assert!(content(&out).is_empty(), "{:?}", content(&out).keys());
+}
+
 #[cfg(feature = "analysis")]
 const PIPELINE: &str = r#"
 title = "Small"

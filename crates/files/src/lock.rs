@@ -24,15 +24,25 @@ pub(crate) fn try_lock(file: &File) -> Lock {
     }
 }
 
+/// Opens a folder for the sake of its lock. None where folders cannot be opened, or not this one by
+/// this user.
+pub(crate) fn open_folder(folder: &Path) -> io::Result<Option<File>> {
+    match File::open(folder) {
+        Ok(folder) => Ok(Some(folder)),
+        Err(error) if cfg!(not(unix)) || error.kind() == io::ErrorKind::PermissionDenied => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
 /// Waits for the lock of a folder, which is held while names in it are checked and given: for
 /// milliseconds. None where there are no such locks.
-pub(crate) fn wait_for_folder(folder: &Path) -> Option<File> {
-    let folder = File::open(folder).ok()?;
+pub(crate) fn wait_for_folder(folder: &Path) -> io::Result<Option<File>> {
+    let Some(folder) = open_folder(folder)? else { return Ok(None) };
     loop {
         match folder.lock() {
-            Ok(()) => return Some(folder),
+            Ok(()) => return Ok(Some(folder)),
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(_) => return None,
+            Err(_) => return Ok(None),
         }
     }
 }

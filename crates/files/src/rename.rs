@@ -7,6 +7,7 @@ use std::path::Path;
 use tempfile::TempPath;
 
 use crate::error::FileError;
+use crate::lock::open_folder;
 use crate::place::{folder_of, is_taken};
 
 /// What becomes of a file that has the name which another is to get.
@@ -37,14 +38,9 @@ pub(crate) fn rename(from: &Path, to: &Path, existing: Existing) -> Result<(), F
     }
 }
 
-/// Sees to it that new names in the folder of a path outlive a crash of the machine.
-#[cfg(unix)]
+/// Sees to it that new names in the folder of a path outlive a crash of the machine, where folders
+/// can be opened.
 pub(crate) fn sync_folder_of(path: &Path) -> Result<(), FileError> {
-    fs::File::open(folder_of(path)).and_then(|folder| folder.sync_all()).map_err(FileError::io(path))
-}
-
-/// Elsewhere a folder cannot be opened as a file.
-#[cfg(not(unix))]
-pub(crate) fn sync_folder_of(_path: &Path) -> Result<(), FileError> {
-    Ok(())
+    let folder = open_folder(folder_of(path)).map_err(FileError::io(path))?;
+    folder.map_or(Ok(()), |folder| folder.sync_all()).map_err(FileError::io(path))
 }

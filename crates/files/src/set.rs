@@ -152,7 +152,8 @@ impl FileSet {
         let mut folders: Vec<&Path> = stages.iter().map(|stage| stage.folder.as_path()).collect();
         // In one order, so that no two processes wait for each other.
         folders.sort_unstable();
-        let _locks: Vec<Option<File>> = folders.into_iter().map(wait_for_folder).collect();
+        let lock = |folder| wait_for_folder(folder).map_err(FileError::io(folder));
+        let _locks = folders.into_iter().map(lock).collect::<Result<Vec<Option<File>>, FileError>>()?;
         for output in &outputs {
             output.check(&stages)?;
             inputs.check(&output.path)?;

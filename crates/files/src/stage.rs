@@ -7,7 +7,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::identity::Identity;
-use crate::lock::{Lock, try_lock};
+use crate::lock::{Lock, open_folder, try_lock};
 
 /// How the name of such a folder begins; letters and digits follow.
 const PREFIX: &str = ".asperity-";
@@ -32,7 +32,7 @@ impl Stage {
         loop {
             let made = tempfile::Builder::new().prefix(PREFIX).rand_bytes(RANDOM).tempdir_in(folder)?;
             let path = made.keep();
-            let lock = File::open(&path).ok();
+            let lock = open_folder(&path).inspect_err(|_| drop(fs::remove_dir(&path)))?;
             let is_ours = lock.as_ref().is_none_or(|lock| try_lock(lock) != Lock::Busy);
             // Between the two lines above, another process may have taken it for a leftover.
             if let (true, Ok(identity)) = (is_ours, Identity::of_entry(&path)) {

@@ -154,13 +154,15 @@ fn message_indexes_and_chunks_say_what_is_in_them() {
         parts[scenario].body[crc..].fill(0);
     });
     assert!(says.contains("an attachment without its checksum"), "{says}");
+    let behind =
+        places(&sound, op::METADATA, false).into_iter().find(|&at| at > chunk).expect("it follows") + 1;
     for (what, part) in [
         ("a message outside chunks", Part::message(1, 0, 0, b"{}")),
         ("a record of another program", Part::new(0x80, *b"anything")),
         ("metadata of another name", Part::metadata("more", &[].into())),
         ("an attachment of another name", Part::attachment("more", b"")),
     ] {
-        let says = changed(what, &|parts| parts.insert(chunk, part.clone()));
+        let says = changed(what, &|parts| parts.insert(behind, part.clone()));
         assert!(says.contains("no run log"), "{what}: {says}");
     }
 }

@@ -538,7 +538,7 @@ impl Forge {
             "no-data-end",
             "no end of the data, so that its checksum is not looked at",
             Damaged,
-            "a footer before the end of the data",
+            "a footer before the end of the data|a record that may stand in chunks alone",
             no_data_end,
         );
     }

@@ -28,6 +28,7 @@ pub(crate) struct Proof {
     before_crc: u32,
     /// The checksum of a piece for which nothing has vouched yet.
     piece: Option<u32>,
+    has_end: bool,
     data_ended: bool,
     index: Index,
 }
@@ -44,6 +45,7 @@ impl Default for Proof {
             next: 0,
             before_crc: 0,
             piece: None,
+            has_end: false,
             data_ended: false,
             index: Index::default(),
         }
@@ -124,6 +126,7 @@ impl Proof {
             }
             Record::Metadata(metadata) if metadata.name == RUN => return Ok(()),
             Record::Metadata(metadata) if [RUN_END, SALVAGE].contains(&metadata.name.as_str()) => {
+                self.has_end |= metadata.name == RUN_END;
                 crc32fast::hash(body)
             }
             Record::Metadata(_) => return wrong("metadata of a name that no run log has"),
@@ -140,7 +143,8 @@ impl Proof {
             Record::Chunk { header, .. } => header.uncompressed_crc,
             Record::MessageIndex(_) => return Ok(()),
             Record::DataEnd(end) => {
-                if self.piece.is_some() {
+                // A writer that is dropped, as in a panic, closes the file as well as it can.
+                if self.piece.is_some() && self.has_end {
                     return wrong("the record before it is not followed by metadata `chunk`");
                 }
                 self.data_ended = true;

@@ -159,7 +159,7 @@ fn what_is_not_hit_is_kept() {
         // The last chunk is only kept if the record that vouches for it is there.
         let place = place.max(log.chunks[0].0.start);
         let vouched_for = |chunk: &&(Range<usize>, _)| link_at(&log.bytes, chunk.0.end).end <= place;
-        let kept = log.chunks.iter().filter(vouched_for).map(|chunk| chunk.0.end).next_back().unwrap_or(0);
+        let kept = log.chunks.iter().rfind(vouched_for).map_or(0, |chunk| chunk.0.end);
         log.must_keep(&format!("cut off at {place}"), &log.bytes[..place], &(kept..end));
     }
 }

@@ -54,6 +54,9 @@ struct OpenChunk {
 #[derive(Debug)]
 struct Summary {
     start: u64,
+    /// What it must say of schemas and channels, in order of their numbers.
+    schemas: Vec<u64>,
+    channels: Vec<u64>,
     /// Opcode, beginning and length of each stretch of records of one kind.
     groups: Vec<(u8, u64, u64)>,
     offsets: Vec<(u8, u64, u64)>,
@@ -142,6 +145,8 @@ impl Index {
                 self.statistics.channel_count = self.channels.len() as u32;
                 self.summary = Some(Summary {
                     start: place.at + place.length,
+                    schemas: self.schemas.values().copied().collect(),
+                    channels: self.channels.values().copied().collect(),
                     groups: Vec::new(),
                     offsets: Vec::new(),
                     crc: crc32fast::Hasher::new(),
@@ -215,12 +220,11 @@ impl Index {
         let (said, is) = match record {
             Record::Schema { header, data } => (
                 Some(hash(&(header.id, &header.name, &header.encoding, data))),
-                self.schemas.iter().nth(number).map(|(_, what)| *what),
+                summary.schemas.get(number).copied(),
             ),
-            Record::Channel(channel) => (
-                Some(hash(&channel_fields(channel))),
-                self.channels.iter().nth(number).map(|(_, what)| *what),
-            ),
+            Record::Channel(channel) => {
+                (Some(hash(&channel_fields(channel))), summary.channels.get(number).copied())
+            }
             Record::ChunkIndex(index) => (Some(hash(&chunk_fields(index))), self.chunks.get(number).copied()),
             Record::AttachmentIndex(index) => {
                 (Some(hash(&attachment_fields(index))), self.attachments.get(number).copied())

@@ -65,9 +65,14 @@ impl Found {
         for (_, link) in &self.links {
             *counts.entry(&link.run_id).or_insert(0) += 1;
         }
-        let of_header = |id: &str| self.headers.iter().any(|header| header.run_id == id);
-        let of_scenario = |id: &str| self.scenarios.iter().any(|(crc, _)| self.ties(id, *crc));
-        counts.retain(|id, _| of_header(id) || of_scenario(id));
+        let mut confirmed: BTreeSet<&str> =
+            self.headers.iter().map(|header| header.run_id.as_str()).collect();
+        for (crc, _) in &self.scenarios {
+            confirmed.extend(
+                self.links.iter().filter(|(_, link)| ties(link, *crc)).map(|(_, link)| &*link.run_id),
+            );
+        }
+        counts.retain(|id, _| confirmed.contains(id));
         let most = counts.values().max().copied()?;
         // Of several with as many, the one that comes first.
         let (_, first) = self.links.iter().find(|(_, link)| counts.get(&*link.run_id) == Some(&most))?;
@@ -82,21 +87,10 @@ impl Found {
         Some(Run { id, numbers })
     }
 
-    /// Whether the records `chunk` of a run name a scenario of that checksum as theirs.
-    fn ties(&self, id: &str, crc: u32) -> bool {
-        self.links.iter().any(|(_, link)| {
-            link.run_id == id
-                && match link.number {
-                    0 => link.crc == crc,
-                    1 => link.before_crc == crc,
-                    _ => false,
-                }
-        })
-    }
-
     /// The scenario that the records `chunk` of a run name as theirs.
     pub(crate) fn scenario_of(&self, run: &Run<'_>) -> Option<&str> {
-        let named = self.scenarios.iter().find(|(crc, _)| self.ties(run.id, *crc));
+        let of_run = |crc: u32| self.links.iter().any(|(_, link)| link.run_id == run.id && ties(link, crc));
+        let named = self.scenarios.iter().find(|(crc, _)| of_run(*crc));
         named.map(|(_, text)| text.as_str())
     }
 
@@ -121,8 +115,7 @@ impl Found {
             };
             let own =
                 own.filter(|link| link.run_id == run.id && link.crc == entry.crc).map(|link| link.number);
-            let free = || numbers.iter().copied().find(|number| !taken.contains(&(*number, entry.crc)));
-            let number = own.or_else(free).or_else(|| numbers.first().copied()).unwrap_or_default();
+            let number = own.or(numbers.first().copied()).unwrap_or_default();
             if taken.insert((number, entry.crc)) {
                 numbered.push((number, *entry));
             } else {
@@ -154,6 +147,15 @@ impl Found {
             what: "a chunk or checkpoint, and no record `chunk` is left to say of which run".to_owned(),
         };
         Kept { damage: self.entries.iter().map(refused).collect(), ..Kept::default() }
+    }
+}
+
+/// Whether a record `chunk` names a scenario of that checksum as that of its run.
+fn ties(link: &Link, crc: u32) -> bool {
+    match link.number {
+        0 => link.crc == crc,
+        1 => link.before_crc == crc,
+        _ => false,
     }
 }
 

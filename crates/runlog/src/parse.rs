@@ -63,7 +63,10 @@ fn fit(opcode: u8, body: &[u8]) -> bool {
 /// Whether a record holds what it says it has and nothing behind that: MCAP would allow for
 /// it, but logs have none.
 pub(crate) fn fills(opcode: u8, body: &[u8]) -> bool {
-    behind_fields(opcode, body).is_some_and(<[u8]>::is_empty)
+    // What a message says follows its fields; of records of other programs nothing is known.
+    opcode == op::MESSAGE
+        || fields(opcode).is_empty()
+        || behind_fields(opcode, body).is_some_and(<[u8]>::is_empty)
 }
 
 /// What stands behind a record's fields, if there is room for these.

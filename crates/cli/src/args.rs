@@ -200,7 +200,7 @@ numbers are finite, that switches fit the state of their blocks, that the
 events follow from the step records, and that counts and digests are those
 stated at the end of the log.
 
-A log of this very program is also held against its own scenario: what is
+A log of this very program is also compared with its own scenario: what is
 recorded and when, loads and thresholds, the state at the start. --again makes
 its run again and compares every record, which takes as long as the run.
 

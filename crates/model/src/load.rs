@@ -133,6 +133,21 @@ mod tests {
     }
 
     #[test]
+    fn a_factor_tells_when_the_drive_stopped_while_it_changes() {
+        let course = LoadCourse::new(vec![0, 1000, 5000, 6000], vec![1.0, 0.5, 0.5, 0.7], true);
+        for (step, hold_step) in [(2_500, 2_000), (2_001, 2_000), (12_345, 7_000), (2_999, 2_000)] {
+            let factor = course.factor(step, hold_step);
+            let found = course.hold_steps(step, factor);
+            assert!(found.contains(&hold_step) && found.len() <= 10, "{step}: {found:?}");
+            assert!(!course.rests_at(factor));
+        }
+        assert!(
+            course.rests_at(1.0) && course.rests_at(0.5) && course.rests_at(0.7) && !course.rests_at(0.6)
+        );
+        assert!(course.counts_from_hold() && !LoadCourse::default().counts_from_hold());
+    }
+
+    #[test]
     fn tilt_shifts_load_to_the_driven_end_and_keeps_the_total() {
         assert_eq!(tilted(400.0, 0.0, 4), [100.0; 4]);
         let p = tilted(400.0, 0.5, 5);

@@ -31,6 +31,7 @@ mod resume;
 mod runlog;
 mod salvage;
 mod scenarios;
+mod terminal;
 #[cfg(feature = "analysis")]
 mod textconv;
 mod tidy;

@@ -1,10 +1,6 @@
 //! `cargo xtask`: everything about this workspace that takes more than one
 //! command. It drives cargo and the built `asperity` binary and links neither.
-
-#![expect(
-    clippy::print_stderr,
-    reason = "stdout belongs to the commands that are run; xtask speaks on stderr"
-)]
+//! Standard output belongs to the commands that are run; xtask speaks on stderr.
 
 mod against;
 mod bench;
@@ -19,6 +15,7 @@ mod golden_tables;
 mod interrupt;
 mod reproduce;
 mod revision;
+mod say;
 mod seed;
 mod test;
 mod verify;
@@ -28,6 +25,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use say::say;
 use workspace::Failure;
 
 /// Automation of the Asperity workspace.
@@ -105,7 +103,7 @@ fn main() -> ExitCode {
         // A command that ran and failed has said why.
         Err(Failure::Exit { code, .. }) => ExitCode::from(code),
         Err(failure) => {
-            eprintln!("error: {failure}");
+            say!("error: {failure}");
             ExitCode::from(failure.code())
         }
     }

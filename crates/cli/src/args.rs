@@ -95,7 +95,7 @@ Examples:
 #[derive(Debug, Args)]
 pub(crate) struct ScenarioChoice {
     /// Name of a built-in scenario, path of a TOML file, or a run log, for its scenario.
-    pub(crate) scenario: String,
+    pub(crate) scenario: PathBuf,
     /// Override one key. May be repeated; the last one wins.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,

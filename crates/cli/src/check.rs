@@ -1,11 +1,10 @@
 //! `asperity check`.
 
-use std::io::{self, Write};
-
 use asperity_run::Verdict;
 
 use crate::args::CheckArguments;
 use crate::exit::{self, Code, Failure};
+use crate::terminal;
 
 pub(crate) fn command(arguments: &CheckArguments) -> Result<(), Failure> {
     let mut worst = Verdict::Whole;
@@ -13,11 +12,10 @@ pub(crate) fn command(arguments: &CheckArguments) -> Result<(), Failure> {
         let checked = asperity_run::check(run);
         let what = checked.to_string();
         let (verdict, what) = (checked.verdict, exit::shortened(&what));
-        let mut out = io::stdout().lock();
         match verdict {
             // The sentence says it already.
-            Verdict::NoRunLog => writeln!(out, "{}: {what}", run.display())?,
-            _ => writeln!(out, "{}: {}: {what}", run.display(), verdict.word())?,
+            Verdict::NoRunLog => terminal::say(format_args!("{}: {what}", run.display()))?,
+            _ => terminal::say(format_args!("{}: {}: {what}", run.display(), verdict.word()))?,
         }
         worst = worst.max(verdict);
     }

@@ -15,6 +15,7 @@ use asperity_runlog::WholeFile;
 
 use crate::args::{DiffArguments, DiffFormat, PairBy};
 use crate::exit::{Code, Failure};
+use crate::terminal;
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     let settings = settings(arguments)?;
@@ -111,18 +112,18 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
 }
 
 fn print(report: &Report, format: DiffFormat) -> Result<(), Failure> {
-    let mut out = io::BufWriter::new(io::stdout().lock());
     match format {
         DiffFormat::Text => {
             for line in summary::lines(report) {
-                writeln!(out, "{line}")?;
+                terminal::say(line)?;
             }
         }
         DiffFormat::Json => {
+            let mut out = io::BufWriter::new(terminal::data());
             serde_json::to_writer_pretty(&mut out, report).map_err(|error| Failure::Output(error.into()))?;
             writeln!(out)?;
+            out.flush()?;
         }
     }
-    out.flush()?;
     Ok(())
 }

@@ -9,6 +9,7 @@ use asperity_runlog::{LogItem, RunReader, Topics};
 use crate::args::EventsArguments;
 use crate::event_table::Printed;
 use crate::exit::Failure;
+use crate::terminal;
 
 /// Prints them up to where the log is sound; if that is not its end, the command fails.
 pub(crate) fn command(arguments: &EventsArguments) -> Result<(), Failure> {
@@ -18,7 +19,7 @@ pub(crate) fn command(arguments: &EventsArguments) -> Result<(), Failure> {
         return print_table(arguments);
     }
     let mut reader = RunReader::open(&arguments.run, Topics::EVENTS).map_err(Failure::failed)?;
-    let mut printed = Printed::begin(arguments.format, io::stdout().lock())?;
+    let mut printed = Printed::begin(arguments.format, terminal::data())?;
     let outcome = loop {
         match reader.next_item() {
             Ok(Some(LogItem::Event(event))) => printed.event(&event)?,
@@ -41,7 +42,7 @@ fn print_table(arguments: &EventsArguments) -> Result<(), Failure> {
         )));
     }
     let table = table_file::read_parquet(&arguments.run).map_err(Failure::failed)?;
-    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut out = io::BufWriter::new(terminal::data());
     table_file::write_csv(&mut out, &table)?;
     Ok(io::Write::flush(&mut out)?)
 }

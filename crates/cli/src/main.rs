@@ -18,19 +18,20 @@ mod reproduce;
 mod run;
 mod salvage;
 mod scenario;
+mod terminal;
 #[cfg(feature = "analysis")]
 mod verify;
 
 use std::process::ExitCode;
-
-use clap::Parser;
 
 use args::{Arguments, Command};
 use exit::Failure;
 use progress::Board;
 
 fn main() -> ExitCode {
-    let outcome = dispatch(Arguments::parse());
+    // What cannot be had then ends the command when it is needed, and not before.
+    interrupt::outlive_the_file_size_limit();
+    let outcome = terminal::arguments().and_then(|arguments| arguments.map_or(Ok(()), dispatch));
     match outcome {
         Ok(()) => exit::Code::Success.into(),
         Err(failure) if failure.is_broken_pipe() => exit::Code::Success.into(),

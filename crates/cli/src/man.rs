@@ -1,7 +1,7 @@
 //! `asperity man`: the help as manual pages, one for the command and one for each subcommand.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io;
 
 use asperity_runlog::WholeFile;
 use clap::CommandFactory;
@@ -10,6 +10,7 @@ use clap_mangen::roff::{Roff, roman};
 
 use crate::args::{Arguments, ManArguments};
 use crate::exit::Failure;
+use crate::terminal;
 
 pub(crate) fn command(arguments: &ManArguments) -> Result<(), Failure> {
     let folder = &arguments.out;
@@ -29,7 +30,7 @@ pub(crate) fn command(arguments: &ManArguments) -> Result<(), Failure> {
     for (path, page) in pages {
         WholeFile::write(&path, page)
             .map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))?;
-        writeln!(io::stdout().lock(), "{}", path.display())?;
+        terminal::say(path.display())?;
     }
     Ok(())
 }

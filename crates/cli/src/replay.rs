@@ -2,7 +2,7 @@
 //! or by others, with tables written row by row as events are found.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -16,6 +16,7 @@ use crate::args::ReplayArguments;
 use crate::event_table::{EventTables, Printed};
 use crate::exit::{self, Code, Failure};
 use crate::progress::{Board, RunProgress};
+use crate::terminal::{self, Data};
 
 /// What is written beside the tables of a replay: by which settings they were made, of what.
 const RECORD: &str = "replay.json";
@@ -99,7 +100,8 @@ struct Replayed<'a> {
 /// One run of it.
 #[derive(Debug, Serialize)]
 struct ReplayedRun {
-    log: PathBuf,
+    /// As text: what in a name is not UTF-8 is replaced by U+FFFD.
+    log: String,
     run_id: String,
     scenario_hash: String,
     /// Of the program that made the run.
@@ -121,7 +123,7 @@ struct Replay<'a> {
 /// written stops it.
 struct Output<'a> {
     tables: Option<EventTables>,
-    printed: Option<Printed<io::StdoutLock<'static>>>,
+    printed: Option<Printed<Data>>,
     progress: RunProgress,
     failed: &'a OnceLock<Failure>,
 }
@@ -175,7 +177,7 @@ impl Replay<'_> {
                 None => None,
             },
             printed: match self.arguments.format {
-                Some(format) => Some(Printed::begin(format, io::stdout().lock())?),
+                Some(format) => Some(Printed::begin(format, terminal::data())?),
                 None => None,
             },
             progress: self.board.steps(&name(run), header.steps, duration_s),
@@ -197,7 +199,7 @@ impl Replay<'_> {
         self.tell(run, &replayed)?;
         let same = replayed.comparison.as_ref().map(|comparison| comparison.difference.is_none());
         Ok(ReplayedRun {
-            log: run.to_owned(),
+            log: run.to_string_lossy().into_owned(),
             run_id: replayed.header.run_id,
             scenario_hash: replayed.header.scenario_hash,
             code_version: replayed.header.code_version,
@@ -222,7 +224,7 @@ impl Replay<'_> {
         };
         if self.arguments.format.is_none() {
             let slip_events = replayed.slip_events;
-            writeln!(io::stdout().lock(), "{name}: {slip_events} slip events, {verdict}")?;
+            terminal::say(format_args!("{name}: {slip_events} slip events, {verdict}"))?;
         }
         Ok(())
     }
@@ -236,7 +238,7 @@ impl Replay<'_> {
             runs,
         };
         let path = out.join(RECORD);
-        let text = serde_json::to_string_pretty(&record).expect("paths and numbers are JSON");
+        let text = serde_json::to_string_pretty(&record).expect("texts and numbers are JSON");
         WholeFile::write(&path, text + "\n")
             .map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))
     }

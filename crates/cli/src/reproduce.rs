@@ -1,7 +1,6 @@
 //! `asperity reproduce` and `asperity reduce`: runs to tables and figures.
 
 use std::fs;
-use std::io::{self, Write};
 use std::path::Path;
 
 use asperity_analysis::pipeline::{Pipeline, Progress, Stage};
@@ -17,6 +16,7 @@ use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
 use crate::interrupt;
 use crate::progress::Board;
+use crate::terminal::say;
 use crate::{run, scenario};
 
 pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure> {
@@ -41,7 +41,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure>
         figures::draw_overview(data, out)
     };
     write().map_err(Failure::failed)?;
-    writeln!(io::stdout().lock(), "{}", out.display())?;
+    say(out.display())?;
     Ok(())
 }
 
@@ -122,13 +122,12 @@ fn create_folder(folder: &Path) -> Result<(), Failure> {
 }
 
 fn print_where_to_look(pipeline: &Pipeline, out: &Path) -> Result<(), Failure> {
-    let mut stdout = io::stdout().lock();
-    writeln!(stdout, "{}", pipeline.title)?;
-    writeln!(stdout, "  figures  {}", out.join("figures").display())?;
-    writeln!(stdout, "  tables   {}", out.join("tables").display())?;
+    say(&pipeline.title)?;
+    say(format_args!("  figures  {}", out.join("figures").display()))?;
+    say(format_args!("  tables   {}", out.join("tables").display()))?;
     if !pipeline.claim.is_empty() {
-        writeln!(stdout, "  claims   {}", out.join("tables").join("claims.md").display())?;
+        say(format_args!("  claims   {}", out.join("tables").join("claims.md").display()))?;
     }
-    writeln!(stdout, "  runs     {}", out.join("runs").display())?;
+    say(format_args!("  runs     {}", out.join("runs").display()))?;
     Ok(())
 }

@@ -14,6 +14,7 @@ use crate::args::VerifySolverArguments;
 use crate::exit::Failure;
 use crate::progress::Board;
 use crate::reproduce::read_pipeline;
+use crate::terminal;
 
 /// Where known near ties are looked for, if nothing else is said.
 const NEAR_TIES: &str = "fixtures/near-ties";
@@ -108,7 +109,7 @@ fn known_ties(folder: &Path) -> Result<Vec<(PathBuf, Proof)>, Failure> {
 }
 
 fn print(outcomes: &[Outcome]) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
+    let mut out = terminal::data();
     writeln!(out, "run,switches,slip_events,near_ties,largest_deviation,of")?;
     for Outcome { run, verified: Verified { agreement, slip_events } } in outcomes {
         let most = agreement.deviations.iter().max_by(|a, b| a.share.total_cmp(&b.share));

@@ -84,6 +84,8 @@ pub(crate) fn locked(file: File, path: &Path) -> Result<File, WriteError> {
     let ours = same_file::Handle::from_file(file.try_clone().map_err(io_error)?).map_err(io_error)?;
     match same_file::Handle::from_path(path) {
         Ok(here) if here == ours => Ok(file),
+        // There is no saying whose it is, as when too many files are open.
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(io_error(error)),
         _ => Err(WriteError::Busy(path.to_owned())),
     }
 }

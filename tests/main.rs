@@ -7,6 +7,7 @@
 //! environment or the current folder, which is done to the commands that are
 //! started.
 
+mod bounds;
 mod cli;
 #[cfg(feature = "analysis")]
 mod clients;

@@ -3,7 +3,7 @@
 use std::io;
 
 #[cfg(feature = "analysis")]
-use asperity_analysis::table_file;
+use asperity_analysis::table_file::{self, PrintError};
 use asperity_runlog::{LogItem, RunReader, Topics};
 
 use crate::args::EventsArguments;
@@ -41,8 +41,11 @@ fn print_table(arguments: &EventsArguments) -> Result<(), Failure> {
             arguments.run.display()
         )));
     }
-    let table = table_file::read_parquet(&arguments.run).map_err(Failure::failed)?;
     let mut out = io::BufWriter::new(terminal::data());
-    table_file::write_csv(&mut out, &table)?;
-    Ok(io::Write::flush(&mut out)?)
+    let printed = table_file::print_parquet(&mut out, &arguments.run);
+    io::Write::flush(&mut out)?;
+    printed.map_err(|error| match error {
+        PrintError::Table(error) => Failure::failed(error),
+        PrintError::Output(error) => Failure::Output(error),
+    })
 }

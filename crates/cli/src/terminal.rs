@@ -8,14 +8,9 @@
 //! Tables and JSON on standard output are data, which another program gets as they are; only a
 //! terminal gets them escaped.
 
-use std::ffi::OsString;
 use std::io::{self, IsTerminal, StdoutLock, Write};
 
 use asperity_record::printable;
-use clap::Parser;
-
-use crate::args::Arguments;
-use crate::exit::{Code, Failure};
 
 /// Prints a line of words on standard output.
 pub(crate) fn say(line: impl std::fmt::Display) -> io::Result<()> {
@@ -90,23 +85,4 @@ impl Write for Data {
         self.show()?;
         self.out.flush()
     }
-}
-
-/// The arguments of the command; none where help or version was asked for, and printed.
-///
-/// # Errors
-/// If they make no sense, which is said, or the help cannot be printed.
-pub(crate) fn arguments() -> Result<Option<Arguments>, Failure> {
-    let given: Vec<OsString> = std::env::args_os().collect();
-    let error = match Arguments::try_parse_from(&given) {
-        Ok(arguments) => return Ok(Some(arguments)),
-        Err(error) => error,
-    };
-    if !error.use_stderr() {
-        return error.print().map(|()| None).map_err(Failure::Output);
-    }
-    // The library quotes what it refuses: of these arguments it makes the same error.
-    let plain = given.iter().map(|argument| printable(&argument.to_string_lossy()).into_owned());
-    Arguments::try_parse_from(plain).err().unwrap_or(error).print().ok();
-    Err(Failure::Said(Code::BadInput))
 }

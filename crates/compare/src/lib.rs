@@ -32,6 +32,7 @@
 
 mod claims;
 mod error;
+mod lines;
 #[cfg(feature = "analysis")]
 mod matches;
 #[cfg(feature = "analysis")]
@@ -161,7 +162,7 @@ fn compare_runs(
     });
     let mut run = compared.map_err(|error| match error {
         MatchError::Source(error) => error,
-        MatchError::Order { side, .. } => {
+        MatchError::Order { side, .. } | MatchError::AtOnce { side, .. } => {
             let path = if side == "old" { &old.path } else { &new.path };
             CompareError::Order { path: path.clone(), problem: error.to_string() }
         }

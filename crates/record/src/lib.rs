@@ -39,6 +39,7 @@
 // Lets `payload!` name this crate by its own name, here as in crates that use it.
 extern crate self as asperity_record;
 
+pub mod bounds;
 mod checkpoint;
 mod column;
 mod event;

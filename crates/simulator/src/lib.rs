@@ -70,6 +70,7 @@ mod stepper;
 mod sweep;
 mod waves;
 mod window;
+mod witness;
 
 pub use counters::Counters;
 pub use exact::Exact;
@@ -79,3 +80,4 @@ pub use plain::Plain;
 pub use solver::{SimulationError, Solver};
 pub use state::ChainState;
 pub use stepper::Driving;
+pub use witness::Witness;

@@ -37,15 +37,15 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-struct Outcome {
-    code: Option<i32>,
-    out: String,
-    err: String,
+pub(crate) struct Outcome {
+    pub(crate) code: Option<i32>,
+    pub(crate) out: String,
+    pub(crate) err: String,
 }
 
 /// Runs the command within its bounds, in a folder of its own. What it says goes through
 /// files: a pipe that nobody empties would stop it.
-fn bounded(folder: &Path, arguments: &[&str]) -> Outcome {
+pub(crate) fn bounded(folder: &Path, arguments: &[&str]) -> Outcome {
     let file = |name: &str| fs::File::create(folder.join(name)).expect("the folder can be written");
     let mut child = Command::new("sh")
         .args(["-c", &format!("ulimit -v {MEMORY_KB}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_asperity")])
@@ -75,7 +75,7 @@ fn bounded(folder: &Path, arguments: &[&str]) -> Outcome {
 }
 
 /// Runs the command over a file, which it must refuse, naming the file and what is wrong.
-fn refused(folder: &Path, arguments: &[&str], file: &Path) -> String {
+pub(crate) fn refused(folder: &Path, arguments: &[&str], file: &Path) -> String {
     let Outcome { code, out, err } = bounded(folder, arguments);
     let said = if arguments[0] == "check" { out } else { err.clone() };
     let place = text(file);

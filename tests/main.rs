@@ -7,6 +7,7 @@
 //! environment or the current folder, which is done to the commands that are
 //! started.
 
+mod bounds;
 mod cli;
 #[cfg(feature = "analysis")]
 mod clients;
@@ -33,6 +34,7 @@ mod resume;
 mod runlog;
 mod salvage;
 mod scenarios;
+mod terminal;
 #[cfg(feature = "analysis")]
 mod textconv;
 mod tidy;

@@ -1,10 +1,6 @@
 //! `cargo xtask`: everything about this workspace that takes more than one
 //! command. It drives cargo and the built `asperity` binary and links neither.
-
-#![expect(
-    clippy::print_stderr,
-    reason = "stdout belongs to the commands that are run; xtask speaks on stderr"
-)]
+//! Standard output belongs to the commands that are run; xtask speaks on stderr.
 
 mod against;
 mod attack;
@@ -20,6 +16,7 @@ mod golden_tables;
 mod interrupt;
 mod reproduce;
 mod revision;
+mod say;
 mod seed;
 mod test;
 mod verify;
@@ -29,6 +26,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use say::say;
 use workspace::Failure;
 
 /// Automation of the Asperity workspace.
@@ -110,7 +108,7 @@ fn main() -> ExitCode {
         // A command that ran and failed has said why.
         Err(Failure::Exit { code, .. }) => ExitCode::from(code),
         Err(failure) => {
-            eprintln!("error: {failure}");
+            say!("error: {failure}");
             ExitCode::from(failure.code())
         }
     }

@@ -5,11 +5,10 @@ use std::fs::File;
 use std::path::Path;
 
 use asperity_files::FileSet;
-use polars::prelude::{
-    AnyValue, Column, DataFrame, NamedFrom, ParquetReader, ParquetWriter, SerReader, Series,
-};
+use polars::prelude::{AnyValue, Column, DataFrame, NamedFrom, ParquetWriter, Series};
 
 use crate::error::AnalysisError;
+use crate::parquet_table::ParquetTable;
 
 /// A cell of a table.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,18 +25,44 @@ pub enum Cell {
     Other(String),
 }
 
-/// Reads a Parquet file, column by column.
-///
-/// # Errors
-/// If it cannot be read.
-pub fn read(path: &Path) -> Result<Vec<(String, Vec<Cell>)>, AnalysisError> {
-    let problem = |problem: String| AnalysisError::Read { path: path.display().to_string(), problem };
-    let file = File::open(path).map_err(|error| problem(error.to_string()))?;
-    let table = ParquetReader::new(file).finish().map_err(|error| problem(error.to_string()))?;
-    let cells = |column: &Column| -> Result<Vec<Cell>, AnalysisError> {
-        (0..table.height()).map(|row| Ok(cell(&column.get(row)?))).collect()
-    };
-    table.columns().iter().map(|column| Ok((column.name().to_string(), cells(column)?))).collect()
+/// The rows of a Parquet file, one after the other.
+pub struct Rows {
+    table: ParquetTable,
+    /// The rows that are read, and the next of them.
+    part: DataFrame,
+    row: usize,
+}
+
+impl Rows {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// As [`ParquetTable::open`].
+    pub fn open(path: &Path) -> Result<Rows, AnalysisError> {
+        Ok(Rows { table: ParquetTable::open(path)?, part: DataFrame::empty(), row: 0 })
+    }
+
+    /// The names of the columns.
+    pub fn names(&self) -> &[String] {
+        self.table.names()
+    }
+
+    /// The next row, a cell for each column; none after the last.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn next_row(&mut self) -> Result<Option<Vec<Cell>>, AnalysisError> {
+        while self.row == self.part.height() {
+            match self.table.next_part()? {
+                Some(part) => (self.part, self.row) = (part, 0),
+                None => return Ok(None),
+            }
+        }
+        let cells = self.part.columns().iter().map(|column| Ok(cell(&column.get(self.row)?)));
+        let cells = cells.collect::<Result<_, AnalysisError>>()?;
+        self.row += 1;
+        Ok(Some(cells))
+    }
 }
 
 fn cell(value: &AnyValue<'_>) -> Cell {
@@ -52,9 +77,14 @@ fn cell(value: &AnyValue<'_>) -> Cell {
         AnyValue::Int64(whole) => signed(*whole),
         AnyValue::Int32(whole) => signed((*whole).into()),
         AnyValue::Boolean(flag) => Cell::Flag(*flag),
+        // For an error, of which nobody reads more.
+        AnyValue::String(text) => Cell::Other(text.chars().take(LONGEST_QUOTE).collect()),
         other => Cell::Other(other.to_string()),
     }
 }
+
+/// Characters of a text that are kept to be quoted.
+const LONGEST_QUOTE: usize = 1000;
 
 /// One match of a diff, as a row. Where several events of a side stand in it: the number of the
 /// first and of the last, the earliest onset, the latest end and the blocks of all.
@@ -175,7 +205,7 @@ fn frame(rows: &[MatchRow]) -> Result<DataFrame, AnalysisError> {
 mod tests {
     use asperity_files::{Existing, FileSet, Inputs};
 
-    use super::{Cell, MatchFile, MatchRow, MatchSide, read};
+    use super::{Cell, MatchFile, MatchRow, MatchSide, Rows};
 
     #[test]
     fn matches_read_back_as_they_were_written() {
@@ -208,11 +238,15 @@ mod tests {
         file.push(row(None, Some(MatchSide { end_s: Some(1.5), ..side }))).unwrap();
         file.finish().unwrap();
         files.publish().unwrap();
-        let columns = read(&path).unwrap();
-        let get = |name: &str, row: usize| {
-            columns.iter().find(|(there, _)| there == name).map(|(_, cells)| cells[row].clone()).unwrap()
-        };
-        assert_eq!(columns[0].1.len(), super::BATCH + 1);
+        let mut file = Rows::open(&path).unwrap();
+        let names = file.names().to_owned();
+        let mut rows = Vec::new();
+        while let Some(row) = file.next_row().unwrap() {
+            rows.push(row);
+        }
+        let get =
+            |name: &str, row: usize| rows[row][names.iter().position(|there| there == name).unwrap()].clone();
+        assert_eq!(rows.len(), super::BATCH + 1);
         assert_eq!(get("old_onset_s", 7), Cell::Number(0.1 + 0.2));
         assert_eq!(get("old_end_s", 7), Cell::Empty);
         assert_eq!(get("new_event", 7), Cell::Empty);

@@ -24,6 +24,8 @@
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
 //! - [`record`]: what tables and figures were made of, beside them.
+//! - `parquet_bounds`, [`parquet_table`]: Parquet of others, held against the length of its file
+//!   before polars reads it.
 //! - [`parquet_tables`]: what a log holds as Parquet, written as it is read.
 //! - [`event_file`]: event tables and matches of a diff as Parquet.
 //! - [`measure`]: single numbers read off a run.
@@ -40,6 +42,8 @@ pub mod figures;
 #[cfg(test)]
 mod made_up;
 pub mod measure;
+mod parquet_bounds;
+pub mod parquet_table;
 pub mod parquet_tables;
 pub mod pipeline;
 pub mod precursors;

@@ -6,6 +6,7 @@ use std::sync::Mutex;
 
 use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_model::analytic::LengthLaw;
+use asperity_record::bounds::check_toml;
 use asperity_stream::at_once;
 use polars::prelude::DataFrame;
 use serde::Deserialize;
@@ -149,6 +150,7 @@ impl Pipeline {
     /// # Errors
     /// In words, with line and column where the TOML is at fault.
     pub fn parse(text: &str) -> Result<Pipeline, String> {
+        check_toml(text).map_err(|too_long| too_long.to_string())?;
         let pipeline: Pipeline = toml::from_str(text).map_err(|error| error.to_string())?;
         let mut names = std::collections::BTreeSet::new();
         for run in &pipeline.run {

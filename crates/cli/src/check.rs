@@ -1,18 +1,17 @@
 //! `asperity check`.
 
-use std::io::{self, Write};
-
 use asperity_run::{Checked, check, check_again};
 
 use crate::args::CheckArguments;
 use crate::exit::{self, Code, Failure};
+use crate::terminal;
 
 pub(crate) fn command(arguments: &CheckArguments) -> Result<(), Failure> {
     let mut codes = Vec::new();
     for run in &arguments.runs {
         let checked: Checked = if arguments.again { check_again(run) } else { check(run) };
         let what = checked.to_string();
-        writeln!(io::stdout().lock(), "{}: {}", run.display(), exit::shortened(&what))?;
+        terminal::say(format_args!("{}: {}", run.display(), exit::shortened(&what)))?;
         codes.push(Code::from(checked.verdict));
     }
     Code::worst(codes).said()

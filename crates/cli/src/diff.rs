@@ -17,6 +17,7 @@ use crate::args::{DiffArguments, DiffFormat, PairBy};
 use crate::exit::{self, Code, Failure};
 use crate::judge;
 use crate::outputs::refused;
+use crate::terminal;
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     let settings = settings(arguments)?;
@@ -118,18 +119,18 @@ fn as_failure(error: CompareError) -> Failure {
 }
 
 fn print(report: &Report, format: DiffFormat) -> Result<(), Failure> {
-    let mut out = io::BufWriter::new(io::stdout().lock());
     match format {
         DiffFormat::Text => {
             for line in summary::lines(report) {
-                writeln!(out, "{line}")?;
+                terminal::say(line)?;
             }
         }
         DiffFormat::Json => {
+            let mut out = io::BufWriter::new(terminal::data());
             serde_json::to_writer_pretty(&mut out, report).map_err(|error| Failure::Output(error.into()))?;
             writeln!(out)?;
+            out.flush()?;
         }
     }
-    out.flush()?;
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::io;
 
 #[cfg(feature = "analysis")]
-use asperity_analysis::table_file;
+use asperity_analysis::table_file::{self, PrintError};
 use asperity_runlog::{LogItem, RunReader, Topics};
 
 use crate::args::EventsArguments;
@@ -11,6 +11,7 @@ use crate::event_table::Printed;
 use crate::exit::Failure;
 use crate::judge;
 use crate::progress::Board;
+use crate::terminal;
 
 /// Prints them up to where the log is sound, and then what it is worth.
 pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), Failure> {
@@ -20,7 +21,7 @@ pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), 
         return print_table(arguments);
     }
     let checked = judge::readable(&arguments.run)?;
-    let mut printed = Printed::begin(arguments.format, io::stdout().lock())?;
+    let mut printed = Printed::begin(arguments.format, terminal::data())?;
     if let Ok(mut reader) = RunReader::open(&arguments.run, Topics::EVENTS) {
         for _ in 0..checked.seen.events {
             // Where it cannot be read on, the verdict says so.
@@ -41,8 +42,11 @@ fn print_table(arguments: &EventsArguments) -> Result<(), Failure> {
             arguments.run.display()
         )));
     }
-    let table = table_file::read_parquet(&arguments.run).map_err(Failure::failed)?;
-    let mut out = io::BufWriter::new(io::stdout().lock());
-    table_file::write_csv(&mut out, &table)?;
-    Ok(io::Write::flush(&mut out)?)
+    let mut out = io::BufWriter::new(terminal::data());
+    let printed = table_file::print_parquet(&mut out, &arguments.run);
+    io::Write::flush(&mut out)?;
+    printed.map_err(|error| match error {
+        PrintError::Table(error) => Failure::failed(error),
+        PrintError::Output(error) => Failure::Output(error),
+    })
 }

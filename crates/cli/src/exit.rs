@@ -8,6 +8,8 @@ use std::process::ExitCode;
 
 use asperity_run::{Verdict, at_once};
 
+use crate::terminal;
+
 /// What the process tells the shell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Code {
@@ -122,16 +124,15 @@ impl Failure {
 }
 
 /// Says on stderr why the command did not succeed.
-#[expect(clippy::print_stderr, reason = "the one place where failures are printed")]
 pub(crate) fn report(failure: &Failure) {
     let text = failure.to_string();
     let mut lines = text.lines();
     for line in lines.by_ref().take(MOST_LINES) {
-        eprintln!("error: {}", shortened(line));
+        terminal::note(&format!("error: {}", shortened(line)));
     }
     match lines.count() {
         0 => {}
-        more => eprintln!("error: and {more} lines more"),
+        more => terminal::note(&format!("error: and {more} lines more")),
     }
 }
 

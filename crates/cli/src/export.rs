@@ -1,7 +1,6 @@
 //! `asperity export`: what a log holds as files that data frames read.
 
 use std::collections::BTreeMap;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use asperity_export::export::MOST_FOREIGN;
@@ -13,6 +12,7 @@ use crate::exit::{self, Code, Failure};
 use crate::judge;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
+use crate::terminal;
 use asperity_files::{Existing, Inputs};
 use asperity_run::detectors::event_kinds;
 use asperity_run::{Checked, Verdict};
@@ -71,11 +71,10 @@ fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) ->
     let outcome = export.run(|step| progress.advance(step));
     progress.clear();
     let Report { files, ran, left_out } = outcome.map_err(|error| failure(run, &checked, error))?;
-    let mut out = io::stdout().lock();
     for (path, rows) in files {
         match rows {
-            Some(rows) => writeln!(out, "{}: {rows} rows", path.display())?,
-            None => writeln!(out, "{}: what the others hold", path.display())?,
+            Some(rows) => terminal::say(format_args!("{}: {rows} rows", path.display()))?,
+            None => terminal::say(format_args!("{}: what the others hold", path.display()))?,
         }
     }
     for (topic, count) in left_out {

@@ -1,6 +1,6 @@
 //! `asperity man`: the help as manual pages, one for the command and one for each subcommand.
 
-use std::io::{self, Write};
+use std::io;
 
 use asperity_files::{Existing, FileSet, Inputs};
 use clap::CommandFactory;
@@ -10,6 +10,7 @@ use clap_mangen::roff::{Roff, roman};
 use crate::args::{Arguments, ManArguments};
 use crate::exit::Failure;
 use crate::outputs::{create_folder, refused};
+use crate::terminal;
 
 pub(crate) fn command(arguments: &ManArguments) -> Result<(), Failure> {
     let folder = &arguments.out;
@@ -27,7 +28,7 @@ pub(crate) fn command(arguments: &ManArguments) -> Result<(), Failure> {
     }
     files.publish().map_err(refused)?;
     for (path, _) in &pages {
-        writeln!(io::stdout().lock(), "{}", path.display())?;
+        terminal::say(path.display())?;
     }
     Ok(())
 }

@@ -1,7 +1,6 @@
 //! `asperity replay`: logged records through the detectors again, by the rules of the live run
 //! or by others, with tables written row by row as events are found.
 
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -17,6 +16,7 @@ use crate::exit::{self, Code, Failure};
 use crate::judge;
 use crate::outputs::{create_folder, refused};
 use crate::progress::{Board, RunProgress};
+use crate::terminal::{self, Data};
 
 /// What is written beside the tables of a replay: by which settings they were made, of what.
 const RECORD: &str = "replay.json";
@@ -103,7 +103,8 @@ struct Replayed<'a> {
 /// One run of it.
 #[derive(Debug, Serialize)]
 struct ReplayedRun {
-    log: PathBuf,
+    /// As text: what in a name is not UTF-8 is replaced by U+FFFD.
+    log: String,
     run_id: String,
     scenario_hash: String,
     /// Of the program that made the run.
@@ -127,7 +128,7 @@ struct Replay<'a> {
 /// written stops it.
 struct Output<'a, 'f> {
     tables: Option<EventTables<'a>>,
-    printed: Option<Printed<io::StdoutLock<'static>>>,
+    printed: Option<Printed<Data>>,
     progress: RunProgress,
     failed: &'f OnceLock<Failure>,
 }
@@ -182,7 +183,7 @@ impl Replay<'_> {
                 None => None,
             },
             printed: match self.arguments.format {
-                Some(format) => Some(Printed::begin(format, io::stdout().lock())?),
+                Some(format) => Some(Printed::begin(format, terminal::data())?),
                 None => None,
             },
             progress: self.board.steps(&name(run), header.steps, duration_s),
@@ -207,7 +208,7 @@ impl Replay<'_> {
         judge::tell(run, &checked, &self.board)?;
         let same = replayed.comparison.as_ref().map(|comparison| comparison.difference.is_none());
         Ok(ReplayedRun {
-            log: run.to_owned(),
+            log: run.to_string_lossy().into_owned(),
             run_id: replayed.header.run_id,
             scenario_hash: replayed.header.scenario_hash,
             code_version: replayed.header.code_version,
@@ -232,7 +233,7 @@ impl Replay<'_> {
         };
         if self.arguments.format.is_none() {
             let slip_events = replayed.slip_events;
-            writeln!(io::stdout().lock(), "{name}: {slip_events} slip events, {verdict}")?;
+            terminal::say(format_args!("{name}: {slip_events} slip events, {verdict}"))?;
         }
         Ok(())
     }
@@ -246,7 +247,7 @@ impl Replay<'_> {
             settings: &self.settings,
             runs,
         };
-        let text = serde_json::to_string_pretty(&record).expect("paths and numbers are JSON");
+        let text = serde_json::to_string_pretty(&record).expect("texts and numbers are JSON");
         let written = self.files.write_record(&out.join(RECORD), text + "\n");
         written.and_then(|()| self.files.publish()).map_err(|error| refused("--out", &error, false))
     }

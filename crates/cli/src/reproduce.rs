@@ -1,6 +1,5 @@
 //! `asperity reproduce` and `asperity reduce`: runs to tables and figures.
 
-use std::io::{self, Write};
 use std::path::Path;
 
 use asperity_analysis::pipeline::{Pipeline, Progress, Stage};
@@ -19,6 +18,7 @@ use crate::interrupt;
 use crate::judge;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
+use crate::terminal::say;
 use crate::{run, scenario};
 
 /// Stands beside the tables and figures of a log that does not hold all of its run.
@@ -69,7 +69,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         Ok(files.publish()?)
     };
     write().map_err(not_written)?;
-    writeln!(io::stdout().lock(), "{}", out.display())?;
+    say(out.display())?;
     judge::tell(&arguments.run, &checked, board)
 }
 
@@ -180,13 +180,12 @@ fn inputs(arguments: &ReproduceArguments, pipeline: &Pipeline, jobs: &[Job]) -> 
 }
 
 fn print_where_to_look(pipeline: &Pipeline, out: &Path) -> Result<(), Failure> {
-    let mut stdout = io::stdout().lock();
-    writeln!(stdout, "{}", pipeline.title)?;
-    writeln!(stdout, "  figures  {}", out.join("figures").display())?;
-    writeln!(stdout, "  tables   {}", out.join("tables").display())?;
+    say(&pipeline.title)?;
+    say(format_args!("  figures  {}", out.join("figures").display()))?;
+    say(format_args!("  tables   {}", out.join("tables").display()))?;
     if !pipeline.claim.is_empty() {
-        writeln!(stdout, "  claims   {}", out.join("tables").join("claims.md").display())?;
+        say(format_args!("  claims   {}", out.join("tables").join("claims.md").display()))?;
     }
-    writeln!(stdout, "  runs     {}", out.join("runs").display())?;
+    say(format_args!("  runs     {}", out.join("runs").display()))?;
     Ok(())
 }

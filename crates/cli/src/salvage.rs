@@ -1,6 +1,5 @@
 //! `asperity salvage`.
 
-use std::io::{self, Write};
 use std::path::Path;
 
 use asperity_files::FileError;
@@ -10,6 +9,7 @@ use asperity_runlog::{SalvageError, Salvaged, WriteError};
 use crate::args::SalvageArguments;
 use crate::exit::{Failure, folder_is_there};
 use crate::outputs::refused;
+use crate::terminal::say;
 
 pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
     let (input, out) = (&arguments.run, &arguments.out);
@@ -17,7 +17,7 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
     match asperity_run::salvage(input, out) {
         Ok(salvaged) => tell(input, out, &salvaged),
         Err(problem @ SalvageProblem::Whole(_)) => {
-            writeln!(io::stdout().lock(), "{}: {problem}", input.display())?;
+            say(format_args!("{}: {problem}", input.display()))?;
             Ok(())
         }
         Err(SalvageProblem::Failed { error: error @ SalvageError::Write(WriteError::Exists(_)), .. }) => {
@@ -38,26 +38,25 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
 }
 
 fn tell(input: &Path, out: &Path, salvaged: &Salvaged) -> Result<(), Failure> {
-    let mut stdout = io::stdout().lock();
     let sum = |counts: &std::collections::BTreeMap<String, u64>| counts.values().sum::<u64>();
-    writeln!(stdout, "{}: {} messages salvaged to {}", input.display(), sum(&salvaged.kept), out.display())?;
+    say(format_args!("{}: {} messages salvaged to {}", input.display(), sum(&salvaged.kept), out.display()))?;
     for damage in &salvaged.damage {
-        writeln!(stdout, "  bytes {} to {}: {}", damage.from_byte, damage.to_byte, damage.what)?;
+        say(format_args!("  bytes {} to {}: {}", damage.from_byte, damage.to_byte, damage.what))?;
     }
     for (topic, count) in &salvaged.lost {
         let kept = salvaged.kept.get(topic).copied().unwrap_or(0);
-        writeln!(stdout, "  {topic}: {kept} kept, {count} lost")?;
+        say(format_args!("  {topic}: {kept} kept, {count} lost"))?;
     }
     for gap in &salvaged.gaps {
         let after = gap.after_step.map_or("the beginning".to_owned(), |step| format!("step {step}"));
         let before = gap.before_step.map_or("the end".to_owned(), |step| format!("step {step}"));
-        writeln!(stdout, "  nothing between {after} and {before}")?;
+        say(format_args!("  nothing between {after} and {before}"))?;
     }
     if !salvaged.end_is_known {
-        writeln!(stdout, "  its end is lost, and how many messages there were")?;
+        say(format_args!("  its end is lost, and how many messages there were"))?;
     }
     for remark in &salvaged.remarks {
-        writeln!(stdout, "  {remark}")?;
+        say(format_args!("  {remark}"))?;
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! `asperity verify-solver`: the fast solver compared with the plain one.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileError, FileSet, Inputs};
@@ -15,6 +15,7 @@ use crate::exit::Failure;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
 use crate::reproduce::read_pipeline;
+use crate::terminal;
 
 /// Where known near ties are looked for, if nothing else is said.
 const NEAR_TIES: &str = "fixtures/near-ties";
@@ -109,7 +110,7 @@ fn known_ties(folder: &Path) -> Result<Vec<(PathBuf, Proof)>, Failure> {
 }
 
 fn print(outcomes: &[Outcome]) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
+    let mut out = terminal::data();
     writeln!(out, "run,switches,slip_events,near_ties,largest_deviation,of")?;
     for Outcome { run, verified: Verified { agreement, slip_events } } in outcomes {
         let most = agreement.deviations.iter().max_by(|a, b| a.share.total_cmp(&b.share));

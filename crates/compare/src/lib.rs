@@ -35,6 +35,7 @@
 
 mod claims;
 mod error;
+mod lines;
 #[cfg(feature = "analysis")]
 mod matches;
 #[cfg(feature = "analysis")]
@@ -172,7 +173,7 @@ fn compare_runs(
     });
     let mut run = compared.map_err(|error| match error {
         MatchError::Source(error) => error,
-        MatchError::Order { side, .. } => {
+        MatchError::Order { side, .. } | MatchError::AtOnce { side, .. } => {
             let path = if side == "old" { &old.path } else { &new.path };
             CompareError::Order { path: path.clone(), problem: error.to_string() }
         }

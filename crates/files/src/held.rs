@@ -107,7 +107,7 @@ impl Held {
     ///
     /// # Errors
     /// If it lost its name, which another file may have now, or the system refuses.
-    pub fn remove(self) -> Result<(), FileError> {
+    pub fn remove(&self) -> Result<(), FileError> {
         self.check()?;
         fs::remove_file(&self.path).map_err(FileError::io(&self.path))
     }

@@ -2,12 +2,14 @@
 //! this says that what was written is a log: one header, one end, one scenario, every
 //! message on a channel that was announced, none after the end.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use mcap::records::Record;
 
-use crate::format::{CHUNK, RUN, RUN_END, SALVAGE, SCENARIO};
-use crate::problem::LogProblem;
+use crate::format::{
+    CHUNK, LONGEST_TOPIC_BYTES, MOST_CHANNELS, MOST_SCHEMAS, RUN, RUN_END, SALVAGE, SCENARIO,
+};
+use crate::problem::{LogProblem, most};
 
 /// Follows the records of a file.
 #[derive(Debug, Default)]
@@ -17,6 +19,7 @@ pub(crate) struct Layout {
     begun: bool,
     has_scenario: bool,
     channels: BTreeMap<u16, Channel>,
+    schemas: BTreeSet<u16>,
     /// A message out of its number, which a salvaged log may have and no other.
     gap: Option<Gap>,
 }
@@ -107,6 +110,10 @@ impl Layout {
             (Record::Message { .. } | Record::Channel(_), Run) if !self.has_scenario => {
                 misplaced("there is no attachment `scenario.toml` before the first channel")
             }
+            (Record::Schema { header, .. }, _) => {
+                self.schemas.insert(header.id);
+                most("schemas", self.schemas.len(), MOST_SCHEMAS)
+            }
             (Record::Channel(channel), _) => self.channel(channel.id, &channel.topic),
             (Record::Message { header, .. }, Run) => self.message(header.channel_id, header.sequence),
             (Record::DataEnd(_), Summary) => misplaced("the data ends twice"),
@@ -171,6 +178,8 @@ impl Layout {
             }
             None => {}
         }
+        most("channels", self.channels.len() + 1, MOST_CHANNELS)?;
+        most("bytes in the name of a topic", topic.len(), LONGEST_TOPIC_BYTES)?;
         if self.channels.values().any(|known| known.topic == topic) {
             return Err(LogProblem::TopicTwice(topic.to_owned()));
         }

@@ -5,7 +5,8 @@
 
 use mcap::records::{Record, op};
 
-use crate::problem::LogProblem;
+use crate::format::LONGEST_METADATA_BYTES;
+use crate::problem::{LogProblem, most};
 
 /// A record out of its bytes, no length in which is believed that they do not bear out.
 ///
@@ -14,6 +15,9 @@ use crate::problem::LogProblem;
 pub(crate) fn parse(opcode: u8, body: &[u8], at: u64) -> Result<Record<'_>, LogProblem> {
     if !fit(opcode, body) {
         return Err(LogProblem::InnerLength { at, opcode });
+    }
+    if opcode == op::METADATA {
+        most("bytes of metadata in one record", body.len(), LONGEST_METADATA_BYTES)?;
     }
     mcap::parse_record(opcode, body).map_err(|error| LogProblem::Record { at, error })
 }

@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileError;
+use asperity_record::bounds::TooLong;
 use asperity_record::{Direction, RECORD_SCHEMA_VERSION};
 
 use crate::format::{RUN, RUN_END, SALVAGE};
@@ -28,6 +29,19 @@ pub enum LogProblem {
     /// It is none.
     #[error(transparent)]
     NoRunLog(#[from] NoRunLog),
+    /// More than a log has of something.
+    #[error("{found} {what} (accepted: up to {most})")]
+    TooMany {
+        /// Of what.
+        what: &'static str,
+        /// How many there are, or at least.
+        found: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// A scenario that is too long to be parsed.
+    #[error("attachment `scenario.toml`: {0}")]
+    LongScenario(#[from] TooLong),
     /// A damaged MCAP file.
     #[error("not a whole MCAP file: {0}")]
     Mcap(#[from] mcap::McapError),
@@ -200,6 +214,14 @@ pub enum LogProblem {
     /// What was found before, in its words: what stands after that is not read.
     #[error("{0}")]
     Before(String),
+}
+
+/// That there are no more of something than there may be.
+///
+/// # Errors
+/// If there are.
+pub(crate) fn most(what: &'static str, found: usize, most: usize) -> Result<(), LogProblem> {
+    if found > most { Err(LogProblem::TooMany { what, found, most }) } else { Ok(()) }
 }
 
 impl LogProblem {

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 
+use asperity_record::bounds::check_toml;
 use asperity_record::{
     Direction, Event, FieldRecord, Record, RunEnd, RunHeader, RunStatus, StepRecord, WindowRecord,
 };
@@ -15,13 +16,13 @@ use crate::announced::Announced;
 use crate::digest::Digests;
 use crate::findings::Gap;
 use crate::format::{
-    CHECKPOINT, CHUNK, EVENTS, FIELDS, MOST_SCHEMA_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH,
-    WINDOW,
+    CHECKPOINT, CHUNK, EVENTS, FIELDS, LONGEST_EVENT_BYTES, LONGEST_STEP_BYTES, MOST_SCHEMA_BYTES, RUN,
+    RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
 };
 use crate::gaps::Gaps;
 use crate::messages::{StepMessage, SwitchMessage};
 use crate::metadata;
-use crate::problem::{LogError, LogProblem};
+use crate::problem::{LogError, LogProblem, most};
 use crate::records::Records;
 use crate::versions;
 
@@ -293,7 +294,9 @@ impl RunReader {
                 self.end = Some(metadata::end_from_map(&metadata.metadata)?);
             }
             Raw::Attachment { header, data, .. } if header.name == SCENARIO => {
-                self.scenario_toml = text(SCENARIO, data)?;
+                let toml = text(SCENARIO, data)?;
+                check_toml(&toml)?;
+                self.scenario_toml = toml;
             }
             Raw::Attachment { header, data, .. } if header.name == CHECKPOINT => {
                 self.close_step()?;
@@ -346,6 +349,11 @@ impl RunReader {
 
     fn message(&mut self, topic: String, head: &MessageHeader, data: &[u8]) -> Result<(), LogProblem> {
         let sequence = head.sequence;
+        if topic.starts_with(EVENTS) {
+            most("bytes in an event", data.len(), LONGEST_EVENT_BYTES)?;
+        } else if topic == STEP || topic == SWITCH {
+            most("bytes in a step or switch", data.len(), LONGEST_STEP_BYTES)?;
+        }
         if topic != SWITCH {
             self.close_step()?;
         }

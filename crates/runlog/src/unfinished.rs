@@ -154,6 +154,15 @@ impl Place {
         }
     }
 
+    /// Removes what there is of it, which nobody can go on with.
+    pub(crate) fn discard(&self) -> Result<(), WriteError> {
+        match &self.stand {
+            Stand::Found { held, .. } => Ok(held.remove()?),
+            // Gone as soon as it is let go.
+            Stand::Hidden { .. } => Ok(()),
+        }
+    }
+
     /// Gives it its final name.
     pub(crate) fn publish(self) -> Result<(), WriteError> {
         self.file().sync_all().map_err(|error| self.io(error))?;

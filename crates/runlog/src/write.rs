@@ -343,6 +343,15 @@ impl RunWriter {
         Ok(end)
     }
 
+    /// Removes what there is of a log that will not go on and holds no step: nobody can go on
+    /// with it, and it would stand in the way of the next run.
+    pub fn discard_if_empty(&mut self) {
+        if self.channels.get(STEP).is_some_and(|channel| channel.messages == 0) {
+            // If it cannot be removed, the problem that led here is the one to tell.
+            self.place.discard().ok();
+        }
+    }
+
     fn at(&self, error: mcap::McapError) -> WriteError {
         WriteError::of_mcap(self.place.path(), error)
     }

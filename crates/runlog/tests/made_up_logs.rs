@@ -280,3 +280,19 @@ fn events_that_nothing_announces_any_more_are_left_out_and_nothing_else_is() {
     assert!(remark.ends_with(" events are left out: nothing is left that announces their topic"), "{remark}");
     assert_eq!(items(reader).len() as u64, Marked::STEPS - before_step + 1);
 }
+
+/// The next run would be told to go on with it, and could not.
+#[test]
+fn what_holds_no_step_does_not_stand_in_the_way() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("run.mcap");
+    let mut empty = writer(&path, &[]);
+    empty.discard_if_empty();
+    drop(empty);
+    assert!(Unfinished::of(&path).unwrap().is_none());
+    let mut begun = writer(&path, &[]);
+    begun.record(&step(1)).unwrap();
+    begun.discard_if_empty();
+    drop(begun);
+    assert!(Unfinished::of(&path).unwrap().is_some());
+}

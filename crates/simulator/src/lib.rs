@@ -47,6 +47,7 @@
 //!   `jump` while all stick (by `modes` or, for long chains, by `waves`, with `complex` numbers),
 //!   `rest` where what sticks does not move at all.
 //! - [`equality`] and `exact`: whether two solvers agree, and who is right where rounding decides.
+//! - [`Witness`]: whether a checkpoint is a state that the records before it lead to.
 //!
 //! How nodes pull at each other stands in [`asperity_model::elastic`] alone. Nodes move, contacts
 //! rub; in a chain every node carries one contact, and both are called *blocks* where the
@@ -72,6 +73,7 @@ mod stepper;
 mod sweep;
 mod waves;
 mod window;
+mod witness;
 
 pub use counters::Counters;
 pub use exact::Exact;
@@ -82,3 +84,4 @@ pub use plain::Plain;
 pub use solver::{SimulationError, Solver};
 pub use state::ChainState;
 pub use stepper::Driving;
+pub use witness::Witness;

@@ -153,9 +153,10 @@ impl Ground {
         left
     }
 
-    /// Whether time is over.
-    pub(crate) fn is_over(&self) -> bool {
-        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    /// When an attack of several parts leaves the rest of its time to the next part.
+    pub(crate) fn part_deadline(&self) -> Option<Instant> {
+        let now = Instant::now();
+        self.deadline.map(|deadline| now + deadline.saturating_duration_since(now).mul_f64(0.6))
     }
 }
 

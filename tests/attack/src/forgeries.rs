@@ -392,7 +392,7 @@ fn value(random: &mut Random, part: &mut Part) -> Option<(String, String)> {
     }
     *place = match &*place {
         serde_json::Value::Number(number) => match (number.as_u64(), number.as_f64()) {
-            (Some(whole), _) => (whole + 1 + random.below(3)).into(),
+            (Some(whole), _) => whole.wrapping_add(1 + random.below(3)).into(),
             (None, Some(real)) => {
                 let factors = [1.0 + 1e-9, 1.01, -1.0, 1e3];
                 (real * random.pick(&factors) + if real == 0.0 { 1e-9 } else { 0.0 }).into()
@@ -440,7 +440,7 @@ fn letter(random: &mut Random, part: &mut Part, at: usize) -> String {
 /// Another text of the same kind: a number stays one.
 fn altered(random: &mut Random, text: &str) -> String {
     if let Ok(number) = text.parse::<u64>() {
-        return (number + 1 + random.below(3)).to_string();
+        return number.wrapping_add(1 + random.below(3)).to_string();
     }
     if let Ok(number) = text.parse::<f64>() {
         return (number * 1.5 + 1e-3).to_string();
@@ -470,14 +470,17 @@ fn text_at(body: &[u8], at: usize) -> Option<String> {
     String::from_utf8(body.get(at + 4..at + 4 + length)?.to_vec()).ok()
 }
 
+/// A run long enough to be stopped, and of so few steps that it ends soon even if a forged
+/// checkpoint has them all taken one by one.
+const MEDIUM: [&str; 2] = ["--set", "time.step_s=1e-7"];
+
 /// Checkpoints that were tampered with: an unfinished run either refuses to go on from one, or
 /// ends with the very messages of an undisturbed run.
 fn checkpoints(ground: &Ground) -> Result<(), Error> {
-    let name = "default";
-    let undisturbed = ground.genuine(name, &[])?;
+    let undisturbed = ground.genuine("medium", &MEDIUM)?;
     let mut unfinished = Vec::new();
     for from_bytes in [600_000, 1_500_000, 3_000_000] {
-        let stopped = crate::flips::stopped_log(ground, "KILL", from_bytes)?;
+        let stopped = crate::flips::stopped_log(ground, "KILL", from_bytes, &MEDIUM)?;
         let Some(bytes) = stopped else { continue };
         let log = Log::read(&bytes)?;
         let has = log
@@ -510,7 +513,8 @@ fn checkpoint(case: &mut Case<'_>, mut log: Log, undisturbed: &Genuine) -> Resul
     let Some((key, forged, what)) = tampered(&mut case.random, &data) else { return Ok(()) };
     *part = with_attached(part, &forged).ok_or("a checkpoint has all its fields")?;
     case.write("run.mcap.partial", &log.bytes()?)?;
-    let resumed = case.call(&["run", "default", "--quiet", "--resume", "--out", "run.mcap"])?;
+    let resume = ["run", "default", "--quiet", "--resume", "--out", "run.mcap"];
+    let resumed = case.call(&[&resume[..], &MEDIUM].concat())?;
     let there = case.path("run.mcap").exists();
     case.hold(
         there == (resumed.code == Some(0)),
@@ -563,7 +567,9 @@ fn tampered(random: &mut Random, state: &[u8]) -> Option<(String, Vec<u8>, Strin
     let end = (start..state.len()).find(|at| matches!(state[*at], b',' | b'}' | b']'))?;
     let old = std::str::from_utf8(&state[start..end]).ok()?;
     let new = match (old.parse::<u64>(), old.parse::<f64>()) {
-        (Ok(whole), _) => (if whole > 0 && random.below(2) == 0 { whole - 1 } else { whole + 1 }).to_string(),
+        (Ok(whole), _) => {
+            (if whole > 0 && random.below(2) == 0 { whole - 1 } else { whole.wrapping_add(1) }).to_string()
+        }
         (_, Ok(real)) => {
             let factors = [1.0 + 1e-12, 1.0 + 1e-6, 1.1, -1.0];
             format!("{:?}", real * random.pick(&factors) + if real == 0.0 { 1e-12 } else { 0.0 })

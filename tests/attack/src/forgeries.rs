@@ -160,11 +160,7 @@ fn said(random: &mut Random, log: &Log) -> Result<Option<Forgery>, Error> {
         return chained(random, &log, kind);
     }
     let Some(part) = log.at_mut(place) else { return Ok(None) };
-    let old = part.clone();
     let Some((field, what)) = change(random, part) else { return Ok(None) };
-    if *part == old {
-        return Ok(None);
-    }
     if kind != "metadata run_end" {
         log.correct_end();
     }
@@ -257,8 +253,14 @@ fn summarised(random: &mut Random, log: &Log) -> Result<Option<Forgery>, Error> 
     Ok(Some((format!("{kind} {field}"), what, seal(parts))))
 }
 
-/// Changes one field of a record; which one, and from what to what.
+/// Changes one field of a record; which one, and from what to what. Nothing, if chance would
+/// leave the record as it is.
 fn change(random: &mut Random, part: &mut Part) -> Option<(String, String)> {
+    let old = part.clone();
+    change_field(random, part).filter(|_| *part != old)
+}
+
+fn change_field(random: &mut Random, part: &mut Part) -> Option<(String, String)> {
     if let Some(mut map) = part.map() {
         let name = part.name()?.to_owned();
         let (field, what) = match random.below(6) {

@@ -15,7 +15,7 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     let writers = Writer::all(ground)?;
     let cases = ground.size.pairs * writers.len();
     // One at a time: each has several processes of its own.
-    try_by(ground, "pairs", "all commands", cases, 1, |case| at_once(case, &writers))
+    try_by(ground, "pairs", "all commands", cases, 1, |case| at_once(case, writers))
 }
 
 /// One of the processes.

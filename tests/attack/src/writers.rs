@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use crate::calls::Call;
@@ -42,8 +43,16 @@ pub(crate) struct Found {
 }
 
 impl Writer {
-    /// All of them, with what each writes alone.
-    pub(crate) fn all(ground: &Ground) -> Result<Vec<Writer>, Error> {
+    /// All of them, with what each writes alone, which is found out once.
+    pub(crate) fn all(ground: &Ground) -> Result<&'static [Writer], Error> {
+        static ALL: OnceLock<Vec<Writer>> = OnceLock::new();
+        match ALL.get() {
+            Some(all) => Ok(all),
+            None => Writer::learned(ground).map(|all| ALL.get_or_init(|| all).as_slice()),
+        }
+    }
+
+    fn learned(ground: &Ground) -> Result<Vec<Writer>, Error> {
         make_inputs(ground)?;
         let small = |more: &[&'static str]| {
             let run = ["run", "default", "--quiet", "--out", "run.mcap", "--checkpoint-s", "0.01"];

@@ -30,7 +30,8 @@ out of resources, and holds what comes of it against what the documents promise:
 Each attack lists what did not hold, by kind. The files of the first cases of
 each kind are kept in target/attack/found, with the calls that lead to it
 (what.txt). Everything by chance follows from the seed, which is printed; only
-races between processes do not repeat.
+races between processes do not repeat. Without --for-s and --full it ends after
+three minutes, and says which cases it left out on a busy machine.
 
 Exit codes:
   0  everything held

@@ -54,10 +54,12 @@ pub(crate) fn try_by(
     let error = Mutex::new(None);
     let started = Instant::now();
     let before = ground.tally.lock().expect("no case panics with it").counts(module);
+    let deadline = ground.part_deadline();
+    let is_over = || deadline.is_some_and(|deadline| Instant::now() >= deadline);
     let work = || {
         loop {
             let number = next.fetch_add(1, Ordering::Relaxed);
-            if number >= cases || ground.is_over() || error.lock().expect("nobody panics with it").is_some() {
+            if number >= cases || is_over() || error.lock().expect("nobody panics with it").is_some() {
                 return;
             }
             if ground.only.is_none_or(|only| only == number)
@@ -87,7 +89,11 @@ pub(crate) fn try_by(
     let (tried, failed) = ground.tally.lock().expect("no case panics with it").counts(module);
     let (tried, failed) = (tried - before.0, failed - before.1);
     let took_s = started.elapsed().as_secs_f64();
-    say(&format!("  {module}: {part}: {tried} tried, {failed} failed, in {took_s:.1} s"));
+    let left_out = match cases.saturating_sub(done.into_inner()) {
+        0 => String::new(),
+        cases => format!("; {cases} left out, time was over"),
+    };
+    say(&format!("  {module}: {part}: {tried} tried, {failed} failed, in {took_s:.1} s{left_out}"));
     Ok(())
 }
 

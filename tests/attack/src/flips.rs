@@ -126,7 +126,7 @@ fn regions(bytes: &[u8]) -> Vec<(String, Vec<Range<usize>>)> {
 
 /// An unfinished log to be flipped.
 fn stopped(ground: &Ground, signal: &str, from_bytes: u64) -> Result<Option<Target>, Error> {
-    let Some(bytes) = stopped_log(ground, signal, from_bytes)? else { return Ok(None) };
+    let Some(bytes) = stopped_log(ground, signal, from_bytes, &[])? else { return Ok(None) };
     // Under the name that the flipped ones have, since what is said begins with it.
     fs::write(ground.work.join("flipped.mcap.partial"), &bytes)?;
     let check = Call::new(&ground.program, &ground.work, &["check", "flipped.mcap.partial"])?.run()?;
@@ -135,16 +135,21 @@ fn stopped(ground: &Ground, signal: &str, from_bytes: u64) -> Result<Option<Targ
     Ok(Some(Target { what, regions: regions(&bytes), bytes, unfinished }))
 }
 
-/// The log that the default run leaves when it is stopped as its log has so many bytes;
-/// nothing if it was done before.
-pub(crate) fn stopped_log(ground: &Ground, signal: &str, from_bytes: u64) -> Result<Option<Vec<u8>>, Error> {
+/// The log that a run of the default scenario leaves when it is stopped as its log has so many
+/// bytes; nothing if it was done before.
+pub(crate) fn stopped_log(
+    ground: &Ground,
+    signal: &str,
+    from_bytes: u64,
+    set: &[&str],
+) -> Result<Option<Vec<u8>>, Error> {
     let folder = ground.logs.join(format!("stopped-{signal}-{from_bytes}"));
     let log = folder.join("run.mcap.partial");
     // A few attempts: on a busy machine the run may be done before the signal comes.
     for _ in 0..5 {
         crate::ground::emptied(&folder)?;
         let run = ["run", "default", "--quiet", "--out", "run.mcap", "--checkpoint-s", "0.02"];
-        let mut run = Call::new(&ground.program, &folder, &run)?.start()?;
+        let mut run = Call::new(&ground.program, &folder, &[&run[..], set].concat())?.start()?;
         while !run.has_ended()? && fs::metadata(&log).map_or(0, |file| file.len()) < from_bytes {
             thread::sleep(Duration::from_millis(1));
         }

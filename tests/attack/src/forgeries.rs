@@ -14,42 +14,53 @@ use crate::ground::{DENSE, Error, Genuine, Ground, SMALL};
 use crate::parts::Part;
 use crate::random::Random;
 use crate::tally::say;
+use crate::verdict::Verdict;
 
-/// Kinds of forgeries that may be called whole; a `*` at the end stands for anything.
-const ALLOWED: [(&str, &str); 16] = [
-    (
-        "header library",
-        "a free text of MCAP that names the library which wrote the file; nothing rests on it",
-    ),
+/// Kinds of forgeries that `check` may call whole, a `*` at the end standing for anything: what
+/// no command makes anything of.
+const WITHOUT_MEANING: [(&str, &str); 10] = [
+    ("header library", "a free text of MCAP that names the library which wrote the file"),
     (
         "attachment scenario.toml times",
-        "MCAP's wall-clock times of attachments; a log knows no wall clock, and nothing reads them",
+        "wall-clock times of MCAP; a log knows no wall clock, and nothing reads them",
     ),
     ("attachment scenario.toml media type", "a free text of MCAP for programs that show attachments"),
+    ("attachment scenario.toml comment", "words for readers; what is read are the keys"),
     ("attachment checkpoint times", "as for the scenario"),
     ("attachment checkpoint media type", "as for the scenario"),
-    (
-        "attachment checkpoint data",
-        "of a whole log: nothing goes on from it, so nothing reads its checkpoints",
-    ),
+    ("attachment checkpoint data", "of a whole log nothing goes on, so nothing reads its checkpoints"),
     ("chunk compression", "the same messages in other packing, as any MCAP tool may write them"),
     ("metadata run new key", "a key of a later program; who does not know it passes over it"),
     ("metadata run_end new key", "a key of a later program; who does not know it passes over it"),
-    ("metadata run_end solver*", "what the solver did; to know it, the run must be repeated"),
-    ("metadata run solver", "both solvers give the same messages; to tell, the run must be repeated"),
-    ("message /fields *", "a state between events; to know it, the run must be repeated"),
-    ("message /window *", "a state between events; to know it, the run must be repeated"),
-    ("message /switch *", "a force or place of a block; to know it, the run must be repeated"),
-    ("message /step driving_force_n", "a load between two events; to know it, the run must be repeated"),
-    ("message /step ft_fn", "a load between two events; to know it, the run must be repeated"),
 ];
 
-fn allowed(kind: &str) -> Option<&'static str> {
+/// The same of what follows from the run alone, so that only `check --again`, which repeats the
+/// run, can tell; and there it must be seen.
+const ONLY_AGAIN: [(&str, &str); 5] = [
+    ("message /fields *", "a state of the blocks between two events"),
+    ("message /window *", "a state of some blocks"),
+    ("message /switch *", "a force on a block that switches, or where it is"),
+    ("message /step driving_force_n", "a load between two events"),
+    ("message /step ft_fn", "a load between two events"),
+];
+
+/// The same of what no command can tell.
+const NEVER: [(&str, &str); 2] = [
+    ("metadata run_end solver*", "what the solver did; it is counted anew in every run, and may differ"),
+    ("metadata run solver", "both solvers give the same messages"),
+];
+
+fn reason(list: &[(&str, &'static str)], kind: &str) -> Option<&'static str> {
     let fits = |pattern: &str| match pattern.strip_suffix('*') {
         Some(start) => kind.starts_with(start),
         None => kind == pattern,
     };
-    ALLOWED.iter().find(|(pattern, _)| fits(pattern)).map(|(_, why)| *why)
+    list.iter().find(|(pattern, _)| fits(pattern)).map(|(_, why)| *why)
+}
+
+fn allowed(kind: &str) -> Option<&'static str> {
+    let lists = [&WITHOUT_MEANING[..], &ONLY_AGAIN, &NEVER];
+    lists.into_iter().find_map(|list| reason(list, kind))
 }
 
 pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
@@ -91,6 +102,14 @@ fn forged(case: &mut Case<'_>, log: &Log) -> Result<Option<String>, Error> {
         case.broke(
             format!("check calls whole a log with a forged {kind}"),
             format!("{what}: {}", judged.said()),
+        );
+    }
+    if reason(&ONLY_AGAIN, &kind).is_some() {
+        let again = case.call(&["check", "--again", "forged.mcap"])?;
+        case.hold(
+            again.code == Some(Verdict::Damaged.code()),
+            &format!("check --again does not call damaged a log with a forged {kind}"),
+            || format!("{what}: {}", again.said()),
         );
     }
     Ok(Some(kind))
@@ -141,11 +160,7 @@ fn said(random: &mut Random, log: &Log) -> Result<Option<Forgery>, Error> {
         return chained(random, &log, kind);
     }
     let Some(part) = log.at_mut(place) else { return Ok(None) };
-    let old = part.clone();
     let Some((field, what)) = change(random, part) else { return Ok(None) };
-    if *part == old {
-        return Ok(None);
-    }
     if kind != "metadata run_end" {
         log.correct_end();
     }
@@ -238,8 +253,14 @@ fn summarised(random: &mut Random, log: &Log) -> Result<Option<Forgery>, Error> 
     Ok(Some((format!("{kind} {field}"), what, seal(parts))))
 }
 
-/// Changes one field of a record; which one, and from what to what.
+/// Changes one field of a record; which one, and from what to what. Nothing, if chance would
+/// leave the record as it is.
 fn change(random: &mut Random, part: &mut Part) -> Option<(String, String)> {
+    let old = part.clone();
+    change_field(random, part).filter(|_| *part != old)
+}
+
+fn change_field(random: &mut Random, part: &mut Part) -> Option<(String, String)> {
     if let Some(mut map) = part.map() {
         let name = part.name()?.to_owned();
         let (field, what) = match random.below(6) {
@@ -297,7 +318,7 @@ fn change(random: &mut Random, part: &mut Part) -> Option<(String, String)> {
             let encoding_at = 8 + topic.len();
             let encoding = text_at(&part.body, encoding_at)?;
             match random.below(4) {
-                0 => Some(("topic".to_owned(), letter(random, part, 9 + random_below(&topic)))),
+                0 => Some(("topic".to_owned(), letter(random, part, 9 + last_letter(&topic)))),
                 1 => {
                     let at = encoding_at + 4 + random.below(encoding.len() as u64) as usize;
                     Some(("encoding".to_owned(), letter(random, part, at)))
@@ -322,8 +343,8 @@ fn change(random: &mut Random, part: &mut Part) -> Option<(String, String)> {
     }
 }
 
-/// The last letter of a topic, which changes least.
-fn random_below(topic: &str) -> usize {
+/// Where the last letter of a name is, counted from its second.
+fn last_letter(topic: &str) -> usize {
     topic.len().saturating_sub(2)
 }
 
@@ -335,7 +356,7 @@ fn attachment(random: &mut Random, part: &mut Part) -> Option<(String, String)> 
     let (field, what) = match random.below(6) {
         0 => ("times", number(random, part, 0..8)),
         1 => ("times", number(random, part, 8..16)),
-        2 => ("name", letter(random, part, 20 + random_below(&name))),
+        2 => ("name", letter(random, part, 20 + last_letter(&name))),
         3 if !media.is_empty() => ("media type", letter(random, part, media_at + 4)),
         _ => {
             // A digit, so that it stays what it is.
@@ -346,7 +367,9 @@ fn attachment(random: &mut Random, part: &mut Part) -> Option<(String, String)> 
             part.body[at] = b'0' + (old - b'0' + 1 + random.below(9) as u8) % 10;
             let around =
                 String::from_utf8_lossy(&part.body[at.saturating_sub(30).max(data_at)..end.min(at + 10)]);
-            ("data", format!("a digit, now ...{around}..."))
+            let line = part.body[data_at..at].rsplit(|byte| *byte == b'\n').next().unwrap_or_default();
+            let field = if line.contains(&b'#') { "comment" } else { "data" };
+            (field, format!("a digit, now ...{around}..."))
         }
     };
     let end = part.body.len() - 4;
@@ -371,7 +394,7 @@ fn value(random: &mut Random, part: &mut Part) -> Option<(String, String)> {
     }
     *place = match &*place {
         serde_json::Value::Number(number) => match (number.as_u64(), number.as_f64()) {
-            (Some(whole), _) => (whole + 1 + random.below(3)).into(),
+            (Some(whole), _) => whole.wrapping_add(1 + random.below(3)).into(),
             (None, Some(real)) => {
                 let factors = [1.0 + 1e-9, 1.01, -1.0, 1e3];
                 (real * random.pick(&factors) + if real == 0.0 { 1e-9 } else { 0.0 }).into()
@@ -419,7 +442,7 @@ fn letter(random: &mut Random, part: &mut Part, at: usize) -> String {
 /// Another text of the same kind: a number stays one.
 fn altered(random: &mut Random, text: &str) -> String {
     if let Ok(number) = text.parse::<u64>() {
-        return (number + 1 + random.below(3)).to_string();
+        return number.wrapping_add(1 + random.below(3)).to_string();
     }
     if let Ok(number) = text.parse::<f64>() {
         return (number * 1.5 + 1e-3).to_string();
@@ -449,14 +472,17 @@ fn text_at(body: &[u8], at: usize) -> Option<String> {
     String::from_utf8(body.get(at + 4..at + 4 + length)?.to_vec()).ok()
 }
 
+/// A run long enough to be stopped, and of so few steps that it ends soon even if a forged
+/// checkpoint has them all taken one by one.
+const MEDIUM: [&str; 2] = ["--set", "time.step_s=1e-7"];
+
 /// Checkpoints that were tampered with: an unfinished run either refuses to go on from one, or
 /// ends with the very messages of an undisturbed run.
 fn checkpoints(ground: &Ground) -> Result<(), Error> {
-    let name = "default";
-    let undisturbed = ground.genuine(name, &[])?;
+    let undisturbed = ground.genuine("medium", &MEDIUM)?;
     let mut unfinished = Vec::new();
     for from_bytes in [600_000, 1_500_000, 3_000_000] {
-        let stopped = crate::flips::stopped_log(ground, "KILL", from_bytes)?;
+        let stopped = crate::flips::stopped_log(ground, "KILL", from_bytes, &MEDIUM)?;
         let Some(bytes) = stopped else { continue };
         let log = Log::read(&bytes)?;
         let has = log
@@ -489,7 +515,8 @@ fn checkpoint(case: &mut Case<'_>, mut log: Log, undisturbed: &Genuine) -> Resul
     let Some((key, forged, what)) = tampered(&mut case.random, &data) else { return Ok(()) };
     *part = with_attached(part, &forged).ok_or("a checkpoint has all its fields")?;
     case.write("run.mcap.partial", &log.bytes()?)?;
-    let resumed = case.call(&["run", "default", "--quiet", "--resume", "--out", "run.mcap"])?;
+    let resume = ["run", "default", "--quiet", "--resume", "--out", "run.mcap"];
+    let resumed = case.call(&[&resume[..], &MEDIUM].concat())?;
     let there = case.path("run.mcap").exists();
     case.hold(
         there == (resumed.code == Some(0)),
@@ -542,7 +569,9 @@ fn tampered(random: &mut Random, state: &[u8]) -> Option<(String, Vec<u8>, Strin
     let end = (start..state.len()).find(|at| matches!(state[*at], b',' | b'}' | b']'))?;
     let old = std::str::from_utf8(&state[start..end]).ok()?;
     let new = match (old.parse::<u64>(), old.parse::<f64>()) {
-        (Ok(whole), _) => (if whole > 0 && random.below(2) == 0 { whole - 1 } else { whole + 1 }).to_string(),
+        (Ok(whole), _) => {
+            (if whole > 0 && random.below(2) == 0 { whole - 1 } else { whole.wrapping_add(1) }).to_string()
+        }
         (_, Ok(real)) => {
             let factors = [1.0 + 1e-12, 1.0 + 1e-6, 1.1, -1.0];
             format!("{:?}", real * random.pick(&factors) + if real == 0.0 { 1e-12 } else { 0.0 })

@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::calls::{Call, Outcome};
 use crate::file::{self, Message};
@@ -153,9 +153,13 @@ impl Ground {
         left
     }
 
-    /// Whether time is over.
-    pub(crate) fn is_over(&self) -> bool {
-        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    /// When an attack of several parts leaves the rest of its time to the next part.
+    pub(crate) fn part_deadline(&self) -> Option<Instant> {
+        // However late it is, something of every part is tried.
+        const LEAST: Duration = Duration::from_secs(3);
+        let now = Instant::now();
+        let share = |deadline: Instant| deadline.saturating_duration_since(now).mul_f64(0.6).max(LEAST);
+        self.deadline.map(|deadline| now + share(deadline))
     }
 }
 

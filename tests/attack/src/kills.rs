@@ -126,7 +126,7 @@ fn stopped(case: &mut Case<'_>, writer: &Writer) -> Result<(), Error> {
         return Ok(());
     }
     let complete = now.written == writer.alone[0] || (writer.over_former && now.written == before);
-    if let Some(record) = writer.record.filter(|record| now.written.contains_key(*record)) {
+    if let Some(record) = writers::record(&now.written) {
         case.hold(complete, &format!("{name}, stopped: {record} stands beside files of another set"), || {
             compared(writer, &now.written)
         });

@@ -49,7 +49,7 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
             None => limited(case, limit, readers[command - writers.len()], None),
         }
     })?;
-    full_disk(ground, &writers)?;
+    full_disk(ground, writers)?;
     hostile::attack(ground)
 }
 

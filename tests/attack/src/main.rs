@@ -56,6 +56,10 @@ const ATTACKS: [(&str, Attack); 7] = [
     ("limits", limits::attack),
 ];
 
+/// What a call takes at most that says neither `--for-s` nor `--full`. An idle machine gets
+/// through all cases in that time; a busy one leaves some out, and says so.
+const USUAL_TIME: Duration = Duration::from_secs(180);
+
 /// Tries to break the promises of the built command; `cargo xtask attack` has the manual.
 #[derive(Debug, Parser)]
 struct Arguments {
@@ -117,7 +121,7 @@ fn attack(arguments: &Arguments) -> Result<bool, Error> {
         seed,
         size: if *full { Size::FULL } else { Size::USUAL },
         only: *case,
-        deadline: for_s.map(|seconds| begun + Duration::from_secs(seconds)),
+        deadline: None,
         work: cases,
         found,
         logs,
@@ -125,19 +129,29 @@ fn attack(arguments: &Arguments) -> Result<bool, Error> {
         tally: Mutex::new(Tally::default()),
         _lock: lock,
     };
+    let chosen: Vec<(&str, Attack)> = ATTACKS
+        .into_iter()
+        .filter(|(name, _)| modules.is_empty() || modules.iter().any(|wanted| wanted == name))
+        .collect();
+    let end = for_s.map(|seconds| begun + Duration::from_secs(seconds));
     let mut not_made = false;
     loop {
         say(&format!("seed {}", ground.seed));
-        for (name, attack) in ATTACKS {
-            if modules.is_empty() || modules.iter().any(|wanted| wanted == name) {
-                // The others are made all the same.
-                if let Err(error) = attack(&ground) {
-                    say(&format!("error: {name}: the attack could not be made: {error}"));
-                    not_made = true;
-                }
+        let round_end = end.or_else(|| (!full).then(|| begun + USUAL_TIME));
+        for (number, &(name, attack)) in chosen.iter().enumerate() {
+            // What is left of the time, in equal shares.
+            let left = u32::try_from(chosen.len() - number)?;
+            ground.deadline = round_end.map(|end| {
+                let now = Instant::now();
+                now + end.saturating_duration_since(now) / left
+            });
+            // The others are made all the same.
+            if let Err(error) = attack(&ground) {
+                say(&format!("error: {name}: the attack could not be made: {error}"));
+                not_made = true;
             }
         }
-        if ground.deadline.is_none() || ground.is_over() || not_made {
+        if end.is_none_or(|end| Instant::now() >= end) || not_made {
             break;
         }
         ground.seed += 1;

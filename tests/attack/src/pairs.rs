@@ -15,7 +15,7 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     let writers = Writer::all(ground)?;
     let cases = ground.size.pairs * writers.len();
     // One at a time: each has several processes of its own.
-    try_by(ground, "pairs", "all commands", cases, 1, |case| at_once(case, &writers))
+    try_by(ground, "pairs", "all commands", cases, 1, |case| at_once(case, writers))
 }
 
 /// One of the processes.
@@ -93,7 +93,7 @@ fn at_once(case: &mut Case<'_>, writers: &[Writer]) -> Result<(), Error> {
         case.hold(left == 0, &format!("{name}, {count} at once: temporary files are left"), || {
             format!("{:?}\n{}", now.temporary, told())
         });
-    } else if let Some(record) = writer.record.filter(|record| now.written.contains_key(*record)) {
+    } else if let Some(record) = writers::record(&now.written) {
         // The record says that the set is complete.
         let complete = is_of(0) || is_of(1) || now.written == before;
         case.hold(

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use crate::calls::Call;
@@ -16,8 +17,6 @@ pub(crate) struct Writer {
     variants: [Vec<&'static str>; 2],
     /// Whether a complete set of the first variant stands there before.
     pub(crate) over_former: bool,
-    /// The file of a set that says what the others hold: written last, removed first.
-    pub(crate) record: Option<&'static str>,
     /// What each variant writes when nobody disturbs it, and how long that takes.
     pub(crate) alone: [Written; 2],
     pub(crate) takes: Duration,
@@ -26,6 +25,11 @@ pub(crate) struct Writer {
 /// The files under their final names, by path; each told by a digest. A log is told by its
 /// messages, since where chunks end is by chance.
 pub(crate) type Written = BTreeMap<String, String>;
+
+/// The file of a set that says what the others hold: written last, removed first.
+pub(crate) fn record(written: &Written) -> Option<&String> {
+    written.keys().find(|path| path.ends_with(".json"))
+}
 
 /// Where the inputs are, in every folder that a command is called in.
 pub(crate) const INPUTS: &str = "in";
@@ -39,8 +43,16 @@ pub(crate) struct Found {
 }
 
 impl Writer {
-    /// All of them, with what each writes alone.
-    pub(crate) fn all(ground: &Ground) -> Result<Vec<Writer>, Error> {
+    /// All of them, with what each writes alone, which is found out once.
+    pub(crate) fn all(ground: &Ground) -> Result<&'static [Writer], Error> {
+        static ALL: OnceLock<Vec<Writer>> = OnceLock::new();
+        match ALL.get() {
+            Some(all) => Ok(all),
+            None => Writer::learned(ground).map(|all| ALL.get_or_init(|| all).as_slice()),
+        }
+    }
+
+    fn learned(ground: &Ground) -> Result<Vec<Writer>, Error> {
         make_inputs(ground)?;
         let small = |more: &[&'static str]| {
             let run = ["run", "default", "--quiet", "--out", "run.mcap", "--checkpoint-s", "0.01"];
@@ -58,36 +70,29 @@ impl Writer {
         };
         let salvage = |log| vec!["salvage", log, "--out", "salvaged.mcap"];
         let reproduce = |set: &[&'static str]| [&["reproduce", "in/p.toml", "--quiet"], out, set].concat();
-        let writer = |name, variants, over_former, record| Writer {
+        let writer = |name, variants, over_former| Writer {
             name,
             variants,
             over_former,
-            record,
             alone: Default::default(),
             takes: Duration::ZERO,
         };
         let mut writers = vec![
-            writer("run", [small(&[]), small(&OTHER)], false, None),
-            writer("run --resume", [small(&["--resume"]), small(&["--resume"])], false, None),
-            writer("salvage", [salvage("in/damaged-a.mcap"), salvage("in/damaged-b.mcap")], false, None),
-            writer("export csv", export("csv", &[]), false, Some("out/run.export.json")),
-            writer("export csv --force", export("csv", &["--force"]), true, Some("out/run.export.json")),
-            writer("export parquet", export("parquet", &[]), false, Some("out/run.export.json")),
-            writer(
-                "export parquet --force",
-                export("parquet", &["--force"]),
-                true,
-                Some("out/run.export.json"),
-            ),
-            writer("reduce", on(&["reduce"], out), false, None),
-            writer("replay", on(&["replay"], &[out, &["--quiet"]].concat()), false, Some("out/replay.json")),
+            writer("run", [small(&[]), small(&OTHER)], false),
+            writer("run --resume", [small(&["--resume"]), small(&["--resume"])], false),
+            writer("salvage", [salvage("in/damaged-a.mcap"), salvage("in/damaged-b.mcap")], false),
+            writer("export csv", export("csv", &[]), false),
+            writer("export csv --force", export("csv", &["--force"]), true),
+            writer("export parquet", export("parquet", &[]), false),
+            writer("export parquet --force", export("parquet", &["--force"]), true),
+            writer("reduce", on(&["reduce"], out), false),
+            writer("replay", on(&["replay"], &[out, &["--quiet"]].concat()), false),
             writer(
                 "diff",
                 [diff("in/a/run.mcap", "in/a2/run.mcap"), diff("in/b/run.mcap", "in/b2/run.mcap")],
                 true,
-                None,
             ),
-            writer("reproduce", [reproduce(&[]), reproduce(&OTHER)], false, None),
+            writer("reproduce", [reproduce(&[]), reproduce(&OTHER)], false),
         ];
         for writer in &mut writers {
             writer.learn(ground)?;
@@ -173,12 +178,13 @@ fn look(folder: &Path, before: &str, found: &mut Found) -> Result<(), Error> {
         let name = entry.file_name().to_string_lossy().into_owned();
         let path = format!("{before}{name}");
         let kind = entry.file_type()?;
-        if kind.is_dir() {
+        // Whatever is in such a folder.
+        if is_temporary(&name) {
+            found.temporary.push(path);
+        } else if kind.is_dir() {
             if path != INPUTS {
                 look(&entry.path(), &format!("{path}/"), found)?;
             }
-        } else if is_temporary(&name) {
-            found.temporary.push(path);
         } else {
             found.written.insert(path, digest(&fs::read(entry.path())?));
         }
@@ -192,7 +198,7 @@ fn is_temporary(name: &str) -> bool {
         || name.contains(".partial.")
         || name.ends_with(".resumed")
         || name.ends_with(".lock")
-        || (name.starts_with('.') && name.ends_with(".asperity"))
+        || (name.starts_with('.') && name.contains("asperity"))
 }
 
 /// A digest of a file.

@@ -9,7 +9,8 @@ use asperity_testkit::Random;
 use serde_json::Value;
 
 use crate::hostile::{bounded, refused};
-use crate::laws::parts::{Packing, Part, put_together, take_apart};
+use crate::laws::packing::{Packing, put_together};
+use crate::laws::parts::{Part, take_apart};
 use crate::support::binary::{self, asperity, succeed, text};
 use crate::support::small;
 

@@ -76,6 +76,7 @@ fn from_solver_to_figures() {
             "precursors.csv",
             "precursors.parquet",
             "precursors.png",
+            "reduce.json",
             "residuals.csv",
             "residuals.parquet",
         ]

@@ -411,7 +411,7 @@ fn links_in_the_place_of_outputs_are_not_followed() {
     };
     let dangling = run("dangling.mcap");
     refused(&strs(&dangling), 2, &["dangling.mcap exists already"]);
-    refused(&["salvage", text(&path("mine")), "--out", text(&path("dangling.mcap"))], 1, &[]);
+    refused(&["salvage", text(&path("mine")), "--out", text(&path("dangling.mcap"))], 2, &["not a run log"]);
     let other = run("other.mcap");
     let other = strs(&other);
     refused(&other, 2, &["other.mcap.partial is a link"]);
@@ -527,7 +527,8 @@ fn a_run_by_other_code_is_made_again_and_this_is_said() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
     assert!(
-        said.contains("run old: was made by code version ") && said.contains(", and is made again"),
+        said.contains("old: made anew: its log is by other code or detectors: ")
+            && said.contains(", by code version "),
         "{said}"
     );
 }

@@ -281,7 +281,8 @@ fn large_texts_are_refused_within_bounds() {
 /// A log of messages that unpack to more than there is memory for is read in bounds.
 #[test]
 fn what_unpacks_to_much_is_read_in_bounds() {
-    use laws::parts::{Packing, Part, correct_end, put_together};
+    use laws::packing::{Packing, put_together};
+    use laws::parts::{Part, correct_end};
     use mcap::records::op;
     let scratch = asperity_testkit::folder();
     let folder = scratch.path();

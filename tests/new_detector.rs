@@ -53,7 +53,7 @@ impl Copy {
         let copy = Copy { folder: Path::new(env!("CARGO_TARGET_TMPDIR")).join("new-detector") };
         let mut written = BTreeSet::new();
         let guide = fs::read_to_string(file("docs/extending.md")).expect("the guide can be read");
-        for part in ["Cargo.toml", "crates", "xtask"] {
+        for part in ["Cargo.toml", "crates", "tests/attack", "xtask"] {
             copy.take(&file(part), Path::new(part), &mut written);
         }
         copy.take(&file(TEMPLATE), Path::new("crates/detect-longest"), &mut written);

@@ -6,7 +6,8 @@ use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use crate::laws::parts::{Packing, put_together, take_apart};
+use crate::laws::packing::{Packing, put_together};
+use crate::laws::parts::take_apart;
 use crate::support::binary::{asperity, succeed, text};
 use crate::support::{binary, small};
 use asperity_run::Verdict;

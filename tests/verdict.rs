@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::laws::parts::{Packing, Part, correct_end, put_together, take_apart};
+use crate::laws::packing::{Packing, put_together};
+use crate::laws::parts::{Part, correct_end, take_apart};
 use crate::laws::thin::messages;
 use crate::support::binary::{asperity, succeed, text};
 use crate::support::small;

@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 
 use mcap::records::op;
 
-use crate::laws::parts::{Packing, Part, correct_end, put_together};
+use crate::laws::packing::{Packing, put_together};
+use crate::laws::parts::{Part, correct_end};
 use crate::laws::seal::is_sealed;
 use crate::laws::thin::messages;
 

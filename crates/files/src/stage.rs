@@ -32,9 +32,12 @@ impl Stage {
         loop {
             let made = tempfile::Builder::new().prefix(PREFIX).rand_bytes(RANDOM).tempdir_in(folder)?;
             let path = made.keep();
-            let lock = open_folder(&path).inspect_err(|_| drop(fs::remove_dir(&path)))?;
+            // Until it is locked, another process may take it for a leftover, and remove it.
+            let lock = match open_folder(&path) {
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                lock => lock.inspect_err(|_| drop(fs::remove_dir(&path)))?,
+            };
             let is_ours = lock.as_ref().is_none_or(|lock| try_lock(lock) != Lock::Busy);
-            // Between the two lines above, another process may have taken it for a leftover.
             if let (true, Ok(identity)) = (is_ours, Identity::of_entry(&path)) {
                 return Ok(Stage { folder: folder.to_owned(), path, identity, _lock: lock });
             }

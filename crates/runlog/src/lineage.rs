@@ -46,6 +46,8 @@ pub(crate) struct Found {
 #[derive(Default)]
 pub(crate) struct Kept {
     pub(crate) entries: Vec<Entry>,
+    /// Where entries are before which a number is missing.
+    pub(crate) after_missing: BTreeSet<u64>,
     pub(crate) damage: Vec<Damage>,
     pub(crate) remarks: Vec<String>,
 }
@@ -130,7 +132,14 @@ impl Found {
             let chunks = if twice == 1 { "chunk" } else { "chunks" };
             kept.remarks.push(format!("{twice} {chunks} stood there twice"));
         }
-        kept.entries = numbered.into_iter().map(|(_, entry)| entry).collect();
+        let mut before = 0;
+        for (number, entry) in numbered {
+            if number > before + 1 {
+                kept.after_missing.insert(entry.at);
+            }
+            before = number;
+            kept.entries.push(entry);
+        }
         kept
     }
 

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
-use asperity_record::{MOST_BLOCKS, RunEnd, RunHeader, RunStatus, SolverReport};
+use asperity_record::{MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
 
 use crate::findings::{Gap, Salvaged};
 use crate::format::{RUN, RUN_END, SALVAGE};
@@ -66,6 +66,14 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
     }
     if !(header.time_step_s.is_finite() && header.time_step_s > 0.0) {
         return Err(map.invalid("time_step_s", "a number above 0"));
+    }
+    // What is said in words follows from the rest. Older programs may have used other words.
+    if header.record_schema_version == RECORD_SCHEMA_VERSION {
+        for (key, expected) in header_to_map(&header) {
+            if map.map.get(&key).is_some_and(|said| *said != expected) {
+                return Err(map.invalid(&key, format!("{expected:?}, which the other keys give")));
+            }
+        }
     }
     Ok(header)
 }

@@ -16,7 +16,7 @@
 //!
 //! The time that this takes grows with the file, whatever is in it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::Path;
 
@@ -91,12 +91,16 @@ pub fn salvage(
             Unsettled::Hopeless(problem) => hopeless(problem),
         })?;
 
+    let gaps = gaps(&kept, &mut pieces, Walk::new(events, &header)).map_err(read_error)?;
     // Once to see what there is, once to write it: the gaps are told at the beginning.
     let mut walk = Walk::new(events, &header);
     let mut damage = std::mem::take(&mut pieces.damage);
     damage.append(&mut kept.damage);
     for entry in kept.entries.iter().filter(|entry| entry.is_chunk) {
         let Some(mut chunk) = pieces.chunk(entry.at).map_err(read_error)? else { continue };
+        if gaps.contains(&entry.at) {
+            walk.begin_gap();
+        }
         match walk.chunk(entry.at, &mut chunk, &mut |_| Ok(())) {
             Ok(()) => {}
             Err(ChunkProblem::Content(what)) => {
@@ -116,7 +120,9 @@ pub fn salvage(
     let written = writer
         .salvaged(&salvaged)
         .map_err(SalvageError::from)
-        .and_then(|()| write(&kept.entries, &mut pieces, Walk::new(events, &header), &mut writer, &name))
+        .and_then(|()| {
+            write(&kept.entries, &gaps, &mut pieces, Walk::new(events, &header), &mut writer, &name)
+        })
         .and_then(|()| Ok(writer.finish(RunStatus::Salvaged, report)?));
     // If it fails, nothing is left of it: it can be made again from what is still there.
     written.map(|_end| salvaged)
@@ -243,9 +249,47 @@ fn keep_without_links(
     Ok(kept)
 }
 
+/// Where the chunks are before which messages are missing. That a piece is missing is known by
+/// its number; that there were messages in it shows in those of a topic, and may do so only
+/// some chunks later.
+fn gaps(kept: &Kept, pieces: &mut Pieces, mut walk: Walk<'_>) -> io::Result<BTreeSet<u64>> {
+    let mut gaps = BTreeSet::new();
+    if kept.after_missing.is_empty() {
+        return Ok(gaps);
+    }
+    // The chunks after a missing piece, by their place among all chunks.
+    let mut doubtful: Vec<(usize, u64)> = Vec::new();
+    // The number of the next message of each topic, and the chunk after that of its last one.
+    let mut next: BTreeMap<String, (u32, usize)> = BTreeMap::new();
+    let (mut place, mut is_missing) = (0, false);
+    for entry in &kept.entries {
+        is_missing |= kept.after_missing.contains(&entry.at);
+        if !entry.is_chunk {
+            continue;
+        }
+        if std::mem::take(&mut is_missing) {
+            doubtful.push((place, entry.at));
+        }
+        if let Some(mut chunk) = pieces.chunk(entry.at)? {
+            // What cannot be read is told of when it is walked through.
+            for message in walk.messages(entry.at, &mut chunk).unwrap_or_default() {
+                let (expected, since) = next.get(&message.topic).copied().unwrap_or_default();
+                if message.sequence > expected {
+                    let from = doubtful.partition_point(|(place, _)| *place < since);
+                    gaps.extend(doubtful[from..].iter().map(|(_, at)| *at));
+                }
+                next.insert(message.topic, (message.sequence.saturating_add(1), place + 1));
+            }
+        }
+        place += 1;
+    }
+    Ok(gaps)
+}
+
 /// Writes what the first walk found to be good.
 fn write(
     entries: &[Entry],
+    gaps: &BTreeSet<u64>,
     pieces: &mut Pieces,
     mut walk: Walk<'_>,
     writer: &mut RunWriter,
@@ -255,6 +299,9 @@ fn write(
     for entry in entries {
         match pieces.again(entry.at).map_err(read_error)? {
             Some(Content::Chunk(mut chunk)) => {
+                if gaps.contains(&entry.at) {
+                    walk.begin_gap();
+                }
                 let written = walk.chunk(entry.at, &mut chunk, &mut |message| {
                     writer.salvaged_message(
                         &message.topic,

@@ -106,6 +106,12 @@ impl<'a> Walk<'a> {
         }
     }
 
+    /// Takes note that messages are missing before the next chunk.
+    pub(crate) fn begin_gap(&mut self) {
+        self.lose_unit();
+        self.in_gap = true;
+    }
+
     /// Takes the messages of a chunk, all of them or, if one is not what it should be, none.
     pub(crate) fn chunk(
         &mut self,

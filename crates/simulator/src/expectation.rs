@@ -253,16 +253,18 @@ impl Expectation {
                     _ => step,
                 };
                 let ratio = record.normal_load_n / plan.total_normal_load_n;
-                let candidates = plan.load_course.hold_steps(step, ratio);
-                let mut found = candidates
-                    .into_iter()
-                    .filter(|&hold_step| hold_step > from && hold_step <= until)
-                    .filter(|&hold_step| load_n(hold_step) == record.normal_load_n);
-                match (found.next(), found.next()) {
-                    (Some(hold_step), None) => self.hold = Hold::Known(hold_step),
-                    (Some(_), Some(_)) => {}
-                    (None, _) if plan.load_course.rests_at(ratio) => {}
-                    (None, _) => return other(load_n(u64::MAX)),
+                // A load that rests for some time, as before the drive stops, says nothing.
+                if !plan.load_course.rests_at(ratio) {
+                    let candidates = plan.load_course.hold_steps(step, ratio);
+                    let mut found = candidates
+                        .into_iter()
+                        .filter(|&hold_step| hold_step > from && hold_step <= until)
+                        .filter(|&hold_step| load_n(hold_step) == record.normal_load_n);
+                    match (found.next(), found.next()) {
+                        (Some(hold_step), None) => self.hold = Hold::Known(hold_step),
+                        (Some(_), Some(_)) => {}
+                        (None, _) => return other(load_n(u64::MAX)),
+                    }
                 }
             }
         }

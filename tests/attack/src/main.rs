@@ -26,9 +26,6 @@ mod parts;
 #[path = "../../../crates/testkit/src/random.rs"]
 #[expect(unreachable_pub, reason = "a crate that the tests share has it")]
 mod random;
-#[path = "../../fuzz/src/seal.rs"]
-#[expect(unreachable_pub, reason = "the fuzzers have it as a crate of its own")]
-mod seal;
 mod tally;
 mod verdict;
 mod writers;

@@ -580,7 +580,7 @@ impl Forge {
         let newer = "a version of the format that there is not";
         self.says("run-version-0", "run", "record_schema_version", Some("0"), newer, version);
         self.says("run-version-99", "run", "record_schema_version", Some("99"), newer, version);
-        let times = "stands at|metadata `run` says";
+        let times = "stands at|metadata `run` says|which the other keys give";
         let other = "a time step that is not that of the messages";
         let from = self.made.len();
         self.says("run-step-1e-320", "run", "time_step_s", Some("1e-320"), other, times);

@@ -82,3 +82,7 @@ pub(crate) const LONGEST_EVENT_BYTES: usize = 1 << 16;
 
 /// The longest payload of a step or a switch, in bytes: as many numbers.
 pub(crate) const LONGEST_STEP_BYTES: usize = 1 << 12;
+
+/// What a state may have besides for each block, in bytes: four numbers, of 25 characters each
+/// at most, and whether it is detached.
+pub(crate) const LONGEST_STATE_OF_BLOCK_BYTES: usize = 128;

@@ -16,8 +16,8 @@ use crate::announced::Announced;
 use crate::digest::Digests;
 use crate::findings::Gap;
 use crate::format::{
-    CHECKPOINT, CHUNK, EVENTS, FIELDS, LONGEST_EVENT_BYTES, LONGEST_STEP_BYTES, MOST_SCHEMA_BYTES, RUN,
-    RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
+    CHECKPOINT, CHUNK, EVENTS, FIELDS, LONGEST_EVENT_BYTES, LONGEST_STATE_OF_BLOCK_BYTES, LONGEST_STEP_BYTES,
+    MOST_SCHEMA_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
 };
 use crate::gaps::Gaps;
 use crate::messages::{StepMessage, SwitchMessage};
@@ -338,6 +338,7 @@ impl RunReader {
             }
             Raw::Message { header, data } => {
                 let topic = self.records.layout().topic(header.channel_id).unwrap_or_default().to_owned();
+                self.may_be_as_long(&topic, data.len())?;
                 self.digests.add(&topic, &data);
                 *self.counts.entry(topic.clone()).or_insert(0) += 1;
                 self.message(topic, &header, &data)?;
@@ -347,13 +348,21 @@ impl RunReader {
         Ok(())
     }
 
+    /// That a message is no longer than those of its topic can be: looked at before anything is
+    /// done with it.
+    fn may_be_as_long(&self, topic: &str, bytes: usize) -> Result<(), LogProblem> {
+        let blocks = self.header.as_ref().map_or(0, |header| header.blocks as usize);
+        match topic {
+            STEP | SWITCH => most("bytes in a step or switch", bytes, LONGEST_STEP_BYTES),
+            FIELDS | WINDOW => {
+                most("bytes in a state", bytes, LONGEST_STEP_BYTES + blocks * LONGEST_STATE_OF_BLOCK_BYTES)
+            }
+            _ => most("bytes in an event", bytes, LONGEST_EVENT_BYTES),
+        }
+    }
+
     fn message(&mut self, topic: String, head: &MessageHeader, data: &[u8]) -> Result<(), LogProblem> {
         let sequence = head.sequence;
-        if topic.starts_with(EVENTS) {
-            most("bytes in an event", data.len(), LONGEST_EVENT_BYTES)?;
-        } else if topic == STEP || topic == SWITCH {
-            most("bytes in a step or switch", data.len(), LONGEST_STEP_BYTES)?;
-        }
         if topic != SWITCH {
             self.close_step()?;
         }

@@ -232,8 +232,10 @@ mod tests {
         let files = FileSet::new(Existing::Refuse, Inputs::default());
         let mut file = MatchFile::create(&files, &path).unwrap();
         // More than a batch, so that the second is written too.
-        for _ in 0..super::BATCH {
-            file.push(row(Some(side), None)).unwrap();
+        let onset_s = |n: usize| 0.1 + 0.2 * n as f64;
+        for n in 0..super::BATCH {
+            let ft_fn_onset = 0.7 / (n + 1) as f64;
+            file.push(row(Some(MatchSide { onset_s: onset_s(n), ft_fn_onset, ..side }), None)).unwrap();
         }
         file.push(row(None, Some(MatchSide { end_s: Some(1.5), ..side }))).unwrap();
         file.finish().unwrap();
@@ -247,7 +249,7 @@ mod tests {
         let get =
             |name: &str, row: usize| rows[row][names.iter().position(|there| there == name).unwrap()].clone();
         assert_eq!(rows.len(), super::BATCH + 1);
-        assert_eq!(get("old_onset_s", 7), Cell::Number(0.1 + 0.2));
+        assert_eq!(get("old_onset_s", 7), Cell::Number(onset_s(7)));
         assert_eq!(get("old_end_s", 7), Cell::Empty);
         assert_eq!(get("new_event", 7), Cell::Empty);
         assert_eq!(get("new_last_event", super::BATCH), Cell::Whole(5));

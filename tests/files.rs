@@ -527,7 +527,7 @@ fn a_run_by_other_code_is_made_again_and_this_is_said() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
     assert!(
-        said.contains("old: made anew: its log is by other code or detectors: ")
+        said.contains("old: made again: its log is by other code or detectors: ")
             && said.contains(", by code version "),
         "{said}"
     );

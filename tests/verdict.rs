@@ -167,7 +167,7 @@ fn the_worst_of_several_logs_decides() {
     }
 }
 
-/// A stored run is used again if it is whole; else a line says why it is made anew.
+/// A stored run is used again if it is whole; else a line says why it is made again.
 #[cfg(feature = "analysis")]
 #[test]
 fn reproduce_uses_only_what_is_whole() {
@@ -189,10 +189,10 @@ fn reproduce_uses_only_what_is_whole() {
         fs::copy(log, &stored).expect("the folder can be written");
         let (code, said) = outcome(&["reproduce", text(&pipeline), "--out", text(&out)]);
         let cell = &table[*verdict]["reproduce"];
-        let again = format!("small: made anew: its log is {verdict}: ");
+        let again = format!("small: made again: its log is {verdict}: ");
         match cell.as_str() {
             "used" => assert!(code == 0 && said.contains("1 runs are there already"), "{said}"),
-            "made anew" => {
+            "made again" => {
                 assert!(code == 0 && said.contains(&again), "{verdict}: {said}");
                 assert!(succeed(&["check", text(&stored)]).contains(": whole: "));
             }

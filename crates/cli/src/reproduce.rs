@@ -125,7 +125,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
         match stored {
             Stored::Whole => continue,
             Stored::Nothing => {}
-            Stored::Unfit(why) => board.line(&format!("{}: made anew: {why}", job.name)),
+            Stored::Unfit(why) => board.line(&format!("{}: made again: {why}", job.name)),
         }
         missing.push(job);
     }

@@ -394,11 +394,12 @@ mod tests {
         let (folder, path) = folder();
         let files = set(Existing::Refuse);
         let at = files.create_by_path(&path("a")).unwrap();
+        // Open, so that no other file can have its number.
+        let first = fs::File::open(&at).unwrap();
         fs::remove_file(&at).unwrap();
-        // So that the second cannot have the number of the first.
-        fs::write(at.with_file_name("other"), "another's").unwrap();
         fs::write(&at, "another's").unwrap();
         assert!(matches!(files.publish(), Err(FileError::Lost(there)) if there == path("a")));
+        drop(first);
         assert!(!path("a").exists() && content(folder.path()).is_empty());
     }
 

@@ -96,5 +96,5 @@ fn doc() -> Result<(), Failure> {
 }
 
 fn attack() -> Result<(), Failure> {
-    attack::command(&AttackArguments::default())
+    attack::command(&AttackArguments::of_ci())
 }

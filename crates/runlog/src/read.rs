@@ -16,8 +16,8 @@ use crate::announced::Announced;
 use crate::digest::Digests;
 use crate::findings::Gap;
 use crate::format::{
-    CHECKPOINT, CHUNK, EVENTS, FIELDS, LONGEST_EVENT_BYTES, LONGEST_STATE_OF_BLOCK_BYTES, LONGEST_STEP_BYTES,
-    MOST_SCHEMA_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
+    CHECKPOINT, CHUNK, CHUNK_SINCE, EVENTS, FIELDS, LONGEST_EVENT_BYTES, LONGEST_STATE_OF_BLOCK_BYTES,
+    LONGEST_STEP_BYTES, MOST_SCHEMA_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
 };
 use crate::gaps::Gaps;
 use crate::messages::{StepMessage, SwitchMessage};
@@ -283,6 +283,11 @@ impl RunReader {
             Raw::Metadata(metadata) if metadata.name == RUN => {
                 versions::check(&metadata.metadata)?;
                 let header = metadata::header_from_map(&metadata.metadata)?;
+                if header.record_schema_version >= CHUNK_SINCE && self.records.has_other_profile() {
+                    return Err(LogProblem::Misplaced(
+                        "the MCAP header names another profile than run logs have",
+                    ));
+                }
                 self.detached = vec![false; header.blocks as usize];
                 self.header = Some(header);
             }

@@ -61,6 +61,11 @@ impl Records {
         &self.layout
     }
 
+    /// Whether the MCAP header says that the file is none of ours.
+    pub(crate) fn has_other_profile(&self) -> bool {
+        self.other_library.is_some()
+    }
+
     /// What it means that there is no header: the file is damaged, or none of ours.
     pub(crate) fn no_header(&self) -> LogProblem {
         match &self.other_library {

@@ -45,7 +45,11 @@ const ONLY_AGAIN: [(&str, &str); 5] = [
 ];
 
 /// The same of what no command can tell.
-const NEVER: [(&str, &str); 2] = [
+const NEVER: [(&str, &str); 3] = [
+    (
+        "checkpoint to go on from, single_steps",
+        "where the solver takes single steps before it tries many at once: it rounds in other places, in the last digits",
+    ),
     ("metadata run_end solver*", "what the solver did; it is counted anew in every run, and may differ"),
     ("metadata run solver", "both solvers give the same messages"),
 ];

@@ -317,7 +317,7 @@ fn clients_read_what_a_killed_run_has_left() {
     let (whole, killed) = killed(folder.path());
     let out = folder.path().join("out");
     let export = binary::asperity(&["export", text(&killed), "--to", "ndjson", "--out", text(&out)]);
-    assert_eq!(export.status.code(), Some(1), "{}", said(&export));
+    assert_eq!(export.status.code(), Some(3), "{}", said(&export));
     let steps = fs::read_to_string(out.join("killed.step.ndjson")).expect("the file was written");
     let last: Map<String, Value> =
         serde_json::from_str(steps.lines().last().expect("there are steps")).unwrap();

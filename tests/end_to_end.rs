@@ -76,6 +76,7 @@ fn from_solver_to_figures() {
             "precursors.csv",
             "precursors.parquet",
             "precursors.png",
+            "reduce.json",
             "residuals.csv",
             "residuals.parquet",
         ]
@@ -87,6 +88,9 @@ fn from_solver_to_figures() {
             "png" => content.starts_with(b"\x89PNG\r\n\x1a\n") && content.ends_with(b"IEND\xaeB`\x82"),
             "parquet" => content.starts_with(b"PAR1") && content.ends_with(b"PAR1"),
             "csv" => std::str::from_utf8(content).is_ok_and(|text| text.lines().count() > 1),
+            "json" => {
+                serde_json::from_slice::<serde_json::Value>(content).is_ok_and(|record| record.is_object())
+            }
             _ => false,
         };
         assert!(is_whole, "{name} is not what its name says");

@@ -1,46 +1,39 @@
-//! One bit of a log that is not as it was written: `asperity check` sees it, wherever it is,
-//! or it changes nothing that is read.
+//! One bit of a log that is not as it was written is seen, wherever in a whole log it is, and
+//! anywhere in an unfinished one before the last record `chunk`. After that it changes nothing
+//! that is read.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 use std::path::Path;
 
+use crate::support::binary;
 use crate::support::binary::{asperity, text};
 use crate::support::small;
-use asperity_record::{RunEnd, RunHeader};
-use asperity_runlog::{LogError, LogItem, RunReader, Topics};
+use asperity_runlog::{LogItem, LogProblem, RunReader, Topics};
 use asperity_testkit::Random;
+use mcap::records::op;
 
-/// How many bits are flipped, each in a log of its own.
-const FLIPS: usize = 1000;
+/// How many bits are flipped in a log, each in a copy of its own.
+const FLIPS: u64 = 2000;
 
-/// How many logs are given to one `check`.
-const AT_ONCE: usize = 250;
+/// How many of the copies are given to the built command.
+const CHECKED: u64 = 40;
 
-/// All that can be read out of a log.
-#[derive(Debug, PartialEq)]
-struct Content {
-    header: RunHeader,
-    scenario: String,
-    checkpoint: Option<String>,
-    items: Vec<LogItem>,
-    end: Option<RunEnd>,
-}
-
-fn read(path: &Path) -> Result<Content, LogError> {
-    let mut reader = RunReader::open(path, Topics::ALL)?;
+/// All items up to the end or the first problem.
+fn read(path: &Path) -> Outcome {
+    let mut reader = match RunReader::open(path, Topics::ALL) {
+        Ok(reader) => reader,
+        Err(error) => return (Vec::new(), Some(error.problem)),
+    };
     let mut items = Vec::new();
-    while let Some(item) = reader.next_item()? {
-        items.push(item);
+    loop {
+        match reader.next_item() {
+            Ok(Some(item)) => items.push(item),
+            Ok(None) => return (items, None),
+            Err(error) => return (items, Some(error.problem)),
+        }
     }
-    Ok(Content {
-        header: reader.header().clone(),
-        scenario: reader.scenario_toml().to_owned(),
-        checkpoint: reader.checkpoint().map(str::to_owned),
-        items,
-        end: reader.end().cloned(),
-    })
 }
 
 /// The kind of top-level record that each byte of a file is in; that of the magics is 0.
@@ -49,76 +42,122 @@ fn kinds(bytes: &[u8]) -> Vec<u8> {
     let mut at = 8;
     while at + 9 < bytes.len() {
         let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("eight bytes")) as usize;
-        kinds[at..at + 9 + length].fill(bytes[at]);
+        let end = (at + 9 + length).min(bytes.len());
+        kinds[at..end].fill(bytes[at]);
         at += 9 + length;
     }
     kinds
 }
 
-#[test]
-fn of_a_thousand_flipped_bits_every_one_is_seen_or_changes_nothing() {
-    let folder = asperity_testkit::folder();
-    let sound = folder.path().join("sound.mcap");
-    small::run(&sound);
-    let bytes = fs::read(&sound).expect("the log can be read");
-    let content = read(&sound).expect("the log is whole");
+/// A small log of several chunks and checkpoints.
+fn sound(folder: &Path) -> Vec<u8> {
+    let path = folder.join("sound.mcap");
+    // The plain solver takes its time, and there is a checkpoint a few times a second.
+    let often = ["--solver", "plain", "--checkpoint-s", "0.05", "--set", "time.duration_s=0.4"];
+    binary::run(&[&small::SCENARIO[..3], &often].concat(), &path);
+    let bytes = fs::read(&path).expect("the log can be read");
     let kinds = kinds(&bytes);
-    // By size nearly all of a log is one record; half of the flips go into the others.
-    let outside: Vec<usize> =
-        (0..bytes.len()).filter(|&place| kinds[place] != mcap::records::op::CHUNK).collect();
-    assert!(outside.len() > 1000 && outside.len() < bytes.len());
+    for kind in [op::CHUNK, op::ATTACHMENT] {
+        assert!(kinds.chunk_by(|a, b| a == b).filter(|record| record[0] == kind).count() > 2);
+    }
+    bytes
+}
 
+/// The end of the last record `chunk`.
+fn vouched_for(bytes: &[u8]) -> usize {
+    let mut end = 0;
+    let mut at = 8;
+    while at + 9 < bytes.len() {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("eight bytes")) as usize;
+        let next = at + 9 + length;
+        if bytes[at] == op::METADATA && bytes[at + 9..].starts_with(b"\x05\0\0\0chunk") && next <= bytes.len()
+        {
+            end = next;
+        }
+        at = next;
+    }
+    end
+}
+
+/// What is read of a log: its items, and what ends them.
+type Outcome = (Vec<LogItem>, Option<LogProblem>);
+
+/// Flips bits all over a log, in records of all kinds. `wrong` says what is wrong with an
+/// outcome, if anything.
+fn flip(what: &str, bytes: &[u8], flips: u64, wrong: impl Fn(usize, Outcome) -> Option<String>) {
+    let folder = asperity_testkit::folder();
+    let kinds = kinds(bytes);
+    // By size nearly all of a log are chunks; half of the flips go into the others.
+    let outside: Vec<usize> = (0..bytes.len()).filter(|&place| kinds[place] != op::CHUNK).collect();
+    assert!(outside.len() > 1000 && outside.len() < bytes.len());
     let mut random = Random::new(2026);
-    let flips: Vec<(usize, u32)> = (0..FLIPS)
-        .map(|number| {
-            let place = match number % 2 {
-                0 => random.below(bytes.len() as u64) as usize,
-                _ => outside[random.below(outside.len() as u64) as usize],
-            };
-            (place, random.below(8) as u32)
-        })
-        .collect();
-    let mut verdicts: BTreeMap<&str, usize> = BTreeMap::new();
     let mut flipped: BTreeMap<u8, usize> = BTreeMap::new();
     let mut unseen = Vec::new();
-    for batch in flips.chunks(AT_ONCE) {
-        let paths: Vec<_> = batch
-            .iter()
-            .enumerate()
-            .map(|(number, &(place, bit))| {
-                let path = folder.path().join(format!("flipped-{number}.mcap"));
-                let mut copy = bytes.clone();
-                copy[place] ^= 1 << bit;
-                fs::write(&path, copy).expect("the folder can be written");
-                *flipped.entry(kinds[place]).or_insert(0) += 1;
-                path
-            })
-            .collect();
-        let mut arguments = vec!["check"];
-        arguments.extend(paths.iter().map(|path| text(path)));
-        let output = asperity(&arguments);
-        let said = String::from_utf8(output.stdout).expect("the binary writes UTF-8");
-        assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
-        for (path, &(place, bit)) in paths.iter().zip(batch) {
-            let start = format!("{}: ", text(path));
-            let verdict = said.lines().find_map(|line| line.strip_prefix(&start)?.split(':').next());
-            let verdict = ["whole", "incomplete", "damaged"].into_iter().find(|known| verdict == Some(known));
-            let verdict = verdict.unwrap_or_else(|| panic!("bit {bit} of byte {place}: no verdict\n{said}"));
-            *verdicts.entry(verdict).or_insert(0) += 1;
-            if verdict == "whole" && read(path).ok().as_ref() != Some(&content) {
-                unseen.push(format!(
-                    "bit {bit} of byte {place}, in a record of the kind 0x{:02x}",
-                    kinds[place]
-                ));
-            }
+    let mut arguments = vec!["check".to_owned()];
+    for number in 0..flips {
+        let place = match number % 2 {
+            0 => random.below(bytes.len() as u64) as usize,
+            _ => outside[random.below(outside.len() as u64) as usize],
+        };
+        let bit = random.below(8) as u32;
+        let path = folder.path().join(format!("flipped-{}.mcap", number.min(CHECKED)));
+        let mut copy = bytes.to_vec();
+        copy[place] ^= 1 << bit;
+        fs::write(&path, copy).expect("the folder can be written");
+        *flipped.entry(kinds[place]).or_insert(0) += 1;
+        if number < CHECKED {
+            arguments.push(text(&path).to_owned());
+        }
+        if let Some(wrong) = wrong(place, read(&path)) {
+            unseen.push(format!("bit {bit} of byte {place}, kind 0x{:02x}: {wrong}", kinds[place]));
         }
     }
-    writeln!(
-        std::io::stdout(),
-        "{FLIPS} bits flipped in {} bytes, by kind of record: {flipped:x?}; called {verdicts:?}",
-        bytes.len()
-    )
-    .expect("it is open");
-    assert!(unseen.is_empty(), "called whole and read otherwise:\n{}", unseen.join("\n"));
-    assert_eq!(verdicts.values().sum::<usize>(), FLIPS);
+    writeln!(std::io::stdout(), "{what}: {flips} bits of {}, by kind of record: {flipped:x?}", bytes.len())
+        .expect("it is open");
+    assert!(unseen.is_empty(), "{what}: {} unseen:\n{}", unseen.len(), unseen.join("\n"));
+    // The command sees what the library sees.
+    let output = asperity(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    let said = String::from_utf8(output.stdout).expect("the binary writes UTF-8");
+    assert_eq!(said.lines().count() as u64, CHECKED, "{said}");
+    assert!(said.lines().all(|line| !line.contains(": whole: ")), "{said}");
+}
+
+#[test]
+fn every_flipped_bit_of_a_whole_log_is_seen() {
+    let folder = asperity_testkit::folder();
+    let bytes = sound(folder.path());
+    flip("whole", &bytes, FLIPS, |_, (_, problem)| match problem {
+        None => Some("called whole".to_owned()),
+        Some(problem) => problem.is_early_end().then(|| format!("called incomplete: {problem}")),
+    });
+}
+
+/// A log that was cut off is as good as one that is being written: what it holds is vouched
+/// for up to its last record `chunk`.
+#[test]
+fn every_flipped_bit_of_an_unfinished_log_is_seen_up_to_where_it_is_vouched_for() {
+    let folder = asperity_testkit::folder();
+    let bytes = sound(folder.path());
+    let kinds = kinds(&bytes);
+    let chunks: Vec<usize> =
+        (1..bytes.len()).filter(|&at| kinds[at] == op::CHUNK && kinds[at - 1] != op::CHUNK).collect();
+    // In the middle of the last chunk, and after it, before anything vouches for it.
+    let last = chunks[chunks.len() - 1];
+    let behind = (last..).find(|&at| kinds[at] == op::METADATA).expect("more follows");
+    for (what, end) in [("cut in a chunk", last + 200), ("cut behind a chunk", behind)] {
+        let cut = &bytes[..end];
+        let path = folder.path().join("cut.mcap");
+        fs::write(&path, cut).expect("the folder can be written");
+        let (sound, problem) = read(&path);
+        assert!(problem.as_ref().is_some_and(LogProblem::is_early_end), "{problem:?}");
+        let vouched_for = vouched_for(cut);
+        assert!(vouched_for > end / 2 && vouched_for < end);
+        flip(what, cut, FLIPS / 2, |place, (items, problem)| match problem {
+            None => Some("called whole".to_owned()),
+            Some(problem) if !problem.is_early_end() => None,
+            Some(problem) if place < vouched_for => Some(format!("called incomplete: {problem}")),
+            // Behind that the same is read, or less at the end.
+            Some(_) => (!sound.starts_with(&items)).then(|| "read otherwise".to_owned()),
+        });
+    }
 }

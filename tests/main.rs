@@ -7,6 +7,7 @@
 //! environment or the current folder, which is done to the commands that are
 //! started.
 
+mod bounds;
 mod cli;
 #[cfg(feature = "analysis")]
 mod clients;
@@ -17,6 +18,7 @@ mod disk;
 #[cfg(feature = "analysis")]
 mod end_to_end;
 mod export;
+mod files;
 mod flips;
 mod foxglove;
 #[cfg(feature = "analysis")]
@@ -32,12 +34,15 @@ mod resume;
 mod runlog;
 mod salvage;
 mod scenarios;
+mod terminal;
 #[cfg(feature = "analysis")]
 mod textconv;
 mod tidy;
+mod verdict;
 #[cfg(feature = "analysis")]
 mod verify;
 mod versions;
+mod vouched;
 #[cfg(feature = "analysis")]
 mod words;
 

@@ -125,6 +125,8 @@ fn wrapped_dependencies_have_one_user() {
     for (dependency, wrapper) in wrapped {
         let users: Vec<&String> = members
             .iter()
+            // What only tests hold the others against may use what it likes.
+            .filter(|member| !member.manifest.starts_with(root().join("tests")))
             .filter(|member| member.uses.contains(&dependency))
             .map(|member| &member.name)
             .collect();
@@ -245,6 +247,51 @@ fn versions_and_features_stand_in_the_workspace_manifest_alone() {
             }
         }
     }
+}
+
+/// What creates, renames or removes files, and so must stand in `crates/files`.
+const WRITERS: [&str; 9] = [
+    "File::create",
+    "File::options",
+    "OpenOptions",
+    "fs::write",
+    "fs::rename",
+    "fs::copy",
+    "fs::remove_",
+    "fs::create_dir",
+    "fs::hard_link",
+];
+
+/// The places of a crate's own code, without its tests, where files are written.
+fn writes(source: &str) -> impl Iterator<Item = (usize, &'static str)> {
+    let own = source.split("#[cfg(test)]").next().unwrap_or_default();
+    let lines = (1..).zip(own.lines()).filter(|(_, line)| !line.trim_start().starts_with("//"));
+    lines.flat_map(|(number, line)| {
+        // `MatchFile::create` is another word.
+        let begins = |at: usize| !line[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+        let is_there = move |word: &&str| line.match_indices(*word).any(|(at, _)| begins(at));
+        WRITERS.into_iter().filter(is_there).map(move |word| (number, word))
+    })
+}
+
+/// Whoever writes past `crates/files` has no lock, and may write over what somebody reads.
+#[test]
+fn files_are_written_in_one_place() {
+    let mut found = String::new();
+    for path in files_in(&["crates"]) {
+        let name = short(&path);
+        let is_source = name.contains("/src/") && name.ends_with(".rs");
+        // What only tests and the benchmark are built from.
+        let is_for_tests = ["files", "testkit", "bench"].map(|name| format!("crates/{name}/"));
+        if is_source && !is_for_tests.iter().any(|folder| name.starts_with(folder)) {
+            for (line, word) in writes(&read(&path)) {
+                found += &format!("{name}:{line} uses {word}\n");
+            }
+        }
+    }
+    assert!(found.is_empty(), "files are written past crates/files:\n{found}");
+    let sample = "// fs::write is no use\nMatchFile::create(path);\nlet file = File::create(path);\n#[cfg(test)]\nfs::write(path, text)";
+    assert_eq!(writes(sample).collect::<Vec<_>>(), [(3, "File::create")]);
 }
 
 #[test]

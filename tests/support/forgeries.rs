@@ -2,12 +2,15 @@
 //! `asperity check` must say of it.
 
 mod messages;
+mod own;
 
 use std::collections::BTreeMap;
 
 use mcap::records::op;
 
-use crate::laws::parts::{Packing, Part, correct_end, put_together};
+use crate::laws::packing::{Packing, put_together};
+use crate::laws::parts::{Part, correct_end};
+use crate::laws::seal::is_sealed;
 use crate::laws::thin::messages;
 
 /// What `check` calls it.
@@ -15,6 +18,8 @@ use crate::laws::thin::messages;
 pub(crate) enum Verdict {
     /// Nothing in it is changed that is read.
     Whole,
+    /// The same, of a log that another version of the program made.
+    OtherCode,
     /// It ends too early, and is sound up to there.
     Incomplete,
     /// Something in it is not as it must be.
@@ -27,6 +32,7 @@ impl Verdict {
     pub(crate) fn word(self) -> &'static str {
         match self {
             Verdict::Whole => "whole",
+            Verdict::OtherCode => "by other code or detectors",
             Verdict::Incomplete => "incomplete",
             Verdict::Damaged => "damaged",
             Verdict::NoRunLog => "not a run log",
@@ -47,6 +53,16 @@ pub(crate) struct Forgery {
     /// Whether its end agrees with its messages, so that only what is read of them can tell.
     pub(crate) consistent: bool,
     pub(crate) bytes: Vec<u8>,
+}
+
+impl Forgery {
+    /// What is to be said of the same, made of a log by another version of the program.
+    pub(crate) fn of_another_program(mut self) -> Forgery {
+        if self.verdict == Verdict::Whole {
+            self.verdict = Verdict::OtherCode;
+        }
+        self
+    }
 }
 
 /// A sound log, and what is made of it.
@@ -173,11 +189,16 @@ impl Forge {
             "up to step",
             |_| {},
         );
+        // From version 3 on there is nothing in a log but what belongs there.
+        let (verdict, says) = match is_sealed(&self.sound) {
+            true => (Damaged, "something stands before metadata `run`"),
+            false => (Whole, "up to step"),
+        };
         self.parts_only(
             "harmless-unknown-kind",
             "a record of a kind that MCAP leaves to programs of their own",
-            Whole,
-            "up to step",
+            verdict,
+            says,
             |parts| parts.insert(1, Part::new(0x80, *b"anything")),
         );
         self.parts_only("harmless-empty-chunk", "a chunk without records", Whole, "up to step", |parts| {
@@ -189,8 +210,8 @@ impl Forge {
     fn cut(&mut self) {
         let whole = put_together(&self.sound, Packing::USUAL);
         let chunked = put_together(&self.sound, Packing { per_chunk: 20, ..Packing::USUAL });
-        let end = b"run_end";
-        let run_end = whole.windows(end.len()).rposition(|bytes| bytes == end).expect("it has an end") - 13;
+        let end = b"\x07\0\0\0run_end";
+        let run_end = whole.windows(end.len()).position(|bytes| bytes == end).expect("it has an end") - 9;
         self.file("cut-empty", "no bytes at all", Incomplete, "the file is empty", Vec::new());
         let cut = |bytes: &[u8], length: usize| bytes[..length].to_vec();
         self.file("cut-in-magic", "four bytes", Incomplete, "ended in the middle", cut(&whole, 4));
@@ -251,7 +272,13 @@ impl Forge {
         self.file("mcap-of-another-program", "a log of another program", NoRunLog, says, bytes);
         let mut zeros = whole.clone();
         zeros[run_end - 400..run_end - 200].fill(0);
-        self.file("zeros", "a piece of it overwritten with zeros", Damaged, "CRC failed", zeros);
+        self.file(
+            "zeros",
+            "a piece of it overwritten with zeros",
+            Damaged,
+            "CRC failed|the record at byte",
+            zeros,
+        );
         let mut bytes = whole;
         let place = bytes.len() / 2;
         bytes[place] ^= 0x10;
@@ -306,7 +333,7 @@ impl Forge {
             "chunk-of-54-million-zeros",
             "a chunk of six million records of no kind and no length",
             Damaged,
-            "there are two MCAP headers",
+            "there are two MCAP headers|something other than schemas",
             |parts| {
                 let chunk = Part::chunk_of(54_000_000, crc, "zstd", bomb.len() as u64, &bomb);
                 small(parts, chunk);
@@ -484,17 +511,22 @@ impl Forge {
         );
         let data = |sound: &[Part]| {
             let file = put_together(sound, Packing::USUAL);
-            // Data end, footer, magic.
-            (file[..file.len() - 13 - 29 - 8].to_vec(), file[file.len() - 13 - 29 - 8..].to_vec())
+            let mut at = mcap::MAGIC.len();
+            while file[at] != op::DATA_END {
+                let length = file[at + 1..at + 9].try_into().expect("eight bytes");
+                at += 9 + u64::from_le_bytes(length) as usize;
+            }
+            (file[..at].to_vec(), file[at..].to_vec())
         };
         let (records, rest) = data(&self.sound);
         let with = |between: &[Part], behind: &[Part]| {
             let mut file = records.clone();
             file.extend(&rest[..13]);
             between.iter().for_each(|part| part.put(&mut file));
-            file.extend(&rest[13..13 + 29]);
+            let magic = rest.len() - mcap::MAGIC.len();
+            file.extend(&rest[13..magic]);
             behind.iter().for_each(|part| part.put(&mut file));
-            file.extend(&rest[13 + 29..]);
+            file.extend(&rest[magic..]);
             file
         };
         let step = self.sound[messages(&self.sound, "/step")[0]].clone();
@@ -521,7 +553,7 @@ impl Forge {
             "no-data-end",
             "no end of the data, so that its checksum is not looked at",
             Damaged,
-            "a footer before the end of the data",
+            "a footer before the end of the data|a record that may stand in chunks alone",
             no_data_end,
         );
     }
@@ -548,7 +580,7 @@ impl Forge {
         let newer = "a version of the format that there is not";
         self.says("run-version-0", "run", "record_schema_version", Some("0"), newer, version);
         self.says("run-version-99", "run", "record_schema_version", Some("99"), newer, version);
-        let times = "stands at|metadata `run` says";
+        let times = "stands at|metadata `run` says|which the other keys give";
         let other = "a time step that is not that of the messages";
         let from = self.made.len();
         self.says("run-step-1e-320", "run", "time_step_s", Some("1e-320"), other, times);

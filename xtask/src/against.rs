@@ -16,6 +16,7 @@ use std::time::Instant;
 use crate::git::Repository;
 use crate::interrupt;
 use crate::revision;
+use crate::say::say;
 use crate::workspace::{Failure, asperity, not_started, program, root, target_folder};
 
 /// What is to be measured.
@@ -104,7 +105,7 @@ fn compare(task: &Task<'_>) -> Result<bool, Failure> {
     let titles = [old.title.clone(), checkout(&repository)?];
     let mut sides = Vec::new();
     for ((binary, title), name) in binaries.into_iter().zip(titles).zip(["old", "new"]) {
-        eprintln!("==> {name}: {title}");
+        say!("==> {name}: {title}");
         // A copy: whoever builds meanwhile changes nothing.
         let copy = folder.path().join(format!("asperity-{name}{}", std::env::consts::EXE_SUFFIX));
         fs::copy(&binary, &copy).map_err(|error| io_failure("copy", &binary, error))?;
@@ -117,7 +118,7 @@ fn compare(task: &Task<'_>) -> Result<bool, Failure> {
     let out = folder.path().join("out");
     let mut results = Vec::new();
     for part in parts {
-        eprintln!("==> {}: {} pairs", part.name(), task.pairs);
+        say!("==> {}: {} pairs", part.name(), task.pairs);
         // Not counted: it fills caches, and tells whether both know the command.
         for side in &sides {
             run_once(side, part, &out)?;

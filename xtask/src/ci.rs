@@ -4,6 +4,8 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
+use crate::attack::{self, AttackArguments};
+use crate::say::say;
 use crate::test::{self, TestArguments};
 use crate::workspace::{Failure, cargo, output, run};
 
@@ -20,12 +22,13 @@ pub(crate) struct CiArguments {}
 
 type Stage = (&'static str, fn() -> Result<(), Failure>);
 
-const STAGES: [Stage; 5] = [
+const STAGES: [Stage; 6] = [
     ("format", format),
     ("lint", lint),
     ("without analysis", without_analysis),
     ("test", test),
     ("doc", doc),
+    ("attack", attack),
 ];
 
 pub(crate) fn command(_arguments: &CiArguments) -> Result<(), Failure> {
@@ -33,20 +36,20 @@ pub(crate) fn command(_arguments: &CiArguments) -> Result<(), Failure> {
     let mut times = Vec::new();
     let mut outcome = Ok(());
     for (name, stage) in STAGES {
-        eprintln!("==> {name}");
+        say!("==> {name}");
         let started = Instant::now();
         outcome = stage();
         let time = took(started.elapsed());
         match &outcome {
-            Ok(()) => eprintln!("==> {name}: passed in {time}"),
-            Err(_) => eprintln!("==> {name}: failed after {time}"),
+            Ok(()) => say!("==> {name}: passed in {time}"),
+            Err(_) => say!("==> {name}: failed after {time}"),
         }
         times.push(format!("{name} {time}"));
         if outcome.is_err() {
             break;
         }
     }
-    eprintln!("==> {}; in all {}", times.join(", "), took(begun.elapsed()));
+    say!("==> {}; in all {}", times.join(", "), took(begun.elapsed()));
     outcome
 }
 
@@ -90,4 +93,8 @@ fn test() -> Result<(), Failure> {
 
 fn doc() -> Result<(), Failure> {
     run(cargo(&["doc", "--workspace", "--no-deps", "--locked"]).env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+fn attack() -> Result<(), Failure> {
+    attack::command(&AttackArguments::default())
 }

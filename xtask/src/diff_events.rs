@@ -16,6 +16,7 @@ use crate::git::{Commit, Repository};
 use crate::interrupt;
 use crate::reproduce::{ALL, CHAPTER5, ParameterSet, pipeline};
 use crate::revision;
+use crate::say::say;
 use crate::workspace::{Failure, asperity, program, root};
 
 #[derive(Debug, Args)]
@@ -136,8 +137,8 @@ fn run_both(
     interrupt::install()?;
     let old = Side::new(repository, Some(&old.id), arguments)?;
     let new = Side::new(repository, arguments.new.as_deref(), arguments)?;
-    eprintln!("==> old: {}", old.title());
-    eprintln!("==> new: {}", new.title());
+    say!("==> old: {}", old.title());
+    say!("==> new: {}", new.title());
     let programs = [old.asperity(repository)?, new.asperity(repository)?];
     for (side, program) in [&old, &new].into_iter().zip(programs) {
         if !commands(&program)?.contains("reproduce") {
@@ -181,7 +182,7 @@ fn run_side(
     let alone = runs_alone(&present)?;
     discard_others(&side.out, &[Some(present.as_str()), Some(alone.as_str()), own.as_deref()])?;
 
-    eprintln!("==> {}: {path} of this checkout", side.title());
+    say!("==> {}: {path} of this checkout", side.title());
     let refused = match reproduce(asperity, Path::new(&path), side, arguments)? {
         Outcome::Done => return record(&side.out, &present),
         Outcome::Refused(errors) => errors,
@@ -196,7 +197,7 @@ fn run_side(
         Some(own) => (own, "its own"),
         None => (alone, "the runs of it, for it has none of its own"),
     };
-    eprintln!("==> {}: refuses that pipeline, so it runs {what}{why}", side.title());
+    say!("==> {}: refuses that pipeline, so it runs {what}{why}", side.title());
     let file = revision::kept_of(&side.commit).join(format!("{}.toml", arguments.pipeline));
     write(&file, &text)?;
     match reproduce(asperity, &file, side, arguments)? {
@@ -257,7 +258,7 @@ fn with_errors(command: &mut Command) -> Result<(Result<(), Failure>, String), F
             match line {
                 Ok(line) => match line.strip_prefix("error: ") {
                     Some(error) => errors.push(error.to_owned()),
-                    None => eprintln!("    {line}"),
+                    None => say!("    {line}"),
                 },
                 Err(error) => {
                     errors.push(format!("the rest cannot be read: {error}"));
@@ -350,9 +351,9 @@ fn compare(sides: &Sides, arguments: &DiffEventsArguments) -> Result<(), Failure
         diff.arg("--policy").arg(policy);
     }
     let outcome = interrupt::run(&mut diff);
-    eprintln!("==> old  {}: {}", old.out.display(), old.title());
-    eprintln!("==> new  {}: {}", new.out.display(), new.title());
-    eprintln!("==> page {}", page.display());
+    say!("==> old  {}: {}", old.out.display(), old.title());
+    say!("==> new  {}: {}", new.out.display(), new.title());
+    say!("==> page {}", page.display());
     outcome
 }
 

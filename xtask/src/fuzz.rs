@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use crate::say::say;
 use crate::workspace::{Failure, cargo, output, root, run, target_folder};
 
 /// The fuzzers, in `tests/fuzz/targets`, and how long an input each is given at most.
@@ -52,7 +53,7 @@ pub(crate) fn command(arguments: &FuzzArguments) -> Result<(), Failure> {
     let found = output(&mut cargo(&["fuzz", "--version"])).map_err(|_| {
         Failure::Check("cargo-fuzz is missing (accepted: `cargo install cargo-fuzz --locked`)".to_owned())
     })?;
-    eprintln!("==> {}", found.trim());
+    say!("==> {}", found.trim());
     for (target, longest) in TARGETS {
         if arguments.target.as_ref().is_none_or(|wanted| wanted == target) {
             fuzz(target, longest, arguments)?;
@@ -93,6 +94,6 @@ fn fuzz(target: &str, longest: u32, arguments: &FuzzArguments) -> Result<(), Fai
     if root().join(&dictionary).is_file() {
         command.arg(format!("-dict={}", dictionary.display()));
     }
-    eprintln!("==> {target}, for {} s", arguments.for_s);
+    say!("==> {target}, for {} s", arguments.for_s);
     run(&mut command)
 }

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::say::say;
 use crate::workspace::{Failure, not_started};
 
 /// What a hook or an alias of git hands down and what would lead elsewhere.
@@ -199,7 +200,7 @@ impl Worktree {
 impl Drop for Worktree {
     fn drop(&mut self) {
         if let Err(failure) = self.repository.forget_worktree(&self.folder) {
-            eprintln!("warning: {} is left until the next call: {failure}", self.folder.display());
+            say!("warning: {} is left until the next call: {failure}", self.folder.display());
         }
     }
 }

@@ -12,6 +12,7 @@ use clap::Args;
 
 use crate::golden_tables::{CHANGES, ENTRY, TABLES, newest, signature, tables};
 use crate::reproduce::{CHAPTER5, pipeline};
+use crate::say::{print, say};
 use crate::workspace::{Failure, asperity, output, program, root, run};
 
 /// What the record starts with; entries follow.
@@ -65,7 +66,7 @@ pub(crate) fn command(arguments: &GoldenArguments) -> Result<(), Failure> {
     let is_signed =
         newest(&record()?) == Some(&*signature(&golden).map_err(|error| io("read", &golden, error))?);
     if !is_signed {
-        eprintln!("warning: {TABLES} are not those of the newest entry of {CHANGES}");
+        say!("warning: {TABLES} are not those of the newest entry of {CHANGES}");
     }
     let mut diff = asperity()?;
     diff.arg("diff")
@@ -76,15 +77,15 @@ pub(crate) fn command(arguments: &GoldenArguments) -> Result<(), Failure> {
         .arg(made.out.join("golden.html"));
     let compared =
         diff.output().map_err(|error| Failure::Io { what: "run asperity diff".to_owned(), error })?;
-    eprint!("{}", String::from_utf8_lossy(&compared.stderr));
+    print(format_args!("{}", String::from_utf8_lossy(&compared.stderr)));
     let summary = String::from_utf8_lossy(&compared.stdout).into_owned();
-    eprint!("{summary}");
+    print(format_args!("{summary}"));
     let code = compared.status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(2);
     match (&arguments.accept, code) {
         (Some(reason), 0) if !is_signed => accept(&made, reason, &summary),
         (Some(reason), 1) => accept(&made, reason, &summary),
         (Some(_), 0) => {
-            eprintln!("nothing to accept: the tables are the same");
+            say!("nothing to accept: the tables are the same");
             Ok(())
         }
         (_, 0) => Ok(()),
@@ -160,7 +161,7 @@ fn accept(made: &Made, reason: &str, summary: &str) -> Result<(), Failure> {
     let summary = summary.replace(&made.tables.display().to_string(), "the present code");
     let entry = entry(&signature, &made.code_version, reason, &summary);
     fs::write(&changes, with_entry(&before, &entry)).map_err(|error| io("write", &changes, error))?;
-    eprintln!("{TABLES} are those of the present code now; {CHANGES} says why");
+    say!("{TABLES} are those of the present code now; {CHANGES} says why");
     Ok(())
 }
 

@@ -1,12 +1,9 @@
 //! `cargo xtask`: everything about this workspace that takes more than one
 //! command. It drives cargo and the built `asperity` binary and links neither.
-
-#![expect(
-    clippy::print_stderr,
-    reason = "stdout belongs to the commands that are run; xtask speaks on stderr"
-)]
+//! Standard output belongs to the commands that are run; xtask speaks on stderr.
 
 mod against;
+mod attack;
 mod bench;
 mod ci;
 mod clients;
@@ -19,6 +16,7 @@ mod golden_tables;
 mod interrupt;
 mod reproduce;
 mod revision;
+mod say;
 mod seed;
 mod test;
 mod verify;
@@ -28,6 +26,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use say::say;
 use workspace::Failure;
 
 /// Automation of the Asperity workspace.
@@ -45,6 +44,7 @@ Examples:
   cargo xtask golden
   cargo xtask bench --against HEAD~1
   cargo xtask fuzz --for-s 600
+  cargo xtask attack --for-s 600
   cargo xtask ci"
 )]
 struct Arguments {
@@ -81,6 +81,8 @@ enum Command {
     Bench(bench::BenchArguments),
     /// Search for inputs that do harm; needs cargo-fuzz.
     Fuzz(fuzz::FuzzArguments),
+    /// Try from outside to break what the command promises of files.
+    Attack(attack::AttackArguments),
     /// Check everything that a change must pass.
     Ci(ci::CiArguments),
 }
@@ -98,6 +100,7 @@ fn main() -> ExitCode {
         Command::Golden(arguments) => golden::command(&arguments),
         Command::Bench(arguments) => bench::command(&arguments),
         Command::Fuzz(arguments) => fuzz::command(&arguments),
+        Command::Attack(arguments) => attack::command(&arguments),
         Command::Ci(arguments) => ci::command(&arguments),
     };
     match outcome {
@@ -105,7 +108,7 @@ fn main() -> ExitCode {
         // A command that ran and failed has said why.
         Err(Failure::Exit { code, .. }) => ExitCode::from(code),
         Err(failure) => {
-            eprintln!("error: {failure}");
+            say!("error: {failure}");
             ExitCode::from(failure.code())
         }
     }

@@ -12,6 +12,7 @@ use std::time::Instant;
 
 use crate::git::{Commit, Repository};
 use crate::interrupt;
+use crate::say::say;
 use crate::seed;
 use crate::workspace::{Failure, cargo, target_folder};
 
@@ -58,7 +59,7 @@ pub(crate) fn build(repository: &Repository, commit: &Commit) -> Result<PathBuf,
     let name = format!("asperity{}", env::consts::EXE_SUFFIX);
     let binary = folder.join(&name);
     if binary.exists() {
-        eprintln!("==> {}: built before", commit.title);
+        say!("==> {}: built before", commit.title);
         return Ok(binary);
     }
     let started = Instant::now();
@@ -66,8 +67,8 @@ pub(crate) fn build(repository: &Repository, commit: &Commit) -> Result<PathBuf,
     let libraries = seed::dependencies(&target_folder().join("debug"), &target.join("debug"))
         .map_err(io("write into"))?;
     match libraries {
-        0 => eprintln!("==> {}: building", commit.title),
-        _ => eprintln!("==> {}: building, with {libraries} libraries of this checkout", commit.title),
+        0 => say!("==> {}: building", commit.title),
+        _ => say!("==> {}: building, with {libraries} libraries of this checkout", commit.title),
     }
     interrupt::check()?;
     let checkout = repository.worktree(commit, &checkout_of(commit))?;
@@ -99,7 +100,7 @@ pub(crate) fn build(repository: &Repository, commit: &Commit) -> Result<PathBuf,
     fs::copy(target.join("debug").join(&name), &partial)
         .and_then(|_bytes| fs::rename(&partial, &binary))
         .map_err(io("write into"))?;
-    eprintln!("==> {}: built in {:.0} s", commit.title, started.elapsed().as_secs_f64());
+    say!("==> {}: built in {:.0} s", commit.title, started.elapsed().as_secs_f64());
     Ok(binary)
 }
 

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use crate::clients;
+use crate::say::say;
 use crate::workspace::{Failure, cargo, run};
 
 #[derive(Debug, Default, Args)]
@@ -29,7 +30,7 @@ pub(crate) fn command(arguments: &TestArguments) -> Result<(), Failure> {
                 tests.env(clients.variable, path);
             }
             Err(failure) => {
-                eprintln!("warning: no {} clients, tests go on without them: {failure}", clients.name);
+                say!("warning: no {} clients, tests go on without them: {failure}", clients.name);
                 tests.env_remove(clients.variable);
             }
         }

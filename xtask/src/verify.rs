@@ -5,6 +5,7 @@ use std::num::NonZeroUsize;
 use clap::Args;
 
 use crate::reproduce::{ALL, CHAPTER5, ParameterSet, pipeline};
+use crate::say::say;
 use crate::workspace::{Failure, asperity, run};
 
 #[derive(Debug, Args)]
@@ -37,7 +38,7 @@ pub(crate) fn command(arguments: &VerifyArguments) -> Result<(), Failure> {
         None => vec![ParameterSet::AsCoded, ParameterSet::AsStated],
     };
     for set in sets {
-        eprintln!("==> {}", set.word());
+        say!("==> {}", set.word());
         let mut asperity = asperity()?;
         asperity
             .args(["verify-solver", &pipeline(&arguments.pipeline), "--set"])

@@ -25,7 +25,10 @@ pub enum AnalysisError {
         /// Why.
         problem: String,
     },
-    /// A file could not be written.
+    /// A file cannot have its name, or could not be written.
+    #[error(transparent)]
+    File(#[from] asperity_files::FileError),
+    /// A table could not be written.
     #[error("{path}: {problem}")]
     Write {
         /// The file.

@@ -4,12 +4,11 @@
 use std::fs::File;
 use std::path::Path;
 
-use asperity_runlog::WholeFile;
-use polars::prelude::{
-    AnyValue, Column, DataFrame, NamedFrom, ParquetReader, ParquetWriter, SerReader, Series,
-};
+use asperity_files::FileSet;
+use polars::prelude::{AnyValue, Column, DataFrame, NamedFrom, ParquetWriter, Series};
 
 use crate::error::AnalysisError;
+use crate::parquet_table::ParquetTable;
 
 /// A cell of a table.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,18 +25,44 @@ pub enum Cell {
     Other(String),
 }
 
-/// Reads a Parquet file, column by column.
-///
-/// # Errors
-/// If it cannot be read.
-pub fn read(path: &Path) -> Result<Vec<(String, Vec<Cell>)>, AnalysisError> {
-    let problem = |problem: String| AnalysisError::Read { path: path.display().to_string(), problem };
-    let file = File::open(path).map_err(|error| problem(error.to_string()))?;
-    let table = ParquetReader::new(file).finish().map_err(|error| problem(error.to_string()))?;
-    let cells = |column: &Column| -> Result<Vec<Cell>, AnalysisError> {
-        (0..table.height()).map(|row| Ok(cell(&column.get(row)?))).collect()
-    };
-    table.columns().iter().map(|column| Ok((column.name().to_string(), cells(column)?))).collect()
+/// The rows of a Parquet file, one after the other.
+pub struct Rows {
+    table: ParquetTable,
+    /// The rows that are read, and the next of them.
+    part: DataFrame,
+    row: usize,
+}
+
+impl Rows {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// As [`ParquetTable::open`].
+    pub fn open(path: &Path) -> Result<Rows, AnalysisError> {
+        Ok(Rows { table: ParquetTable::open(path)?, part: DataFrame::empty(), row: 0 })
+    }
+
+    /// The names of the columns.
+    pub fn names(&self) -> &[String] {
+        self.table.names()
+    }
+
+    /// The next row, a cell for each column; none after the last.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn next_row(&mut self) -> Result<Option<Vec<Cell>>, AnalysisError> {
+        while self.row == self.part.height() {
+            match self.table.next_part()? {
+                Some(part) => (self.part, self.row) = (part, 0),
+                None => return Ok(None),
+            }
+        }
+        let cells = self.part.columns().iter().map(|column| Ok(cell(&column.get(self.row)?)));
+        let cells = cells.collect::<Result<_, AnalysisError>>()?;
+        self.row += 1;
+        Ok(Some(cells))
+    }
 }
 
 fn cell(value: &AnyValue<'_>) -> Cell {
@@ -52,9 +77,14 @@ fn cell(value: &AnyValue<'_>) -> Cell {
         AnyValue::Int64(whole) => signed(*whole),
         AnyValue::Int32(whole) => signed((*whole).into()),
         AnyValue::Boolean(flag) => Cell::Flag(*flag),
+        // For an error, of which nobody reads more.
+        AnyValue::String(text) => Cell::Other(text.chars().take(LONGEST_QUOTE).collect()),
         other => Cell::Other(other.to_string()),
     }
 }
+
+/// Characters of a text that are kept to be quoted.
+const LONGEST_QUOTE: usize = 1000;
 
 /// One match of a diff, as a row. Where several events of a side stand in it: the number of the
 /// first and of the last, the earliest onset, the latest end and the blocks of all.
@@ -98,22 +128,20 @@ pub struct MatchSide {
 /// Rows that are written at once.
 const BATCH: usize = 1 << 16;
 
-/// A Parquet file of matches that is being written, under a temporary name until it is whole.
+/// A Parquet file of matches that is being written.
 pub struct MatchFile {
-    whole: WholeFile,
     writer: polars::io::parquet::write::BatchedWriter<File>,
     rows: Vec<MatchRow>,
 }
 
 impl MatchFile {
-    /// Opens the file.
+    /// Opens the file, as one of a set.
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn create(path: &Path) -> Result<MatchFile, AnalysisError> {
-        let (whole, file) = WholeFile::create(path).map_err(|error| failed(path, error))?;
-        let writer = ParquetWriter::new(file).batched(frame(&[])?.schema())?;
-        Ok(MatchFile { whole, writer, rows: Vec::new() })
+    pub fn create(files: &FileSet, path: &Path) -> Result<MatchFile, AnalysisError> {
+        let writer = ParquetWriter::new(files.create(path)?).batched(frame(&[])?.schema())?;
+        Ok(MatchFile { writer, rows: Vec::new() })
     }
 
     /// Adds a row.
@@ -131,20 +159,15 @@ impl MatchFile {
         Ok(())
     }
 
-    /// Writes what is left and gives the file its name.
+    /// Writes what is left.
     ///
     /// # Errors
     /// If the file cannot be written.
     pub fn finish(mut self) -> Result<(), AnalysisError> {
         self.write()?;
         self.writer.finish()?;
-        let path = self.whole.path().to_owned();
-        self.whole.publish().map_err(|error| failed(&path, error))
+        Ok(())
     }
-}
-
-fn failed(path: &Path, error: std::io::Error) -> AnalysisError {
-    AnalysisError::Write { path: path.display().to_string(), problem: error.to_string() }
 }
 
 fn frame(rows: &[MatchRow]) -> Result<DataFrame, AnalysisError> {
@@ -180,11 +203,14 @@ fn frame(rows: &[MatchRow]) -> Result<DataFrame, AnalysisError> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cell, MatchFile, MatchRow, MatchSide, read};
+    use asperity_files::{Existing, FileSet, Inputs};
+
+    use super::{Cell, MatchFile, MatchRow, MatchSide, Rows};
 
     #[test]
     fn matches_read_back_as_they_were_written() {
-        let path = std::env::temp_dir().join(format!("asperity-matches-{}.parquet", std::process::id()));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("matches.parquet");
         let side = MatchSide {
             events: 2,
             event: 4,
@@ -203,19 +229,24 @@ mod tests {
             old,
             new,
         };
-        let mut file = MatchFile::create(&path).unwrap();
+        let files = FileSet::new(Existing::Refuse, Inputs::default());
+        let mut file = MatchFile::create(&files, &path).unwrap();
         // More than a batch, so that the second is written too.
         for _ in 0..super::BATCH {
             file.push(row(Some(side), None)).unwrap();
         }
         file.push(row(None, Some(MatchSide { end_s: Some(1.5), ..side }))).unwrap();
         file.finish().unwrap();
-        let columns = read(&path).unwrap();
-        std::fs::remove_file(&path).unwrap();
-        let get = |name: &str, row: usize| {
-            columns.iter().find(|(there, _)| there == name).map(|(_, cells)| cells[row].clone()).unwrap()
-        };
-        assert_eq!(columns[0].1.len(), super::BATCH + 1);
+        files.publish().unwrap();
+        let mut file = Rows::open(&path).unwrap();
+        let names = file.names().to_owned();
+        let mut rows = Vec::new();
+        while let Some(row) = file.next_row().unwrap() {
+            rows.push(row);
+        }
+        let get =
+            |name: &str, row: usize| rows[row][names.iter().position(|there| there == name).unwrap()].clone();
+        assert_eq!(rows.len(), super::BATCH + 1);
         assert_eq!(get("old_onset_s", 7), Cell::Number(0.1 + 0.2));
         assert_eq!(get("old_end_s", 7), Cell::Empty);
         assert_eq!(get("new_event", 7), Cell::Empty);

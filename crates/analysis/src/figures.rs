@@ -24,6 +24,7 @@ mod velocities;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use asperity_files::FileSet;
 use asperity_stream::at_once;
 use serde::Deserialize;
 
@@ -92,17 +93,18 @@ impl Figures {
         self.all().into_iter().map(|figure| figure.file())
     }
 
-    /// Draws all figures into a folder; `drawn` is called after each.
+    /// Draws all figures into a folder, as files of a set; `drawn` is called after each.
     pub(crate) fn draw(
         &self,
         runs: &BTreeMap<String, RunData>,
+        files: &FileSet,
         folder: &Path,
         drawn: &(dyn Fn() + Sync),
     ) -> Result<(), AnalysisError> {
         at_once(&self.all(), None, |figure| {
             let failed = |problem: String| AnalysisError::Figure { file: figure.file().to_owned(), problem };
             let sheet = figure.sheet(runs).map_err(failed)?;
-            sheet.write(&folder.join(figure.file())).map_err(failed)?;
+            sheet.write(&files.create_by_path(&folder.join(figure.file()))?).map_err(failed)?;
             drawn();
             Ok(())
         })
@@ -110,21 +112,24 @@ impl Figures {
     }
 }
 
+/// The files of [`draw_overview`].
+pub const OVERVIEW: [&str; 2] = ["load.png", "precursors.png"];
+
 /// Draws the two figures that any run allows: its load curve and its precursors
 /// beside the length law that its scenario calls for.
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn draw_overview(run: RunData, folder: &Path) -> Result<(), AnalysisError> {
+pub fn draw_overview(run: RunData, files: &FileSet, folder: &Path) -> Result<(), AnalysisError> {
     let name = run.name.clone();
     let label = name.clone();
     let law = asperity_model::analytic::LengthLaw::natural(&run.scenario);
     let figures = Figures {
-        load: vec![load::Load::of_run("load.png", &name)],
-        lengths: vec![lengths::Lengths::of_run("precursors.png", &name, label, law)],
+        load: vec![load::Load::of_run(OVERVIEW[0], &name)],
+        lengths: vec![lengths::Lengths::of_run(OVERVIEW[1], &name, label, law)],
         ..Figures::default()
     };
-    figures.draw(&BTreeMap::from([(name, run)]), folder, &|| {})
+    figures.draw(&BTreeMap::from([(name, run)]), files, folder, &|| {})
 }
 
 #[cfg(test)]

@@ -23,6 +23,9 @@
 //! - [`curves`]: what is read off a run for measures, tables and figures alike.
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
+//! - [`record`]: what tables and figures were made of, beside them.
+//! - `parquet_bounds`, [`parquet_table`]: Parquet of others, held against the length of its file
+//!   before polars reads it.
 //! - [`parquet_tables`]: what a log holds as Parquet, written as it is read.
 //! - [`event_file`]: event tables and matches of a diff as Parquet.
 //! - [`measure`]: single numbers read off a run.
@@ -39,9 +42,12 @@ pub mod figures;
 #[cfg(test)]
 mod made_up;
 pub mod measure;
+mod parquet_bounds;
+pub mod parquet_table;
 pub mod parquet_tables;
 pub mod pipeline;
 pub mod precursors;
+pub mod record;
 pub mod run_data;
 pub mod study;
 pub mod table_file;

@@ -1,10 +1,12 @@
 //! The TOML that says what to run, reduce and draw; and the reducing and drawing.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_model::analytic::LengthLaw;
+use asperity_record::bounds::check_toml;
 use asperity_stream::at_once;
 use polars::prelude::DataFrame;
 use serde::Deserialize;
@@ -15,7 +17,7 @@ use crate::figures::Figures;
 use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
 use crate::study::Study;
-use crate::{table_file, tables};
+use crate::{record, table_file, tables};
 
 /// A pipeline, as written.
 #[derive(Debug, Clone, Deserialize)]
@@ -67,6 +69,33 @@ pub struct PrecursorSpec {
     #[serde(default)]
     pub rules: PrecursorRules,
 }
+
+impl PrecursorSpec {
+    /// The name of its table.
+    fn table(&self) -> String {
+        table_of(&self.run, &format!("precursors-{}", self.law.file_word()))
+    }
+}
+
+/// The name of a table of one run.
+fn table_of(run: &str, what: &str) -> String {
+    format!("{run}.{what}")
+}
+
+/// The name of a table of several.
+fn study_table(study: &Study) -> String {
+    format!("study-{}", study.name)
+}
+
+/// What the record of a reduction is called after.
+const COMMAND: &str = "reproduce";
+
+/// The names of the tables that there is one of.
+const RESIDUALS: &str = "residuals";
+const FIRST_GLOBAL_SLIPS: &str = "first-global-slips";
+const CLAIMS: &str = "claims";
+/// The same claims as a page.
+const CLAIMS_PAGE: &str = "claims.md";
 
 /// What a reduction is busy with, in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -121,6 +150,7 @@ impl Pipeline {
     /// # Errors
     /// In words, with line and column where the TOML is at fault.
     pub fn parse(text: &str) -> Result<Pipeline, String> {
+        check_toml(text).map_err(|too_long| too_long.to_string())?;
         let pipeline: Pipeline = toml::from_str(text).map_err(|error| error.to_string())?;
         let mut names = std::collections::BTreeSet::new();
         for run in &pipeline.run {
@@ -160,6 +190,16 @@ impl Pipeline {
                 ));
             }
         }
+        // None takes the place of another.
+        let tables = pipeline.tables();
+        let tables = tables.iter().map(|table| ("table", table.as_str()));
+        let mut written = std::collections::BTreeSet::new();
+        for file in tables.chain(pipeline.figure.files().map(|file| ("figure file", file))) {
+            if !written.insert(file) {
+                let (what, name) = file;
+                return Err(format!("{what} {name:?} would be written twice (accepted: different names)"));
+            }
+        }
         for spec in &pipeline.precursors {
             spec.rules.check().map_err(|error| format!("precursors of {}: {error}", spec.run))?;
         }
@@ -169,8 +209,36 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// Reads the runs, and writes `tables/` and `figures/` into `out`. `watcher` is told of
-    /// every stage as it begins and of everything that is done in it.
+    /// The names of its tables, without their endings.
+    fn tables(&self) -> Vec<String> {
+        let of_runs =
+            self.run.iter().flat_map(|run| ["events", "load"].map(|what| table_of(&run.name, what)));
+        let singles = [
+            (!self.precursors.is_empty(), RESIDUALS),
+            (!self.first_global_slips.is_empty(), FIRST_GLOBAL_SLIPS),
+            (!self.claim.is_empty(), CLAIMS),
+        ];
+        of_runs
+            .chain(self.precursors.iter().map(PrecursorSpec::table))
+            .chain(self.study.iter().map(study_table))
+            .chain(singles.into_iter().filter(|(there, _)| *there).map(|(_, name)| name.to_owned()))
+            .collect()
+    }
+
+    /// All files that [`Pipeline::reduce`] writes into a folder, but for the record of them.
+    pub fn outputs(&self, out: &Path) -> Vec<PathBuf> {
+        let (tables, figures) = (out.join("tables"), out.join("figures"));
+        let mut outputs: Vec<PathBuf> =
+            self.tables().iter().flat_map(|name| table_file::paths(&tables, name)).collect();
+        outputs.extend((!self.claim.is_empty()).then(|| tables.join(CLAIMS_PAGE)));
+        outputs.extend(self.figure.files().map(|file| figures.join(file)));
+        outputs
+    }
+
+    /// Reads the runs, and writes `tables/`, `figures/` and last `reproduce.json`, which says what
+    /// they are, into `out`, in place of those that are there: all, or none if something fails. None of them is written over what was read,
+    /// `inputs` among it. `watcher` is told of every stage as it begins and of everything that is
+    /// done in it.
     ///
     /// # Errors
     /// If a log cannot be read, a figure lacks its data, or a file cannot be written.
@@ -178,33 +246,41 @@ impl Pipeline {
         &self,
         runs_folder: &Path,
         out: &Path,
+        mut inputs: Inputs,
         watcher: &mut (dyn FnMut(Progress) + Send),
     ) -> Result<(), AnalysisError> {
         let (table_folder, figure_folder) = (out.join("tables"), out.join("figures"));
-        for folder in [&table_folder, &figure_folder] {
-            std::fs::create_dir_all(folder).map_err(|error| AnalysisError::Write {
-                path: folder.display().to_string(),
-                problem: error.to_string(),
-            })?;
-        }
+        create_folder(&table_folder)?;
+        create_folder(&figure_folder)?;
+        let log = |spec: &RunSpec| runs_folder.join(format!("{}.mcap", spec.name));
+        inputs.add(self.run.iter().map(log));
+        let files = FileSet::new(Existing::Replace, inputs);
+        files.reserve(self.outputs(out))?;
+        files.reserve([record::path(out, COMMAND)])?;
         let counter = Counter::begin(Stage::Runs, self.run.len(), watcher);
         let runs = at_once(&self.run, None, |spec| {
-            let run = RunData::read(&spec.name, &runs_folder.join(format!("{}.mcap", spec.name)))?;
-            table_file::write(&table_folder, &format!("{}.events", run.name), &mut tables::events(&run)?)?;
-            table_file::write(&table_folder, &format!("{}.load", run.name), &mut tables::load_curve(&run)?)?;
+            let run = RunData::read(&spec.name, &log(spec))?;
+            let write = |what: &str, mut table: DataFrame| {
+                table_file::write(&files, &table_folder, &table_of(&run.name, what), &mut table)
+            };
+            write("events", tables::events(&run)?)?;
+            write("load", tables::load_curve(&run)?)?;
             counter.one_more();
             Ok::<_, AnalysisError>((spec.name.clone(), run))
         })?;
         let runs = BTreeMap::from_iter(runs);
-        self.write_tables(&runs, &table_folder, watcher)?;
+        self.write_tables(&runs, &files, &table_folder, watcher)?;
         let counter = Counter::begin(Stage::Figures, self.figure.files().count(), watcher);
-        self.figure.draw(&runs, &figure_folder, &|| counter.one_more())
+        self.figure.draw(&runs, &files, &figure_folder, &|| counter.one_more())?;
+        record::write(&files, out, COMMAND, runs.values(), self.outputs(out))?;
+        Ok(files.publish()?)
     }
 
     /// Writes the tables of several runs, and the claims.
     fn write_tables(
         &self,
         runs: &BTreeMap<String, RunData>,
+        files: &FileSet,
         folder: &Path,
         watcher: Watcher<'_>,
     ) -> Result<(), AnalysisError> {
@@ -214,34 +290,32 @@ impl Pipeline {
             self.precursors.len() + self.study.len() + singles.into_iter().filter(|&there| there).count();
         let counter = Counter::begin(Stage::Tables, of, watcher);
         let write = |name: &str, mut table: DataFrame| {
-            table_file::write(folder, name, &mut table)?;
+            table_file::write(files, folder, name, &mut table)?;
             counter.one_more();
             Ok::<_, AnalysisError>(())
         };
         let mut compared: Vec<(&RunData, LengthLaw, PrecursorRules)> = Vec::new();
-        for PrecursorSpec { run, law, rules } in &self.precursors {
+        for spec in &self.precursors {
+            let PrecursorSpec { run, law, rules } = spec;
             let run = &runs[run];
-            let name = format!("{}.precursors-{}", run.name, law.file_word());
-            write(&name, tables::precursors(run, *law, rules)?)?;
+            write(&spec.table(), tables::precursors(run, *law, rules)?)?;
             compared.push((run, *law, *rules));
         }
         if !compared.is_empty() {
-            write("residuals", tables::residual_table(&compared)?)?;
+            write(RESIDUALS, tables::residual_table(&compared)?)?;
         }
         if !self.first_global_slips.is_empty() {
             let all: Vec<&RunData> = self.first_global_slips.iter().map(|run| &runs[run]).collect();
-            write("first-global-slips", tables::first_global_slips(&all)?)?;
+            write(FIRST_GLOBAL_SLIPS, tables::first_global_slips(&all)?)?;
         }
         for study in &self.study {
-            write(&format!("study-{}", study.name), study.table(runs)?)?;
+            write(&study_table(study), study.table(runs)?)?;
         }
         if !self.claim.is_empty() {
             let outcomes = claims::judge(&self.claim, runs);
-            write("claims", claims::table(&outcomes)?)?;
+            write(CLAIMS, claims::table(&outcomes)?)?;
             let page = claims::markdown(&self.title, &outcomes, runs);
-            table_file::published(&folder.join("claims.md"), |mut file| {
-                std::io::Write::write_all(&mut file, page.as_bytes()).map_err(|error| error.to_string())
-            })?;
+            files.write(&folder.join(CLAIMS_PAGE), page)?;
         }
         Ok(())
     }

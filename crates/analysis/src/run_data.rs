@@ -27,6 +27,8 @@ pub struct RunData {
     pub windows: Vec<WindowRecord>,
     /// Slip events, in order.
     pub slips: Vec<SlipEvent>,
+    /// What of the run is missing, where the log does not hold all of it.
+    pub lacks: Option<String>,
 }
 
 impl RunData {
@@ -35,8 +37,25 @@ impl RunData {
     /// # Errors
     /// If the log is damaged, incomplete, or holds what cannot be understood.
     pub fn read(name: &str, path: &Path) -> Result<RunData, AnalysisError> {
+        let data = RunData::read_part(name, path)?;
+        match data.lacks {
+            None => Ok(data),
+            Some(problem) => Err(AnalysisError::Run { run: path.display().to_string(), problem }),
+        }
+    }
+
+    /// Reads what there is in a run log that ends too early or was salvaged, see
+    /// [`RunData::lacks`].
+    ///
+    /// # Errors
+    /// If the log is damaged, or holds what cannot be understood.
+    pub fn read_part(name: &str, path: &Path) -> Result<RunData, AnalysisError> {
         let understood = |problem: String| AnalysisError::Run { run: path.display().to_string(), problem };
         let mut reader = RunReader::open(path, Topics::ALL)?;
+        // Of a log that breaks off so early, or was salvaged without it, no scenario says what it is of.
+        if reader.scenario_toml().is_empty() {
+            return Err(understood("it has no attachment `scenario.toml`".to_owned()));
+        }
         let source =
             ScenarioSource::new(format!("{}: scenario.toml", path.display()), reader.scenario_toml());
         let scenario = Scenario::resolve(&source).map_err(|errors| understood(errors.to_string()))?;
@@ -57,8 +76,18 @@ impl RunData {
             fields: Vec::new(),
             windows: Vec::new(),
             slips: Vec::new(),
+            lacks: None,
         };
-        while let Some(item) = reader.next_item()? {
+        loop {
+            let item = match reader.next_item() {
+                Ok(Some(item)) => item,
+                Ok(None) => break,
+                Err(error) if error.problem.is_early_end() => {
+                    data.lacks = Some(error.problem.to_string());
+                    break;
+                }
+                Err(error) => return Err(error.into()),
+            };
             match item {
                 LogItem::Record(Record::Step(record)) => data.steps.push(record),
                 LogItem::Record(Record::Fields(record)) => data.fields.push(record),

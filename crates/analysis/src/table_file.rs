@@ -2,27 +2,32 @@
 
 use std::fs::File;
 use std::io::{self, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use asperity_export::{CsvRows, Spelling};
+use asperity_files::FileSet;
 use asperity_record::Cell;
-use asperity_runlog::WholeFile;
-use polars::prelude::{AnyValue, DataFrame, ParquetReader, ParquetWriter, SerReader};
+use polars::prelude::{AnyValue, DataFrame, ParquetWriter};
 
 use crate::error::AnalysisError;
+use crate::parquet_table::ParquetTable;
 
-/// Writes `NAME.csv` and `NAME.parquet` into a folder, each under a temporary
-/// name until it is whole.
+/// Writes `NAME.csv` and `NAME.parquet` into a folder, as files of a set.
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn write(folder: &Path, name: &str, table: &mut DataFrame) -> Result<(), AnalysisError> {
-    published(&folder.join(format!("{name}.csv")), |file| {
-        write_csv(file, table).map_err(|error| error.to_string())
-    })?;
-    published(&folder.join(format!("{name}.parquet")), |file| {
-        ParquetWriter::new(file).finish(table).map(|_bytes| ()).map_err(|error| error.to_string())
-    })
+pub fn write(files: &FileSet, folder: &Path, name: &str, table: &mut DataFrame) -> Result<(), AnalysisError> {
+    let failed =
+        |path: &Path, problem: String| AnalysisError::Write { path: path.display().to_string(), problem };
+    let [csv, parquet] = paths(folder, name);
+    write_csv(files.create(&csv)?, table).map_err(|error| failed(&csv, error.to_string()))?;
+    let written = ParquetWriter::new(files.create(&parquet)?).finish(table);
+    written.map(drop).map_err(|error| failed(&parquet, error.to_string()))
+}
+
+/// The files of a table.
+pub fn paths(folder: &Path, name: &str) -> [PathBuf; 2] {
+    ["csv", "parquet"].map(|ending| folder.join(format!("{name}.{ending}")))
 }
 
 /// What every Parquet file starts with.
@@ -38,27 +43,52 @@ pub fn is_parquet(path: &Path) -> io::Result<bool> {
     Ok(start == PARQUET)
 }
 
-/// Reads a table that was written as Parquet.
-///
-/// # Errors
-/// If the file cannot be read or is damaged.
-pub fn read_parquet(path: &Path) -> Result<DataFrame, AnalysisError> {
-    let problem = |problem: String| AnalysisError::Read { path: path.display().to_string(), problem };
-    let file = File::open(path).map_err(|error| problem(error.to_string()))?;
-    ParquetReader::new(file).finish().map_err(|error| problem(error.to_string()))
+/// A table that cannot be printed.
+#[derive(Debug, thiserror::Error)]
+pub enum PrintError {
+    /// It cannot be read.
+    #[error(transparent)]
+    Table(#[from] AnalysisError),
+    /// The output cannot be written.
+    #[error(transparent)]
+    Output(#[from] io::Error),
 }
 
-/// Writes a file under a temporary name and renames it once it is whole.
-pub(crate) fn published(
-    path: &Path,
-    write: impl FnOnce(File) -> Result<(), String>,
-) -> Result<(), AnalysisError> {
-    let outcome = WholeFile::create(path).map_err(|error| error.to_string()).and_then(|(whole, file)| {
-        write(file)?;
-        whole.publish().map_err(|error| error.to_string())
-    });
-    outcome.map_err(|problem| AnalysisError::Write { path: path.display().to_string(), problem })
+/// Prints a table that was written as Parquet as [`write_csv`] would have written it, up to where
+/// it can be read.
+///
+/// # Errors
+/// If `out` cannot be written, the file is damaged, or has columns of a kind that no table here
+/// has.
+pub fn print_parquet(out: impl Write, path: &Path) -> Result<(), PrintError> {
+    let mut table = ParquetTable::open(path)?;
+    let mut rows = CsvRows::headed(out, table.names().iter().map(String::as_str), Spelling::Plain)?;
+    let mut text_bytes = 0;
+    while let Some(part) = table.next_part()? {
+        for row in 0..part.height() {
+            let cells = part.columns().iter().map(|column| text(&column.get(row).map_err(io::Error::other)?));
+            let cells: Vec<String> =
+                cells.collect::<io::Result<_>>().map_err(|error| table.problem(error.to_string()))?;
+            // A text may stand in the file once and in the table in every row.
+            text_bytes +=
+                cells.iter().map(|cell| cell.len() as u64).filter(|length| *length > LONG_BYTES).sum::<u64>();
+            if text_bytes > table.most_text {
+                return Err(table
+                    .problem(format!(
+                        "its long texts have more than {} bytes in all (accepted: 8 for each byte of the file and \
+                         8000000)",
+                        table.most_text
+                    ))
+                    .into());
+            }
+            rows.push_texts(cells)?;
+        }
+    }
+    Ok(rows.finish().map(drop)?)
 }
+
+/// No number is longer, and no word of ours.
+const LONG_BYTES: u64 = 32;
 
 /// Writes a table as CSV, the same text whatever the table was read from.
 ///

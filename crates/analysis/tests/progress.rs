@@ -38,7 +38,9 @@ fn every_stage_is_told_from_its_beginning_to_its_end() {
     let out = tempfile::tempdir().expect("a temporary folder can be made");
     let pipeline = Pipeline::parse(PIPELINE).expect("the pipeline is sound");
     let mut told = Vec::new();
-    pipeline.reduce(&runs, out.path(), &mut |progress| told.push(progress)).expect("the logs can be reduced");
+    pipeline
+        .reduce(&runs, out.path(), asperity_files::Inputs::default(), &mut |progress| told.push(progress))
+        .expect("the logs can be reduced");
     // The precursors, their residuals, the first global slips and the study.
     let expected: Vec<Progress> = [(Stage::Runs, 2), (Stage::Tables, 4), (Stage::Figures, 1)]
         .into_iter()

@@ -29,10 +29,13 @@ Examples:
   asperity reduce out/mine.mcap -o out/mine
 
 Exit codes:
-  0    success
-  1    failure; or a replay gave other events, two runs differ, a log is
-       incomplete
-  2    bad input, nothing was written; or a file is damaged or not a run log
+  0    done; the logs are whole, or the same
+  1    failure; or a replay gave other events, two runs differ
+  2    bad input, nothing was written; or a file is not a run log
+  3    a log is incomplete
+  4    a log is damaged
+  5    a log is salvaged with gaps
+  6    check: a log is by other code or detectors
   130  interrupted by SIGINT; the log was closed as RUN.mcap.partial
   143  interrupted by SIGTERM, likewise
 A second signal stops at once."
@@ -54,7 +57,7 @@ pub(crate) enum Command {
     Run(RunArguments),
     /// Print the slip events of a run.
     Events(EventsArguments),
-    /// Check whether run logs are whole, incomplete or damaged.
+    /// Check what run logs are worth: whole, incomplete, damaged ...
     Check(CheckArguments),
     /// Recover what is left of a damaged log.
     Salvage(SalvageArguments),
@@ -95,7 +98,7 @@ Examples:
 #[derive(Debug, Args)]
 pub(crate) struct ScenarioChoice {
     /// Name of a built-in scenario, path of a TOML file, or a run log, for its scenario.
-    pub(crate) scenario: String,
+    pub(crate) scenario: PathBuf,
     /// Override one key. May be repeated; the last one wins.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
@@ -129,7 +132,8 @@ pub(crate) struct RunArguments {
     /// Continue the run in RUN.mcap.partial, or start it if there is none.
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Shortest wall-clock time between two checkpoints, in seconds.
+    /// Shortest wall-clock time between two checkpoints, in seconds. Below 1 s, they take up to
+    /// 16 MB, and from then on 0.1 MB per second.
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0)]
     pub(crate) checkpoint_s: f64,
 }
@@ -167,7 +171,14 @@ Examples:
   asperity events out/chapter5/tables/default.events.parquet
 
 As a filter for `git diff` of run logs and Parquet tables:
-  git config diff.asperity.textconv 'asperity events'")]
+  git config diff.asperity.textconv 'asperity events'
+
+Exit codes:
+  0  all events of the run were printed
+  1  failure
+  2  the file is not a run log
+  3, 4, 5  the log is incomplete, damaged or salvaged with gaps, and its events
+           were printed as far as it is sound; see asperity check")]
 pub(crate) struct EventsArguments {
     /// The run log, or any of the Parquet tables, which are printed as CSV.
     #[arg(value_name = "RUN.mcap")]
@@ -182,6 +193,7 @@ pub(crate) struct EventsArguments {
 Examples:
   asperity check out/mine.mcap
   asperity check out/chapter5/runs/*.mcap
+  asperity check out/doubted.mcap --again
 
 Reads every byte and checks the structure and checksums of the file, every
 message against its schema, and the order of steps and their times; that all
@@ -189,14 +201,25 @@ numbers are finite, that switches fit the state of their blocks, that the
 events follow from the step records, and that counts and digests are those
 stated at the end of the log.
 
-Exit codes:
-  0  all are whole
-  1  some are incomplete, but sound up to where they end
-  2  some are damaged, or are not run logs")]
+A log of this very program is also compared with its own scenario: what is
+recorded and when, loads and thresholds, the state at the start. --again makes
+its run again and compares every record, which takes as long as the run.
+
+Exit codes, that of the worst of several logs; this is their order:
+  0  whole: all of its run, by this program with its detectors
+  6  by other code or detectors: all of its run, made by another version of the
+     program, or with detectors more or fewer
+  3  incomplete: sound up to where it ends
+  5  salvaged with gaps: what asperity salvage left of a damaged one
+  2  not a run log
+  4  damaged")]
 pub(crate) struct CheckArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
     pub(crate) runs: Vec<PathBuf>,
+    /// Make the runs of this very program again, and compare every record.
+    #[arg(long)]
+    pub(crate) again: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -247,7 +270,8 @@ A policy (TOML) says what passes:
 Exit codes:
   0  nothing differs except what the policy allows
   1  something differs, or a run has no counterpart
-  2  the two sides cannot be compared")]
+  2  the two sides cannot be compared
+  3, 4, 5  a log is incomplete, damaged or salvaged with gaps (asperity check)")]
 pub(crate) struct DiffArguments {
     /// The old side: a run log, an event table (.csv, .parquet), a folder of either, or an
     /// output of asperity reproduce.
@@ -289,10 +313,16 @@ Examples:
 Keeps every record, before and after the damage, that an independent checksum
 or schema confirms: chunks and attachments by their checksums, the header by
 the scenario, each message by its schema, each step by having all its switches.
-Prints what was lost: bytes, messages of each topic, steps. The new log has the
-status `salvaged`, so no command mistakes it for a whole log. To finish an
+Prints what was lost: bytes, messages of each topic, steps. The new log is
+salvaged with gaps, and no command mistakes it for a whole one. To finish an
 unfinished run, use asperity run --resume. If the scenario of a damaged log is
-known, it is better to repeat the run.")]
+known, it is better to repeat the run.
+
+Exit codes:
+  0  salvaged, or there is nothing to salvage: it holds all of its run
+  1  failure
+  2  it is not a run log, or the output exists
+  3, 4  it is incomplete or damaged, and nothing can be made of it")]
 pub(crate) struct SalvageArguments {
     /// The damaged log.
     #[arg(value_name = "DAMAGED.mcap")]
@@ -316,7 +346,14 @@ A settings file says what differs from a live run; every line is optional:
   min_blocks = 2                   # leave out events of fewer distinct blocks
 Other settings give other events, so nothing is compared then. --out writes
 NAME.onsets.csv, NAME.events.csv and NAME.global-slips.csv for each run, and
-replay.json with the settings and the logs that were replayed.")]
+replay.json with the settings and the logs that were replayed.
+
+Exit codes:
+  0  all events are the same as logged, or nothing was compared
+  1  other events, or a failure
+  2  bad input; a file is not a run log
+  3, 4, 5  a log is incomplete, damaged or salvaged with gaps, and was left out;
+           see asperity check")]
 pub(crate) struct ReplayArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
@@ -355,11 +392,18 @@ Examples:
   asperity export out/chapter5/runs/*.mcap --to parquet -o out/tables
 
 Writes one file per topic (NAME.step.parquet for /step of NAME.mcap), and
-NAME.export.json with the header and scenario of the run, the columns with their
-units, and the number of rows of each file. Tables are long: states of all
-blocks (/fields, /window) have one row per block. The whole log is read and
-checked, whichever part is exported. A log that is incomplete or damaged is
-exported as far as it is sound; the exit code is then 1.")]
+NAME.FORMAT.export.json with the header and scenario of the run, the columns
+with their units, and the number of rows of each file. Tables are long: states
+of all blocks (/fields, /window) have one row per block. The whole log is read
+and checked, whichever part is exported.
+
+Exit codes:
+  0  all of every log is exported
+  1  failure
+  2  bad input; a file is not a run log
+  3  a log is incomplete, and exported up to its end
+  4  a log is damaged, and exported up to the damage
+  5  a log is salvaged with gaps, and exported around them")]
 pub(crate) struct ExportArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
@@ -392,7 +436,15 @@ pub(crate) struct ExportArguments {
 #[command(after_help = "\
 Examples:
   asperity reduce out/mine.mcap -o out/mine
-  asperity reduce out/mine.mcap -o out/sifted --merge-gap-s 1e-4 --min-blocks 2")]
+  asperity reduce out/mine.mcap -o out/sifted --merge-gap-s 1e-4 --min-blocks 2
+
+Exit codes:
+  0  done
+  1  failure
+  2  bad input; a file is not a run log
+  3, 5  the log is incomplete or salvaged with gaps: tables and figures are of
+        what there is, and what-is-missing.txt says so
+  4  the log is damaged; nothing was written")]
 pub(crate) struct ReduceArguments {
     /// The run log.
     #[arg(value_name = "RUN.mcap")]
@@ -416,8 +468,12 @@ Examples:
   asperity reproduce pipelines/chapter5.toml -o out/chapter5-as-stated \\
     --set parameter_set=as-stated
 
-Runs already in the folder are reused if their scenario, the solver and the code
-that made them are the same; --fresh repeats them.")]
+Runs already in the folder are reused if their logs are whole (see asperity
+check: made by this very program with its detectors). Those that are not are
+made again, and a line says why; those of another scenario or solver only with
+--fresh, which repeats all. Tables and figures are replaced together;
+reproduce.json says what they were made of. One process at a time writes into
+the folder.")]
 pub(crate) struct ReproduceArguments {
     /// The pipeline.
     #[arg(value_name = "PIPELINE.toml")]
@@ -428,7 +484,7 @@ pub(crate) struct ReproduceArguments {
     /// Override one key in every run of the pipeline.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Repeat runs that are already in the folder.
+    /// Repeat runs that are already in the folder, and replace those of other scenarios.
     #[arg(long)]
     pub(crate) fresh: bool,
     /// The solver to use; both give the same events.

@@ -1,29 +1,18 @@
 //! `asperity check`.
 
-use std::io::{self, Write};
-
-use asperity_run::Verdict;
+use asperity_run::{Checked, check, check_again};
 
 use crate::args::CheckArguments;
 use crate::exit::{self, Code, Failure};
+use crate::terminal;
 
 pub(crate) fn command(arguments: &CheckArguments) -> Result<(), Failure> {
-    let mut worst = Verdict::Whole;
+    let mut codes = Vec::new();
     for run in &arguments.runs {
-        let checked = asperity_run::check(run);
+        let checked: Checked = if arguments.again { check_again(run) } else { check(run) };
         let what = checked.to_string();
-        let (verdict, what) = (checked.verdict, exit::shortened(&what));
-        let mut out = io::stdout().lock();
-        match verdict {
-            // The sentence says it already.
-            Verdict::NoRunLog => writeln!(out, "{}: {what}", run.display())?,
-            _ => writeln!(out, "{}: {}: {what}", run.display(), verdict.word())?,
-        }
-        worst = worst.max(verdict);
+        terminal::say(format_args!("{}: {}", run.display(), exit::shortened(&what)))?;
+        codes.push(Code::from(checked.verdict));
     }
-    match worst {
-        Verdict::Whole => Ok(()),
-        Verdict::Incomplete => Err(Failure::Said(Code::Failed)),
-        Verdict::Damaged | Verdict::NoRunLog => Err(Failure::Said(Code::BadInput)),
-    }
+    Code::worst(codes).said()
 }

@@ -11,5 +11,7 @@ pub(crate) fn command(arguments: &CompletionsArguments) -> Result<(), Failure> {
     // Into memory first: the generator panics where its output cannot be written.
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Arguments::command(), "asperity", &mut script);
-    Ok(io::stdout().lock().write_all(&script)?)
+    let mut out = io::stdout().lock();
+    out.write_all(&script)?;
+    Ok(out.flush()?)
 }

@@ -3,24 +3,29 @@
 //! there is nothing to compare or it cannot be read.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use asperity_compare::sides;
 use asperity_compare::{CompareError, Compared, Settings, compare};
 use asperity_diff::policy::Policy;
 use asperity_diff::report::{Report, Verdict};
 use asperity_diff::{page, summary};
+use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::text;
-use asperity_runlog::WholeFile;
 
 use crate::args::{DiffArguments, DiffFormat, PairBy};
-use crate::exit::{Code, Failure};
+use crate::exit::{self, Code, Failure};
+use crate::judge;
+use crate::outputs::refused;
+use crate::terminal;
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     let settings = settings(arguments)?;
-    outputs_are_free(arguments)?;
+    let files = outputs(arguments)?;
+    let told = |error: FileError| refused("", &error, true);
+    hold_all(arguments)?;
     let Compared { report, draft } =
-        compare(&arguments.old, &arguments.new, &settings).map_err(as_failure)?;
+        compare(&arguments.old, &arguments.new, &settings, &files).map_err(as_failure)?;
     if let Some(path) = &arguments.draft_policy {
         let text = format!(
             "# The tightest policy under which {} passes against {}.\n{}",
@@ -28,11 +33,12 @@ pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
             report.old,
             draft.policy(settings.policy.window_s).to_toml()
         );
-        write(path, &text)?;
+        files.write(path, text).map_err(told)?;
     }
     if let Some(path) = &arguments.page {
-        write(path, &page::page(&report))?;
+        files.write(path, page::page(&report)).map_err(told)?;
     }
+    files.publish().map_err(told)?;
     print(&report, arguments.format)?;
     match report.verdict {
         Verdict::WithinPolicy => Ok(()),
@@ -40,28 +46,31 @@ pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     }
 }
 
-/// Makes sure that nothing would be written over what is there: never over an input.
-fn outputs_are_free(arguments: &DiffArguments) -> Result<(), Failure> {
+/// Makes sure that every run log on either side holds all of its run. Which program made it is what
+/// the comparison is for.
+fn hold_all(arguments: &DiffArguments) -> Result<(), Failure> {
+    let mut logs = Vec::new();
+    for side in [&arguments.old, &arguments.new] {
+        logs.extend(sides::logs(side).map_err(|error| as_failure(error.into()))?);
+    }
+    let judged = exit::each_of(&logs, None, |log| judge::holds_all(log))?;
+    Code::worst(judged.into_iter().filter_map(Result::err)).said()
+}
+
+/// What is to be written, whose names must be free: never those of an input.
+fn outputs(arguments: &DiffArguments) -> Result<FileSet, Failure> {
+    let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
+    let inputs = [Some(&arguments.old), Some(&arguments.new), arguments.policy.as_ref()];
+    let files = FileSet::new(existing, Inputs::of(inputs.into_iter().flatten()));
     let outputs = [
         ("--draft-policy", arguments.draft_policy.clone()),
         ("--page", arguments.page.clone()),
         ("--matches", matches_file(arguments)),
     ];
-    let inputs = [Some(&arguments.old), Some(&arguments.new), arguments.policy.as_ref()];
-    let same =
-        |a: &Path, b: &Path| a.canonicalize().ok().zip(b.canonicalize().ok()).is_some_and(|(a, b)| a == b);
     for (option, path) in outputs {
-        let Some(path) = path.filter(|path| path.is_file()) else { continue };
-        let is_input = inputs.iter().flatten().any(|input| same(input, &path));
-        if is_input || !arguments.force {
-            let accepted = if is_input { "another file" } else { "another file, or --force" };
-            return Err(Failure::BadInput(format!(
-                "{option} {} exists already (accepted: {accepted})",
-                path.display()
-            )));
-        }
+        files.reserve(path).map_err(|error| refused(option, &error, true))?;
     }
-    Ok(())
+    Ok(files)
 }
 
 fn settings(arguments: &DiffArguments) -> Result<Settings, Failure> {
@@ -102,27 +111,26 @@ fn matches_file(_arguments: &DiffArguments) -> Option<PathBuf> {
 }
 
 fn as_failure(error: CompareError) -> Failure {
-    if error.is_of_output() { Failure::failed(error) } else { Failure::bad_input(error) }
-}
-
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    WholeFile::write(path, text)
-        .map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))
+    match error {
+        CompareError::File(error) => refused("", &error, true),
+        error if error.is_of_output() => Failure::failed(error),
+        error => Failure::bad_input(error),
+    }
 }
 
 fn print(report: &Report, format: DiffFormat) -> Result<(), Failure> {
-    let mut out = io::BufWriter::new(io::stdout().lock());
     match format {
         DiffFormat::Text => {
             for line in summary::lines(report) {
-                writeln!(out, "{line}")?;
+                terminal::say(line)?;
             }
         }
         DiffFormat::Json => {
+            let mut out = io::BufWriter::new(terminal::data());
             serde_json::to_writer_pretty(&mut out, report).map_err(|error| Failure::Output(error.into()))?;
             writeln!(out)?;
+            out.flush()?;
         }
     }
-    out.flush()?;
     Ok(())
 }

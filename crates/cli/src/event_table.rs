@@ -1,15 +1,16 @@
 //! Events as tables: CSV with one header line, numbers in full precision, or a JSON array.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use asperity_export::{CsvRows, Spelling};
+use asperity_files::FileSet;
 use asperity_record::{Event, EventKind, EventPayload, SlipEvent};
-use asperity_runlog::WholeFile;
 
 use crate::args::TableFormat;
 use crate::exit::Failure;
+use crate::outputs::refused;
 
 /// The row of an event, as its kind reads it.
 fn add(rows: &mut CsvRows<impl Write>, kind: &EventKind, event: &Event) -> Result<(), Failure> {
@@ -18,48 +19,69 @@ fn add(rows: &mut CsvRows<impl Write>, kind: &EventKind, event: &Event) -> Resul
     rows.push(&row).map_err(Failure::Output)
 }
 
-/// The tables of one run, each in a file that bears its name only once it is whole.
-pub(crate) struct EventTables {
-    tables: Vec<(EventKind, WholeFile, CsvRows<BufWriter<File>>)>,
+/// The tables of one run, files of a set. Unless they are finished, they are taken back.
+pub(crate) struct EventTables<'a> {
+    files: &'a FileSet,
+    tables: Vec<Table>,
 }
 
-impl EventTables {
+struct Table {
+    kind: EventKind,
+    path: PathBuf,
+    rows: CsvRows<BufWriter<File>>,
+}
+
+impl EventTables<'_> {
     /// Where the table of a run of that name goes, for events of a kind.
     fn path(out: &Path, name: &str, kind: &EventKind) -> PathBuf {
         out.join(format!("{name}.{}.csv", kind.table))
     }
 
     /// Begins them.
-    pub(crate) fn create(out: &Path, name: &str, kinds: Vec<EventKind>) -> Result<EventTables, Failure> {
-        let tables = kinds.into_iter().map(|kind| {
+    pub(crate) fn create<'a>(
+        files: &'a FileSet,
+        out: &Path,
+        name: &str,
+        kinds: Vec<EventKind>,
+    ) -> Result<EventTables<'a>, Failure> {
+        let mut begun = EventTables { files, tables: Vec::new() };
+        for kind in kinds {
             let path = EventTables::path(out, name, &kind);
-            let at = |error: io::Error| not_written(&path, &Failure::Output(error));
-            let (whole, file) = WholeFile::create(&path).map_err(at)?;
-            let rows = CsvRows::new(BufWriter::new(file), kind.columns, Spelling::Scientific).map_err(at)?;
-            Ok((kind, whole, rows))
-        });
-        Ok(EventTables { tables: tables.collect::<Result<_, Failure>>()? })
+            let file = files.create(&path).map_err(|error| refused("--out", &error, false))?;
+            let rows = CsvRows::new(BufWriter::new(file), kind.columns, Spelling::Scientific)
+                .map_err(|error| not_written(&path, &Failure::Output(error)))?;
+            begun.tables.push(Table { kind, path, rows });
+        }
+        Ok(begun)
     }
 
     /// Adds an event to its table.
     pub(crate) fn write(&mut self, event: &Event) -> Result<(), Failure> {
-        let table = self.tables.iter_mut().find(|(kind, ..)| kind.topic == event.topic);
-        match table {
-            Some((kind, whole, rows)) => {
-                add(rows, kind, event).map_err(|failure| not_written(whole.path(), &failure))
+        match self.tables.iter_mut().find(|table| table.kind.topic == event.topic) {
+            Some(Table { kind, path, rows }) => {
+                add(rows, kind, event).map_err(|failure| not_written(path, &failure))
             }
             None => Ok(()),
         }
     }
 
-    /// Gives the tables their names.
-    pub(crate) fn publish(self) -> Result<(), Failure> {
-        for (_, whole, rows) in self.tables {
-            let path = whole.path().to_owned();
-            let written = rows.finish().and_then(|_file| whole.publish());
-            written.map_err(|error| not_written(&path, &Failure::Output(error)))?;
+    /// Ends them.
+    pub(crate) fn finish(mut self) -> Result<(), Failure> {
+        let mut finished = Vec::new();
+        while let Some(Table { path, rows, .. }) = self.tables.pop() {
+            finished.push(path.clone());
+            if let Err(error) = rows.finish() {
+                finished.iter().for_each(|path| self.files.discard(path));
+                return Err(not_written(&path, &Failure::Output(error)));
+            }
         }
         Ok(())
+    }
+}
+
+impl Drop for EventTables<'_> {
+    fn drop(&mut self) {
+        self.tables.iter().for_each(|table| self.files.discard(&table.path));
     }
 }
 

@@ -3,32 +3,34 @@
 use std::io;
 
 #[cfg(feature = "analysis")]
-use asperity_analysis::table_file;
+use asperity_analysis::table_file::{self, PrintError};
 use asperity_runlog::{LogItem, RunReader, Topics};
 
 use crate::args::EventsArguments;
 use crate::event_table::Printed;
 use crate::exit::Failure;
+use crate::judge;
+use crate::progress::Board;
+use crate::terminal;
 
-/// Prints them up to where the log is sound; if that is not its end, the command fails.
-pub(crate) fn command(arguments: &EventsArguments) -> Result<(), Failure> {
+/// Prints them up to where the log is sound, and then what it is worth.
+pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), Failure> {
     // What cannot be read is told when it is read as a log.
     #[cfg(feature = "analysis")]
     if table_file::is_parquet(&arguments.run).unwrap_or(false) {
         return print_table(arguments);
     }
-    let mut reader = RunReader::open(&arguments.run, Topics::EVENTS).map_err(Failure::failed)?;
-    let mut printed = Printed::begin(arguments.format, io::stdout().lock())?;
-    let outcome = loop {
-        match reader.next_item() {
-            Ok(Some(LogItem::Event(event))) => printed.event(&event)?,
-            Ok(Some(LogItem::Record(_))) => unreachable!("only events were asked for"),
-            Ok(None) => break Ok(()),
-            Err(error) => break Err(Failure::failed(error)),
+    let checked = judge::readable(&arguments.run)?;
+    let mut printed = Printed::begin(arguments.format, terminal::data())?;
+    if let Ok(mut reader) = RunReader::open(&arguments.run, Topics::EVENTS) {
+        for _ in 0..checked.seen.events {
+            // Where it cannot be read on, the verdict says so.
+            let Ok(Some(LogItem::Event(event))) = reader.next_item() else { break };
+            printed.event(&event)?;
         }
-    };
+    }
     printed.finish()?;
-    outcome
+    judge::tell(&arguments.run, &checked, board)
 }
 
 /// A Parquet table, of slip events or any other, as the CSV file beside it reads.
@@ -40,8 +42,11 @@ fn print_table(arguments: &EventsArguments) -> Result<(), Failure> {
             arguments.run.display()
         )));
     }
-    let table = table_file::read_parquet(&arguments.run).map_err(Failure::failed)?;
-    let mut out = io::BufWriter::new(io::stdout().lock());
-    table_file::write_csv(&mut out, &table)?;
-    Ok(io::Write::flush(&mut out)?)
+    let mut out = io::BufWriter::new(terminal::data());
+    let printed = table_file::print_parquet(&mut out, &arguments.run);
+    io::Write::flush(&mut out)?;
+    printed.map_err(|error| match error {
+        PrintError::Table(error) => Failure::failed(error),
+        PrintError::Output(error) => Failure::Output(error),
+    })
 }

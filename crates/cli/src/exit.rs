@@ -6,23 +6,71 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::ExitCode;
 
-use asperity_run::at_once;
+use asperity_run::{Verdict, at_once};
+
+use crate::terminal;
 
 /// What the process tells the shell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Code {
-    /// It did what was asked. A reader that closed the pipe early counts as well.
+    /// It did what was asked; the logs are whole, or the same. A reader that closed the pipe early
+    /// counts as well.
     Success = 0,
-    /// It could not: the system refused, a log is damaged, a run went astray, a
-    /// replay gave other events, or two runs differ.
+    /// It could not: the system refused or a run went astray. Or a replay gave other events, or two
+    /// runs differ.
     Failed = 1,
-    /// What was asked makes no sense: unknown names, bad scenarios, an output
-    /// that exists, tables that cannot be compared. Nothing was written.
+    /// What was asked makes no sense: unknown names, bad scenarios, an output that exists, a file
+    /// that is no run log, tables that cannot be compared. Nothing was written.
     BadInput = 2,
+    /// A log ends before its run does.
+    Incomplete = 3,
+    /// A log is damaged.
+    Damaged = 4,
+    /// A log is what was left of a damaged one.
+    Salvaged = 5,
+    /// A log is by another version of the program or other detectors, where that was asked.
+    ByOthers = 6,
     /// SIGINT stopped it; the log that was open is closed, and says so.
     Interrupted = 130,
     /// The same by SIGTERM.
     Terminated = 143,
+}
+
+impl From<Verdict> for Code {
+    fn from(verdict: Verdict) -> Code {
+        match verdict {
+            Verdict::Whole => Code::Success,
+            Verdict::OtherCode => Code::ByOthers,
+            Verdict::Incomplete => Code::Incomplete,
+            Verdict::Salvaged => Code::Salvaged,
+            Verdict::NoRunLog => Code::BadInput,
+            Verdict::Damaged => Code::Damaged,
+        }
+    }
+}
+
+impl Code {
+    /// The code of several things done in one call: that of the worst log, or else of what failed.
+    pub(crate) fn worst(codes: impl IntoIterator<Item = Code>) -> Code {
+        let order = [
+            Code::Success,
+            Code::ByOthers,
+            Code::Failed,
+            Code::Incomplete,
+            Code::Salvaged,
+            Code::BadInput,
+            Code::Damaged,
+            Code::Interrupted,
+            Code::Terminated,
+        ];
+        let rank = |code: &Code| order.iter().position(|known| known == code);
+        codes.into_iter().max_by_key(rank).unwrap_or(Code::Success)
+    }
+
+    /// Nothing more to say, if there was anything to say.
+    pub(crate) fn said(self) -> Result<(), Failure> {
+        if self == Code::Success { Ok(()) } else { Err(Failure::Said(self)) }
+    }
 }
 
 impl From<Code> for ExitCode {
@@ -37,6 +85,9 @@ pub(crate) enum Failure {
     /// Bad input; the message says where, what and what would be accepted.
     #[error("{0}")]
     BadInput(String),
+    /// A log is not what the command needs, or only a part of what it would be.
+    #[error("{1}")]
+    Log(Verdict, String),
     /// Anything that went wrong after the input was found good.
     #[error("{0}")]
     Failed(String),
@@ -60,6 +111,7 @@ impl Failure {
     pub(crate) fn code(&self) -> Code {
         match self {
             Failure::BadInput(_) => Code::BadInput,
+            Failure::Log(verdict, _) => Code::from(*verdict),
             Failure::Failed(_) | Failure::Output(_) => Code::Failed,
             Failure::Said(code) => *code,
         }
@@ -72,16 +124,15 @@ impl Failure {
 }
 
 /// Says on stderr why the command did not succeed.
-#[expect(clippy::print_stderr, reason = "the one place where failures are printed")]
 pub(crate) fn report(failure: &Failure) {
     let text = failure.to_string();
     let mut lines = text.lines();
     for line in lines.by_ref().take(MOST_LINES) {
-        eprintln!("error: {}", shortened(line));
+        terminal::note(&format!("error: {}", shortened(line)));
     }
     match lines.count() {
         0 => {}
-        more => eprintln!("error: and {more} lines more"),
+        more => terminal::note(&format!("error: and {more} lines more")),
     }
 }
 
@@ -98,19 +149,19 @@ pub(crate) fn folder_is_there(option: &str, file: &Path) -> Result<(), Failure> 
 }
 
 /// Does something for several things, `jobs` of them at once (one per core if not said), and gives
-/// the results in order. If one of several fails, that is reported, its result is `None` and the
-/// others go on; bad input stops all.
+/// the results in order. If one of several fails, that is reported, its result is the code of it and
+/// the others go on; bad input stops all.
 pub(crate) fn each_of<T: Sync, Done: Send>(
     things: &[T],
     jobs: Option<NonZeroUsize>,
     each: impl Fn(&T) -> Result<Done, Failure> + Sync,
-) -> Result<Vec<Option<Done>>, Failure> {
+) -> Result<Vec<Result<Done, Code>>, Failure> {
     at_once(things, jobs, |thing| match each(thing) {
-        Err(failure @ Failure::Failed(_)) if things.len() > 1 => {
+        Err(failure @ (Failure::Failed(_) | Failure::Log(..))) if things.len() > 1 => {
             report(&failure);
-            Ok(None)
+            Ok(Err(failure.code()))
         }
-        outcome => outcome.map(Some),
+        outcome => outcome.map(Ok),
     })
 }
 

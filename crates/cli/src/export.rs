@@ -1,32 +1,36 @@
 //! `asperity export`: what a log holds as files that data frames read.
 
 use std::collections::BTreeMap;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use asperity_export::export::MOST_FOREIGN;
 use asperity_export::format::{Format, State};
-use asperity_export::{Csv, Export, ExportError, Ndjson, Ran, Report, Request, name_of};
+use asperity_export::{Csv, Export, ExportError, Judged, Ndjson, Ran, Report, Request, name_of};
 
 use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
+use crate::judge;
+use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
+use crate::terminal;
+use asperity_files::{Existing, Inputs};
 use asperity_run::detectors::event_kinds;
+use asperity_run::{Checked, Verdict};
 
 pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
     let requests = requests(arguments)?;
-    std::fs::create_dir_all(&arguments.out)
-        .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", arguments.out.display())))?;
+    create_folder(&arguments.out)?;
     let exported = exit::each_of(&requests, arguments.jobs, |(run, request)| {
         export_one(run, request, arguments.to, board)
     })?;
-    if exported.contains(&None) { Err(Failure::Said(Code::Failed)) } else { Ok(()) }
+    Code::worst(exported.into_iter().filter_map(Result::err)).said()
 }
 
 /// What is asked for of each run; their files must not get in each other's way.
 fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Failure> {
     let mut names: BTreeMap<String, &PathBuf> = BTreeMap::new();
     let mut requests = Vec::new();
+    let inputs = Inputs::of(&arguments.runs);
     for run in &arguments.runs {
         let name = name_of(run);
         if let Some(other) = names.insert(name.clone(), run) {
@@ -42,7 +46,8 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
             to_s: arguments.to_s,
             out: arguments.out.clone(),
             name,
-            replace: arguments.force,
+            existing: if arguments.force { Existing::Replace } else { Existing::Refuse },
+            inputs: inputs.clone(),
         };
         requests.push((run.clone(), request));
     }
@@ -56,18 +61,20 @@ fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) ->
         ExportFormat::Csv => &Csv,
         ExportFormat::Ndjson => &Ndjson,
     };
-    let export = Export::open(run, request.clone(), &event_kinds(), format).map_err(failure)?;
+    let checked = judge::readable(run)?;
+    let export = Export::open(run, request.clone(), &event_kinds(), format)
+        .map_err(|error| failure(run, &checked, error))?
+        .judged(judged(&checked));
     let header = export.header();
     let duration_s = header.time_grid().time_s(header.steps);
     let mut progress = board.steps(&request.name, header.steps, duration_s);
     let outcome = export.run(|step| progress.advance(step));
     progress.clear();
-    let Report { files, ran, left_out } = outcome.map_err(failure)?;
-    let mut out = io::stdout().lock();
+    let Report { files, ran, left_out } = outcome.map_err(|error| failure(run, &checked, error))?;
     for (path, rows) in files {
         match rows {
-            Some(rows) => writeln!(out, "{}: {rows} rows", path.display())?,
-            None => writeln!(out, "{}: what the others hold", path.display())?,
+            Some(rows) => terminal::say(format_args!("{}: {rows} rows", path.display()))?,
+            None => terminal::say(format_args!("{}: what the others hold", path.display()))?,
         }
     }
     for (topic, count) in left_out {
@@ -78,26 +85,48 @@ fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) ->
             run.display()
         ));
     }
+    let verdict = checked.verdict;
     match ran {
-        Ran { problem: None, .. } => Ok(()),
-        Ran { problem: Some(problem), state, last_step, last_s } => Err(Failure::Failed(format!(
-            "{}: exported up to step {last_step} ({last_s} s), {}: {problem}",
-            run.display(),
-            match state {
-                State::Whole | State::Incomplete => "where the log ends",
-                State::Salvaged => "with gaps",
-                State::Damaged => "where the log is damaged",
-            }
-        ))),
+        Ran { problem: Some(problem), last_step, last_s, .. } => Err(Failure::Log(
+            verdict,
+            format!(
+                "{}: {verdict}: exported up to step {last_step} ({last_s} s), {}: {problem}",
+                run.display(),
+                match verdict {
+                    Verdict::Damaged => "where the log is damaged",
+                    Verdict::Salvaged => "with gaps",
+                    _ => "where the log ends",
+                }
+            ),
+        )),
+        Ran { problem: None, .. } => judge::tell(run, &checked, board),
     }
 }
 
-fn failure(error: ExportError) -> Failure {
+/// What is to be said of the log beside its tables.
+fn judged(checked: &Checked) -> Judged {
+    Judged {
+        state: match checked.verdict {
+            Verdict::Whole => State::Whole,
+            Verdict::OtherCode => State::OtherCode,
+            Verdict::Incomplete => State::Incomplete,
+            Verdict::Salvaged => State::Salvaged,
+            Verdict::NoRunLog | Verdict::Damaged => State::Damaged,
+        },
+        problem: checked.problem.as_ref().map(ToString::to_string),
+        until_step: match checked.verdict {
+            Verdict::Damaged => checked.seen.last_step,
+            _ => u64::MAX,
+        },
+    }
+}
+
+fn failure(run: &Path, checked: &Checked, error: ExportError) -> Failure {
     match error {
         ExportError::UnknownTopic { .. } | ExportError::EmptyRange { .. } => Failure::bad_input(error),
-        ExportError::Exists(_) => Failure::BadInput(format!(
-            "{error}; nothing of this run was written (accepted: another folder, or --force)"
-        )),
+        // So early that there is nothing to export.
+        ExportError::Log(_) if !checked.verdict.holds_all() => judge::failure(run, checked),
+        ExportError::File(error) => refused("--out", &error, true),
         ExportError::Log(_) | ExportError::Write { .. } => Failure::failed(error),
     }
 }

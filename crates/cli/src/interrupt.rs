@@ -5,7 +5,7 @@ use std::io;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::flag;
 
 use crate::exit::{Code, Failure};
@@ -30,6 +30,13 @@ fn listen() -> io::Result<()> {
         flag::register_usize(number, Arc::clone(signal), usize::from(code as u8))?;
     }
     Ok(())
+}
+
+/// Has a file that would grow beyond the limit of `ulimit -f` fail to be written, as on a full
+/// disk, instead of ending the process without a word.
+pub(crate) fn outlive_the_file_size_limit() {
+    // Where the system refuses, the limit ends the process as it would have.
+    flag::register(SIGXFSZ, Arc::default()).ok();
 }
 
 /// The code to exit with, if a signal has come.

@@ -10,7 +10,9 @@ mod events;
 mod exit;
 mod export;
 mod interrupt;
+mod judge;
 mod man;
+mod outputs;
 mod progress;
 mod replay;
 #[cfg(feature = "analysis")]
@@ -18,11 +20,14 @@ mod reproduce;
 mod run;
 mod salvage;
 mod scenario;
+mod terminal;
 #[cfg(feature = "analysis")]
 mod verify;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
+use asperity_record::printable;
 use clap::Parser;
 
 use args::{Arguments, Command};
@@ -30,7 +35,9 @@ use exit::Failure;
 use progress::Board;
 
 fn main() -> ExitCode {
-    let outcome = dispatch(Arguments::parse());
+    // What cannot be had then ends the command when it is needed, and not before.
+    interrupt::outlive_the_file_size_limit();
+    let outcome = arguments().and_then(|arguments| arguments.map_or(Ok(()), dispatch));
     match outcome {
         Ok(()) => exit::Code::Success.into(),
         Err(failure) if failure.is_broken_pipe() => exit::Code::Success.into(),
@@ -41,19 +48,38 @@ fn main() -> ExitCode {
     }
 }
 
+/// The arguments of the command; none where help or version was asked for, and printed.
+///
+/// # Errors
+/// If they make no sense, which is said, or the help cannot be printed.
+fn arguments() -> Result<Option<Arguments>, Failure> {
+    let given: Vec<OsString> = std::env::args_os().collect();
+    let error = match Arguments::try_parse_from(&given) {
+        Ok(arguments) => return Ok(Some(arguments)),
+        Err(error) => error,
+    };
+    if !error.use_stderr() {
+        return error.print().map(|()| None).map_err(Failure::Output);
+    }
+    // The library quotes what it refuses: of these arguments it makes the same error.
+    let plain = given.iter().map(|argument| printable(&argument.to_string_lossy()).into_owned());
+    Arguments::try_parse_from(plain).err().unwrap_or(error).print().ok();
+    Err(Failure::Said(exit::Code::BadInput))
+}
+
 fn dispatch(arguments: Arguments) -> Result<(), Failure> {
     let board = Board::new(arguments.quiet);
     match arguments.command {
         Command::Scenario(command) => scenario::command(command),
         Command::Run(arguments) => run::command(&arguments, &board),
-        Command::Events(arguments) => events::command(&arguments),
+        Command::Events(arguments) => events::command(&arguments, &board),
         Command::Check(arguments) => check::command(&arguments),
         Command::Salvage(arguments) => salvage::command(&arguments),
         Command::Replay(arguments) => replay::command(&arguments, board),
         Command::Export(arguments) => export::command(&arguments, &board),
         Command::Diff(arguments) => diff::command(&arguments),
         #[cfg(feature = "analysis")]
-        Command::Reduce(arguments) => reproduce::reduce_command(&arguments),
+        Command::Reduce(arguments) => reproduce::reduce_command(&arguments, &board),
         #[cfg(feature = "analysis")]
         Command::Reproduce(arguments) => reproduce::command(&arguments, &board),
         #[cfg(feature = "analysis")]

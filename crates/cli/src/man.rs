@@ -1,15 +1,16 @@
 //! `asperity man`: the help as manual pages, one for the command and one for each subcommand.
 
-use std::fs;
-use std::io::{self, Write};
+use std::io;
 
-use asperity_runlog::WholeFile;
+use asperity_files::{Existing, FileSet, Inputs};
 use clap::CommandFactory;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
 
 use crate::args::{Arguments, ManArguments};
 use crate::exit::Failure;
+use crate::outputs::{create_folder, refused};
+use crate::terminal;
 
 pub(crate) fn command(arguments: &ManArguments) -> Result<(), Failure> {
     let folder = &arguments.out;
@@ -18,18 +19,16 @@ pub(crate) fn command(arguments: &ManArguments) -> Result<(), Failure> {
     let mut pages = Vec::new();
     collect(&all, &mut pages)?;
     let pages: Vec<_> = pages.into_iter().map(|(name, page)| (folder.join(name), page)).collect();
-    if let Some((path, _)) = pages.iter().find(|(path, _)| !arguments.force && path.exists()) {
-        return Err(Failure::BadInput(format!(
-            "{} exists already; nothing was written (accepted: another folder, or --force)",
-            path.display()
-        )));
+    create_folder(folder)?;
+    let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
+    let files = FileSet::new(existing, Inputs::default());
+    let refused = |error| refused("--out", &error, true);
+    for (path, page) in &pages {
+        files.write(path, page).map_err(refused)?;
     }
-    fs::create_dir_all(folder)
-        .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", folder.display())))?;
-    for (path, page) in pages {
-        WholeFile::write(&path, page)
-            .map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))?;
-        writeln!(io::stdout().lock(), "{}", path.display())?;
+    files.publish().map_err(refused)?;
+    for (path, _) in &pages {
+        terminal::say(path.display())?;
     }
     Ok(())
 }

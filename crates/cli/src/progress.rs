@@ -10,9 +10,11 @@ use std::io::{IsTerminal, stderr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use asperity_record::{Event, EventPayload, SlipEvent};
+use asperity_record::{Event, EventPayload, SlipEvent, printable};
 use asperity_run::{Notice, Watch};
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
+
+use crate::terminal;
 
 /// How often a run that goes on for long says so where there is no terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(30);
@@ -44,17 +46,19 @@ impl Board {
     /// Prints a note above the bars, unless the board is quiet.
     pub(crate) fn line(&self, text: &str) {
         if !self.quiet {
-            self.answer(text);
+            self.answer(&printable(text));
         }
     }
 
     /// Prints above the bars what the user asked for, even if the board is quiet.
-    #[expect(clippy::print_stderr, reason = "progress goes to stderr")]
     pub(crate) fn answer(&self, text: &str) {
-        if self.on_terminal {
-            self.bars.suspend(|| eprintln!("{text}"));
-        } else {
-            eprintln!("{text}");
+        for line in text.lines() {
+            if self.on_terminal {
+                // Where it cannot be written there is nobody to read it.
+                self.bars.println(printable(line)).ok();
+            } else {
+                terminal::note(line);
+            }
         }
     }
 
@@ -110,7 +114,7 @@ impl Board {
             return ProgressBar::hidden();
         }
         let style = ProgressStyle::with_template(template).expect("the template is well formed");
-        place(ProgressBar::new(length).with_style(style).with_prefix(name.to_owned()))
+        place(ProgressBar::new(length).with_style(style).with_prefix(printable(name).into_owned()))
     }
 }
 

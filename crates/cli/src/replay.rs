@@ -1,21 +1,22 @@
 //! `asperity replay`: logged records through the detectors again, by the rules of the live run
 //! or by others, with tables written row by row as events are found.
 
-use std::fs;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use asperity_files::{Existing, FileSet, Inputs, is_new_folder};
 use asperity_record::Event;
 use asperity_run::detectors::Settings;
 use asperity_run::{CODE_VERSION, Comparison, Watch};
-use asperity_runlog::WholeFile;
 use serde::Serialize;
 
 use crate::args::ReplayArguments;
 use crate::event_table::{EventTables, Printed};
 use crate::exit::{self, Code, Failure};
+use crate::judge;
+use crate::outputs::{create_folder, refused};
 use crate::progress::{Board, RunProgress};
+use crate::terminal::{self, Data};
 
 /// What is written beside the tables of a replay: by which settings they were made, of what.
 const RECORD: &str = "replay.json";
@@ -38,19 +39,26 @@ pub(crate) fn command(arguments: &ReplayArguments, board: Board) -> Result<(), F
     };
     if let Some(out) = &arguments.out {
         none_is_taken(&arguments.runs, out)?;
-        fs::create_dir_all(out)
-            .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", out.display())))?;
+        create_folder(out)?;
     }
-    let replay = Replay { arguments, settings, board };
+    let inputs = Inputs::of(arguments.runs.iter().chain(&arguments.detectors));
+    let files = FileSet::new(Existing::Refuse, inputs);
+    let replay = Replay { arguments, settings, files, board };
     let replayed = exit::each_of(&arguments.runs, arguments.jobs, |run| replay.one(run))?;
-    let failures = replayed.iter().filter(|run| run.is_none()).count();
+    let codes: Vec<Code> = replayed
+        .iter()
+        .map(|run| match run {
+            Ok(run) if run.same_as_logged == Some(false) => Code::Failed,
+            Ok(_) => Code::Success,
+            Err(code) => *code,
+        })
+        .collect();
     let mut runs: Vec<ReplayedRun> = replayed.into_iter().flatten().collect();
-    let differing = runs.iter().filter(|run| run.same_as_logged == Some(false)).count();
     if let Some(out) = &arguments.out {
         runs.sort_by(|a, b| a.log.cmp(&b.log));
-        replay.write_record(out, &runs)?;
+        replay.publish(out, &runs)?;
     }
-    if failures + differing > 0 { Err(Failure::Said(Code::Failed)) } else { Ok(()) }
+    Code::worst(codes).said()
 }
 
 /// The name of a run's tables: that of its log.
@@ -72,11 +80,7 @@ fn none_is_taken(runs: &[PathBuf], out: &Path) -> Result<(), Failure> {
         }
         names.push(name);
     }
-    let is_taken = match fs::read_dir(out) {
-        Ok(mut entries) => entries.next().is_some(),
-        Err(error) => error.kind() != io::ErrorKind::NotFound,
-    };
-    if is_taken {
+    if !is_new_folder(out).unwrap_or(false) {
         return Err(Failure::BadInput(format!(
             "--out {} exists already and is not an empty folder (accepted: a new or empty folder)",
             out.display()
@@ -99,7 +103,8 @@ struct Replayed<'a> {
 /// One run of it.
 #[derive(Debug, Serialize)]
 struct ReplayedRun {
-    log: PathBuf,
+    /// As text: what in a name is not UTF-8 is replaced by U+FFFD.
+    log: String,
     run_id: String,
     scenario_hash: String,
     /// Of the program that made the run.
@@ -114,19 +119,21 @@ struct ReplayedRun {
 struct Replay<'a> {
     arguments: &'a ReplayArguments,
     settings: Settings,
+    /// The tables of all runs, and what is said of them.
+    files: FileSet,
     board: Board,
 }
 
 /// What is made of a replay as it goes on: tables, printed events, progress. What cannot be
 /// written stops it.
-struct Output<'a> {
-    tables: Option<EventTables>,
-    printed: Option<Printed<io::StdoutLock<'static>>>,
+struct Output<'a, 'f> {
+    tables: Option<EventTables<'a>>,
+    printed: Option<Printed<Data>>,
     progress: RunProgress,
-    failed: &'a OnceLock<Failure>,
+    failed: &'f OnceLock<Failure>,
 }
 
-impl Output<'_> {
+impl Output<'_, '_> {
     fn write(&mut self, event: &Event) -> Result<(), Failure> {
         if let Some(tables) = &mut self.tables {
             tables.write(event)?;
@@ -140,7 +147,7 @@ impl Output<'_> {
     fn finish(self) -> Result<(), Failure> {
         self.progress.clear();
         if let Some(tables) = self.tables {
-            tables.publish()?;
+            tables.finish()?;
         }
         if let Some(printed) = self.printed {
             printed.finish()?;
@@ -149,7 +156,7 @@ impl Output<'_> {
     }
 }
 
-impl Watch for Output<'_> {
+impl Watch for Output<'_, '_> {
     fn event(&mut self, event: &Event) {
         if self.failed.get().is_none()
             && let Err(failure) = self.write(event)
@@ -165,17 +172,18 @@ impl Watch for Output<'_> {
 
 impl Replay<'_> {
     fn one(&self, run: &Path) -> Result<ReplayedRun, Failure> {
+        let checked = judge::holds_all(run)?;
         let replay = asperity_run::Replay::open(run, &self.settings).map_err(Failure::failed)?;
         let header = replay.header();
         let duration_s = header.time_grid().time_s(header.steps);
         let failed = OnceLock::new();
         let mut output = Output {
             tables: match &self.arguments.out {
-                Some(out) => Some(EventTables::create(out, &name(run), replay.kinds())?),
+                Some(out) => Some(EventTables::create(&self.files, out, &name(run), replay.kinds())?),
                 None => None,
             },
             printed: match self.arguments.format {
-                Some(format) => Some(Printed::begin(format, io::stdout().lock())?),
+                Some(format) => Some(Printed::begin(format, terminal::data())?),
                 None => None,
             },
             progress: self.board.steps(&name(run), header.steps, duration_s),
@@ -184,7 +192,9 @@ impl Replay<'_> {
         let replayed = match replay.run(&|| failed.get().is_some(), &mut output) {
             Ok(replayed) if failed.get().is_none() => replayed,
             outcome => {
-                output.progress.clear();
+                let Output { progress, tables, printed, .. } = output;
+                progress.clear();
+                drop((tables, printed));
                 // Whatever else went wrong, what could not be written came first.
                 return Err(match (failed.into_inner(), outcome) {
                     (Some(failure), _) => failure,
@@ -195,9 +205,10 @@ impl Replay<'_> {
         };
         output.finish()?;
         self.tell(run, &replayed)?;
+        judge::tell(run, &checked, &self.board)?;
         let same = replayed.comparison.as_ref().map(|comparison| comparison.difference.is_none());
         Ok(ReplayedRun {
-            log: run.to_owned(),
+            log: run.to_string_lossy().into_owned(),
             run_id: replayed.header.run_id,
             scenario_hash: replayed.header.scenario_hash,
             code_version: replayed.header.code_version,
@@ -222,12 +233,13 @@ impl Replay<'_> {
         };
         if self.arguments.format.is_none() {
             let slip_events = replayed.slip_events;
-            writeln!(io::stdout().lock(), "{name}: {slip_events} slip events, {verdict}")?;
+            terminal::say(format_args!("{name}: {slip_events} slip events, {verdict}"))?;
         }
         Ok(())
     }
 
-    fn write_record(&self, out: &Path, runs: &[ReplayedRun]) -> Result<(), Failure> {
+    /// Gives all tables their names, and beside them says what they are.
+    fn publish(self, out: &Path, runs: &[ReplayedRun]) -> Result<(), Failure> {
         let record = Replayed {
             format: "asperity-replay",
             version: RECORD_VERSION,
@@ -235,9 +247,8 @@ impl Replay<'_> {
             settings: &self.settings,
             runs,
         };
-        let path = out.join(RECORD);
-        let text = serde_json::to_string_pretty(&record).expect("paths and numbers are JSON");
-        WholeFile::write(&path, text + "\n")
-            .map_err(|error| Failure::Failed(format!("failed to write {}: {error}", path.display())))
+        let text = serde_json::to_string_pretty(&record).expect("texts and numbers are JSON");
+        let written = self.files.write_record(&out.join(RECORD), text + "\n");
+        written.and_then(|()| self.files.publish()).map_err(|error| refused("--out", &error, false))
     }
 }

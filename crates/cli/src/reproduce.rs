@@ -1,48 +1,84 @@
 //! `asperity reproduce` and `asperity reduce`: runs to tables and figures.
 
-use std::fs;
-use std::io::{self, Write};
 use std::path::Path;
 
 use asperity_analysis::pipeline::{Pipeline, Progress, Stage};
 use asperity_analysis::precursors::PrecursorRules;
 use asperity_analysis::run_data::RunData;
-use asperity_analysis::{figures, table_file, tables};
+use asperity_analysis::{AnalysisError, figures, record, table_file, tables};
+use asperity_files::{Existing, FileSet, FolderLock, Inputs, is_new_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
-use asperity_run::study::Job;
-use asperity_run::{RunError, SolverKind, at_once};
+use asperity_run::study::{Job, Stored};
+use asperity_run::{SolverKind, Verdict, at_once};
 
 use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
 use crate::interrupt;
+use crate::judge;
+use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
+use crate::terminal::say;
 use crate::{run, scenario};
 
-pub(crate) fn reduce_command(arguments: &ReduceArguments) -> Result<(), Failure> {
+/// Stands beside the tables and figures of a log that does not hold all of its run.
+const MISSING: &str = "what-is-missing.txt";
+
+pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Result<(), Failure> {
     let out = &arguments.out;
     let rules = PrecursorRules { min_blocks: arguments.min_blocks, merge_gap_s: arguments.merge_gap_s };
     rules.check().map_err(|error| Failure::BadInput(format!("--merge-gap-s: {error}")))?;
-    if fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some()) || out.is_file() {
+    if !is_new_folder(out).unwrap_or(false) {
         return Err(Failure::BadInput(format!(
             "--out {} exists already and is not empty (accepted: a new or empty folder)",
             out.display()
         )));
     }
     let name = arguments.run.file_stem().map_or("run".into(), |stem| stem.to_string_lossy().into_owned());
-    let data = RunData::read(&name, &arguments.run).map_err(Failure::failed)?;
+    let checked = judge::readable(&arguments.run)?;
+    let verdict = checked.verdict;
+    if verdict == Verdict::Damaged {
+        return Err(Failure::Log(
+            verdict,
+            format!("{}: {checked} (accepted: what asperity salvage makes of it)", arguments.run.display()),
+        ));
+    }
+    let data = RunData::read_part(&name, &arguments.run).map_err(|error| {
+        if verdict.holds_all() { Failure::failed(error) } else { Failure::Log(verdict, error.to_string()) }
+    })?;
     create_folder(out)?;
     let law = LengthLaw::natural(&data.scenario);
+    let files = FileSet::new(Existing::Refuse, Inputs::of([&arguments.run]));
+    if !verdict.holds_all() {
+        let note = format!(
+            "These tables and figures are of what there is of a run. Its log is not whole.\n{}: {checked}\n",
+            arguments.run.display()
+        );
+        files.write(&out.join(MISSING), note).map_err(|error| refused("--out", &error, false))?;
+    }
     let write = || {
-        table_file::write(out, "events", &mut tables::events(&data)?)?;
-        table_file::write(out, "load", &mut tables::load_curve(&data)?)?;
-        table_file::write(out, "precursors", &mut tables::precursors(&data, law, &rules)?)?;
-        table_file::write(out, "residuals", &mut tables::residual_table(&[(&data, law, rules)])?)?;
-        figures::draw_overview(data, out)
+        table_file::write(&files, out, "events", &mut tables::events(&data)?)?;
+        table_file::write(&files, out, "load", &mut tables::load_curve(&data)?)?;
+        table_file::write(&files, out, "precursors", &mut tables::precursors(&data, law, &rules)?)?;
+        table_file::write(&files, out, "residuals", &mut tables::residual_table(&[(&data, law, rules)])?)?;
+        let tables = ["events", "load", "precursors", "residuals"];
+        let tables = tables.iter().flat_map(|name| table_file::paths(out, name));
+        let figures = figures::OVERVIEW.iter().map(|name| out.join(name));
+        record::write(&files, out, "reduce", [&data], tables.chain(figures))?;
+        figures::draw_overview(data, &files, out)?;
+        Ok(files.publish()?)
     };
-    write().map_err(Failure::failed)?;
-    writeln!(io::stdout().lock(), "{}", out.display())?;
-    Ok(())
+    write().map_err(not_written)?;
+    say(out.display())?;
+    judge::tell(&arguments.run, &checked, board)
+}
+
+/// Why tables and figures were not written: bad input, if another folder would do.
+fn not_written(error: AnalysisError) -> Failure {
+    match error {
+        AnalysisError::File(error) => refused("--out", &error, false),
+        error => Failure::failed(error),
+    }
 }
 
 /// Reads a pipeline, and resolves its runs with overrides.
@@ -67,17 +103,35 @@ pub(crate) fn read_pipeline(file: &Path, set: &[String]) -> Result<(Pipeline, Ve
 pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(), Failure> {
     let (pipeline, jobs) = read_pipeline(&arguments.pipeline, &arguments.set)?;
     let runs_folder = arguments.out.join("runs");
+    let solver = SolverKind::from(arguments.solver);
+    let inputs = inputs(arguments, &pipeline, &jobs);
+    create_folder(&arguments.out)?;
+    let _lock = FolderLock::take(&arguments.out).map_err(|error| refused("--out", &error, false))?;
     for job in &jobs {
-        job.check_place(&runs_folder)
-            .map_err(|error| Failure::BadInput(format!("--out: {}", RunError::Foreign(error))))?;
+        job.check_place(&runs_folder, solver, arguments.fresh)
+            .map_err(|error| Failure::BadInput(format!("--out: {error}")))?;
+    }
+    let logs = jobs.iter().map(|job| job.log(&runs_folder));
+    for path in logs.chain(pipeline.outputs(&arguments.out)) {
+        inputs.check(&path).map_err(|error| refused("--out", &error, false))?;
     }
     create_folder(&runs_folder)?;
     interrupt::install()?;
-    let solver = SolverKind::from(arguments.solver);
-    let (done, mut missing): (Vec<Job>, Vec<Job>) =
-        jobs.into_iter().partition(|job| !arguments.fresh && job.is_done(&runs_folder, solver));
-    if !done.is_empty() {
-        board.line(&format!("{} runs are there already", done.len()));
+    let stored = at_once(&jobs, arguments.jobs, |job| {
+        Ok::<_, Failure>(if arguments.fresh { Stored::Nothing } else { job.stored(&runs_folder, solver) })
+    })?;
+    let mut missing = Vec::new();
+    for (job, stored) in jobs.into_iter().zip(&stored) {
+        match stored {
+            Stored::Whole => continue,
+            Stored::Nothing => {}
+            Stored::Unfit(why) => board.line(&format!("{}: made anew: {why}", job.name)),
+        }
+        missing.push(job);
+    }
+    let done = stored.len() - missing.len();
+    if done > 0 {
+        board.line(&format!("{done} runs are there already"));
     }
     // The longest first, so that no core waits for one at the end.
     missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));
@@ -102,7 +156,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
         };
         stages.reached(stage, done, of);
     };
-    pipeline.reduce(&runs_folder, &arguments.out, &mut tell).map_err(Failure::failed)?;
+    pipeline.reduce(&runs_folder, &arguments.out, inputs, &mut tell).map_err(not_written)?;
     drop(stages);
     print_where_to_look(&pipeline, &arguments.out)?;
     Ok(())
@@ -116,19 +170,22 @@ fn make_run(job: &Job, folder: &Path, solver: SolverKind, fresh: bool, board: &B
     Ok(())
 }
 
-fn create_folder(folder: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(folder)
-        .map_err(|error| Failure::Failed(format!("failed to create {}: {error}", folder.display())))
+/// What a pipeline is read from: its own file, and those that its scenarios stand in.
+fn inputs(arguments: &ReproduceArguments, pipeline: &Pipeline, jobs: &[Job]) -> Inputs {
+    let mut inputs = Inputs::of([&arguments.pipeline]);
+    inputs.add(pipeline.run.iter().map(|run| Path::new(&run.scenario)).filter(|path| path.is_file()));
+    let profiles = jobs.iter().map(|job| Path::new(&job.scenario.initial_shear.profile_csv));
+    inputs.add(profiles.filter(|path| path.is_file()));
+    inputs
 }
 
 fn print_where_to_look(pipeline: &Pipeline, out: &Path) -> Result<(), Failure> {
-    let mut stdout = io::stdout().lock();
-    writeln!(stdout, "{}", pipeline.title)?;
-    writeln!(stdout, "  figures  {}", out.join("figures").display())?;
-    writeln!(stdout, "  tables   {}", out.join("tables").display())?;
+    say(&pipeline.title)?;
+    say(format_args!("  figures  {}", out.join("figures").display()))?;
+    say(format_args!("  tables   {}", out.join("tables").display()))?;
     if !pipeline.claim.is_empty() {
-        writeln!(stdout, "  claims   {}", out.join("tables").join("claims.md").display())?;
+        say(format_args!("  claims   {}", out.join("tables").join("claims.md").display()))?;
     }
-    writeln!(stdout, "  runs     {}", out.join("runs").display())?;
+    say(format_args!("  runs     {}", out.join("runs").display()))?;
     Ok(())
 }

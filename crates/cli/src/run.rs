@@ -3,12 +3,14 @@
 use std::path::Path;
 use std::time::Duration;
 
+use asperity_files::is_taken;
 use asperity_run::{Begin, LeftError, LogTo, RunError, Task};
 use asperity_runlog::{Unfinished, WriteError};
 
 use crate::args::RunArguments;
 use crate::exit::{Failure, folder_is_there};
 use crate::interrupt;
+use crate::outputs::refused;
 use crate::progress::Board;
 
 pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Failure> {
@@ -23,14 +25,14 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
     folder_is_there("--out", out)?;
     let log = LogTo { checkpoint_interval, ..LogTo::new(out) };
     let task = Task { solver: arguments.solver.into(), ..Task::new(&scenario) }.log_to(log);
-    if out.exists() {
+    if is_taken(out) {
         if !(arguments.resume && task.is_whole(out).map_err(Failure::failed)?) {
             return Err(taken(out));
         }
         board.line(&format!("{}: {} is whole already", scenario.name, out.display()));
         return Ok(());
     }
-    let unfinished = Unfinished::of(out).map_err(Failure::failed)?;
+    let unfinished = Unfinished::of(out).map_err(|error| failure(error.into(), board, &scenario.name))?;
     if let (Some(unfinished), false) = (&unfinished, arguments.resume) {
         return Err(Failure::BadInput(format!(
             "--out {}: {} holds a run that did not come to its end (accepted: --resume to go on with it, or another \
@@ -69,7 +71,11 @@ pub(crate) fn failure(error: RunError, board: &Board, name: &str) -> Failure {
             Failure::Said(interrupt::code().expect("a signal stopped it"))
         }
         RunError::Left(LeftError::OtherRun { .. }) => Failure::BadInput(format!("--resume: {error}")),
-        RunError::Foreign(_) => Failure::bad_input(error),
+        RunError::Place(_) => Failure::bad_input(error),
+        RunError::Write(WriteError::File(error)) => refused("--out", &error, false),
+        RunError::Write(WriteError::Foreign(_)) => {
+            Failure::BadInput(format!("--out: {error} (accepted: another file)"))
+        }
         RunError::Left(_) | RunError::Write(WriteError::Busy(_)) => Failure::failed(error),
         other => Failure::Failed(format!("{name}: {other}")),
     }

@@ -1,50 +1,62 @@
 //! `asperity salvage`.
 
-use std::io::{self, Write};
 use std::path::Path;
 
+use asperity_files::FileError;
+use asperity_run::{SalvageProblem, Verdict};
 use asperity_runlog::{SalvageError, Salvaged, WriteError};
 
 use crate::args::SalvageArguments;
 use crate::exit::{Failure, folder_is_there};
+use crate::outputs::refused;
+use crate::terminal::say;
 
 pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
     let (input, out) = (&arguments.run, &arguments.out);
     folder_is_there("--out", out)?;
     match asperity_run::salvage(input, out) {
         Ok(salvaged) => tell(input, out, &salvaged),
-        Err(SalvageError::Whole(path)) => {
-            writeln!(io::stdout().lock(), "{path}: whole: there is nothing to salvage")?;
+        Err(problem @ SalvageProblem::Whole(_)) => {
+            say(format_args!("{}: {problem}", input.display()))?;
             Ok(())
         }
-        Err(error @ SalvageError::Write(WriteError::Exists(_))) => {
+        Err(SalvageProblem::Failed { error: error @ SalvageError::Write(WriteError::Exists(_)), .. }) => {
             Err(Failure::BadInput(format!("--out: {error} (accepted: a path that does not exist)")))
         }
-        Err(error) => Err(Failure::failed(error)),
+        Err(SalvageProblem::Failed { error: SalvageError::Hopeless { problem, .. }, checked }) => {
+            Err(Failure::Log(checked.verdict, format!("{}: {checked}; {problem}", input.display())))
+        }
+        Err(problem @ SalvageProblem::Contradictory(_)) => {
+            Err(Failure::Log(Verdict::Damaged, format!("{}: {problem}", input.display())))
+        }
+        Err(SalvageProblem::Failed {
+            error: SalvageError::Write(WriteError::File(error @ FileError::Input { .. })),
+            ..
+        }) => Err(refused("--out", &error, false)),
+        Err(problem) => Err(Failure::failed(problem)),
     }
 }
 
 fn tell(input: &Path, out: &Path, salvaged: &Salvaged) -> Result<(), Failure> {
-    let mut stdout = io::stdout().lock();
     let sum = |counts: &std::collections::BTreeMap<String, u64>| counts.values().sum::<u64>();
-    writeln!(stdout, "{}: {} messages salvaged to {}", input.display(), sum(&salvaged.kept), out.display())?;
+    say(format_args!("{}: {} messages salvaged to {}", input.display(), sum(&salvaged.kept), out.display()))?;
     for damage in &salvaged.damage {
-        writeln!(stdout, "  bytes {} to {}: {}", damage.from_byte, damage.to_byte, damage.what)?;
+        say(format_args!("  bytes {} to {}: {}", damage.from_byte, damage.to_byte, damage.what))?;
     }
     for (topic, count) in &salvaged.lost {
         let kept = salvaged.kept.get(topic).copied().unwrap_or(0);
-        writeln!(stdout, "  {topic}: {kept} kept, {count} lost")?;
+        say(format_args!("  {topic}: {kept} kept, {count} lost"))?;
     }
     for gap in &salvaged.gaps {
         let after = gap.after_step.map_or("the beginning".to_owned(), |step| format!("step {step}"));
         let before = gap.before_step.map_or("the end".to_owned(), |step| format!("step {step}"));
-        writeln!(stdout, "  nothing between {after} and {before}")?;
+        say(format_args!("  nothing between {after} and {before}"))?;
     }
     if !salvaged.end_is_known {
-        writeln!(stdout, "  its end is lost, and how many messages there were")?;
+        say(format_args!("  its end is lost, and how many messages there were"))?;
     }
     for remark in &salvaged.remarks {
-        writeln!(stdout, "  {remark}")?;
+        say(format_args!("  {remark}"))?;
     }
     Ok(())
 }

@@ -1,19 +1,21 @@
 //! `asperity verify-solver`: the fast solver compared with the plain one.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::{Plan, text};
 use asperity_run::at_once;
 use asperity_run::study::Job;
 use asperity_run::verify::{Proof, Verified, verify};
-use asperity_runlog::WholeFile;
 
 use crate::args::VerifySolverArguments;
 use crate::exit::Failure;
+use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
 use crate::reproduce::read_pipeline;
+use crate::terminal;
 
 /// Where known near ties are looked for, if nothing else is said.
 const NEAR_TIES: &str = "fixtures/near-ties";
@@ -108,7 +110,7 @@ fn known_ties(folder: &Path) -> Result<Vec<(PathBuf, Proof)>, Failure> {
 }
 
 fn print(outcomes: &[Outcome]) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
+    let mut out = terminal::data();
     writeln!(out, "run,switches,slip_events,near_ties,largest_deviation,of")?;
     for Outcome { run, verified: Verified { agreement, slip_events } } in outcomes {
         let most = agreement.deviations.iter().max_by(|a, b| a.share.total_cmp(&b.share));
@@ -139,7 +141,7 @@ fn compare_with_known(
         for tie in found.iter().filter(|tie| !listed().any(|(_, proof)| proof.is_of(tie))) {
             let proof = Proof::of(&job.name, &job.scenario, tie);
             let path = arguments.out.join(proof.file_name(job.scenario.parameter_set.word()));
-            write_proof(&path, &proof)?;
+            write_proof(arguments, &path, &proof)?;
             problems.push(format!(
                 "run {}, step {}, block {}: a near tie that is not listed; its proof is {}",
                 job.name,
@@ -164,12 +166,17 @@ fn compare_with_known(
     )))
 }
 
-fn write_proof(path: &Path, proof: &Proof) -> Result<(), Failure> {
-    let failed = |error: io::Error| Failure::Failed(format!("failed to write {}: {error}", path.display()));
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).map_err(failed)?;
-    }
-    let mut text = serde_json::to_string(proof).map_err(|error| failed(error.into()))?;
-    text.push('\n');
-    WholeFile::write(path, text).map_err(failed)
+/// Writes a proof; one that an earlier call wrote of the same near tie may be there.
+fn write_proof(arguments: &VerifySolverArguments, path: &Path, proof: &Proof) -> Result<(), Failure> {
+    create_folder(&arguments.out)?;
+    let mut content = serde_json::to_string(proof)
+        .map_err(|error| Failure::failed(FileError::Io { path: path.to_owned(), error: error.into() }))?;
+    content.push('\n');
+    let there = text::read(path).ok().and_then(|text| serde_json::from_str::<Proof>(&text).ok());
+    let existing = match there {
+        Some(there) if there.is_of(&proof.tie) => Existing::Replace,
+        _ => Existing::Refuse,
+    };
+    FileSet::write_one(path, content, existing, Inputs::of([&arguments.pipeline]))
+        .map_err(|error| refused("--out", &error, false))
 }

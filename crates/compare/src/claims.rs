@@ -1,9 +1,12 @@
 //! Which claims changed between two outputs of a pipeline: from their tables of claims.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use asperity_diff::report::ClaimChange;
+
+use crate::lines::ShortLines;
 
 /// A table of claims that cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -66,7 +69,8 @@ pub(crate) fn changes(old: &Path, new: &Path) -> Result<Vec<ClaimChange>, Claims
 
 fn claims(path: &Path) -> Result<BTreeMap<ClaimKey, Judged>, ClaimsError> {
     let failed = |error: csv::Error| ClaimsError::Csv { path: path.to_owned(), error };
-    let mut reader = csv::Reader::from_path(path).map_err(failed)?;
+    let file = File::open(path).map_err(|error| failed(error.into()))?;
+    let mut reader = csv::Reader::from_reader(ShortLines::of(file));
     let headings = reader.headers().map_err(failed)?.clone();
     let place = |name: &str| headings.iter().position(|heading| heading == name);
     let needed = |name: &str| {

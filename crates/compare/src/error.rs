@@ -36,6 +36,9 @@ pub enum CompareError {
     /// A table of claims cannot be read.
     #[error(transparent)]
     Claims(#[from] ClaimsError),
+    /// A file would be written over one that is read.
+    #[error(transparent)]
+    File(#[from] asperity_files::FileError),
     /// The file of matches cannot be begun.
     #[cfg(feature = "analysis")]
     #[error(transparent)]

@@ -5,13 +5,16 @@
 //! ```
 //! use asperity_compare::{Settings, compare};
 //! use asperity_diff::report::Class;
+//! use asperity_files::{Existing, FileSet, Inputs};
 //!
 //! # let folder = tempfile::tempdir()?;
 //! # let [before, after] = ["before.csv", "after.csv"].map(|name| folder.path().join(name));
 //! std::fs::write(&before, "onset_s,end_s,first_block,last_block\n0.1,0.2,1,5\n0.4,0.5,1,9\n")?;
 //! std::fs::write(&after, "onset_s,end_s,first_block,last_block\n0.1,0.2,1,5\n")?;
 //!
-//! let report = compare(&before, &after, &Settings::default())?.report;
+//! // Nothing is written here: no file of matches is asked for.
+//! let files = FileSet::new(Existing::Refuse, Inputs::default());
+//! let report = compare(&before, &after, &Settings::default(), &files)?.report;
 //! assert_eq!(report.counts.of(Class::Identical), 1);
 //! assert_eq!(report.counts.of(Class::Missing), 1);
 //! for line in asperity_diff::summary::lines(&report) {
@@ -32,6 +35,7 @@
 
 mod claims;
 mod error;
+mod lines;
 #[cfg(feature = "analysis")]
 mod matches;
 #[cfg(feature = "analysis")]
@@ -49,6 +53,7 @@ use asperity_diff::policy::Policy;
 use asperity_diff::provenance;
 use asperity_diff::report::{Counts, FORMAT, Report, RunDiff, VERSION, Verdict, pair_name};
 use asperity_diff::tally::{self, Comparison, Draft};
+use asperity_files::FileSet;
 use asperity_record::SlipEvent;
 
 pub use claims::ClaimsError;
@@ -75,7 +80,7 @@ pub struct Settings {
     pub keep_findings: usize,
     /// How many matches the report keeps of a pair of runs.
     pub keep_matches: usize,
-    /// The Parquet file to which every match is written.
+    /// The Parquet file to which every match is written, one of the set of files.
     pub matches_file: Option<PathBuf>,
 }
 
@@ -89,16 +94,23 @@ pub struct Compared {
 }
 
 /// Compares what stands at two paths: run logs or event tables, folders of them, or outputs of
-/// `asperity reproduce`.
+/// `asperity reproduce`. No file of the set, which is published by whoever made it, may be one that
+/// is read.
 ///
 /// # Errors
 /// If a side has no runs, a table cannot be read or is not in order, or the file of matches
 /// cannot be written.
-pub fn compare(old_path: &Path, new_path: &Path, settings: &Settings) -> Result<Compared, CompareError> {
+pub fn compare(
+    old_path: &Path,
+    new_path: &Path,
+    settings: &Settings,
+    files: &FileSet,
+) -> Result<Compared, CompareError> {
     let (old, new) = (Side::find(old_path)?, Side::find(new_path)?);
+    files.add_inputs(old.files().chain(new.files()))?;
     let Paired { pairs, unpaired } = sides::pair(&old, &new, settings.pair_by);
     let mut draft = Draft::default();
-    let mut matches = Matches::create(settings.matches_file.as_deref())?;
+    let mut matches = Matches::create(files, settings.matches_file.as_deref())?;
     let mut runs = Vec::new();
     for (old, new) in &pairs {
         runs.push(compare_runs(old, new, settings, &mut draft, &mut matches)?);
@@ -161,7 +173,7 @@ fn compare_runs(
     });
     let mut run = compared.map_err(|error| match error {
         MatchError::Source(error) => error,
-        MatchError::Order { side, .. } => {
+        MatchError::Order { side, .. } | MatchError::AtOnce { side, .. } => {
             let path = if side == "old" { &old.path } else { &new.path };
             CompareError::Order { path: path.clone(), problem: error.to_string() }
         }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use asperity_analysis::event_file::{MatchFile, MatchRow, MatchSide};
 use asperity_diff::tally::Matched;
+use asperity_files::FileSet;
 use asperity_record::SlipEvent;
 
 use crate::error::CompareError;
@@ -12,8 +13,8 @@ use crate::error::CompareError;
 pub(crate) struct Matches(Option<asperity_analysis::event_file::MatchFile>);
 
 impl Matches {
-    pub(crate) fn create(path: Option<&Path>) -> Result<Matches, CompareError> {
-        let file = path.map(MatchFile::create);
+    pub(crate) fn create(files: &FileSet, path: Option<&Path>) -> Result<Matches, CompareError> {
+        let file = path.map(|path| MatchFile::create(files, path));
         file.transpose().map(Matches).map_err(CompareError::NoMatchesFile)
     }
 

@@ -110,16 +110,46 @@ pub struct Side {
 }
 
 impl Side {
+    /// The files that are read.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
+        self.runs.iter().map(|run| &run.path).chain(&self.claims).map(PathBuf::as_path)
+    }
+
     /// Finds the runs of a side.
     ///
     /// # Errors
     /// If there are none, or one cannot be read.
     pub fn find(path: &Path) -> Result<Side, SideError> {
+        let Files { files, is_file, claims } = Files::find(path)?;
+        let runs = files.iter().map(|file| Run::open(file)).collect::<Result<_, _>>()?;
+        Ok(Side { runs, is_file, claims })
+    }
+}
+
+/// The files of a side.
+struct Files {
+    files: Vec<PathBuf>,
+    is_file: bool,
+    claims: Option<PathBuf>,
+}
+
+/// The run logs of a side, which whoever compares may want to judge before.
+///
+/// # Errors
+/// If the side has no runs.
+pub fn logs(path: &Path) -> Result<Vec<PathBuf>, SideError> {
+    let mut files = Files::find(path)?.files;
+    files.retain(|file| matches!(ending(file), Some("mcap" | "partial")));
+    Ok(files)
+}
+
+impl Files {
+    fn find(path: &Path) -> Result<Files, SideError> {
         if !path.is_dir() {
             if !matches!(ending(path), Some("mcap" | "csv" | "parquet" | "partial")) {
                 return Err(SideError::Kind { path: path.to_owned() });
             }
-            return Ok(Side { runs: vec![Run::open(path)?], is_file: true, claims: None });
+            return Ok(Files { files: vec![path.to_owned()], is_file: true, claims: None });
         }
         let (runs, tables) = (path.join("runs"), path.join("tables"));
         let is_output = runs.is_dir() && tables.is_dir();
@@ -149,8 +179,8 @@ impl Side {
             return Err(SideError::Empty { path: path.to_owned() });
         }
         let claims = tables.join("claims.csv");
-        Ok(Side {
-            runs: by_name.values().map(|file| Run::open(file)).collect::<Result<_, _>>()?,
+        Ok(Files {
+            files: by_name.into_values().collect(),
             is_file: false,
             claims: (is_output && claims.is_file()).then_some(claims),
         })

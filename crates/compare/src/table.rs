@@ -5,8 +5,10 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use asperity_diff::column::{Column, Columns, Kind, Value};
-use asperity_record::SlipEvent;
+use asperity_record::{MOST_BLOCKS, SlipEvent};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
+
+use crate::lines::ShortLines;
 
 /// The columns without which there is nothing to match by.
 const NEEDED: [Column; 4] = [Column::OnsetS, Column::EndS, Column::FirstBlock, Column::LastBlock];
@@ -221,7 +223,8 @@ fn kind_accepted(column: Column) -> &'static str {
 
 /// Puts a cell where it belongs, or says what would be accepted.
 fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'static str> {
-    const BLOCK: &str = "a whole number from 1 to 4294967295";
+    const BLOCK: &str = "a whole number from 1 to 100000";
+    const _: () = assert!(MOST_BLOCKS == 100_000);
     let accepted = kind_accepted(column);
     let number = || match value {
         Value::Number(number) if number.is_finite() => Ok(number),
@@ -229,12 +232,14 @@ fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'stat
         _ => Err(accepted),
     };
     let whole = || match value {
-        Value::Whole(whole) => Ok(whole),
+        // What is counted is counted on in doubles too.
+        Value::Whole(whole @ 0..=MOST_WHOLE) => Ok(whole),
+        Value::Whole(_) => Err("a whole number up to 9007199254740992"),
         _ => Err(accepted),
     };
     let is_empty = value == Value::Empty;
     let block = || match value {
-        Value::Whole(whole) if whole > 0 => u32::try_from(whole).map_err(|_| BLOCK),
+        Value::Whole(whole @ 1..=MOST_BLOCKS) => u32::try_from(whole).map_err(|_| BLOCK),
         _ => Err(BLOCK),
     };
     match column {
@@ -269,9 +274,12 @@ fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'stat
     Ok(())
 }
 
+/// The largest whole number up to which doubles have all of them.
+const MOST_WHOLE: u64 = 1 << 53;
+
 fn csv(path: &Path) -> Result<Table, TableError> {
     let file = File::open(path).map_err(|error| TableError::Io { path: path.to_owned(), error })?;
-    let mut reader = csv::ReaderBuilder::new().from_reader(file);
+    let mut reader = csv::ReaderBuilder::new().from_reader(ShortLines::of(file));
     let broken = {
         let path = path.to_owned();
         move |error: csv::Error| TableError::Csv { path: path.clone(), error }
@@ -309,23 +317,26 @@ fn written(column: Column, text: &str) -> Option<Value> {
 
 #[cfg(feature = "analysis")]
 fn parquet(path: &Path) -> Result<Table, TableError> {
-    use asperity_analysis::event_file::{self, Cell};
+    use asperity_analysis::event_file::{Cell, Rows};
 
-    let columns = event_file::read(path)?;
-    let places = Places::of(path, columns.iter().map(|(name, _)| name.as_str()))?;
-    let rows = columns.first().map_or(0, |(_, cells)| cells.len());
-    let there = places.columns();
-    let events = (0..rows).map(move |row| {
+    let mut rows = Rows::open(path)?;
+    let places = Places::of(path, rows.names().iter().map(String::as_str))?;
+    let columns = places.columns();
+    let mut number = 0;
+    let mut next = move || -> Result<Option<SlipEvent>, TableError> {
+        let Some(row) = rows.next_row()? else { return Ok(None) };
         // Numbered as lines of the same table in CSV are, below the heading.
-        places.event(row as u64 + 2, row as u64, |place, _| match &columns[place].1[row] {
+        let event = places.event(number + 2, number, |place, _| match &row[place] {
             Cell::Empty => Ok(Value::Empty),
             Cell::Number(number) => Ok(Value::Number(*number)),
             Cell::Whole(whole) => Ok(Value::Whole(*whole)),
             Cell::Flag(flag) => Ok(Value::Flag(*flag)),
             Cell::Other(text) => Err(text.clone()),
-        })
-    });
-    Ok(Table { columns: there, events: Box::new(events) })
+        })?;
+        number += 1;
+        Ok(Some(event))
+    };
+    Ok(Table { columns, events: Box::new(std::iter::from_fn(move || next().transpose())) })
 }
 
 #[cfg(not(feature = "analysis"))]

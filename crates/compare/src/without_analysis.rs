@@ -4,6 +4,7 @@ use std::path::Path;
 
 use asperity_diff::report::PrecursorChanges;
 use asperity_diff::tally::Matched;
+use asperity_files::FileSet;
 
 use crate::error::CompareError;
 use crate::sides::Run;
@@ -12,7 +13,7 @@ use crate::sides::Run;
 pub(crate) struct Matches;
 
 impl Matches {
-    pub(crate) fn create(path: Option<&Path>) -> Result<Matches, CompareError> {
+    pub(crate) fn create(_files: &FileSet, path: Option<&Path>) -> Result<Matches, CompareError> {
         match path {
             None => Ok(Matches),
             Some(path) => Err(CompareError::NoParquet { path: path.to_owned() }),

@@ -28,7 +28,7 @@ use crate::column::{Column, Columns, Kind};
 use crate::cost::Cost;
 use crate::grid::{MODES, Mode, Move, Moves, Row, State, bit};
 use crate::side::Side;
-pub use crate::side::{MatchError, NEAREST};
+pub use crate::side::{MOST_AT_ONCE, MatchError, NEAREST};
 
 /// Rows after which it is looked for a state that all paths go through.
 const ROWS_BETWEEN_FLUSHES: usize = 64;

@@ -22,6 +22,7 @@
 use std::fmt::{self, Write};
 use std::ops::Range;
 
+use asperity_record::bounds::check_toml;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -128,9 +129,10 @@ impl Policy {
     /// be accepted.
     pub fn parse(origin: &str, text: &str) -> Result<Policy, PolicyErrors> {
         let mut reader = Reader { origin, text, policy: Policy::default(), errors: Vec::new() };
-        match DeTable::parse(text) {
-            Ok(table) => reader.top(table.get_ref()),
-            Err(error) => reader.refuse(
+        match check_toml(text).map(|()| DeTable::parse(text)) {
+            Err(too_long) => reader.refuse(0..0, String::new(), too_long.to_string(), ""),
+            Ok(Ok(table)) => reader.top(table.get_ref()),
+            Ok(Err(error)) => reader.refuse(
                 error.span().unwrap_or(0..0),
                 String::new(),
                 format!("not TOML: {}", error.message()),

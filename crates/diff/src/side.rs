@@ -31,7 +31,21 @@ pub enum MatchError<E> {
         /// Onset of the event before it, s.
         before_s: f64,
     },
+    /// More events start together than can be told apart.
+    #[error(
+        "{side} table: more than {MOST_AT_ONCE} events start at {onset_s} s (accepted: one in a step, as in a run; \
+         up to {MOST_AT_ONCE} where times are rounded)"
+    )]
+    AtOnce {
+        /// `old` or `new`.
+        side: &'static str,
+        /// Their onset, s.
+        onset_s: f64,
+    },
 }
+
+/// Most events of one onset. In a run there is one; all of them would be compared with each other.
+pub const MOST_AT_ONCE: usize = 100;
 
 /// One table as it is read: what was read and is not settled, and the event after it.
 pub(crate) struct Side<I> {
@@ -131,6 +145,9 @@ where
     ) -> Result<(), MatchError<E>> {
         let from = self.events.len();
         while self.next_onset_s()? == onset_s {
+            if self.events.len() == from + MOST_AT_ONCE {
+                return Err(MatchError::AtOnce { side: self.name, onset_s });
+            }
             let event = self.advance()?;
             self.events.extend(event);
         }

@@ -2,17 +2,17 @@
 //! a few batches of rows.
 //!
 //! The whole log is read and checked whatever is asked of it, so that a slice of
-//! a damaged log is known to be one. Files bear their final names only when all
-//! of them are whole; the last to get its name is `NAME.export.json`, which says
-//! what was exported and from which run.
+//! a damaged log is known to be one. Files get their names together, when all of
+//! them are whole; the last is `NAME.FORMAT.export.json`, which says what was
+//! exported and from which run.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Record, RunHeader};
-use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics, WholeFile};
+use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 use serde::Serialize;
 
 use crate::batch::Batch;
@@ -45,8 +45,10 @@ pub struct Request {
     pub out: PathBuf,
     /// How the files' names begin.
     pub name: String,
-    /// Whether files that are there already may be replaced.
-    pub replace: bool,
+    /// What becomes of files that are there already.
+    pub existing: Existing,
+    /// What the command reads, this run among it, and so is never written over.
+    pub inputs: Inputs,
 }
 
 /// A log that cannot be exported.
@@ -73,10 +75,10 @@ pub enum ExportError {
         /// The upper bound.
         to_s: f64,
     },
-    /// The name of a file is taken; none has been written.
-    #[error("{} exists already", .0.display())]
-    Exists(PathBuf),
-    /// A file cannot be written.
+    /// A file cannot have its name; none has been written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A table cannot be written.
     #[error("failed to write {}: {error}", path.display())]
     Write {
         /// The file.
@@ -86,12 +88,23 @@ pub enum ExportError {
     },
 }
 
+/// What a log was found to be worth, by whoever knows how to judge logs.
+#[derive(Debug, Clone)]
+pub struct Judged {
+    /// In a word.
+    pub state: State,
+    /// Why it does not hold all of its run, if it does not.
+    pub problem: Option<String>,
+    /// The last step up to which it is sound.
+    pub until_step: u64,
+}
+
 /// What came of an export.
 #[derive(Debug)]
 pub struct Report {
     /// The files, with the number of rows in each, and the one that describes them.
     pub files: Vec<(PathBuf, Option<u64>)>,
-    /// How far the log could be read.
+    /// How far the log was read.
     pub ran: Ran,
     /// Events of topics that no table can be made of, and how many: this program has no detector
     /// for them, and their schema is not flat or not known, no file can be named after the topic,
@@ -99,10 +112,10 @@ pub struct Report {
     pub left_out: BTreeMap<String, u64>,
 }
 
-/// How far a log could be read.
+/// How far a log was read.
 #[derive(Debug)]
 pub struct Ran {
-    /// Whether to its end.
+    /// What it is worth.
     pub state: State,
     /// The last step.
     pub last_step: u64,
@@ -127,12 +140,14 @@ pub struct Export<'a> {
     request: Request,
     format: &'a dyn Format,
     tables: Vec<Table>,
+    files: FileSet,
     /// How the events of a topic are read, whether or not a table is made of them.
     events: BTreeMap<String, EventRows>,
     end_forces: Option<bool>,
     /// The time of the last record, s.
     last_s: f64,
     left_out: BTreeMap<String, u64>,
+    judged: Judged,
 }
 
 /// How the events of one topic become rows.
@@ -150,7 +165,7 @@ struct Table {
     path: PathBuf,
     batch: Batch,
     /// None until the first rows are written.
-    writer: Option<(WholeFile, Box<dyn TableWriter>)>,
+    writer: Option<Box<dyn TableWriter>>,
     rows: u64,
 }
 
@@ -202,24 +217,31 @@ impl<'a> Export<'a> {
                 }
             })
             .collect();
+        let files = FileSet::new(request.existing, request.inputs.clone());
         let export = Export {
             reader,
             first: Some(first),
             request,
             format,
             tables,
+            files,
             events,
             end_forces: None,
             last_s: 0.0,
             left_out: BTreeMap::new(),
+            judged: Judged { state: State::Whole, problem: None, until_step: u64::MAX },
         };
-        if !export.request.replace {
-            let tables = export.tables.iter().map(|table| table.path.clone());
-            if let Some(path) = tables.chain([export.manifest_path()]).find(|path| path.exists()) {
-                return Err(ExportError::Exists(path));
-            }
-        }
+        let tables = export.tables.iter().map(|table| table.path.clone());
+        export.files.reserve(tables.chain([export.manifest_path()]))?;
         Ok(export)
+    }
+
+    /// Goes by a judgement of the log. Without one, what reading it brings to light is all that is
+    /// known of its worth.
+    #[must_use]
+    pub fn judged(mut self, judged: Judged) -> Export<'a> {
+        self.judged = judged;
+        self
     }
 
     /// What the run is.
@@ -229,35 +251,36 @@ impl<'a> Export<'a> {
 
     /// Where the file stands that describes the others.
     fn manifest_path(&self) -> PathBuf {
-        self.request.out.join(format!("{}.export.json", self.request.name))
+        self.request.out.join(format!("{}.{}.export.json", self.request.name, self.format.extension()))
     }
 
-    /// Reads the log and writes the files; `progress` is told every step. A log
-    /// that is incomplete or damaged is exported as far as it is sound.
+    /// Reads the log and writes the files; `progress` is told every step. A log that is incomplete
+    /// or damaged is exported as far as it is sound, a salvaged one around its gaps.
     ///
     /// # Errors
-    /// If a file cannot be written. None has its final name then, unless all were whole and only
-    /// giving one of them its name failed.
+    /// If a file cannot be written, or its name was taken meanwhile. Nothing is left of any then.
     pub fn run(mut self, mut progress: impl FnMut(u64)) -> Result<Report, ExportError> {
-        let mut ran = Ran { state: State::Whole, last_step: 0, last_s: 0.0, problem: None };
+        let Judged { state, problem, until_step } = self.judged.clone();
+        let mut ran = Ran { state, last_step: 0, last_s: 0.0, problem };
         loop {
             let item = self.first.take().unwrap_or_else(|| self.reader.next_item());
-            match item {
+            let wrong = match item {
                 Ok(None) => break,
-                Ok(Some(LogItem::Record(record))) => {
-                    if let Err(problem) = self.record(&record)? {
-                        (ran.state, ran.problem) = (State::Damaged, Some(problem));
-                        break;
+                Ok(Some(LogItem::Record(record))) if record.step() > until_step => break,
+                Ok(Some(LogItem::Record(record))) => match self.record(&record)? {
+                    Ok(()) => {
+                        ran.last_step = record.step();
+                        progress(ran.last_step);
+                        continue;
                     }
-                    ran.last_step = record.step();
-                    progress(ran.last_step);
-                }
-                Ok(Some(LogItem::Event(event))) => {
-                    if let Err(problem) = self.event(&event)? {
-                        (ran.state, ran.problem) = (State::Damaged, Some(problem));
-                        break;
-                    }
-                }
+                    Err(problem) => problem,
+                },
+                Ok(Some(LogItem::Event(event))) => match self.event(&event)? {
+                    Ok(()) => continue,
+                    Err(problem) => problem,
+                },
+                // The judgement speaks of the same.
+                Err(_) if ran.problem.is_some() => break,
                 Err(LogError { problem, .. }) => {
                     ran.state = match &problem {
                         LogProblem::Salvaged => State::Salvaged,
@@ -267,11 +290,13 @@ impl<'a> Export<'a> {
                     ran.problem = Some(problem.to_string());
                     break;
                 }
-            }
+            };
+            (ran.state, ran.problem) = (State::Damaged, Some(wrong));
+            break;
         }
         ran.last_s = self.header().time_grid().time_s(ran.last_step);
-        let files = self.finish(&ran)?;
-        Ok(Report { files, ran, left_out: self.left_out })
+        let (files, left_out) = self.finish(&ran)?;
+        Ok(Report { files, ran, left_out })
     }
 
     /// The inner error is what is wrong with the log, the outer one with a file.
@@ -358,14 +383,18 @@ impl<'a> Export<'a> {
 
     /// Writes the rows of those tables that have so many.
     fn flush(&mut self, rows: usize) -> Result<(), ExportError> {
-        let format = self.format;
+        let (format, files) = (self.format, &self.files);
         self.tables
             .iter_mut()
             .filter(|table| table.batch.rows() >= rows)
-            .try_for_each(|table| table.flush(format))
+            .try_for_each(|table| table.flush(format, files))
     }
 
-    fn finish(&mut self, ran: &Ran) -> Result<Vec<(PathBuf, Option<u64>)>, ExportError> {
+    #[expect(clippy::type_complexity, reason = "two fields of the report, which is made of them")]
+    fn finish(
+        mut self,
+        ran: &Ran,
+    ) -> Result<(Vec<(PathBuf, Option<u64>)>, BTreeMap<String, u64>), ExportError> {
         self.flush(0)?;
         let about = About {
             header: self.header().clone(),
@@ -389,29 +418,18 @@ impl<'a> Export<'a> {
         };
         let manifest =
             serde_json::to_string_pretty(&manifest).expect("texts and finite numbers can always be JSON");
-        let mut files = Vec::new();
+        let mut written = Vec::new();
         for table in &mut self.tables {
-            if let Some((whole, writer)) = table.writer.take() {
-                let path = &table.path;
-                let file = writer.finish(&about).map_err(|error| write_error(path, error))?;
-                file.sync_all().map_err(|error| write_error(path, error))?;
-                files.push((whole, Some(table.rows)));
+            if let Some(writer) = table.writer.take() {
+                writer.finish(&about).map_err(|error| write_error(&table.path, error))?;
+                written.push((table.path.clone(), Some(table.rows)));
             }
         }
         let manifest_path = self.manifest_path();
-        let manifest =
-            synced(&manifest_path, &manifest).map_err(|error| write_error(&manifest_path, error))?;
-        files.push((manifest, None));
-        let publish = |(whole, rows): (WholeFile, Option<u64>)| {
-            let path = whole.path().to_owned();
-            // Some time has passed since this was asked first.
-            if !self.request.replace && path.exists() {
-                return Err(ExportError::Exists(path));
-            }
-            whole.publish().map_err(|error| write_error(&path, error))?;
-            Ok((path, rows))
-        };
-        files.into_iter().map(publish).collect()
+        self.files.write_record(&manifest_path, manifest + "\n")?;
+        written.push((manifest_path, None));
+        self.files.publish()?;
+        Ok((written, self.left_out))
     }
 }
 
@@ -437,13 +455,13 @@ impl EventRows {
 }
 
 impl Table {
-    fn flush(&mut self, format: &dyn Format) -> Result<(), ExportError> {
+    fn flush(&mut self, format: &dyn Format, files: &FileSet) -> Result<(), ExportError> {
         let at = |error: FormatError| write_error(&self.path, error);
-        let (_, writer) = match &mut self.writer {
+        let writer = match &mut self.writer {
             Some(writer) => writer,
             None => {
-                let (whole, file) = WholeFile::create(&self.path).map_err(|error| at(error.into()))?;
-                self.writer.insert((whole, format.start(&self.layout, file).map_err(at)?))
+                let file = files.create(&self.path)?;
+                self.writer.insert(format.start(&self.layout, file).map_err(at)?)
             }
         };
         writer.write(&self.batch).map_err(at)?;
@@ -485,16 +503,7 @@ fn write_error(path: &Path, error: impl Into<FormatError>) -> ExportError {
     ExportError::Write { path: path.to_owned(), error: error.into() }
 }
 
-/// A text and the end of its line on the disk, but not under its name.
-fn synced(path: &Path, text: &str) -> io::Result<WholeFile> {
-    let (whole, mut file) = WholeFile::create(path)?;
-    file.write_all(text.as_bytes())?;
-    file.write_all(b"\n")?;
-    file.sync_all()?;
-    Ok(whole)
-}
-
-/// `NAME.export.json`: what was exported and from which run.
+/// `NAME.FORMAT.export.json`: what was exported and from which run.
 #[derive(Serialize)]
 struct Manifest<'a> {
     run: &'a RunHeader,

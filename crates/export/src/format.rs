@@ -47,12 +47,13 @@ pub trait TableWriter {
     fn finish(self: Box<Self>, about: &About) -> Result<File, FormatError>;
 }
 
-/// How a log ended, as far as a table made of it must say.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "kebab-case")]
+/// What a log is worth, as far as a table made of it must say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// The log holds all of its run.
     Whole,
+    /// So it does, and another version of the program or other detectors made it.
+    OtherCode,
     /// It ends before its run does.
     Incomplete,
     /// It is what was left of a damaged one, and lacks what was not.
@@ -66,10 +67,17 @@ impl State {
     pub fn word(self) -> &'static str {
         match self {
             State::Whole => "whole",
+            State::OtherCode => "by other code or detectors",
             State::Incomplete => "incomplete",
-            State::Salvaged => "salvaged",
+            State::Salvaged => "salvaged with gaps",
             State::Damaged => "damaged",
         }
+    }
+}
+
+impl serde::Serialize for State {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.word())
     }
 }
 

@@ -12,6 +12,7 @@
 //! - [`export`]: from the log to the files.
 //!
 //! ```
+//! use asperity_files::{Existing, Inputs};
 //! use asperity_export::{Csv, Export, Request, name_of};
 //! use asperity_record::{EventKind, SlipEvent};
 //!
@@ -26,7 +27,8 @@
 //!     to_s: None,
 //!     out,
 //!     name: name_of(run),
-//!     replace: false,
+//!     existing: Existing::Refuse,
+//!     inputs: Inputs::of([run]),
 //! };
 //! let report = Export::open(run, request, &[EventKind::of::<SlipEvent>()], &Csv)?.run(|_step| {})?;
 //! let (path, rows) = &report.files[0];
@@ -47,5 +49,5 @@ mod lines;
 pub mod rows;
 
 pub use comma::{Csv, CsvRows, Spelling};
-pub use export::{Export, ExportError, Ran, Report, Request, name_of};
+pub use export::{Export, ExportError, Judged, Ran, Report, Request, name_of};
 pub use lines::Ndjson;

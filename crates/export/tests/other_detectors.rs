@@ -4,10 +4,11 @@
 use std::path::{Path, PathBuf};
 
 use asperity_export::{Csv, Export, ExportError, Report, Request};
+use asperity_files::{Existing, Inputs};
 use asperity_record::{
     Direction, Event, EventKind, Onset, Record, RunHeader, RunStatus, SolverReport, StepRecord, payload,
 };
-use asperity_runlog::{Existing, RunWriter};
+use asperity_runlog::RunWriter;
 
 payload! {
     topic: "/events/longest",
@@ -91,7 +92,8 @@ fn request(out: &Path, topics: &[&str]) -> Request {
         to_s: None,
         out: out.to_owned(),
         name: "run".to_owned(),
-        replace: true,
+        existing: Existing::Replace,
+        inputs: Inputs::default(),
     }
 }
 

@@ -22,10 +22,13 @@ use crate::{builtin, contradictions, fill_in, near, profile, text};
 /// # Errors
 /// If there is neither a built-in scenario nor a readable file of that name; or everything that
 /// is wrong with it, each with the place it was written at.
-pub fn resolve<T: AsRef<str>>(name: &str, overrides: &[T]) -> Result<Scenario, ResolveError> {
-    let source = match builtin::find(name) {
+pub fn resolve<T: AsRef<str>>(name: impl AsRef<Path>, overrides: &[T]) -> Result<Scenario, ResolveError> {
+    let path = name.as_ref();
+    // A path need not be UTF-8; in words it is.
+    let name = &*path.to_string_lossy();
+    let source = match path.to_str().and_then(builtin::find) {
         Some(text) => ScenarioSource::new(format!("built-in {name}"), text),
-        None => match text::read(Path::new(name)) {
+        None => match text::read(path) {
             Ok(text) => ScenarioSource::new(name, text),
             Err(source) => return Err(ResolveError::Unknown { name: name.to_owned(), source }),
         },

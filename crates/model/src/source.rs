@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 
+use asperity_record::bounds::check_toml;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -70,6 +71,11 @@ impl ScenarioSource {
         let mut entries = Entries::default();
         let mut errors = Vec::new();
         for layer in &self.layers {
+            if let Err(too_long) = check_toml(&layer.text) {
+                let (place, problem) = (Some(layer.origin.clone()), too_long.to_string());
+                errors.push(ScenarioError { place, key: None, problem, accepted: None });
+                continue;
+            }
             match DeTable::parse(&layer.text) {
                 Ok(table) => collect(layer, "", table.get_ref(), &mut entries),
                 Err(error) => errors.push(ScenarioError {

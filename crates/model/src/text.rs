@@ -4,8 +4,10 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+use asperity_record::bounds::LONGEST_TOML_BYTES;
+
 /// No text that somebody wrote is longer; `/dev/zero` is.
-const LONGEST_BYTES: u64 = 64 << 20;
+const LONGEST_BYTES: u64 = LONGEST_TOML_BYTES as u64;
 
 /// The text of a file, which is not made room for beyond what any has.
 ///
@@ -15,7 +17,7 @@ pub fn read(path: &Path) -> io::Result<String> {
     let mut bytes = Vec::new();
     File::open(path)?.take(LONGEST_BYTES + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > LONGEST_BYTES {
-        let problem = format!("the file is longer than {LONGEST_BYTES} bytes");
+        let problem = format!("the file is longer than {LONGEST_BYTES} bytes, the most that a text may have");
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, problem));
     }
     String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()))

@@ -39,12 +39,14 @@
 // Lets `payload!` name this crate by its own name, here as in crates that use it.
 extern crate self as asperity_record;
 
+pub mod bounds;
 mod checkpoint;
 mod column;
 mod event;
 mod fields;
 mod header;
 mod payload;
+mod printable;
 mod slip;
 mod step;
 mod time;
@@ -56,6 +58,7 @@ pub use fields::{FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, TopicComparison};
 #[doc(hidden)]
 pub use payload::macros;
+pub use printable::printable;
 pub use slip::{GlobalSlip, Onset, SlipEvent};
 pub use step::{Direction, StepRecord, Switch};
 pub use time::TimeGrid;

@@ -1,73 +1,75 @@
-//! Whether a log is whole, and if not, how far it can be trusted.
+//! How a log is read to find out what it is worth, and what can be wrong with it.
 
 use std::fmt;
 use std::path::Path;
 
-use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource};
-use asperity_record::{EventPayload, Record, RunHeader, SlipEvent};
-use asperity_runlog::{LogError, LogItem, RunReader, Topics};
+use asperity_record::{EventPayload, Record, RunHeader, RunStatus, SlipEvent};
+use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 
 use crate::agreement::{Agreement, Difference, OtherDetectors};
 use crate::detectors;
-use crate::header::{CODE_VERSION, header};
+use crate::header::CODE_VERSION;
+use crate::own::{self, Own, OwnProblem};
+use crate::verdict::Verdict;
 
-/// What a log is worth, from best to worst.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// It holds all of its run, and says so.
-    Whole,
-    /// It ends before its run does; what it holds is sound.
-    Incomplete,
-    /// Something in it is not what was written, or contradicts the rest.
-    Damaged,
-    /// It is no run log, or there is no such file.
-    NoRunLog,
-}
-
-impl Verdict {
-    /// As it is written.
-    pub fn word(self) -> &'static str {
-        match self {
-            Verdict::Whole => "whole",
-            Verdict::Incomplete => "incomplete",
-            Verdict::Damaged => "damaged",
-            Verdict::NoRunLog => "not a run log",
-        }
-    }
-}
-
-/// What was found of a log; in words by [`Display`](fmt::Display).
+/// What was found of a log; in words by [`Display`](fmt::Display), which begin with the verdict.
 #[derive(Debug)]
 pub struct Checked {
     /// What it is worth.
     pub verdict: Verdict,
+    /// What it says of itself, if it says so.
+    pub header: Option<RunHeader>,
     /// How much of it is sound.
     pub seen: Seen,
-    /// Why it is not whole, if it is not.
+    /// Why it does not hold all of its run, if it does not.
     pub problem: Option<CheckProblem>,
 }
 
 impl fmt::Display for Checked {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (&self.problem, self.verdict) {
+            // The sentence says it already.
             (Some(problem), Verdict::NoRunLog) => write!(f, "{problem}"),
-            (Some(problem), _) => write!(f, "{}: {problem}", self.seen),
-            (None, _) => write!(f, "{}", self.seen),
+            (Some(problem), verdict) => write!(f, "{verdict}: {}: {problem}", self.seen),
+            (None, verdict) => write!(f, "{verdict}: {}", self.seen),
         }
     }
 }
 
-/// Reads every byte of a log and says what it is worth: structure and checksums, every message
-/// against its schema, the order of steps and their times, whether all numbers are finite, whether
-/// the events are those which the step records give, whether header and scenario agree.
+/// Reads every byte of a log and says what it is worth. All commands ask this, and nothing else:
+///
+/// - structure and checksums, counts and digests, every message against its schema;
+/// - the order of steps and their times, switches against the states of the blocks, whether all
+///   numbers are finite;
+/// - the events against those which the step records give;
+/// - a log of this very program against its own scenario: header, topics with their schemas, what is
+///   recorded and when, loads, thresholds, anchors and the state at the start, how the run ended.
+///
+/// Of a salvaged log, what is missing is held against the gaps that its numbers leave.
 pub fn check(log: &Path) -> Checked {
-    let mut seen = Seen::default();
-    let problem = seen.read(log).err();
-    let verdict = problem.as_ref().map_or(Verdict::Whole, CheckProblem::verdict);
-    Checked { verdict, seen, problem }
+    judge(log, false)
 }
 
-/// Why a log is not whole.
+/// The same, and makes the run of a log of this very program again, by the same solver: every
+/// record must be the one that it gives. It takes about as long as the run did.
+pub fn check_again(log: &Path) -> Checked {
+    judge(log, true)
+}
+
+fn judge(log: &Path, again: bool) -> Checked {
+    let mut seen = Seen::default();
+    let mut header = None;
+    let problem = seen.read(log, again, &mut header).err();
+    let is_ours = header.as_ref().is_some_and(|header: &RunHeader| header.code_version == CODE_VERSION);
+    let verdict = match &problem {
+        Some(problem) => problem.verdict(),
+        None if is_ours && seen.other_detectors.is_none() => Verdict::Whole,
+        None => Verdict::OtherCode,
+    };
+    Checked { verdict, header, seen, problem }
+}
+
+/// Why a log does not hold all of its run.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckProblem {
     /// It cannot be read, or not to its end.
@@ -105,24 +107,15 @@ pub enum CheckProblem {
     /// Topics of events that a log of this program must have.
     #[error("{}, which this program emits, is not in it", .0.join(", "))]
     Topics(Vec<String>),
-    /// A scenario that means nothing.
-    #[error("scenario.toml cannot be read: {0}")]
-    Scenario(ScenarioErrors),
-    /// A scenario that is not that of the header.
-    #[error("scenario.toml is of a run with {key} {expected}, metadata `run` says {found}")]
-    OtherScenario {
-        /// What differs.
-        key: &'static str,
-        /// What the header says.
-        found: String,
-        /// What follows from the scenario.
-        expected: String,
-    },
+    /// It is not what its own scenario makes.
+    #[error(transparent)]
+    Own(#[from] OwnProblem),
 }
 
 impl CheckProblem {
-    fn verdict(&self) -> Verdict {
+    pub(crate) fn verdict(&self) -> Verdict {
         match self {
+            CheckProblem::Log(LogError { problem: LogProblem::Salvaged, .. }) => Verdict::Salvaged,
             CheckProblem::Log(LogError { problem, .. }) if problem.is_early_end() => Verdict::Incomplete,
             CheckProblem::Log(LogError { problem, .. }) if problem.is_no_run_log() => Verdict::NoRunLog,
             _ => Verdict::Damaged,
@@ -141,6 +134,10 @@ pub struct Seen {
     pub last_s: f64,
     /// Slip events.
     pub slips: u64,
+    /// Events of all topics.
+    pub events: u64,
+    /// The version of the code that made it, if that is not this one.
+    pub other_code: Option<String>,
     /// From which event on those of a log of another version differ from those found now.
     pub other_events_from: Option<usize>,
     /// Which topics of events only the log has, or only this program.
@@ -149,8 +146,13 @@ pub struct Seen {
 
 impl fmt::Display for Seen {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Seen { messages, last_step, last_s, slips, other_events_from, other_detectors } = self;
+        let Seen {
+            messages, last_step, last_s, slips, other_code, other_events_from, other_detectors, ..
+        } = self;
         write!(f, "{messages} records and events, {slips} slip events, up to step {last_step} ({last_s} s)")?;
+        if let Some(version) = other_code {
+            write!(f, ", by code version {}", shortened(version))?;
+        }
         if let Some(number) = other_events_from {
             write!(f, ", events of another version that differ from this one's from number {number} on")?;
         }
@@ -161,20 +163,49 @@ impl fmt::Display for Seen {
     }
 }
 
+/// The beginning of a hash, which is enough to tell it from another.
+fn shortened(version: &str) -> String {
+    version.chars().take(12).collect()
+}
+
 impl Seen {
-    fn read(&mut self, run: &Path) -> Result<(), CheckProblem> {
+    /// Reads a log; `found` is what it says of itself, once that is known.
+    fn read(&mut self, run: &Path, again: bool, found: &mut Option<RunHeader>) -> Result<(), CheckProblem> {
         let mut reader = RunReader::open(run, Topics::ALL)?;
-        let header = reader.header().clone();
+        let header = found.insert(reader.header().clone()).clone();
+        self.other_code = (header.code_version != CODE_VERSION).then(|| header.code_version.clone());
         let ours = header.code_version == CODE_VERSION;
+        let kinds = detectors::event_kinds();
         // Of a salvaged log it may be lost, and there is none in its place; that the log is
-        // one is known at its end.
+        // one is known later.
         let scenario_is_lost = reader.scenario_toml().is_empty();
+        let mut plan = None;
         if ours && !scenario_is_lost {
-            scenario_is_of(&header, reader.scenario_toml())?;
+            plan = Some(own::plan(&header, reader.scenario_toml())?);
         }
+        let mut own = None;
         let mut detectors = detectors::all(header.blocks);
         let mut both = Some(Agreement::with(&detectors));
-        while let Some(item) = reader.next_item()? {
+        // Of a salvaged log, until a gap is found that explains it.
+        let mut differs = None;
+        loop {
+            let item = match reader.next_item() {
+                Ok(Some(item)) => item,
+                Ok(None) => break,
+                Err(LogError { problem: LogProblem::Salvaged, .. }) if differs.is_some() => {
+                    if let Some(difference) = differs.filter(|_| !reader.says_lost()) {
+                        self.events_differ(&header, difference)?;
+                    }
+                    return Err(reader
+                        .verify()
+                        .map_or_else(CheckProblem::Log, |_| unreachable!("it is salvaged")));
+                }
+                Err(error) => return Err(error.into()),
+            };
+            if self.messages == 0 {
+                own::topics(reader.announced(), header.blocks, &kinds, ours)?;
+                own = plan.take().map(|plan| Own::new(plan, &header, reader.is_salvaged(), again));
+            }
             if let Some(both) = &mut both
                 && both.announced(reader.event_topics())
             {
@@ -182,17 +213,21 @@ impl Seen {
             }
             if reader.has_gap() {
                 // What is missing may have been the beginning of an event.
-                both = None;
+                (both, differs) = (None, None);
             }
             match item {
                 LogItem::Event(event) => {
                     self.slips += u64::from(event.topic == SlipEvent::TOPIC);
+                    self.events += 1;
                     if let Some(both) = &mut both {
                         both.logged(event);
                     }
                 }
                 LogItem::Record(record) => {
-                    self.record(&header, &record)?;
+                    self.record(&header, &record, reader.has_gap())?;
+                    if let Some(own) = &mut own {
+                        own.record(&record, reader.is_after_gap())?;
+                    }
                     if let (Record::Step(step), Some(both)) = (&record, &mut both) {
                         for detector in &mut detectors {
                             detector.observe(step, &mut |event| both.found(event));
@@ -201,13 +236,29 @@ impl Seen {
                 }
             }
             if let Some(Err(difference)) = both.as_mut().map(Agreement::compare) {
-                self.events_differ(&header, difference)?;
+                if reader.is_salvaged() {
+                    differs = Some(difference);
+                } else {
+                    self.events_differ(&header, difference)?;
+                }
                 both = None;
             }
             self.messages += 1;
         }
+        own::topics(reader.announced(), header.blocks, &kinds, ours)?;
         if ours && scenario_is_lost {
-            scenario_is_of(&header, reader.scenario_toml())?;
+            own::plan(&header, reader.scenario_toml())?;
+        }
+        let status = reader.end().map(|end| end.status);
+        match own {
+            Some(own) => own.finish(status == Some(RunStatus::LoadNotReached))?,
+            // There was no message at all.
+            None => {
+                if let Some(plan) = plan {
+                    Own::new(plan, &header, false, again)
+                        .finish(status == Some(RunStatus::LoadNotReached))?;
+                }
+            }
         }
         if let Some(mut both) = both {
             both.announced(reader.event_topics());
@@ -236,7 +287,7 @@ impl Seen {
         Ok(())
     }
 
-    fn record(&mut self, header: &RunHeader, record: &Record) -> Result<(), CheckProblem> {
+    fn record(&mut self, header: &RunHeader, record: &Record, has_gap: bool) -> Result<(), CheckProblem> {
         let (step, time_s) = match record {
             Record::Step(record) => (record.step, record.time_s),
             Record::Fields(record) => (record.step, record.time_s),
@@ -245,6 +296,8 @@ impl Seen {
         // States stand after the step that they are of; the first is that before the run.
         let in_order = match record {
             Record::Step(_) => step > self.last_step,
+            // The reader knows whether that step may be missing.
+            Record::Fields(_) | Record::Window(_) if has_gap => step >= self.last_step,
             Record::Fields(_) | Record::Window(_) => self.messages == 0 || step == self.last_step,
         };
         if !in_order {
@@ -260,31 +313,6 @@ impl Seen {
         (self.last_step, self.last_s) = (step, time_s);
         Ok(())
     }
-}
-
-/// That a log's scenario is that of its header. Only of this version is it certain what a
-/// scenario means.
-fn scenario_is_of(logged: &RunHeader, text: &str) -> Result<(), CheckProblem> {
-    let scenario =
-        Scenario::resolve(&ScenarioSource::new("scenario.toml", text)).map_err(CheckProblem::Scenario)?;
-    let of = header(&scenario, &Plan::new(&scenario), &logged.solver);
-    let values = |header: &RunHeader| {
-        [
-            ("scenario_hash", header.scenario_hash.clone()),
-            ("scenario", header.scenario.clone()),
-            ("parameter_set", header.parameter_set.clone()),
-            ("blocks", header.blocks.to_string()),
-            ("time_step_s", format!("{:e}", header.time_step_s)),
-            ("steps", header.steps.to_string()),
-            ("run_id", header.run_id.clone()),
-        ]
-    };
-    for ((key, expected), (_, found)) in values(&of).into_iter().zip(values(logged)) {
-        if found != expected {
-            return Err(CheckProblem::OtherScenario { key, found, expected });
-        }
-    }
-    Ok(())
 }
 
 /// What in a record is no finite number, if anything.
@@ -361,7 +389,7 @@ mod tests {
     fn read(records: &[Record]) -> Result<(), CheckProblem> {
         let mut seen = Seen::default();
         records.iter().try_for_each(|record| {
-            seen.record(&header(), record)?;
+            seen.record(&header(), record, false)?;
             seen.messages += 1;
             Ok(())
         })

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_detect::{Detector, SlipRules};
 use asperity_model::text::{self, Lines};
+use asperity_record::bounds::check_toml;
 use asperity_record::{EventKind, RunEnd};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
@@ -132,6 +133,7 @@ impl Settings {
 
     /// The settings, or where in the text the problem is and what it is.
     fn parse(text: &str) -> Result<Settings, (usize, String)> {
+        check_toml(text).map_err(|too_long| (0, too_long.to_string()))?;
         let written: Written = toml::from_str(text).map_err(|error| {
             let place = error.span().map_or(0, |span| span.start);
             (place, format!("{} (accepted: detectors, merge_gap_s, min_blocks)", error.message()))

@@ -6,7 +6,8 @@
 //! - [`Task`], [`run`]: simulator, detectors and log, and what of them a caller sees ([`Watch`]).
 //! - [`detectors`]: the registered detectors, and how to choose among them.
 //! - [`Replay`]: a log through detectors again.
-//! - [`check`], [`salvage`]: what a log is worth, and what is left of a damaged one.
+//! - [`check`], [`Verdict`]: what a log is worth, for whoever reads one; [`salvage`]: what is left of
+//!   a damaged one.
 //! - [`verify`](verify::verify): the fast solver compared with the plain one.
 //! - [`study`]: runs by name in a folder, made unless they are there.
 //!
@@ -43,21 +44,27 @@ mod check;
 mod code_version;
 pub mod detectors;
 mod header;
+mod own;
+mod place;
 mod replay;
 mod resume;
 mod run;
 mod salvage;
 pub mod study;
+mod verdict;
 pub mod verify;
 mod watch;
 
 pub use agreement::{Difference, OtherDetectors};
-pub use check::{CheckProblem, Checked, Seen, Verdict, check};
+pub use check::{CheckProblem, Checked, Seen, check, check_again};
 pub use header::CODE_VERSION;
+pub use own::OwnProblem;
+pub use place::PlaceError;
 pub use replay::{Comparison, Replay, ReplayError, Replayed};
 pub use resume::LeftError;
 pub use run::{Begin, CHECKPOINT_INTERVAL, LogTo, Outcome, RunError, Task, run};
-pub use salvage::salvage;
+pub use salvage::{SalvageProblem, salvage};
+pub use verdict::Verdict;
 pub use watch::{Notice, Watch};
 
 pub use asperity_detect::Detector;

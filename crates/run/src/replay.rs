@@ -53,6 +53,9 @@ pub enum ReplayError {
     /// The log cannot be read to its end, or is not whole.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// The system gives no thread.
+    #[error("failed to start a thread: {0}")]
+    Thread(String),
     /// A detector of the caller's own emits what it must not.
     #[error(transparent)]
     Topic(#[from] TopicError),
@@ -151,6 +154,7 @@ impl Replay {
         match outcome {
             Ok(()) => {}
             Err(StreamError::Source(error) | StreamError::Sink(error)) => return Err(error),
+            Err(StreamError::Thread(error)) => return Err(ReplayError::Thread(error)),
         }
         let agreement = agreement.into_inner().expect("no one panics with it");
         let end = reader.end().expect("the log was read to its end");

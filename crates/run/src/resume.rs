@@ -4,13 +4,15 @@
 //! The solver restores its state from a checkpoint to the bit. Detectors and log have none of
 //! their own: they are given the records up to the checkpoint again, out of the unfinished
 //! log, and so stand where they stood. What comes out is what one run would have given.
+//!
+//! A checkpoint is believed only as far as the records before it bear it out ([`Witness`]).
 
 use std::path::PathBuf;
 
 use asperity_model::Plan;
 use asperity_record::{Checkpoint, EventKind, Record, RunEnd, RunHeader};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics, Unfinished};
-use asperity_simulator::{ChainState, Counters};
+use asperity_simulator::{ChainState, Counters, Witness};
 use serde::{Deserialize, Serialize};
 
 use crate::detectors::has_events_of;
@@ -32,7 +34,28 @@ impl Saved {
         let state = serde_json::to_string(self).expect("a state is a plain struct of numbers");
         Checkpoint { step: self.chain.step, state }
     }
+
+    /// Whether the records of the log lead to it, or in words what contradicts them.
+    fn confirm(
+        &self,
+        unfinished: &Unfinished,
+        state: &str,
+        plan: &Plan,
+    ) -> Result<Result<(), String>, LogError> {
+        if self.resumed > MOST_RESUMED {
+            return Ok(Err(format!("it says that the run was resumed {} times", self.resumed)));
+        }
+        let mut witness = Witness::new(plan);
+        let mut again = Again::new(unfinished, self.chain.step, state)?;
+        while let Some(record) = again.next_record()? {
+            witness.saw(&record);
+        }
+        Ok(witness.confirm(&self.chain, &self.counters))
+    }
 }
+
+/// A run takes some time between one interruption and the next.
+const MOST_RESUMED: u64 = 1 << 32;
 
 /// What is left of a run that did not come to its end.
 pub(crate) enum Left {
@@ -40,8 +63,8 @@ pub(crate) enum Left {
     Nothing,
     /// All of it: only its final name is missing.
     Whole { unfinished: Unfinished, end: Box<RunEnd> },
-    /// A state, and the records that led to it.
-    Part { unfinished: Unfinished, saved: Box<Saved> },
+    /// A state, as it is and as it stands in the log, and the records that led to it.
+    Part { unfinished: Unfinished, saved: Box<Saved>, state: String },
 }
 
 /// An unfinished log that a run cannot go on with.
@@ -66,12 +89,18 @@ pub enum LeftError {
         /// What this run has.
         wanted: String,
     },
-    /// Its checkpoint does not fit its scenario.
+    /// Its checkpoint is not what its records lead to.
     #[error(
-        "{}: its last checkpoint is not a state of this run; without the file the run starts from the beginning",
-        .0.display()
+        "{}: its last checkpoint is not a state of this run: {problem}; without the file the run starts from the \
+         beginning",
+        log.display()
     )]
-    NoState(PathBuf),
+    NoState {
+        /// The log.
+        log: PathBuf,
+        /// What contradicts what.
+        problem: String,
+    },
 }
 
 impl Left {
@@ -106,10 +135,16 @@ impl Left {
             }
         }
         let Some(state) = reader.checkpoint() else { return Ok(Left::Nothing) };
-        let saved: Option<Box<Saved>> = serde_json::from_str(state).ok();
-        match saved.filter(|saved| saved.chain.fits(plan)) {
-            Some(saved) => Ok(Left::Part { unfinished, saved }),
-            None => Err(LeftError::NoState(unfinished.partial_path())),
+        let log = unfinished.partial_path();
+        let refused = |problem| Err(LeftError::NoState { log, problem });
+        let saved: Box<Saved> = match serde_json::from_str(state) {
+            Ok(saved) => saved,
+            Err(error) => return refused(error.to_string()),
+        };
+        let state = state.to_owned();
+        match saved.confirm(&unfinished, &state, plan)? {
+            Ok(()) => Ok(Left::Part { unfinished, saved, state }),
+            Err(problem) => refused(problem),
         }
     }
 }
@@ -145,11 +180,10 @@ pub(crate) struct Again {
 }
 
 impl Again {
-    /// Of an unfinished log that was found to hold that checkpoint.
-    pub(crate) fn new(unfinished: &Unfinished, saved: &Saved) -> Result<Again, LogError> {
-        let Checkpoint { step, state } = saved.checkpoint();
+    /// Of an unfinished log that was found to hold a checkpoint of that step, in these words.
+    pub(crate) fn new(unfinished: &Unfinished, step: u64, state: &str) -> Result<Again, LogError> {
         let old = RunReader::open(&unfinished.partial_path(), Topics::RECORDS)?;
-        Ok(Again { old, until_step: step, state })
+        Ok(Again { old, until_step: step, state: state.to_owned() })
     }
 
     /// The next record; `None` once the solver is to go on.

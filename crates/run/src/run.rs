@@ -14,11 +14,15 @@ use asperity_stream::{Given, Item, StreamError};
 
 use crate::detectors::{self, TopicError};
 use crate::header::header;
+use crate::place::PlaceError;
 use crate::resume::{Again, Left, LeftError, Saved};
 use crate::watch::{Notice, Watch};
 
 /// Bytes of checkpoints for each second of work, at most: long chains have large states.
 const CHECKPOINT_BYTES_PER_S: f64 = 1e5;
+
+/// Bytes of checkpoints beyond that in a whole run, where they are asked for more often.
+const CHECKPOINT_BYTES: f64 = 16e6;
 
 /// The time between checkpoints where nobody asks for another.
 pub const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(1);
@@ -132,12 +136,15 @@ pub enum RunError {
     /// The log could not be written.
     #[error("failed to write the log: {0}")]
     Write(#[from] WriteError),
+    /// The system gives no thread.
+    #[error("failed to start a thread: {0}")]
+    Thread(String),
     /// The records before a checkpoint could not be read again.
     #[error("failed to go on with what there is: {0}")]
     Log(#[from] LogError),
     /// What stands in the place of the log is not one that may be replaced.
-    #[error("{0}; it is not replaced (accepted: another folder)")]
-    Foreign(LogError),
+    #[error(transparent)]
+    Place(#[from] PlaceError),
     /// One cannot go on with the unfinished log.
     #[error(transparent)]
     Left(#[from] LeftError),
@@ -209,10 +216,10 @@ pub fn run(
                 let (status, counters) = (end.status, Counters::default());
                 return Ok(Outcome { status, counters, has_run: false, end: Some(*end) });
             }
-            Left::Part { unfinished, saved } => {
+            Left::Part { unfinished, saved, state } => {
                 let step = saved.chain.step;
                 watch.notice(Notice::GoesOn { step, time_s: plan.grid.time_s(step) });
-                source.go_on(&unfinished, *saved)?;
+                source.go_on(&unfinished, *saved, &state)?;
                 RunWriter::resume(unfinished, existing, &header, &scenario_toml, &kinds)?
             }
         });
@@ -239,12 +246,20 @@ pub fn run(
             Ok(())
         },
     );
+    if let (
+        Err(StreamError::Source(End::Simulation(_)) | StreamError::Sink(_) | StreamError::Thread(_)),
+        Some(writer),
+    ) = (&outcome, &mut writer)
+    {
+        writer.discard_if_empty();
+    }
     let is_stopped = match outcome {
         Ok(()) => false,
         Err(StreamError::Source(End::Stopped)) => true,
         Err(StreamError::Source(End::Simulation(error))) => return Err(error.into()),
         Err(StreamError::Source(End::Log(error))) => return Err(error.into()),
         Err(StreamError::Sink(error)) => return Err(RunError::Write(error)),
+        Err(StreamError::Thread(error)) => return Err(RunError::Thread(error)),
     };
     let Source { solver, before, .. } = source;
     let counters = before.counters + solver.counters();
@@ -287,11 +302,13 @@ struct Before {
 struct Checkpoints {
     interval: Duration,
     next: Instant,
+    /// What is left of [`CHECKPOINT_BYTES`].
+    left_bytes: f64,
 }
 
 impl Checkpoints {
     fn every(interval: Duration) -> Checkpoints {
-        Checkpoints { interval, next: Instant::now() + interval }
+        Checkpoints { interval, next: Instant::now() + interval, left_bytes: CHECKPOINT_BYTES }
     }
 
     fn are_due(&self) -> bool {
@@ -300,10 +317,14 @@ impl Checkpoints {
 
     /// Puts the next one off by the time that one of so many bytes is worth.
     fn written(&mut self, bytes: usize) {
-        let share = Duration::from_secs_f64(bytes as f64 / CHECKPOINT_BYTES_PER_S);
-        // A shorter interval was asked for by somebody who knows what it costs.
-        let interval =
-            if self.interval < CHECKPOINT_INTERVAL { self.interval } else { self.interval.max(share) };
+        let bytes = bytes as f64;
+        let share = Duration::from_secs_f64(bytes / CHECKPOINT_BYTES_PER_S);
+        let interval = if self.interval < CHECKPOINT_INTERVAL && self.left_bytes >= bytes {
+            self.left_bytes -= bytes;
+            self.interval
+        } else {
+            self.interval.max(share)
+        };
         self.next = Instant::now() + interval;
     }
 }
@@ -325,8 +346,8 @@ struct Source<'a> {
 
 impl Source<'_> {
     /// Has the solver go on from a checkpoint, once the records before it have been given.
-    fn go_on(&mut self, unfinished: &Unfinished, saved: Saved) -> Result<(), RunError> {
-        self.again = Some(Again::new(unfinished, &saved)?);
+    fn go_on(&mut self, unfinished: &Unfinished, saved: Saved, state: &str) -> Result<(), RunError> {
+        self.again = Some(Again::new(unfinished, saved.chain.step, state)?);
         self.before = Before { counters: saved.counters, resumed: saved.resumed };
         self.solver.restore(&saved.chain);
         Ok(())

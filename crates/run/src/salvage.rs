@@ -6,19 +6,47 @@ use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_runlog::{SalvageError, Salvaged};
 
+use crate::check::{Checked, check};
 use crate::detectors;
 use crate::header::{header, run_id};
+use crate::verdict::Verdict;
 
 /// Stands where nobody knows any more which program or solver it was.
 const UNKNOWN: &str = "unknown";
 
+/// A log of which nothing was salvaged.
+#[derive(Debug, thiserror::Error)]
+pub enum SalvageProblem {
+    /// There is nothing to do.
+    #[error("{0}: there is nothing to salvage")]
+    Whole(Verdict),
+    /// Whatever could vouch for its parts does, and still it contradicts itself.
+    #[error("{0}; all checksums hold, so there is no part to leave out (accepted: the run, made again)")]
+    Contradictory(Box<Checked>),
+    /// There is nothing left of it, or its remains cannot be written.
+    #[error("{error}")]
+    Failed {
+        /// Why.
+        error: SalvageError,
+        /// What the log is worth as it stands.
+        checked: Box<Checked>,
+    },
+}
+
 /// Writes what is left of the log `input` to a new log `output`.
 ///
 /// # Errors
-/// If `input` is whole, cannot be read or has nothing left that says what run it is of, or
-/// `output` exists or cannot be written.
-pub fn salvage(input: &Path, output: &Path) -> Result<Salvaged, SalvageError> {
-    asperity_runlog::salvage(input, output, &detectors::event_kinds(), &settle)
+/// If `input` holds all of its run, cannot be read or has nothing left that says what run it is of,
+/// or `output` exists or cannot be written.
+pub fn salvage(input: &Path, output: &Path) -> Result<Salvaged, SalvageProblem> {
+    let checked = check(input);
+    if checked.verdict.holds_all() {
+        return Err(SalvageProblem::Whole(checked.verdict));
+    }
+    asperity_runlog::salvage(input, output, &detectors::event_kinds(), &settle).map_err(|error| match error {
+        SalvageError::Whole(_) => SalvageProblem::Contradictory(Box::new(checked)),
+        error => SalvageProblem::Failed { error, checked: Box::new(checked) },
+    })
 }
 
 /// Compares the header with the scenario, of which a checksum says that it is what was

@@ -3,12 +3,25 @@
 use std::path::{Path, PathBuf};
 
 use asperity_model::{Plan, Scenario};
-use asperity_runlog::{Existing, LogError, LogProblem, NoRunLog, RunReader, Topics, partial_path};
+use asperity_runlog::Existing;
 use asperity_simulator::SolverKind;
 
-use crate::detectors;
+use crate::check::check;
+use crate::place::{self, PlaceError};
 use crate::run::{Begin, LogTo, Outcome, RunError, Task, run};
+use crate::verdict::Verdict;
 use crate::watch::Watch;
+
+/// What there is of a run already.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Stored {
+    /// Its log: whole, by this very program with its detectors, of this scenario and solver.
+    Whole,
+    /// No log.
+    Nothing,
+    /// A log that cannot stand for it, and why.
+    Unfit(String),
+}
 
 /// A run of a study, resolved.
 #[derive(Debug, Clone)]
@@ -35,42 +48,42 @@ impl Job {
         folder.join(format!("{}.mcap", self.name))
     }
 
-    /// Whether a whole log of this scenario, made by this program, is there.
-    pub fn is_done(&self, folder: &Path, solver: SolverKind) -> bool {
-        let log = self.log(folder);
-        let task = Task { solver, ..Task::new(&self.scenario) };
+    /// Whether its log is there already, so that it need not be made.
+    pub fn stored(&self, folder: &Path, solver: SolverKind) -> Stored {
+        let checked = check(&self.log(folder));
+        let Some(found) = checked.header.as_ref().filter(|_| checked.verdict != Verdict::NoRunLog) else {
+            return Stored::Nothing;
+        };
         // The name of the scenario is for people; another one does not make another run.
-        let Ok(mut reader) = RunReader::open(&log, Topics::NONE) else { return false };
-        let (found, wanted) = (reader.header(), task.header());
-        found.run_id == wanted.run_id
-            && found.solver == wanted.solver
-            && reader.verify().is_ok_and(|end| detectors::has_events_of(&end, &detectors::event_kinds()))
+        let wanted = Task { solver, ..Task::new(&self.scenario) }.header();
+        if found.scenario_hash != wanted.scenario_hash {
+            return Stored::Unfit("its log is of another scenario".to_owned());
+        }
+        if checked.verdict != Verdict::Whole {
+            return Stored::Unfit(format!("its log is {checked}"));
+        }
+        if found.solver != wanted.solver {
+            let (found, wanted) = (&found.solver, &wanted.solver);
+            return Stored::Unfit(format!("its log is by the {found} solver, not the {wanted} one"));
+        }
+        Stored::Whole
     }
 
     /// Makes sure that what stands in the place of its log, whole or unfinished, may be replaced:
-    /// nothing, or a run log.
+    /// nothing, or a log of the same scenario and solver; of whatever run if it is to be `fresh`.
     ///
     /// # Errors
-    /// If it is something else, which is none of ours.
-    pub fn check_place(&self, folder: &Path) -> Result<(), LogError> {
-        let log = self.log(folder);
-        for path in [partial_path(&log), log] {
-            match RunReader::open(&path, Topics::NONE) {
-                Err(LogError {
-                    problem: LogProblem::NoRunLog(NoRunLog::Missing | NoRunLog::Empty), ..
-                }) => {}
-                Err(error) if error.problem.is_no_run_log() => return Err(error),
-                _ => {}
-            }
-        }
-        Ok(())
+    /// If it is something else.
+    pub fn check_place(&self, folder: &Path, solver: SolverKind, fresh: bool) -> Result<(), PlaceError> {
+        let wanted = Task { solver, ..Task::new(&self.scenario) }.header();
+        place::check(&self.log(folder), &wanted, fresh)
     }
 
     /// Makes the run, or goes on with what was begun of it, unless it is to be made `fresh`. A
     /// run log that stands there is replaced once the new one is whole.
     ///
     /// # Errors
-    /// If the run could not be finished, or something else than a run log stands there.
+    /// If the run could not be finished, or something that is not replaced stands there.
     pub fn make(
         &self,
         folder: &Path,
@@ -79,7 +92,7 @@ impl Job {
         stop: &(dyn Fn() -> bool + Sync),
         watch: &mut dyn Watch,
     ) -> Result<Outcome, RunError> {
-        self.check_place(folder).map_err(RunError::Foreign)?;
+        self.check_place(folder, solver, fresh)?;
         let path = self.log(folder);
         let log = LogTo { existing: Existing::Replace, ..LogTo::new(&path) };
         let task = Task { solver, ..Task::new(&self.scenario) }.log_to(log);

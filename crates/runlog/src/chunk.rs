@@ -44,6 +44,11 @@ impl Chunk {
         Ok(Chunk { records, read: 0 })
     }
 
+    /// Where the next record begins.
+    pub(crate) fn place(&self) -> u64 {
+        self.read as u64
+    }
+
     /// The next record: opcode and body.
     ///
     /// # Errors

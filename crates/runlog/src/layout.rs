@@ -2,12 +2,14 @@
 //! this says that what was written is a log: one header, one end, one scenario, every
 //! message on a channel that was announced, none after the end.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use mcap::records::Record;
 
-use crate::format::{RUN, RUN_END, SALVAGE, SCENARIO};
-use crate::problem::LogProblem;
+use crate::format::{
+    CHUNK, LONGEST_TOPIC_BYTES, MOST_CHANNELS, MOST_SCHEMAS, RUN, RUN_END, SALVAGE, SCENARIO,
+};
+use crate::problem::{LogProblem, most};
 
 /// Follows the records of a file.
 #[derive(Debug, Default)]
@@ -17,6 +19,7 @@ pub(crate) struct Layout {
     begun: bool,
     has_scenario: bool,
     channels: BTreeMap<u16, Channel>,
+    schemas: BTreeSet<u16>,
     /// A message out of its number, which a salvaged log may have and no other.
     gap: Option<Gap>,
 }
@@ -83,6 +86,9 @@ impl Layout {
                 Ended => misplaced("there are two metadata `run_end`"),
                 _ => misplaced("metadata `run_end` stands after the end of the data"),
             },
+            (Record::Metadata(metadata), Start) if metadata.name == CHUNK => Err(LogProblem::NoHeader),
+            // The end is vouched for as well.
+            (Record::Metadata(metadata), Run | Ended) if metadata.name == CHUNK => Ok(()),
             (Record::Metadata(metadata), Run) if metadata.name == SALVAGE && self.has_messages() => {
                 misplaced("metadata `salvage` stands after the first message")
             }
@@ -103,6 +109,10 @@ impl Layout {
             (Record::Chunk { .. }, Ended | Summary) => misplaced("there is a chunk after metadata `run_end`"),
             (Record::Message { .. } | Record::Channel(_), Run) if !self.has_scenario => {
                 misplaced("there is no attachment `scenario.toml` before the first channel")
+            }
+            (Record::Schema { header, .. }, _) => {
+                self.schemas.insert(header.id);
+                most("schemas", self.schemas.len(), MOST_SCHEMAS)
             }
             (Record::Channel(channel), _) => self.channel(channel.id, &channel.topic),
             (Record::Message { header, .. }, Run) => self.message(header.channel_id, header.sequence),
@@ -168,6 +178,8 @@ impl Layout {
             }
             None => {}
         }
+        most("channels", self.channels.len() + 1, MOST_CHANNELS)?;
+        most("bytes in the name of a topic", topic.len(), LONGEST_TOPIC_BYTES)?;
         if self.channels.values().any(|known| known.topic == topic) {
             return Err(LogProblem::TopicTwice(topic.to_owned()));
         }

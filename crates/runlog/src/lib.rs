@@ -13,10 +13,25 @@
 //! | topic `/window` | the state of chosen blocks in dense windows |
 //! | topics `/events/...` | what the detectors emitted, after the record that made it certain |
 //! | metadata `run_end` | the [`RunEnd`](asperity_record::RunEnd), last: only this says that the run is whole |
+//! | metadata `chunk` | after the scenario, each chunk with its message indexes, each checkpoint, `salvage` and `run_end`: what vouches for it |
 //!
 //! Messages are JSON objects, each topic with its JSON schema. `log_time` is
 //! simulated time in nanoseconds; nothing in the file knows the wall clock.
 //! A log is written under a temporary name and renamed when it is whole.
+//!
+//! The keys of `chunk`, which are the same in every such record and enter no digest:
+//!
+//! | key | what |
+//! |---|---|
+//! | `run_id` | that of the header |
+//! | `number` | counted from 0, which is that of the scenario |
+//! | `crc` | the checksum of the piece right before it: of a chunk as in its header, of an attachment as at its end, of `salvage` and `run_end` the CRC-32 of the record behind its length |
+//! | `before_crc` | `crc` of the record `chunk` before it; 0 in the first |
+//! | `bytes` | how many bytes of the file stand before this record |
+//! | `bytes_crc` | their CRC-32 |
+//!
+//! Checksums are eight hexadecimal digits. A log of version 3 holds nothing that is not in these
+//! tables, and its summary names all of it. A chunk ends where a step and its switches end.
 //!
 //! The keys of `run_end`:
 //!
@@ -101,38 +116,47 @@
 //!
 //! - `format`: names and bounds, each in one place; `versions`: which versions there were.
 //! - `problem`: what can be wrong with a log, read or written.
-//! - `messages`, `metadata`, `digest`: what stands in the file, as types.
-//! - `write`: writing one; `whole` and `unfinished`: what a file is called until it is whole,
-//!   and who may write it.
+//! - `messages`, `announced`, `metadata`, `link`, `digest`: what stands in the file, as types.
+//! - `write`, `follow`: writing one; `unfinished`: where a log stands until it is whole, and who may
+//!   write it.
 //! - `parse`, `chunk`, `layout`, `records`: from bytes to MCAP records, no length believed that
 //!   the bytes do not bear out, each record where it may stand.
-//! - `agree`, `read`: from MCAP records to step records and events, nothing in which
+//! - `proof`, `index`: whether records are vouched for, and the summary names them all.
+//! - `agree`, `gaps`, `read`: from MCAP records to step records and events, nothing in which
 //!   contradicts the rest.
-//! - `findings`, `pieces`, `salvage`: what is left of a damaged one.
+//! - `findings`, `pieces`, `lineage`, `walk`, `salvage`: what is left of a damaged one.
 
 mod agree;
+mod announced;
 mod chunk;
 mod digest;
 mod findings;
+mod follow;
 mod format;
+mod gaps;
+mod index;
 mod layout;
+mod lineage;
+mod link;
 mod messages;
 mod metadata;
 mod parse;
 mod pieces;
 mod problem;
+mod proof;
 mod read;
 mod records;
 mod salvage;
 mod unfinished;
 mod versions;
-mod whole;
+mod walk;
 mod write;
 
+pub use announced::{Announced, announcements, is_topic_of_a_run};
+pub use asperity_files::{Existing, partial_path};
 pub use findings::{Damage, Gap, Salvaged};
 pub use problem::{LogError, LogProblem, MetadataError, NoRunLog, WriteError};
 pub use read::{LogItem, RunReader, Topics};
 pub use salvage::{SalvageError, Settle, salvage};
-pub use unfinished::{Existing, Unfinished};
-pub use whole::{WholeFile, partial_path};
+pub use unfinished::Unfinished;
 pub use write::RunWriter;

@@ -4,10 +4,10 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
-use asperity_record::{MOST_BLOCKS, RunEnd, RunHeader, RunStatus, SolverReport};
+use asperity_record::{MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
 
-use crate::findings::Salvaged;
-use crate::format::{RUN, RUN_END};
+use crate::findings::{Gap, Salvaged};
+use crate::format::{RUN, RUN_END, SALVAGE};
 use crate::problem::MetadataError;
 
 /// How the keys begin of what is said of each topic, or of each kind of the solver's work.
@@ -66,6 +66,14 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
     }
     if !(header.time_step_s.is_finite() && header.time_step_s > 0.0) {
         return Err(map.invalid("time_step_s", "a number above 0"));
+    }
+    // What is said in words follows from the rest. Older programs may have used other words.
+    if header.record_schema_version == RECORD_SCHEMA_VERSION {
+        for (key, expected) in header_to_map(&header) {
+            if map.map.get(&key).is_some_and(|said| *said != expected) {
+                return Err(map.invalid(&key, format!("{expected:?}, which the other keys give")));
+            }
+        }
     }
     Ok(header)
 }
@@ -156,21 +164,54 @@ pub(crate) fn salvaged_to_map(salvaged: &Salvaged) -> BTreeMap<String, String> {
     map
 }
 
-struct Reader<'a> {
-    record: &'static str,
-    map: &'a BTreeMap<String, String>,
+/// Where a salvaged log lacks something, as [`salvaged_to_map`] writes it.
+///
+/// # Errors
+/// If the gaps are not such, or not in their order.
+pub(crate) fn gaps_from_map(map: &BTreeMap<String, String>) -> Result<Vec<Gap>, MetadataError> {
+    let reader = Reader { record: SALVAGE, map };
+    let invalid = || reader.invalid("gaps", "a list of steps, as \"10..20 30..\", in order");
+    let step = |text: &str| match text {
+        "" => Ok(None),
+        text => text.parse().map(Some).map_err(|_| invalid()),
+    };
+    let text = reader.text("gaps")?;
+    let mut gaps: Vec<Gap> = Vec::new();
+    for gap in text.split(' ').filter(|gap| !gap.is_empty()) {
+        let (after, before) = gap.split_once("..").ok_or_else(invalid)?;
+        let gap = Gap { after_step: step(after)?, before_step: step(before)? };
+        let follows = gaps.last().is_none_or(|last| {
+            last.before_step.zip(gap.after_step).is_some_and(|(before, after)| before <= after)
+        });
+        let is_forward = gap.after_step.zip(gap.before_step).is_none_or(|(after, before)| after <= before);
+        if !follows || !is_forward {
+            return Err(invalid());
+        }
+        gaps.push(gap);
+    }
+    Ok(gaps)
+}
+
+/// Reads the keys of one metadata record.
+pub(crate) struct Reader<'a> {
+    pub(crate) record: &'static str,
+    pub(crate) map: &'a BTreeMap<String, String>,
 }
 
 impl Reader<'_> {
-    fn text(&self, key: &'static str) -> Result<String, MetadataError> {
+    pub(crate) fn text(&self, key: &'static str) -> Result<String, MetadataError> {
         self.map.get(key).cloned().ok_or(MetadataError::Missing { record: self.record, key })
     }
 
-    fn parse<T: FromStr>(&self, key: &'static str, accepted: &'static str) -> Result<T, MetadataError> {
+    pub(crate) fn parse<T: FromStr>(
+        &self,
+        key: &'static str,
+        accepted: &'static str,
+    ) -> Result<T, MetadataError> {
         self.text(key)?.parse().map_err(|_| self.invalid(key, accepted))
     }
 
-    fn invalid(&self, key: &str, accepted: impl Into<Cow<'static, str>>) -> MetadataError {
+    pub(crate) fn invalid(&self, key: &str, accepted: impl Into<Cow<'static, str>>) -> MetadataError {
         MetadataError::Invalid {
             record: self.record,
             key: key.to_owned(),

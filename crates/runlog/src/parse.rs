@@ -5,7 +5,8 @@
 
 use mcap::records::{Record, op};
 
-use crate::problem::LogProblem;
+use crate::format::LONGEST_METADATA_BYTES;
+use crate::problem::{LogProblem, most};
 
 /// A record out of its bytes, no length in which is believed that they do not bear out.
 ///
@@ -14,6 +15,9 @@ use crate::problem::LogProblem;
 pub(crate) fn parse(opcode: u8, body: &[u8], at: u64) -> Result<Record<'_>, LogProblem> {
     if !fit(opcode, body) {
         return Err(LogProblem::InnerLength { at, opcode });
+    }
+    if opcode == op::METADATA {
+        most("bytes of metadata in one record", body.len(), LONGEST_METADATA_BYTES)?;
     }
     mcap::parse_record(opcode, body).map_err(|error| LogProblem::Record { at, error })
 }
@@ -57,8 +61,22 @@ fn fields(opcode: u8) -> &'static [Field] {
 
 /// Whether a record has room for all that it says it has.
 fn fit(opcode: u8, body: &[u8]) -> bool {
+    behind_fields(opcode, body).is_some()
+}
+
+/// Whether a record holds what it says it has and nothing behind that: MCAP would allow for
+/// it, but logs have none.
+pub(crate) fn fills(opcode: u8, body: &[u8]) -> bool {
+    // What a message says follows its fields; of records of other programs nothing is known.
+    opcode == op::MESSAGE
+        || fields(opcode).is_empty()
+        || behind_fields(opcode, body).is_some_and(<[u8]>::is_empty)
+}
+
+/// What stands behind a record's fields, if there is room for these.
+fn behind_fields(opcode: u8, body: &[u8]) -> Option<&[u8]> {
     let mut rest = body;
-    fields(opcode).iter().all(|field| skip(*field, &mut rest))
+    fields(opcode).iter().all(|field| skip(*field, &mut rest)).then_some(rest)
 }
 
 /// Goes past a field, if there is as much.

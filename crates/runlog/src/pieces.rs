@@ -1,6 +1,6 @@
 //! The pieces of a damaged file that prove themselves, and what lies between them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
@@ -10,21 +10,32 @@ use mcap::records::{Record, op};
 
 use crate::chunk::Chunk;
 use crate::findings::Damage;
-use crate::format::{CHECKPOINT, LONGEST_RECORD_BYTES, MAGIC, RECORD_HEAD_BYTES, RUN, RUN_END, SCENARIO};
+use crate::format::{
+    CHECKPOINT, CHUNK, LONGEST_RECORD_BYTES, MAGIC, RECORD_HEAD_BYTES, RUN, RUN_END, SCENARIO,
+};
+use crate::link::{LONGEST_LINK_BYTES, Link, link_at};
 use crate::metadata;
 use crate::parse::parse;
 
 /// A part of the file that has proved itself, or that its reader has to compare with others.
-pub(crate) enum Piece {
+pub(crate) enum Content {
     Run(BTreeMap<String, String>),
     Scenario(String),
     Checkpoint(String),
     End(RunEnd),
-    /// A chunk's records, and where in the file it is.
-    Chunk {
-        at: u64,
-        chunk: Chunk,
-    },
+    Chunk(Chunk),
+    /// A record `chunk`; all of them are found beforehand.
+    Link,
+}
+
+/// Such a part, and where it is.
+pub(crate) struct Piece {
+    pub(crate) at: u64,
+    /// The first byte after it.
+    pub(crate) end: u64,
+    /// What a record `chunk` says of it.
+    pub(crate) crc: u32,
+    pub(crate) content: Content,
 }
 
 /// Walks through a file from piece to piece, past whatever is between them.
@@ -34,6 +45,11 @@ pub(crate) struct Pieces {
     at: u64,
     /// After the last piece that proved itself: nothing before it needs to be searched.
     proved: u64,
+    /// The checksums that records `chunk` name: where a file has any, what has none of them is
+    /// not taken for the beginning of a chunk.
+    named: Option<BTreeSet<u32>>,
+    /// How many bytes may still be read for beginnings that turn out to be none.
+    effort: u64,
     pub(crate) damage: Vec<Damage>,
 }
 
@@ -42,16 +58,49 @@ impl Pieces {
         let file = File::open(path)?;
         let length = file.metadata()?.len();
         let file = BufReader::with_capacity(1 << 16, file);
-        let mut pieces = Pieces { file, length, at: 0, proved: 0, damage: Vec::new() };
+        let effort = MOST_EFFORT_BYTES.saturating_add(length.saturating_mul(4));
+        let mut pieces = Pieces { file, length, at: 0, proved: 0, named: None, effort, damage: Vec::new() };
         if pieces.bytes(0, MAGIC.len() as u64)?.as_deref() == Some(MAGIC) {
             (pieces.at, pieces.proved) = (MAGIC.len() as u64, MAGIC.len() as u64);
         }
         Ok(pieces)
     }
 
-    /// Takes note that a chunk was not what its topic promises.
-    pub(crate) fn reject(&mut self, at: u64, what: String) {
-        self.damage.push(Damage { from_byte: at, to_byte: self.at, what });
+    /// All records `chunk` of the file, with where they are, whatever stands between them.
+    pub(crate) fn links(&mut self) -> io::Result<Vec<(u64, Link)>> {
+        let mut links = Vec::new();
+        let mut start = 0;
+        while start < self.length {
+            let count = (WINDOW_BYTES + LONGEST_LINK_BYTES as u64).min(self.length - start);
+            let window = self.bytes(start, count)?.unwrap_or_default();
+            for offset in 0..count.min(WINDOW_BYTES) as usize {
+                if window[offset] == op::METADATA
+                    && let Some((link, _)) = link_at(&window[offset..])
+                {
+                    links.push((start + offset as u64, link));
+                }
+            }
+            start += WINDOW_BYTES;
+        }
+        Ok(links)
+    }
+
+    /// From now on only chunks with one of these checksums are searched for.
+    pub(crate) fn search_only(&mut self, named: BTreeSet<u32>) {
+        self.named = Some(named);
+    }
+
+    /// What was found there before.
+    pub(crate) fn again(&mut self, at: u64) -> io::Result<Option<Content>> {
+        Ok(self.record(at)?.ok().and_then(|(piece, _)| piece).map(|piece| piece.content))
+    }
+
+    /// The chunk that was found there before.
+    pub(crate) fn chunk(&mut self, at: u64) -> io::Result<Option<Chunk>> {
+        Ok(match self.again(at)? {
+            Some(Content::Chunk(chunk)) => Some(chunk),
+            _ => None,
+        })
     }
 
     /// `count` bytes from there on; `None` if the file has not as many.
@@ -81,7 +130,14 @@ impl Pieces {
                 }
                 Err(what) => {
                     let from_byte = self.at;
-                    let to_byte = self.search(self.proved.max(8))?;
+                    let (to_byte, gave_up) = self.search(self.proved.max(8))?;
+                    let what = if gave_up {
+                        format!(
+                            "{what}; too many false beginnings of chunks follow, so the rest was not searched"
+                        )
+                    } else {
+                        what
+                    };
                     self.damage.push(Damage { from_byte: from_byte.min(to_byte), to_byte, what });
                     (self.at, self.proved) = (to_byte, to_byte);
                 }
@@ -118,13 +174,14 @@ impl Pieces {
         let Some(body) = self.bytes(body_at, length)? else {
             return Ok(Err("a record is longer than what is left of the file".to_owned()));
         };
-        Ok(piece(opcode, &body, at).map(|piece| (piece, next)))
+        let piece = content(opcode, &body, at)
+            .map(|found| found.map(|(content, crc)| Piece { at, end: next, crc, content }));
+        Ok(piece.map(|piece| (piece, next)))
     }
 
-    /// Where from some byte on the next chunk, attachment or end is that proves itself; the
-    /// end of the file if there is none.
-    fn search(&mut self, from: u64) -> io::Result<u64> {
-        const WINDOW_BYTES: u64 = 1 << 16;
+    /// Where from some byte on the next piece is that proves itself, or the end of the file;
+    /// and whether the search was given up before.
+    fn search(&mut self, from: u64) -> io::Result<(u64, bool)> {
         // Enough after a place to tell whether it is worth a closer look.
         const LOOK_BYTES: u64 = 64;
         let mut start = from;
@@ -133,24 +190,50 @@ impl Pieces {
             let window = self.bytes(start, count)?.unwrap_or_default();
             for offset in 0..count.min(WINDOW_BYTES) {
                 let at = start + offset;
-                let may_begin = looks_like_a_piece(&window[offset as usize..]);
-                if may_begin
-                    && at != self.at
-                    && let Ok((Some(_), _)) = self.record(at)?
-                {
-                    return Ok(at);
+                let look = &window[offset as usize..];
+                if at == self.at || !looks_like_a_piece(look) || !self.may_be_named(look) {
+                    continue;
+                }
+                if let Ok((Some(_), _)) = self.record(at)? {
+                    return Ok((at, false));
+                }
+                let claimed = u64::from_le_bytes(look[1..9].try_into().expect("eight bytes"));
+                let cost = claimed.min(LONGEST_RECORD_BYTES as u64).min(self.length - at);
+                match self.effort.checked_sub(cost) {
+                    Some(left) => self.effort = left,
+                    None => return Ok((self.length, true)),
                 }
             }
             start += WINDOW_BYTES;
         }
-        Ok(self.length)
+        Ok((self.length, false))
+    }
+
+    /// Whether the beginning of a chunk bears a checksum that a record `chunk` names.
+    fn may_be_named(&self, look: &[u8]) -> bool {
+        let Some(named) = self.named.as_ref().filter(|_| look[0] == op::CHUNK) else { return true };
+        let crc = look.get(CHUNK_CRC_AT..CHUNK_CRC_AT + 4).and_then(|crc| crc.try_into().ok());
+        crc.is_some_and(|crc| named.contains(&u32::from_le_bytes(crc)))
     }
 }
+
+/// How much of a file is looked at once.
+const WINDOW_BYTES: u64 = 1 << 16;
+
+/// What may be read in vain, besides four times the file: bytes that only look like beginnings
+/// of chunks could otherwise have all of the file read for each of them.
+const MOST_EFFORT_BYTES: u64 = 1 << 26;
+
+/// Where a chunk's checksum is, from its opcode on: after head, two times and size.
+const CHUNK_CRC_AT: usize = RECORD_HEAD_BYTES + 8 + 8 + 8;
 
 /// A first look at bytes of which a chunk, an attachment or a metadata record of ours may be
 /// the beginning.
 fn looks_like_a_piece(bytes: &[u8]) -> bool {
     let begins_at = |place: usize, text: &[u8]| bytes.get(place..).is_some_and(|rest| rest.starts_with(text));
+    if bytes.len() <= RECORD_HEAD_BYTES {
+        return false;
+    }
     match bytes.first() {
         // After head, times, size and checksum.
         Some(&op::CHUNK) => begins_at(9 + 28, b"\x04\0\0\0zstd"),
@@ -158,20 +241,28 @@ fn looks_like_a_piece(bytes: &[u8]) -> bool {
         Some(&op::ATTACHMENT) => {
             begins_at(9 + 16, b"\x0d\0\0\0scenario.toml") || begins_at(9 + 16, b"\x0a\0\0\0checkpoint")
         }
-        Some(&op::METADATA) => begins_at(9, b"\x03\0\0\0run") || begins_at(9, b"\x07\0\0\0run_end"),
+        Some(&op::METADATA) => [&b"\x03\0\0\0run"[..], b"\x07\0\0\0run_end", b"\x05\0\0\0chunk"]
+            .iter()
+            .any(|name| begins_at(9, name)),
         _ => false,
     }
 }
 
-/// What a record is, or why it is not what was written.
-fn piece(opcode: u8, body: &[u8], at: u64) -> Result<Option<Piece>, String> {
+/// What a record is with its checksum, or why it is not what was written.
+fn content(opcode: u8, body: &[u8], at: u64) -> Result<Option<(Content, u32)>, String> {
     match opcode {
         op::ATTACHMENT => attachment(body),
         op::METADATA => match parse(opcode, body, at) {
-            Ok(Record::Metadata(metadata)) if metadata.name == RUN => Ok(Some(Piece::Run(metadata.metadata))),
+            Ok(Record::Metadata(metadata)) if metadata.name == RUN => {
+                Ok(Some((Content::Run(metadata.metadata), crc32fast::hash(body))))
+            }
             Ok(Record::Metadata(metadata)) if metadata.name == RUN_END => {
                 let end = metadata::end_from_map(&metadata.metadata).map_err(|error| error.to_string())?;
-                Ok(Some(Piece::End(end)))
+                Ok(Some((Content::End(end), crc32fast::hash(body))))
+            }
+            Ok(Record::Metadata(metadata)) if metadata.name == CHUNK => {
+                Link::from_map(&metadata.metadata).map_err(|error| error.to_string())?;
+                Ok(Some((Content::Link, crc32fast::hash(body))))
             }
             Ok(_) => Ok(None),
             Err(error) => Err(error.to_string()),
@@ -179,7 +270,7 @@ fn piece(opcode: u8, body: &[u8], at: u64) -> Result<Option<Piece>, String> {
         _ => match parse(opcode, body, at) {
             Ok(Record::Chunk { header, data }) => {
                 let chunk = Chunk::open(&header, &data).map_err(|error| format!("a chunk: {error}"))?;
-                Ok(Some(Piece::Chunk { at, chunk }))
+                Ok(Some((Content::Chunk(chunk), header.uncompressed_crc)))
             }
             Ok(_) => Ok(None),
             Err(error) => Err(error.to_string()),
@@ -188,10 +279,11 @@ fn piece(opcode: u8, body: &[u8], at: u64) -> Result<Option<Piece>, String> {
 }
 
 /// An attachment of ours whose checksum holds.
-fn attachment(body: &[u8]) -> Result<Option<Piece>, String> {
+fn attachment(body: &[u8]) -> Result<Option<(Content, u32)>, String> {
     let wrong = || "an attachment whose checksum is not that of its content".to_owned();
     let (content, crc) = body.split_at_checked(body.len().wrapping_sub(4)).ok_or_else(wrong)?;
-    if crc32fast::hash(content) != u32::from_le_bytes(crc.try_into().map_err(|_| wrong())?) {
+    let crc = u32::from_le_bytes(crc.try_into().map_err(|_| wrong())?);
+    if crc32fast::hash(content) != crc {
         return Err(wrong());
     }
     // After two times: name and media type, each with its length before it, then the data.
@@ -209,8 +301,8 @@ fn attachment(body: &[u8]) -> Result<Option<Piece>, String> {
     }
     let text = String::from_utf8(data.to_owned()).map_err(|_| wrong())?;
     Ok(match name {
-        SCENARIO => Some(Piece::Scenario(text)),
-        CHECKPOINT => Some(Piece::Checkpoint(text)),
+        SCENARIO => Some((Content::Scenario(text), crc)),
+        CHECKPOINT => Some((Content::Checkpoint(text), crc)),
         _ => None,
     })
 }

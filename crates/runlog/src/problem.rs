@@ -4,6 +4,8 @@ use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use asperity_files::FileError;
+use asperity_record::bounds::TooLong;
 use asperity_record::{Direction, RECORD_SCHEMA_VERSION};
 
 use crate::format::{RUN, RUN_END, SALVAGE};
@@ -27,6 +29,19 @@ pub enum LogProblem {
     /// It is none.
     #[error(transparent)]
     NoRunLog(#[from] NoRunLog),
+    /// More than a log has of something.
+    #[error("{found} {what} (accepted: up to {most})")]
+    TooMany {
+        /// Of what.
+        what: &'static str,
+        /// How many there are, or at least.
+        found: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// A scenario that is too long to be parsed.
+    #[error("attachment `scenario.toml`: {0}")]
+    LongScenario(#[from] TooLong),
     /// A damaged MCAP file.
     #[error("not a whole MCAP file: {0}")]
     Mcap(#[from] mcap::McapError),
@@ -47,7 +62,9 @@ pub enum LogProblem {
         opcode: u8,
     },
     /// A record that reaches over the end of a file that was not cut off.
-    #[error("the record at byte {0} claims to be longer than the rest of the file, which has its end")]
+    #[error(
+        "the record at byte {0} claims to be longer than the rest of the file, which was not cut off there"
+    )]
     Overlong(u64),
     /// A message on a channel that nothing announced.
     #[error("a message of channel {0}, which nothing announced")]
@@ -164,6 +181,14 @@ pub enum LogProblem {
         /// How many are detached.
         found: u32,
     },
+    /// What a log says of itself and is not so: its records `chunk`, its indexes, its summary.
+    #[error("the record at byte {at}: {what}")]
+    Unsound {
+        /// Where in the file it begins, or the chunk that it is in.
+        at: u64,
+        /// What is wrong.
+        what: &'static str,
+    },
     /// Two headers, or something after the end.
     #[error("{0}")]
     Misplaced(&'static str),
@@ -189,6 +214,14 @@ pub enum LogProblem {
     /// What was found before, in its words: what stands after that is not read.
     #[error("{0}")]
     Before(String),
+}
+
+/// That there are no more of something than there may be.
+///
+/// # Errors
+/// If there are.
+pub(crate) fn most(what: &'static str, found: usize, most: usize) -> Result<(), LogProblem> {
+    if found > most { Err(LogProblem::TooMany { what, found, most }) } else { Ok(()) }
 }
 
 impl LogProblem {
@@ -301,6 +334,12 @@ pub enum WriteError {
     /// Another process writes this log.
     #[error("{} is being written by another process", .0.display())]
     Busy(PathBuf),
+    /// What stands where the unfinished log would is none, and is not written over.
+    #[error("{0}, and is where the unfinished log would stand; it is not replaced")]
+    Foreign(Box<LogError>),
+    /// Another reason why the file is not written, or does not get its name.
+    #[error(transparent)]
+    File(FileError),
     /// The system refused.
     #[error("{}: {error}", path.display())]
     Io {
@@ -328,6 +367,17 @@ pub enum WriteError {
         /// The step.
         step: u64,
     },
+}
+
+impl From<FileError> for WriteError {
+    fn from(error: FileError) -> WriteError {
+        match error {
+            FileError::Exists(path) => WriteError::Exists(path),
+            FileError::Busy(path) => WriteError::Busy(path),
+            FileError::Io { path, error } => WriteError::Io { path, error },
+            error => WriteError::File(error),
+        }
+    }
 }
 
 impl WriteError {

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 
+use asperity_record::bounds::check_toml;
 use asperity_record::{
     Direction, Event, FieldRecord, Record, RunEnd, RunHeader, RunStatus, StepRecord, WindowRecord,
 };
@@ -11,13 +12,17 @@ use mcap::records::{MessageHeader, Record as Raw};
 use serde::de::DeserializeOwned;
 
 use crate::agree;
+use crate::announced::Announced;
 use crate::digest::Digests;
+use crate::findings::Gap;
 use crate::format::{
-    CHECKPOINT, EVENTS, FIELDS, MOST_SCHEMA_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
+    CHECKPOINT, CHUNK, EVENTS, FIELDS, LONGEST_EVENT_BYTES, LONGEST_STATE_OF_BLOCK_BYTES, LONGEST_STEP_BYTES,
+    MOST_SCHEMA_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
 };
+use crate::gaps::Gaps;
 use crate::messages::{StepMessage, SwitchMessage};
 use crate::metadata;
-use crate::problem::{LogError, LogProblem};
+use crate::problem::{LogError, LogProblem, most};
 use crate::records::Records;
 use crate::versions;
 
@@ -56,27 +61,8 @@ pub enum LogItem {
     Event(Event),
 }
 
-/// How far a salvaged log can be relied on: its messages bear the numbers that they had.
-#[derive(Default)]
-struct Salvage {
-    /// The number of the next message of each topic.
-    expected: BTreeMap<String, u32>,
-    /// Whether messages are missing before what is read now.
-    has_gap: bool,
-    /// Whether switches are missing since the state of all blocks was last known.
-    is_state_unknown: bool,
-}
-
-impl Salvage {
-    fn take(&mut self, topic: &str, sequence: u32) {
-        let expected = self.expected.entry(topic.to_owned()).or_insert(0);
-        if sequence != *expected {
-            self.has_gap = true;
-            self.is_state_unknown = true;
-        }
-        *expected = sequence.saturating_add(1);
-    }
-}
+/// Most topics of which it is kept how they were announced; a run has seven.
+const MOST_ANNOUNCED: usize = 1000;
 
 /// Reads one run log.
 pub struct RunReader {
@@ -86,23 +72,33 @@ pub struct RunReader {
     header: Option<RunHeader>,
     scenario_toml: String,
     checkpoint: Option<String>,
+    /// A checkpoint for which nothing has vouched yet.
+    next_checkpoint: Option<String>,
     /// For a salvaged log, what may be missing from it.
-    salvage: Option<Salvage>,
+    salvage: Option<Gaps>,
     end: Option<RunEnd>,
-    /// A step record whose switches are still being read, and how many it promises.
-    open_step: Option<(StepRecord, u32)>,
+    /// A step record whose switches are still being read, how many it promises, and whether
+    /// messages are missing before one of them.
+    open_step: Option<(StepRecord, u32, bool)>,
     detached: Vec<bool>,
     detached_count: u32,
     last_step: u64,
     /// The step of the last record of any kind.
     record_step: u64,
-    ready: VecDeque<LogItem>,
+    /// What is read, each with whether messages of its topic are missing before it.
+    ready: VecDeque<(LogItem, bool)>,
+    /// Whether they are before the last item that was handed out.
+    is_after_gap: bool,
     counts: BTreeMap<String, u64>,
     /// JSON schemas by their number in the file, as far as there is room.
     schemas: BTreeMap<u16, String>,
     schema_bytes: usize,
     /// Topics of events, and the number of the schema of each.
     event_topics: BTreeMap<String, u16>,
+    /// Name and encoding of schemas by their number.
+    schema_heads: BTreeMap<u16, [String; 2]>,
+    /// How each topic was announced first, with the number of its schema.
+    announced: BTreeMap<String, (Announced, u16)>,
     switches: u64,
     digests: Digests,
     progress: Progress,
@@ -133,6 +129,7 @@ impl RunReader {
             header: None,
             scenario_toml: String::new(),
             checkpoint: None,
+            next_checkpoint: None,
             salvage: None,
             end: None,
             open_step: None,
@@ -141,6 +138,9 @@ impl RunReader {
             last_step: 0,
             record_step: 0,
             ready: VecDeque::new(),
+            is_after_gap: false,
+            announced: BTreeMap::new(),
+            schema_heads: BTreeMap::new(),
             counts: BTreeMap::new(),
             schemas: BTreeMap::new(),
             schema_bytes: 0,
@@ -181,6 +181,16 @@ impl RunReader {
         self.event_topics.iter().map(|(topic, id)| (topic.as_str(), schema(id))).collect()
     }
 
+    /// How the log announces its topics. Known once the first item has been read, but for what
+    /// stands behind it.
+    pub fn announced(&self) -> impl Iterator<Item = Announced> {
+        self.announced.values().map(|(announced, id)| {
+            let [schema_name, schema_encoding] = self.schema_heads.get(id).cloned().unwrap_or_default();
+            let schema = self.schemas.get(id).cloned().unwrap_or_default();
+            Announced { schema_name, schema_encoding, schema, ..announced.clone() }
+        })
+    }
+
     /// The state of the last checkpoint in what has been read, as JSON; whatever it needs of
     /// the log stands before it.
     pub fn checkpoint(&self) -> Option<&str> {
@@ -190,7 +200,29 @@ impl RunReader {
     /// Whether records or events are missing between the last item and those before it, as
     /// may be in a log that was salvaged. Detectors cannot see past that.
     pub fn has_gap(&self) -> bool {
-        self.salvage.as_ref().is_some_and(|salvage| salvage.has_gap)
+        self.salvage.as_ref().is_some_and(Gaps::has_any)
+    }
+
+    /// Where a salvaged log says that something is missing; known once the first item has been
+    /// read, and empty for any other log. Those of versions 1 and 2 do not say it in this way.
+    pub fn gaps(&self) -> &[Gap] {
+        self.salvage.as_ref().map_or(&[], Gaps::stated)
+    }
+
+    /// Whether it was put together from what was left of a damaged log.
+    pub fn is_salvaged(&self) -> bool {
+        self.salvage.is_some()
+    }
+
+    /// Whether it was, and says that messages were lost or that nobody knows.
+    pub fn says_lost(&self) -> bool {
+        self.salvage.as_ref().is_some_and(Gaps::says_lost)
+    }
+
+    /// Whether messages of the topic of the last item are missing before it; of a step record, also
+    /// of its switches.
+    pub fn is_after_gap(&self) -> bool {
+        self.is_after_gap
     }
 
     /// How the run ended; known once [`RunReader::next_item`] has given `None`.
@@ -209,7 +241,12 @@ impl RunReader {
                 Progress::Failed(problem) => {
                     return Err(LogError { path: self.path.clone(), problem: problem.again() });
                 }
-                _ if !self.ready.is_empty() => return Ok(self.ready.pop_front()),
+                _ if !self.ready.is_empty() => {
+                    return Ok(self.ready.pop_front().map(|(item, is_after_gap)| {
+                        self.is_after_gap = is_after_gap;
+                        item
+                    }));
+                }
                 Progress::Whole => return Ok(None),
                 Progress::Reading => {}
             }
@@ -249,32 +286,59 @@ impl RunReader {
                 self.detached = vec![false; header.blocks as usize];
                 self.header = Some(header);
             }
-            Raw::Metadata(metadata) if metadata.name == SALVAGE => self.salvage = Some(Salvage::default()),
+            Raw::Metadata(metadata) if metadata.name == SALVAGE => {
+                let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
+                self.salvage = Some(Gaps::new(header, &metadata.metadata)?);
+            }
             Raw::Metadata(metadata) if metadata.name == RUN_END => {
                 self.end = Some(metadata::end_from_map(&metadata.metadata)?);
             }
             Raw::Attachment { header, data, .. } if header.name == SCENARIO => {
-                self.scenario_toml = text(SCENARIO, data)?;
+                let toml = text(SCENARIO, data)?;
+                check_toml(&toml)?;
+                self.scenario_toml = toml;
             }
             Raw::Attachment { header, data, .. } if header.name == CHECKPOINT => {
                 self.close_step()?;
-                self.checkpoint = Some(text(CHECKPOINT, data)?);
+                let state = Some(text(CHECKPOINT, data)?);
+                if self.records.is_vouched_for() {
+                    self.next_checkpoint = state;
+                } else {
+                    self.checkpoint = state;
+                }
+            }
+            // Only what is vouched for may be gone on from.
+            Raw::Metadata(metadata) if metadata.name == CHUNK => {
+                self.checkpoint = self.next_checkpoint.take().or(self.checkpoint.take());
             }
             Raw::Schema { header, data } => {
                 let is_new = !self.schemas.contains_key(&header.id);
                 if is_new && self.schema_bytes + data.len() <= MOST_SCHEMA_BYTES {
                     self.schema_bytes += data.len();
                     self.schemas.insert(header.id, String::from_utf8_lossy(&data).into_owned());
+                    self.schema_heads.insert(header.id, [header.name, header.encoding]);
                 }
             }
             Raw::Channel(channel) => {
                 if channel.topic.starts_with(EVENTS) {
                     self.event_topics.insert(channel.topic.clone(), channel.schema_id);
                 }
+                if self.announced.len() < MOST_ANNOUNCED && !self.announced.contains_key(&channel.topic) {
+                    let announced = Announced {
+                        topic: channel.topic.clone(),
+                        message_encoding: channel.message_encoding,
+                        schema_name: String::new(),
+                        schema_encoding: String::new(),
+                        schema: String::new(),
+                        metadata: channel.metadata,
+                    };
+                    self.announced.insert(channel.topic.clone(), (announced, channel.schema_id));
+                }
                 self.counts.entry(channel.topic).or_insert(0);
             }
             Raw::Message { header, data } => {
                 let topic = self.records.layout().topic(header.channel_id).unwrap_or_default().to_owned();
+                self.may_be_as_long(&topic, data.len())?;
                 self.digests.add(&topic, &data);
                 *self.counts.entry(topic.clone()).or_insert(0) += 1;
                 self.message(topic, &header, &data)?;
@@ -284,20 +348,36 @@ impl RunReader {
         Ok(())
     }
 
+    /// That a message is no longer than those of its topic can be: looked at before anything is
+    /// done with it.
+    fn may_be_as_long(&self, topic: &str, bytes: usize) -> Result<(), LogProblem> {
+        let blocks = self.header.as_ref().map_or(0, |header| header.blocks as usize);
+        match topic {
+            STEP | SWITCH => most("bytes in a step or switch", bytes, LONGEST_STEP_BYTES),
+            FIELDS | WINDOW => {
+                most("bytes in a state", bytes, LONGEST_STEP_BYTES + blocks * LONGEST_STATE_OF_BLOCK_BYTES)
+            }
+            _ => most("bytes in an event", bytes, LONGEST_EVENT_BYTES),
+        }
+    }
+
     fn message(&mut self, topic: String, head: &MessageHeader, data: &[u8]) -> Result<(), LogProblem> {
         let sequence = head.sequence;
-        if let Some(salvage) = &mut self.salvage {
-            salvage.take(&topic, sequence);
+        if topic != SWITCH {
+            self.close_step()?;
         }
+        let is_after_gap = match &mut self.salvage {
+            Some(gaps) => gaps.message(&topic, sequence, head.log_time)?,
+            None => false,
+        };
         if topic == SWITCH {
             self.switches += 1;
             return if self.topics.steps {
-                self.switch(decode(&topic, sequence, data)?, head)
+                self.switch(decode(&topic, sequence, data)?, head, is_after_gap)
             } else {
                 Ok(())
             };
         }
-        self.close_step()?;
         let header = self.header.as_ref().ok_or(LogProblem::NoHeader)?;
         let timed = |step| agree::time(header, &topic, step, head);
         match topic.as_str() {
@@ -310,9 +390,9 @@ impl RunReader {
                     return Err(LogProblem::Sliding { step, promised, found: self.detached_count });
                 }
                 self.last_step = message.step;
-                self.record_step = message.step;
+                self.at_record(message.step);
                 let promised = message.switches;
-                self.open_step = Some((message.into_record(), promised));
+                self.open_step = Some((message.into_record(), promised, is_after_gap));
                 if promised == 0 {
                     self.close_step()?;
                 }
@@ -323,55 +403,72 @@ impl RunReader {
                 let blocks = header.blocks;
                 self.learn_state(&record);
                 agree::fields(&record, blocks, self.topics.steps.then_some(&self.detached[..]))?;
-                self.record_step = record.step;
+                self.at_record(record.step);
                 if self.topics.fields {
-                    self.ready.push_back(LogItem::Record(Record::Fields(record)));
+                    self.ready.push_back((LogItem::Record(Record::Fields(record)), is_after_gap));
                 }
             }
             WINDOW if self.topics.windows => {
                 let record: WindowRecord = decode(&topic, sequence, data)?;
                 timed(record.step)?;
                 agree::window(&record, header.blocks)?;
-                self.record_step = record.step;
-                self.ready.push_back(LogItem::Record(Record::Window(record)));
+                self.at_record(record.step);
+                self.ready.push_back((LogItem::Record(Record::Window(record)), is_after_gap));
             }
             _ if self.topics.events && topic.starts_with(EVENTS) => {
                 // An event stands at the time of the record before it.
                 if self.topics == Topics::ALL {
-                    timed(self.record_step)?;
+                    let before_ns = agree::time_ns(header, self.record_step);
+                    let in_gap = |gaps: &mut Gaps| gaps.event(before_ns, head.log_time, head.publish_time);
+                    if !self.salvage.as_mut().is_some_and(in_gap) {
+                        timed(self.record_step)?;
+                    }
                 }
                 let invalid = |error| LogProblem::Message { topic: topic.clone(), sequence, error };
                 let payload = std::str::from_utf8(data)
                     .map_err(|error| invalid(serde::de::Error::custom(error)))?
                     .to_owned();
                 agree::event(&topic, &payload, header.blocks).map_err(invalid)?;
-                self.ready.push_back(LogItem::Event(Event { topic, payload }));
+                self.ready.push_back((LogItem::Event(Event { topic, payload }), is_after_gap));
             }
             _ => {}
         }
         Ok(())
     }
 
+    fn at_record(&mut self, step: u64) {
+        self.record_step = step;
+        if let Some(gaps) = &mut self.salvage {
+            gaps.record();
+        }
+    }
+
     fn is_state_unknown(&self) -> bool {
-        self.salvage.as_ref().is_some_and(|salvage| salvage.is_state_unknown)
+        self.salvage.as_ref().is_some_and(Gaps::is_state_unknown)
     }
 
     /// Takes from a record of all blocks what the switches that are missing would have said.
     fn learn_state(&mut self, record: &FieldRecord) {
-        if let Some(salvage) = self.salvage.as_mut().filter(|salvage| salvage.is_state_unknown)
+        if let Some(gaps) = self.salvage.as_mut().filter(|gaps| gaps.is_state_unknown())
             && record.detached.len() == self.detached.len()
         {
-            salvage.is_state_unknown = false;
+            gaps.state_is_known();
             self.detached = record.detached.iter().map(|&detached| detached != 0).collect();
             self.detached_count = self.detached.iter().filter(|&&detached| detached).count() as u32;
         }
     }
 
-    fn switch(&mut self, message: SwitchMessage, head: &MessageHeader) -> Result<(), LogProblem> {
+    fn switch(
+        &mut self,
+        message: SwitchMessage,
+        head: &MessageHeader,
+        is_after_gap: bool,
+    ) -> Result<(), LogProblem> {
         let is_state_unknown = self.is_state_unknown();
-        let Some((record, promised)) = &mut self.open_step else {
+        let Some((record, promised, is_step_after_gap)) = &mut self.open_step else {
             return Err(LogProblem::Switches { step: message.step, promised: 0, found: 1 });
         };
+        *is_step_after_gap |= is_after_gap;
         agree::switch(record, &message)?;
         if let Some(header) = &self.header {
             agree::time(header, SWITCH, message.step, head)?;
@@ -395,12 +492,12 @@ impl RunReader {
 
     /// Hands out the step record that was open, if its switches are all there.
     fn close_step(&mut self) -> Result<(), LogProblem> {
-        let Some((record, promised)) = self.open_step.take() else { return Ok(()) };
+        let Some((record, promised, is_after_gap)) = self.open_step.take() else { return Ok(()) };
         let found = record.switches.len() as u32;
         if found != promised {
             return Err(LogProblem::Switches { step: record.step, promised, found });
         }
-        self.ready.push_back(LogItem::Record(Record::Step(record)));
+        self.ready.push_back((LogItem::Record(Record::Step(record)), is_after_gap));
         Ok(())
     }
 

@@ -11,9 +11,12 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 
 use crate::chunk::Chunk;
 use crate::format::{LONGEST_READ_BYTES, LONGEST_RECORD_BYTES, MAGIC, PROFILE, RECORD_HEAD_BYTES};
+use crate::index::{Place, with_head};
 use crate::layout::Layout;
+use crate::link::{LONGEST_LINK_BYTES, find_link};
 use crate::parse::parse;
 use crate::problem::{LogProblem, NoRunLog};
+use crate::proof::Proof;
 
 /// Reads the records of one file.
 pub(crate) struct Records {
@@ -25,6 +28,7 @@ pub(crate) struct Records {
     /// What is left of the chunk that is being read.
     chunk: Chunk,
     layout: Layout,
+    proof: Proof,
     /// The library that wrote the file, if the MCAP header says that it is none of ours.
     other_library: Option<String>,
 }
@@ -47,6 +51,7 @@ impl Records {
             at: 0,
             chunk: Chunk::default(),
             layout: Layout::default(),
+            proof: Proof::default(),
             other_library: None,
         })
     }
@@ -79,12 +84,14 @@ impl Records {
 
     fn read(&mut self) -> Result<Option<Record<'static>>, LogProblem> {
         loop {
+            let offset = self.chunk.place();
             if let Some((opcode, body)) = self.chunk.next_record().map_err(|problem| problem.at(self.at))? {
                 let record = parse(opcode, body, self.at)?.into_owned();
                 if matches!(record, Record::Chunk { .. }) {
                     return Err(LogProblem::Misplaced("there is a chunk in a chunk"));
                 }
                 self.layout.take(&record)?;
+                self.proof.take_inner(&record, offset)?;
                 return Ok(Some(record));
             }
             let record = match self.reader.next_event() {
@@ -106,7 +113,11 @@ impl Records {
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
                     self.at = self.next_at;
                     self.next_at += (RECORD_HEAD_BYTES + data.len()) as u64;
-                    parse(opcode, data, self.at)?.into_owned()
+                    let record = parse(opcode, data, self.at)?;
+                    self.layout.take(&record)?;
+                    let place = Place { at: self.at, length: with_head(data.len()) };
+                    self.proof.take(place, &record, data)?;
+                    record.into_owned()
                 }
                 Some(Err(McapError::UnexpectedEof)) => return Err(self.early_end()),
                 Some(Err(McapError::BadMagic)) if !self.layout.has_begun() => {
@@ -114,7 +125,6 @@ impl Records {
                 }
                 Some(Err(error)) => return Err(LogProblem::from(error).at(self.next_at)),
             };
-            self.layout.take(&record)?;
             match record {
                 Record::Chunk { header, data } => {
                     self.chunk = Chunk::open(&header, &data).map_err(|problem| problem.at(self.at))?;
@@ -142,7 +152,35 @@ impl Records {
         let read = self.source.seek(back).and_then(|at| self.source.read_exact(&mut last).map(|()| at));
         match read {
             Ok(at) if at > self.next_at && last == *MAGIC => LogProblem::Overlong(self.next_at),
-            _ => McapError::UnexpectedEof.into(),
+            _ => match self.goes_on() {
+                Ok(true) => LogProblem::Overlong(self.next_at),
+                Ok(false) => McapError::UnexpectedEof.into(),
+                Err(error) => error.into(),
+            },
+        }
+    }
+
+    /// Whether the log is of a version in which every piece is vouched for.
+    pub(crate) fn is_vouched_for(&self) -> bool {
+        self.proof.run_id().is_some()
+    }
+
+    /// Whether the rest of the file, which is no whole record, holds a record `chunk` of this
+    /// run: then it was longer once, and not cut off here.
+    fn goes_on(&mut self) -> io::Result<bool> {
+        let Some(run_id) = self.proof.run_id() else { return Ok(false) };
+        self.source.seek(SeekFrom::Start(self.next_at))?;
+        let mut bytes = Vec::new();
+        loop {
+            let read = self.source.by_ref().take(LONGEST_READ_BYTES as u64).read_to_end(&mut bytes)?;
+            if find_link(&bytes, run_id).is_some() {
+                return Ok(true);
+            }
+            if read == 0 {
+                return Ok(false);
+            }
+            // One may begin here and end in what is read next.
+            bytes.drain(..bytes.len().saturating_sub(LONGEST_LINK_BYTES));
         }
     }
 

@@ -1,12 +1,11 @@
 //! Putting together what is left of a damaged log.
 //!
-//! A record is kept if something other than itself says that it is what was written: chunks
-//! and attachments have checksums, the header is compared with the scenario (by whoever calls,
-//! since this crate does not know scenarios), and every message must be one of its topic.
+//! A record is kept if something other than itself says that it is what was written, and of
+//! this run: chunks and attachments have checksums, the records `chunk` say which of them are
+//! of one run (`lineage`), the header is compared with the scenario (by whoever calls, since
+//! this crate does not know scenarios), and every message must be one of its topic (`walk`).
 //! Where the file cannot be followed from record to record, it is searched for the next one
-//! that proves itself. What falls out is told by the messages' own numbers, each topic's
-//! counted from 0 without a gap, so that a chunk that was cut out without a trace is missed
-//! as well as one that was overwritten.
+//! that proves itself (`pieces`).
 //!
 //! The result is a log with the status `salvaged`, and a metadata record `salvage` that says
 //! where something is missing. Messages keep their numbers, so any reader sees the gaps.
@@ -14,29 +13,25 @@
 //! Events of detectors that are not known here are kept under the topic and the schema that
 //! the log announces. Where the announcement is lost, nothing says what they are: they are
 //! left out, and this is remarked.
+//!
+//! The time that this takes grows with the file, whatever is in it.
 
-use std::collections::BTreeMap;
-use std::fs;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::Path;
 
-use asperity_record::{
-    EventKind, FieldRecord, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, WindowRecord,
-};
-use mcap::records::{Channel, Record, SchemaHeader};
-use serde_json::{Map, Value};
+use asperity_record::{EventKind, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
 
-use crate::chunk::Chunk;
-use crate::findings::{Gap, Salvaged};
-use crate::format::{EVENTS, FIELDS, MOST_SCHEMA_BYTES, STEP, SWITCH, WINDOW};
-use crate::messages::{StepMessage, SwitchMessage, Topic};
+use crate::findings::{Damage, Salvaged};
+use crate::format::CHUNK_SINCE;
+use crate::lineage::{Entry, Found, Kept, Outline, keep_old};
+use crate::messages::Topic;
 use crate::metadata;
-use crate::parse::parse;
-use crate::pieces::{Piece, Pieces};
+use crate::pieces::{Content, Pieces};
 use crate::problem::{LogProblem, WriteError};
 use crate::read::{RunReader, Topics};
 use crate::versions;
-use crate::whole::partial_path;
+use crate::walk::{ChunkProblem, Message, Walk};
 use crate::write::RunWriter;
 
 /// A log that nothing could be made of.
@@ -88,66 +83,226 @@ pub fn salvage(
         return Err(SalvageError::Whole(name));
     }
     let mut pieces = Pieces::open(input).map_err(read_error)?;
+    let found = find(&mut pieces).map_err(read_error)?;
+    let hopeless = |problem: String| SalvageError::Hopeless { path: name.clone(), problem };
+    let Basis { header, scenario, end, mut kept } =
+        basis(found, &mut pieces, events, settle).map_err(|problem| match problem {
+            Unsettled::Read(error) => read_error(error),
+            Unsettled::Hopeless(problem) => hopeless(problem),
+        })?;
+
+    let gaps = gaps(&kept, &mut pieces, Walk::new(events, &header)).map_err(read_error)?;
     // Once to see what there is, once to write it: the gaps are told at the beginning.
-    let mut found = Found::default();
-    let mut walk = Walk::new(events);
-    while let Some(piece) = pieces.next().map_err(read_error)? {
-        match piece {
-            Piece::Run(map) => found.run(&map),
-            Piece::Scenario(text) => found.scenario = found.scenario.or(Some(text)),
-            Piece::End(end) => found.end = Some(end),
-            Piece::Checkpoint(_) => {}
-            Piece::Chunk { at, mut chunk } => match walk.chunk(at, &mut chunk, &mut |_| Ok(())) {
-                Ok(()) => {}
-                Err(ChunkProblem::Content(what)) => pieces.reject(at, what),
-                Err(ChunkProblem::Write(error)) => return Err(error.into()),
-            },
+    let mut walk = Walk::new(events, &header);
+    let mut damage = std::mem::take(&mut pieces.damage);
+    damage.append(&mut kept.damage);
+    for entry in kept.entries.iter().filter(|entry| entry.is_chunk) {
+        let Some(mut chunk) = pieces.chunk(entry.at).map_err(read_error)? else { continue };
+        if gaps.contains(&entry.at) {
+            walk.begin_gap();
+        }
+        match walk.chunk(entry.at, &mut chunk, &mut |_| Ok(())) {
+            Ok(()) => {}
+            Err(ChunkProblem::Content(what)) => {
+                damage.push(Damage { from_byte: entry.at, to_byte: entry.end, what });
+            }
+            Err(ChunkProblem::Write(error)) => return Err(error.into()),
         }
     }
-    let hopeless = |problem: String| SalvageError::Hopeless { path: name.clone(), problem };
-    if let Some(problem) = found.problem {
-        return Err(hopeless(problem));
-    }
-    let has_scenario = found.scenario.is_some();
-    let (mut header, mut remarks) = settle(found.header, found.scenario.as_deref()).map_err(hopeless)?;
-    // Whatever version the damaged one was in, this one is written in the present one.
-    header.record_schema_version = RECORD_SCHEMA_VERSION;
-    if !has_scenario {
-        remarks.push("the scenario is lost".to_owned());
-    }
-    let (mut salvaged, foreign) = walk.finish(found.end.as_ref());
-    salvaged.damage = std::mem::take(&mut pieces.damage);
-    salvaged.damage.sort_by_key(|damage| damage.from_byte);
-    salvaged.remarks.splice(0..0, remarks);
+    let (mut salvaged, foreign) = walk.finish(end.as_ref());
+    damage.sort_by_key(|damage| damage.from_byte);
+    salvaged.damage = damage;
+    salvaged.remarks.splice(0..0, kept.remarks);
 
-    let scenario = found.scenario.unwrap_or_default();
     let topics = events.iter().map(Topic::of).chain(foreign.into_values());
-    let mut writer = RunWriter::create_salvaged(output, &header, &scenario, topics)?;
-    let report = found.end.map_or(SolverReport::default(), |end| end.solver);
+    let mut writer = RunWriter::create_salvaged(output, input, &header, &scenario, topics)?;
+    let report = end.map_or(SolverReport::default(), |end| end.solver);
     let written = writer
         .salvaged(&salvaged)
         .map_err(SalvageError::from)
-        .and_then(|()| write_pieces(input, events, &mut writer))
+        .and_then(|()| {
+            write(&kept.entries, &gaps, &mut pieces, Walk::new(events, &header), &mut writer, &name)
+        })
         .and_then(|()| Ok(writer.finish(RunStatus::Salvaged, report)?));
-    match written {
-        Ok(_end) => Ok(salvaged),
-        Err(error) => {
-            // It can be made again from what is still there, and may fill the disk.
-            fs::remove_file(partial_path(output)).ok();
-            Err(error)
+    // If it fails, nothing is left of it: it can be made again from what is still there.
+    written.map(|_end| salvaged)
+}
+
+/// Everything in a file that has a right checksum, and its records `chunk`.
+fn find(pieces: &mut Pieces) -> io::Result<Found> {
+    let mut found = Found { links: pieces.links()?, ..Found::default() };
+    if !found.links.is_empty() {
+        let before = found.links.iter().filter(|(_, link)| link.number > 0).map(|(_, link)| link.before_crc);
+        let named = found.links.iter().map(|(_, link)| link.crc).chain(before).collect();
+        pieces.search_only(named);
+    }
+    while let Some(piece) = pieces.next()? {
+        let mut entry =
+            |is_chunk| found.entries.push(Entry { at: piece.at, end: piece.end, crc: piece.crc, is_chunk });
+        match piece.content {
+            Content::Run(map) => match versions::check(&map) {
+                Err(LogProblem::Version(version)) => found.newer = found.newer.or(Some(version)),
+                _ => found.headers.extend(metadata::header_from_map(&map).ok()),
+            },
+            Content::Scenario(text) => {
+                // One is all that a log has; of what was put behind it a few are looked at.
+                if found.scenarios.len() < MOST_SCENARIOS {
+                    found.scenarios.push((piece.crc, text));
+                }
+            }
+            Content::End(end) => found.ends.push((piece.crc, end)),
+            Content::Chunk(_) => entry(true),
+            Content::Checkpoint(_) => entry(false),
+            Content::Link => {}
         }
     }
+    Ok(found)
+}
+
+/// How many scenarios are looked at for the one of the run.
+const MOST_SCENARIOS: usize = 4;
+
+/// What a new log is made of.
+struct Basis {
+    header: RunHeader,
+    scenario: String,
+    end: Option<RunEnd>,
+    kept: Kept,
+}
+
+enum Unsettled {
+    Read(io::Error),
+    Hopeless(String),
+}
+
+/// Which run it is, and what is of it.
+fn basis(
+    mut found: Found,
+    pieces: &mut Pieces,
+    events: &[EventKind],
+    settle: &Settle<'_>,
+) -> Result<Basis, Unsettled> {
+    use Unsettled::{Hopeless, Read};
+    if let Some(version) = found.newer.filter(|_| found.headers.is_empty()) {
+        return Err(Hopeless(LogProblem::Version(version).to_string()));
+    }
+    let run = found.run();
+    let (header, scenario) = match &run {
+        Some(run) => {
+            let header = found.headers.iter().find(|header| header.run_id == run.id);
+            (header.or(found.headers.first()).cloned(), found.scenario_of(run).map(str::to_owned))
+        }
+        None => (found.headers.first().cloned(), found.scenarios.first().map(|(_, text)| text.clone())),
+    };
+    let logged_version = header.as_ref().map(|header| header.record_schema_version);
+    let (mut header, mut remarks) = settle(header, scenario.as_deref()).map_err(Hopeless)?;
+    let blocks_of_links = logged_version.unwrap_or(header.record_schema_version) >= CHUNK_SINCE;
+    let (mut kept, end) = match &run {
+        Some(run) => (found.keep(run), found.end_of(run).cloned()),
+        None if blocks_of_links && !found.links.is_empty() => {
+            let what = "its records `chunk` are of another run than metadata `run` and the scenario";
+            return Err(Hopeless(what.to_owned()));
+        }
+        None if blocks_of_links => (found.keep_none(), None),
+        None => {
+            let end = found.ends.pop().map(|(_, end)| end);
+            (keep_without_links(&found, pieces, events, &header).map_err(Read)?, end)
+        }
+    };
+    // Whatever version the damaged one was in, this one is written in the present one.
+    header.record_schema_version = RECORD_SCHEMA_VERSION;
+    if scenario.is_none() {
+        remarks.push("the scenario is lost".to_owned());
+    }
+    kept.remarks.splice(0..0, remarks);
+    Ok(Basis { header, scenario: scenario.unwrap_or_default(), end, kept })
+}
+
+/// The chunks of a log of a version without records `chunk`. Nothing says of which run its
+/// checkpoints are, and no program goes on from them any more.
+fn keep_without_links(
+    found: &Found,
+    pieces: &mut Pieces,
+    events: &[EventKind],
+    header: &RunHeader,
+) -> io::Result<Kept> {
+    let mut walk = Walk::new(events, header);
+    let mut messages = |entry: &Entry| -> io::Result<Result<Vec<Message>, String>> {
+        let chunk = pieces.chunk(entry.at)?;
+        Ok(chunk.map_or(Ok(Vec::new()), |mut chunk| walk.messages(entry.at, &mut chunk)))
+    };
+    let mut outlines = Vec::new();
+    let mut damage = Vec::new();
+    let named: BTreeSet<u32> = found.links.iter().map(|(_, link)| link.crc).collect();
+    for entry in found.entries.iter().filter(|entry| entry.is_chunk) {
+        let read = match named.contains(&entry.crc) {
+            true => Err("a chunk of a run of a later version".to_owned()),
+            false => messages(entry)?,
+        };
+        match read {
+            Ok(messages) => outlines.push(Outline::new(*entry, &messages)),
+            Err(what) => damage.push(Damage { from_byte: entry.at, to_byte: entry.end, what }),
+        }
+    }
+    let mut kept = keep_old(outlines, |entry| Ok::<_, io::Error>(messages(entry)?.unwrap_or_default()))?;
+    kept.damage.append(&mut damage);
+    Ok(kept)
+}
+
+/// Where the chunks are before which messages are missing. That a piece is missing is known by
+/// its number; that there were messages in it shows in those of a topic, and may do so only
+/// some chunks later.
+fn gaps(kept: &Kept, pieces: &mut Pieces, mut walk: Walk<'_>) -> io::Result<BTreeSet<u64>> {
+    let mut gaps = BTreeSet::new();
+    if kept.after_missing.is_empty() {
+        return Ok(gaps);
+    }
+    // The chunks after a missing piece, by their place among all chunks.
+    let mut doubtful: Vec<(usize, u64)> = Vec::new();
+    // The number of the next message of each topic, and the chunk after that of its last one.
+    let mut next: BTreeMap<String, (u32, usize)> = BTreeMap::new();
+    let (mut place, mut is_missing) = (0, false);
+    for entry in &kept.entries {
+        is_missing |= kept.after_missing.contains(&entry.at);
+        if !entry.is_chunk {
+            continue;
+        }
+        if std::mem::take(&mut is_missing) {
+            doubtful.push((place, entry.at));
+        }
+        if let Some(mut chunk) = pieces.chunk(entry.at)? {
+            // What cannot be read is told of when it is walked through.
+            for message in walk.messages(entry.at, &mut chunk).unwrap_or_default() {
+                let (expected, since) = next.get(&message.topic).copied().unwrap_or_default();
+                if message.sequence > expected {
+                    let from = doubtful.partition_point(|(place, _)| *place < since);
+                    gaps.extend(doubtful[from..].iter().map(|(_, at)| *at));
+                }
+                next.insert(message.topic, (message.sequence.saturating_add(1), place + 1));
+            }
+        }
+        place += 1;
+    }
+    Ok(gaps)
 }
 
 /// Writes what the first walk found to be good.
-fn write_pieces(input: &Path, events: &[EventKind], writer: &mut RunWriter) -> Result<(), SalvageError> {
-    let read_error = |error| SalvageError::Read { path: input.display().to_string(), error };
-    let mut walk = Walk::new(events);
-    let mut pieces = Pieces::open(input).map_err(read_error)?;
-    while let Some(piece) = pieces.next().map_err(read_error)? {
-        match piece {
-            Piece::Chunk { at, mut chunk } => {
-                let written = walk.chunk(at, &mut chunk, &mut |message| {
+fn write(
+    entries: &[Entry],
+    gaps: &BTreeSet<u64>,
+    pieces: &mut Pieces,
+    mut walk: Walk<'_>,
+    writer: &mut RunWriter,
+    name: &str,
+) -> Result<(), SalvageError> {
+    let read_error = |error| SalvageError::Read { path: name.to_owned(), error };
+    for entry in entries {
+        match pieces.again(entry.at).map_err(read_error)? {
+            Some(Content::Chunk(mut chunk)) => {
+                if gaps.contains(&entry.at) {
+                    walk.begin_gap();
+                }
+                let written = walk.chunk(entry.at, &mut chunk, &mut |message| {
                     writer.salvaged_message(
                         &message.topic,
                         message.sequence,
@@ -161,7 +316,7 @@ fn write_pieces(input: &Path, events: &[EventKind], writer: &mut RunWriter) -> R
                     return Err(error.into());
                 }
             }
-            Piece::Checkpoint(state) => writer.salvaged_checkpoint(&state)?,
+            Some(Content::Checkpoint(state)) => writer.salvaged_checkpoint(&state)?,
             _ => {}
         }
     }
@@ -170,368 +325,4 @@ fn write_pieces(input: &Path, events: &[EventKind], writer: &mut RunWriter) -> R
 
 fn is_whole(path: &Path) -> bool {
     RunReader::open(path, Topics::ALL).and_then(|mut reader| reader.verify()).is_ok()
-}
-
-/// What stands beside the messages.
-#[derive(Default)]
-struct Found {
-    header: Option<RunHeader>,
-    scenario: Option<String>,
-    end: Option<RunEnd>,
-    /// Why nothing can be made of the log at all.
-    problem: Option<String>,
-}
-
-impl Found {
-    fn run(&mut self, map: &BTreeMap<String, String>) {
-        match versions::check(map) {
-            Err(problem @ LogProblem::Version(_)) => self.problem = Some(problem.to_string()),
-            _ => self.header = self.header.take().or_else(|| metadata::header_from_map(map).ok()),
-        }
-    }
-}
-
-/// A message of a chunk.
-struct Message {
-    topic: String,
-    sequence: u32,
-    time_ns: u64,
-    payload: Vec<u8>,
-    kind: Kind,
-}
-
-/// What of a message decides whether it can be kept.
-#[derive(Clone, Copy)]
-enum Kind {
-    Step { step: u64, switches: u32 },
-    Switch { step: u64 },
-    State { step: u64 },
-    Event,
-}
-
-/// What a log announces messages with.
-struct Schema {
-    name: String,
-    text: String,
-}
-
-/// The schema of messages of which nothing else is known.
-const ANY_OBJECT: &str = r#"{"type":"object"}"#;
-
-/// Why a chunk's messages were not taken.
-enum ChunkProblem {
-    /// It holds what no run writes.
-    Content(String),
-    /// They could not be written.
-    Write(WriteError),
-}
-
-type Keep<'a> = dyn FnMut(&Message) -> Result<(), WriteError> + 'a;
-
-/// Follows messages by topic and number, and keeps those that make sense: a step with all of
-/// its switches, and all else by itself.
-struct Walk<'a> {
-    events: &'a [EventKind],
-    topics: BTreeMap<u16, String>,
-    /// JSON schemas by their number in the file, as far as there is room.
-    schemas: BTreeMap<u16, Schema>,
-    schema_bytes: usize,
-    /// Topics of events that the log announces and that are not among `events`.
-    foreign: BTreeMap<String, Topic>,
-    foreign_bytes: usize,
-    /// Events that are none of these, since their announcement is lost or there was no room for it.
-    nameless: u64,
-    /// The number of the next message of each topic, and how many gaps there were before the
-    /// last one: what is missing of the topic lies after that.
-    expected: BTreeMap<String, (u32, usize)>,
-    /// A step whose switches are not all there yet, with those that are.
-    unit: Vec<Message>,
-    missing_switches: u32,
-    last_step: Option<u64>,
-    /// Whether something is missing since the last message that was kept.
-    in_gap: bool,
-    repeated: u64,
-    salvaged: Salvaged,
-}
-
-impl<'a> Walk<'a> {
-    fn new(events: &'a [EventKind]) -> Walk<'a> {
-        Walk {
-            events,
-            topics: BTreeMap::new(),
-            schemas: BTreeMap::new(),
-            schema_bytes: 0,
-            foreign: BTreeMap::new(),
-            foreign_bytes: 0,
-            nameless: 0,
-            expected: BTreeMap::new(),
-            unit: Vec::new(),
-            missing_switches: 0,
-            last_step: None,
-            in_gap: false,
-            repeated: 0,
-            salvaged: Salvaged::default(),
-        }
-    }
-
-    /// Takes the messages of a chunk, all of them or, if one is not what it should be, none.
-    fn chunk(&mut self, at: u64, chunk: &mut Chunk, keep: &mut Keep<'_>) -> Result<(), ChunkProblem> {
-        let messages = self.messages(at, chunk).map_err(ChunkProblem::Content)?;
-        messages.into_iter().try_for_each(|message| self.take(message, keep)).map_err(ChunkProblem::Write)
-    }
-
-    fn messages(&mut self, at: u64, chunk: &mut Chunk) -> Result<Vec<Message>, String> {
-        let mut messages = Vec::new();
-        let mut nameless = 0;
-        while let Some((opcode, body)) = chunk.next_record().map_err(|error| error.to_string())? {
-            match parse(opcode, body, at).map_err(|error| error.to_string())? {
-                Record::Schema { header, data } => self.schema(header, &data),
-                Record::Channel(channel) => self.channel(channel),
-                Record::Message { header, data } => {
-                    let payload = data.into_owned();
-                    let (sequence, time_ns) = (header.sequence, header.log_time);
-                    match self.identify(header.channel_id, &payload)? {
-                        Some((topic, kind)) => {
-                            messages.push(Message { topic, sequence, time_ns, payload, kind });
-                        }
-                        None => nameless += 1,
-                    }
-                }
-                _ => {}
-            }
-        }
-        self.nameless += nameless;
-        Ok(messages)
-    }
-
-    fn schema(&mut self, header: SchemaHeader, text: &[u8]) {
-        let is_new = !self.schemas.contains_key(&header.id);
-        if is_new
-            && header.encoding == "jsonschema"
-            && self.schema_bytes + header.name.len() + text.len() <= MOST_SCHEMA_BYTES
-            && let Ok(text) = std::str::from_utf8(text)
-        {
-            self.schema_bytes += header.name.len() + text.len();
-            self.schemas.insert(header.id, Schema { name: header.name, text: text.to_owned() });
-        }
-    }
-
-    fn channel(&mut self, channel: Channel) {
-        let Channel { id, topic, schema_id, .. } = channel;
-        if topic.starts_with(EVENTS) && !self.is_known(&topic) {
-            let (schema_name, schema) = match self.schemas.get(&schema_id) {
-                Some(Schema { name, text }) => (name.as_str(), text.as_str()),
-                None => (topic.as_str(), ANY_OBJECT),
-            };
-            let bytes = topic.len() + schema_name.len() + schema.len();
-            // Several topics may name one long schema.
-            if self.foreign_bytes + bytes <= MOST_SCHEMA_BYTES {
-                self.foreign_bytes += bytes;
-                let (schema_name, schema) = (schema_name.to_owned(), schema.to_owned());
-                self.foreign.insert(topic.clone(), Topic { topic: topic.clone(), schema_name, schema });
-            }
-        }
-        self.topics.insert(id, topic);
-    }
-
-    /// Of what topic a message is, and what it is; none if it is an event that is not known.
-    fn identify(&self, channel: u16, payload: &[u8]) -> Result<Option<(String, Kind)>, String> {
-        match self.topics.get(&channel) {
-            Some(topic) if topic.starts_with(EVENTS) && !self.is_known(topic) => Ok(None),
-            Some(topic) => Ok(Some((topic.clone(), self.kind(topic, payload)?))),
-            // The chunk that announced the channels is lost.
-            None => self.recognise(payload),
-        }
-    }
-
-    /// What a message of a topic is, which must be what the topic promises.
-    fn kind(&self, topic: &str, payload: &[u8]) -> Result<Kind, String> {
-        let refused = |error: serde_json::Error| format!("a message of {topic} that cannot be read: {error}");
-        Ok(match topic {
-            STEP => {
-                let message: StepMessage = serde_json::from_slice(payload).map_err(refused)?;
-                Kind::Step { step: message.step, switches: message.switches }
-            }
-            SWITCH => {
-                Kind::Switch { step: serde_json::from_slice::<SwitchMessage>(payload).map_err(refused)?.step }
-            }
-            FIELDS => {
-                Kind::State { step: serde_json::from_slice::<FieldRecord>(payload).map_err(refused)?.step }
-            }
-            WINDOW => {
-                Kind::State { step: serde_json::from_slice::<WindowRecord>(payload).map_err(refused)?.step }
-            }
-            _ if self.foreign.contains_key(topic) => {
-                serde_json::from_slice::<Map<String, Value>>(payload).map_err(refused)?;
-                Kind::Event
-            }
-            _ => {
-                let kind = self.events.iter().find(|kind| kind.topic == topic);
-                let kind = kind.ok_or_else(|| format!("a message of {topic}, which no run writes"))?;
-                let payload = serde_json::from_slice(payload).map_err(refused)?;
-                if !has_the_fields_of(&kind.schema, &payload) {
-                    return Err(format!("a message of {topic} with other fields"));
-                }
-                Kind::Event
-            }
-        })
-    }
-
-    /// Of what topic a message must be. Each has fields that no other has; an object with yet
-    /// others is of a detector that is not known here.
-    fn recognise(&self, payload: &[u8]) -> Result<Option<(String, Kind)>, String> {
-        let topics =
-            [STEP, SWITCH, FIELDS, WINDOW].into_iter().chain(self.events.iter().map(|kind| kind.topic));
-        let recognised =
-            topics.filter_map(|topic| Some((topic.to_owned(), self.kind(topic, payload).ok()?))).next();
-        match recognised {
-            None if serde_json::from_slice::<Map<String, Value>>(payload).is_err() => {
-                Err("a message of no topic that is known".to_owned())
-            }
-            recognised => Ok(recognised),
-        }
-    }
-
-    fn take(&mut self, message: Message, keep: &mut Keep<'_>) -> Result<(), WriteError> {
-        let (expected, gaps) = self.expected.get(&message.topic).copied().unwrap_or_default();
-        if message.sequence < expected {
-            self.repeated += 1;
-            return Ok(());
-        }
-        if message.sequence > expected {
-            self.lose_after(gaps, &message.topic.clone(), u64::from(message.sequence - expected));
-        }
-        self.note(&message);
-        match message.kind {
-            Kind::Step { switches, .. } => {
-                self.lose_unit();
-                self.missing_switches = switches;
-                self.unit.push(message);
-            }
-            Kind::Switch { step } => {
-                let fits = self
-                    .unit
-                    .first()
-                    .is_some_and(|unit| matches!(unit.kind, Kind::Step { step: of, .. } if of == step));
-                if !fits {
-                    self.lose(SWITCH, 1);
-                    return Ok(());
-                }
-                self.missing_switches -= 1;
-                self.unit.push(message);
-            }
-            Kind::State { .. } | Kind::Event => {
-                self.lose_unit();
-                return self.keep(&message, keep);
-            }
-        }
-        if self.missing_switches == 0 {
-            for message in std::mem::take(&mut self.unit) {
-                self.keep(&message, keep)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn keep(&mut self, message: &Message, keep: &mut Keep<'_>) -> Result<(), WriteError> {
-        if let Some(step) = message.step() {
-            if std::mem::take(&mut self.in_gap) {
-                self.salvaged.gaps.push(Gap { after_step: self.last_step, before_step: Some(step) });
-            }
-            self.last_step = Some(step);
-        }
-        // Again: there may be a gap more now.
-        self.note(message);
-        *self.salvaged.kept.entry(message.topic.clone()).or_default() += 1;
-        keep(message)
-    }
-
-    fn note(&mut self, message: &Message) {
-        let next = (message.sequence.saturating_add(1), self.salvaged.gaps.len());
-        self.expected.insert(message.topic.clone(), next);
-    }
-
-    /// Takes note that messages of a topic are missing after that many gaps: they may have
-    /// gone with what was missing of another topic in a later one.
-    fn lose_after(&mut self, gaps: usize, topic: &str, messages: u64) {
-        let in_known_gap = !self.in_gap && self.salvaged.gaps.len() > gaps;
-        self.lose(topic, messages);
-        self.in_gap &= !in_known_gap;
-    }
-
-    fn lose(&mut self, topic: &str, messages: u64) {
-        // What a step still waits for is among what is lost.
-        self.lose_unit();
-        *self.salvaged.lost.entry(topic.to_owned()).or_default() += messages;
-        self.in_gap = true;
-    }
-
-    /// A step is of no use without all of its switches.
-    fn lose_unit(&mut self) {
-        for message in std::mem::take(&mut self.unit) {
-            *self.salvaged.lost.entry(message.topic).or_default() += 1;
-            self.in_gap = true;
-        }
-        self.missing_switches = 0;
-    }
-
-    /// What was kept and what was lost, and the topics of events that are not known here.
-    fn finish(mut self, end: Option<&RunEnd>) -> (Salvaged, BTreeMap<String, Topic>) {
-        self.lose_unit();
-        for (topic, &count) in end.iter().flat_map(|end| &end.message_counts) {
-            if count > 0 && !self.is_known(topic) {
-                // They may stand anywhere, so this makes no gap.
-                self.salvaged.lost.insert(topic.clone(), count);
-                self.salvaged
-                    .remarks
-                    .push(format!("{topic} is left out: the announcement of its {count} events is lost"));
-                self.nameless = self.nameless.saturating_sub(count);
-                continue;
-            }
-            let (expected, gaps) = self.expected.get(topic).copied().unwrap_or_default();
-            let missing = count.saturating_sub(u64::from(expected));
-            if missing > 0 {
-                self.lose_after(gaps, topic, missing);
-            }
-        }
-        self.salvaged.end_is_known = end.is_some();
-        if self.in_gap || end.is_none() {
-            self.salvaged.gaps.push(Gap { after_step: self.last_step, before_step: None });
-        }
-        if self.repeated > 0 {
-            self.salvaged.remarks.push(format!("{} messages stood there twice", self.repeated));
-        }
-        if self.nameless > 0 {
-            let remark =
-                format!("{} events are left out: nothing is left that announces their topic", self.nameless);
-            self.salvaged.remarks.push(remark);
-        }
-        (self.salvaged, self.foreign)
-    }
-
-    fn is_known(&self, topic: &str) -> bool {
-        [STEP, SWITCH, FIELDS, WINDOW].contains(&topic)
-            || self.events.iter().any(|kind| kind.topic == topic)
-            || self.foreign.contains_key(topic)
-    }
-}
-
-impl Message {
-    fn step(&self) -> Option<u64> {
-        match self.kind {
-            Kind::Step { step, .. } | Kind::Switch { step } | Kind::State { step } => Some(step),
-            Kind::Event => None,
-        }
-    }
-}
-
-/// Whether an object has all the fields that its schema requires, and none that it does not
-/// name.
-fn has_the_fields_of(schema: &Value, payload: &Value) -> bool {
-    let Some(fields) = payload.as_object() else { return false };
-    let named = schema["properties"].as_object();
-    let required = schema["required"].as_array();
-    fields.keys().all(|field| named.is_some_and(|named| named.contains_key(field)))
-        && required
-            .is_some_and(|all| all.iter().filter_map(Value::as_str).all(|one| fields.contains_key(one)))
 }

@@ -1,89 +1,207 @@
 //! Logs that are being written: they stand under a temporary name, locked, until they are whole.
 
-use std::fs::{self, File, TryLockError};
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::problem::WriteError;
-use crate::whole::{partial_path, sync_folder, with_suffix};
+use asperity_files::{Existing, FileSet, Held, Inputs, is_taken, partial_path};
 
-/// What to do with a log that stands where one is to be written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Existing {
-    /// Keep it, and write nothing.
-    Refuse,
-    /// Replace it by the new one, once that is whole.
-    Replace,
-}
+use crate::problem::WriteError;
+use crate::read::{RunReader, Topics};
 
 /// Where a run that goes on is written until it holds what the log of the unfinished one
 /// holds.
-pub(crate) fn resumed_path(path: &Path) -> PathBuf {
-    with_suffix(path, ".resumed")
+fn resumed_path(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".resumed");
+    path.with_file_name(name)
 }
 
 /// An unfinished log that no other process writes, for as long as this lives.
 #[derive(Debug)]
 pub struct Unfinished {
     path: PathBuf,
-    file: File,
+    held: Held,
 }
 
 impl Unfinished {
     /// Takes hold of what stands for `path` until that is whole, if there is any of it.
     ///
     /// # Errors
-    /// If another process writes it, or the system refuses.
+    /// If another process writes it, it is a link or no run log, or the system refuses.
     pub fn of(path: &Path) -> Result<Option<Unfinished>, WriteError> {
-        let partial = partial_path(path);
-        match File::options().read(true).write(true).open(&partial) {
-            Ok(file) => Ok(Some(Unfinished { file: locked(file, &partial)?, path: path.to_owned() })),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(WriteError::Io { path: partial, error }),
-        }
-    }
-
-    /// The name that it is to have.
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
+        let Some(held) = Held::open(&partial_path(path))? else { return Ok(None) };
+        must_be_ours(held.path())?;
+        Ok(Some(Unfinished { path: path.to_owned(), held }))
     }
 
     /// Where it is.
     pub fn partial_path(&self) -> PathBuf {
-        partial_path(&self.path)
+        self.held.path().to_owned()
     }
 
     /// Gives it its final name, which only a whole one may have.
     ///
     /// # Errors
-    /// If a log stands there that is not to be replaced, or the system refuses.
-    pub fn publish(self, existing: Existing) -> Result<(), WriteError> {
-        let Unfinished { path, file } = self;
-        if existing == Existing::Refuse && path.exists() {
-            return Err(WriteError::Exists(path));
-        }
-        let partial = partial_path(&path);
-        let outcome =
-            file.sync_all().and_then(|()| fs::rename(&partial, &path)).and_then(|()| sync_folder(&path));
-        outcome.map_err(|error| WriteError::Io { path: partial, error })
+    /// If a log stands there that is not to be replaced, it is no longer the one that was taken
+    /// hold of, or the system refuses.
+    pub fn publish(mut self, existing: Existing) -> Result<(), WriteError> {
+        let file = self.held.file().sync_all();
+        file.map_err(|error| WriteError::Io { path: self.partial_path(), error })?;
+        Ok(self.held.rename(&self.path, existing)?)
     }
 }
 
-/// Locks a file that stands at `path`, until it is closed.
-pub(crate) fn locked(file: File, path: &Path) -> Result<File, WriteError> {
-    let io_error = |error| WriteError::Io { path: path.to_owned(), error };
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => return Err(WriteError::Busy(path.to_owned())),
-        // Some network file systems have no locks; there nobody keeps two processes apart.
-        Err(TryLockError::Error(error)) if error.kind() != io::ErrorKind::Unsupported => {
-            return Err(io_error(error));
+/// Where a log is written, and how it gets its name.
+#[derive(Debug)]
+pub(crate) struct Place {
+    path: PathBuf,
+    existing: Existing,
+    stand: Stand,
+}
+
+#[derive(Debug)]
+enum Stand {
+    /// Under a name by which a run can go on with it.
+    Found {
+        held: Held,
+        /// The unfinished log that this one is to take the place of, once it holds as much.
+        takes_place_of: Option<Unfinished>,
+    },
+    /// Where nobody looks for it.
+    Hidden { files: FileSet, file: File },
+}
+
+impl Place {
+    /// For the log of a run. What an earlier run left there is emptied.
+    pub(crate) fn of_run(path: &Path, existing: Existing) -> Result<Place, WriteError> {
+        must_be_free(path, existing)?;
+        let held = emptied(&partial_path(path))?;
+        // Whoever held it until now may have finished.
+        if let Err(error) = must_be_free(path, existing) {
+            held.remove()?;
+            return Err(error);
         }
-        _ => {}
+        let stand = Stand::Found { held, takes_place_of: None };
+        Ok(Place { path: path.to_owned(), existing, stand })
     }
-    // Whoever held the lock until now may have given the file another name.
-    let ours = same_file::Handle::from_file(file.try_clone().map_err(io_error)?).map_err(io_error)?;
-    match same_file::Handle::from_path(path) {
-        Ok(here) if here == ours => Ok(file),
-        _ => Err(WriteError::Busy(path.to_owned())),
+
+    /// For the log of a run that goes on.
+    pub(crate) fn resuming(unfinished: Unfinished, existing: Existing) -> Result<Place, WriteError> {
+        let path = unfinished.path.clone();
+        must_be_free(&path, existing)?;
+        let held = emptied(&resumed_path(&path))?;
+        Ok(Place { path, existing, stand: Stand::Found { held, takes_place_of: Some(unfinished) } })
+    }
+
+    /// For a log that is made of another, which no run goes on with.
+    pub(crate) fn hidden(path: &Path, input: &Path) -> Result<Place, WriteError> {
+        let existing = Existing::Refuse;
+        let files = FileSet::new(existing, Inputs::of([input]));
+        let file = files.create(path)?;
+        Ok(Place { path: path.to_owned(), existing, stand: Stand::Hidden { files, file } })
+    }
+
+    /// Where it is to be told that something is wrong with it.
+    pub(crate) fn path(&self) -> &Path {
+        match &self.stand {
+            Stand::Found { held, .. } => held.path(),
+            Stand::Hidden { .. } => &self.path,
+        }
+    }
+
+    fn file(&self) -> &File {
+        match &self.stand {
+            Stand::Found { held, .. } => held.file(),
+            Stand::Hidden { file, .. } => file,
+        }
+    }
+
+    /// The file, to be written from its beginning.
+    pub(crate) fn writer(&self) -> Result<File, WriteError> {
+        self.file().try_clone().map_err(|error| self.io(error))
+    }
+
+    /// Sees to it that what was written is on the disk, and still has its name: a run whose log is
+    /// lost should say so soon.
+    pub(crate) fn sync(&self) -> Result<(), WriteError> {
+        self.file().sync_data().map_err(|error| self.io(error))?;
+        match &self.stand {
+            Stand::Found { held, .. } => Ok(held.check()?),
+            Stand::Hidden { .. } => Ok(()),
+        }
+    }
+
+    /// The log holds as much as the one that it goes on from, and takes its place.
+    pub(crate) fn has_caught_up(&mut self) -> Result<(), WriteError> {
+        if let Stand::Found { held, takes_place_of } = &mut self.stand
+            && let Some(unfinished) = takes_place_of.take()
+        {
+            unfinished.held.check()?;
+            held.rename(unfinished.held.path(), Existing::Replace)?;
+        }
+        Ok(())
+    }
+
+    /// Leaves it unfinished, for a run that goes on, unless it holds less than the one that it
+    /// was to go on from.
+    pub(crate) fn leave(self) -> Result<(), WriteError> {
+        self.file().sync_all().map_err(|error| self.io(error))?;
+        match self.stand {
+            Stand::Found { held, takes_place_of: Some(_) } => Ok(held.remove()?),
+            Stand::Found { held, takes_place_of: None } => Ok(held.check()?),
+            Stand::Hidden { .. } => Ok(()),
+        }
+    }
+
+    /// Removes what there is of it, which nobody can go on with.
+    pub(crate) fn discard(&self) -> Result<(), WriteError> {
+        match &self.stand {
+            Stand::Found { held, .. } => Ok(held.remove()?),
+            // Gone as soon as it is let go.
+            Stand::Hidden { .. } => Ok(()),
+        }
+    }
+
+    /// Gives it its final name.
+    pub(crate) fn publish(self) -> Result<(), WriteError> {
+        self.file().sync_all().map_err(|error| self.io(error))?;
+        match self.stand {
+            Stand::Found { mut held, takes_place_of } => {
+                held.rename(&self.path, self.existing)?;
+                takes_place_of.map_or(Ok(()), |unfinished| Ok(unfinished.held.remove()?))
+            }
+            Stand::Hidden { files, .. } => Ok(files.publish()?),
+        }
+    }
+
+    fn io(&self, error: io::Error) -> WriteError {
+        WriteError::Io { path: self.path().to_owned(), error }
+    }
+}
+
+fn must_be_free(path: &Path, existing: Existing) -> Result<(), WriteError> {
+    if existing == Existing::Refuse && is_taken(path) {
+        return Err(WriteError::Exists(path.to_owned()));
+    }
+    Ok(())
+}
+
+/// Takes hold of a file that a run may have left, and empties it; whatever else has that name is
+/// somebody else's.
+fn emptied(path: &Path) -> Result<Held, WriteError> {
+    let held = Held::create(path)?;
+    must_be_ours(path)?;
+    held.file().set_len(0).map_err(|error| WriteError::Io { path: path.to_owned(), error })?;
+    Ok(held)
+}
+
+/// Makes sure that a file is a run log, or the beginning of one, of which an empty file may be one.
+fn must_be_ours(path: &Path) -> Result<(), WriteError> {
+    match RunReader::open(path, Topics::NONE) {
+        Err(error) if error.problem.is_no_run_log() && !error.problem.is_early_end() => {
+            Err(WriteError::Foreign(Box::new(error)))
+        }
+        _ => Ok(()),
     }
 }

@@ -4,12 +4,14 @@
 //! |---|---|
 //! | 1 | |
 //! | 2 | attachments `checkpoint`, from where an unfinished run can go on; the status `salvaged`, with a metadata record `salvage` |
+//! | 3 | metadata records `chunk`, which vouch for what stands before them; a summary that names all that the log holds; chunks end where a step and its switches end |
 //!
 //! In any version `run_end` may have a digest for each topic, `digest:TOPIC`; logs that were
 //! written before there were any have none, and then there is nothing to compare. Who does not
 //! know these keys passes over them, so they are no new version.
 //!
-//! Version 2 only adds, so a log of version 1 reads as one without checkpoints. A version
+//! Versions 2 and 3 only add, so a log of version 1 reads as one without checkpoints, and logs
+//! of versions 1 and 2 as ones for which only their own checksums vouch. A version
 //! that says something in other words puts what its predecessors said into today's here, and
 //! nowhere else. `fixtures/logs` holds logs of every version, made by the program of that
 //! time, and `tests/versions.rs` reads them.

@@ -2,11 +2,12 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
+use asperity_files::Existing;
 use asperity_record::{
     Checkpoint, Event, EventKind, Record, RunEnd, RunHeader, RunStatus, SolverReport, StepRecord,
 };
@@ -14,16 +15,18 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, WriteOptions, Writer};
 use serde::Serialize;
 
+use crate::announced::Announced;
 use crate::digest::Digests;
 use crate::findings::Salvaged;
+use crate::follow::{Chain, Followed};
 use crate::format::{
-    CHECKPOINT, CHUNK_BYTES, FIELDS, PROFILE, RUN, RUN_END, SALVAGE, SCENARIO, STEP, SWITCH, WINDOW,
+    CHECKPOINT, CHUNK_BYTES, FIELDS, PROFILE, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP,
+    SWITCH, WINDOW,
 };
 use crate::messages::{self, StepMessage, SwitchMessage, Topic};
 use crate::metadata;
 use crate::problem::WriteError;
-use crate::unfinished::{Existing, Unfinished, locked, resumed_path};
-use crate::whole::{partial_path, sync_folder};
+use crate::unfinished::{Place, Unfinished};
 
 /// How much work a crash of the machine may cost.
 const SYNC_INTERVAL: Duration = Duration::from_secs(1);
@@ -31,13 +34,11 @@ const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 /// Writes one run log. Dropped before [`RunWriter::finish`], it leaves a file
 /// under the temporary name without `run_end`, which says that it is not whole.
 pub struct RunWriter {
-    path: PathBuf,
-    /// Where the file is at present.
-    stands_at: PathBuf,
-    /// The unfinished log that this one is to take the place of, once it holds as much.
-    takes_place_of: Option<Unfinished>,
-    existing: Existing,
-    writer: Writer<BufWriter<File>>,
+    place: Place,
+    writer: Writer<Followed<BufWriter<File>>>,
+    chain: Chain,
+    /// What the chunk holds that is being filled, before compression.
+    chunk_bytes: u64,
     channels: BTreeMap<String, Channel>,
     digests: Digests,
     switches: u64,
@@ -58,7 +59,7 @@ impl RunWriter {
     ///
     /// # Errors
     /// If `path` exists and is not to be replaced, or the temporary file cannot be
-    /// written.
+    /// written: because another process writes it, or because what has its name is no log.
     pub fn create(
         path: &Path,
         existing: Existing,
@@ -67,17 +68,18 @@ impl RunWriter {
         events: &[EventKind],
     ) -> Result<RunWriter, WriteError> {
         let events = events.iter().map(Topic::of);
-        RunWriter::start(path, partial_path(path), existing, header, scenario_toml, events)
+        RunWriter::start(Place::of_run(path, existing)?, header, scenario_toml, events)
     }
 
-    /// Starts a log of what is left of another, with the topics of events that it has.
+    /// Starts a log of what is left of another, the `input`, with the topics of events that it has.
     pub(crate) fn create_salvaged(
         path: &Path,
+        input: &Path,
         header: &RunHeader,
         scenario_toml: &str,
         events: impl Iterator<Item = Topic>,
     ) -> Result<RunWriter, WriteError> {
-        RunWriter::start(path, partial_path(path), Existing::Refuse, header, scenario_toml, events)
+        RunWriter::start(Place::hidden(path, input)?, header, scenario_toml, events)
     }
 
     /// Starts the log of a run that goes on where an unfinished one left off. That
@@ -92,41 +94,30 @@ impl RunWriter {
         scenario_toml: &str,
         events: &[EventKind],
     ) -> Result<RunWriter, WriteError> {
-        let path = unfinished.path().to_owned();
-        let resumed = resumed_path(&path);
         let events = events.iter().map(Topic::of);
-        let mut writer = RunWriter::start(&path, resumed, existing, header, scenario_toml, events)?;
-        writer.takes_place_of = Some(unfinished);
-        Ok(writer)
+        RunWriter::start(Place::resuming(unfinished, existing)?, header, scenario_toml, events)
     }
 
     fn start(
-        path: &Path,
-        partial: PathBuf,
-        existing: Existing,
+        place: Place,
         header: &RunHeader,
         scenario_toml: &str,
         events: impl Iterator<Item = Topic>,
     ) -> Result<RunWriter, WriteError> {
-        if existing == Existing::Refuse && path.exists() {
-            return Err(WriteError::Exists(path.to_owned()));
-        }
-        let io_error = |error| WriteError::Io { path: partial.clone(), error };
-        // Emptied only once no one else writes it.
-        let file = File::options().write(true).create(true).truncate(false).open(&partial);
-        let file = locked(file.map_err(io_error)?, &partial)?;
-        file.set_len(0).map_err(io_error)?;
-        let at = |error| WriteError::of_mcap(&partial, error);
+        let file = Followed::new(BufWriter::new(place.writer()?));
+        let mut chain = Chain::new(&file, &header.run_id);
+        let at = |error| WriteError::of_mcap(place.path(), error);
         let mut writer = WriteOptions::new()
             .profile(PROFILE)
             .library(concat!("asperity-runlog ", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Zstd))
-            .chunk_size(Some(CHUNK_BYTES))
+            // Chunks end where a step ends, which the library does not know.
+            .chunk_size(None)
             // Threads of the compressor would make the bytes depend on the machine.
             .compression_threads(0)
             // With seeking, a crash leaves a chunk that claims to be 2^64 - 1 bytes long.
             .disable_seeking(true)
-            .create(BufWriter::new(file))
+            .create(file)
             .map_err(at)?;
         writer
             .write_metadata(&Metadata { name: RUN.to_owned(), metadata: metadata::header_to_map(header) })
@@ -140,22 +131,25 @@ impl RunWriter {
                 data: Cow::Borrowed(scenario_toml.as_bytes()),
             })
             .map_err(at)?;
+        chain.close(&mut writer).map_err(at)?;
+        let mut chunk_bytes = 0;
         let mut topics = messages::record_topics(header.blocks);
         topics.extend(events);
         let mut channels = BTreeMap::new();
-        for Topic { topic, schema_name, schema } in topics {
-            let schema_id = writer.add_schema(&schema_name, "jsonschema", schema.as_bytes()).map_err(at)?;
-            let units =
-                messages::units(&schema).into_iter().map(|(field, unit)| (format!("unit:{field}"), unit));
-            let id = writer.add_channel(schema_id, &topic, "json", &units.collect()).map_err(at)?;
+        for topic in &topics {
+            let Announced { topic, message_encoding, schema_name, schema_encoding, schema, metadata } =
+                Announced::of(topic);
+            let schema_id =
+                writer.add_schema(&schema_name, &schema_encoding, schema.as_bytes()).map_err(at)?;
+            let id = writer.add_channel(schema_id, &topic, &message_encoding, &metadata).map_err(at)?;
+            chunk_bytes += schema.len() as u64;
             channels.insert(topic, Channel { id, messages: 0 });
         }
         Ok(RunWriter {
-            path: path.to_owned(),
-            stands_at: partial,
-            takes_place_of: None,
-            existing,
+            place,
             writer,
+            chain,
+            chunk_bytes,
             channels,
             digests: Digests::default(),
             switches: 0,
@@ -191,15 +185,11 @@ impl RunWriter {
             media_type: "application/json".to_owned(),
             data: Cow::Borrowed(checkpoint.state.as_bytes()),
         };
+        self.close_chunk()?;
         self.writer.attach(&attachment).map_err(|error| self.at(error))?;
+        self.vouch()?;
         self.sync()?;
-        if let Some(unfinished) = self.takes_place_of.take() {
-            let partial = unfinished.partial_path();
-            fs::rename(&self.stands_at, &partial)
-                .map_err(|error| WriteError::Io { path: self.stands_at.clone(), error })?;
-            self.stands_at = partial;
-        }
-        Ok(())
+        self.place.has_caught_up()
     }
 
     /// Writes the next event, at the time of the last record.
@@ -238,6 +228,7 @@ impl RunWriter {
     }
 
     fn put(&mut self, topic: &str, step: u64) -> Result<(), WriteError> {
+        self.make_room(topic)?;
         let channel =
             self.channels.get_mut(topic).ok_or_else(|| WriteError::UnknownTopic(topic.to_owned()))?;
         let time_ns = self.header.time_grid().time_ns(step);
@@ -249,17 +240,39 @@ impl RunWriter {
         };
         channel.messages += 1;
         self.digests.add(topic, &self.payload);
-        self.writer.write_to_known_channel(&header, &self.payload).map_err(|error| self.at(error))?;
-        if self.synced.elapsed() >= SYNC_INTERVAL {
-            self.sync()?;
+        self.chunk_bytes += message_bytes(&self.payload);
+        self.writer.write_to_known_channel(&header, &self.payload).map_err(|error| self.at(error))
+    }
+
+    /// Closes the chunk before a message if it is full, or has been filled for long. A step
+    /// stays together with its switches, so that a lost chunk costs no step of another.
+    fn make_room(&mut self, topic: &str) -> Result<(), WriteError> {
+        if topic == SWITCH {
+            return Ok(());
         }
-        Ok(())
+        if self.synced.elapsed() >= SYNC_INTERVAL {
+            self.close_chunk()?;
+            return self.sync();
+        }
+        if self.chunk_bytes >= CHUNK_BYTES { self.close_chunk() } else { Ok(()) }
+    }
+
+    /// Closes the chunk, if anything is in it.
+    fn close_chunk(&mut self) -> Result<(), WriteError> {
+        if std::mem::take(&mut self.chunk_bytes) == 0 { Ok(()) } else { self.vouch() }
+    }
+
+    /// Vouches for the piece that was written last.
+    fn vouch(&mut self) -> Result<(), WriteError> {
+        self.chain.close(&mut self.writer).map_err(|error| self.at(error))
     }
 
     /// Says what is missing, before anything else that was salvaged.
     pub(crate) fn salvaged(&mut self, salvaged: &Salvaged) -> Result<(), WriteError> {
         let metadata = Metadata { name: SALVAGE.to_owned(), metadata: metadata::salvaged_to_map(salvaged) };
-        self.writer.write_metadata(&metadata).map_err(|error| self.at(error))
+        self.close_chunk()?;
+        self.writer.write_metadata(&metadata).map_err(|error| self.at(error))?;
+        self.vouch()
     }
 
     /// Writes a message as it was, with its number and time.
@@ -271,6 +284,7 @@ impl RunWriter {
         step: Option<u64>,
         payload: &[u8],
     ) -> Result<(), WriteError> {
+        self.make_room(topic)?;
         let channel =
             self.channels.get_mut(topic).ok_or_else(|| WriteError::UnknownTopic(topic.to_owned()))?;
         let header =
@@ -279,6 +293,7 @@ impl RunWriter {
         self.switches += u64::from(topic == SWITCH);
         self.last_step = step.unwrap_or(self.last_step);
         self.digests.add(topic, payload);
+        self.chunk_bytes += message_bytes(payload);
         self.writer.write_to_known_channel(&header, payload).map_err(|error| self.at(error))
     }
 
@@ -288,19 +303,18 @@ impl RunWriter {
     }
 
     fn sync(&mut self) -> Result<(), WriteError> {
-        self.writer.flush().map_err(|error| self.at(error))?;
-        let file = File::open(&self.stands_at).and_then(|file| file.sync_data());
-        file.map_err(|error| WriteError::Io { path: self.stands_at.clone(), error })?;
+        self.place.sync()?;
         self.synced = Instant::now();
         Ok(())
     }
 
     /// Closes the log, with how the run ended and what its solver's work was made of. That
     /// of a run that took all its steps gets its final name; that of one that was interrupted
-    /// stays under its [`partial_path`].
+    /// stays under its [`partial_path`](crate::partial_path).
     ///
     /// # Errors
-    /// If the file cannot be written or renamed, or the name was taken meanwhile.
+    /// If the file cannot be written, the name was taken meanwhile, or the temporary name is no
+    /// longer that of this log.
     pub fn finish(mut self, status: RunStatus, solver: SolverReport) -> Result<RunEnd, WriteError> {
         let (digest, topic_digests) = self.digests.finish(self.channels.keys());
         let end = RunEnd {
@@ -317,32 +331,34 @@ impl RunWriter {
             solver,
         };
         let metadata = Metadata { name: RUN_END.to_owned(), metadata: metadata::end_to_map(&end) };
+        self.close_chunk()?;
         self.writer.write_metadata(&metadata).map_err(|error| self.at(error))?;
+        self.vouch()?;
         self.writer.finish().map_err(|error| self.at(error))?;
-        let partial = self.stands_at.clone();
-        let io_error = |error| WriteError::Io { path: partial.clone(), error };
-        let path = self.path.clone();
-        let file = self.writer.into_inner().into_inner().map_err(|error| io_error(error.into_error()))?;
-        file.sync_all().map_err(io_error)?;
-        if status == RunStatus::Interrupted {
-            if self.takes_place_of.is_some() {
-                // It holds less than the one that it was to replace.
-                fs::remove_file(&partial).map_err(io_error)?;
-            }
-            return Ok(end);
-        }
-        if self.existing == Existing::Refuse && path.exists() {
-            return Err(WriteError::Exists(path));
-        }
-        fs::rename(&partial, &path).map_err(io_error)?;
-        sync_folder(&path).map_err(io_error)?;
-        if let Some(unfinished) = self.takes_place_of {
-            fs::remove_file(unfinished.partial_path()).map_err(io_error)?;
-        }
+        let place = self.place;
+        let written = self.writer.into_inner().into_inner().into_inner();
+        written
+            .map_err(|error| WriteError::Io { path: place.path().to_owned(), error: error.into_error() })?;
+        if status == RunStatus::Interrupted { place.leave() } else { place.publish() }?;
         Ok(end)
     }
 
-    fn at(&self, error: mcap::McapError) -> WriteError {
-        WriteError::of_mcap(&self.stands_at, error)
+    /// Removes what there is of a log that will not go on and holds no step: nobody can go on
+    /// with it, and it would stand in the way of the next run.
+    pub fn discard_if_empty(&mut self) {
+        if self.channels.get(STEP).is_some_and(|channel| channel.messages == 0) {
+            // If it cannot be removed, the problem that led here is the one to tell.
+            self.place.discard().ok();
+        }
     }
+
+    fn at(&self, error: mcap::McapError) -> WriteError {
+        WriteError::of_mcap(self.place.path(), error)
+    }
+}
+
+/// What a message takes of its chunk.
+fn message_bytes(payload: &[u8]) -> u64 {
+    // Its head, channel, number and two times stand before it.
+    (RECORD_HEAD_BYTES + 2 + 4 + 8 + 8 + payload.len()) as u64
 }

@@ -118,6 +118,24 @@ fn a_whole_log_without_its_name_replaces_another_only_if_it_may() {
     assert_eq!(fs::read(&path).unwrap(), bytes);
 }
 
+/// Whoever removes a log that is being written makes room for another, which the first must not
+/// take for its own.
+#[test]
+fn a_log_whose_name_another_has_got_is_not_published() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let begin = || RunWriter::create(&path, Existing::Refuse, &header(), "", &[]).unwrap();
+    let first = begin();
+    fs::remove_file(partial_path(&path)).unwrap();
+    let mut second = begin();
+    let lost = first.finish(RunStatus::Complete, SolverReport::default()).unwrap_err();
+    assert!(lost.to_string().ends_with("was removed or replaced while it was being written"), "{lost}");
+    assert!(!path.exists() && partial_path(&path).exists());
+    (1..=STEPS).for_each(|n| second.record(&step(n)).unwrap());
+    let end = second.finish(RunStatus::Complete, SolverReport::default()).unwrap();
+    assert_eq!(RunReader::open(&path, Topics::ALL).unwrap().verify().unwrap(), end);
+}
+
 #[test]
 fn events_of_detectors_that_are_not_known_are_json_objects() {
     let folder = tempfile::tempdir().unwrap();
@@ -252,13 +270,29 @@ fn events_that_nothing_announces_any_more_are_left_out_and_nothing_else_is() {
     assert_eq!(items(reader).len() as u64, salvaged.kept["/step"]);
 
     // Without the end there is no one to name them.
-    let end = bytes.windows(7).rposition(|there| there == b"run_end").unwrap();
-    let cut = bytes[..log.chunks[log.chunks.len() - 1].end].to_vec();
-    assert!(cut.len() < end);
+    let end = bytes.windows(11).position(|there| there == b"\x07\0\0\0run_end").unwrap();
+    let cut = bytes[..end - 9].to_vec();
+    assert!(log.chunks[log.chunks.len() - 1].end < cut.len());
     fs::remove_file(log.folder.path().join("out.mcap")).unwrap();
     let (salvaged, reader) = log.salvage(&cut);
     assert_eq!(salvaged.kept.keys().collect::<Vec<_>>(), ["/step"]);
     let [remark] = &salvaged.remarks[..] else { panic!("{:?}", salvaged.remarks) };
     assert!(remark.ends_with(" events are left out: nothing is left that announces their topic"), "{remark}");
     assert_eq!(items(reader).len() as u64, Marked::STEPS - before_step + 1);
+}
+
+/// The next run would be told to go on with it, and could not.
+#[test]
+fn what_holds_no_step_does_not_stand_in_the_way() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("run.mcap");
+    let mut empty = writer(&path, &[]);
+    empty.discard_if_empty();
+    drop(empty);
+    assert!(Unfinished::of(&path).unwrap().is_none());
+    let mut begun = writer(&path, &[]);
+    begun.record(&step(1)).unwrap();
+    begun.discard_if_empty();
+    drop(begun);
+    assert!(Unfinished::of(&path).unwrap().is_some());
 }

@@ -41,11 +41,13 @@
 //! - `stepper`: one step, equation by equation; `sweep` below it is that for all blocks at once.
 //! - `recorder`: what is recorded and when, for all solvers alike; `counters`: what the steps of
 //!   a run were made of.
+//! - `expectation`: whether records can be those of a plan, told without taking its steps.
 //! - `plain`: every step.
 //! - `fast`: which steps are taken how. `window` and `basis` take many while some blocks slide,
 //!   `jump` while all stick (by `modes` or, for long chains, by `waves`, with `complex` numbers),
 //!   `rest` where what sticks does not move at all.
 //! - [`equality`] and `exact`: whether two solvers agree, and who is right where rounding decides.
+//! - [`Witness`]: whether a checkpoint is a state that the records before it lead to.
 //!
 //! How nodes pull at each other stands in [`asperity_model::elastic`] alone. Nodes move, contacts
 //! rub; in a chain every node carries one contact, and both are called *blocks* where the
@@ -57,6 +59,7 @@ mod contacts;
 mod counters;
 pub mod equality;
 mod exact;
+mod expectation;
 mod fast;
 mod jump;
 mod kind;
@@ -70,12 +73,15 @@ mod stepper;
 mod sweep;
 mod waves;
 mod window;
+mod witness;
 
 pub use counters::Counters;
 pub use exact::Exact;
+pub use expectation::{Departure, Expectation};
 pub use fast::Fast;
 pub use kind::SolverKind;
 pub use plain::Plain;
 pub use solver::{SimulationError, Solver};
 pub use state::ChainState;
 pub use stepper::Driving;
+pub use witness::Witness;

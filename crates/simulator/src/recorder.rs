@@ -97,14 +97,11 @@ impl Recorder {
         let step = state.step;
         let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
         self.ready.push_back(load(plan, step, state.hold_step, state.sliding, driving, switches));
-        let recording = &plan.recording;
-        if (edge && recording.event_fields) || is_on_cadence(recording.fields_every_steps, step) {
-            self.ready.push_back(Record::Fields(fields(plan, state)));
-        }
-        for (index, window) in recording.windows.iter().enumerate() {
-            if next_in_window(window, step - 1) == Some(step) {
-                self.ready.push_back(window_record(plan, state, index, window));
-            }
+        for due in due_states(plan, step, edge) {
+            self.ready.push_back(match due {
+                Due::Fields => Record::Fields(fields(plan, state)),
+                Due::Window(index) => window_record(plan, state, index, &plan.recording.windows[index]),
+            });
         }
         self.due_step = next_due(plan, step);
         Ok(())
@@ -130,13 +127,33 @@ fn load(
     })
 }
 
+/// A state that is recorded behind a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Due {
+    /// Of all blocks.
+    Fields,
+    /// Of a dense window, by its number in the plan.
+    Window(usize),
+}
+
+/// What is recorded behind the record of a step, in this order; `edge` tells whether the step is the
+/// onset or end of a slip event.
+pub(crate) fn due_states(plan: &Plan, step: u64, edge: bool) -> impl Iterator<Item = Due> {
+    let recording = &plan.recording;
+    let fields = (edge && recording.event_fields) || is_on_cadence(recording.fields_every_steps, step);
+    let is_in = move |window: &WindowPlan| next_in_window(window, step - 1) == Some(step);
+    let windows = recording.windows.iter().enumerate();
+    let windows = windows.filter(move |(_, window)| is_in(window)).map(|(index, _)| Due::Window(index));
+    fields.then_some(Due::Fields).into_iter().chain(windows)
+}
+
 pub(crate) fn is_on_cadence(every: u64, step: u64) -> bool {
     every > 0 && step.is_multiple_of(every)
 }
 
 /// The first step after `step` at which a cadence or the end of the run asks
 /// for a record; behind the end there is none.
-fn next_due(plan: &Plan, step: u64) -> u64 {
+pub(crate) fn next_due(plan: &Plan, step: u64) -> u64 {
     if step >= plan.steps {
         return u64::MAX;
     }

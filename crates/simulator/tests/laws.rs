@@ -3,7 +3,7 @@
 
 use asperity_model::Plan;
 use asperity_record::{Record, StepRecord};
-use asperity_simulator::{Fast, Plain, Solver, equality};
+use asperity_simulator::{Expectation, Fast, Plain, Solver, equality};
 
 /// A short chain that is driven fast, so that a short run has many events.
 const SHORT: [&str; 4] =
@@ -104,7 +104,17 @@ fn the_fast_solver_does_what_the_plain_one_does_by_every_law_and_drive() {
             assert!(agreement.switches >= 2, "{sets:?}, {parameters}: {} switches", agreement.switches);
             all += agreement.switches;
             let mut fast = Fast::new(plan.clone());
-            while fast.next_record().unwrap().is_some() {}
+            let mut expectation = Expectation::of(plan.clone(), false);
+            while let Some(record) = fast.next_record().unwrap() {
+                expectation
+                    .take(&record, false)
+                    .unwrap_or_else(|error| panic!("{sets:?}, {parameters}: {error}"));
+            }
+            let never_stopped =
+                plan.drive.until_load_ratio.is_some() && fast.snapshot().hold_step == u64::MAX;
+            expectation
+                .finish(never_stopped)
+                .unwrap_or_else(|error| panic!("{sets:?}, {parameters}: {error}"));
             let counters = fast.counters();
             // Friction that depends on velocity takes single steps while anything slides.
             let few = plan.steps / if plan.friction.law.is_affine() { 4 } else { 1 };

@@ -37,7 +37,12 @@ pub fn at_once<Job: Sync, Done: Send, Error: Send>(
         }
     };
     thread::scope(|scope| {
-        let threads: Vec<_> = (0..workers.min(jobs.len())).map(|_| scope.spawn(take_jobs)).collect();
+        // Where the system gives no more threads, fewer do the same; the last resort is this one.
+        let spawn = |_| thread::Builder::new().spawn_scoped(scope, take_jobs).ok();
+        let threads: Vec<_> = (0..workers.min(jobs.len())).map_while(spawn).collect();
+        if threads.is_empty() {
+            take_jobs();
+        }
         for thread in threads {
             if let Err(panic) = thread.join() {
                 panic::resume_unwind(panic);

@@ -85,6 +85,9 @@ pub enum StreamError<Source, Sink> {
     /// The sink failed.
     #[error(transparent)]
     Sink(Sink),
+    /// The system gives no further thread, or no memory for one.
+    #[error("failed to start a thread: {0}")]
+    Thread(String),
 }
 
 /// Records under way between two threads: enough to ride out a pause of the
@@ -96,7 +99,7 @@ const CHANNEL_CAPACITY: usize = 64;
 /// and, with their events, into `sink`, which runs on the calling thread.
 ///
 /// # Errors
-/// The first failure of source or sink. After a failure the detectors are not
+/// The first failure of source or sink, or that there is no thread to be had. After a failure the detectors are not
 /// told that the run is over, so no event is closed that a whole run would not
 /// have closed.
 pub fn run<SourceError, SinkError>(
@@ -110,8 +113,14 @@ where
     thread::scope(|scope| {
         let (to_detectors, records) = bounded(CHANNEL_CAPACITY);
         let (to_sink, items) = bounded(CHANNEL_CAPACITY);
-        let source_thread = scope.spawn(move || feed(&mut source, &to_detectors));
-        let detector_thread = scope.spawn(move || detect(&mut detectors, &records, &to_sink));
+        let no_thread = |error: std::io::Error| StreamError::Thread(error.to_string());
+        // Without the second, the first finds nobody to send to, and ends.
+        let source_thread = thread::Builder::new()
+            .spawn_scoped(scope, move || feed(&mut source, &to_detectors))
+            .map_err(no_thread)?;
+        let detector_thread = thread::Builder::new()
+            .spawn_scoped(scope, move || detect(&mut detectors, &records, &to_sink))
+            .map_err(no_thread)?;
 
         let drained = items.iter().try_for_each(&mut sink);
         // With the receiver gone, whoever still sends finds out and stops.

@@ -4,7 +4,8 @@
 
 use mcap::records::op;
 
-use super::parts::{MESSAGE_HEAD, Packing, Part, correct_end, put_together};
+use super::packing::{Packing, put_together};
+use super::parts::{MESSAGE_HEAD, Part, correct_end};
 
 /// What stands at the borders of what a value may be.
 const VALUES: [&str; 36] = [

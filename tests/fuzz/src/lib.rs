@@ -6,7 +6,9 @@
 //! stays so, and these functions compile, where there is no fuzzer.
 
 pub mod edits;
+pub mod packing;
 pub mod parts;
+pub mod seal;
 pub mod thin;
 
 use std::fs;
@@ -59,7 +61,7 @@ pub fn metadata(text: &[u8]) {
         }
         *part = Part::metadata(&name, &map);
     }
-    log_bytes(&parts::put_together(&parts, parts::Packing::USUAL));
+    log_bytes(&packing::put_together(&parts, packing::Packing::USUAL));
 }
 
 /// The beginning of a log of every kind of message.

@@ -127,6 +127,12 @@ impl Part {
         self.body.get(type_end + 8..self.body.len().checked_sub(4)?)
     }
 
+    /// Of what kind an attachment is.
+    pub fn media_type(&self) -> Option<&str> {
+        let (_, name_end) = text_at(&self.body, 16).filter(|_| self.opcode == op::ATTACHMENT)?;
+        text_at(&self.body, name_end).map(|(text, _)| text)
+    }
+
     /// What a message says.
     pub fn payload(&self) -> Option<&[u8]> {
         self.body.get(MESSAGE_HEAD..).filter(|_| self.opcode == op::MESSAGE)
@@ -176,41 +182,15 @@ pub fn take_apart(bytes: &[u8]) -> Vec<Part> {
             }
             LinearReadEvent::Record { opcode: op::DATA_END, .. } => return parts,
             LinearReadEvent::Record { opcode: op::MESSAGE_INDEX, .. } => {}
-            LinearReadEvent::Record { opcode, data } => parts.push(Part::new(opcode, data)),
+            LinearReadEvent::Record { opcode, data } => {
+                // What a log says of its chunks is said anew when it is put together.
+                let part = Part::new(opcode, data);
+                if part.opcode != op::METADATA || part.name() != Some("chunk") {
+                    parts.push(part);
+                }
+            }
         }
     }
-}
-
-/// How a log is put together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Packing {
-    /// Most records in a chunk; 0 for none in chunks.
-    pub per_chunk: usize,
-    /// Whether the checksum of all data is given.
-    pub data_crc: bool,
-}
-
-impl Packing {
-    /// As logs are, but for compression and summary, which say nothing more.
-    pub const USUAL: Packing = Packing { per_chunk: 1000, data_crc: true };
-}
-
-/// A file of these records: those that belong there in chunks, no summary.
-pub fn put_together(parts: &[Part], packing: Packing) -> Vec<u8> {
-    let mut out = mcap::MAGIC.to_vec();
-    let chunked = |part: &Part| matches!(part.opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE);
-    for group in parts.chunk_by(|a, b| chunked(a) == chunked(b)) {
-        if packing.per_chunk > 0 && chunked(&group[0]) {
-            group.chunks(packing.per_chunk).for_each(|parts| Part::chunk(parts).put(&mut out));
-        } else {
-            group.iter().for_each(|part| part.put(&mut out));
-        }
-    }
-    let crc = if packing.data_crc { crc32fast::hash(&out) } else { 0 };
-    Part::new(op::DATA_END, crc.to_le_bytes()).put(&mut out);
-    Part::new(op::FOOTER, [0; 20]).put(&mut out);
-    out.extend(mcap::MAGIC);
-    out
 }
 
 /// Corrects what `run_end` says of the messages: counts, switches and digests, those of the

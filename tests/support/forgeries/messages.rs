@@ -83,10 +83,15 @@ impl Forge {
     }
 
     pub(super) fn order(&mut self) {
-        self.parts("message-lost", "a sample is missing, and counts and digest agree", "must", |parts| {
-            let at = messages(parts, "/step")[1];
-            parts.remove(at);
-        });
+        self.parts(
+            "message-lost",
+            "a sample is missing, and counts and digest agree",
+            "must|asks for",
+            |parts| {
+                let at = messages(parts, "/step")[1];
+                parts.remove(at);
+            },
+        );
         self.parts("chunk-twice", "the same messages twice, and counts and digest agree", "step", |parts| {
             let (from, to) = (messages(parts, "/step")[0], messages(parts, "/step")[3]);
             let again = parts[from..to].to_vec();

@@ -136,17 +136,16 @@ const FRAME_WIDTH: u32 = 3;
 const MARK_RADIUS: i32 = 11;
 
 impl Sheet {
-    /// Draws the sheet as a PNG, under a temporary name until it is whole.
+    /// Draws the sheet as a PNG into a file that is there.
     pub(super) fn write(&self, path: &Path) -> Result<(), String> {
         text::embed_font();
-        let partial = path.with_extension("partial.png");
         let (width, height) = match self {
             Sheet::Single(_) => PANEL,
             Sheet::Stacked(_) => (PANEL.0, PANEL.1 * 3 / 2),
             Sheet::Grid(panels) => (PANEL.0 * 2, PANEL.1 * (panels.len() as u32).div_ceil(2)),
         };
         {
-            let root = BitMapBackend::new(&partial, (width, height)).into_drawing_area();
+            let root = BitMapBackend::new(path, (width, height)).into_drawing_area();
             root.fill(&WHITE).map_err(|error| error.to_string())?;
             match self {
                 Sheet::Single(panel) => panel.draw(&root, &root)?,
@@ -162,9 +161,8 @@ impl Sheet {
                     }
                 }
             }
-            root.present().map_err(|error| error.to_string())?;
+            root.present().map_err(|error| error.to_string())
         }
-        std::fs::rename(&partial, path).map_err(|error| error.to_string())
     }
 }
 

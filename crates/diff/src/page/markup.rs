@@ -3,10 +3,13 @@
 
 use std::fmt::Display;
 
-/// A value as text in HTML, in content and in quoted attributes.
+use asperity_record::printable;
+
+/// A value as text in HTML, in content and in quoted attributes. Marks that turn the direction of
+/// writing would show the rest of the line in another order, so they are spelled out.
 pub(super) fn text(value: impl Display) -> String {
     let mut out = String::new();
-    for c in value.to_string().chars() {
+    for c in printable(&value.to_string()).chars() {
         match c {
             '&' => out.push_str("&amp;"),
             '<' => out.push_str("&lt;"),

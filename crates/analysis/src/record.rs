@@ -1,0 +1,58 @@
+//! What a set of tables and figures was made of, beside it: where this stands, the others do.
+
+use std::path::{Path, PathBuf};
+
+use asperity_files::FileSet;
+use asperity_record::RunHeader;
+use serde::Serialize;
+
+use crate::error::AnalysisError;
+use crate::run_data::RunData;
+
+/// The layout of [`Record`].
+const VERSION: u32 = 1;
+
+#[derive(Serialize)]
+struct Record<'a> {
+    format: &'a str,
+    version: u32,
+    runs: Vec<Run<'a>>,
+    /// Paths from the folder that this stands in.
+    files: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Run<'a> {
+    name: &'a str,
+    run: &'a RunHeader,
+}
+
+/// Writes `COMMAND.json` into a folder, as the record of a set of files that are there or below.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write<'a, P: AsRef<Path>>(
+    files: &FileSet,
+    folder: &Path,
+    command: &str,
+    runs: impl IntoIterator<Item = &'a RunData>,
+    written: impl IntoIterator<Item = P>,
+) -> Result<(), AnalysisError> {
+    let from_folder = |path: P| {
+        let path = path.as_ref();
+        path.strip_prefix(folder).unwrap_or(path).display().to_string()
+    };
+    let record = Record {
+        format: &format!("asperity-{command}"),
+        version: VERSION,
+        runs: runs.into_iter().map(|run| Run { name: &run.name, run: &run.header }).collect(),
+        files: written.into_iter().map(from_folder).collect(),
+    };
+    let text = serde_json::to_string_pretty(&record).expect("texts and finite numbers can always be JSON");
+    Ok(files.write_record(&path(folder, command), text + "\n")?)
+}
+
+/// Where the record of a command stands.
+pub(crate) fn path(folder: &Path, command: &str) -> PathBuf {
+    folder.join(format!("{command}.json"))
+}

@@ -1,0 +1,232 @@
+//! Files that have a name while they are written, for others to find, and that one process at a
+//! time writes.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::error::FileError;
+use crate::identity::Identity;
+use crate::lock::{Lock, try_lock};
+use crate::place::is_taken;
+use crate::rename::{Existing, rename, sync_folder_of};
+
+/// A file under a name of its own that no other process writes, for as long as this lives. What
+/// it holds is up to whoever holds it, and nothing of it is removed when it is let go.
+#[derive(Debug)]
+pub struct Held {
+    path: PathBuf,
+    file: File,
+    identity: Identity,
+}
+
+impl Held {
+    /// Takes hold of the file of that name, if there is one.
+    ///
+    /// # Errors
+    /// If another process holds it, it is a link or no file, or the system refuses.
+    pub fn open(path: &Path) -> Result<Option<Held>, FileError> {
+        let no_file = |what| FileError::NoFile { path: path.to_owned(), what };
+        match fs::symlink_metadata(path) {
+            Ok(there) if there.is_symlink() => return Err(no_file("a link")),
+            Ok(there) if !there.is_file() => return Err(no_file("no file")),
+            _ => {}
+        }
+        match File::options().read(true).write(true).open(path) {
+            Ok(file) => Held::locked(path, file).map(Some),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(FileError::io(path)(error)),
+        }
+    }
+
+    /// Takes hold of the file of that name, which is made if there is none. What it holds stays.
+    ///
+    /// # Errors
+    /// As [`Held::open`].
+    pub fn create(path: &Path) -> Result<Held, FileError> {
+        loop {
+            match File::options().read(true).write(true).create_new(true).open(path) {
+                Ok(file) => return Held::locked(path, file),
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(FileError::io(path)(error)),
+            }
+            // It may be gone again by now.
+            if let Some(held) = Held::open(path)? {
+                return Ok(held);
+            }
+        }
+    }
+
+    fn locked(path: &Path, file: File) -> Result<Held, FileError> {
+        let identity = Identity::of_file(&file).map_err(FileError::io(path))?;
+        let held = Held { path: path.to_owned(), file, identity };
+        if try_lock(&held.file) == Lock::Busy {
+            return Err(FileError::Busy(held.path));
+        }
+        // Whoever held the lock until now may have given the file another name.
+        match held.check() {
+            Err(FileError::Lost(path)) => Err(FileError::Busy(path)),
+            checked => checked.map(|()| held),
+        }
+    }
+
+    /// Where it stands.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The open file.
+    pub fn file(&self) -> &File {
+        &self.file
+    }
+
+    /// Makes sure that the name is still that of this file.
+    ///
+    /// # Errors
+    /// If the file was removed or another stands in its place, or the system refuses.
+    pub fn check(&self) -> Result<(), FileError> {
+        match Identity::of_entry(&self.path) {
+            Ok(there) if there == self.identity => Ok(()),
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(FileError::io(&self.path)(error)),
+            _ => Err(FileError::Lost(self.path.clone())),
+        }
+    }
+
+    /// Gives it another name, and goes on holding it there.
+    ///
+    /// # Errors
+    /// If it lost its own name, the other is taken, or the system refuses.
+    pub fn rename(&mut self, to: &Path, existing: Existing) -> Result<(), FileError> {
+        self.check()?;
+        rename(&self.path, to, existing)?;
+        self.path = to.to_owned();
+        sync_folder_of(to)
+    }
+
+    /// Removes it.
+    ///
+    /// # Errors
+    /// If it lost its name, which another file may have now, or the system refuses.
+    pub fn remove(&self) -> Result<(), FileError> {
+        self.check()?;
+        fs::remove_file(&self.path).map_err(FileError::io(&self.path))
+    }
+}
+
+/// The name of the file by which a folder is locked.
+const LOCK: &str = ".asperity.lock";
+
+/// A folder that one process at a time writes into, for as long as this lives.
+#[derive(Debug)]
+pub struct FolderLock {
+    held: Option<Held>,
+}
+
+impl FolderLock {
+    /// Locks a folder that is there.
+    ///
+    /// # Errors
+    /// If another process has locked it, or the system refuses.
+    pub fn take(folder: &Path) -> Result<FolderLock, FileError> {
+        let path = folder.join(LOCK);
+        loop {
+            match Held::create(&path) {
+                Ok(held) => return Ok(FolderLock { held: Some(held) }),
+                // Whoever had it removed it while we asked.
+                Err(FileError::Busy(_)) if !is_taken(&path) => {}
+                Err(FileError::Busy(_)) => return Err(FileError::Busy(folder.to_owned())),
+                Err(error) => return Err(error),
+            }
+        }
+    }
+}
+
+impl Drop for FolderLock {
+    fn drop(&mut self) {
+        // One with something in it is none of ours.
+        let is_empty = |held: &Held| held.file.metadata().is_ok_and(|file| file.len() == 0);
+        if let Some(held) = self.held.take().filter(is_empty) {
+            // Left behind, it is in nobody's way.
+            held.remove().ok();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::{FolderLock, Held};
+    use crate::{Existing, FileError};
+
+    #[test]
+    fn one_at_a_time_holds_a_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, name] = ["run.partial", "run"].map(|name| folder.path().join(name));
+        assert!(Held::open(&path).unwrap().is_none());
+        let mut held = Held::create(&path).unwrap();
+        assert!(matches!(Held::create(&path), Err(FileError::Busy(busy)) if busy == path));
+        held.rename(&name, Existing::Refuse).unwrap();
+        assert!(matches!(Held::open(&name), Err(FileError::Busy(_))));
+        drop(held);
+        assert!(Held::open(&name).unwrap().is_some());
+    }
+
+    #[test]
+    fn what_took_its_place_is_neither_renamed_nor_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, name] = ["run.partial", "run"].map(|name| folder.path().join(name));
+        let mut held = Held::create(&path).unwrap();
+        fs::remove_file(&path).unwrap();
+        assert!(matches!(held.rename(&name, Existing::Replace), Err(FileError::Lost(_))));
+        fs::write(&path, "another's").unwrap();
+        assert!(matches!(held.rename(&name, Existing::Replace), Err(FileError::Lost(_))));
+        assert!(matches!(held.remove(), Err(FileError::Lost(_))));
+        assert_eq!(fs::read_to_string(&path).unwrap(), "another's");
+        assert!(!name.exists());
+    }
+
+    #[test]
+    fn a_name_that_is_taken_stays_with_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, name] = ["run.partial", "run"].map(|name| folder.path().join(name));
+        fs::write(&name, "old").unwrap();
+        let mut held = Held::create(&path).unwrap();
+        assert!(matches!(held.rename(&name, Existing::Refuse), Err(FileError::Exists(_))));
+        assert!(path.exists() && fs::read_to_string(&name).unwrap() == "old");
+        held.rename(&name, Existing::Replace).unwrap();
+        assert!(!path.exists() && fs::read_to_string(&name).unwrap().is_empty());
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_link_is_not_held() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link, dangling] = ["file", "link", "dangling"].map(|name| folder.path().join(name));
+        fs::write(&file, "mine").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        std::os::unix::fs::symlink(folder.path().join("nowhere"), &dangling).unwrap();
+        for link in [&link, &dangling] {
+            assert!(matches!(Held::create(link), Err(FileError::NoFile { what: "a link", .. })));
+        }
+        assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
+        assert!(!folder.path().join("nowhere").exists());
+    }
+
+    #[test]
+    fn a_folder_is_locked_once_and_left_clean() {
+        let folder = tempfile::tempdir().unwrap();
+        let lock = FolderLock::take(folder.path()).unwrap();
+        assert!(
+            matches!(FolderLock::take(folder.path()), Err(FileError::Busy(busy)) if busy == folder.path())
+        );
+        drop(lock);
+        drop(FolderLock::take(folder.path()).unwrap());
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+        // What somebody else calls so is kept.
+        let mine = folder.path().join(super::LOCK);
+        fs::write(&mine, "mine").unwrap();
+        drop(FolderLock::take(folder.path()).unwrap());
+        assert_eq!(fs::read_to_string(&mine).unwrap(), "mine");
+    }
+}

@@ -1,0 +1,61 @@
+//! Which file it is, whatever its names are.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::Path;
+
+/// A file as the system knows it: two names of one file have the same identity, and a file that
+/// took the place of another has not.
+#[cfg(unix)]
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Identity {
+    device: u64,
+    inode: u64,
+}
+
+#[cfg(unix)]
+impl Identity {
+    /// Of an open file.
+    pub(crate) fn of_file(file: &File) -> io::Result<Identity> {
+        file.metadata().map(Identity::of)
+    }
+
+    /// Of what a path leads to, through links. It is not opened: a pipe would be waited for.
+    pub(crate) fn of_path(path: &Path) -> io::Result<Identity> {
+        fs::metadata(path).map(Identity::of)
+    }
+
+    /// Of what has the name itself, be it a link.
+    pub(crate) fn of_entry(path: &Path) -> io::Result<Identity> {
+        fs::symlink_metadata(path).map(Identity::of)
+    }
+
+    #[expect(clippy::needless_pass_by_value, reason = "as what opens and asks gives it")]
+    fn of(metadata: fs::Metadata) -> Identity {
+        use std::os::unix::fs::MetadataExt;
+        Identity { device: metadata.dev(), inode: metadata.ino() }
+    }
+}
+
+/// Elsewhere a file must be open to be known.
+#[cfg(not(unix))]
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Identity(std::sync::Arc<same_file::Handle>);
+
+#[cfg(not(unix))]
+impl Identity {
+    pub(crate) fn of_file(file: &File) -> io::Result<Identity> {
+        Ok(Identity(same_file::Handle::from_file(file.try_clone()?)?.into()))
+    }
+
+    pub(crate) fn of_path(path: &Path) -> io::Result<Identity> {
+        Ok(Identity(same_file::Handle::from_path(path)?.into()))
+    }
+
+    pub(crate) fn of_entry(path: &Path) -> io::Result<Identity> {
+        if fs::symlink_metadata(path)?.is_symlink() {
+            return Err(io::Error::other("it is a link"));
+        }
+        Identity::of_path(path)
+    }
+}

@@ -1,0 +1,471 @@
+//! Files that appear together or not at all.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard};
+
+use crate::error::FileError;
+use crate::identity::Identity;
+use crate::inputs::Inputs;
+use crate::lock::wait_for_folder;
+use crate::place::{Place, There, is_taken};
+use crate::rename::{Existing, rename, sync_folder_of};
+use crate::stage::Stage;
+
+/// The files that a command writes, from several threads if it likes. They get their names
+/// together, by [`FileSet::publish`]; if that never happens, nothing is left of them.
+///
+/// Whoever is killed leaves a folder `.asperity-XXXXXXXX` beside the names. The next set there
+/// removes it.
+#[derive(Debug)]
+pub struct FileSet {
+    existing: Existing,
+    state: Mutex<State>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    inputs: Inputs,
+    stages: Vec<Stage>,
+    outputs: Vec<Output>,
+}
+
+/// A file that is to be, or has been, written.
+#[derive(Debug)]
+struct Output {
+    /// As it was given.
+    path: PathBuf,
+    place: Place,
+    /// Once it has been begun.
+    staged: Option<Staged>,
+    /// No file, and written to as it stands.
+    is_device: bool,
+}
+
+/// Where a file stands until it gets its name.
+#[derive(Debug)]
+struct Staged {
+    stage: usize,
+    at: PathBuf,
+    identity: Identity,
+    /// Whether it says what the others are.
+    is_record: bool,
+}
+
+impl FileSet {
+    /// A set, none of which is ever written over one of the `inputs`.
+    pub fn new(existing: Existing, inputs: Inputs) -> FileSet {
+        FileSet { existing, state: Mutex::new(State { inputs, ..State::default() }) }
+    }
+
+    /// Writes all of a file alone.
+    ///
+    /// # Errors
+    /// As [`FileSet::create`] and [`FileSet::publish`].
+    pub fn write_one(
+        path: &Path,
+        content: impl AsRef<[u8]>,
+        existing: Existing,
+        inputs: Inputs,
+    ) -> Result<(), FileError> {
+        let files = FileSet::new(existing, inputs);
+        files.write(path, content)?;
+        files.publish()
+    }
+
+    /// Adds files that the command reads.
+    ///
+    /// # Errors
+    /// If one of them is to be written over.
+    pub fn add_inputs<P: AsRef<Path>>(&self, paths: impl IntoIterator<Item = P>) -> Result<(), FileError> {
+        let state = &mut *self.state();
+        state.inputs.add(paths);
+        let mut outputs = state.outputs.iter().filter(|output| !output.is_device);
+        outputs.try_for_each(|output| state.inputs.check(&output.path))
+    }
+
+    /// Makes sure that files can be written, before the work for them begins. Their folders must
+    /// be there.
+    ///
+    /// # Errors
+    /// If the name of one is taken, or is that of an input or of another file of the set.
+    pub fn reserve<P: AsRef<Path>>(&self, paths: impl IntoIterator<Item = P>) -> Result<(), FileError> {
+        let mut state = self.state();
+        paths.into_iter().try_for_each(|path| state.reserve(path.as_ref(), self.existing).map(drop))
+    }
+
+    /// Begins a file, which may have been reserved.
+    ///
+    /// # Errors
+    /// As [`FileSet::reserve`]; or if the system refuses.
+    pub fn create(&self, path: &Path) -> Result<File, FileError> {
+        self.begin(path, false).map(|(file, _)| file)
+    }
+
+    /// Begins a file, for a writer that opens it by the path given.
+    ///
+    /// # Errors
+    /// As [`FileSet::create`].
+    pub fn create_by_path(&self, path: &Path) -> Result<PathBuf, FileError> {
+        self.begin(path, false).map(|(_, at)| at)
+    }
+
+    /// Writes all of a file.
+    ///
+    /// # Errors
+    /// As [`FileSet::create`].
+    pub fn write(&self, path: &Path, content: impl AsRef<[u8]>) -> Result<(), FileError> {
+        self.create(path)?.write_all(content.as_ref()).map_err(FileError::io(path))
+    }
+
+    /// Writes the file that says what the others are. It is the first to go, where files are
+    /// replaced, and the last to appear; so where it stands, the others do.
+    ///
+    /// # Errors
+    /// As [`FileSet::create`].
+    pub fn write_record(&self, path: &Path, content: impl AsRef<[u8]>) -> Result<(), FileError> {
+        let (mut file, _) = self.begin(path, true)?;
+        file.write_all(content.as_ref()).map_err(FileError::io(path))
+    }
+
+    /// Takes a file back, as if it had never been begun.
+    pub fn discard(&self, path: &Path) {
+        let state = &mut *self.state();
+        let Some(index) = state.outputs.iter().position(|output| output.path == path) else { return };
+        if let Some(Staged { at, .. }) = state.outputs.swap_remove(index).staged {
+            // Else it goes with the folder.
+            fs::remove_file(at).ok();
+        }
+    }
+
+    /// Gives all files their names: in place of what has them, if that is asked for; else none if
+    /// only one is taken. Two processes that do so in one folder do it one after the other.
+    ///
+    /// # Errors
+    /// If a name is taken, a file is no longer the one that was written, or the system refuses.
+    pub fn publish(self) -> Result<(), FileError> {
+        let existing = self.existing;
+        let State { inputs, stages, mut outputs } = self.state.into_inner().expect("no one panics with it");
+        outputs.retain(|output| output.staged.is_some());
+        outputs.iter().try_for_each(Output::sync)?;
+        let mut folders: Vec<&Path> = stages.iter().map(|stage| stage.folder.as_path()).collect();
+        // In one order, so that no two processes wait for each other.
+        folders.sort_unstable();
+        let lock = |folder| wait_for_folder(folder).map_err(FileError::io(folder));
+        let _locks = folders.into_iter().map(lock).collect::<Result<Vec<Option<File>>, FileError>>()?;
+        for output in &outputs {
+            output.check(&stages)?;
+            inputs.check(&output.path)?;
+            output.must_be_free(existing)?;
+        }
+        let (records, others): (Vec<Output>, Vec<Output>) =
+            outputs.into_iter().partition(|output| output.staged.as_ref().is_some_and(|file| file.is_record));
+        for record in records.iter().filter(|record| is_taken(&record.path)) {
+            fs::remove_file(&record.path).map_err(FileError::io(&record.path))?;
+        }
+        let mut given = Vec::new();
+        let mut outcome = give_names(&others, &stages, existing, &mut given);
+        if outcome.is_ok() {
+            outcome = give_names(&records, &stages, existing, &mut given);
+        }
+        if outcome.is_err() && existing == Existing::Refuse {
+            // Nobody has seen them complete.
+            given.into_iter().for_each(Output::take_back);
+        }
+        outcome
+    }
+
+    fn begin(&self, path: &Path, is_record: bool) -> Result<(File, PathBuf), FileError> {
+        let at_path = FileError::io(path);
+        let mut state = self.state();
+        let index = state.reserve(path, self.existing)?;
+        if state.outputs[index].is_device {
+            let file = File::options().write(true).open(path).map_err(at_path)?;
+            return Ok((file, path.to_owned()));
+        }
+        let stage = state.stage(index).map_err(&at_path)?;
+        let at = state.stages[stage].path(&state.outputs[index].place.name);
+        let file = File::options().read(true).write(true).create_new(true).open(&at).map_err(&at_path)?;
+        let identity = Identity::of_file(&file).map_err(&at_path)?;
+        state.outputs[index].staged = Some(Staged { stage, at: at.clone(), identity, is_record });
+        Ok((file, at))
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().expect("no one panics with it")
+    }
+}
+
+impl State {
+    /// The number of an output that has not been begun, which is added if it is new.
+    fn reserve(&mut self, path: &Path, existing: Existing) -> Result<usize, FileError> {
+        let there = There::at(path)?;
+        let place = Place::of(path).map_err(FileError::io(path))?;
+        let is_device = there == There::Device;
+        if let Some(index) = self.outputs.iter().position(|output| output.place == place) {
+            let first = &self.outputs[index];
+            if is_device || (first.path == path && first.staged.is_none()) {
+                return Ok(index);
+            }
+            return Err(FileError::Twice { first: first.path.clone(), second: path.to_owned() });
+        }
+        if !is_device {
+            self.inputs.check(path)?;
+            if there == There::File && existing == Existing::Refuse {
+                return Err(FileError::Exists(path.to_owned()));
+            }
+        }
+        self.outputs.push(Output { path: path.to_owned(), place, staged: None, is_device });
+        Ok(self.outputs.len() - 1)
+    }
+
+    /// The number of the stage of an output.
+    fn stage(&mut self, output: usize) -> std::io::Result<usize> {
+        let folder = &self.outputs[output].place.folder;
+        if let Some(index) = self.stages.iter().position(|stage| stage.folder == *folder) {
+            return Ok(index);
+        }
+        self.stages.push(Stage::begin(folder)?);
+        Ok(self.stages.len() - 1)
+    }
+}
+
+impl Output {
+    fn staged(&self) -> &Staged {
+        self.staged.as_ref().expect("only what has been begun is published")
+    }
+
+    /// Sees to it that what was written is on the disk, and that it is what was begun.
+    fn sync(&self) -> Result<(), FileError> {
+        let Staged { at, identity, .. } = self.staged();
+        let lost = || FileError::Lost(self.path.clone());
+        let file = File::open(at).map_err(|_gone| lost())?;
+        if Identity::of_file(&file).map_err(FileError::io(&self.path))? != *identity {
+            return Err(lost());
+        }
+        file.sync_all().map_err(FileError::io(&self.path))
+    }
+
+    /// Makes sure that where it stands there is still the file that was begun.
+    fn check(&self, stages: &[Stage]) -> Result<(), FileError> {
+        let Staged { stage, at, identity, .. } = self.staged();
+        let is_there = Identity::of_entry(at).is_ok_and(|there| there == *identity);
+        if is_there && stages[*stage].is_there() {
+            return Ok(());
+        }
+        Err(FileError::Lost(self.path.clone()))
+    }
+
+    /// Makes sure that it may have its name, some time after this was asked first.
+    fn must_be_free(&self, existing: Existing) -> Result<(), FileError> {
+        match There::at(&self.path)? {
+            There::Nothing => Ok(()),
+            There::File if existing == Existing::Replace => Ok(()),
+            There::File | There::Device => Err(FileError::Exists(self.path.clone())),
+        }
+    }
+
+    /// Removes it from under its name, if it is still there.
+    fn take_back(&self) {
+        let place = self.place.path();
+        if Identity::of_entry(&place).is_ok_and(|there| there == self.staged().identity) {
+            fs::remove_file(place).ok();
+        }
+    }
+}
+
+/// Gives files their names, and takes down those that have theirs.
+fn give_names<'a>(
+    outputs: &'a [Output],
+    stages: &[Stage],
+    existing: Existing,
+    given: &mut Vec<&'a Output>,
+) -> Result<(), FileError> {
+    for output in outputs {
+        output.check(stages)?;
+        rename(&output.staged().at, &output.path, existing)?;
+        given.push(output);
+    }
+    for stage in stages {
+        if let Some(output) = outputs.iter().find(|output| output.place.folder == stage.folder) {
+            sync_folder_of(&output.path)?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::fs;
+    use std::path::{Path, PathBuf};
+
+    use super::FileSet;
+    use crate::{Existing, FileError, Inputs, partial_path};
+
+    /// What a folder holds, by name.
+    fn content(folder: &Path) -> BTreeMap<String, String> {
+        let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        entries
+            .map(|path| {
+                let name = path.file_name().unwrap().to_string_lossy().into_owned();
+                (name, fs::read_to_string(path).unwrap_or_else(|_folder| "-".to_owned()))
+            })
+            .collect()
+    }
+
+    fn folder() -> (tempfile::TempDir, impl Fn(&str) -> PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().to_owned();
+        (folder, move |name| path.join(name))
+    }
+
+    fn set(existing: Existing) -> FileSet {
+        FileSet::new(existing, Inputs::default())
+    }
+
+    fn of<const N: usize>(pairs: [(&str, &str); N]) -> BTreeMap<String, String> {
+        pairs.map(|(name, text)| (name.to_owned(), text.to_owned())).into()
+    }
+
+    #[test]
+    fn files_appear_together_or_not_at_all() {
+        let (folder, path) = folder();
+        let files = set(Existing::Refuse);
+        files.write(&path("a"), "1").unwrap();
+        files.write(&path("b"), "2").unwrap();
+        files.write(&path("c"), "3").unwrap();
+        files.discard(&path("c"));
+        assert!(content(folder.path()).into_keys().all(|name| name.starts_with(".asperity-")));
+        drop(files);
+        assert!(content(folder.path()).is_empty());
+
+        let files = set(Existing::Refuse);
+        files.write(&path("a"), "1").unwrap();
+        files.write(&path("b"), "2").unwrap();
+        files.publish().unwrap();
+        assert_eq!(content(folder.path()), of([("a", "1"), ("b", "2")]));
+    }
+
+    #[test]
+    fn of_two_sets_at_once_one_is_whole_and_the_other_leaves_nothing() {
+        let (folder, path) = folder();
+        let [first, second] = [set(Existing::Refuse), set(Existing::Refuse)];
+        for (files, text) in [(&first, "1"), (&second, "2")] {
+            files.reserve([path("a"), path("b")]).unwrap();
+            files.write(&path("b"), text).unwrap();
+        }
+        second.write(&path("a"), "2").unwrap();
+        second.publish().unwrap();
+        assert!(matches!(first.publish(), Err(FileError::Exists(there)) if there == path("b")));
+        assert_eq!(content(folder.path()), of([("a", "2"), ("b", "2")]));
+
+        let [first, second] = [set(Existing::Replace), set(Existing::Replace)];
+        for (files, text) in [(&first, "3"), (&second, "4")] {
+            files.write(&path("a"), text).unwrap();
+            files.write_record(&path("b"), text).unwrap();
+        }
+        second.publish().unwrap();
+        first.publish().unwrap();
+        assert_eq!(content(folder.path()), of([("a", "3"), ("b", "3")]));
+    }
+
+    /// Somebody who knows nothing of our locks may take a name at any time.
+    #[test]
+    fn a_name_taken_in_the_middle_takes_all_back() {
+        let (folder, path) = folder();
+        let files = set(Existing::Refuse);
+        files.write(&path("a"), "1").unwrap();
+        files.write(&path("b"), "2").unwrap();
+        let state = files.state.into_inner().unwrap();
+        fs::write(path("b"), "mine").unwrap();
+        let mut given = Vec::new();
+        let outcome = super::give_names(&state.outputs, &state.stages, Existing::Refuse, &mut given);
+        assert!(matches!(outcome, Err(FileError::Exists(there)) if there == path("b")));
+        assert_eq!(given.len(), 1);
+        given.into_iter().for_each(super::Output::take_back);
+        drop(state);
+        assert_eq!(content(folder.path()), of([("b", "mine")]));
+    }
+
+    #[test]
+    fn a_file_that_is_no_longer_ours_gets_no_name() {
+        let (folder, path) = folder();
+        let files = set(Existing::Refuse);
+        let at = files.create_by_path(&path("a")).unwrap();
+        fs::remove_file(&at).unwrap();
+        // So that the second cannot have the number of the first.
+        fs::write(at.with_file_name("other"), "another's").unwrap();
+        fs::write(&at, "another's").unwrap();
+        assert!(matches!(files.publish(), Err(FileError::Lost(there)) if there == path("a")));
+        assert!(!path("a").exists() && content(folder.path()).is_empty());
+    }
+
+    #[test]
+    fn names_that_collide_are_refused_before_anything_is_written() {
+        let (folder, path) = folder();
+        fs::create_dir(path("real")).unwrap();
+        let files = set(Existing::Replace);
+        let around = path("real").join("..").join("a");
+        let refused = files.reserve([path("a"), around.clone()]);
+        assert!(matches!(refused, Err(FileError::Twice { second, .. }) if second == around));
+        assert!(matches!(files.reserve([path("real")]), Err(FileError::NoFile { what: "a folder", .. })));
+        assert_eq!(content(folder.path()), of([("real", "-")]));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn an_input_is_not_written_over_by_any_name() {
+        use std::os::unix::fs::symlink;
+        let (folder, path) = folder();
+        fs::write(path("in.mcap"), "log").unwrap();
+        fs::hard_link(path("in.mcap"), path("hard")).unwrap();
+        symlink("in.mcap", path("link")).unwrap();
+        symlink(folder.path(), path("here")).unwrap();
+        for input in ["in.mcap", "hard", "link"] {
+            let through = path("here").join("in.mcap");
+            let outputs = [path("in.mcap"), path("hard"), path("link"), through, partial_path(&path(input))];
+            for output in outputs {
+                let files = FileSet::new(Existing::Replace, Inputs::of([path(input)]));
+                let refused = files.write(&output, "table");
+                assert!(matches!(refused, Err(FileError::Input { .. })), "{input} {output:?}: {refused:?}");
+            }
+        }
+        // One that is found out later.
+        let files = set(Existing::Replace);
+        files.write(&path("link"), "table").unwrap();
+        assert!(matches!(files.add_inputs([path("hard")]), Err(FileError::Input { .. })));
+        assert!(matches!(files.publish(), Err(FileError::Input { .. })));
+        assert_eq!(fs::read_to_string(path("in.mcap")).unwrap(), "log");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_link_is_replaced_and_what_it_leads_to_stays() {
+        let (_folder, path) = folder();
+        fs::write(path("file"), "mine").unwrap();
+        for (link, to) in [("link", "file"), ("dangling", "nowhere")] {
+            std::os::unix::fs::symlink(to, path(link)).unwrap();
+            assert!(matches!(set(Existing::Refuse).create(&path(link)), Err(FileError::Exists(_))));
+            FileSet::write_one(&path(link), "new", Existing::Replace, Inputs::default()).unwrap();
+            assert!(fs::symlink_metadata(path(link)).unwrap().is_file());
+        }
+        assert_eq!(fs::read_to_string(path("file")).unwrap(), "mine");
+        assert!(!path("nowhere").exists());
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn devices_are_written_to_and_names_of_the_system_kept() {
+        let (folder, path) = folder();
+        // A link to a device, so that no device is at stake.
+        std::os::unix::fs::symlink("/dev/null", path("null")).unwrap();
+        FileSet::write_one(&path("null"), "gone", Existing::Refuse, Inputs::default()).unwrap();
+        assert_eq!(content(folder.path()).len(), 1);
+        let file = fs::File::create(path("file")).unwrap();
+        let name = format!("/proc/self/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&file));
+        let refused = FileSet::write_one(name.as_ref(), "new", Existing::Replace, Inputs::default());
+        assert!(matches!(refused, Err(FileError::NoFile { .. })), "{refused:?}");
+    }
+}

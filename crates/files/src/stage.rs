@@ -1,0 +1,166 @@
+//! Where files stand until they get their names: in a folder beside these, which no other process
+//! writes into.
+
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::identity::Identity;
+use crate::lock::{Lock, open_folder, try_lock};
+
+/// How the name of such a folder begins; letters and digits follow.
+const PREFIX: &str = ".asperity-";
+/// How many.
+const RANDOM: usize = 8;
+
+/// A folder of ours, locked for as long as this lives, and removed with what is left in it.
+#[derive(Debug)]
+pub(crate) struct Stage {
+    /// The folder that it stands in, where the files are to go.
+    pub(crate) folder: PathBuf,
+    path: PathBuf,
+    identity: Identity,
+    /// Open for the sake of its lock; none where folders cannot be opened.
+    _lock: Option<File>,
+}
+
+impl Stage {
+    /// Makes one in a folder, and removes those that dead processes left there.
+    pub(crate) fn begin(folder: &Path) -> io::Result<Stage> {
+        remove_leftovers(folder);
+        loop {
+            let made = tempfile::Builder::new().prefix(PREFIX).rand_bytes(RANDOM).tempdir_in(folder)?;
+            let path = made.keep();
+            // Until it is locked, another process may take it for a leftover, and remove it.
+            let lock = match open_folder(&path) {
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                lock => lock.inspect_err(|_| drop(fs::remove_dir(&path)))?,
+            };
+            let is_ours = lock.as_ref().is_none_or(|lock| try_lock(lock) != Lock::Busy);
+            if let (true, Ok(identity)) = (is_ours, Identity::of_entry(&path)) {
+                return Ok(Stage { folder: folder.to_owned(), path, identity, _lock: lock });
+            }
+        }
+    }
+
+    /// Where a file stands that is to have that name.
+    pub(crate) fn path(&self, name: &OsStr) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Whether it is still there.
+    pub(crate) fn is_there(&self) -> bool {
+        Identity::of_entry(&self.path).is_ok_and(|there| there == self.identity)
+    }
+}
+
+impl Drop for Stage {
+    fn drop(&mut self) {
+        if self.is_there() {
+            // What cannot be removed, another process does.
+            fs::remove_dir_all(&self.path).ok();
+        }
+    }
+}
+
+/// Removes what dead processes left in a folder. That they are dead is known by the lock, which
+/// ended with them; where there are no locks, nothing is removed.
+fn remove_leftovers(folder: &Path) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.flatten().filter(|entry| is_name(&entry.file_name())) {
+        let path = entry.path();
+        let Ok(open) = File::open(&path) else { continue };
+        if try_lock(&open) != Lock::Taken {
+            continue;
+        }
+        let is_it = Identity::of_entry(&path).ok() == Identity::of_file(&open).ok();
+        if is_it && holds_files_alone(&path) {
+            fs::remove_dir_all(&path).ok();
+        }
+    }
+}
+
+/// Whether nothing stands at a path but, at most, a folder in which there is nothing: what others
+/// are about to write there does not count, nor what dead processes left.
+///
+/// # Errors
+/// If something else than a folder stands there, or the system refuses.
+pub fn is_new_folder(path: &Path) -> io::Result<bool> {
+    match fs::read_dir(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(true),
+        Err(error) => Err(error),
+        Ok(entries) => {
+            for entry in entries {
+                if !is_name(&entry?.file_name()) {
+                    return Ok(false);
+                }
+            }
+            Ok(true)
+        }
+    }
+}
+
+fn is_name(name: &OsStr) -> bool {
+    let random = name.to_str().and_then(|name| name.strip_prefix(PREFIX));
+    random.is_some_and(|random| random.len() == RANDOM && random.bytes().all(|c| c.is_ascii_alphanumeric()))
+}
+
+/// Whether a path is a folder in which there is nothing but files.
+fn holds_files_alone(path: &Path) -> bool {
+    let Ok(mut entries) = fs::read_dir(path) else { return false };
+    entries.all(|entry| entry.and_then(|entry| entry.file_type()).is_ok_and(|kind| kind.is_file()))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::{Stage, is_new_folder};
+
+    #[test]
+    fn leftovers_of_the_dead_are_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let living = Stage::begin(folder.path()).unwrap();
+        fs::write(living.path("table.csv".as_ref()), "half").unwrap();
+        // A killed process lets go of its lock and leaves the rest.
+        let dead = path(".asperity-abcdEFG1");
+        fs::create_dir(&dead).unwrap();
+        fs::write(dead.join("table.csv"), "half").unwrap();
+        let foreign = [".asperity-abc", ".asperity-abcdefgh.txt", ".asperity-abcdefg-", "asperity-abcdefgh"];
+        for name in foreign {
+            fs::create_dir(path(name)).unwrap();
+        }
+        fs::write(path(".asperity-file1234"), "a file").unwrap();
+        fs::create_dir_all(path(".asperity-folders1/inside")).unwrap();
+
+        let second = Stage::begin(folder.path()).unwrap();
+        assert!(!dead.exists());
+        assert!(!is_new_folder(folder.path()).unwrap());
+        assert!(living.path("table.csv".as_ref()).exists());
+        drop(second);
+        drop(living);
+        let mut left: Vec<String> = fs::read_dir(folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        left.sort();
+        let mut expected = [&foreign[..], &[".asperity-file1234", ".asperity-folders1"]].concat();
+        expected.sort_unstable();
+        assert_eq!(left, expected);
+    }
+
+    #[test]
+    fn what_took_its_place_is_not_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let stage = Stage::begin(folder.path()).unwrap();
+        assert!(is_new_folder(folder.path()).unwrap());
+        let path = stage.path.clone();
+        fs::rename(&path, folder.path().join("elsewhere")).unwrap();
+        fs::create_dir(&path).unwrap();
+        assert!(!stage.is_there());
+        drop(stage);
+        assert!(path.exists());
+    }
+}

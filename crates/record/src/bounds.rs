@@ -1,0 +1,69 @@
+//! How long a TOML text may be: scenarios, pipelines, policies and settings, in files and in logs.
+//!
+//! A parser takes some thirty bytes for each byte of comments, and some hundred for each value.
+//! So texts are measured before they are parsed.
+
+/// The longest TOML text, in bytes. The longest that is written, the scenario of a slider of
+/// [`MOST_BLOCKS`](crate::MOST_BLOCKS) blocks with a profile and offsets for each, has five million.
+pub const LONGEST_TOML_BYTES: usize = 8 << 20;
+
+/// The most marks in a TOML text that begin or end a key, a value or a line: `,` `=` `.` `[` `{`
+/// and line breaks. That scenario has some four hundred thousand.
+pub const MOST_TOML_MARKS: usize = 1_000_000;
+
+/// A TOML text that is too long to be parsed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum TooLong {
+    /// It has so many bytes.
+    Bytes(usize),
+    /// It has more marks than any text has a use for.
+    Marks,
+}
+
+impl std::fmt::Display for TooLong {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            TooLong::Bytes(bytes) => {
+                write!(f, "a TOML text of {bytes} bytes (accepted: up to {LONGEST_TOML_BYTES})")
+            }
+            TooLong::Marks => {
+                write!(
+                    f,
+                    "a TOML text of more than {MOST_TOML_MARKS} keys, values and lines (accepted: fewer)"
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for TooLong {}
+
+/// Whether a text may be parsed as TOML.
+///
+/// # Errors
+/// If it is too long.
+pub fn check_toml(text: &str) -> Result<(), TooLong> {
+    if text.len() > LONGEST_TOML_BYTES {
+        return Err(TooLong::Bytes(text.len()));
+    }
+    let is_mark = |byte: &&u8| matches!(byte, b',' | b'=' | b'.' | b'[' | b'{' | b'\n');
+    match text.as_bytes().iter().filter(is_mark).take(MOST_TOML_MARKS + 1).count() {
+        count if count > MOST_TOML_MARKS => Err(TooLong::Marks),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LONGEST_TOML_BYTES, MOST_TOML_MARKS, TooLong, check_toml};
+
+    #[test]
+    fn a_text_is_measured_before_it_is_parsed() {
+        let profile = "0.123456789012345, ".repeat(2 * crate::MOST_BLOCKS as usize);
+        assert_eq!(check_toml(&format!("profile = [{profile}]")), Ok(()));
+        let long = "#".repeat(LONGEST_TOML_BYTES + 1);
+        assert_eq!(check_toml(&long), Err(TooLong::Bytes(long.len())));
+        assert_eq!(check_toml(&long[1..]), Ok(()));
+        assert_eq!(check_toml(&"\n".repeat(MOST_TOML_MARKS + 1)), Err(TooLong::Marks));
+    }
+}

@@ -1,0 +1,173 @@
+//! What a log of this very program must be, held against its own scenario: only of this version of
+//! the code is it certain what a scenario means, and what is announced and recorded of it.
+
+use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource};
+use asperity_record::{EventKind, Record, RunHeader};
+use asperity_runlog::{Announced, announcements, is_topic_of_a_run};
+use asperity_simulator::{Departure, Expectation, Solver, SolverKind};
+
+use crate::header::header;
+
+/// Where a log is not what its own scenario, or any run, makes.
+#[derive(Debug, thiserror::Error)]
+pub enum OwnProblem {
+    /// A scenario that means nothing.
+    #[error("scenario.toml cannot be read: {0}")]
+    Scenario(ScenarioErrors),
+    /// A scenario that is not that of the header.
+    #[error("scenario.toml is of a run with {key} {expected}, metadata `run` says {found}")]
+    OtherScenario {
+        /// What differs.
+        key: &'static str,
+        /// What the header says.
+        found: String,
+        /// What follows from the scenario.
+        expected: String,
+    },
+    /// A topic that is not announced as it must be.
+    #[error("{topic} {what}")]
+    Topic {
+        /// The topic.
+        topic: String,
+        /// What is wrong with it.
+        what: &'static str,
+    },
+    /// A record that no run of the scenario gives.
+    #[error("{0}, by its scenario")]
+    Record(#[from] Departure),
+}
+
+/// A log's scenario, which must be that of its header.
+///
+/// # Errors
+/// If it means nothing, or another run.
+pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnProblem> {
+    let source = ScenarioSource::new("scenario.toml", scenario_toml);
+    let scenario = Scenario::resolve(&source).map_err(OwnProblem::Scenario)?;
+    let plan = Plan::new(&scenario);
+    let solvers = [SolverKind::Fast, SolverKind::Plain].map(SolverKind::name);
+    let solver = solvers.into_iter().find(|solver| *solver == logged.solver).unwrap_or(solvers[0]);
+    let of = header(&scenario, &plan, solver);
+    let values = |header: &RunHeader| {
+        [
+            ("scenario_hash", header.scenario_hash.clone()),
+            ("scenario", header.scenario.clone()),
+            ("parameter_set", header.parameter_set.clone()),
+            ("solver", header.solver.clone()),
+            ("blocks", header.blocks.to_string()),
+            ("time_step_s", format!("{:e}", header.time_step_s)),
+            ("steps", header.steps.to_string()),
+            ("run_id", header.run_id.clone()),
+        ]
+    };
+    for ((key, expected), (_, found)) in values(&of).into_iter().zip(values(logged)) {
+        if found != expected {
+            return Err(OwnProblem::OtherScenario { key, found, expected });
+        }
+    }
+    Ok(plan)
+}
+
+/// The topics that a log announces: of this very program as it announces them, of any other in
+/// agreement with themselves; and none that no run has.
+///
+/// # Errors
+/// If one is not so.
+pub(crate) fn topics(
+    logged: impl Iterator<Item = Announced>,
+    blocks: u32,
+    kinds: &[EventKind],
+    is_ours: bool,
+) -> Result<(), OwnProblem> {
+    let ours = if is_ours { announcements(blocks, kinds) } else { Vec::new() };
+    let mut missing: Vec<&str> = ours.iter().map(|ours| &*ours.topic).collect();
+    for logged in logged {
+        missing.retain(|topic| *topic != logged.topic);
+        let what = match ours.iter().find(|ours| ours.topic == logged.topic) {
+            Some(ours) if ours.schema_name != logged.schema_name || ours.schema != logged.schema => {
+                "has another schema than this program gives it"
+            }
+            Some(ours) if ours.metadata != logged.metadata => "has other units than this program gives it",
+            Some(ours) if *ours != logged => "is encoded otherwise than this program does",
+            Some(_) => continue,
+            None if !is_topic_of_a_run(&logged.topic) => {
+                "is a topic that no run has (accepted: /step, /switch, /fields, /window, /events/...)"
+            }
+            None if !logged.agrees_with_itself() => "has other units than its schema names, or no schema",
+            None => continue,
+        };
+        return Err(OwnProblem::Topic { topic: logged.topic, what });
+    }
+    // Of events that are missing it is told by which detectors.
+    match missing.into_iter().find(|topic| !topic.starts_with("/events/")) {
+        Some(topic) => Err(OwnProblem::Topic { topic: topic.to_owned(), what: "is not announced" }),
+        None => Ok(()),
+    }
+}
+
+/// Follows the records of a log.
+pub(crate) struct Own {
+    expectation: Expectation,
+    /// The run made again, where that is asked for.
+    again: Option<Box<dyn Solver>>,
+    is_salvaged: bool,
+}
+
+impl Own {
+    /// Of a log with that header; with `again` the run is made again, record by record.
+    pub(crate) fn new(plan: Plan, logged: &RunHeader, is_salvaged: bool, again: bool) -> Own {
+        let solver =
+            [SolverKind::Fast, SolverKind::Plain].into_iter().find(|kind| kind.name() == logged.solver);
+        let again = solver.filter(|_| again).map(|kind| kind.start(plan.clone()));
+        Own { expectation: Expectation::of(plan, is_salvaged), again, is_salvaged }
+    }
+
+    /// Takes the next record; `is_after_gap` says that some of its kind are missing before it.
+    ///
+    /// # Errors
+    /// If no run of the scenario gives it there.
+    pub(crate) fn record(&mut self, record: &Record, is_after_gap: bool) -> Result<(), OwnProblem> {
+        self.expectation.take(record, is_after_gap)?;
+        self.is_made_again(record)
+    }
+
+    /// That the run, made again, gives this record next; of a salvaged log, behind some that it
+    /// lacks.
+    fn is_made_again(&mut self, record: &Record) -> Result<(), OwnProblem> {
+        let Some(solver) = &mut self.again else { return Ok(()) };
+        while let Ok(Some(made)) = solver.next_record() {
+            if made == *record {
+                return Ok(());
+            }
+            if !self.is_salvaged || place(&made) >= place(record) {
+                break;
+            }
+        }
+        let what = "the run, made again, gives another record".to_owned();
+        Err(Departure { step: record.step(), what }.into())
+    }
+
+    /// That nothing is missing at the end of a run that took all its steps.
+    ///
+    /// # Errors
+    /// If something is, or the run cannot have ended so.
+    pub(crate) fn finish(mut self, load_not_reached: bool) -> Result<(), OwnProblem> {
+        self.expectation.finish(load_not_reached)?;
+        match self.again.map(|mut solver| solver.next_record()) {
+            Some(Ok(Some(more))) => {
+                let what = "the run, made again, gives a record more".to_owned();
+                Err(Departure { step: more.step(), what }.into())
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Where a record stands among those of a run.
+fn place(record: &Record) -> (u64, u32) {
+    match record {
+        Record::Step(record) => (record.step, 0),
+        Record::Fields(record) => (record.step, 1),
+        Record::Window(record) => (record.step, record.window.saturating_add(2)),
+    }
+}

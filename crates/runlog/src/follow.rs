@@ -1,0 +1,216 @@
+//! What goes past into a file while it is written, so that the records `chunk` can say it: how
+//! many bytes, their checksum, and the checksum of the last piece. The MCAP library keeps all
+//! of it to itself.
+
+use std::io::{self, Seek, SeekFrom, Write};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use crc32fast::Hasher;
+use mcap::McapResult;
+use mcap::Writer;
+use mcap::records::{Metadata, op};
+
+use crate::format::{CHUNK, MAGIC, RECORD_HEAD_BYTES};
+use crate::link::Link;
+
+/// A file and what was written to it.
+pub(crate) struct Followed<W> {
+    file: W,
+    seen: Arc<Mutex<Seen>>,
+}
+
+impl<W> Followed<W> {
+    pub(crate) fn new(file: W) -> Followed<W> {
+        Followed { file, seen: Arc::default() }
+    }
+
+    pub(crate) fn into_inner(self) -> W {
+        self.file
+    }
+}
+
+impl<W: Write> Write for Followed<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        lock(&self.seen).take(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// Only to tell where it is: the library is told not to go back.
+impl<W: Seek> Seek for Followed<W> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
+}
+
+fn lock(seen: &Mutex<Seen>) -> MutexGuard<'_, Seen> {
+    // Nothing in here panics half-way.
+    seen.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Writes the records `chunk` of a log.
+pub(crate) struct Chain {
+    seen: Arc<Mutex<Seen>>,
+    run_id: String,
+    next: u64,
+    before_crc: u32,
+}
+
+impl Chain {
+    pub(crate) fn new<W>(file: &Followed<W>, run_id: &str) -> Chain {
+        Chain { seen: Arc::clone(&file.seen), run_id: run_id.to_owned(), next: 0, before_crc: 0 }
+    }
+
+    /// Closes the piece that was written last, a chunk or what stands between chunks, and hands
+    /// it to the system together with the record that vouches for it.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub(crate) fn close<W: Write + Seek>(&mut self, writer: &mut Writer<Followed<W>>) -> McapResult<()> {
+        writer.flush()?;
+        let link = {
+            let seen = lock(&self.seen);
+            Link {
+                run_id: self.run_id.clone(),
+                number: self.next,
+                crc: seen.piece_crc,
+                before_crc: self.before_crc,
+                bytes: seen.bytes,
+                bytes_crc: seen.crc.clone().finalize(),
+            }
+        };
+        writer.write_metadata(&Metadata { name: CHUNK.to_owned(), metadata: link.to_map() })?;
+        writer.flush()?;
+        (self.next, self.before_crc) = (link.number + 1, link.crc);
+        Ok(())
+    }
+}
+
+/// Where in a chunk its checksum is: after its two times and its size.
+const CHUNK_CRC_AT: u64 = 8 + 8 + 8;
+
+/// The records of a file as they are written.
+struct Seen {
+    bytes: u64,
+    crc: Hasher,
+    /// The checksum of the last chunk, attachment or metadata record.
+    piece_crc: u32,
+    /// The head of the record that is being written, as far as it is there.
+    head: [u8; RECORD_HEAD_BYTES],
+    head_bytes: usize,
+    /// How much of its body there is, and is to be.
+    body_bytes: u64,
+    length: u64,
+    /// The checksum that stands in it, and one of its body.
+    inner_crc: [u8; 4],
+    body_crc: Hasher,
+}
+
+impl Default for Seen {
+    fn default() -> Seen {
+        Seen {
+            bytes: 0,
+            crc: Hasher::new(),
+            piece_crc: 0,
+            head: [0; RECORD_HEAD_BYTES],
+            head_bytes: 0,
+            body_bytes: 0,
+            length: 0,
+            inner_crc: [0; 4],
+            body_crc: Hasher::new(),
+        }
+    }
+}
+
+impl Seen {
+    fn take(&mut self, mut bytes: &[u8]) {
+        self.crc.update(bytes);
+        let magic = (MAGIC.len() as u64).saturating_sub(self.bytes).min(bytes.len() as u64);
+        self.bytes += bytes.len() as u64;
+        bytes = &bytes[magic as usize..];
+        while !bytes.is_empty() {
+            if self.head_bytes < RECORD_HEAD_BYTES {
+                let (now, later) = bytes.split_at((RECORD_HEAD_BYTES - self.head_bytes).min(bytes.len()));
+                self.head[self.head_bytes..][..now.len()].copy_from_slice(now);
+                self.head_bytes += now.len();
+                bytes = later;
+                if self.head_bytes < RECORD_HEAD_BYTES {
+                    return;
+                }
+                self.length = u64::from_le_bytes(self.head[1..].try_into().expect("eight bytes"));
+                (self.body_bytes, self.body_crc) = (0, Hasher::new());
+            } else {
+                let now = (self.length - self.body_bytes).min(bytes.len() as u64) as usize;
+                self.body(&bytes[..now]);
+                bytes = &bytes[now..];
+            }
+            if self.body_bytes == self.length {
+                match self.head[0] {
+                    op::CHUNK | op::ATTACHMENT => self.piece_crc = u32::from_le_bytes(self.inner_crc),
+                    op::METADATA => self.piece_crc = self.body_crc.clone().finalize(),
+                    _ => {}
+                }
+                self.head_bytes = 0;
+            }
+        }
+    }
+
+    fn body(&mut self, bytes: &[u8]) {
+        let crc_at = match self.head[0] {
+            op::CHUNK => CHUNK_CRC_AT,
+            // Last.
+            op::ATTACHMENT => self.length.saturating_sub(4),
+            op::METADATA => {
+                self.body_crc.update(bytes);
+                u64::MAX
+            }
+            _ => u64::MAX,
+        };
+        for (number, byte) in self.inner_crc.iter_mut().enumerate() {
+            let place = crc_at.saturating_add(number as u64).checked_sub(self.body_bytes);
+            if let Some(found) = place.and_then(|place| bytes.get(usize::try_from(place).ok()?)) {
+                *byte = *found;
+            }
+        }
+        self.body_bytes += bytes.len() as u64;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mcap::records::op;
+
+    use super::Seen;
+    use crate::format::MAGIC;
+
+    #[test]
+    fn checksums_are_found_however_the_bytes_come() {
+        let record =
+            |opcode: u8, body: &[u8]| [&[opcode][..], &(body.len() as u64).to_le_bytes(), body].concat();
+        let chunk = [&[0; 24][..], &7u32.to_le_bytes(), &[9; 50]].concat();
+        let attachment = [&[1; 30][..], &8u32.to_le_bytes()].concat();
+        let records = [
+            (record(op::HEADER, b"anything"), 0),
+            (record(op::CHUNK, &chunk), 7),
+            (record(op::MESSAGE_INDEX, b""), 7),
+            (record(op::ATTACHMENT, &attachment), 8),
+            (record(op::METADATA, b"some words"), crc32fast::hash(b"some words")),
+        ];
+        for step in [1, 2, 3, 7, 100] {
+            let mut seen = Seen::default();
+            seen.take(MAGIC);
+            let mut all = MAGIC.to_vec();
+            for (bytes, crc) in &records {
+                bytes.chunks(step).for_each(|bytes| seen.take(bytes));
+                all.extend(bytes);
+                assert_eq!(seen.piece_crc, *crc, "{step} bytes at a time");
+            }
+            assert_eq!((seen.bytes, seen.crc.finalize()), (all.len() as u64, crc32fast::hash(&all)));
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! Which chunks of a damaged file are of the run that is to be saved, and in which order.
+//!
+//! From version 3 on the records `chunk` say so. A chunk is kept if one of this run names its
+//! checksum, its own or the one after it, and stands where the number says, wherever in the
+//! file it was found. Which run is to be saved is what a header or a scenario confirms: of
+//! several, the one that most of these records name.
+//!
+//! Older logs have no such records, only the messages' numbers and times. Chunks are put in the
+//! order of their times. Where two say different things under one number, two runs have been
+//! mixed: the chunks that go on from one another are then taken together, and of two such
+//! stretches that contradict each other the later one in the file is left out.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use asperity_record::{RunEnd, RunHeader};
+
+use crate::findings::Damage;
+use crate::link::Link;
+use crate::walk::Message;
+
+/// A chunk or checkpoint that has a right checksum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Entry {
+    pub(crate) at: u64,
+    pub(crate) end: u64,
+    pub(crate) crc: u32,
+    pub(crate) is_chunk: bool,
+}
+
+/// What stands in a file beside its messages.
+#[derive(Default)]
+pub(crate) struct Found {
+    pub(crate) headers: Vec<RunHeader>,
+    /// With the checksum of each.
+    pub(crate) scenarios: Vec<(u32, String)>,
+    pub(crate) ends: Vec<(u32, RunEnd)>,
+    pub(crate) entries: Vec<Entry>,
+    /// In order, with where they are.
+    pub(crate) links: Vec<(u64, Link)>,
+    /// A version of the format that is not known, if there is a header of one.
+    pub(crate) newer: Option<u32>,
+}
+
+/// What is kept, in order, and what is to be said of the rest.
+#[derive(Default)]
+pub(crate) struct Kept {
+    pub(crate) entries: Vec<Entry>,
+    /// Where entries are before which a number is missing.
+    pub(crate) after_missing: BTreeSet<u64>,
+    pub(crate) damage: Vec<Damage>,
+    pub(crate) remarks: Vec<String>,
+}
+
+/// The records `chunk` of one run.
+pub(crate) struct Run<'a> {
+    pub(crate) id: &'a str,
+    /// The numbers that a checksum stands under.
+    numbers: BTreeMap<u32, BTreeSet<u64>>,
+}
+
+impl Found {
+    /// The run that most records `chunk` name of those that a header or a scenario confirms;
+    /// none if nothing does.
+    pub(crate) fn run(&self) -> Option<Run<'_>> {
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        for (_, link) in &self.links {
+            *counts.entry(&link.run_id).or_insert(0) += 1;
+        }
+        let mut confirmed: BTreeSet<&str> =
+            self.headers.iter().map(|header| header.run_id.as_str()).collect();
+        for (crc, _) in &self.scenarios {
+            confirmed.extend(
+                self.links.iter().filter(|(_, link)| ties(link, *crc)).map(|(_, link)| &*link.run_id),
+            );
+        }
+        counts.retain(|id, _| confirmed.contains(id));
+        let most = counts.values().max().copied()?;
+        // Of several with as many, the one that comes first.
+        let (_, first) = self.links.iter().find(|(_, link)| counts.get(&*link.run_id) == Some(&most))?;
+        let id = first.run_id.as_str();
+        let mut numbers: BTreeMap<u32, BTreeSet<u64>> = BTreeMap::new();
+        for (_, link) in self.links.iter().filter(|(_, link)| link.run_id == id) {
+            numbers.entry(link.crc).or_default().insert(link.number);
+            if let Some(before) = link.number.checked_sub(1) {
+                numbers.entry(link.before_crc).or_default().insert(before);
+            }
+        }
+        Some(Run { id, numbers })
+    }
+
+    /// The scenario that the records `chunk` of a run name as theirs.
+    pub(crate) fn scenario_of(&self, run: &Run<'_>) -> Option<&str> {
+        let of_run = |crc: u32| self.links.iter().any(|(_, link)| link.run_id == run.id && ties(link, crc));
+        let named = self.scenarios.iter().find(|(crc, _)| of_run(*crc));
+        named.map(|(_, text)| text.as_str())
+    }
+
+    /// What is of a run, in its order.
+    pub(crate) fn keep(&self, run: &Run<'_>) -> Kept {
+        let mut kept = Kept::default();
+        let mut numbered: Vec<(u64, Entry)> = Vec::new();
+        let mut taken = BTreeSet::new();
+        let mut twice = 0;
+        for (place, entry) in self.entries.iter().enumerate() {
+            let next_at = self.entries.get(place + 1).map_or(u64::MAX, |next| next.at);
+            let first = self.links.partition_point(|(at, _)| *at < entry.end);
+            let own = self.links.get(first).filter(|(at, _)| *at < next_at).map(|(_, link)| link);
+            let Some(numbers) = run.numbers.get(&entry.crc) else {
+                let kind = if entry.is_chunk { "a chunk" } else { "a checkpoint" };
+                let what = match own {
+                    Some(link) if link.run_id != run.id => format!("{kind} of another run, {}", link.run_id),
+                    _ => format!("{kind} that no record `chunk` of this run names"),
+                };
+                kept.damage.push(Damage { from_byte: entry.at, to_byte: entry.end, what });
+                continue;
+            };
+            let own =
+                own.filter(|link| link.run_id == run.id && link.crc == entry.crc).map(|link| link.number);
+            let number = own.or(numbers.first().copied()).unwrap_or_default();
+            if taken.insert((number, entry.crc)) {
+                numbered.push((number, *entry));
+            } else {
+                twice += 1;
+            }
+        }
+        if !numbered.is_sorted_by_key(|(number, _)| *number) {
+            kept.remarks.push("chunks stood out of their order, and were put back".to_owned());
+            numbered.sort_by_key(|(number, entry)| (*number, entry.at));
+        }
+        if twice > 0 {
+            let chunks = if twice == 1 { "chunk" } else { "chunks" };
+            kept.remarks.push(format!("{twice} {chunks} stood there twice"));
+        }
+        let mut before = 0;
+        for (number, entry) in numbered {
+            if number > before + 1 {
+                kept.after_missing.insert(entry.at);
+            }
+            before = number;
+            kept.entries.push(entry);
+        }
+        kept
+    }
+
+    /// The end of a run, if the records `chunk` name it.
+    pub(crate) fn end_of(&self, run: &Run<'_>) -> Option<&RunEnd> {
+        self.ends.iter().find(|(crc, _)| run.numbers.contains_key(crc)).map(|(_, end)| end)
+    }
+
+    /// Of a log in which nothing says of which run it is.
+    pub(crate) fn keep_none(&self) -> Kept {
+        let refused = |entry: &Entry| Damage {
+            from_byte: entry.at,
+            to_byte: entry.end,
+            what: "a chunk or checkpoint, and no record `chunk` is left to say of which run".to_owned(),
+        };
+        Kept { damage: self.entries.iter().map(refused).collect(), ..Kept::default() }
+    }
+}
+
+/// Whether a record `chunk` names a scenario of that checksum as that of its run.
+fn ties(link: &Link, crc: u32) -> bool {
+    match link.number {
+        0 => link.crc == crc,
+        1 => link.before_crc == crc,
+        _ => false,
+    }
+}
+
+/// The messages of a chunk of an old log, as far as order and contradictions go.
+pub(crate) struct Outline {
+    entry: Entry,
+    /// The first and last number of each topic.
+    numbers: BTreeMap<String, (u32, u32)>,
+    /// The times of the first and last message.
+    times: (u64, u64),
+    first_step: u64,
+}
+
+impl Outline {
+    pub(crate) fn new(entry: Entry, messages: &[Message]) -> Outline {
+        let mut outline = Outline { entry, numbers: BTreeMap::new(), times: (0, 0), first_step: 0 };
+        for message in messages {
+            let range = outline.numbers.entry(message.topic.clone()).or_insert((message.sequence, 0));
+            *range = (range.0.min(message.sequence), range.1.max(message.sequence));
+        }
+        if let (Some(first), Some(last)) = (messages.first(), messages.last()) {
+            outline.times = (first.time_ns, last.time_ns);
+        }
+        outline.first_step = messages.iter().find_map(Message::step).unwrap_or_default();
+        outline
+    }
+
+    /// Whether the numbers of every topic go on from those of the chunks before.
+    fn follows(&self, next: &BTreeMap<String, u32>) -> bool {
+        self.numbers.iter().all(|(topic, (first, _))| next.get(topic).is_none_or(|next| next == first))
+    }
+}
+
+/// Puts the chunks of an old log in order, and leaves out what contradicts others. `read` gives
+/// the messages of a chunk again.
+///
+/// # Errors
+/// Those of `read`.
+pub(crate) fn keep_old<E>(
+    outlines: Vec<Outline>,
+    mut read: impl FnMut(&Entry) -> Result<Vec<Message>, E>,
+) -> Result<Kept, E> {
+    let mut kept = Kept::default();
+    // Stretches of the file in which one chunk goes on from the other.
+    let mut stretches = Vec::new();
+    let mut next: BTreeMap<String, u32> = BTreeMap::new();
+    let mut stretch = 0;
+    for outline in &outlines {
+        if !outline.follows(&next) {
+            stretch += 1;
+            next.clear();
+        }
+        next.extend(outline.numbers.iter().map(|(topic, (_, last))| (topic.clone(), last.saturating_add(1))));
+        stretches.push(stretch);
+    }
+    let mut refused: BTreeSet<usize> = BTreeSet::new();
+    let mut said: BTreeMap<(String, u32), (u64, usize)> = BTreeMap::new();
+    for number in overlapping(&outlines) {
+        for message in read(&outlines[number].entry)? {
+            let mut hasher = DefaultHasher::new();
+            (message.time_ns, &message.payload).hash(&mut hasher);
+            let what = (hasher.finish(), stretches[number]);
+            let first = *said.entry((message.topic, message.sequence)).or_insert(what);
+            if first.0 != what.0 && !refused.contains(&first.1) {
+                refused.insert(stretches[number].max(first.1));
+            }
+        }
+    }
+    let mut in_order = Vec::new();
+    for (outline, stretch) in outlines.into_iter().zip(stretches) {
+        if refused.contains(&stretch) {
+            let what = "a chunk that contradicts others before it: it is of another run".to_owned();
+            let Entry { at, end, .. } = outline.entry;
+            kept.damage.push(Damage { from_byte: at, to_byte: end, what });
+        } else {
+            in_order.push(outline);
+        }
+    }
+    let key = |outline: &Outline| (outline.times, outline.first_step);
+    if !in_order.is_sorted_by_key(key) {
+        kept.remarks.push("chunks stood out of their order, and were put back".to_owned());
+        in_order.sort_by_key(key);
+    }
+    kept.entries = in_order.into_iter().map(|outline| outline.entry).collect();
+    Ok(kept)
+}
+
+/// The chunks that share a message's number with another one, in the order of the file.
+fn overlapping(outlines: &[Outline]) -> BTreeSet<usize> {
+    let mut ranges: BTreeMap<&str, Vec<(u32, u32, usize)>> = BTreeMap::new();
+    for (number, outline) in outlines.iter().enumerate() {
+        for (topic, (first, last)) in &outline.numbers {
+            ranges.entry(topic).or_default().push((*first, *last, number));
+        }
+    }
+    let mut found = BTreeSet::new();
+    for mut of_topic in ranges.into_values() {
+        of_topic.sort_unstable();
+        // Everything since `from` reaches into what comes next.
+        let mut end: Option<(u32, usize)> = None;
+        for (first, last, number) in of_topic {
+            match end {
+                Some((reach, holder)) if first <= reach => {
+                    found.extend([holder, number]);
+                    if last > reach {
+                        end = Some((last, number));
+                    }
+                }
+                _ => end = Some((last, number)),
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,141 @@
+//! The metadata records `chunk`, by which chunks know their run.
+//!
+//! One follows each *piece* of a log: the scenario, each chunk with its message indexes, each
+//! checkpoint, `salvage` and `run_end`. It says which run the piece is of and where in it the
+//! piece belongs, and vouches for every byte of the file before it. Each also repeats what the
+//! one before it said of its piece, so that one broken link costs nothing.
+
+use std::collections::BTreeMap;
+
+use mcap::records::{Record, op};
+
+use crate::format::{CHUNK, RECORD_HEAD_BYTES};
+use crate::metadata::Reader;
+use crate::parse::parse;
+use crate::problem::MetadataError;
+
+/// One of these records.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Link {
+    /// The run that the piece is of, as in the header.
+    pub(crate) run_id: String,
+    /// Counted from 0: that of the scenario, which ends what stands before the first chunk.
+    pub(crate) number: u64,
+    /// The checksum of the piece. Chunks and attachments have one, which is repeated here;
+    /// that of a metadata record is the CRC-32 of the record after its length.
+    pub(crate) crc: u32,
+    /// The checksum of the piece before it; 0 in the first.
+    pub(crate) before_crc: u32,
+    /// How many bytes of the file stand before this record.
+    pub(crate) bytes: u64,
+    /// Their CRC-32.
+    pub(crate) bytes_crc: u32,
+}
+
+const KEYS: [&str; 6] = ["run_id", "number", "crc", "before_crc", "bytes", "bytes_crc"];
+
+impl Link {
+    pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
+        let hex = |crc: u32| format!("{crc:08x}");
+        [
+            ("run_id", self.run_id.clone()),
+            ("number", self.number.to_string()),
+            ("crc", hex(self.crc)),
+            ("before_crc", hex(self.before_crc)),
+            ("bytes", self.bytes.to_string()),
+            ("bytes_crc", hex(self.bytes_crc)),
+        ]
+        .map(|(key, value)| (key.to_owned(), value))
+        .into()
+    }
+
+    /// # Errors
+    /// If a key is missing or does not say what it must.
+    pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Result<Link, MetadataError> {
+        let reader = Reader { record: CHUNK, map };
+        if let Some(key) = map.keys().find(|key| !KEYS.contains(&key.as_str())) {
+            return Err(reader.invalid(key, "a key of this record"));
+        }
+        let hex = |key: &'static str| {
+            let text = reader.text(key)?;
+            let crc = u32::from_str_radix(&text, 16).ok();
+            // One way of writing each, so that there is none to hide anything in.
+            crc.filter(|crc| format!("{crc:08x}") == text)
+                .ok_or_else(|| reader.invalid(key, "eight hexadecimal digits"))
+        };
+        let number = |key: &'static str| {
+            let number: u64 = reader.parse(key, "a whole number")?;
+            let is_plain = reader.text(key)? == number.to_string();
+            is_plain.then_some(number).ok_or_else(|| reader.invalid(key, "a whole number"))
+        };
+        Ok(Link {
+            run_id: reader.text("run_id")?,
+            number: number("number")?,
+            crc: hex("crc")?,
+            before_crc: hex("before_crc")?,
+            bytes: number("bytes")?,
+            bytes_crc: hex("bytes_crc")?,
+        })
+    }
+}
+
+/// Where among some bytes a record `chunk` of a run begins, if there is a whole one.
+pub(crate) fn find_link(bytes: &[u8], run_id: &str) -> Option<usize> {
+    (0..bytes.len())
+        .filter(|&at| bytes[at] == op::METADATA)
+        .find(|&at| link_at(&bytes[at..]).is_some_and(|(link, _)| link.run_id == run_id))
+}
+
+/// The longest `chunk` record with its head: six keys, a run id and five numbers.
+pub(crate) const LONGEST_LINK_BYTES: usize = 512;
+
+/// The record `chunk` that some bytes begin with, and its length. The length in its head is not
+/// looked at: what is inside tells it as well.
+pub(crate) fn link_at(bytes: &[u8]) -> Option<(Link, usize)> {
+    let body = bytes.get(RECORD_HEAD_BYTES..)?;
+    if bytes[0] != op::METADATA || !body.starts_with(b"\x05\0\0\0chunk") {
+        return None;
+    }
+    let pairs = u32::from_le_bytes(body.get(9..13)?.try_into().ok()?) as usize;
+    let length = 13 + pairs;
+    if RECORD_HEAD_BYTES + length > LONGEST_LINK_BYTES {
+        return None;
+    }
+    match parse(op::METADATA, body.get(..length)?, 0) {
+        Ok(Record::Metadata(metadata)) if metadata.metadata.len() == 6 => {
+            Some((Link::from_map(&metadata.metadata).ok()?, RECORD_HEAD_BYTES + length))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Link;
+
+    #[test]
+    fn a_link_says_what_it_said_or_nothing() {
+        let link = Link {
+            run_id: "ab".to_owned(),
+            number: 7,
+            crc: 0xa0,
+            before_crc: 0,
+            bytes: 1 << 40,
+            bytes_crc: u32::MAX,
+        };
+        assert_eq!(Link::from_map(&link.to_map()).as_ref(), Ok(&link));
+        for (key, value) in
+            [("number", "+7"), ("number", "07"), ("crc", "a0"), ("crc", "000000A0"), ("bytes", "")]
+        {
+            let mut map = link.to_map();
+            map.insert(key.to_owned(), value.to_owned());
+            let error = Link::from_map(&map).unwrap_err().to_string();
+            assert!(error.contains(key) && error.contains("which is not"), "{error}");
+        }
+        for key in link.to_map().keys() {
+            let mut map = link.to_map();
+            map.remove(key);
+            assert!(Link::from_map(&map).unwrap_err().to_string().contains(key));
+        }
+    }
+}

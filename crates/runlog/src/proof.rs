@@ -1,0 +1,181 @@
+//! Reading the records `chunk`: of a log of version 3 or later every piece is followed by one,
+//! which must be true in every respect. Nothing else may stand in such a log than what is
+//! written there, so that a bit which turns a record into one of another kind is noticed.
+
+use crc32fast::Hasher;
+use mcap::records::Record;
+
+use crate::format::{
+    CHECKPOINT, CHUNK, CHUNK_SINCE, MAGIC, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO,
+};
+use crate::index::{Index, Place};
+use crate::link::Link;
+use crate::metadata;
+use crate::parse::fills;
+use crate::problem::LogProblem;
+
+/// Follows the records of a file, and holds them against what is said of them.
+#[derive(Debug)]
+pub(crate) struct Proof {
+    /// The checksum of what has been read.
+    crc: Hasher,
+    /// The version of the format, once it is known.
+    version: Option<u32>,
+    run_id: String,
+    /// How many records there were outside chunks.
+    records: u64,
+    next: u64,
+    before_crc: u32,
+    /// The checksum of a piece for which nothing has vouched yet.
+    piece: Option<u32>,
+    has_end: bool,
+    data_ended: bool,
+    index: Index,
+}
+
+impl Default for Proof {
+    fn default() -> Proof {
+        let mut crc = Hasher::new();
+        crc.update(MAGIC);
+        Proof {
+            crc,
+            version: None,
+            run_id: String::new(),
+            records: 0,
+            next: 0,
+            before_crc: 0,
+            piece: None,
+            has_end: false,
+            data_ended: false,
+            index: Index::default(),
+        }
+    }
+}
+
+impl Proof {
+    /// Whether the log is of a version that proves itself.
+    fn is_strict(&self) -> bool {
+        self.version.is_some_and(|version| version >= CHUNK_SINCE)
+    }
+
+    /// The run that the log says it is of, if it is one that proves itself.
+    pub(crate) fn run_id(&self) -> Option<&str> {
+        self.is_strict().then_some(self.run_id.as_str())
+    }
+
+    /// Takes a record of a chunk, which begins there in it.
+    ///
+    /// # Errors
+    /// If it may not be there.
+    pub(crate) fn take_inner(&mut self, record: &Record<'_>, offset: u64) -> Result<(), LogProblem> {
+        if self.is_strict() { self.index.in_chunk(record, offset) } else { Ok(()) }
+    }
+
+    /// Takes a record that is in no chunk, with the bytes after its length.
+    ///
+    /// # Errors
+    /// If it is not what the log says of it, or what it says of the log is not so.
+    pub(crate) fn take(&mut self, place: Place, record: &Record<'_>, body: &[u8]) -> Result<(), LogProblem> {
+        if let Record::Metadata(run) = record
+            && run.name == RUN
+        {
+            self.version = metadata::version(&run.metadata).ok();
+            if self.is_strict() && self.records != 1 {
+                let (at, what) = (place.at, "something stands before metadata `run`");
+                return Err(LogProblem::Unsound { at, what });
+            }
+            self.run_id = run.metadata.get("run_id").cloned().unwrap_or_default();
+        }
+        self.records += 1;
+        match (self.version, record) {
+            // What stands before the version is vouched for as well.
+            (None, _) => {
+                self.hash(record.opcode(), body);
+                return Ok(());
+            }
+            (Some(..CHUNK_SINCE), Record::Metadata(metadata)) if metadata.name == CHUNK => {
+                return Err(LogProblem::Misplaced("metadata `chunk` in a log of a version that has none"));
+            }
+            (Some(..CHUNK_SINCE), _) => return Ok(()),
+            _ => self.check(place, record, body)?,
+        }
+        self.index.take(place, record, body)?;
+        self.hash(record.opcode(), body);
+        Ok(())
+    }
+
+    fn hash(&mut self, opcode: u8, body: &[u8]) {
+        let mut head = [opcode; RECORD_HEAD_BYTES];
+        head[1..].copy_from_slice(&(body.len() as u64).to_le_bytes());
+        self.crc.update(&head);
+        self.crc.update(body);
+    }
+
+    fn check(&mut self, place: Place, record: &Record<'_>, body: &[u8]) -> Result<(), LogProblem> {
+        let at = place.at;
+        if !fills(record.opcode(), body) {
+            return Err(LogProblem::InnerLength { at, opcode: record.opcode() });
+        }
+        let wrong = |what| Err(LogProblem::Unsound { at, what });
+        if self.data_ended {
+            return Ok(());
+        }
+        let piece = match record {
+            Record::Metadata(metadata) if metadata.name == CHUNK => {
+                return self.link(at, &Link::from_map(&metadata.metadata)?);
+            }
+            Record::Metadata(metadata) if metadata.name == RUN => return Ok(()),
+            Record::Metadata(metadata) if [RUN_END, SALVAGE].contains(&metadata.name.as_str()) => {
+                self.has_end |= metadata.name == RUN_END;
+                crc32fast::hash(body)
+            }
+            Record::Metadata(_) => return wrong("metadata of a name that no run log has"),
+            Record::Attachment { header, crc, .. } => {
+                if ![SCENARIO, CHECKPOINT].contains(&header.name.as_str()) {
+                    return wrong("an attachment of a name that no run log has");
+                }
+                // 0 stands for a checksum that was not made; logs have all of theirs.
+                if *crc != crc32fast::hash(&body[..body.len() - 4]) {
+                    return wrong("an attachment without its checksum");
+                }
+                *crc
+            }
+            Record::Chunk { header, .. } => header.uncompressed_crc,
+            Record::MessageIndex(_) => return Ok(()),
+            Record::DataEnd(end) => {
+                // A writer that is dropped, as in a panic, closes the file as well as it can.
+                if self.piece.is_some() && self.has_end {
+                    return wrong("the record before it is not followed by metadata `chunk`");
+                }
+                self.data_ended = true;
+                if end.data_section_crc != self.crc.clone().finalize() {
+                    return wrong("the checksum of the data is not that of the data");
+                }
+                return Ok(());
+            }
+            _ => return wrong("a record that may stand in chunks alone, or in no run log"),
+        };
+        match self.piece.replace(piece) {
+            None => Ok(()),
+            Some(_) => wrong("the record before it is not followed by metadata `chunk`"),
+        }
+    }
+
+    fn link(&mut self, at: u64, link: &Link) -> Result<(), LogProblem> {
+        let wrong = |what| Err(LogProblem::Unsound { at, what });
+        if link.run_id != self.run_id {
+            return wrong("metadata `chunk` of another run");
+        }
+        if self.piece.take() != Some(link.crc) {
+            return wrong("metadata `chunk` that does not follow what it vouches for");
+        }
+        if (link.number, link.before_crc) != (self.next, self.before_crc) {
+            return wrong("metadata `chunk` out of order: what stood before it is missing or was moved");
+        }
+        if (link.bytes, link.bytes_crc) != (at, self.crc.clone().finalize()) {
+            return wrong("metadata `chunk` vouches for other bytes than stand before it");
+        }
+        (self.next, self.before_crc) = (link.number + 1, link.crc);
+        Ok(())
+    }
+}

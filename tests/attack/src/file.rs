@@ -1,0 +1,211 @@
+//! Run logs as what they are for any program: files of MCAP records. Read here without the code
+//! that is attacked, and as far as the bytes go.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use mcap::records::op;
+
+use crate::parts::Part;
+
+/// Opcode and length, before every record.
+pub(crate) const HEAD: usize = 9;
+
+/// No chunk of a genuine log unpacks to more.
+const LONGEST_CHUNK: usize = 1 << 26;
+
+/// A record as it stands in a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Record {
+    pub(crate) opcode: u8,
+    /// Where it stands, its head included.
+    pub(crate) at: Range<usize>,
+}
+
+impl Record {
+    /// What stands behind its head.
+    pub(crate) fn body<'a>(&self, bytes: &'a [u8]) -> &'a [u8] {
+        &bytes[self.at.start + HEAD..self.at.end]
+    }
+
+    /// The record by itself.
+    pub(crate) fn part(&self, bytes: &[u8]) -> Part {
+        Part::new(self.opcode, self.body(bytes))
+    }
+
+    /// What kind of record it is, in words.
+    pub(crate) fn kind(&self, bytes: &[u8]) -> String {
+        kind(&self.part(bytes))
+    }
+}
+
+/// What kind of record it is, in words; metadata and attachments by their names.
+pub(crate) fn kind(part: &Part) -> String {
+    let word = match part.opcode {
+        op::HEADER => "header",
+        op::FOOTER => "footer",
+        op::SCHEMA => "schema",
+        op::CHANNEL => "channel",
+        op::MESSAGE => "message",
+        op::CHUNK => "chunk",
+        op::MESSAGE_INDEX => "message index",
+        op::CHUNK_INDEX => "chunk index",
+        op::ATTACHMENT => "attachment",
+        op::ATTACHMENT_INDEX => "attachment index",
+        op::STATISTICS => "statistics",
+        op::METADATA => "metadata",
+        op::METADATA_INDEX => "metadata index",
+        op::SUMMARY_OFFSET => "summary offset",
+        op::DATA_END => "data end",
+        _ => "record of no kind",
+    };
+    match (part.opcode, part.name()) {
+        (op::METADATA | op::ATTACHMENT, Some(name)) => format!("{word} {name}"),
+        _ => word.to_owned(),
+    }
+}
+
+/// The records of a file, to where the bytes end or make none.
+pub(crate) fn records(bytes: &[u8]) -> Vec<Record> {
+    let mut found = Vec::new();
+    let mut at = mcap::MAGIC.len();
+    while let Some(head) = bytes.get(at..at + HEAD) {
+        let length = head[1..].first_chunk().map_or(0, |length| u64::from_le_bytes(*length));
+        let end = usize::try_from(length).ok().and_then(|length| (at + HEAD).checked_add(length));
+        let Some(end) = end.filter(|end| *end <= bytes.len()) else { break };
+        found.push(Record { opcode: head[0], at: at..end });
+        at = end;
+        if head[0] == op::FOOTER {
+            break;
+        }
+    }
+    found
+}
+
+/// Those that are chunks.
+pub(crate) fn chunks(bytes: &[u8]) -> Vec<Record> {
+    records(bytes).into_iter().filter(|record| record.opcode == op::CHUNK).collect()
+}
+
+/// A chunk's own fields.
+#[derive(Debug, Clone)]
+pub(crate) struct Chunk<'a> {
+    pub(crate) crc: u32,
+    pub(crate) compression: &'a str,
+    pub(crate) size: u64,
+    /// Where in the body its records begin.
+    pub(crate) records_at: usize,
+    pub(crate) records: &'a [u8],
+}
+
+/// Reads a chunk's fields.
+pub(crate) fn chunk(body: &[u8]) -> Option<Chunk<'_>> {
+    let size = u64::from_le_bytes(*body.get(16..)?.first_chunk()?);
+    let crc = u32::from_le_bytes(*body.get(24..)?.first_chunk()?);
+    let length = u32::from_le_bytes(*body.get(28..)?.first_chunk()?) as usize;
+    let compression = std::str::from_utf8(body.get(32..32 + length)?).ok()?;
+    let records_at = 32 + length + 8;
+    Some(Chunk { crc, compression, size, records_at, records: body.get(records_at..)? })
+}
+
+/// The records in a chunk, its checksum compared.
+pub(crate) fn opened(body: &[u8]) -> Result<Vec<Part>, String> {
+    let chunk = chunk(body).ok_or("a chunk too short for its own fields")?;
+    let size = usize::try_from(chunk.size).unwrap_or(usize::MAX).min(LONGEST_CHUNK);
+    let unpacked = match chunk.compression {
+        "" => chunk.records.to_vec(),
+        "zstd" => zstd::bulk::decompress(chunk.records, size).map_err(|error| format!("a chunk: {error}"))?,
+        other => return Err(format!("a chunk compressed as {other:?}")),
+    };
+    if crc32fast::hash(&unpacked) != chunk.crc {
+        return Err("a chunk whose checksum is wrong".to_owned());
+    }
+    let mut parts = Vec::new();
+    let mut rest = unpacked.as_slice();
+    while let Some((head, behind)) = rest.split_first_chunk::<HEAD>() {
+        let length = head[1..].first_chunk().map_or(0, |length| u64::from_le_bytes(*length));
+        let length = usize::try_from(length).unwrap_or(usize::MAX);
+        let body = behind.get(..length).ok_or("a record longer than its chunk")?;
+        parts.push(Part::new(head[0], body));
+        rest = &behind[length..];
+    }
+    Ok(parts)
+}
+
+/// A message, as every reader sees it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Message {
+    pub(crate) topic: Arc<str>,
+    pub(crate) sequence: u32,
+    pub(crate) time_ns: u64,
+    pub(crate) payload: Vec<u8>,
+}
+
+impl std::fmt::Display for Message {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let payload = String::from_utf8_lossy(&self.payload);
+        let payload = crate::calls::shortened(&payload, 120);
+        write!(f, "{} {} at {} ns: {payload}", self.topic, self.sequence, self.time_ns)
+    }
+}
+
+/// The messages of a file in their order, each with the number of its chunk.
+pub(crate) fn messages(bytes: &[u8]) -> Result<Vec<(usize, Message)>, String> {
+    let mut topics: BTreeMap<u16, Arc<str>> = BTreeMap::new();
+    let mut found = Vec::new();
+    let mut number = 0;
+    for record in records(bytes) {
+        let parts = match record.opcode {
+            op::CHUNK => opened(record.body(bytes))?,
+            op::CHANNEL | op::MESSAGE => vec![record.part(bytes)],
+            _ => continue,
+        };
+        for part in parts {
+            match (part.opcode, part.channel_id()) {
+                (op::CHANNEL, Some(id)) => {
+                    topics.insert(id, part.name().unwrap_or_default().into());
+                }
+                (op::MESSAGE, Some(id)) => {
+                    let topic = topics.get(&id).ok_or("a message of a channel that nothing announced")?;
+                    let message = message(&part, topic).ok_or("a message too short for its own fields")?;
+                    found.push((number, message));
+                }
+                _ => {}
+            }
+        }
+        number += usize::from(record.opcode == op::CHUNK);
+    }
+    Ok(found)
+}
+
+fn message(part: &Part, topic: &Arc<str>) -> Option<Message> {
+    Some(Message {
+        topic: Arc::clone(topic),
+        sequence: u32::from_le_bytes(*part.body.get(2..)?.first_chunk()?),
+        time_ns: u64::from_le_bytes(*part.body.get(6..)?.first_chunk()?),
+        payload: part.payload()?.to_vec(),
+    })
+}
+
+/// What a metadata record of that name says, the first one.
+pub(crate) fn metadata(bytes: &[u8], name: &str) -> Option<BTreeMap<String, String>> {
+    let parts = records(bytes).into_iter().filter(|record| record.opcode == op::METADATA);
+    parts.map(|record| record.part(bytes)).find(|part| part.name() == Some(name))?.map()
+}
+
+/// How two sequences of messages differ, in words; nothing if they do not.
+pub(crate) fn difference(expected: &[&Message], found: &[&Message]) -> Option<String> {
+    let same = expected.iter().zip(found).take_while(|(a, b)| a == b).count();
+    if same == expected.len() && same == found.len() {
+        return None;
+    }
+    let show = |message: Option<&&Message>| message.map_or("nothing".to_owned(), ToString::to_string);
+    Some(format!(
+        "{} messages, not {}; message {same} is {}, not {}",
+        found.len(),
+        expected.len(),
+        show(found.get(same)),
+        show(expected.get(same))
+    ))
+}

@@ -1,0 +1,176 @@
+//! Single bits and bytes changed, in every kind of place of whole and of unfinished logs: no
+//! such log is whole, and of an unfinished one `check` says something else than before.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::ops::Range;
+use std::thread;
+use std::time::Duration;
+
+use crate::calls::Call;
+use crate::case::{Case, try_all};
+use crate::file;
+use crate::ground::{DENSE, Error, Genuine, Ground, SMALL};
+use crate::verdict::Judged;
+use mcap::records::op;
+
+/// A log and the places in it, by kind, so that those that are a few bytes have their turn.
+struct Target {
+    what: String,
+    bytes: Vec<u8>,
+    regions: Vec<(String, Vec<Range<usize>>)>,
+    /// For an unfinished one: what was said of it untouched, and from where on nothing vouches
+    /// for its bytes.
+    unfinished: Option<(String, usize)>,
+}
+
+pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
+    let mut whole = Vec::new();
+    for (name, run) in [("small", &SMALL[..]), ("dense", &DENSE)] {
+        whole.push(Target::whole(&ground.genuine(name, run)?));
+    }
+    for path in ground.genuine_logs()? {
+        whole.push(Target::whole(&Genuine::read(&path)?));
+    }
+    try_all(ground, "flips", "whole logs", ground.size.flips, |case| {
+        let target = &whole[case.number % whole.len()];
+        flip(case, target)
+    })?;
+
+    let mut unfinished = Vec::new();
+    for (signal, bytes) in [("KILL", 700_000), ("INT", 1_200_000), ("KILL", 2_500_000), ("TERM", 1)] {
+        unfinished.extend(stopped(ground, signal, bytes)?);
+    }
+    if unfinished.is_empty() {
+        let reason = "no run could be stopped before its end".to_owned();
+        ground.tally.lock().expect("no case panics with it").skip("flips", reason);
+        return Ok(());
+    }
+    try_all(ground, "flips", "unfinished logs", ground.size.flips, |case| {
+        let target = &unfinished[case.number % unfinished.len()];
+        flip(case, target)
+    })
+}
+
+fn flip(case: &mut Case<'_>, target: &Target) -> Result<(), Error> {
+    let (region, ranges) = &target.regions[case.random.below(target.regions.len() as u64) as usize];
+    let range = ranges[case.random.below(ranges.len() as u64) as usize].clone();
+    let place = range.start + case.random.below(range.len() as u64) as usize;
+    let mut bytes = target.bytes.clone();
+    let old = bytes[place];
+    bytes[place] = if case.random.below(3) == 0 {
+        old.wrapping_add(1 + case.random.below(255) as u8)
+    } else {
+        old ^ 1 << case.random.below(8)
+    };
+    let new = bytes[place];
+    let file = if target.unfinished.is_some() { "flipped.mcap.partial" } else { "flipped.mcap" };
+    case.write(file, &bytes)?;
+    let judged = case.check(file)?;
+    let what = format!("{}: byte {place} from {old:#04x} to {new:#04x}", target.what);
+    let told = format!("{what}: {}", judged.said());
+    match &target.unfinished {
+        _ if judged.is_whole() => {
+            case.broke(format!("check calls whole what has a flip in {region}"), told);
+        }
+        Some((before, vouched)) if same_words(&judged, before) && place < *vouched => {
+            case.broke(format!("check of an unfinished log says nothing of a flip in {region}"), told);
+        }
+        _ => {}
+    }
+    Ok(())
+}
+
+fn same_words(judged: &Judged, before: &str) -> bool {
+    judged.outcome.out == before
+}
+
+impl Target {
+    fn whole(log: &Genuine) -> Target {
+        let what = format!("the log {}", log.name);
+        Target { what, regions: regions(&log.bytes), bytes: log.bytes.clone(), unfinished: None }
+    }
+}
+
+/// The places of a file by the kind of record. Heads and what they head are two kinds.
+fn regions(bytes: &[u8]) -> Vec<(String, Vec<Range<usize>>)> {
+    let mut found: BTreeMap<String, Vec<Range<usize>>> = BTreeMap::new();
+    let mut add = |kind: String, range: Range<usize>| {
+        if !range.is_empty() {
+            found.entry(kind).or_default().push(range);
+        }
+    };
+    let magic = mcap::MAGIC.len();
+    add("the first magic".to_owned(), 0..magic.min(bytes.len()));
+    let records = file::records(bytes);
+    let mut in_summary = false;
+    for record in &records {
+        let kind = record.kind(bytes);
+        let place = if in_summary { " of the summary" } else { "" };
+        let body = record.at.start + file::HEAD;
+        add(format!("the head of a {kind}{place}"), record.at.start..body);
+        match file::chunk(record.body(bytes)).filter(|_| record.opcode == op::CHUNK) {
+            Some(chunk) => {
+                add("the fields of a chunk".to_owned(), body..body + chunk.records_at);
+                add("the data of a chunk".to_owned(), body + chunk.records_at..record.at.end);
+            }
+            None => add(format!("a {kind}{place}"), body..record.at.end),
+        }
+        in_summary |= record.opcode == op::DATA_END;
+    }
+    let end = records.last().map_or(magic, |record| record.at.end);
+    let what = if in_summary { "the last magic" } else { "what was being written" };
+    add(what.to_owned(), end..bytes.len());
+    found.into_iter().collect()
+}
+
+/// An unfinished log to be flipped.
+fn stopped(ground: &Ground, signal: &str, from_bytes: u64) -> Result<Option<Target>, Error> {
+    let Some(bytes) = stopped_log(ground, signal, from_bytes, &[])? else { return Ok(None) };
+    // Under the name that the flipped ones have, since what is said begins with it.
+    fs::write(ground.work.join("flipped.mcap.partial"), &bytes)?;
+    let check = Call::new(&ground.program, &ground.work, &["check", "flipped.mcap.partial"])?.run()?;
+    let what = format!("a log stopped by SIG{signal} at {} bytes", bytes.len());
+    let unfinished = Some((check.out, vouched(&bytes)));
+    Ok(Some(Target { what, regions: regions(&bytes), bytes, unfinished }))
+}
+
+/// The log that a run of the default scenario leaves when it is stopped as its log has so many
+/// bytes; nothing if it was done before.
+pub(crate) fn stopped_log(
+    ground: &Ground,
+    signal: &str,
+    from_bytes: u64,
+    set: &[&str],
+) -> Result<Option<Vec<u8>>, Error> {
+    let folder = ground.logs.join(format!("stopped-{signal}-{from_bytes}"));
+    let log = folder.join("run.mcap.partial");
+    // A few attempts: on a busy machine the run may be done before the signal comes.
+    for _ in 0..5 {
+        crate::ground::emptied(&folder)?;
+        let run = ["run", "default", "--quiet", "--out", "run.mcap", "--checkpoint-s", "0.02"];
+        let mut run = Call::new(&ground.program, &folder, &[&run[..], set].concat())?.start()?;
+        while !run.has_ended()? && fs::metadata(&log).map_or(0, |file| file.len()) < from_bytes {
+            thread::sleep(Duration::from_millis(1));
+        }
+        run.signal(signal)?;
+        run.wait()?;
+        if log.exists() {
+            return Ok(Some(fs::read(&log)?));
+        }
+    }
+    Ok(None)
+}
+
+/// How far the bytes of an unfinished log are vouched for: up to the end of the last metadata
+/// `chunk`, or to the end of the data where it was closed. A log of a format without such
+/// metadata makes no exception of any byte.
+fn vouched(bytes: &[u8]) -> usize {
+    let records = file::records(bytes);
+    let closed = records.iter().any(|record| record.opcode == op::DATA_END);
+    let last = records.iter().rfind(|record| record.kind(bytes) == "metadata chunk");
+    match last {
+        Some(last) if !closed => last.at.end,
+        _ => bytes.len(),
+    }
+}

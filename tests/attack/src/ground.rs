@@ -1,0 +1,186 @@
+//! What all attacks stand on: the built command, a folder to work in, genuine logs, and the
+//! one seed that everything by chance follows from.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use crate::calls::{Call, Outcome};
+use crate::file::{self, Message};
+use crate::random::Random;
+use crate::tally::Tally;
+
+/// How many cases each attack tries.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Size {
+    /// Whether the logs are those of a whole pipeline, and every chunk and border has its turn.
+    pub(crate) full: bool,
+    pub(crate) flips: usize,
+    pub(crate) mixes: usize,
+    pub(crate) forgeries: usize,
+    pub(crate) checkpoints: usize,
+    /// Rounds over all commands, of pairs and of eights.
+    pub(crate) pairs: usize,
+    pub(crate) kills: usize,
+}
+
+impl Size {
+    /// For every change: a few minutes.
+    pub(crate) const USUAL: Size =
+        Size { full: false, flips: 200, mixes: 60, forgeries: 100, checkpoints: 20, pairs: 5, kills: 24 };
+
+    /// For a night.
+    pub(crate) const FULL: Size = Size {
+        full: true,
+        flips: 2000,
+        mixes: 600,
+        forgeries: 1000,
+        checkpoints: 300,
+        pairs: 200,
+        kills: 1000,
+    };
+}
+
+/// Why an attack could not be made; that one failed to do harm is no error.
+pub(crate) type Error = Box<dyn std::error::Error + Send + Sync>;
+
+/// A genuine log, read by other code than that which wrote it.
+pub(crate) struct Genuine {
+    pub(crate) name: String,
+    pub(crate) bytes: Vec<u8>,
+    /// Each with the number of the chunk that it stands in.
+    pub(crate) messages: Vec<(usize, Message)>,
+    /// Of the records in `bytes`, those that are chunks.
+    pub(crate) chunks: Vec<file::Record>,
+}
+
+impl Genuine {
+    /// Reads a whole log.
+    pub(crate) fn read(path: &Path) -> Result<Genuine, Error> {
+        let bytes = fs::read(path)?;
+        let messages = file::messages(&bytes).map_err(|what| format!("{}: {what}", path.display()))?;
+        let chunks = file::chunks(&bytes);
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Genuine { name, bytes, messages, chunks })
+    }
+
+    /// Its messages without those of some chunks.
+    pub(crate) fn without(&self, lost: &[usize]) -> Vec<&Message> {
+        let kept = self.messages.iter().filter(|(chunk, _)| !lost.contains(chunk));
+        kept.map(|(_, message)| message).collect()
+    }
+}
+
+/// See the head of this file.
+pub(crate) struct Ground {
+    pub(crate) program: PathBuf,
+    /// Which round of which seed.
+    pub(crate) seed: u64,
+    pub(crate) size: Size,
+    /// Only the case of this number.
+    pub(crate) only: Option<usize>,
+    /// When to stop, whatever is left.
+    pub(crate) deadline: Option<Instant>,
+    /// Where cases work.
+    pub(crate) work: PathBuf,
+    /// Where the files of failures are kept.
+    pub(crate) found: PathBuf,
+    /// Where genuine logs are.
+    pub(crate) logs: PathBuf,
+    /// The root folder of the checkout.
+    pub(crate) root: PathBuf,
+    pub(crate) tally: Mutex<Tally>,
+    /// Nobody else works in these folders as long as this is held.
+    pub(crate) _lock: File,
+}
+
+/// A run that takes a twentieth of a second and has everything that a run may have.
+pub(crate) const SMALL: [&str; 4] = ["--set", "time.step_s=1e-7", "--set", "time.duration_s=1"];
+
+/// The same run with most of its log in states of all blocks, so that there are several chunks.
+pub(crate) const DENSE: [&str; 6] =
+    ["--set", "time.step_s=1e-7", "--set", "time.duration_s=0.4", "--set", "recording.fields_s=0.0005"];
+
+/// Another run that looks the same from outside.
+pub(crate) const OTHER: [&str; 2] = ["--set", "normal_load.tilt=-0.3"];
+
+impl Ground {
+    /// Runs the command, which must succeed, or there is nothing to attack.
+    pub(crate) fn succeed(&self, folder: &Path, arguments: &[&str]) -> Result<Outcome, Error> {
+        let outcome = Call::new(&self.program, folder, arguments)?.run()?;
+        if outcome.code != Some(0) {
+            let Outcome { call, err, .. } = &outcome;
+            return Err(
+                format!("{call} in {}: {}: {}", folder.display(), outcome.ending(), err.trim()).into()
+            );
+        }
+        Ok(outcome)
+    }
+
+    /// A genuine log of a scenario, made when it is first asked for.
+    pub(crate) fn genuine(&self, name: &str, run: &[&str]) -> Result<Genuine, Error> {
+        let path = self.logs.join(format!("{name}.mcap"));
+        if !path.exists() {
+            let file = format!("{name}.mcap");
+            self.succeed(&self.logs, &[&["run", "default", "--quiet", "--out", &file], run].concat())?;
+            // What is called damaged untouched would prove nothing when it is touched.
+            self.succeed(&self.logs, &["check", &file])?;
+        }
+        Genuine::read(&path)
+    }
+
+    /// The log of the default scenario; of a full attack, those of all runs of a pipeline.
+    pub(crate) fn genuine_logs(&self) -> Result<Vec<PathBuf>, Error> {
+        if !self.size.full {
+            self.genuine("default", &[])?;
+            return Ok(vec![self.logs.join("default.mcap")]);
+        }
+        let pipeline = self.root.join("pipelines/chapter5.toml");
+        let pipeline = pipeline.to_str().ok_or("the path of the checkout is no text")?;
+        self.succeed(&self.logs, &["reproduce", pipeline, "--quiet", "--out", "chapter5"])?;
+        logs_in(&self.logs.join("chapter5/runs"))
+    }
+
+    /// Some of so many cases, by chance; of a full attack all of them.
+    pub(crate) fn some_of(&self, cases: usize, some: usize) -> Vec<usize> {
+        let mut left: Vec<usize> = (0..cases).collect();
+        let mut random = Random::new(self.seed);
+        while !self.size.full && left.len() > some {
+            left.swap_remove(random.below(left.len() as u64) as usize);
+        }
+        left
+    }
+
+    /// When an attack of several parts leaves the rest of its time to the next part.
+    pub(crate) fn part_deadline(&self) -> Option<Instant> {
+        // However late it is, something of every part is tried.
+        const LEAST: Duration = Duration::from_secs(3);
+        let now = Instant::now();
+        let share = |deadline: Instant| deadline.saturating_duration_since(now).mul_f64(0.6).max(LEAST);
+        self.deadline.map(|deadline| now + share(deadline))
+    }
+}
+
+/// The logs in a folder.
+pub(crate) fn logs_in(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|extension| extension == "mcap") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Makes a folder empty.
+pub(crate) fn emptied(folder: &Path) -> io::Result<()> {
+    match fs::remove_dir_all(folder) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    fs::create_dir_all(folder)
+}

@@ -1,0 +1,336 @@
+//! Inputs of at most ten million bytes that are made to use up memory and time, to forge what is
+//! said, or to make something fall over. Every command that reads such files ends by itself,
+//! with a sentence, and within stated bounds.
+
+use std::fs;
+use std::path::Path;
+
+use mcap::records::op;
+
+use crate::calls::{Call, Outcome};
+use crate::case::{Case, try_all};
+use crate::forge::{Item, Log};
+use crate::ground::{Error, Ground, SMALL};
+use crate::parquet;
+use crate::parts::Part;
+
+/// What a command may have of memory at once, MB, whatever it reads.
+const MEMORY_MB: f64 = 300.0;
+
+/// What it may take of a processor, seconds.
+const TIME_S: f64 = 5.0;
+
+/// Where a call is stopped that keeps to neither.
+const STOP: &str = "ulimit -v 1500000; ulimit -t 8";
+
+/// No input is longer.
+const LONGEST: usize = 10_000_000;
+
+/// What reads a kind of file; FILE stands for its name.
+const ON_LOGS: [&[&str]; 9] = [
+    &["check", "FILE"],
+    &["salvage", "FILE", "--out", "salvaged.mcap"],
+    &["events", "FILE"],
+    &["export", "FILE", "--to", "csv", "--out", "exported"],
+    &["export", "FILE", "--to", "parquet", "--out", "exported-parquet"],
+    &["reduce", "FILE", "--out", "reduced"],
+    &["replay", "FILE"],
+    &["diff", "FILE", "FILE"],
+    &["scenario", "show", "FILE"],
+];
+const ON_UNFINISHED: [&[&str]; 2] =
+    [&["check", "FILE"], &["run", "default", "--quiet", "--resume", "--out", "run.mcap"]];
+const ON_PARQUET: [&[&str]; 2] = [&["events", "FILE"], &["diff", "FILE", "FILE"]];
+const ON_CSV: [&[&str]; 1] = [&["diff", "FILE", "FILE"]];
+const ON_SCENARIOS: [&[&str]; 2] = [&["scenario", "show", "FILE"], &["run", "FILE", "--out", "run.mcap"]];
+const ON_PIPELINES: [&[&str]; 1] = [&["reproduce", "FILE", "--out", "reproduced"]];
+const ON_POLICIES: [&[&str]; 1] = [&["diff", "sound.mcap", "sound.mcap", "--policy", "FILE"]];
+const ON_SETTINGS: [&[&str]; 1] = [&["replay", "sound.mcap", "--detectors", "FILE"]];
+
+/// One input.
+struct Input {
+    name: String,
+    bytes: Vec<u8>,
+    commands: &'static [&'static [&'static str]],
+}
+
+pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
+    let sound = ground.genuine("small", &SMALL)?.bytes;
+    fs::write(ground.work.join("rows.parquet"), parquet::equal_rows(3))?;
+    // As long as it is short it must be a table, or the long one proves nothing.
+    let three = ground.succeed(&ground.work, &["events", "rows.parquet"])?;
+    if three.out.lines().count() != 4 {
+        return Err(format!("a Parquet file made by hand is read as {:?}", three.out).into());
+    }
+    let inputs = inputs(&sound, &genuine_parquet(ground)?)?;
+    if let Some(long) = inputs.iter().find(|input| input.bytes.len() > LONGEST) {
+        return Err(format!("{} has {} bytes", long.name, long.bytes.len()).into());
+    }
+    let calls: Vec<(&Input, &[&str])> =
+        inputs.iter().flat_map(|input| input.commands.iter().map(move |command| (input, *command))).collect();
+    let chosen = ground.some_of(calls.len(), 90);
+    try_all(ground, "limits", "hostile inputs", chosen.len(), |case| {
+        let (input, command) = calls[chosen[case.number]];
+        bounded(case, input, command, &sound)
+    })
+}
+
+fn genuine_parquet(ground: &Ground) -> Result<Vec<u8>, Error> {
+    let folder = ground.logs.join("tables");
+    crate::ground::emptied(&folder)?;
+    let out = folder.to_str().ok_or("the target folder is no text")?;
+    ground.succeed(&ground.logs, &["export", "small.mcap", "--to", "parquet", "--quiet", "--out", out])?;
+    Ok(fs::read(Path::new(out).join("small.events.slip.parquet"))?)
+}
+
+fn bounded(case: &mut Case<'_>, input: &Input, command: &[&str], sound: &[u8]) -> Result<(), Error> {
+    case.write(&input.name, &input.bytes)?;
+    case.write("sound.mcap", sound)?;
+    let arguments: Vec<&str> =
+        command.iter().map(|word| if *word == "FILE" { input.name.as_str() } else { word }).collect();
+    let program = &case.ground.program;
+    let outcome = Call::by_shell(program, &case.folder, STOP, &arguments, "")?.run()?;
+    let Outcome { cpu_s, peak_mb, .. } = outcome;
+    // What was stopped here is a failure by its time.
+    if outcome.signal.is_some() && cpu_s > TIME_S {
+        case.note(&outcome);
+    } else {
+        case.must_end_well(&outcome);
+    }
+    let told = || {
+        format!("{}: {}, {cpu_s:.1} s, {peak_mb:.0} MB: {}", outcome.call, outcome.ending(), outcome.said())
+    };
+    let word = command[0];
+    case.hold(
+        peak_mb < MEMORY_MB,
+        &format!("{word} takes more than {MEMORY_MB} MB for {}", input.name),
+        told,
+    );
+    case.hold(cpu_s < TIME_S, &format!("{word} takes more than {TIME_S} s for {}", input.name), told);
+    let said = format!("{}{}", outcome.out, outcome.err);
+    if outcome.code.is_some_and(|code| code != 0) && !outcome.panicked() {
+        case.hold(
+            said.contains(&input.name) || said.contains("run.mcap"),
+            &format!("{word} fails and does not name the file"),
+            told,
+        );
+    }
+    // Control characters would let a file write lines of its own on a terminal.
+    let raw = |c: char| {
+        (c.is_control() && !"\n\t\r".contains(c))
+            || ('\u{202a}'..='\u{202e}').contains(&c)
+            || ('\u{2066}'..='\u{2069}').contains(&c)
+            || "\u{2028}\u{2029}".contains(c)
+    };
+    // Data on standard output are data.
+    let words = if word == "check" || word == "salvage" { &said } else { &outcome.err };
+    case.hold(!words.contains(raw), &format!("{word} prints control characters of its input"), told);
+    let forged = words.lines().any(|line| line.starts_with("forged: whole"));
+    case.hold(!forged, &format!("{word} prints a line that its input made up"), told);
+    Ok(())
+}
+
+fn inputs(sound: &[u8], table: &[u8]) -> Result<Vec<Input>, Error> {
+    let log = Log::read(sound)?;
+    let mut inputs = Vec::new();
+    let mut add = |name: &str, commands, bytes: Vec<u8>| {
+        inputs.push(Input { name: name.to_owned(), bytes, commands });
+    };
+    add("packed.mcap", &ON_LOGS, packed(&log)?);
+    add("zeros.mcap", &ON_LOGS, with_chunks(&log, &vec![0; 54_000_000], 8)?);
+    add("chunk-heads.mcap", &ON_LOGS, chunk_heads(sound));
+    add("scenario.mcap", &ON_LOGS, with_scenario(&log, &"# nothing\n".repeat(900_000))?);
+    add("nested-scenario.mcap", &ON_LOGS, with_scenario(&log, &format!("a = {}", "[".repeat(2_000_000)))?);
+    let channel = |number: usize| Part::channel(500 + number as u16, 1, &format!("/events/x{number}"));
+    add("channels.mcap", &ON_LOGS, many(&log, 50_000, &channel)?);
+    add("schemas.mcap", &ON_LOGS, many(&log, 60_000, &schema)?);
+    let note = |number: usize| Part::attachment(&format!("note {number}"), b"nothing");
+    add("attachments.mcap", &ON_LOGS, many(&log, 40_000, &note)?);
+    add("checkpoints.mcap", &ON_LOGS, many(&log, 40_000, &|_| Part::attachment("checkpoint", b"{}"))?);
+    let note = |number: usize| Part::metadata("note", &[(number.to_string(), String::new())].into());
+    add("metadata.mcap", &ON_LOGS, many(&log, 40_000, &note)?);
+    let keys = (0..300_000).map(|number| (format!("k{number}"), "v".to_owned())).collect();
+    add("keys.mcap", &ON_LOGS, many(&log, 1, &|_| Part::metadata("note", &keys))?);
+    add("nested-message.mcap", &ON_LOGS, with_message(&log, &"[".repeat(60_000_000))?);
+    let numbers = format!("{{\"step\":1,\"time_s\":1e-7,\"displacement_m\":[{}0]}}", "0,".repeat(25_000_000));
+    add("long-message.mcap", &ON_LOGS, with_message(&log, &numbers)?);
+    for (name, text) in [
+        ("line.mcap", "x\nforged: whole: 1 record"),
+        ("escape.mcap", "\u{1b}[2J\u{1b}[31mx\u{9b}5m"),
+        ("turned.mcap", "\u{202e}elohw\u{2066}\u{2028}forged: whole"),
+    ] {
+        for key in ["parameter_set", "scenario", "code_version"] {
+            let name = format!("{key}-{name}");
+            add(&name, &ON_LOGS, with_key(&log, key, text)?);
+        }
+    }
+    let mut unfinished = sound[..sound.len() / 2].to_vec();
+    let huge = Part::attachment("checkpoint", format!("{{\"chain\":{}", "[".repeat(5_000_000)).as_bytes());
+    let end = crate::file::records(&unfinished).last().map_or(0, |record| record.at.end);
+    unfinished.truncate(end);
+    huge.put(&mut unfinished);
+    add("run.mcap.partial", &ON_UNFINISHED, unfinished);
+
+    for rows in [1_000_000, 100_000_000, u32::from(u16::MAX) << 15] {
+        add(&format!("rows-{rows}.parquet"), &ON_PARQUET, parquet::equal_rows(rows));
+    }
+    let mut random = crate::random::Random::new(table.len() as u64);
+    for number in 0..60 {
+        let mut bytes = table.to_vec();
+        // Mostly in the footer, which is what readers believe.
+        let from = if number % 3 == 0 { 4 } else { bytes.len() - bytes.len().min(3000) };
+        for _ in 0..=number % 3 {
+            let place = from + random.below((bytes.len() - from) as u64) as usize;
+            bytes[place] = random.below(256) as u8;
+        }
+        add(&format!("changed-{number}.parquet"), &ON_PARQUET, bytes);
+    }
+    let head = "onset_s,end_s,first_block,last_block\n";
+    add("block.csv", &ON_CSV, format!("{head}0.1,0.2,4294967295,4294967295\n").into_bytes());
+    add("blocks.csv", &ON_CSV, format!("{head}0.1,0.2,0,18446744073709551615\n").into_bytes());
+    add("line.csv", &ON_CSV, format!("{head}{}", "1".repeat(9_000_000)).into_bytes());
+    add("field.csv", &ON_CSV, format!("{head}\"{}", "1,".repeat(4_000_000)).into_bytes());
+    add("columns.csv", &ON_CSV, format!("{}{head}", "c,".repeat(4_000_000)).into_bytes());
+    add("rows.csv", &ON_CSV, format!("{head}{}", "0.1,0.2,1,2\n".repeat(700_000)).into_bytes());
+    for (folder, commands) in [
+        ("scenario", &ON_SCENARIOS[..]),
+        ("pipeline", &ON_PIPELINES),
+        ("policy", &ON_POLICIES),
+        ("settings", &ON_SETTINGS),
+    ] {
+        add(&format!("{folder}-comments.toml"), commands, "# nothing\n".repeat(900_000).into_bytes());
+        add(
+            &format!("{folder}-nested.toml"),
+            commands,
+            format!("name = {}", "[".repeat(3_000_000)).into_bytes(),
+        );
+        add(
+            &format!("{folder}-keys.toml"),
+            commands,
+            (0..700_000).map(|n| format!("k{n} = 1\n")).collect::<String>().into_bytes(),
+        );
+        add(
+            &format!("{folder}-dotted.toml"),
+            commands,
+            format!("{}a = 1", "a.".repeat(3_000_000)).into_bytes(),
+        );
+        add(
+            &format!("{folder}-escape.toml"),
+            commands,
+            b"\"\\u001b[2J\\nforged: whole\" = \"\\u001b[31m\\nforged: whole\"\n".to_vec(),
+        );
+    }
+    let profile =
+        |course: &str| format!("slider.blocks = 3\ntime.duration_s = 1e-4\n{course}\n").into_bytes();
+    add("huge-number.toml", &ON_SCENARIOS, profile("normal_load.total_n = 1e308"));
+    Ok(inputs)
+}
+
+fn schema(number: usize) -> Part {
+    let mut body = (1000 + number as u16).to_le_bytes().to_vec();
+    for text in ["name", "jsonschema", "{}"] {
+        crate::forge::put_text(&mut body, text);
+    }
+    Part::new(op::SCHEMA, body)
+}
+
+/// The log with so many more records before its messages.
+fn many(log: &Log, count: usize, each: &dyn Fn(usize) -> Part) -> Result<Vec<u8>, Error> {
+    let mut log = log.clone();
+    let first = log.items.iter().position(|item| matches!(item, Item::Chunk { .. }));
+    let first = first.ok_or("the log has a chunk")?;
+    let in_chunks = matches!(each(0).opcode, op::SCHEMA | op::CHANNEL);
+    match &mut log.items[first] {
+        Item::Chunk { records, .. } if in_chunks => {
+            records.splice(0..0, (0..count).map(each));
+        }
+        _ => {
+            let more = (0..count).map(|number| Item::Record { part: each(number), as_is: false });
+            log.items.splice(first..first, more);
+        }
+    }
+    log.correct_end();
+    Ok(log.bytes()?)
+}
+
+/// Chunks that unpack to fifty million bytes of events each.
+fn packed(log: &Log) -> Result<Vec<u8>, Error> {
+    let mut parts = log.places().into_iter().filter_map(|place| log.at(place));
+    let event = parts
+        .find(|part| part.payload().is_some_and(|text| text.starts_with(b"{\"onset_s\"")))
+        .ok_or("the log has a slip event")?;
+    let mut records = Vec::new();
+    while records.len() < 50_000_000 {
+        event.put(&mut records);
+    }
+    with_chunks(log, &records, 8)
+}
+
+/// The log with a chunk of these records so many times behind its last one, each followed by
+/// what vouches for chunks, if the format has that.
+fn with_chunks(log: &Log, records: &[u8], times: usize) -> Result<Vec<u8>, Error> {
+    let packed = zstd::bulk::compress(records, 1)?;
+    let crc = crc32fast::hash(records);
+    let chunk = Part::chunk_of(records.len() as u64, crc, "zstd", packed.len() as u64, &packed);
+    let mut log = log.clone();
+    let is_link = |item: &&Item| matches!(item, Item::Record { part, .. } if part.name() == Some("chunk"));
+    let link = log.items.iter().find(is_link).cloned();
+    let last = log.items.iter().rposition(|item| matches!(item, Item::Chunk { .. }));
+    let at = last.ok_or("the log has a chunk")? + 1 + usize::from(link.is_some());
+    let one = [Some(Item::Record { part: chunk, as_is: false }), link];
+    let one: Vec<Item> = one.into_iter().flatten().collect();
+    log.items.splice(at..at, std::iter::repeat_n(one, times).flatten());
+    // Without a summary: to make one, all of it would have to be unpacked here.
+    Ok(log.unfinished_bytes()?)
+}
+
+/// Eight million bytes in which a chunk seems to begin at every thirtieth.
+fn chunk_heads(sound: &[u8]) -> Vec<u8> {
+    let mut bytes = sound[..sound.len() / 4].to_vec();
+    let mut head = vec![op::CHUNK];
+    head.extend(4_000_000u64.to_le_bytes());
+    head.extend([0; 16]);
+    head.extend(1_000_000u64.to_le_bytes());
+    while bytes.len() < 8_000_000 {
+        bytes.extend(&head);
+    }
+    bytes
+}
+
+fn with_scenario(log: &Log, text: &str) -> Result<Vec<u8>, Error> {
+    let mut log = log.clone();
+    for item in &mut log.items {
+        if let Item::Record { part, .. } = item
+            && part.name() == Some("scenario.toml")
+        {
+            *part = Part::attachment("scenario.toml", text.as_bytes());
+        }
+    }
+    Ok(log.bytes()?)
+}
+
+fn with_key(log: &Log, key: &str, value: &str) -> Result<Vec<u8>, Error> {
+    let mut log = log.clone();
+    for item in &mut log.items {
+        if let Item::Record { part, .. } = item
+            && part.name() == Some("run")
+            && let Some(mut map) = part.map()
+        {
+            map.insert(key.to_owned(), value.to_owned());
+            *part = Part::metadata("run", &map);
+        }
+    }
+    Ok(log.bytes()?)
+}
+
+/// The log with its first message saying something else.
+fn with_message(log: &Log, payload: &str) -> Result<Vec<u8>, Error> {
+    let mut log = log.clone();
+    let first =
+        log.places().into_iter().find(|place| log.at(*place).is_some_and(|part| part.opcode == op::MESSAGE));
+    if let Some(part) = first.and_then(|place| log.at_mut(place)) {
+        *part = part.with_payload(payload.as_bytes());
+    }
+    log.correct_end();
+    Ok(log.bytes()?)
+}

@@ -1,0 +1,246 @@
+//! Chunks and halves where they do not belong: of another run, moved, doubled, dropped, and
+//! logs cut at every border of records. Raw, as a file system or a careless program would leave
+//! them, and with the indexes and checksums of MCAP made right, as a careful one would. None is
+//! whole, and salvage keeps what is of this run, once and in its order, and nothing else.
+
+use std::fs;
+use std::ops::Range;
+
+use mcap::records::op;
+
+use crate::case::{Case, try_all};
+use crate::file::{self, Message};
+use crate::forge::Records;
+use crate::ground::{DENSE, Error, Genuine, Ground, OTHER};
+use crate::random::Random;
+use crate::verdict::Verdict;
+
+/// A log and its chunks, each with what belongs to it: indexes, and the record that vouches
+/// for it where the format has one.
+struct Run {
+    log: Genuine,
+    blocks: Vec<Range<usize>>,
+    id: Option<String>,
+}
+
+pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
+    let ours = Run::new(ground.genuine("dense", &DENSE)?);
+    let other = Run::new(ground.genuine("dense-tilted", &[&DENSE[..], &OTHER].concat())?);
+    if ours.log.chunks.len() < 4 || other.log.chunks.len() < 4 {
+        return Err("the logs to be mixed have too few chunks".into());
+    }
+    let cases = ground.size.mixes;
+    try_all(ground, "mixes", "chunks", cases, |case| mixed(case, &ours, &other))?;
+    let records = file::records(&ours.log.bytes);
+    let borders = ground.some_of(records.len(), 40);
+    let borders: Vec<usize> = borders.into_iter().map(|number| records[number].at.start).collect();
+    try_all(ground, "mixes", "cuts", borders.len(), |case| cut(case, &ours, borders[case.number]))
+}
+
+impl Run {
+    fn new(log: Genuine) -> Run {
+        let records = file::records(&log.bytes);
+        let mut blocks: Vec<Range<usize>> = Vec::new();
+        let mut open = false;
+        for record in records {
+            let belongs = match record.opcode {
+                op::CHUNK => {
+                    blocks.push(record.at.clone());
+                    open = true;
+                    continue;
+                }
+                op::MESSAGE_INDEX => true,
+                _ => record.kind(&log.bytes) == "metadata chunk",
+            };
+            open &= belongs;
+            if let Some(block) = blocks.last_mut().filter(|_| open) {
+                block.end = record.at.end;
+            }
+        }
+        let id = file::metadata(&log.bytes, "run").and_then(|map| map.get("run_id").cloned());
+        Run { log, blocks, id }
+    }
+
+    fn block(&self, number: usize) -> &[u8] {
+        &self.log.bytes[self.blocks[number].clone()]
+    }
+}
+
+/// A file made of pieces of logs, and what is to be left of our run in it.
+struct Mix {
+    what: String,
+    bytes: Vec<u8>,
+    lost: Vec<usize>,
+}
+
+fn mix(random: &mut Random, ours: &Run, other: &Run) -> (&'static str, Mix) {
+    let (a, b) = (&ours.log.bytes, &other.log.bytes);
+    let count = ours.blocks.len();
+    let i = random.below(count as u64) as usize;
+    let j = random.below(other.blocks.len() as u64) as usize;
+    let block = ours.blocks[i].clone();
+    match random.below(6) {
+        0 => {
+            let bytes = [&a[..block.start], other.block(j), &a[block.end..]].concat();
+            let what = format!("chunk {i} is chunk {j} of another run");
+            ("a chunk of another run", Mix { what, bytes, lost: vec![i] })
+        }
+        1 => {
+            // The chunk alone: what vouches for the one that stood there stays.
+            let foreign = &other.log.chunks[j].at;
+            let own = &ours.log.chunks[i].at;
+            let bytes = [&a[..own.start], &b[foreign.clone()], &a[own.end..]].concat();
+            let what = format!("chunk {i} is chunk {j} of another run, without its indexes");
+            ("a chunk of another run without what belongs to it", Mix { what, bytes, lost: vec![i] })
+        }
+        2 => {
+            let bytes = [&a[..block.start], &b[other.blocks[j].start..]].concat();
+            let what = format!("from chunk {i} on it is another run from chunk {j} on");
+            ("halves of two runs", Mix { what, bytes, lost: (i..count).collect() })
+        }
+        3 => {
+            // To another place, over at least one chunk.
+            let to = (0..=count)
+                .filter(|to| *to != i && *to != i + 1)
+                .nth(random.below(count as u64 - 1) as usize);
+            let to = to.unwrap_or(0);
+            let mut order: Vec<usize> = (0..count).filter(|number| *number != i).collect();
+            order.insert(if to > i { to - 1 } else { to }, i);
+            let middle: Vec<u8> = order.iter().flat_map(|number| ours.block(*number).to_vec()).collect();
+            // What stands between chunks, checkpoints, stays before the last ones.
+            let between: Vec<u8> =
+                ours.blocks.windows(2).flat_map(|w| a[w[0].end..w[1].start].to_vec()).collect();
+            let last = ours.blocks.last().map_or(0, |block| block.end);
+            let bytes = [&a[..ours.blocks[0].start], &between, &middle, &a[last..]].concat();
+            let what = format!("chunk {i} moved before what was chunk {to}");
+            ("a chunk moved", Mix { what, bytes, lost: Vec::new() })
+        }
+        4 => {
+            let to = random.below(count as u64) as usize;
+            let place = ours.blocks[to].end;
+            let bytes = [&a[..place], ours.block(i), &a[place..]].concat();
+            let what = format!("chunk {i} stands again behind chunk {to}");
+            ("a chunk doubled", Mix { what, bytes, lost: Vec::new() })
+        }
+        _ => {
+            let bytes = [&a[..block.start], &a[block.end..]].concat();
+            let what = format!("chunk {i} is gone");
+            ("a chunk dropped", Mix { what, bytes, lost: vec![i] })
+        }
+    }
+}
+
+fn mixed(case: &mut Case<'_>, ours: &Run, other: &Run) -> Result<(), Error> {
+    let (kind, Mix { what, mut bytes, lost }) = mix(&mut case.random, ours, other);
+    let sealed = case.random.below(2) == 0;
+    if sealed {
+        bytes = Records::as_they_are(&bytes).sealed();
+    }
+    let how = if sealed { "indexes made right" } else { "raw" };
+    let kind = format!("{kind} ({how})");
+    case.write("mixed.mcap", &bytes)?;
+    let judged = case.check("mixed.mcap")?;
+    case.hold(!judged.is_whole(), &format!("check calls whole a log with {kind}"), || {
+        format!("{what}: {}", judged.said())
+    });
+    let Some(kept) = salvaged(case, &kind, &what, "mixed.mcap")? else {
+        case.broke(format!("salvage keeps nothing of a log with {kind}"), what);
+        return Ok(());
+    };
+    of_one_run(case, &kind, &what, &kept, [ours, other]);
+    if kept.id == ours.id {
+        let found: Vec<&Message> = kept.messages.iter().collect();
+        if let Some(difference) = file::difference(&ours.log.without(&lost), &found) {
+            case.broke(
+                format!("salvage keeps other messages than those that are sound of a log with {kind}"),
+                format!("{what}: {difference}"),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// What salvage made.
+struct Kept {
+    id: Option<String>,
+    messages: Vec<Message>,
+}
+
+fn salvaged(case: &mut Case<'_>, kind: &str, what: &str, file: &str) -> Result<Option<Kept>, Error> {
+    let salvage = case.call(&["salvage", file, "--out", "salvaged.mcap"])?;
+    let made = case.path("salvaged.mcap").exists();
+    case.hold(
+        made == (salvage.code == Some(0)),
+        "salvage exits with 0 and makes nothing, or the other way",
+        || format!("{what}: {}: {}", salvage.ending(), salvage.said()),
+    );
+    if !made {
+        return Ok(None);
+    }
+    let bytes = fs::read(case.path("salvaged.mcap"))?;
+    let id = file::metadata(&bytes, "run").and_then(|map| map.get("run_id").cloned());
+    let messages = match file::messages(&bytes) {
+        Ok(messages) => messages.into_iter().map(|(_, message)| message).collect(),
+        Err(problem) => {
+            case.broke("what salvage makes cannot be read", format!("{what}: {problem}"));
+            return Ok(None);
+        }
+    };
+    let judged = case.check("salvaged.mcap")?;
+    case.hold(
+        judged.verdict == Some(Verdict::Gaps),
+        &format!("check of what salvage makes of a log with {kind} does not say \"salvaged with gaps\""),
+        || format!("{what}: {}", judged.said()),
+    );
+    Ok(Some(Kept { id, messages }))
+}
+
+/// Every message must be one of the run that the result names, in the order of that run.
+fn of_one_run(case: &mut Case<'_>, kind: &str, what: &str, kept: &Kept, runs: [&Run; 2]) {
+    let Some(run) = runs.into_iter().find(|run| run.id == kept.id) else {
+        case.broke(
+            format!("salvage names a run that is in no log, of a log with {kind}"),
+            format!("{what}: {:?}", kept.id),
+        );
+        return;
+    };
+    let mut genuine = run.log.messages.iter();
+    let stray = kept.messages.iter().find(|message| !genuine.any(|(_, known)| known == *message));
+    if let Some(stray) = stray {
+        let known = run.log.messages.iter().any(|(_, known)| known == stray);
+        let word = if known { "out of order or twice" } else { "of another run" };
+        case.broke(
+            format!("salvage keeps a message {word} of a log with {kind}"),
+            format!("{what}: {stray}"),
+        );
+    }
+}
+
+fn cut(case: &mut Case<'_>, ours: &Run, border: usize) -> Result<(), Error> {
+    let what = format!("{} cut at byte {border} of {}", ours.log.name, ours.log.bytes.len());
+    case.write("cut.mcap", &ours.log.bytes[..border])?;
+    let judged = case.check("cut.mcap")?;
+    case.hold(!judged.is_whole(), "check calls whole a log that is cut off", || {
+        format!("{what}: {}", judged.said())
+    });
+    // Chunks that stand there with all that belongs to them, and those that stand there at all.
+    let complete = ours.blocks.iter().filter(|block| block.end <= border).count();
+    let there = ours.log.chunks.iter().filter(|chunk| chunk.at.end <= border).count();
+    let Some(kept) = salvaged(case, "its end cut off", &what, "cut.mcap")? else {
+        case.hold(complete == 0, "salvage keeps nothing of a log with its end cut off", || what.clone());
+        return Ok(());
+    };
+    of_one_run(case, "its end cut off", &what, &kept, [ours, ours]);
+    let found: Vec<&Message> = kept.messages.iter().collect();
+    let upto = |chunks: usize| {
+        let lost: Vec<usize> = (chunks..ours.blocks.len()).collect();
+        file::difference(&ours.log.without(&lost), &found)
+    };
+    if let (Some(difference), Some(_)) = (upto(complete), upto(there)) {
+        case.broke(
+            "salvage keeps other messages than those of all chunks before the cut",
+            format!("{what}, {complete} chunks complete: {difference}"),
+        );
+    }
+    Ok(())
+}

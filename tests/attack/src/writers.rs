@@ -1,0 +1,255 @@
+//! The commands that write files, each in two variants that want the same names, and what
+//! stands under those names afterwards.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use crate::calls::Call;
+use crate::file;
+use crate::ground::{Error, Ground, OTHER, SMALL, emptied};
+
+/// A command that writes.
+pub(crate) struct Writer {
+    pub(crate) name: &'static str,
+    variants: [Vec<&'static str>; 2],
+    /// Whether a complete set of the first variant stands there before.
+    pub(crate) over_former: bool,
+    /// What each variant writes when nobody disturbs it, and how long that takes.
+    pub(crate) alone: [Written; 2],
+    pub(crate) takes: Duration,
+}
+
+/// The files under their final names, by path; each told by a digest. A log is told by its
+/// messages, since where chunks end is by chance.
+pub(crate) type Written = BTreeMap<String, String>;
+
+/// The file of a set that says what the others hold: written last, removed first.
+pub(crate) fn record(written: &Written) -> Option<&String> {
+    written.keys().find(|path| path.ends_with(".json"))
+}
+
+/// Where the inputs are, in every folder that a command is called in.
+pub(crate) const INPUTS: &str = "in";
+
+/// What is in a folder beside the inputs.
+#[derive(Debug, Default)]
+pub(crate) struct Found {
+    pub(crate) written: Written,
+    /// Files on the way to their names.
+    pub(crate) temporary: Vec<String>,
+}
+
+impl Writer {
+    /// All of them, with what each writes alone, which is found out once.
+    pub(crate) fn all(ground: &Ground) -> Result<&'static [Writer], Error> {
+        static ALL: OnceLock<Vec<Writer>> = OnceLock::new();
+        match ALL.get() {
+            Some(all) => Ok(all),
+            None => Writer::learned(ground).map(|all| ALL.get_or_init(|| all).as_slice()),
+        }
+    }
+
+    fn learned(ground: &Ground) -> Result<Vec<Writer>, Error> {
+        make_inputs(ground)?;
+        let small = |more: &[&'static str]| {
+            let run = ["run", "default", "--quiet", "--out", "run.mcap", "--checkpoint-s", "0.01"];
+            [&run[..], &SMALL, more].concat()
+        };
+        let on = |command: &[&'static str], more: &[&'static str]| {
+            [["in/a/run.mcap"], ["in/b/run.mcap"]].map(|log| [command, &log[..], more].concat())
+        };
+        let out: &[&str] = &["--out", "out"];
+        let export = |format: &'static str, more: &[&'static str]| {
+            on(&["export"], &[out, &["--quiet", "--to", format], more].concat())
+        };
+        let diff = |old, new| {
+            vec!["diff", old, new, "--page", "page.html", "--matches", "matches.parquet", "--force"]
+        };
+        let salvage = |log| vec!["salvage", log, "--out", "salvaged.mcap"];
+        let reproduce = |set: &[&'static str]| [&["reproduce", "in/p.toml", "--quiet"], out, set].concat();
+        let writer = |name, variants, over_former| Writer {
+            name,
+            variants,
+            over_former,
+            alone: Default::default(),
+            takes: Duration::ZERO,
+        };
+        let mut writers = vec![
+            writer("run", [small(&[]), small(&OTHER)], false),
+            writer("run --resume", [small(&["--resume"]), small(&["--resume"])], false),
+            writer("salvage", [salvage("in/damaged-a.mcap"), salvage("in/damaged-b.mcap")], false),
+            writer("export csv", export("csv", &[]), false),
+            writer("export csv --force", export("csv", &["--force"]), true),
+            writer("export parquet", export("parquet", &[]), false),
+            writer("export parquet --force", export("parquet", &["--force"]), true),
+            writer("reduce", on(&["reduce"], out), false),
+            writer("replay", on(&["replay"], &[out, &["--quiet"]].concat()), false),
+            writer(
+                "diff",
+                [diff("in/a/run.mcap", "in/a2/run.mcap"), diff("in/b/run.mcap", "in/b2/run.mcap")],
+                true,
+            ),
+            writer("reproduce", [reproduce(&[]), reproduce(&OTHER)], false),
+        ];
+        for writer in &mut writers {
+            writer.learn(ground)?;
+        }
+        Ok(writers)
+    }
+
+    /// The arguments of a variant.
+    pub(crate) fn arguments(&self, variant: usize) -> &[&'static str] {
+        &self.variants[variant % 2]
+    }
+
+    /// Finds out what it writes alone.
+    fn learn(&mut self, ground: &Ground) -> Result<(), Error> {
+        let folder = ground.work.join("alone");
+        for variant in 0..2 {
+            let mut twice = Vec::new();
+            for _ in 0..2 {
+                prepare(ground, &folder)?;
+                let started = Instant::now();
+                ground.succeed(&folder, self.arguments(variant))?;
+                self.takes = started.elapsed();
+                twice.push(found(&folder)?.written);
+            }
+            if twice[0] != twice[1] || twice[0].is_empty() {
+                return Err(format!("{} writes other bytes each time, alone", self.name).into());
+            }
+            self.alone[variant] = twice.swap_remove(0);
+        }
+        Ok(())
+    }
+}
+
+/// Puts the inputs into a folder, and nothing else.
+pub(crate) fn prepare(ground: &Ground, folder: &Path) -> Result<(), Error> {
+    emptied(folder)?;
+    copy(&ground.logs.join("inputs"), &folder.join(INPUTS))
+}
+
+fn copy(from: &Path, to: &Path) -> Result<(), Error> {
+    fs::create_dir_all(to)?;
+    for entry in fs::read_dir(from)? {
+        let entry = entry?;
+        let target = to.join(entry.file_name());
+        if entry.file_type()?.is_dir() {
+            copy(&entry.path(), &target)?;
+        } else {
+            fs::copy(entry.path(), target)?;
+        }
+    }
+    Ok(())
+}
+
+fn make_inputs(ground: &Ground) -> Result<(), Error> {
+    let inputs = ground.logs.join("inputs");
+    emptied(&inputs)?;
+    let a = ground.genuine("small", &SMALL)?;
+    let b = ground.genuine("small-tilted", &[&SMALL[..], &OTHER].concat())?;
+    for (name, log) in [("a", &a), ("a2", &a), ("b", &b), ("b2", &b)] {
+        fs::create_dir_all(inputs.join(name))?;
+        fs::write(inputs.join(name).join("run.mcap"), &log.bytes)?;
+    }
+    for (name, log) in [("damaged-a.mcap", &a), ("damaged-b.mcap", &b)] {
+        fs::write(inputs.join(name), &log.bytes[..log.bytes.len() * 2 / 3])?;
+    }
+    let set = "set = [\"time.step_s=1e-7\", \"time.duration_s=0.5\"]";
+    let runs =
+        ["one", "two"].map(|name| format!("[[run]]\nname = \"{name}\"\nscenario = \"default\"\n{set}\n"));
+    fs::write(inputs.join("p.toml"), format!("title = \"Two runs\"\n{}", runs.concat()))?;
+    Ok(())
+}
+
+/// What stands in a folder beside the inputs.
+pub(crate) fn found(folder: &Path) -> Result<Found, Error> {
+    let mut found = Found::default();
+    look(folder, "", &mut found)?;
+    Ok(found)
+}
+
+fn look(folder: &Path, before: &str, found: &mut Found) -> Result<(), Error> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let path = format!("{before}{name}");
+        let kind = entry.file_type()?;
+        // Whatever is in such a folder.
+        if is_temporary(&name) {
+            found.temporary.push(path);
+        } else if kind.is_dir() {
+            if path != INPUTS {
+                look(&entry.path(), &format!("{path}/"), found)?;
+            }
+        } else {
+            found.written.insert(path, digest(&fs::read(entry.path())?));
+        }
+    }
+    Ok(())
+}
+
+/// Names that say that a file is not to be used yet.
+fn is_temporary(name: &str) -> bool {
+    name.ends_with(".partial")
+        || name.contains(".partial.")
+        || name.ends_with(".resumed")
+        || name.ends_with(".lock")
+        || (name.starts_with('.') && name.contains("asperity"))
+}
+
+/// A digest of a file.
+pub(crate) fn digest(bytes: &[u8]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    if !bytes.starts_with(mcap::MAGIC) {
+        return hasher.update(bytes).finalize().to_hex().to_string();
+    }
+    let status = file::metadata(bytes, "run_end").and_then(|end| end.get("status").cloned());
+    match (file::messages(bytes), status) {
+        (Ok(messages), Some(status)) if bytes.ends_with(mcap::MAGIC) => {
+            hasher.update(status.as_bytes());
+            for (_, message) in messages {
+                hasher.update(message.topic.as_bytes());
+                hasher.update(&message.sequence.to_le_bytes());
+                hasher.update(&message.time_ns.to_le_bytes());
+                hasher.update(&(message.payload.len() as u64).to_le_bytes());
+                hasher.update(&message.payload);
+            }
+            hasher.finalize().to_hex().to_string()
+        }
+        // Never equal to a digest of anything whole.
+        (messages, status) => {
+            format!("a log that is not whole: {:?}, {status:?}", messages.map(|all| all.len()))
+        }
+    }
+}
+
+/// A set in words: which files of it are those of which variant.
+pub(crate) fn compared(writer: &Writer, written: &Written) -> String {
+    let of = |path: &String, digest: &String| {
+        let same: Vec<&str> = [("first", &writer.alone[0]), ("second", &writer.alone[1])]
+            .into_iter()
+            .filter(|(_, alone)| alone.get(path) == Some(digest))
+            .map(|(word, _)| word)
+            .collect();
+        match same.is_empty() {
+            true => format!("{path}: of neither ({digest})"),
+            false => format!("{path}: {}", same.join(" and ")),
+        }
+    };
+    let lines: Vec<String> = written.iter().map(|(path, digest)| of(path, digest)).collect();
+    if lines.is_empty() { "no files".to_owned() } else { lines.join("\n") }
+}
+
+/// A call of a variant, in a folder.
+pub(crate) fn call<'a>(
+    ground: &Ground,
+    folder: &'a Path,
+    writer: &Writer,
+    variant: usize,
+) -> Result<Call<'a>, Error> {
+    Ok(Call::new(&ground.program, folder, writer.arguments(variant))?)
+}

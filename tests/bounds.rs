@@ -1,0 +1,330 @@
+//! Memory and time in proportion to what is there: small files that stand for large ones, texts
+//! and logs of more than there can be, checkpoints that nobody wrote. What commands may take is
+//! in `hostile.rs`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use asperity_testkit::Random;
+use serde_json::Value;
+
+use crate::hostile::{bounded, refused};
+use crate::laws::packing::{Packing, put_together};
+use crate::laws::parts::{Part, take_apart};
+use crate::support::binary::{self, asperity, succeed, text};
+use crate::support::small;
+
+/// A log of the smallest run, taken apart.
+fn parts_of(log: &Path) -> Vec<Part> {
+    take_apart(&fs::read(log).expect("the log can be read"))
+}
+
+/// Three million equal rows in nineteen thousand bytes.
+#[test]
+#[cfg(feature = "analysis")]
+fn parquet_that_stands_for_more_than_its_bytes_is_refused() {
+    let folder = asperity_testkit::folder();
+    let equal_rows =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/hostile/parquet/equal-rows.parquet");
+    let file = equal_rows.canonicalize().expect("the fixture is there");
+    for arguments in [&["events", text(&file)][..], &["diff", text(&file), text(&file)]] {
+        let said = refused(folder.path(), arguments, &file);
+        assert!(said.contains("(accepted: "), "{said}");
+    }
+}
+
+/// Any change of a good table is read, or an error that names the file.
+#[test]
+#[cfg(feature = "analysis")]
+fn no_mutant_of_a_parquet_table_makes_its_reader_panic() {
+    const MUTANTS: usize = 400;
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("small.mcap");
+    small::run(&log);
+    let tables = folder.path().join("tables");
+    succeed(&["reduce", text(&log), "--out", text(&tables)]);
+    let table = tables.join("events.parquet");
+    let good = fs::read(&table).expect("there is a table of events");
+    let rows = succeed(&["events", text(&table)]);
+    assert!(rows.lines().count() > 20, "{rows}");
+    let mut random = Random::new(7);
+    let mut refusals = 0;
+    for number in 0..MUTANTS {
+        let mut bytes = good.clone();
+        // Half of them in the footer, where the counts are.
+        let from = if number % 2 == 0 { 0 } else { bytes.len() * 3 / 4 };
+        for _ in 0..=random.below(3) {
+            let at = from + random.below((bytes.len() - from) as u64) as usize;
+            match random.below(5) {
+                0 => bytes[at] ^= 1 << random.below(8),
+                1 => bytes[at] = [0x00, 0x7f, 0x80, 0xff][random.below(4) as usize],
+                2 => bytes.truncate(at.max(4)),
+                3 => bytes.insert(at, random.below(256) as u8),
+                _ => drop(bytes.remove(at)),
+            }
+            if bytes.len() < 64 {
+                break;
+            }
+        }
+        let mutant = folder.path().join("mutant.parquet");
+        fs::write(&mutant, &bytes).expect("the folder can be written");
+        for arguments in [&["events", text(&mutant)][..], &["diff", text(&mutant), text(&mutant)]] {
+            let outcome = bounded(folder.path(), arguments);
+            let command = arguments[0];
+            assert!(!outcome.err.contains("panicked"), "{command} of mutant {number}: {}", outcome.err);
+            assert!(matches!(outcome.code, Some(0..=4)), "{command} of mutant {number}: {:?}", outcome.code);
+            if outcome.code != Some(0) && !outcome.err.is_empty() {
+                assert!(
+                    outcome.err.contains("mutant.parquet"),
+                    "{command} of mutant {number}: {}",
+                    outcome.err
+                );
+                refusals += 1;
+            }
+        }
+    }
+    assert!(refusals > MUTANTS / 2, "only {refusals} were refused");
+}
+
+#[test]
+fn logs_of_more_than_a_log_has_are_refused_at_once() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("small.mcap");
+    small::run(&log);
+    let parts = parts_of(&log);
+    let place = |name: &str| {
+        parts
+            .iter()
+            .position(|part| part.name() == Some(name))
+            .unwrap_or_else(|| panic!("there is no {name}"))
+    };
+    let channel =
+        parts.iter().position(|part| part.opcode == mcap::records::op::CHANNEL).expect("it has channels");
+    let slip = parts
+        .iter()
+        .position(|part| part.payload().is_some_and(|text| text.starts_with(b"{\"onset_s\"")))
+        .expect("it has events");
+    let mut forged: Vec<(&str, Vec<Part>)> = Vec::new();
+    let mut with = |name, change: &dyn Fn(&mut Vec<Part>)| {
+        let mut parts = parts.clone();
+        change(&mut parts);
+        forged.push((name, parts));
+    };
+    with("channels", &|parts| {
+        let many = (100..60_000_u16).map(|id| Part::channel(id, 1, &format!("/events/{id}")));
+        drop(parts.splice(channel..channel, many));
+    });
+    with("bytes in the name of a topic", &|parts| {
+        parts.insert(channel, Part::channel(999, 1, &format!("/events/{}", "x".repeat(5_000_000))));
+    });
+    with("a TOML text of", &|parts| {
+        let toml = "# nothing at all\n".repeat(600_000);
+        parts[place("scenario.toml")] = Part::attachment("scenario.toml", toml.as_bytes());
+    });
+    with("keys, values and lines", &|parts| {
+        let toml = format!("a = [{}]", "1,".repeat(3_000_000));
+        parts[place("scenario.toml")] = Part::attachment("scenario.toml", toml.as_bytes());
+    });
+    with("bytes in an event", &|parts| {
+        parts[slip] = parts[slip].with_payload(format!("{{\"a\":{}", "[".repeat(5_000_000)).as_bytes());
+    });
+    with("message 0 of /events/slip cannot be read", &|parts| {
+        parts[slip] = parts[slip].with_payload(format!("{{\"a\":{}", "[".repeat(50_000)).as_bytes());
+    });
+    with("bytes of metadata in one record", &|parts| {
+        let map = (0..700_000).map(|number| (format!("{number:x}"), String::new())).collect();
+        parts[place("run")] = Part::metadata("run", &map);
+    });
+    for (says, parts) in forged {
+        let file = folder.path().join("forged.mcap");
+        fs::write(&file, put_together(&parts, Packing::USUAL)).expect("the folder can be written");
+        let said = refused(folder.path(), &["check", text(&file)], &file);
+        assert!(said.contains(says), "{says}: {said}");
+        refused(folder.path(), &["events", text(&file)], &file);
+        let other = text(&log);
+        refused(folder.path(), &["diff", text(&file), other], &file);
+    }
+}
+
+#[test]
+fn texts_are_measured_before_they_are_parsed() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("small.mcap");
+    small::run(&log);
+    let texts = [
+        ("comments", "# nothing at all\n".repeat(590_000)),
+        ("values", format!("a = [{}]", "1,".repeat(4_900_000))),
+        ("lines", "\n".repeat(8_000_000)),
+        ("keys", (0..600_000).map(|number| format!("k{number:x}=1\n")).collect()),
+    ];
+    for (name, content) in texts {
+        let file = folder.path().join(format!("{name}.toml"));
+        fs::write(&file, content).expect("the folder can be written");
+        let file_text = text(&file);
+        let (folder, log) = (folder.path(), text(&log));
+        refused(folder, &["scenario", "show", file_text], &file);
+        refused(folder, &["replay", log, "--detectors", file_text], &file);
+        refused(folder, &["diff", log, log, "--policy", file_text], &file);
+        if cfg!(feature = "analysis") {
+            refused(folder, &["reproduce", file_text, "--out", "never"], &file);
+        }
+    }
+}
+
+#[test]
+fn csv_tables_of_no_run_are_refused() {
+    const HEADING: &str = "onset_s,end_s,first_block,last_block\n";
+    let folder = asperity_testkit::folder();
+    let tables = [
+        ("block", format!("{HEADING}0.5,0.6,1,4294967295\n"), "from 1 to 100000"),
+        ("at-once", format!("{HEADING}{}", "0.5,0.6,1,3\n".repeat(500_000)), "events start at 0.5 s"),
+        ("line", format!("{HEADING}{}", "1".repeat(10_000_000)), "line 2 is longer than"),
+        ("commas", format!("{HEADING}{}", ",".repeat(10_000_000)), "line 2 is longer than"),
+        (
+            "step",
+            "onset_s,end_s,first_block,last_block,onset_step\n0.5,0.6,1,3,18446744073709551615\n".to_owned(),
+            "up to 9007199254740992",
+        ),
+    ];
+    for (name, content, says) in tables {
+        let file = folder.path().join(format!("{name}.csv"));
+        fs::write(&file, content).expect("the folder can be written");
+        let said = refused(folder.path(), &["diff", text(&file), text(&file)], &file);
+        assert!(said.contains(says), "{name}: {said}");
+    }
+    #[cfg(target_os = "linux")]
+    {
+        let file = folder.path().join("endless.csv");
+        std::os::unix::fs::symlink("/dev/zero", &file).expect("the folder can be written");
+        let said = refused(folder.path(), &["diff", text(&file), text(&file)], &file);
+        assert!(said.contains("line 1 is longer than"), "{said}");
+    }
+}
+
+/// However often they are asked for, a log is not made of checkpoints.
+#[test]
+fn checkpoints_have_a_budget() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("often.mcap");
+    binary::run(&["default", "--set", "time.duration_s=2", "--checkpoint-s", "0"], &log);
+    let bytes = fs::metadata(&log).expect("it was just written").len();
+    // A hundred megabytes and more without it, and some with it even on a slow machine.
+    assert!((10_000_000..40_000_000).contains(&bytes), "{bytes} bytes");
+}
+
+#[test]
+fn a_start_that_overflows_is_refused_and_leaves_nothing() {
+    let folder = asperity_testkit::folder();
+    let profile = folder.path().join("profile.csv");
+    fs::write(&profile, "x_over_l,tau_over_p\n0,1e308\n1,-1e308\n").expect("the folder can be written");
+    let set = format!("initial_shear.profile_csv={}", text(&profile));
+    let out = folder.path().join("run.mcap");
+    let output = asperity(&["run", "default", "--set", &set, "--out", text(&out)]);
+    let err = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{err}");
+    assert!(err.contains("initial_shear.profile_csv") && err.contains("(accepted: ratios from"), "{err}");
+    assert_eq!(fs::read_dir(folder.path()).expect("the folder is there").count(), 1);
+}
+
+/// Places in a JSON value of which each is a number.
+fn numbers(value: &Value, at: &str, found: &mut Vec<String>) {
+    match value {
+        Value::Number(_) => found.push(at.to_owned()),
+        Value::Array(values) => {
+            values.iter().enumerate().for_each(|(n, value)| numbers(value, &format!("{at}/{n}"), found));
+        }
+        Value::Object(map) => {
+            map.iter().for_each(|(key, value)| numbers(value, &format!("{at}/{key}"), found))
+        }
+        _ => {}
+    }
+}
+
+/// What a forged number is; whole numbers stay whole.
+fn changed(value: &Value, how: usize) -> Value {
+    match (value.as_u64(), value.as_f64(), how) {
+        (Some(whole), _, 0) => Value::from(whole.saturating_add(1)),
+        (Some(_), _, _) => Value::from(1_u64 << 60),
+        (_, Some(number), 0) if number != 0.0 => Value::from(number * 1.01),
+        (_, Some(number), _) => Value::from(number + 1.0),
+        _ => Value::Null,
+    }
+}
+
+/// A run goes on from a forged checkpoint as from the true one, or not at all.
+#[test]
+fn a_forged_checkpoint_is_refused_or_makes_no_difference() {
+    let scenarios: [&[&str]; 2] = [
+        &["ten-blocks", "--set", "time.step_s=1e-7", "--set", "time.duration_s=1.2"],
+        &[
+            "ageing-contacts",
+            "--set",
+            "slider.blocks=10",
+            "--set",
+            "time.step_s=1e-7",
+            "--set",
+            "time.duration_s=1.2",
+        ],
+    ];
+    let folder = asperity_testkit::folder();
+    let policy = folder.path().join("policy.toml");
+    let tolerances: String = ["onset_s", "end_s", "ft_fn_onset", "ft_fn_end", "ft_fn_min", "ft_fn_max"]
+        .map(|column| format!("[columns.{column}]\nrelative = 1e-6\n"))
+        .concat();
+    fs::write(&policy, tolerances).expect("the folder can be written");
+    let mut refusals = 0;
+    for scenario in scenarios {
+        let whole = folder.path().join("whole.mcap");
+        fs::remove_file(&whole).ok();
+        binary::run(&[scenario, &["--checkpoint-s", "0.004"]].concat(), &whole);
+        let mut parts = parts_of(&whole);
+        let middle = parts.len() / 2;
+        let is_checkpoint = |part: &Part| part.name() == Some("checkpoint");
+        let last = parts[..middle].iter().rposition(is_checkpoint).expect("there are checkpoints");
+        parts.truncate(last + 1);
+        let state: Value =
+            serde_json::from_slice(parts[last].attached().expect("it has content")).expect("it is JSON");
+        let mut places = Vec::new();
+        numbers(&state, "", &mut places);
+        assert!(places.len() > 50, "{places:?}");
+        // All that there is one of, and of the blocks each third.
+        let of_block = |place: &str| place.rsplit('/').next().and_then(|n| n.parse::<usize>().ok());
+        places.retain(|place| of_block(place).is_none_or(|n| n % 3 == 0));
+        let out = folder.path().join("run.mcap");
+        let partial: PathBuf = folder.path().join("run.mcap.partial");
+        let goes_on = |state: &Value| {
+            let mut parts = parts.clone();
+            parts[last] = Part::attachment("checkpoint", state.to_string().as_bytes());
+            fs::write(&partial, put_together(&parts, Packing::USUAL)).expect("the folder can be written");
+            fs::remove_file(&out).ok();
+            let output = asperity(&[&["run"], scenario, &["--resume", "--out", text(&out)]].concat());
+            let err = String::from_utf8_lossy(&output.stderr).into_owned();
+            fs::remove_file(&partial).ok();
+            (output.status.code(), err)
+        };
+        let (code, err) = goes_on(&state);
+        assert!(code == Some(0) && err.contains("goes on from"), "the true one: {err}");
+        assert_eq!(asperity_testkit::run_end(&out).digest, asperity_testkit::run_end(&whole).digest);
+        for (place, how) in places.iter().flat_map(|place| [(place, 0), (place, 1)]) {
+            let mut forged = state.clone();
+            let value = forged.pointer_mut(place).expect("it was just found");
+            *value = changed(value, how);
+            let (code, err) = goes_on(&forged);
+            if code != Some(0) {
+                assert!(
+                    err.contains("its last checkpoint is not a state of this run"),
+                    "{place}: {code:?} {err}"
+                );
+                refusals += 1;
+                continue;
+            }
+            let diff = asperity(&["diff", text(&whole), text(&out), "--policy", text(&policy)]);
+            assert!(
+                diff.status.success(),
+                "{place}, {how}: {}",
+                String::from_utf8_lossy(&[diff.stdout, diff.stderr].concat())
+            );
+        }
+    }
+    assert!(refusals > 60, "only {refusals} were refused");
+}

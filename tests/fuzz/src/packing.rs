@@ -1,0 +1,49 @@
+//! Records put together to a file again.
+
+use mcap::records::op;
+
+use super::parts::Part;
+use super::seal::{is_sealed, seal};
+
+/// How a log is put together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Packing {
+    /// Most records in a chunk; 0 for none in chunks.
+    pub per_chunk: usize,
+    /// Whether the checksum of all data is given.
+    pub data_crc: bool,
+}
+
+impl Packing {
+    /// As logs are, but for compression and summary, which say nothing more.
+    pub const USUAL: Packing = Packing { per_chunk: 1000, data_crc: true };
+}
+
+/// A file of these records: those that belong there in chunks; no summary, unless they are of
+/// a version of the format in which it is looked at.
+pub fn put_together(parts: &[Part], packing: Packing) -> Vec<u8> {
+    if is_sealed(parts) {
+        return seal(&chunked(parts, packing.per_chunk), packing.data_crc);
+    }
+    let mut out = mcap::MAGIC.to_vec();
+    chunked(parts, packing.per_chunk).iter().for_each(|part| part.put(&mut out));
+    let crc = if packing.data_crc { crc32fast::hash(&out) } else { 0 };
+    Part::new(op::DATA_END, crc.to_le_bytes()).put(&mut out);
+    Part::new(op::FOOTER, [0; 20]).put(&mut out);
+    out.extend(mcap::MAGIC);
+    out
+}
+
+/// The same records, those that belong there in chunks of so many.
+fn chunked(parts: &[Part], per_chunk: usize) -> Vec<Part> {
+    let belongs = |part: &Part| matches!(part.opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE);
+    let mut all = Vec::new();
+    for group in parts.chunk_by(|a, b| belongs(a) == belongs(b)) {
+        if per_chunk > 0 && belongs(&group[0]) {
+            all.extend(group.chunks(per_chunk).map(Part::chunk));
+        } else {
+            all.extend_from_slice(group);
+        }
+    }
+    all
+}

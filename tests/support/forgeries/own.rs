@@ -1,0 +1,187 @@
+//! Forged logs that agree with themselves in all but one thing: their own scenario would have made
+//! another log. Only of a log of this very program is that known.
+
+use mcap::records::op;
+use serde_json::{Value, json};
+
+use super::Verdict::Damaged;
+use super::{Forge, Forgery, named, payload};
+use crate::laws::parts::Part;
+use crate::laws::thin::{messages, renumber};
+
+impl Forge {
+    /// Those of a log of this program; `other` is one of another scenario with as many blocks.
+    pub(crate) fn of_own(sound: &[Part], other: &[Part]) -> Vec<Forgery> {
+        let mut forge = Forge { sound: sound.to_vec(), made: Vec::new() };
+        forge.own_records(other);
+        forge.own_numbers();
+        forge.own_topics();
+        forge.own_end();
+        forge.made
+    }
+
+    fn own_records(&mut self, other: &[Part]) {
+        let asked = "which the scenario asks for";
+        self.parts("own-no-states", "no state of any step", "no state of all blocks", |parts| {
+            remove(parts, "/fields", |_| true);
+        });
+        self.parts("own-state-lost", "a state of all blocks is missing", asked, |parts| {
+            remove(parts, "/fields", |number| number == 3);
+        });
+        self.parts("own-last-state-lost", "the last state is missing", asked, |parts| {
+            let last = messages(parts, "/fields").len() - 1;
+            remove(parts, "/fields", |number| number == last);
+        });
+        self.parts("own-sample-lost", "a sample is missing", asked, |parts| {
+            remove(parts, "/step", |number| number == 1);
+        });
+        self.parts("own-last-sample-lost", "the last sample is missing", "follows step", |parts| {
+            let last = messages(parts, "/step").len() - 1;
+            remove(parts, "/step", |number| number == last);
+        });
+        self.parts("own-sample-more", "a sample that nobody asked for", "no block switches in it", |parts| {
+            let at = messages(parts, "/step")[1];
+            let mut message: Value = serde_json::from_str(payload(&parts[at])).expect("it is JSON");
+            let step = message["step"].as_u64().expect("it has a step") - 1;
+            message["step"] = step.into();
+            message["time_s"] = json!(step as f64 / 1e7);
+            let channel = parts[at].channel_id().expect("it is a message");
+            parts.insert(at, Part::message(channel, 0, step * 100, message.to_string().as_bytes()));
+            renumber(parts);
+        });
+        let other: Vec<Part> = other.iter().filter(|part| part.opcode == op::MESSAGE).cloned().collect();
+        self.parts("own-records-of-another-run", "the records of another run", "not", |parts| {
+            parts.retain(|part| part.opcode != op::MESSAGE);
+            let at = named(parts, "run_end");
+            parts.splice(at..at, other);
+        });
+    }
+
+    fn own_numbers(&mut self) {
+        let what = "a number that is not that of the scenario";
+        self.parts("own-normal-load", what, "the normal load is", |parts| {
+            change_step(parts, 1, |message| message["normal_load_n"] = json!(1e300));
+        });
+        self.parts("own-normal-load-a-little", what, "the normal load is", |parts| {
+            change_step(parts, 1, |message| message["normal_load_n"] = json!(400.000_000_000_1));
+        });
+        self.parts("own-driving-force", what, "the driving force is", |parts| {
+            // Of the onset of the first event, behind which the state stands.
+            let first = payload(&parts[messages(parts, "/fields")[1]]).to_owned();
+            let state: Value = serde_json::from_str(&first).expect("it is JSON");
+            let number = messages(parts, "/step")
+                .into_iter()
+                .position(|at| payload(&parts[at]).starts_with(&format!("{{\"step\":{},", state["step"])))
+                .expect("it is behind its step");
+            change_step(parts, number, |message| message["driving_force_n"] = json!(1.0));
+        });
+        for (name, topic, key, says) in [
+            ("own-threshold", "/switch", "threshold_n", "the threshold of block"),
+            ("own-anchor", "/switch", "stick_position_m", "the anchor of block"),
+            ("own-switch-force", "/switch", "tangential_force_n", "detaches at"),
+        ] {
+            self.parts(name, what, says, |parts| {
+                let at = messages(parts, topic)[0];
+                change(parts, at, |message| message[key] = json!(1e-3));
+            });
+        }
+        for (name, key, number, says) in [
+            ("own-start", "displacement_m", 0, "the state at the start"),
+            ("own-state-force", "tangential_force_n", 2, "the tangential force on block"),
+            ("own-state-displacement", "displacement_m", 2, "by its scenario"),
+            ("own-state-velocity", "velocity_m_per_s", 2, "by its scenario"),
+            ("own-state-anchor", "stick_position_m", 2, "the anchor of block"),
+        ] {
+            self.parts(name, what, says, |parts| {
+                let at = messages(parts, "/fields")[number];
+                change(parts, at, |message| message[key][4] = json!(1e-3));
+            });
+        }
+        self.says(
+            "own-solver",
+            "run",
+            "solver",
+            Some("by hand"),
+            "a solver that there is not",
+            "says by hand",
+        );
+    }
+
+    fn own_topics(&mut self) {
+        let schema = "has another schema than this program gives it";
+        self.parts("own-schema", "a schema that says something else", schema, |parts| {
+            replace(parts, op::SCHEMA, b"Total normal load", b"Local normal load");
+        });
+        let units = "has other units than this program gives it";
+        self.parts("own-unit", "a force in kelvin", units, |parts| {
+            replace(
+                parts,
+                op::CHANNEL,
+                b"unit:driving_force_n\x01\0\0\0N",
+                b"unit:driving_force_n\x01\0\0\0K",
+            );
+        });
+        self.parts("own-encoding", "messages in another encoding", "is encoded otherwise", |parts| {
+            replace(parts, op::CHANNEL, b"/step\x04\0\0\0json", b"/step\x04\0\0\0cbor");
+        });
+        self.parts("own-topic-more", "a topic that no run has", "is a topic that no run has", |parts| {
+            let at = messages(parts, "/fields")[0];
+            parts.insert(at, Part::channel(77, 1, "/more"));
+        });
+        self.parts("own-events-without-schema", "events of no schema", "or no schema", |parts| {
+            let at = messages(parts, "/fields")[0];
+            parts.insert(at, Part::channel(77, 0, "/events/more"));
+        });
+    }
+
+    fn own_end(&mut self) {
+        let what = "a load that the scenario does not ask for is said not to have been reached";
+        self.parts_only("own-status", what, Damaged, "the scenario gives none", |parts| {
+            let at = named(parts, "run_end");
+            let mut map = parts[at].map().expect("it is metadata");
+            map.insert("status".to_owned(), "load-not-reached".to_owned());
+            parts[at] = Part::metadata("run_end", &map);
+        });
+    }
+}
+
+/// Removes messages of a topic by their number.
+fn remove(parts: &mut Vec<Part>, topic: &str, is_removed: impl Fn(usize) -> bool) {
+    let all = messages(parts, topic);
+    let removed: Vec<usize> =
+        all.into_iter().enumerate().filter(|(number, _)| is_removed(*number)).map(|(_, at)| at).collect();
+    assert!(!removed.is_empty(), "{topic} has no such message");
+    for at in removed.into_iter().rev() {
+        parts.remove(at);
+    }
+    renumber(parts);
+}
+
+fn change(parts: &mut [Part], at: usize, change: impl FnOnce(&mut Value)) {
+    let mut message: Value = serde_json::from_str(payload(&parts[at])).expect("messages are JSON");
+    change(&mut message);
+    parts[at] = parts[at].with_payload(message.to_string().as_bytes());
+}
+
+/// Changes a step, and its ratio of loads with it.
+fn change_step(parts: &mut [Part], number: usize, with: impl FnOnce(&mut Value)) {
+    let at = messages(parts, "/step")[number];
+    change(parts, at, |message| {
+        with(message);
+        let load = |key: &str| message[key].as_f64().expect("it is a number");
+        message["ft_fn"] = json!(load("driving_force_n") / load("normal_load_n"));
+    });
+}
+
+/// Replaces bytes in the first record of a kind that has them.
+fn replace(parts: &mut [Part], opcode: u8, old: &[u8], new: &[u8]) {
+    assert_eq!(old.len(), new.len());
+    let place = |part: &Part| part.body.windows(old.len()).position(|bytes| bytes == old);
+    let (at, place) = parts
+        .iter()
+        .enumerate()
+        .filter(|(_, part)| part.opcode == opcode)
+        .find_map(|(at, part)| Some((at, place(part)?)))
+        .unwrap_or_else(|| panic!("no record has {}", String::from_utf8_lossy(old)));
+    parts[at].body[place..place + old.len()].copy_from_slice(new);
+}

@@ -1,0 +1,230 @@
+//! One verdict behind all commands: what `asperity check` calls a log, every other command goes by,
+//! in the same words and with the exit codes of the table in `docs/run-logs.md`.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::laws::packing::{Packing, put_together};
+use crate::laws::parts::{Part, correct_end, take_apart};
+use crate::laws::thin::messages;
+use crate::support::binary::{asperity, succeed, text};
+use crate::support::small;
+
+/// A log of each verdict, with the verdict's word.
+struct Logs {
+    folder: tempfile::TempDir,
+    logs: Vec<(&'static str, PathBuf)>,
+}
+
+impl Logs {
+    fn make() -> Logs {
+        let folder = asperity_testkit::folder();
+        let path = |name: &str| folder.path().join(name);
+        let write = |name: &str, bytes: &[u8]| {
+            fs::write(path(name), bytes).expect("the folder can be written");
+            path(name)
+        };
+        small::run(&path("whole.mcap"));
+        let whole = fs::read(path("whole.mcap")).expect("it was just written");
+        let parts = take_apart(&whole);
+        let packed = put_together(&parts, Packing { per_chunk: 50, ..Packing::USUAL });
+        let half = packed.len() / 2;
+        let mut flipped = packed.clone();
+        flipped[half] ^= 4;
+        let mut foreign = parts;
+        for part in &mut foreign {
+            if part.name() == Some("run") {
+                *part = by_other_code(part);
+            }
+        }
+        let damaged = write("damaged.mcap", &flipped);
+        let salvaged = path("salvaged.mcap");
+        succeed(&["salvage", text(&damaged), "--out", text(&salvaged)]);
+        let logs = vec![
+            ("whole", path("whole.mcap")),
+            ("by other code or detectors", write("other.mcap", &put_together(&foreign, Packing::USUAL))),
+            ("incomplete", write("incomplete.mcap", &packed[..half])),
+            ("salvaged with gaps", salvaged),
+            ("not a run log", write("text.mcap", b"step,time_s\n1,0.5\n")),
+            ("damaged", damaged),
+        ];
+        Logs { folder, logs }
+    }
+}
+
+/// The header of the same run by another version of the program.
+fn by_other_code(run: &Part) -> Part {
+    let mut map = run.map().expect("it is metadata");
+    map.insert("code_version".to_owned(), "0".repeat(64));
+    let version: u32 = map["record_schema_version"].parse().expect("it is a number");
+    let id = blake3::Hasher::new()
+        .update(map["scenario_hash"].as_bytes())
+        .update(&version.to_le_bytes())
+        .update(map["code_version"].as_bytes())
+        .finalize();
+    map.insert("run_id".to_owned(), id.to_hex().to_string());
+    Part::metadata("run", &map)
+}
+
+/// The table of the manual: by verdict and command, what the cell says.
+fn table() -> BTreeMap<String, BTreeMap<String, String>> {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/run-logs.md");
+    let page = fs::read_to_string(page).expect("the manual can be read");
+    let cells = |line: &str| -> Vec<String> {
+        line.trim_matches('|').split('|').map(|cell| cell.trim().replace('`', "")).collect()
+    };
+    let mut lines = page.lines().skip_while(|line| !line.starts_with("| verdict |"));
+    let heading = cells(lines.next().expect("the page has the table"));
+    lines
+        .skip(1)
+        .take_while(|line| line.starts_with('|'))
+        .map(|line| {
+            let row = cells(line);
+            let commands = heading[1..].iter().cloned().zip(row[1..].iter().cloned()).collect();
+            (row[0].clone(), commands)
+        })
+        .collect()
+}
+
+/// What a command says of a log, and its exit code.
+fn outcome(arguments: &[&str]) -> (i32, String) {
+    let output = asperity(arguments);
+    let said = [output.stdout, output.stderr].concat();
+    (output.status.code().expect("it ends by itself"), String::from_utf8_lossy(&said).into_owned())
+}
+
+#[test]
+fn every_command_goes_by_the_verdict_of_check() {
+    let Logs { folder, logs } = Logs::make();
+    let table = table();
+    let mut verdicts: Vec<&str> = logs.iter().map(|(verdict, _)| *verdict).collect();
+    verdicts.sort_unstable();
+    assert_eq!(table.keys().map(String::as_str).collect::<Vec<_>>(), verdicts);
+    let whole = logs[0].1.clone();
+    let mut commands = 0;
+    for (verdict, log) in &logs {
+        for (command, cell) in &table[*verdict] {
+            let out = folder.path().join(format!("{command} of {verdict}"));
+            let file = out.with_extension("mcap");
+            let arguments: Vec<&str> = match command.as_str() {
+                "check" => vec!["check", text(log)],
+                "events" => vec!["events", text(log)],
+                "export" => vec!["export", text(log), "--to", "csv", "--out", text(&out)],
+                "replay" => vec!["replay", text(log), "--out", text(&out)],
+                "diff" => vec!["diff", text(&whole), text(log)],
+                "salvage" => vec!["salvage", text(log), "--out", text(&file)],
+                "reduce" if cfg!(feature = "analysis") => vec!["reduce", text(log), "--out", text(&out)],
+                // Tested below.
+                "reduce" | "reproduce" => continue,
+                other => panic!("the table speaks of {other}"),
+            };
+            commands += 1;
+            let (code, said) = outcome(&arguments);
+            let what = format!("asperity {}: {code}\n{said}", arguments.join(" "));
+            let promised = cell.split([',', ' ']).next().and_then(|code| code.parse().ok());
+            assert_eq!(Some(code), promised, "the table says {cell:?}\n{what}");
+            assert!(!said.contains("panicked"), "{what}");
+            // Of a whole log only check says so; what salvage made says what was wrong with the rest.
+            let told = match command.as_str() {
+                "salvage" if file.exists() => said.contains(" salvaged to "),
+                // It lists what made the runs, whatever it was.
+                "diff" if code == 0 => said.contains("code_version") == (*verdict != "whole"),
+                "check" => said.contains(&format!(": {verdict}: ")),
+                _ => said.contains(verdict) || *verdict == "whole",
+            };
+            assert!(told, "{what}");
+            // What is refused leaves nothing behind.
+            let is_written = fs::read_dir(&out).is_ok_and(|mut entries| entries.next().is_some());
+            assert!(!cell.contains("refused") || !is_written, "{what}");
+            assert_eq!(file.exists(), command == "salvage" && cell.contains("what is left"), "{what}");
+            if command == "reduce" && is_written {
+                let note = fs::read_to_string(out.join("what-is-missing.txt")).ok();
+                assert_eq!(note.is_some(), code != 0, "{what}");
+                assert!(note.is_none_or(|note| note.contains(verdict)), "{what}");
+            }
+        }
+    }
+    assert!(commands >= 36, "{commands} commands");
+}
+
+/// Of several logs the worst counts.
+#[test]
+fn the_worst_of_several_logs_decides() {
+    let Logs { folder: _folder, logs } = Logs::make();
+    let of = |verdict: &str| text(&logs.iter().find(|(word, _)| *word == verdict).expect("there is one").1);
+    for (some, code) in [
+        (&["whole", "by other code or detectors"][..], 6),
+        (&["by other code or detectors", "incomplete"], 3),
+        (&["salvaged with gaps", "incomplete", "whole"], 5),
+        (&["not a run log", "salvaged with gaps"], 2),
+        (&["incomplete", "damaged", "not a run log", "whole"], 4),
+    ] {
+        let arguments: Vec<&str> = std::iter::once("check").chain(some.iter().map(|word| of(word))).collect();
+        let (found, said) = outcome(&arguments);
+        assert_eq!(found, code, "{said}");
+        assert_eq!(said.lines().count(), some.len(), "{said}");
+    }
+}
+
+/// A stored run is used again if it is whole; else a line says why it is made anew.
+#[cfg(feature = "analysis")]
+#[test]
+fn reproduce_uses_only_what_is_whole() {
+    let Logs { folder, logs } = Logs::make();
+    let pipeline = folder.path().join("small.toml");
+    let set: Vec<String> =
+        small::SCENARIO[1..].iter().filter(|word| **word != "--set").map(|set| format!("{set:?}")).collect();
+    let toml = format!(
+        "title = \"Small\"\n[[run]]\nname = \"small\"\nscenario = \"{}\"\nset = [{}]\n",
+        small::SCENARIO[0],
+        set.join(", ")
+    );
+    fs::write(&pipeline, toml).expect("the folder can be written");
+    let out = folder.path().join("out");
+    let stored = out.join("runs").join("small.mcap");
+    fs::create_dir_all(stored.parent().expect("it is in a folder")).expect("the folder can be written");
+    let table = table();
+    for (verdict, log) in &logs {
+        fs::copy(log, &stored).expect("the folder can be written");
+        let (code, said) = outcome(&["reproduce", text(&pipeline), "--out", text(&out)]);
+        let cell = &table[*verdict]["reproduce"];
+        let again = format!("small: made anew: its log is {verdict}: ");
+        match cell.as_str() {
+            "used" => assert!(code == 0 && said.contains("1 runs are there already"), "{said}"),
+            "made anew" => {
+                assert!(code == 0 && said.contains(&again), "{verdict}: {said}");
+                assert!(succeed(&["check", text(&stored)]).contains(": whole: "));
+            }
+            "2, refused" => assert!(code == 2 && said.contains(verdict), "{said}"),
+            other => panic!("the table says {other}"),
+        }
+    }
+}
+
+/// What agrees with itself and with its scenario, and is no run of it all the same, is seen where the
+/// run is made again.
+#[test]
+fn check_again_compares_every_record_with_the_run_made_again() {
+    let Logs { folder, logs } = Logs::make();
+    let of = |verdict: &str| text(&logs.iter().find(|(word, _)| *word == verdict).expect("there is one").1);
+    for (verdict, code) in [("whole", 0), ("incomplete", 3), ("salvaged with gaps", 5)] {
+        let (found, said) = outcome(&["check", "--again", of(verdict)]);
+        assert!(found == code && said.contains(verdict), "{said}");
+    }
+    // The load of a sample of a chain at rest, a little more than it was.
+    let mut parts = take_apart(&fs::read(of("whole")).expect("it was just written"));
+    let at = messages(&parts, "/step")[5];
+    let mut message: serde_json::Value =
+        serde_json::from_slice(parts[at].payload().expect("it is a message")).expect("messages are JSON");
+    let force_n = message["driving_force_n"].as_f64().expect("it is a number") + 1e-9;
+    message["driving_force_n"] = force_n.into();
+    message["ft_fn"] = (force_n / message["normal_load_n"].as_f64().expect("it is a number")).into();
+    parts[at] = parts[at].with_payload(message.to_string().as_bytes());
+    correct_end(&mut parts);
+    let forged = folder.path().join("forged.mcap");
+    fs::write(&forged, put_together(&parts, Packing::USUAL)).expect("the folder can be written");
+    assert_eq!(outcome(&["check", text(&forged)]).0, 0);
+    let (code, said) = outcome(&["check", "--again", text(&forged)]);
+    assert!(code == 4 && said.contains("the run, made again, gives another record"), "{said}");
+}

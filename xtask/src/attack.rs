@@ -1,0 +1,75 @@
+//! `cargo xtask attack`: the standing attack on the built command (`tests/attack`).
+
+use std::env;
+
+use clap::Args;
+
+use crate::workspace::{Failure, asperity, cargo, program, root, run, target_folder};
+
+/// The attacks, as `tests/attack` has them.
+const ATTACKS: [&str; 7] = ["chunks", "flips", "mixes", "forgeries", "pairs", "kills", "limits"];
+
+#[derive(Debug, Default, Args)]
+#[command(after_help = "\
+Examples:
+  cargo xtask attack
+  cargo xtask attack flips mixes --seed 7
+  cargo xtask attack --for-s 3600
+  cargo xtask attack --full
+
+It calls the built command as any user could, with damaged files, in pairs and
+out of resources, and holds what comes of it against what the documents promise:
+  chunks     every chunk of genuine logs broken once: salvage keeps the others
+  flips      a bit or byte changed anywhere in a log: check sees it
+  mixes      chunks moved, doubled, dropped, or of two runs in one log
+  forgeries  a field changed and everything made right again; checkpoints too
+  pairs      several processes at once on one output, some of them killed
+  kills      runs killed and resumed, other commands killed and repeated
+  limits     full disks, few resources, inputs made to use up memory and time
+
+Each attack lists what did not hold, by kind. The files of the first cases of
+each kind are kept in target/attack/found, with the calls that lead to it
+(what.txt). Everything by chance follows from the seed, which is printed; only
+races between processes do not repeat. Without --for-s and --full it ends after
+three minutes, and says which cases it left out on a busy machine.
+
+Exit codes:
+  0  everything held
+  1  something did not
+  2  the attack could not be made")]
+pub(crate) struct AttackArguments {
+    /// Which attacks [default: all, one after the other].
+    #[arg(value_name = "ATTACK", value_parser = ATTACKS)]
+    attacks: Vec<String>,
+    /// Go round, each time with another seed, until so many seconds are over.
+    #[arg(long, value_name = "SECONDS")]
+    for_s: Option<u64>,
+    /// All logs of chapter 5, and ten times as many cases or more: some hours.
+    #[arg(long)]
+    full: bool,
+    /// The seed of an earlier call [default: the time].
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Only the case of this number, of each attack.
+    #[arg(long, value_name = "N")]
+    case: Option<usize>,
+}
+
+pub(crate) fn command(arguments: &AttackArguments) -> Result<(), Failure> {
+    let &AttackArguments { ref attacks, for_s, full, seed, case } = arguments;
+    run(&mut cargo(&["build", "--package", "asperity-attack", "--locked"]))?;
+    let name = format!("asperity-attack{}", env::consts::EXE_SUFFIX);
+    let mut attack = program(target_folder().join("debug").join(name));
+    attack.arg("--program").arg(asperity()?.get_program());
+    attack.arg("--root").arg(root()).arg("--work").arg(target_folder().join("attack"));
+    let numbers = [("--for-s", for_s), ("--seed", seed), ("--case", case.map(|case| case as u64))];
+    for (option, number) in numbers {
+        if let Some(number) = number {
+            attack.arg(option).arg(number.to_string());
+        }
+    }
+    if full {
+        attack.arg("--full");
+    }
+    run(attack.args(attacks))
+}

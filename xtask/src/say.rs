@@ -1,0 +1,18 @@
+//! Speaking on stderr, which may be full or closed: then the words are lost and nothing else.
+
+use std::fmt::Arguments;
+use std::io::Write;
+
+/// Prints to stderr, as `eprint!` does, which panics where it cannot.
+pub(crate) fn print(words: Arguments<'_>) {
+    std::io::stderr().lock().write_fmt(words).ok();
+}
+
+/// Prints a line to stderr, as `eprintln!` does, which panics where it cannot.
+macro_rules! say {
+    ($($words:tt)*) => {
+        $crate::say::print(format_args!("{}\n", format_args!($($words)*)))
+    };
+}
+
+pub(crate) use say;

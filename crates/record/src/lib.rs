@@ -45,6 +45,7 @@ mod event;
 mod fields;
 mod header;
 mod payload;
+mod rupture;
 mod slip;
 mod step;
 mod time;
@@ -56,6 +57,7 @@ pub use fields::{FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, TopicComparison};
 #[doc(hidden)]
 pub use payload::macros;
+pub use rupture::{Arrival, Rupture};
 pub use slip::{GlobalSlip, Onset, SlipEvent};
 pub use step::{Direction, StepRecord, Switch};
 pub use time::TimeGrid;

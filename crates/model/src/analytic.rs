@@ -123,9 +123,10 @@ impl DriveShare {
 /// What the predictions depend on; all dimensionless.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LengthLawParameters {
-    /// Static coefficient.
+    /// Static coefficient, less the even prestress: against a slider that slides forward, a force
+    /// in proportion to the normal load and a weaker friction are the same.
     pub mu_s: f64,
-    /// Dynamic coefficient, `mu_k` in the thesis' Chapter 5.
+    /// Dynamic coefficient, `mu_k` in the thesis' Chapter 5, less the same.
     pub mu_d: f64,
     /// Tilt of the normal load.
     pub theta: f64,
@@ -142,8 +143,8 @@ impl LengthLawParameters {
     pub fn of(scenario: &Scenario) -> LengthLawParameters {
         let plan = Plan::new(scenario);
         LengthLawParameters {
-            mu_s: plan.friction.static_coefficient,
-            mu_d: plan.friction.dynamic_coefficient,
+            mu_s: plan.friction.static_coefficient - scenario.prestress.ratio,
+            mu_d: plan.friction.dynamic_coefficient - scenario.prestress.ratio,
             theta: scenario.normal_load.tilt,
             beta: initial::beta(scenario),
             screening: plan.screening_length_m() / plan.length_m,

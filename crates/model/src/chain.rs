@@ -41,7 +41,7 @@ impl SteadyLoading {
     }
 
     /// `a`, the displacements from which the step with the drive point at `point_m` is taken:
-    /// `M a = k_t u_stick + eta L v_q + sum_n e_n K_n d_n point`.
+    /// `M a = k_t u_stick + eta L v_q + prestress + sum_n e_n K_n d_n point`.
     pub fn position_m(
         &self,
         plan: &Plan,
@@ -56,6 +56,9 @@ impl SteadyLoading {
         }
         for spring in &plan.drive.springs {
             position_m[spring.block] += spring.force_n(point_m, 0.0);
+        }
+        for (position, prestress) in position_m.iter_mut().zip(&plan.prestress_n) {
+            *position += prestress;
         }
         stiffness.solve(position_m);
     }

@@ -244,6 +244,7 @@ fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusa
         ("friction.static_offsets", &scenario.friction.static_offsets),
         ("friction.dynamic_offsets", &scenario.friction.dynamic_offsets),
         ("initial_shear.profile", &scenario.initial_shear.profile),
+        ("prestress.profile", &scenario.prestress.profile),
     ] {
         if !values.is_empty() && values.len() != blocks {
             refusals.refuse(

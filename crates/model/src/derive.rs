@@ -34,6 +34,7 @@ impl Plan {
         });
         let load = &scenario.normal_load;
         let drive = drive(scenario, blocks, steps);
+        let prestress_n = initial::prestress_n(scenario, &normal_load_n);
         let mut plan = Plan {
             blocks,
             length_m: scenario.slider.length_m,
@@ -63,7 +64,9 @@ impl Plan {
                 springs.interfacial_stiffness_n_per_m,
                 &drive,
                 &normal_load_n,
+                &prestress_n,
             ),
+            prestress_n,
             drive,
             normal_load_n,
             grid,

@@ -13,6 +13,7 @@ pub(crate) fn state(
     interfacial_stiffness_n_per_m: f64,
     drive: &Drive,
     normal_load_n: &[f64],
+    prestress_n: &[f64],
 ) -> InitialState {
     let nodes = elastic.nodes();
     let shear = &scenario.initial_shear;
@@ -31,6 +32,9 @@ pub(crate) fn state(
     for spring in &drive.springs {
         pull[spring.block] += spring.force_n(0.0, u[spring.block]);
     }
+    for (pull, prestress) in pull.iter_mut().zip(prestress_n) {
+        *pull += prestress;
+    }
     let anchor = |n: usize| if kt > 0.0 { u[n] - pull[n] / kt } else { u[n] };
     let stick_position_m = (0..nodes).map(anchor).collect();
 
@@ -46,6 +50,15 @@ pub(crate) fn state(
         })
         .collect();
     InitialState { step: 0, displacement_m: u, velocity_m_per_s, stick_position_m }
+}
+
+/// The constant force from outside on each block; empty where there is none.
+pub(crate) fn prestress_n(scenario: &Scenario, normal_load_n: &[f64]) -> Vec<f64> {
+    let prestress = &scenario.prestress;
+    let of =
+        |n: usize| (prestress.ratio + prestress.profile.get(n).copied().unwrap_or(0.0)) * normal_load_n[n];
+    let forces: Vec<f64> = (0..normal_load_n.len()).map(of).collect();
+    if forces.iter().all(|force| *force == 0.0) { Vec::new() } else { forces }
 }
 
 /// The amplitude of (5.50), from both its sources.
@@ -166,5 +179,32 @@ mod tests {
             assert!((spring - expected).abs() < 1e-6, "block {}: {spring} against {expected}", n + 1);
         }
         assert_eq!(plan.initial.displacement_m[0], 0.0);
+    }
+
+    #[test]
+    fn prestress_is_balanced_by_the_friction_springs() {
+        let profile = format!(
+            "prestress.profile={:?}",
+            [0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.14, 0.16, 0.18, 0.2]
+        );
+        let plan = plan(&["slider.blocks=11", "normal_load.tilt=0.3", "prestress.ratio=0.1", &profile]);
+        let kt = plan.friction.interfacial_stiffness_n_per_m;
+        for (n, (force, p)) in plan.prestress_n.iter().zip(&plan.normal_load_n).enumerate() {
+            assert!((force / p - (0.1 + 0.02 * n as f64)).abs() < 1e-12, "block {n}: {force}");
+            let held = kt * (plan.initial.displacement_m[n] - plan.initial.stick_position_m[n]);
+            assert!((held - force).abs() < 1e-9 * p, "block {n}: {held}");
+        }
+    }
+
+    #[test]
+    fn a_prestress_may_come_from_a_file_as_well() {
+        let folder = std::env::temp_dir().join(format!("asperity-prestress-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("prestress.csv");
+        std::fs::write(&path, "x_over_l,tau_over_p\n0,0\n1,0.2\n").unwrap();
+        let with = plan(&["slider.blocks=11", &format!("prestress.profile_csv={}", path.display())]);
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert!((with.prestress_n[5] - 0.1 * with.normal_load_n[5]).abs() < 1e-12);
+        assert!(plan(&[]).prestress_n.is_empty(), "none, and none is added");
     }
 }

@@ -391,6 +391,29 @@ pub const KEYS: &[Key] = &[
         default: Is(Value::NoNumbers),
     },
     Key {
+        path: "prestress.ratio",
+        symbol: "tau_p / p",
+        doc: "A constant force from outside on each block, along the drive, over its normal load at the start; not \
+              part of F_T, and balanced by the friction springs at the start.",
+        kind: Number(Open, Open),
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "prestress.profile_csv",
+        symbol: "",
+        doc: "A file of columns x_over_l and tau_over_p, named from the current folder. The prestress tau_p / p is \
+              interpolated between its rows and added. It is read once; the run's log holds what it said.",
+        kind: Text,
+        default: Is(Value::Text("")),
+    },
+    Key {
+        path: "prestress.profile",
+        symbol: "",
+        doc: "Prestress over normal load, block by block, in addition; empty for none.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
         path: "initial_velocity.amplitude_m_per_s",
         symbol: "",
         doc: "Amplitude of one free-chain mode of velocity given to the blocks at the start.",

@@ -27,6 +27,8 @@ pub struct Plan {
     pub normal_load_n: Vec<f64>,
     /// How it changes with time, for all blocks alike.
     pub load_course: LoadCourse,
+    /// A constant force from outside on each block, besides the drive; empty for none.
+    pub prestress_n: Vec<f64>,
     /// The driving springs.
     pub drive: Drive,
     /// The chain before the first step.

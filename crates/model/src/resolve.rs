@@ -87,7 +87,7 @@ impl Scenario {
             .expect("a table with every key checked against the key table has the fields of a scenario");
         contradictions::check(&scenario, &entries, &mut errors);
         if errors.is_empty() {
-            scenario.read_profile(&entries, &mut errors);
+            scenario.read_profiles(&entries, &mut errors);
         }
         if errors.is_empty() {
             contradictions::check_start(&scenario, &entries, &mut errors);
@@ -95,20 +95,25 @@ impl Scenario {
         if errors.is_empty() { Ok(scenario) } else { Err(ScenarioErrors(errors)) }
     }
 
-    /// Reads the initial shear from its file, if it is named and has not been read before.
-    fn read_profile(&mut self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
-        let shear = &mut self.initial_shear;
-        if shear.profile_csv.is_empty() || !shear.profile.is_empty() {
-            return;
-        }
-        match profile::read(Path::new(&shear.profile_csv), self.slider.blocks as usize) {
-            Ok(profile) => shear.profile = profile,
-            Err(problem) => errors.push(ScenarioError {
-                place: entries.place("initial_shear.profile_csv"),
-                key: Some("initial_shear.profile_csv".to_owned()),
-                problem,
-                accepted: Some(profile::ACCEPTED.to_owned()),
-            }),
+    /// Reads the profiles from their files, those that are named and have not been read before.
+    fn read_profiles(&mut self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
+        let (shear, prestress) = (&mut self.initial_shear, &mut self.prestress);
+        for (key, file, profile) in [
+            ("initial_shear.profile_csv", &shear.profile_csv, &mut shear.profile),
+            ("prestress.profile_csv", &prestress.profile_csv, &mut prestress.profile),
+        ] {
+            if file.is_empty() || !profile.is_empty() {
+                continue;
+            }
+            match profile::read(Path::new(file), self.slider.blocks as usize) {
+                Ok(read) => *profile = read,
+                Err(problem) => errors.push(ScenarioError {
+                    place: entries.place(key),
+                    key: Some(key.to_owned()),
+                    problem,
+                    accepted: Some(profile::ACCEPTED.to_owned()),
+                }),
+            }
         }
     }
 }

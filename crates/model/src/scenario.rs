@@ -22,6 +22,8 @@ pub struct Scenario {
     pub drive: Drive,
     pub normal_load: NormalLoad,
     pub initial_shear: InitialShear,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub prestress: Prestress,
     pub initial_velocity: InitialVelocity,
     pub time: Time,
     pub recording: Recording,
@@ -142,6 +144,16 @@ pub struct InitialShear {
     pub profile: Vec<f64>,
 }
 
+/// `[prestress]`
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct Prestress {
+    pub ratio: f64,
+    pub profile_csv: String,
+    pub profile: Vec<f64>,
+}
+
 /// `[initial_velocity]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -193,6 +205,7 @@ impl Scenario {
         let mut anonymous = Scenario { name: String::new(), summary: String::new(), ..self.clone() };
         // What was read from it stands beside it.
         anonymous.initial_shear.profile_csv.clear();
+        anonymous.prestress.profile_csv.clear();
         let canonical =
             serde_json::to_vec(&anonymous).expect("a scenario is plain tables, numbers and texts");
         blake3::hash(&canonical).to_hex().to_string()

@@ -47,6 +47,7 @@ mod fields;
 mod header;
 mod payload;
 mod printable;
+mod rupture;
 mod slip;
 mod step;
 mod time;
@@ -59,6 +60,7 @@ pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverRepo
 #[doc(hidden)]
 pub use payload::macros;
 pub use printable::printable;
+pub use rupture::{Arrival, Rupture};
 pub use slip::{GlobalSlip, Onset, SlipEvent};
 pub use step::{Direction, StepRecord, Switch};
 pub use time::TimeGrid;

@@ -134,6 +134,9 @@ impl<'a> Exact<'a> {
             *tau = *tau + stretch * spring.stiffness_n_per_m;
             total_n += (stretch * spring.stiffness_n_per_m).high;
         }
+        for (tau, prestress) in self.tangential_force_n.iter_mut().zip(&plan.prestress_n) {
+            *tau = *tau + (*prestress).into();
+        }
         let load = Load::in_step(plan, self.step, self.hold_step);
         if StopForce::of(plan, self.hold_step).is_some_and(|stop| total_n >= stop.under_n(load)) {
             self.hold_step = self.step;

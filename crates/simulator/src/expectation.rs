@@ -493,6 +493,9 @@ impl Expectation {
         for spring in &plan.drive.springs {
             pull_n[spring.block] += spring.force_n(point_m, before_m[spring.block]);
         }
+        for (pull, prestress) in pull_n.iter_mut().zip(&plan.prestress_n) {
+            *pull += prestress;
+        }
         for (n, (expected_n, found_n)) in pull_n.iter().zip(&record.tangential_force_n).enumerate() {
             if (expected_n - found_n).abs() > ROUNDING * bound_n {
                 return Err(format!(

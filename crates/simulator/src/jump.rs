@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! u_q(s + i) = a + i b,  v_q = b / dt,
-//! M a = k_t u_stick + eta L v_q + sum_n e_n K_n X(s + 1),  M b = sum_n e_n K_n V dt,
+//! M a = k_t u_stick + eta L v_q + prestress + sum_n e_n K_n X(s + 1),  M b = sum_n e_n K_n V dt,
 //! ```
 //!
 //! with `M` the stiffness of chain, drive and friction springs, `L` the second

@@ -64,6 +64,9 @@ impl ChainState {
         for spring in &plan.drive.springs {
             tangential_force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
+        for (tau, prestress) in tangential_force_n.iter_mut().zip(&plan.prestress_n) {
+            *tau += prestress;
+        }
         let ages = plan.friction.ageing.is_some();
         ChainState {
             step: initial.step,

@@ -6,7 +6,8 @@
 //!
 //! 1. the tangential force on a node without friction (5.6, 5.7, 5.8), from its neighbours
 //!    ([`asperity_model::Elastic`]) and the drive:
-//!    `tau_n = k (u_{n+1} - 2 u_n + u_{n-1}) + eta (v_{n+1} - 2 v_n + v_{n-1}) + F_n`;
+//!    `tau_n = k (u_{n+1} - 2 u_n + u_{n-1}) + eta (v_{n+1} - 2 v_n + v_{n-1}) + F_n`,
+//!    and the constant prestress where there is one;
 //! 2. friction: the spring of a stuck contact pulls with `-k_t (u_n - u_stick,n)` (5.12), a
 //!    sliding one with `-mu_d p_n sign(v_n)` (5.14);
 //! 3. Euler-Cromer (4.13, 4.14): `v_n += dt (tau_n + f_n) / m`, then `u_n += dt v_n`;
@@ -40,9 +41,9 @@ pub(crate) struct Stepper {
     new_velocity_m_per_s: Vec<f64>,
     /// Tangential forces of the step before.
     old_tangential_force_n: Vec<f64>,
-    /// Driving force on each node in the last step; whether the drive pulls both ways, and
-    /// whether it pulls any but the ends.
-    driving_force_n: Vec<f64>,
+    /// Force from outside on each node in the last step, by the drive and the prestress; whether
+    /// the drive pulls both ways, and whether any but the ends are pulled.
+    outer_force_n: Vec<f64>,
     pulls_both_ways: bool,
     pulls_inside: bool,
     /// What the contacts bear in the last step.
@@ -84,9 +85,13 @@ impl Stepper {
                     Law::Rigid { radiation_kg_per_s, .. } => radiation_kg_per_s,
                 },
             },
-            driving_force_n: vec![0.0; nodes],
+            outer_force_n: if plan.prestress_n.is_empty() {
+                vec![0.0; nodes]
+            } else {
+                plan.prestress_n.clone()
+            },
             pulls_both_ways: plan.drive.pulls_both_ways(),
-            pulls_inside: plan.drive.pulls_inside(plan.blocks),
+            pulls_inside: plan.drive.pulls_inside(plan.blocks) || !plan.prestress_n.is_empty(),
             contacts: Contacts::new(&plan),
             marks: vec![0; contacts.div_ceil(64)],
             new_displacement_m: vec![0.0; nodes],
@@ -126,18 +131,21 @@ impl Stepper {
         let (plan, state) = (&*self.plan, &mut self.state);
         // The drive is taken at the new time, the nodes where they were.
         let point_m = plan.drive_point_m(state.step, state.hold_step);
-        let mut total_n = 0.0;
+        let (mut total_n, mut ends_n) = (0.0, [0.0; 2]);
         for spring in &plan.drive.springs {
             let force_n = spring.force_n(point_m, state.displacement_m[spring.block]);
-            self.driving_force_n[spring.block] = force_n;
+            self.outer_force_n[spring.block] = match plan.prestress_n.get(spring.block) {
+                None => force_n,
+                Some(prestress_n) => prestress_n + force_n,
+            };
             total_n += force_n;
+            if spring.block == 0 {
+                ends_n[0] = force_n;
+            } else if spring.block == plan.blocks - 1 {
+                ends_n[1] = force_n;
+            }
         }
-        let driving = Driving {
-            total_n,
-            ends_n: self
-                .pulls_both_ways
-                .then(|| [self.driving_force_n[0], self.driving_force_n[plan.blocks - 1]]),
-        };
+        let driving = Driving { total_n, ends_n: self.pulls_both_ways.then_some(ends_n) };
         let old = Blocks {
             elastic: &plan.elastic,
             u: &state.displacement_m,
@@ -146,7 +154,7 @@ impl Stepper {
             slip: &state.slip,
             threshold: &self.contacts.threshold_n,
             sliding_friction: &self.contacts.sliding_friction_n,
-            driving_force: &self.driving_force_n,
+            outer_force: &self.outer_force_n,
         };
         std::mem::swap(&mut state.tangential_force_n, &mut self.old_tangential_force_n);
         let new = (&mut self.new_displacement_m[..], &mut self.new_velocity_m_per_s[..]);

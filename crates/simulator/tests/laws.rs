@@ -77,6 +77,12 @@ fn the_fast_solver_does_what_the_plain_one_does_by_every_law_and_drive() {
         &["initial_shear.poisson_ratio=0.35"],
         &["time.start=loaded"],
         &["time.start=loaded", "initial_shear.beta=0.225", "drive.kind=top", "drive.decay_length_m=0.02"],
+        &["prestress.ratio=0.5"],
+        &["prestress.ratio=-0.3", "drive.kind=top", "initial_shear.beta=0.2"],
+        &["prestress.ratio=0.4", HOLD, UNLOAD_S, UNLOAD_N],
+        &["prestress.ratio=0.3", "time.start=loaded", "normal_load.tilt=0.5"],
+        &["prestress.ratio=0.5", "friction.law=rigid"],
+        &["prestress.ratio=0.5", "friction.law=velocity-weakening"],
         &["friction.law=rigid"],
         &["friction.law=rigid", HOLD, UNLOAD_S, UNLOAD_N],
         &["friction.law=rigid", "drive.until_load_ratio=0.2"],
@@ -469,5 +475,27 @@ fn step_of(record: &Record) -> u64 {
         Record::Step(step) => step.step,
         Record::Fields(fields) => fields.step,
         Record::Window(window) => window.step,
+    }
+}
+
+/// To a slider that only slides forward, a force on each block in proportion to its normal load
+/// and a friction that is weaker by as much are the same.
+#[test]
+fn an_even_prestress_is_weaker_friction() {
+    // Not to the bit: a block that starts from rest, or swings back, feels its friction in full.
+    let first_all_sliding = |extra: &[&str]| {
+        let plan = plan(&[&["normal_load.tilt=0.5"], extra].concat());
+        let records = records(Fast::new(plan.clone()));
+        let steps = steps(&records);
+        let first = steps.iter().find(|record| !record.switches.is_empty()).expect("a block detaches");
+        let global = steps.iter().find(|record| record.sliding == 24).expect("all of them slide");
+        [first.load_ratio(), global.load_ratio()]
+    };
+    let pushed = first_all_sliding(&["prestress.ratio=0.25"]);
+    let weaker = first_all_sliding(&["friction.static_coefficient=0.45", "friction.dynamic_coefficient=0.2"]);
+    let neither = first_all_sliding(&[]);
+    for (n, within) in [1e-6, 0.05].into_iter().enumerate() {
+        assert!((pushed[n] / weaker[n] - 1.0).abs() < within, "{pushed:?} {weaker:?}");
+        assert!(neither[n] > 1.3 * pushed[n], "{pushed:?} {neither:?}");
     }
 }

@@ -3,7 +3,7 @@
 
 use asperity_model::{Plan, analytic};
 use asperity_record::{Direction, Record};
-use asperity_simulator::{Plain, Solver};
+use asperity_simulator::{Fast, Plain, Solver};
 use asperity_testkit::plan;
 
 fn records(plan: Plan) -> Vec<Record> {
@@ -319,4 +319,73 @@ fn a_run_that_overflows_says_where() {
         }
     };
     assert!(error.contains("no longer finite after step"), "{error}");
+}
+
+/// Arrival times of a front in a chain of 600 blocks without damping or friction springs, whose
+/// blocks all bear the same constant force: (tau_0 - mu_d p) / (mu_s p - mu_d p) is `tau`. Block 1
+/// bears a hair more than it can.
+fn front_arrivals_s(tau: f64) -> (Plan, Vec<f64>) {
+    const BLOCKS: usize = 600;
+    let (mu_s, mu_d) = (0.7, 0.45);
+    let even = mu_d + tau * (mu_s - mu_d);
+    let mut profile = vec![even; BLOCKS];
+    profile[0] = mu_s * (1.0 + 1e-12);
+    let sets = |dt: f64| {
+        [
+            format!("slider.blocks={BLOCKS}"),
+            "slider.relative_damping=0".to_owned(),
+            "friction.law=rigid".to_owned(),
+            format!("friction.static_coefficient={mu_s}"),
+            format!("friction.dynamic_coefficient={mu_d}"),
+            "drive.velocity_m_per_s=0".to_owned(),
+            format!("prestress.profile={profile:?}"),
+            format!("time.step_s={dt:e}"),
+            format!("time.duration_s={:e}", dt * 3_000_000.0),
+            "recording.sample_s=0".to_owned(),
+            "recording.fields_s=0".to_owned(),
+            "recording.event_fields=false".to_owned(),
+        ]
+    };
+    let any = plan("default", &sets(1e-11));
+    let dt = 2e-4 * (any.block_mass_kg / any.elastic.stiffness_n_per_m()).sqrt();
+    // Few digits, so that the duration is a whole number of steps.
+    let dt: f64 = format!("{dt:.2e}").parse().unwrap();
+    let plan = plan("default", &sets(dt));
+    let mut solver = Fast::new(plan.clone());
+    let mut arrivals_s = vec![f64::NAN; BLOCKS];
+    let mut left = BLOCKS;
+    while left > 0 {
+        let Some(record) = solver.next_record().unwrap() else { break };
+        let Record::Step(record) = record else { continue };
+        for switch in record.switches.iter().filter(|switch| switch.direction == Direction::Detach) {
+            let arrival_s = &mut arrivals_s[switch.block as usize - 1];
+            if arrival_s.is_nan() {
+                *arrival_s = record.time_s;
+                left -= 1;
+            }
+        }
+    }
+    (plan, arrivals_s)
+}
+
+/// v / c = 1 / sqrt(1 - tau^2) (Amundsen et al., Phys. Rev. E 92, 032406 (2015)).
+#[test]
+fn a_front_under_even_prestress_runs_as_fast_as_the_formula_says() {
+    for tau in [0.3, 0.6, 0.9] {
+        let (plan, arrivals_s) = front_arrivals_s(tau);
+        let c = plan.spacing_m * (plan.elastic.stiffness_n_per_m() / plan.block_mass_kg).sqrt();
+        // A straight line through the arrivals at blocks 300 to 550, by least squares.
+        let (from, to) = (300, 550);
+        let points: Vec<(f64, f64)> =
+            (from..=to).map(|block| (block as f64 * plan.spacing_m, arrivals_s[block - 1])).collect();
+        let count = points.len() as f64;
+        let (mean_x, mean_t) =
+            points.iter().fold((0.0, 0.0), |(x, t), point| (x + point.0 / count, t + point.1 / count));
+        let (xx, xt) = points.iter().fold((0.0, 0.0), |(xx, xt), (x, t)| {
+            (xx + (x - mean_x) * (x - mean_x), xt + (x - mean_x) * (t - mean_t))
+        });
+        let speed = xx / xt / c;
+        let expected = 1.0 / (1.0 - tau * tau).sqrt();
+        assert!((speed / expected - 1.0).abs() < 5e-4, "tau = {tau}: {speed}, not {expected}");
+    }
 }

@@ -9,14 +9,14 @@ use crate::sweep::versions::{Sweeps, dispatch};
 
 impl Sweeps {
     dispatch! {
-        /// One step: `tau` as [`Sweeps::pull`] has it and the driving forces on
+        /// One step: `tau` as [`Sweeps::pull`] has it and the outer forces on
         /// the first and the last block, friction, new velocities and positions (4.13, 4.14);
         /// whether any block may switch.
         step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
     }
 
     dispatch! {
-        /// The same with driving forces on all blocks.
+        /// The same with outer forces on all blocks.
         step_driven_everywhere(
             u_new: &mut [f64],
             v_new: &mut [f64],
@@ -45,7 +45,7 @@ pub(crate) struct Blocks<'a> {
     /// Of each node.
     pub(crate) u: &'a [f64],
     pub(crate) v: &'a [f64],
-    pub(crate) driving_force: &'a [f64],
+    pub(crate) outer_force: &'a [f64],
     /// Of each contact.
     pub(crate) u_stick: &'a [f64],
     pub(crate) slip: &'a [f64],
@@ -98,14 +98,14 @@ fn take_step<const EVERYWHERE: bool>(
 ) -> bool {
     let tau = &mut tau[..u_new.len()];
     pull(tau, old.u, old.v, old.elastic);
-    let (last, driving_force) = (tau.len() - 1, old.driving_force);
+    let (last, outer_force) = (tau.len() - 1, old.outer_force);
     if EVERYWHERE {
-        for (tau, force) in tau.iter_mut().zip(driving_force) {
+        for (tau, force) in tau.iter_mut().zip(outer_force) {
             *tau += force;
         }
     } else {
-        tau[0] += driving_force[0];
-        tau[last] += driving_force[last];
+        tau[0] += outer_force[0];
+        tau[last] += outer_force[last];
     }
     if constants.two_way {
         move_blocks::<true>(u_new, v_new, tau, old, constants)
@@ -161,13 +161,13 @@ fn rigid_step(
     let blocks = u_new.len();
     pull(tau, old.u, old.v, old.elastic);
     let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
-    let Blocks { u, v, slip, threshold, sliding_friction, driving_force, .. } = *old;
+    let Blocks { u, v, slip, threshold, sliding_friction, outer_force, .. } = *old;
     let (u, v, slip) = (&u[..blocks], &v[..blocks], &slip[..blocks]);
     let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
-    let driving_force = &driving_force[..blocks];
+    let outer_force = &outer_force[..blocks];
     let mut beyond = u64::MAX;
     for n in 0..blocks {
-        tau[n] += driving_force[n];
+        tau[n] += outer_force[n];
         let slides = slip[n] != 0.0;
         let drag = select_unpredictable(v[n] == 0.0, 0.0, sliding_friction[n].copysign(v[n]));
         let friction = drag / (1.0 + v[n].abs() * weakening) + radiation * v[n];
@@ -284,7 +284,7 @@ mod tests {
                             slip: &slip,
                             threshold: &threshold,
                             sliding_friction: &sliding_friction,
-                            driving_force: &noise(6 + step, blocks),
+                            outer_force: &noise(6 + step, blocks),
                         };
                         let constants = Constants {
                             dt: 0.01,
@@ -346,7 +346,7 @@ mod tests {
                     slip: &slip,
                     threshold: &[1.0; BLOCKS],
                     sliding_friction: &[0.0; BLOCKS],
-                    driving_force: &alone(force),
+                    outer_force: &alone(force),
                 };
                 let constants =
                     Constants { dt: 1.0, dt_over_m: 1.0, kt: 0.0, two_way, weakening: 0.0, radiation: 0.0 };

@@ -142,6 +142,9 @@ impl Expansion {
         for spring in &plan.drive.springs {
             guard[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
+        for (guard, prestress) in guard.iter_mut().zip(&plan.prestress_n) {
+            *guard += prestress;
+        }
         let held = Held {
             u,
             v,

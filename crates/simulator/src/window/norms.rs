@@ -48,6 +48,8 @@ pub(crate) struct Norms {
     damping_kg_per_s: f64,
     mass_kg: f64,
     half_step_s: f64,
+    /// Largest force from outside besides the drive.
+    prestress_n: f64,
 }
 
 impl Norms {
@@ -79,6 +81,7 @@ impl Norms {
             damping_kg_per_s: elastic.damping_row_bound_kg_per_s(),
             mass_kg: plan.block_mass_kg,
             half_step_s: dt / 2.0,
+            prestress_n: plan.prestress_n.iter().fold(0.0, |largest, force| force.abs().max(largest)),
         }
     }
 
@@ -97,7 +100,9 @@ impl Norms {
     pub(crate) fn force_rounding(&self, displacement_m: f64, velocity_m_per_s: f64) -> f64 {
         ROUNDING_ERRORS
             * f64::EPSILON
-            * (self.stiffness_n_per_m * displacement_m + self.damping_kg_per_s * velocity_m_per_s)
+            * (self.stiffness_n_per_m * displacement_m
+                + self.damping_kg_per_s * velocity_m_per_s
+                + self.prestress_n)
     }
 
     /// The same for velocities: those of the same energy.

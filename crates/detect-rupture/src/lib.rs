@@ -1,0 +1,199 @@
+//! Finds ruptures: detachments that are connected in space and time.
+//!
+//! A slip event ends when no block slides anywhere. So creep joins all that happens beside it,
+//! and two fronts far apart are one event if they run at the same time. A rupture is what a
+//! front makes: two detachments are linked if their blocks are the same or neighbours and no
+//! more than `t_link` lies between them, and a rupture is a set of detachments that are
+//! connected by links.
+//!
+//! ```
+//! use asperity_detect::{Detector, detect_all};
+//! use asperity_detect_rupture::{Links, RuptureDetector};
+//! use asperity_record::{Direction, Rupture, StepRecord, TimeGrid};
+//! use asperity_testkit::{quiet_step, switch};
+//!
+//! // Blocks 2 and 3 detach one after the other; block 9 does at the same time, far away.
+//! let at = |step: u64, switches: &[(u32, Direction)]| StepRecord {
+//!     switches: switches.iter().map(|&(block, direction)| switch(block, direction)).collect(),
+//!     ..quiet_step(step, step as f64 * 0.25, 0.4)
+//! };
+//! use Direction::{Attach, Detach};
+//! let records = [
+//!     at(8, &[(2, Detach), (9, Detach)]),
+//!     at(9, &[(3, Detach)]),
+//!     at(12, &[(2, Attach), (3, Attach), (9, Attach)]),
+//!     at(20, &[]),
+//! ];
+//! let links = Links { t_link_s: 1.0, time_grid: TimeGrid::new(0.25), spacing_m: 0.001 };
+//! let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(RuptureDetector::new(10, links))];
+//! let ruptures: Vec<Rupture> = detect_all(&mut detectors, &records)
+//!     .iter()
+//!     .map(|event| event.decode().expect("it is one"))
+//!     .collect::<Result<_, _>>()?;
+//! assert_eq!(ruptures.len(), 2);
+//! // The lonely block was certain first, a step before the other two.
+//! assert_eq!((ruptures[0].first_block, ruptures[0].last_block), (9, 9));
+//! assert_eq!((ruptures[1].first_block, ruptures[1].last_block), (2, 3));
+//! assert_eq!((ruptures[1].onset_s, ruptures[1].end_s), (2.25, Some(3.25)));
+//! assert!(ruptures[1].overlapping);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod front;
+mod tracker;
+
+pub use tracker::{Passage, RuptureTracker, Slipped, Stop};
+
+use asperity_detect::Detector;
+use asperity_record::{Arrival, Event, EventKind, Rupture, StepRecord, TimeGrid};
+
+/// What links detachments, and what turns blocks and steps into lengths and times.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Links {
+    /// Most time between two detachments that are linked, s.
+    pub t_link_s: f64,
+    /// The run's time steps.
+    pub time_grid: TimeGrid,
+    /// Length of a block, m.
+    pub spacing_m: f64,
+}
+
+impl Links {
+    fn tracker(&self, blocks: u32) -> RuptureTracker {
+        RuptureTracker::new(blocks, self.time_grid.step_s(), self.t_link_s)
+    }
+}
+
+/// Emits a [`Rupture`] once it is certain that nothing belongs to it any more.
+#[derive(Debug, Clone)]
+pub struct RuptureDetector {
+    tracker: RuptureTracker,
+    links: Links,
+    blocks: u32,
+}
+
+impl RuptureDetector {
+    /// A detector for a chain of `blocks` blocks.
+    pub fn new(blocks: u32, links: Links) -> RuptureDetector {
+        RuptureDetector { tracker: links.tracker(blocks), links, blocks }
+    }
+}
+
+impl Detector for RuptureDetector {
+    fn emits(&self) -> EventKind {
+        EventKind::of::<Rupture>()
+    }
+
+    fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
+        let RuptureDetector { tracker, links, blocks } = self;
+        tracker.observe(record, &mut |slipped| emit(Event::new(&rupture(slipped, links, *blocks))));
+    }
+
+    fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
+        let RuptureDetector { tracker, links, blocks } = self;
+        tracker.finish(&mut |slipped| emit(Event::new(&rupture(slipped, links, *blocks))));
+    }
+}
+
+/// Emits an [`Arrival`] for every block of every rupture, when the rupture is certain.
+#[derive(Debug, Clone)]
+pub struct ArrivalDetector {
+    tracker: RuptureTracker,
+    links: Links,
+}
+
+impl ArrivalDetector {
+    /// A detector for a chain of `blocks` blocks.
+    pub fn new(blocks: u32, links: Links) -> ArrivalDetector {
+        ArrivalDetector { tracker: links.tracker(blocks), links }
+    }
+}
+
+impl Detector for ArrivalDetector {
+    fn emits(&self) -> EventKind {
+        EventKind::of::<Arrival>()
+    }
+
+    fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
+        let ArrivalDetector { tracker, links } = self;
+        tracker.observe(record, &mut |slipped| arrivals(slipped, links, emit));
+    }
+
+    fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
+        let ArrivalDetector { tracker, links } = self;
+        tracker.finish(&mut |slipped| arrivals(slipped, links, emit));
+    }
+}
+
+fn rupture(slipped: &Slipped, links: &Links, blocks: u32) -> Rupture {
+    let Links { time_grid, spacing_m, .. } = *links;
+    let passages = &slipped.blocks;
+    let (&first_block, _) = passages.first_key_value().expect("a rupture has a block");
+    let (&last_block, _) = passages.last_key_value().expect("a rupture has a block");
+    let last_to_slide =
+        passages.values().max_by_key(|passage| passage.arrival_step).expect("a rupture has a block");
+    let arrival_s = |passage: &Passage| time_grid.time_s(passage.arrival_step);
+    let up: Vec<f64> =
+        passages.range(slipped.nucleation_block..).map(|(_, passage)| arrival_s(passage)).collect();
+    let down: Vec<f64> =
+        passages.range(..=slipped.nucleation_block).rev().map(|(_, passage)| arrival_s(passage)).collect();
+    let slips: Option<Vec<f64>> = passages.values().map(Passage::slip_m).collect();
+    let drops: Option<Vec<f64>> = passages
+        .values()
+        .map(|passage| passage.stop.map(|stop| passage.force_detach_n - stop.force_n))
+        .collect();
+    let sum = |values: &Vec<f64>| values.iter().sum::<f64>();
+    let count = passages.len() as f64;
+    Rupture {
+        rupture: slipped.rupture,
+        onset_s: time_grid.time_s(slipped.onset_step),
+        end_s: slipped.end.map(|(step, _)| time_grid.time_s(step)),
+        first_block,
+        last_block,
+        nucleation_block: slipped.nucleation_block,
+        reached_every_block: passages.len() == blocks as usize,
+        ft_fn_onset: slipped.ft_fn_onset,
+        ft_fn_arrival: last_to_slide.ft_fn_arrival,
+        ft_fn_end: slipped.end.map(|(_, ft_fn)| ft_fn),
+        onset_step: slipped.onset_step,
+        arrival_s: arrival_s(last_to_slide),
+        end_step: slipped.end.map(|(step, _)| step),
+        detachments: slipped.detachments,
+        front_speed_up_m_per_s: front::speed_m_per_s(&up, spacing_m),
+        front_speed_down_m_per_s: front::speed_m_per_s(&down, spacing_m),
+        mean_slip_m: slips.as_ref().map(|slips| sum(slips) / count),
+        largest_slip_m: slips.as_ref().map(|slips| slips.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
+        potency_m2: slips.as_ref().map(|slips| sum(slips) * spacing_m),
+        mean_force_drop_n: drops.as_ref().map(|drops| sum(drops) / count),
+        farthest_block_before: slipped.farthest_block_before,
+        overlapping: slipped.overlapping,
+        open: slipped.open,
+    }
+}
+
+fn arrivals(slipped: &Slipped, links: &Links, emit: &mut dyn FnMut(Event)) {
+    let Links { time_grid, spacing_m, .. } = *links;
+    for (&block, passage) in &slipped.blocks {
+        let towards = match block.cmp(&slipped.nucleation_block) {
+            std::cmp::Ordering::Less => Some(block + 1),
+            std::cmp::Ordering::Equal => None,
+            std::cmp::Ordering::Greater => Some(block - 1),
+        };
+        let arrival_s = time_grid.time_s(passage.arrival_step);
+        let took_s =
+            towards.map(|towards| arrival_s - time_grid.time_s(slipped.blocks[&towards].arrival_step));
+        emit(Event::new(&Arrival {
+            rupture: slipped.rupture,
+            block,
+            arrival_s,
+            stop_s: passage.stop.map(|stop| time_grid.time_s(stop.step)),
+            arrival_step: passage.arrival_step,
+            stop_step: passage.stop.map(|stop| stop.step),
+            detachments: passage.detachments,
+            slip_m: passage.slip_m(),
+            force_detach_n: passage.force_detach_n,
+            force_attach_n: passage.stop.map(|stop| stop.force_n),
+            front_speed_m_per_s: took_s.filter(|took_s| *took_s != 0.0).map(|took_s| spacing_m / took_s),
+        }));
+    }
+}

@@ -1,0 +1,312 @@
+//! Which detachments are connected, as the records come in.
+//!
+//! Only the last detachment of each block can link to what comes: an earlier one that is near
+//! enough in time is near enough to the last one as well. A rupture is certain once `t_link`
+//! has passed since its last detachment and all of its blocks are stuck again. So what is kept
+//! are the blocks and the ruptures that are not certain yet.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use asperity_record::{Direction, StepRecord, Switch};
+
+/// Follows step records and gathers ruptures.
+#[derive(Debug, Clone)]
+pub struct RuptureTracker {
+    step_s: f64,
+    t_link_s: f64,
+    /// By block, from block 1 on.
+    last: Vec<Option<Detachment>>,
+    open: BTreeMap<Id, Slipping>,
+    /// Those to which a detachment may still link, by the step of their last one.
+    growing: BTreeSet<(u64, Id)>,
+    next: Id,
+    /// From when to when ruptures slid that may have slid beside one that is open.
+    certain: Vec<(u64, u64)>,
+    farthest_block: Option<u32>,
+    ruptures: u64,
+}
+
+/// Names a rupture that is not certain yet.
+type Id = u64;
+
+/// The last detachment of a block.
+#[derive(Debug, Clone, Copy)]
+struct Detachment {
+    step: u64,
+    of: Id,
+}
+
+/// A rupture that is not certain yet.
+#[derive(Debug, Clone)]
+struct Slipping {
+    blocks: BTreeMap<u32, Passage>,
+    /// The earliest detachment, the lowest block first.
+    nucleation: (u64, u32),
+    ft_fn_onset: f64,
+    last_detachment: u64,
+    detachments: u64,
+    /// How many of its blocks slide.
+    sliding: u32,
+    /// The last re-attachment, and `F_T / F_N` there.
+    last_attachment: (u64, f64),
+    farthest_block_before: Option<u32>,
+}
+
+/// A rupture, as far as it is known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slipped {
+    /// Its number in the run, counted from 0.
+    pub rupture: u64,
+    /// How it passed its blocks, by block, which are numbered without a gap.
+    pub blocks: BTreeMap<u32, Passage>,
+    /// The block that slid first.
+    pub nucleation_block: u32,
+    /// First step in which a block slides.
+    pub onset_step: u64,
+    /// `F_T / F_N` in the step before.
+    pub ft_fn_onset: f64,
+    /// First step after it, and `F_T / F_N` in the step before; none while a block slides.
+    pub end: Option<(u64, f64)>,
+    /// How many detachments it has.
+    pub detachments: u64,
+    /// The highest-numbered block that had slid before.
+    pub farthest_block_before: Option<u32>,
+    /// Whether another rupture slid at the same time.
+    pub overlapping: bool,
+    /// Whether the run was over before it was certain.
+    pub open: bool,
+}
+
+/// How a rupture passed a block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passage {
+    /// First step in which the block slides.
+    pub arrival_step: u64,
+    /// `F_T / F_N` in the step before.
+    pub ft_fn_arrival: f64,
+    /// Displacement at the first detachment, m.
+    pub displacement_detach_m: f64,
+    /// Tangential force without friction there, N.
+    pub force_detach_n: f64,
+    /// How many times it detached.
+    pub detachments: u32,
+    /// The last re-attachment; none while the block slides.
+    pub stop: Option<Stop>,
+}
+
+/// The last re-attachment of a block in a rupture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// First step in which the block does not slide.
+    pub step: u64,
+    /// Displacement, m.
+    pub displacement_m: f64,
+    /// Tangential force without friction, N.
+    pub force_n: f64,
+}
+
+impl Passage {
+    /// How far the block slid, m.
+    pub fn slip_m(&self) -> Option<f64> {
+        self.stop.map(|stop| stop.displacement_m - self.displacement_detach_m)
+    }
+
+    /// The same block in two ruptures that turn out to be one.
+    fn join(self, other: Passage) -> Passage {
+        let (first, later) =
+            if self.arrival_step <= other.arrival_step { (self, other) } else { (other, self) };
+        // A block that slides detached after all of its re-attachments.
+        let stop = match (first.stop, later.stop) {
+            (Some(a), Some(b)) => Some(if a.step >= b.step { a } else { b }),
+            _ => None,
+        };
+        Passage { stop, detachments: first.detachments + later.detachments, ..first }
+    }
+}
+
+impl RuptureTracker {
+    /// A tracker for a chain of `blocks` blocks, all stuck, in time steps of `step_s` seconds.
+    pub fn new(blocks: u32, step_s: f64, t_link_s: f64) -> RuptureTracker {
+        RuptureTracker {
+            step_s,
+            t_link_s,
+            last: vec![None; blocks as usize],
+            open: BTreeMap::new(),
+            growing: BTreeSet::new(),
+            next: 0,
+            certain: Vec::new(),
+            farthest_block: None,
+            ruptures: 0,
+        }
+    }
+
+    /// Takes the next record, and tells `tell` the ruptures that it makes certain.
+    pub fn observe(&mut self, record: &StepRecord, tell: &mut dyn FnMut(&Slipped)) {
+        let mut ended = Vec::new();
+        while let Some(&(step, id)) = self.growing.first()
+            && !self.links(step, record.step)
+        {
+            self.growing.pop_first();
+            if self.open[&id].sliding == 0 {
+                ended.push(id);
+            }
+        }
+        for switch in &record.switches {
+            match switch.direction {
+                Direction::Detach => self.detach(record, switch),
+                Direction::Attach => ended.extend(self.attach(record, switch)),
+            }
+        }
+        // In the order in which they became certain, however many steps are between two records.
+        ended.sort_by_key(|id| (self.certain_step(&self.open[id]), self.open[id].nucleation));
+        for id in ended {
+            let slipped = self.close(id, false);
+            tell(&slipped);
+        }
+    }
+
+    /// Takes the news that the run is over, after the given step.
+    pub fn finish(&mut self, tell: &mut dyn FnMut(&Slipped)) {
+        let mut left: Vec<Id> = self.open.keys().copied().collect();
+        left.sort_by_key(|id| self.open[id].nucleation);
+        for id in left {
+            let slipped = self.close(id, true);
+            tell(&slipped);
+        }
+    }
+
+    /// Whether detachments in these steps are near enough to be linked.
+    fn links(&self, earlier: u64, later: u64) -> bool {
+        (later - earlier) as f64 * self.step_s <= self.t_link_s
+    }
+
+    /// When nothing could join a rupture any more.
+    fn certain_step(&self, slipping: &Slipping) -> u64 {
+        let link = (self.t_link_s / self.step_s) as u64;
+        slipping.last_attachment.0.max(slipping.last_detachment.saturating_add(link))
+    }
+
+    fn detach(&mut self, record: &StepRecord, switch: &Switch) {
+        let n = switch.block as usize - 1;
+        let near = self.last[n.saturating_sub(1)..(n + 2).min(self.last.len())].iter().flatten();
+        let mut linked: Vec<Id> =
+            near.filter(|last| self.links(last.step, record.step)).map(|last| last.of).collect();
+        linked.sort_unstable();
+        linked.dedup();
+        let passage = Passage {
+            arrival_step: record.step + 1,
+            ft_fn_arrival: record.load_ratio(),
+            displacement_detach_m: switch.displacement_m,
+            force_detach_n: switch.tangential_force_n,
+            detachments: 1,
+            stop: None,
+        };
+        let id = match linked.into_iter().reduce(|a, b| self.unite(a, b)) {
+            Some(id) => id,
+            None => {
+                let id = self.next;
+                self.next += 1;
+                let begun = Slipping {
+                    blocks: BTreeMap::new(),
+                    nucleation: (record.step, switch.block),
+                    ft_fn_onset: record.load_ratio(),
+                    last_detachment: record.step,
+                    detachments: 0,
+                    sliding: 0,
+                    last_attachment: (record.step, record.load_ratio()),
+                    farthest_block_before: self.farthest_block,
+                };
+                self.open.insert(id, begun);
+                id
+            }
+        };
+        let slipping = self.open.get_mut(&id).expect("it was found or made");
+        self.growing.remove(&(slipping.last_detachment, id));
+        self.growing.insert((record.step, id));
+        slipping.nucleation = slipping.nucleation.min((record.step, switch.block));
+        slipping.last_detachment = record.step;
+        slipping.detachments += 1;
+        slipping.sliding += 1;
+        let before = slipping.blocks.get(&switch.block).copied();
+        slipping.blocks.insert(switch.block, before.map_or(passage, |before| before.join(passage)));
+        self.last[n] = Some(Detachment { step: record.step, of: id });
+        self.farthest_block = self.farthest_block.max(Some(switch.block));
+    }
+
+    /// The rupture of the block, if this was all that it waited for.
+    fn attach(&mut self, record: &StepRecord, switch: &Switch) -> Option<Id> {
+        let Detachment { of: id, .. } = self.last[switch.block as usize - 1]?;
+        let slipping = self.open.get_mut(&id)?;
+        let passage = slipping.blocks.get_mut(&switch.block)?;
+        passage.stop = Some(Stop {
+            step: record.step + 1,
+            displacement_m: switch.displacement_m,
+            force_n: switch.tangential_force_n,
+        });
+        slipping.last_attachment = (record.step, record.load_ratio());
+        slipping.sliding -= 1;
+        let waits = self.growing.contains(&(slipping.last_detachment, id));
+        (slipping.sliding == 0 && !waits).then_some(id)
+    }
+
+    /// Makes one of two ruptures, the smaller joining the larger.
+    fn unite(&mut self, a: Id, b: Id) -> Id {
+        let (small, large) =
+            if self.open[&a].blocks.len() < self.open[&b].blocks.len() { (a, b) } else { (b, a) };
+        let joining = self.open.remove(&small).expect("it is open");
+        self.growing.remove(&(joining.last_detachment, small));
+        let slipping = self.open.get_mut(&large).expect("it is open");
+        self.growing.remove(&(slipping.last_detachment, large));
+        if joining.nucleation < slipping.nucleation {
+            slipping.nucleation = joining.nucleation;
+            slipping.ft_fn_onset = joining.ft_fn_onset;
+            slipping.farthest_block_before = joining.farthest_block_before;
+        }
+        slipping.last_detachment = slipping.last_detachment.max(joining.last_detachment);
+        if joining.last_attachment.0 > slipping.last_attachment.0 {
+            slipping.last_attachment = joining.last_attachment;
+        }
+        slipping.detachments += joining.detachments;
+        slipping.sliding += joining.sliding;
+        for (block, passage) in joining.blocks {
+            let there = slipping.blocks.get(&block).copied();
+            slipping.blocks.insert(block, there.map_or(passage, |there| there.join(passage)));
+            if let Some(last) = self.last[block as usize - 1].as_mut().filter(|last| last.of == small) {
+                last.of = large;
+            }
+        }
+        self.growing.insert((slipping.last_detachment, large));
+        large
+    }
+
+    fn close(&mut self, id: Id, open: bool) -> Slipped {
+        let slipping = self.open.remove(&id).expect("it is open");
+        self.growing.remove(&(slipping.last_detachment, id));
+        let (step, nucleation_block) = slipping.nucleation;
+        let onset_step = step + 1;
+        let end = (slipping.sliding == 0).then_some(slipping.last_attachment);
+        let end = end.map(|(step, ft_fn)| (step + 1, ft_fn));
+        let end_step = end.map_or(u64::MAX, |(step, _)| step);
+        // Those that are open have not ended, or detached after this one began: else they would
+        // have become certain before.
+        let overlapping = self.open.values().any(|other| other.nucleation.0 + 1 < end_step)
+            || self.certain.iter().any(|&(from, to)| from < end_step && onset_step < to);
+        self.certain.push((onset_step, end_step));
+        let earliest = self.open.values().map(|other| other.nucleation.0 + 1).min();
+        self.certain.retain(|&(_, to)| earliest.is_some_and(|earliest| earliest < to));
+        let rupture = self.ruptures;
+        self.ruptures += 1;
+        Slipped {
+            rupture,
+            blocks: slipping.blocks,
+            nucleation_block,
+            onset_step,
+            ft_fn_onset: slipping.ft_fn_onset,
+            end,
+            detachments: slipping.detachments,
+            farthest_block_before: slipping.farthest_block_before,
+            overlapping,
+            open,
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Ruptures, and how each passed the blocks. They are defined here and not beside the detectors
+//! that emit them, because the analysis does not link detectors.
+
+use crate::payload;
+
+payload! {
+    topic: "/events/rupture",
+    table: "ruptures",
+    /// A connected set of detachments in space and time: two are linked if their blocks are the
+    /// same or neighbours, and no more than `t_link` lies between them.
+    ///
+    /// Times are as in slip events: that at which a block arrives is the first step in which it
+    /// slides, that at which it stops the first in which it does not.
+    pub struct Rupture {
+        /// Number of the rupture in its run, counted from 0, in the order in which they became
+        /// certain.
+        pub rupture: u64,
+        /// Time of the first step in which a block slides, s.
+        pub onset_s: f64,
+        /// Time of the first step after the last one in which one of its blocks slid, s; null if
+        /// one still slid at the end of the run.
+        pub end_s: Option<f64>,
+        /// Lowest-numbered block.
+        pub first_block: u32,
+        /// Highest-numbered block. All between the two have slid.
+        pub last_block: u32,
+        /// The block that slid first; of several, the lowest-numbered.
+        pub nucleation_block: u32,
+        /// Whether every block of the slider slid: a global slip.
+        pub reached_every_block: bool,
+        /// `F_T / F_N` in the step after which the first block slid.
+        pub ft_fn_onset: f64,
+        /// `F_T / F_N` in the step after which the last of its blocks to do so slid for the first
+        /// time.
+        pub ft_fn_arrival: f64,
+        /// `F_T / F_N` in the last step in which one of its blocks slid; null if one still slid at
+        /// the end of the run.
+        pub ft_fn_end: Option<f64>,
+        /// First step in which a block slides.
+        pub onset_step: u64,
+        /// Time of the first step before or in which all of its blocks have slid, s.
+        pub arrival_s: f64,
+        /// First step after it; null if a block still slid at the end of the run.
+        pub end_step: Option<u64>,
+        /// How many detachments it has: as many as blocks, unless blocks slid more than once.
+        pub detachments: u64,
+        /// Speed of the front towards higher-numbered blocks, m/s; null where it passed fewer than
+        /// four blocks, or had no one direction.
+        pub front_speed_up_m_per_s: Option<f64>,
+        /// Speed of the front towards lower-numbered blocks, m/s; null as for the other.
+        pub front_speed_down_m_per_s: Option<f64>,
+        /// Mean slip of its blocks, m; null if one still slid at the end of the run.
+        pub mean_slip_m: Option<f64>,
+        /// Largest slip of a block, m; null if one still slid at the end of the run.
+        pub largest_slip_m: Option<f64>,
+        /// Moment over modulus: the sum of slip times block length, m2; null if a block still slid
+        /// at the end of the run. The chain's modulus is k a, its stiffness times the block length.
+        pub potency_m2: Option<f64>,
+        /// Mean fall of the tangential force on its blocks, without friction, from detachment to
+        /// re-attachment, N; null if one still slid at the end of the run.
+        pub mean_force_drop_n: Option<f64>,
+        /// Highest-numbered block that had slid before, in the whole run; null if none had. In a
+        /// slider that creeps from its first block this is the creep front.
+        pub farthest_block_before: Option<u32>,
+        /// Whether another rupture slid at the same time.
+        pub overlapping: bool,
+        /// Whether the run ended before it was certain that no detachment belongs to it any more.
+        pub open: bool,
+    }
+}
+
+payload! {
+    topic: "/events/arrival",
+    table: "arrivals",
+    /// How a rupture passed a block: when its front came, when the block stopped, how far it slid.
+    pub struct Arrival {
+        /// Number of the rupture.
+        pub rupture: u64,
+        /// The block.
+        pub block: u32,
+        /// Time of the first step in which the block slides, s.
+        pub arrival_s: f64,
+        /// Time of the first step after the last one in which it slid, s; null if it still slid at
+        /// the end of the run.
+        pub stop_s: Option<f64>,
+        /// First step in which the block slides.
+        pub arrival_step: u64,
+        /// First step after the last one in which it slid; null if it still slid at the end of the
+        /// run.
+        pub stop_step: Option<u64>,
+        /// How many times it detached.
+        pub detachments: u32,
+        /// Slip, m, from the first detachment to the last re-attachment; null if it still slid at
+        /// the end of the run.
+        pub slip_m: Option<f64>,
+        /// Tangential force without friction when it first detached, N.
+        pub force_detach_n: f64,
+        /// The same when it last re-attached, N; null if it still slid at the end of the run.
+        pub force_attach_n: Option<f64>,
+        /// Speed of the front on its way to this block from the neighbour towards the nucleation,
+        /// m/s; negative where it came from the other side. Null for the block of nucleation, and
+        /// where both began to slide in the same step.
+        pub front_speed_m_per_s: Option<f64>,
+    }
+}

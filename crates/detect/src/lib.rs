@@ -52,6 +52,7 @@
 //!     driving_force_n,
 //!     normal_load_n: 400.0,
 //!     end_forces_n: None,
+//!     energy: None,
 //!     sliding: 0,
 //!     switches: Vec::new(),
 //! };

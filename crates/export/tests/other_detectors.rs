@@ -70,6 +70,7 @@ fn log(folder: &Path) -> PathBuf {
             driving_force_n: 1.0,
             normal_load_n: 2.0,
             end_forces_n: None,
+            energy: None,
             sliding: 0,
             switches: Vec::new(),
         };

@@ -42,6 +42,7 @@ extern crate self as asperity_record;
 pub mod bounds;
 mod checkpoint;
 mod column;
+mod energy;
 mod event;
 mod fields;
 mod header;
@@ -54,6 +55,7 @@ mod time;
 
 pub use checkpoint::Checkpoint;
 pub use column::{Cell, CellValue, Column, ColumnKind, markdown, unit_of};
+pub use energy::Energy;
 pub use event::{Event, EventKind, EventPayload};
 pub use fields::{FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, TopicComparison};

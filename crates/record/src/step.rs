@@ -9,6 +9,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::Energy;
 use crate::column::{Cell, CellValue, ColumnKind};
 
 /// The chain at the end of one time step.
@@ -26,6 +27,8 @@ pub struct StepRecord {
     /// The driving forces on the first and the last block, N, where the drive pulls both ways
     /// and their sum says little.
     pub end_forces_n: Option<[f64; 2]>,
+    /// Energies up to the end of this step; none in records that were made before there were any.
+    pub energy: Option<Energy>,
     /// How many blocks slid in this step, that is, entered it detached.
     pub sliding: u32,
     /// The blocks that detached or re-attached at the end of this step, in

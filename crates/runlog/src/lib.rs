@@ -86,6 +86,7 @@
 //!     driving_force_n,
 //!     normal_load_n: 400.0,
 //!     end_forces_n: None,
+//!     energy: None,
 //!     sliding: 0,
 //!     switches: Vec::new(),
 //! };

@@ -87,6 +87,7 @@ impl StepMessage {
             driving_force_n: self.driving_force_n,
             normal_load_n: self.normal_load_n,
             end_forces_n: self.first_end_force_n.zip(self.last_end_force_n).map(|(a, b)| [a, b]),
+            energy: None,
             sliding: self.sliding,
             switches: Vec::new(),
         }

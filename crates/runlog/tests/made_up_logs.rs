@@ -49,6 +49,7 @@ fn step(step: u64) -> Record {
         driving_force_n: 1.0,
         normal_load_n: 2.0,
         end_forces_n: None,
+        energy: None,
         sliding: 0,
         switches: Vec::new(),
     })

@@ -416,6 +416,7 @@ impl Expectation {
             driving_force_n: 0.0,
             normal_load_n: self.plan.total_normal_load_n,
             end_forces_n: None,
+            energy: None,
             sliding: 0,
             switches: Vec::new(),
         };

@@ -121,6 +121,7 @@ fn load(
         time_s: plan.grid.time_s(step),
         driving_force_n: driving.total_n,
         end_forces_n: driving.ends_n,
+        energy: None,
         normal_load_n: Load::in_step(plan, step, hold_step).scaled_n(plan.total_normal_load_n),
         sliding,
         switches,

@@ -25,6 +25,7 @@
 //!     driving_force_n: 100.0,
 //!     normal_load_n: 400.0,
 //!     end_forces_n: None,
+//!     energy: None,
 //!     sliding: 0,
 //!     switches: Vec::new(),
 //! };

@@ -16,6 +16,7 @@ pub fn quiet_step(step: u64, time_s: f64, load_ratio: f64) -> StepRecord {
         driving_force_n: load_ratio * NORMAL_LOAD_N,
         normal_load_n: NORMAL_LOAD_N,
         end_forces_n: None,
+        energy: None,
         sliding: 0,
         switches: Vec::new(),
     }

@@ -164,6 +164,12 @@ pub(crate) fn salvaged_to_map(salvaged: &Salvaged) -> BTreeMap<String, String> {
     map
 }
 
+/// Whether a salvaged log says, as [`salvaged_to_map`] does, that messages of its run are missing.
+pub(crate) fn says_lost(map: &BTreeMap<String, String>) -> bool {
+    map.get("end_is_known").is_none_or(|known| known != "true")
+        || map.keys().any(|key| key.starts_with("lost:"))
+}
+
 /// Where a salvaged log lacks something, as [`salvaged_to_map`] writes it.
 ///
 /// # Errors

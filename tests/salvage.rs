@@ -180,7 +180,7 @@ fn without_its_beginning_a_log_is_read_from_its_scenario_and_messages() {
     bytes[run + 4] = b'R';
     bytes[..8].fill(0);
     let said = log.must_keep("header and first chunk", &bytes, &(0..first.end));
-    assert!(said.contains("metadata `run` is lost, and was made anew from the scenario"), "{said}");
+    assert!(said.contains("metadata `run` is lost, and was made again from the scenario"), "{said}");
     let out = log.folder.path().join("salvaged.mcap");
     let mut reader = RunReader::open(&out, Topics::NONE).expect("it has a header");
     assert!(matches!(reader.verify().map_err(|error| error.problem), Err(LogProblem::Salvaged)));

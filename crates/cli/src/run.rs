@@ -70,7 +70,7 @@ pub(crate) fn failure(error: RunError, board: &Board, name: &str) -> Failure {
             board.line(&format!("{name}: {error}, and --resume goes on from there"));
             Failure::Said(interrupt::code().expect("a signal stopped it"))
         }
-        RunError::Left(LeftError::OtherRun { .. }) => Failure::BadInput(format!("--resume: {error}")),
+        RunError::Left(LeftError::OtherRun(_)) => Failure::BadInput(format!("--resume: {error}")),
         RunError::Place(_) => Failure::bad_input(error),
         RunError::Write(WriteError::File(error)) => refused("--out", &error, false),
         RunError::Write(WriteError::Foreign(_)) => {

@@ -59,7 +59,7 @@ pub use agreement::{Difference, OtherDetectors};
 pub use check::{CheckProblem, Checked, Seen, check, check_again};
 pub use header::CODE_VERSION;
 pub use own::OwnProblem;
-pub use place::PlaceError;
+pub use place::{OtherRun, PlaceError};
 pub use replay::{Comparison, Replay, ReplayError, Replayed};
 pub use resume::LeftError;
 pub use run::{Begin, CHECKPOINT_INTERVAL, LogTo, Outcome, RunError, Task, run};

@@ -45,9 +45,8 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnP
     let source = ScenarioSource::new("scenario.toml", scenario_toml);
     let scenario = Scenario::resolve(&source).map_err(OwnProblem::Scenario)?;
     let plan = Plan::new(&scenario);
-    let solvers = [SolverKind::Fast, SolverKind::Plain].map(SolverKind::name);
-    let solver = solvers.into_iter().find(|solver| *solver == logged.solver).unwrap_or(solvers[0]);
-    let of = header(&scenario, &plan, solver);
+    let solver = SolverKind::named(&logged.solver).unwrap_or_default();
+    let of = header(&scenario, &plan, solver.name());
     let values = |header: &RunHeader| {
         [
             ("scenario_hash", header.scenario_hash.clone()),
@@ -116,9 +115,7 @@ pub(crate) struct Own {
 impl Own {
     /// Of a log with that header; with `again` the run is made again, record by record.
     pub(crate) fn new(plan: Plan, logged: &RunHeader, is_salvaged: bool, again: bool) -> Own {
-        let solver =
-            [SolverKind::Fast, SolverKind::Plain].into_iter().find(|kind| kind.name() == logged.solver);
-        let again = solver.filter(|_| again).map(|kind| kind.start(plan.clone()));
+        let again = SolverKind::named(&logged.solver).filter(|_| again).map(|kind| kind.start(plan.clone()));
         Own { expectation: Expectation::of(plan, is_salvaged), again, is_salvaged }
     }
 

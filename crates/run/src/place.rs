@@ -12,21 +12,53 @@ pub enum PlaceError {
     #[error("{0}; it is not replaced (accepted: another folder)")]
     Foreign(LogError),
     /// It is the log of another run, which may have taken hours.
-    #[error(
-        "{} is of another {what}, {found}, not {wanted}; it is not replaced (accepted: another folder, or --fresh)",
-        log.display()
-    )]
-    OtherRun {
-        /// The log.
-        log: PathBuf,
-        /// What differs.
-        what: &'static str,
-        /// What the log has.
-        found: String,
-        /// What this run has.
-        wanted: String,
-    },
+    #[error("{0}; it is not replaced (accepted: another folder, or --fresh)")]
+    OtherRun(#[from] OtherRun),
 }
+
+/// A log is not of the run that it would have to be of.
+#[derive(Debug, thiserror::Error)]
+#[error("{} is of another {what}, {found}, not {wanted}", log.display())]
+pub struct OtherRun {
+    /// The log.
+    pub log: PathBuf,
+    /// What differs.
+    pub what: &'static str,
+    /// What the log has.
+    pub found: String,
+    /// What this run has.
+    pub wanted: String,
+}
+
+impl OtherRun {
+    /// Compares what a log says of itself with what a run would say of itself. The name of the
+    /// scenario is for people; another one does not make another run.
+    ///
+    /// # Errors
+    /// If one of these parts differs.
+    pub(crate) fn unless_same(
+        log: &Path,
+        found: &RunHeader,
+        wanted: &RunHeader,
+        parts: &[Part],
+    ) -> Result<(), OtherRun> {
+        for (what, of) in parts {
+            let (found, wanted) = (of(found), of(wanted));
+            if found != wanted {
+                let (found, wanted) = (found.clone(), wanted.clone());
+                return Err(OtherRun { log: log.to_owned(), what, found, wanted });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A part of a header that tells runs apart, and what it is called.
+pub(crate) type Part = (&'static str, fn(&RunHeader) -> &String);
+pub(crate) const SCENARIO: Part = ("scenario", |header| &header.scenario_hash);
+pub(crate) const SOLVER: Part = ("solver", |header| &header.solver);
+pub(crate) const CODE_VERSION: Part = ("code version", |header| &header.code_version);
+pub(crate) const RUN_ID: Part = ("run", |header| &header.run_id);
 
 /// Makes sure that what stands at a path, or at its [`partial_path`], may be replaced: nothing, or
 /// a log of the same scenario and solver; of whatever run if it is to be `fresh`.
@@ -37,25 +69,11 @@ pub(crate) fn check(log: &Path, wanted: &RunHeader, fresh: bool) -> Result<(), P
             Err(error) if error.problem.is_no_run_log() => return Err(PlaceError::Foreign(error)),
             // Damaged before it says what it is.
             Err(_) => {}
-            Ok(reader) if !fresh => is_same_run(path, reader.header(), wanted)?,
+            Ok(reader) if !fresh => {
+                OtherRun::unless_same(path, reader.header(), wanted, &[SCENARIO, SOLVER])?;
+            }
             Ok(_) => {}
         }
     }
     Ok(())
-}
-
-fn is_same_run(log: &Path, found: &RunHeader, wanted: &RunHeader) -> Result<(), PlaceError> {
-    let differs = [
-        ("scenario", &found.scenario_hash, &wanted.scenario_hash),
-        ("solver", &found.solver, &wanted.solver),
-    ];
-    match differs.into_iter().find(|(_, found, wanted)| found != wanted) {
-        None => Ok(()),
-        Some((what, found, wanted)) => Err(PlaceError::OtherRun {
-            log: log.to_owned(),
-            what,
-            found: found.clone(),
-            wanted: wanted.clone(),
-        }),
-    }
 }

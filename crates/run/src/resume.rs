@@ -16,6 +16,7 @@ use asperity_simulator::{ChainState, Counters, Witness};
 use serde::{Deserialize, Serialize};
 
 use crate::detectors::has_events_of;
+use crate::place::{CODE_VERSION, OtherRun, RUN_ID, SCENARIO, SOLVER};
 
 /// What a checkpoint holds.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -74,21 +75,8 @@ pub enum LeftError {
     #[error(transparent)]
     Log(#[from] LogError),
     /// It is of another run.
-    #[error(
-        "{} is of {what} {found}, not {wanted} (accepted: the scenario, solver and program it was begun with, or \
-         another log)",
-        log.display()
-    )]
-    OtherRun {
-        /// The log.
-        log: PathBuf,
-        /// What differs.
-        what: &'static str,
-        /// What the log has.
-        found: String,
-        /// What this run has.
-        wanted: String,
-    },
+    #[error("{0} (accepted: the scenario, solver and program it was begun with, or another log)")]
+    OtherRun(#[from] OtherRun),
     /// Its checkpoint is not what its records lead to.
     #[error(
         "{}: its last checkpoint is not a state of this run: {problem}; without the file the run starts from the \
@@ -117,7 +105,8 @@ impl Left {
             Err(LogError { problem, .. }) if is_beginning(&problem) => return Ok(Left::Nothing),
             Err(error) => return Err(error.into()),
         };
-        is_same_run(&unfinished, reader.header(), header)?;
+        let parts = [SCENARIO, CODE_VERSION, SOLVER, RUN_ID];
+        OtherRun::unless_same(&unfinished.partial_path(), reader.header(), header, &parts)?;
         loop {
             match reader.next_item() {
                 Ok(Some(_)) => {}
@@ -152,24 +141,6 @@ impl Left {
 /// Whether a log breaks off before it says what it is.
 fn is_beginning(problem: &LogProblem) -> bool {
     problem.is_early_end() || matches!(problem, LogProblem::NoHeader)
-}
-
-fn is_same_run(unfinished: &Unfinished, found: &RunHeader, wanted: &RunHeader) -> Result<(), LeftError> {
-    let differs = [
-        ("another scenario, with the hash", &found.scenario_hash, &wanted.scenario_hash),
-        ("another code version,", &found.code_version, &wanted.code_version),
-        ("another solver,", &found.solver, &wanted.solver),
-        ("another run, with the id", &found.run_id, &wanted.run_id),
-    ];
-    match differs.into_iter().find(|(_, found, wanted)| found != wanted) {
-        None => Ok(()),
-        Some((what, found, wanted)) => Err(LeftError::OtherRun {
-            log: unfinished.partial_path(),
-            what,
-            found: found.clone(),
-            wanted: wanted.clone(),
-        }),
-    }
 }
 
 /// Gives the records up to a checkpoint once more.

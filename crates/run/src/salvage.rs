@@ -4,9 +4,9 @@ use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
-use asperity_runlog::{SalvageError, Salvaged};
+use asperity_runlog::{RunReader, SalvageError, Salvaged, Topics};
 
-use crate::check::{Checked, check};
+use crate::check::{CheckProblem, Checked, check};
 use crate::detectors;
 use crate::header::{header, run_id};
 use crate::verdict::Verdict;
@@ -43,10 +43,13 @@ pub fn salvage(input: &Path, output: &Path) -> Result<Salvaged, SalvageProblem> 
     if checked.verdict.holds_all() {
         return Err(SalvageProblem::Whole(checked.verdict));
     }
-    asperity_runlog::salvage(input, output, &detectors::event_kinds(), &settle).map_err(|error| match error {
-        SalvageError::Whole(_) => SalvageProblem::Contradictory(Box::new(checked)),
-        error => SalvageProblem::Failed { error, checked: Box::new(checked) },
-    })
+    // The check stops at the first contradiction; behind it there may be damage.
+    let is_sound = || RunReader::open(input, Topics::ALL).and_then(|mut reader| reader.verify()).is_ok();
+    if !matches!(checked.problem, Some(CheckProblem::Log(_))) && is_sound() {
+        return Err(SalvageProblem::Contradictory(Box::new(checked)));
+    }
+    asperity_runlog::salvage(input, output, &detectors::event_kinds(), &settle)
+        .map_err(|error| SalvageProblem::Failed { error, checked: Box::new(checked) })
 }
 
 /// Compares the header with the scenario, of which a checksum says that it is what was
@@ -62,11 +65,11 @@ fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeade
                 return Ok((logged, Vec::new()));
             }
             let remark =
-                "metadata `run` was not what the scenario says, and was made anew from it".to_owned();
+                "metadata `run` was not what the scenario says, and was made again from it".to_owned();
             Ok((of(&scenario, UNKNOWN, UNKNOWN, logged.record_schema_version), vec![remark]))
         }
         (None, Some(scenario)) => {
-            let remark = "metadata `run` is lost, and was made anew from the scenario".to_owned();
+            let remark = "metadata `run` is lost, and was made again from the scenario".to_owned();
             Ok((of(&scenario, UNKNOWN, UNKNOWN, RECORD_SCHEMA_VERSION), vec![remark]))
         }
         // Its own id is all there is to compare it with.

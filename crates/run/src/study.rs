@@ -7,7 +7,7 @@ use asperity_runlog::Existing;
 use asperity_simulator::SolverKind;
 
 use crate::check::check;
-use crate::place::{self, PlaceError};
+use crate::place::{self, OtherRun, PlaceError, SCENARIO, SOLVER};
 use crate::run::{Begin, LogTo, Outcome, RunError, Task, run};
 use crate::verdict::Verdict;
 use crate::watch::Watch;
@@ -50,23 +50,19 @@ impl Job {
 
     /// Whether its log is there already, so that it need not be made.
     pub fn stored(&self, folder: &Path, solver: SolverKind) -> Stored {
-        let checked = check(&self.log(folder));
+        let log = self.log(folder);
+        let checked = check(&log);
         let Some(found) = checked.header.as_ref().filter(|_| checked.verdict != Verdict::NoRunLog) else {
             return Stored::Nothing;
         };
-        // The name of the scenario is for people; another one does not make another run.
         let wanted = Task { solver, ..Task::new(&self.scenario) }.header();
-        if found.scenario_hash != wanted.scenario_hash {
-            return Stored::Unfit("its log is of another scenario".to_owned());
+        if let Err(other) = OtherRun::unless_same(&log, found, &wanted, &[SCENARIO, SOLVER]) {
+            return Stored::Unfit(format!("its log is of another {}", other.what));
         }
-        if checked.verdict != Verdict::Whole {
-            return Stored::Unfit(format!("its log is {checked}"));
+        match checked.verdict {
+            Verdict::Whole => Stored::Whole,
+            _ => Stored::Unfit(format!("its log is {checked}")),
         }
-        if found.solver != wanted.solver {
-            let (found, wanted) = (&found.solver, &wanted.solver);
-            return Stored::Unfit(format!("its log is by the {found} solver, not the {wanted} one"));
-        }
-        Stored::Whole
     }
 
     /// Makes sure that what stands in the place of its log, whole or unfinished, may be replaced:

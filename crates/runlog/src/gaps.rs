@@ -43,9 +43,8 @@ impl Gaps {
         let times = stated
             .iter()
             .map(|gap| (gap.after_step.map_or(0, time_ns), gap.before_step.map_or(u64::MAX, time_ns)));
-        let is_end_known = map.get("end_is_known").is_some_and(|known| known == "true");
         Ok(Gaps {
-            says_lost: !is_end_known || map.keys().any(|key| key.starts_with("lost:")),
+            says_lost: metadata::says_lost(map),
             times: times.collect(),
             stated,
             is_strict,

@@ -70,7 +70,7 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
     // What is said in words follows from the rest. Older programs may have used other words.
     if header.record_schema_version == RECORD_SCHEMA_VERSION {
         for (key, expected) in header_to_map(&header) {
-            if map.map.get(&key).is_some_and(|said| *said != expected) {
+            if map.text(&key)? != expected {
                 return Err(map.invalid(&key, format!("{expected:?}, which the other keys give")));
             }
         }
@@ -162,6 +162,12 @@ pub(crate) fn salvaged_to_map(salvaged: &Salvaged) -> BTreeMap<String, String> {
     map.extend(kept.iter().map(|(topic, count)| (format!("kept:{topic}"), count.to_string())));
     map.extend(lost.iter().map(|(topic, count)| (format!("lost:{topic}"), count.to_string())));
     map
+}
+
+/// Whether a salvaged log says, as [`salvaged_to_map`] does, that messages of its run are missing.
+pub(crate) fn says_lost(map: &BTreeMap<String, String>) -> bool {
+    map.get("end_is_known").is_none_or(|known| known != "true")
+        || map.keys().any(|key| key.starts_with("lost:"))
 }
 
 /// Where a salvaged log lacks something, as [`salvaged_to_map`] writes it.

@@ -61,9 +61,6 @@ pub enum LogItem {
     Event(Event),
 }
 
-/// Most topics of which it is kept how they were announced; a run has seven.
-const MOST_ANNOUNCED: usize = 1000;
-
 /// Reads one run log.
 pub struct RunReader {
     path: PathBuf,
@@ -93,8 +90,6 @@ pub struct RunReader {
     /// JSON schemas by their number in the file, as far as there is room.
     schemas: BTreeMap<u16, String>,
     schema_bytes: usize,
-    /// Topics of events, and the number of the schema of each.
-    event_topics: BTreeMap<String, u16>,
     /// Name and encoding of schemas by their number.
     schema_heads: BTreeMap<u16, [String; 2]>,
     /// How each topic was announced first, with the number of its schema.
@@ -144,7 +139,6 @@ impl RunReader {
             counts: BTreeMap::new(),
             schemas: BTreeMap::new(),
             schema_bytes: 0,
-            event_topics: BTreeMap::new(),
             switches: 0,
             digests: Digests::default(),
             progress: Progress::Reading,
@@ -172,13 +166,14 @@ impl RunReader {
     /// The topics of events that the log announces: one for each detector that it was written
     /// with, whether it found anything or not. Known once the first item has been read.
     pub fn event_topics(&self) -> impl Iterator<Item = String> {
-        self.event_topics.keys().cloned()
+        self.announced.keys().filter(|topic| topic.starts_with(EVENTS)).cloned()
     }
 
     /// The same topics, and the JSON schema of each; empty where there is none.
     pub fn event_schemas(&self) -> BTreeMap<&str, &str> {
         let schema = |id: &u16| self.schemas.get(id).map_or("", String::as_str);
-        self.event_topics.iter().map(|(topic, id)| (topic.as_str(), schema(id))).collect()
+        let events = self.announced.iter().filter(|(topic, _)| topic.starts_with(EVENTS));
+        events.map(|(topic, (_, id))| (topic.as_str(), schema(id))).collect()
     }
 
     /// How the log announces its topics. Known once the first item has been read, but for what
@@ -325,10 +320,7 @@ impl RunReader {
                 }
             }
             Raw::Channel(channel) => {
-                if channel.topic.starts_with(EVENTS) {
-                    self.event_topics.insert(channel.topic.clone(), channel.schema_id);
-                }
-                if self.announced.len() < MOST_ANNOUNCED && !self.announced.contains_key(&channel.topic) {
+                if !self.announced.contains_key(&channel.topic) {
                     let announced = Announced {
                         topic: channel.topic.clone(),
                         message_encoding: channel.message_encoding,

@@ -29,7 +29,6 @@ use crate::messages::Topic;
 use crate::metadata;
 use crate::pieces::{Content, Pieces};
 use crate::problem::{LogProblem, WriteError};
-use crate::read::{RunReader, Topics};
 use crate::versions;
 use crate::walk::{ChunkProblem, Message, Walk};
 use crate::write::RunWriter;
@@ -45,9 +44,6 @@ pub enum SalvageError {
         /// Why.
         error: io::Error,
     },
-    /// There is nothing to do.
-    #[error("{0} is whole: there is nothing to salvage")]
-    Whole(String),
     /// Neither header nor scenario is left, or they are of a version that is not known.
     #[error("{path}: {problem}")]
     Hopeless {
@@ -66,10 +62,10 @@ pub enum SalvageError {
 pub type Settle<'a> =
     dyn Fn(Option<RunHeader>, Option<&str>) -> Result<(RunHeader, Vec<String>), String> + 'a;
 
-/// Writes what is left of the log `input` to a new log `output`.
+/// Writes what is left of the log `input` to a new log `output`; of a whole log, all of it.
 ///
 /// # Errors
-/// If `input` is whole, cannot be read or has nothing left that says what run it is of, or
+/// If `input` cannot be read or has nothing left that says what run it is of, or
 /// `output` exists or cannot be written.
 pub fn salvage(
     input: &Path,
@@ -79,9 +75,6 @@ pub fn salvage(
 ) -> Result<Salvaged, SalvageError> {
     let name = input.display().to_string();
     let read_error = |error| SalvageError::Read { path: name.clone(), error };
-    if is_whole(input) {
-        return Err(SalvageError::Whole(name));
-    }
     let mut pieces = Pieces::open(input).map_err(read_error)?;
     let found = find(&mut pieces).map_err(read_error)?;
     let hopeless = |problem: String| SalvageError::Hopeless { path: name.clone(), problem };
@@ -321,8 +314,4 @@ fn write(
         }
     }
     Ok(())
-}
-
-fn is_whole(path: &Path) -> bool {
-    RunReader::open(path, Topics::ALL).and_then(|mut reader| reader.verify()).is_ok()
 }

@@ -27,6 +27,11 @@ impl SolverKind {
         }
     }
 
+    /// The solver of that name.
+    pub fn named(name: &str) -> Option<SolverKind> {
+        [SolverKind::Fast, SolverKind::Plain].into_iter().find(|kind| kind.name() == name)
+    }
+
     /// A solver of this kind at the start of a plan.
     pub fn start(self, plan: impl Into<Arc<Plan>>) -> Box<dyn Solver> {
         match self {

@@ -285,6 +285,10 @@ mod tests {
         let run = RunDiff {
             old: side(8),
             new: side(8),
+            summary: Vec::new(),
+            ruptures: None,
+            no_ruptures: None,
+            window_s: 1e-3,
             provenance: vec![ProvenanceChange {
                 key: "code_version".to_owned(),
                 old: Some("0123".to_owned()),

@@ -1,13 +1,13 @@
-//! A report on a terminal: what became of the events, on one screen whatever
-//! the tables, with what matters most first.
+//! A report on a terminal, on one screen whatever the tables, with what matters most first: the
+//! numbers that describe the runs, their ruptures, and then what became of the slip events.
 
-use std::fmt::Write;
+mod finding;
+mod physics;
 
-use crate::column::Value;
 use crate::report::{
-    CellChange, Class, ColumnChange, Extent, Finding, Horizon, KolmogorovSmirnov, Report, RunDiff, Sample,
-    Verdict,
+    Class, ColumnChange, Counts, Finding, Horizon, KolmogorovSmirnov, Report, RunDiff, Sample, Verdict,
 };
+use finding::{seconds, short, told};
 
 /// The classes by how much they matter: what came and went, what changed, what moved.
 const BY_WEIGHT: [Class; 7] =
@@ -30,6 +30,7 @@ pub fn lines(report: &Report) -> Vec<String> {
         format!("policy  {}", report.policy.as_deref().unwrap_or("exact: every difference counts")),
     ];
     let differing: Vec<&RunDiff> = report.runs.iter().filter(|run| run.counts.differing() > 0).collect();
+    physics::lines(report, &mut lines);
     runs(report, &differing, &mut lines);
     findings(report, &differing, &mut lines);
     columns(report, &mut lines);
@@ -51,12 +52,6 @@ fn worst<'a>(differing: &[&'a RunDiff]) -> Option<&'a RunDiff> {
 }
 
 fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
-    let classes = Class::ALL.into_iter().filter(|&class| report.counts.of(class) > 0);
-    let told = |run: &dyn Fn(Class) -> u64| {
-        let counts = classes.clone().map(|class| (class, run(class))).filter(|(_, count)| *count > 0);
-        let words: Vec<String> = counts.map(|(class, count)| format!("{count} {}", class.name())).collect();
-        if words.is_empty() { "no events".to_owned() } else { words.join(", ") }
-    };
     let events = |side: &dyn Fn(&RunDiff) -> u64| report.runs.iter().map(side).sum::<u64>();
     lines.push(format!(
         "{} {}, {} old and {} new events: {}",
@@ -64,7 +59,7 @@ fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
         if report.runs.len() == 1 { "run" } else { "pairs of runs" },
         events(&|run| run.old.events),
         events(&|run| run.new.events),
-        told(&|class| report.counts.of(class))
+        by_class(&report.counts, "no events")
     ));
     if report.runs.len() == 1 {
         return;
@@ -72,7 +67,7 @@ fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     let mut by_weight = differing.to_vec();
     by_weight.sort_by_key(|run| std::cmp::Reverse((run.not_allowed.total(), run.counts.differing())));
     for run in by_weight.iter().take(RUNS) {
-        lines.push(format!("  {}: {}", run.name(), told(&|class| run.counts.of(class))));
+        lines.push(format!("  {}: {}", run.name(), by_class(&run.counts, "no events")));
     }
     match (differing.len().saturating_sub(RUNS), report.runs.len() - differing.len()) {
         (0, 0) => {}
@@ -83,6 +78,13 @@ fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
             lines.push(format!("  {more} more differ, see --format json; in {same} nothing differs"))
         }
     }
+}
+
+/// How many matches there are of each class.
+fn by_class(counts: &Counts, none: &str) -> String {
+    let there = Class::ALL.into_iter().map(|class| (class, counts.of(class))).filter(|(_, count)| *count > 0);
+    let words: Vec<String> = there.map(|(class, count)| format!("{count} {}", class.name())).collect();
+    if words.is_empty() { none.to_owned() } else { words.join(", ") }
 }
 
 fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
@@ -120,91 +122,6 @@ fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     if more > 0 {
         lines.push(format!("  ... and {more} more, see --format json"));
     }
-}
-
-/// A finding in one line.
-fn told(finding: &Finding) -> String {
-    let allowed = if finding.allowed { "allowed: " } else { "" };
-    let numbers = |events: &[Extent]| match events {
-        [] => String::new(),
-        [one] => one.event.to_string(),
-        [first, .., last] => format!("{} to {}", first.event, last.event),
-    };
-    let place = |events: &[Extent]| {
-        let [first, ..] = events else { return String::new() };
-        let low = events.iter().map(|event| event.first_block).min().unwrap_or(0);
-        let high = events.iter().map(|event| event.last_block).max().unwrap_or(0);
-        let blocks = if low == high { format!("block {low}") } else { format!("blocks {low}-{high}") };
-        format!("{blocks} at {} s", seconds(first.onset_s))
-    };
-    let (old, new) = (numbers(&finding.old), numbers(&finding.new));
-    let text = match finding.class {
-        Class::Missing => format!("missing: old {old}, {}", place(&finding.old)),
-        Class::Extra => format!("extra: new {new}, {}", place(&finding.new)),
-        Class::Split | Class::Merged => {
-            let whole = if finding.class == Class::Split { &finding.old } else { &finding.new };
-            format!(
-                "{}: old {old}, new {new}, {}{}",
-                finding.class.name(),
-                place(whole),
-                conservation(finding)
-            )
-        }
-        class => {
-            let place = place(if finding.old.is_empty() { &finding.new } else { &finding.old });
-            let who = match (finding.old.is_empty(), finding.new.is_empty()) {
-                (false, false) => format!("old {old}, new {new}"),
-                (false, true) => format!("old {old}"),
-                (true, _) => format!("new {new}"),
-            };
-            let cells: Vec<String> = finding.columns.iter().map(cell).collect();
-            let shown = if cells.len() > 3 {
-                format!("{} and {} more columns", cells[..2].join(", "), cells.len() - 2)
-            } else {
-                cells.join(", ")
-            };
-            let why = if shown.is_empty() { finding.rule.clone() } else { shown };
-            format!("{}: {who}, {place}: {why}", class.name())
-        }
-    };
-    format!("{allowed}{text}")
-}
-
-fn conservation(finding: &Finding) -> String {
-    let Some(kept) = finding.conservation else { return String::new() };
-    let mut text = String::new();
-    if !kept.duration_conserved {
-        let lost_s = kept.new_duration_s - kept.old_duration_s;
-        text = format!("; slides {lost_s:+.1e} s of {:.1e} s", kept.old_duration_s);
-    }
-    if !kept.blocks_conserved {
-        write!(text, "; {} blocks become {}", kept.old_blocks, kept.new_blocks)
-            .expect("writing to a string cannot fail");
-    }
-    if text.is_empty() { "; duration and blocks conserved".to_owned() } else { text }
-}
-
-/// A cell: both values where they are whole or one is missing, else the old one and how far
-/// from it the new one is, for that takes all digits to see.
-fn cell(change: &CellChange) -> String {
-    let CellChange { column, old, new, difference, .. } = *change;
-    match (old, new, difference) {
-        (Value::Number(old), Value::Number(new), Some(_)) => format!("{column} {old} {:+.2e}", new - old),
-        _ => format!("{column} {old} -> {new}"),
-    }
-}
-
-fn short(value: f64) -> String {
-    if value == 0.0 || (0.01..1e5).contains(&value) && value.fract() == 0.0 {
-        return value.to_string();
-    }
-    format!("{value:.2e}")
-}
-
-/// A time to the step.
-fn seconds(time_s: f64) -> String {
-    let text = format!("{time_s:.8}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 fn columns(report: &Report, lines: &mut Vec<String>) {
@@ -362,6 +279,10 @@ fn verdict(report: &Report) -> String {
         Verdict::WithinPolicy if report.counts.differing() == 0 => "nothing differs".to_owned(),
         Verdict::WithinPolicy => "differs, as the policy allows".to_owned(),
         Verdict::Differs if !exceeded.is_empty() => format!("differs: {}", exceeded.join(", ")),
+        // No slip event, but something: ruptures, or a run that one side lacks.
+        Verdict::Differs if report.counts.differing() == 0 && report.unpaired.is_empty() => {
+            "differs: the ruptures do, and no slip event".to_owned()
+        }
         Verdict::Differs => "differs".to_owned(),
     }
 }

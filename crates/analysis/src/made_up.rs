@@ -59,6 +59,7 @@ pub(crate) fn run(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData
         },
         steps: steps.collect(),
         slips: slips.collect(),
+        ruptures: None,
         lacks: None,
         scenario,
         plan,

@@ -64,6 +64,7 @@ pub use error::CompareError;
 #[cfg(feature = "analysis")]
 use matches::Matches;
 use physics::Physics;
+pub use physics::{Tell, Told};
 #[cfg(feature = "analysis")]
 use precursors::Precursors;
 use sides::{PairBy, Paired, Run, Side};
@@ -84,6 +85,9 @@ pub struct Settings {
     pub keep_findings: usize,
     /// How many matches the report keeps of a pair of runs.
     pub keep_matches: usize,
+    /// Tells of a run log what it takes more than its events to know; without it, summaries are
+    /// not compared, nor ruptures of logs from before there were any.
+    pub tell: Option<Tell>,
     /// The Parquet file to which every match is written, one of the set of files.
     pub matches_file: Option<PathBuf>,
 }
@@ -161,7 +165,7 @@ fn compare_runs(
     let (new_events, new_step_s) = step_s(new, new_table.columns, new_table.events);
     // Where a table does not tell its step, its steps are taken for the other's.
     let same_step = old_step_s.zip(new_step_s).is_none_or(|(old, new)| (old - new).abs() < 1e-6 * old);
-    let (old_physics, new_physics) = (Physics::read(old)?, Physics::read(new)?);
+    let (old_physics, new_physics) = (Physics::read(old, settings.tell)?, Physics::read(new, settings.tell)?);
     let physics = old_physics.zip(new_physics);
     let policy = &settings.policy;
     let window_s = |events: fn(&Physics) -> u64| {
@@ -200,6 +204,7 @@ fn compare_runs(
     })?;
     run.precursors = precursors.changes();
     if let Some((old, new)) = physics {
+        run.summary = physics::compare_summaries(&old, &new);
         match physics::compare_ruptures(of_ruptures, old, new) {
             Ok(ruptures) => run.ruptures = Some(ruptures),
             Err(why) => run.no_ruptures = Some(why),

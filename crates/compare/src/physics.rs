@@ -1,19 +1,33 @@
-//! What run logs say of ruptures and of the numbers of their summaries. Tables of events do not.
+//! What is compared of run logs beside their slip events: their ruptures, and the numbers of their
+//! summaries. Of a table of events there is neither.
 
 use std::convert::Infallible;
+use std::path::Path;
 
 use asperity_diff::policy::Spread;
-use asperity_diff::report::RuptureDiff;
+use asperity_diff::report::{NumberChange, RuptureDiff};
 use asperity_diff::rupture;
 use asperity_diff::tally::{self, Comparison, Draft};
 use asperity_record::{EventPayload, Rupture, SlipEvent};
 use asperity_runlog::{LogItem, RunReader, Topics};
+use serde_json::Value;
 
+use crate::error::CompareError;
 use crate::sides::Run;
 use crate::table::TableError;
 
+/// What the caller can tell of a run log that it takes more than its events to know.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Told {
+    /// The numbers of its summary, in order: key and value.
+    pub summary: Vec<(String, Value)>,
+    /// Its ruptures, if they were found anew since it holds none.
+    pub ruptures: Option<Vec<Rupture>>,
+}
+
 /// What a run log says beside its slip events.
 pub(crate) struct Physics {
+    summary: Vec<(String, Value)>,
     /// How long the run is, s.
     pub(crate) duration_s: f64,
     /// How many slip events it has.
@@ -24,13 +38,15 @@ pub(crate) struct Physics {
 
 impl Physics {
     /// Reads the log of a run; none where it is a table.
-    pub(crate) fn read(run: &Run) -> Result<Option<Physics>, TableError> {
+    pub(crate) fn read(run: &Run, tell: Option<Tell>) -> Result<Option<Physics>, CompareError> {
         let Some(provenance) = &run.provenance else { return Ok(None) };
+        let untold = |problem| CompareError::Told { path: run.path.clone(), problem };
+        let told = tell.map_or(Ok(Told::default()), |tell| tell(&run.path)).map_err(untold)?;
         let header = &provenance.header;
-        let mut reader = RunReader::open(&run.path, Topics::EVENTS)?;
+        let mut reader = RunReader::open(&run.path, Topics::EVENTS).map_err(TableError::Log)?;
         let mut slip_events = 0;
         let mut rows = Vec::new();
-        while let Some(item) = reader.next_item()? {
+        while let Some(item) = reader.next_item().map_err(TableError::Log)? {
             let LogItem::Event(event) = item else { continue };
             slip_events += u64::from(event.topic == SlipEvent::TOPIC);
             if let Some(rupture) = event.decode::<Rupture>() {
@@ -39,19 +55,26 @@ impl Physics {
                 rows.push(rupture::row(&rupture.map_err(unreadable)?));
             }
         }
-        rupture::sort(&mut rows);
         let has_ruptures = reader.event_topics().any(|topic| topic == Rupture::TOPIC);
         let why = || {
             format!(
-                "{} has none: it is of version {} of the records, from before there were any",
+                "{} has none (accepted: a log with the topic {}; this one is of version {} of the records)",
                 run.path.display(),
+                Rupture::TOPIC,
                 header.record_schema_version
             )
         };
+        let mut ruptures = match (has_ruptures, told.ruptures) {
+            (true, _) => Ok(rows),
+            (false, Some(found)) => Ok(found.iter().map(rupture::row).collect()),
+            (false, None) => Err(why()),
+        };
+        ruptures.iter_mut().for_each(|rows| rupture::sort(rows));
         Ok(Some(Physics {
             duration_s: header.time_grid().time_s(header.steps),
             slip_events,
-            ruptures: if has_ruptures { Ok(rows) } else { Err(why()) },
+            ruptures,
+            summary: told.summary,
         }))
     }
 
@@ -64,6 +87,18 @@ impl Physics {
     pub(crate) fn spread(&self, events: impl Fn(&Physics) -> u64) -> Spread {
         Spread { events: events(self), duration_s: self.duration_s }
     }
+}
+
+/// How the caller tells it, by the path of the log; or why it cannot.
+pub type Tell = fn(&Path) -> Result<Told, String>;
+
+/// Compares the numbers of two summaries, key by key, in the order of the old one.
+pub(crate) fn compare_summaries(old: &Physics, new: &Physics) -> Vec<NumberChange> {
+    let numbers = old.summary.iter().filter_map(|(key, old)| {
+        let (_, new) = new.summary.iter().find(|(other, _)| other == key)?;
+        Some(NumberChange::between(key, old, new))
+    });
+    numbers.collect()
 }
 
 /// Compares the ruptures of two runs, or says why it cannot be done.

@@ -315,6 +315,16 @@ pub struct NumberChange {
     pub relative_change: Option<f64>,
 }
 
+impl NumberChange {
+    /// A number on both sides.
+    pub fn between(key: &str, old: &serde_json::Value, new: &serde_json::Value) -> NumberChange {
+        let numbers = old.as_f64().zip(new.as_f64()).filter(|(old, _)| *old != 0.0);
+        let relative_change =
+            numbers.map(|(old, new)| (new - old) / old.abs()).filter(|relative| relative.is_finite());
+        NumberChange { key: key.to_owned(), old: old.clone(), new: new.clone(), relative_change }
+    }
+}
+
 /// One of two runs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct RunSide {
@@ -409,6 +419,14 @@ pub struct Finding {
     pub columns: Vec<CellChange>,
     /// What of duration and blocks a split or merge kept; null for other classes.
     pub conservation: Option<Conservation>,
+}
+
+impl Finding {
+    /// How many blocks the largest of its events spans.
+    pub fn most_blocks(&self) -> u32 {
+        let blocks = |event: &Extent| (event.last_block - event.first_block).saturating_add(1);
+        self.old.iter().chain(&self.new).map(blocks).max().unwrap_or(0)
+    }
 }
 
 /// A cell that differs.

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::by_class;
 use super::finding::told;
-use crate::report::{Class, Counts, Extent, Finding, NumberChange, Report, RunDiff};
+use crate::report::{Class, Counts, Finding, NumberChange, Report, RunDiff};
 
 /// The numbers of a summary that are shown, in this order: precursors, the first global slip and
 /// its load, and how often global slips come back. The rest is in the JSON.
@@ -127,7 +127,11 @@ fn ruptures(report: &Report, lines: &mut Vec<String>) {
         .collect();
     // A missing rupture of the whole slider matters more than any of a block or two.
     differing.sort_by_key(|(_, finding)| {
-        (std::cmp::Reverse(blocks(finding)), finding.class == Class::Shifted, finding.class == Class::Open)
+        (
+            std::cmp::Reverse(finding.most_blocks()),
+            finding.class == Class::Shifted,
+            finding.class == Class::Open,
+        )
     });
     for (run, finding) in differing.iter().take(FINDINGS) {
         let of_run = if report.runs.len() > 1 { format!("{} ", run.name()) } else { String::new() };
@@ -145,10 +149,4 @@ fn ruptures(report: &Report, lines: &mut Vec<String>) {
         };
         lines.push(format!("ruptures not compared: {why}{more}"));
     }
-}
-
-/// How many blocks the largest event of a finding has.
-fn blocks(finding: &Finding) -> u32 {
-    let of = |event: &Extent| event.last_block - event.first_block + 1;
-    finding.old.iter().chain(&finding.new).map(of).max().unwrap_or(0)
 }

@@ -89,6 +89,7 @@ fn settings(arguments: &DiffArguments) -> Result<Settings, Failure> {
         keep_findings,
         keep_matches,
         matches_file: matches_file(arguments),
+        tell: None,
     })
 }
 

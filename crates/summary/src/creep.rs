@@ -17,10 +17,9 @@ impl CreepFront {
     /// Takes the news that a block begins to slide in a step.
     pub(crate) fn slides(&mut self, block: u32, step: u64) {
         let index = block as usize - 1;
-        if self.slid[index] {
+        if std::mem::replace(&mut self.slid[index], true) {
             return;
         }
-        self.slid[index] = true;
         let front = self.came.last().map_or(0, |(_, block)| *block as usize);
         if index == front {
             let more = self.slid[front..].iter().take_while(|slid| **slid).count();

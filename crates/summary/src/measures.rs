@@ -7,7 +7,8 @@ use asperity_record::Rupture;
 pub const WIDE_BLOCKS: u32 = 4;
 
 pub(crate) fn is_wide(rupture: &Rupture) -> bool {
-    rupture.last_block - rupture.first_block + 1 >= WIDE_BLOCKS
+    // Logs of others may say whatever they like.
+    rupture.last_block.saturating_sub(rupture.first_block).saturating_add(1) >= WIDE_BLOCKS
 }
 
 pub(crate) fn duration_s(rupture: &Rupture) -> Option<f64> {
@@ -25,8 +26,8 @@ pub(crate) fn drop_ft_fn(rupture: &Rupture) -> Option<f64> {
 
 /// The speed of its front on the side where it ran farther, or on the other if only that has one.
 pub(crate) fn front_speed_m_per_s(rupture: &Rupture) -> Option<f64> {
-    let up = rupture.last_block - rupture.nucleation_block;
-    let down = rupture.nucleation_block - rupture.first_block;
+    let up = rupture.last_block.saturating_sub(rupture.nucleation_block);
+    let down = rupture.nucleation_block.saturating_sub(rupture.first_block);
     let (farther, other) = if up >= down {
         (rupture.front_speed_up_m_per_s, rupture.front_speed_down_m_per_s)
     } else {

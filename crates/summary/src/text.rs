@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use asperity_record::printable;
 use serde_json::Value;
 
 use crate::summary::Summary;
@@ -85,7 +86,8 @@ fn spelled(value: &Value) -> String {
     match value {
         Value::Null => NOTHING.to_owned(),
         Value::Bool(flag) => if *flag { "yes" } else { "no" }.to_owned(),
-        Value::String(text) => text.clone(),
+        // Names are what others gave.
+        Value::String(text) => printable(text).into_owned(),
         Value::Number(number) if number.is_f64() => rounded(number.as_f64().unwrap_or_default()),
         other => other.to_string(),
     }

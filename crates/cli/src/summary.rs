@@ -5,7 +5,7 @@ use std::path::Path;
 
 use asperity_export::{CsvRows, Spelling};
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
-use asperity_model::{Plan, Scenario, ScenarioSource};
+use asperity_model::{DriveKind, Scenario, ScenarioSource};
 use asperity_record::{Event, EventPayload, Record, Rupture};
 use asperity_run::detectors::Settings;
 use asperity_run::{Checked, Replay, Verdict, Watch, at_once};
@@ -107,22 +107,14 @@ fn name(run: &Path) -> String {
 
 /// What a scenario says of its slider.
 pub(crate) fn slider(scenario: &Scenario) -> Slider {
-    let plan = Plan::new(scenario);
-    let Plan { length_m, spacing_m, block_mass_kg, .. } = plan;
-    let wave_speed_m_per_s = spacing_m * (plan.elastic.stiffness_n_per_m() / block_mass_kg).sqrt();
     let law = LengthLaw::natural(scenario);
     let parameters = LengthLawParameters::of(scenario);
     // Where both ends are pulled, F_T is a difference.
-    let length_law = (!plan.drive.pulls_both_ways()).then(|| asperity_summary::LengthLaw {
+    let length_law = (scenario.drive.kind != DriveKind::LeftRight).then(|| asperity_summary::LengthLaw {
         name: law.table_word(),
         load_ratio: Box::new(move |lp_l| law.load_ratio(&parameters, lp_l)),
     });
-    Slider {
-        length_m: Some(length_m),
-        wave_speed_m_per_s: Some(wave_speed_m_per_s),
-        link_time_s: None,
-        length_law,
-    }
+    Slider { scales: Some(scenario.scales()), length_law }
 }
 
 /// The summary of a log, as far as it is sound. Ruptures that a log of an older version does not

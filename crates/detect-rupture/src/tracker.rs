@@ -151,9 +151,11 @@ impl RuptureTracker {
                 ended.push(id);
             }
         }
+        // In whichever order the switches of a step stand.
+        let farthest_block_before = self.farthest_block;
         for switch in &record.switches {
             match switch.direction {
-                Direction::Detach => self.detach(record, switch),
+                Direction::Detach => self.detach(record, switch, farthest_block_before),
                 Direction::Attach => ended.extend(self.attach(record, switch)),
             }
         }
@@ -186,7 +188,7 @@ impl RuptureTracker {
         slipping.last_attachment.0.max(slipping.last_detachment.saturating_add(link))
     }
 
-    fn detach(&mut self, record: &StepRecord, switch: &Switch) {
+    fn detach(&mut self, record: &StepRecord, switch: &Switch, farthest_block_before: Option<u32>) {
         let n = switch.block as usize - 1;
         let near = self.last[n.saturating_sub(1)..(n + 2).min(self.last.len())].iter().flatten();
         let mut linked: Vec<Id> =
@@ -214,7 +216,7 @@ impl RuptureTracker {
                     detachments: 0,
                     sliding: 0,
                     last_attachment: (record.step, record.load_ratio()),
-                    farthest_block_before: self.farthest_block,
+                    farthest_block_before,
                 };
                 self.open.insert(id, begun);
                 id

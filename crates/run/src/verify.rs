@@ -94,7 +94,7 @@ pub fn verify(plan: &Plan, reached: impl FnMut(u64)) -> Result<Verified, VerifyE
         records[1].push(fast.clone());
     };
     let agreement = equality::compare(plan, each, reached)?;
-    let [plain, fast] = records.map(|records| detect_all(&mut detectors::all(plan.blocks as u32), &records));
+    let [plain, fast] = records.map(|records| detect_all(&mut detectors::of_plan(plan), &records));
     same_events(&plain, &fast, &agreement)?;
     let slip_events = plain.iter().filter(|event| event.topic == SlipEvent::TOPIC).count();
     Ok(Verified { agreement, slip_events })

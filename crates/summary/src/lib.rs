@@ -22,6 +22,7 @@
 //!     blocks: 10,
 //!     time_step_s: 1e-7,
 //!     steps: 20_000_000,
+//!     scales: None,
 //! };
 //! let mut summarizer = Summarizer::new("mine", &header, Slider::default());
 //! summarizer.record(&quiet_step(20_000_000, 2.0, 0.25));

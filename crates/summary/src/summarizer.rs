@@ -1,7 +1,8 @@
 //! A run goes by, and what its summary needs of it is kept.
 
 use asperity_record::{
-    Direction, Energy, Event, EventPayload, RunEnd, RunHeader, Rupture, SlipEvent, StepRecord, TimeGrid,
+    Direction, Energy, Event, EventPayload, RunEnd, RunHeader, Rupture, Scales, SlipEvent, StepRecord,
+    TimeGrid,
 };
 
 use crate::creep::CreepFront;
@@ -20,12 +21,8 @@ const FEWEST_INTERVALS: usize = 4;
 /// What a scenario says of a slider, besides the header of its run.
 #[derive(Default)]
 pub struct Slider {
-    /// Length, m.
-    pub length_m: Option<f64>,
-    /// Speed of waves in it, `a sqrt(k / m)`, m/s.
-    pub wave_speed_m_per_s: Option<f64>,
-    /// Most time between detachments that are linked, s.
-    pub link_time_s: Option<f64>,
+    /// The scales of its elements, where the header of the run does not have them.
+    pub scales: Option<Scales>,
     /// The law of precursor lengths that the scenario calls for.
     pub length_law: Option<LengthLaw>,
 }
@@ -193,8 +190,9 @@ impl Summarizer {
         let creeps = creep_front_block.is_some_and(|block| {
             block >= WIDE_BLOCKS && f64::from(block) >= CREEP_SHARE * f64::from(header.blocks)
         });
-        let wave_speed_m_per_s = slider.wave_speed_m_per_s;
-        let wave_s = slider.length_m.zip(wave_speed_m_per_s).map(|(length, speed)| length / speed);
+        let scales = header.scales.or(slider.scales);
+        let wave_speed_m_per_s = scales.map(|scales| scales.wave_speed_m_per_s());
+        let wave_s = scales.map(|scales| f64::from(header.blocks.saturating_sub(1)) * scales.block_time_s);
         let front_speed_m_per_s = front_speed(&growing);
         let solver = |name: &str| end.and_then(|end| end.solver.counts.get(name).copied());
         let energy = self.energy.as_ref();
@@ -208,7 +206,7 @@ impl Summarizer {
             blocks: header.blocks,
             time_step_s: header.time_step_s,
             simulated_s,
-            link_time_s: slider.link_time_s.filter(|_| is_known),
+            link_time_s: scales.filter(|_| is_known).map(|scales| scales.link_s()),
             first_slip_s: raw.first().map(|first| first.onset_s),
             first_slip_ft_fn: raw.first().and_then(|first| finite(first.ft_fn)),
             first_global_rupture_onset_s: first_global.map(|first| first.onset_s),

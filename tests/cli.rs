@@ -510,6 +510,9 @@ fn a_closed_pipe_is_no_error() {
     for arguments in [
         &["events", text(&log)][..],
         &["events", text(&log), "--format", "json"],
+        &["summary", text(&log)],
+        &["summary", text(&log), "--format", "json"],
+        &["summary", text(&log), "--format", "csv"],
         &["replay", text(&log), "--format", "csv"],
         &["replay", text(&log)],
         &["scenario", "show", "default"],

@@ -79,6 +79,8 @@ fn from_solver_to_figures() {
             "reduce.json",
             "residuals.csv",
             "residuals.parquet",
+            "summary.csv",
+            "summary.json",
         ]
     );
     assert_eq!(files["events.csv"], csv.as_bytes(), "both event tables are the same bytes");

@@ -22,6 +22,7 @@ Examples:
   asperity scenario list
   asperity scenario show default > out/mine.toml
   asperity run out/mine.toml -o out/mine.mcap
+  asperity summary out/mine.mcap
   asperity events out/mine.mcap --format csv > out/events.csv
   asperity check out/mine.mcap
   asperity export out/mine.mcap --to csv -o out/tables
@@ -55,6 +56,8 @@ pub(crate) enum Command {
     Scenario(ScenarioCommand),
     /// Run a scenario and log it.
     Run(RunArguments),
+    /// Say in numbers what runs did: first slip, precursors, recurrence, fronts ...
+    Summary(SummaryArguments),
     /// Print the slip events of a run.
     Events(EventsArguments),
     /// Check what run logs are worth: whole, incomplete, damaged ...
@@ -161,6 +164,50 @@ pub(crate) enum TableFormat {
     Csv,
     /// One array of objects.
     Json,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SummaryFormat {
+    /// For people, six digits: all numbers of one run, the first of several.
+    Text,
+    /// Comma-separated, one header line, one row for each run, numbers in full precision.
+    Csv,
+    /// An object; an array of them if several runs are named.
+    Json,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity summary out/mine.mcap
+  asperity summary out/chapter5/runs/*.mcap
+  asperity summary out/chapter5/runs/*.mcap --format csv > out/summary.csv
+  asperity summary out/mine.mcap --format json | python3 -m json.tool
+  asperity summary --schema > out/summary.schema.json
+
+Events are ruptures here: sets of detachments that a front joins, whatever slides
+elsewhere at the same time. Numbers of raw slip events say so. A precursor is a
+rupture from block 1 that reaches farther than any before, up to the first that
+reaches every block, which is not counted. Ruptures that the log of an older
+version does not have are found in its step records. SI units throughout;
+docs/outputs.md explains every key, and so does the schema.
+
+Exit codes, that of the worst of several logs:
+  0  all of every run is in the summary
+  1  failure
+  2  a file is not a run log
+  3, 4, 5  a log is incomplete, damaged or salvaged with gaps, and its summary
+           is of the part that is sound; see asperity check")]
+pub(crate) struct SummaryArguments {
+    /// The run logs.
+    #[arg(value_name = "RUN.mcap", required_unless_present = "schema")]
+    pub(crate) runs: Vec<PathBuf>,
+    /// How to print it.
+    #[arg(long, value_enum, default_value = "text")]
+    pub(crate) format: SummaryFormat,
+    /// Print the JSON schema of a summary: each key with its meaning and unit.
+    #[arg(long, conflicts_with_all = ["runs", "format"])]
+    pub(crate) schema: bool,
 }
 
 #[derive(Debug, Args)]

@@ -20,6 +20,7 @@ mod reproduce;
 mod run;
 mod salvage;
 mod scenario;
+mod summary;
 mod terminal;
 #[cfg(feature = "analysis")]
 mod verify;
@@ -72,6 +73,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
     match arguments.command {
         Command::Scenario(command) => scenario::command(command),
         Command::Run(arguments) => run::command(&arguments, &board),
+        Command::Summary(arguments) => summary::command(&arguments, &board),
         Command::Events(arguments) => events::command(&arguments, &board),
         Command::Check(arguments) => check::command(&arguments),
         Command::Salvage(arguments) => salvage::command(&arguments),

@@ -210,10 +210,19 @@ impl Pipeline {
         Ok(pipeline)
     }
 
+    /// The laws with which the precursors of a run are compared.
+    fn laws_of(&self, run: &RunSpec) -> impl Iterator<Item = (LengthLaw, PrecursorRules)> {
+        let of_run = self.precursors.iter().filter(|spec| spec.run == run.name);
+        of_run.map(|spec| (spec.law, spec.rules))
+    }
+
     /// The names of its tables, without their endings.
     fn tables(&self) -> Vec<String> {
-        let of_runs =
-            self.run.iter().flat_map(|run| ["events", "load"].map(|what| table_of(&run.name, what)));
+        let of_runs = self.run.iter().flat_map(|run| {
+            let precursors = self.laws_of(run).next().map(|_| tables::PRECURSOR_RUPTURES);
+            let names = [Some(tables::RUPTURES), precursors, Some("events"), Some("load")];
+            names.into_iter().flatten().map(|what| table_of(&run.name, what))
+        });
         let singles = [
             (!self.precursors.is_empty(), RESIDUALS),
             (!self.first_global_slips.is_empty(), FIRST_GLOBAL_SLIPS),
@@ -268,11 +277,17 @@ impl Pipeline {
             summaries::write_json(&files, &table_folder.join(file), summary)?;
         }
         let counter = Counter::begin(Stage::Runs, self.run.len(), watcher);
-        let runs = at_once(&self.run, None, |spec| {
+        let specs: Vec<(&RunSpec, &Summary)> = self.run.iter().zip(summaries).collect();
+        let runs = at_once(&specs, None, |(spec, summary)| {
             let run = RunData::read(&spec.name, &log(spec))?;
             let write = |what: &str, mut table: DataFrame| {
                 table_file::write(&files, &table_folder, &table_of(&run.name, what), &mut table)
             };
+            write(tables::RUPTURES, tables::ruptures(&run, summary)?)?;
+            let laws: Vec<(LengthLaw, PrecursorRules)> = self.laws_of(spec).collect();
+            if !laws.is_empty() {
+                write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&run, summary, &laws)?)?;
+            }
             write("events", tables::events(&run)?)?;
             write("load", tables::load_curve(&run)?)?;
             counter.one_more();

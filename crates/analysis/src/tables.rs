@@ -5,6 +5,7 @@ use asperity_export::layout::step_columns;
 use asperity_export::rows;
 use asperity_model::analytic::LengthLaw;
 use asperity_record::{Cell, ColumnKind, EventPayload, Rupture, SlipEvent, StepRecord};
+use asperity_summary::Summary;
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 
 use crate::curves::{PrecursorPoint, Residuals, precursor_points, residuals, rupture_points};
@@ -12,6 +13,11 @@ use crate::error::AnalysisError;
 use crate::parquet_tables;
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
+
+/// The tables of ruptures, by themselves or behind the name of their run.
+pub const RUPTURES: &str = "ruptures";
+/// Of those among them that are precursors.
+pub const PRECURSOR_RUPTURES: &str = "precursor-ruptures";
 
 /// The raw event table, one row per slip event: [`SlipEvent::COLUMNS`], of which the first seven
 /// are pinned.
@@ -25,24 +31,36 @@ pub fn events(run: &RunData) -> Result<DataFrame, AnalysisError> {
 }
 
 /// The rupture table, one row per rupture, in the order in which they became certain:
-/// [`Rupture::COLUMNS`], and the slip event in which each began. Without rows where the log has no
-/// ruptures.
+/// [`Rupture::COLUMNS`], the slip event in which each began, and whether the slip events of this run
+/// tell what happened, as its summary says. Without rows where the log has no ruptures.
 ///
 /// # Errors
 /// If polars refuses.
-pub fn ruptures(run: &RunData) -> Result<DataFrame, AnalysisError> {
-    let event = asperity_record::Column::new(
-        "event",
-        ColumnKind::Step,
-        "Number of the slip event in which the rupture began.",
-    );
-    let columns: Vec<_> = Rupture::COLUMNS.iter().cloned().chain([event]).collect();
+pub fn ruptures(run: &RunData, summary: &Summary) -> Result<DataFrame, AnalysisError> {
+    let columns = rupture_columns();
+    let flag = |flag: Option<bool>| flag.map_or(Cell::Empty, Cell::Flag);
+    let [creeps, mislead] = [summary.creeps, summary.raw_events_mislead].map(flag);
     let mut rows = Batch::new(&columns);
     for rupture in run.ruptures.iter().flatten() {
         let event = run.event_of(rupture).map_or(Cell::Empty, |slip| Cell::Step(slip.event));
-        rows.push(&[rupture.cells().as_ref(), &[event]].concat());
+        rows.push(&[rupture.cells().as_ref(), &[event, creeps, mislead]].concat());
     }
     Ok(parquet_tables::frame(&columns, &rows)?)
+}
+
+/// The columns of [`ruptures`].
+pub fn rupture_columns() -> Vec<asperity_record::Column> {
+    let more = [
+        ("event", ColumnKind::Step, "Number of the slip event in which the rupture began."),
+        ("creeps", ColumnKind::Flag, "Whether the slider creeps; the same in every row of a run."),
+        (
+            "raw_events_mislead",
+            ColumnKind::Flag,
+            "Whether slip events do not tell what happened; the same in every row of a run.",
+        ),
+    ];
+    let more = more.map(|(name, kind, about)| asperity_record::Column::new(name, kind, about));
+    Rupture::COLUMNS.iter().cloned().chain(more).collect()
 }
 
 /// The precursors among the ruptures, and the first slip of the whole slider: `L_p / L` against
@@ -52,6 +70,7 @@ pub fn ruptures(run: &RunData) -> Result<DataFrame, AnalysisError> {
 /// If polars refuses.
 pub fn precursor_ruptures(
     run: &RunData,
+    summary: &Summary,
     laws: &[(LengthLaw, PrecursorRules)],
 ) -> Result<DataFrame, AnalysisError> {
     let mut rows: Vec<(&Rupture, PrecursorPoint, LengthLaw, u32)> = Vec::new();
@@ -80,6 +99,8 @@ pub fn precursor_ruptures(
             "event",
             ruptures().map(|rupture| Some(run.event_of(rupture)?.event)).collect::<Vec<Option<u64>>>(),
         ),
+        column("creeps", vec![summary.creeps; rows.len()]),
+        column("raw_events_mislead", vec![summary.raw_events_mislead; rows.len()]),
         counts("min_blocks", rows.iter().map(|(.., min_blocks)| *min_blocks)),
     ])
 }

@@ -18,6 +18,7 @@ mod replay;
 #[cfg(feature = "analysis")]
 mod reproduce;
 mod run;
+mod ruptures;
 mod salvage;
 mod scenario;
 mod summary;

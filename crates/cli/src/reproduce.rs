@@ -20,7 +20,7 @@ use crate::judge;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
 use crate::terminal::say;
-use crate::{run, scenario, summary};
+use crate::{run, ruptures, scenario, summary};
 
 /// Stands beside the tables and figures of a log that does not hold all of its run.
 const MISSING: &str = "what-is-missing.txt";
@@ -44,9 +44,12 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
             format!("{}: {checked} (accepted: what asperity salvage makes of it)", arguments.run.display()),
         ));
     }
-    let data = RunData::read_part(&name, &arguments.run).map_err(|error| {
+    let mut data = RunData::read_part(&name, &arguments.run).map_err(|error| {
         if verdict.holds_all() { Failure::failed(error) } else { Failure::Log(verdict, error.to_string()) }
     })?;
+    if data.ruptures.is_none() && verdict.holds_all() {
+        data.ruptures = Some(ruptures::found_in_steps(&arguments.run)?);
+    }
     let summary = summary::of_log(&arguments.run, &checked)?;
     create_folder(out)?;
     let law = LengthLaw::natural(&data.scenario);
@@ -59,14 +62,22 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         files.write(&out.join(MISSING), note).map_err(|error| refused("--out", &error, false))?;
     }
     let write = || {
+        if data.ruptures.is_some() {
+            let write = |name, mut table| table_file::write(&files, out, name, &mut table);
+            write(tables::RUPTURES, tables::ruptures(&data, &summary)?)?;
+            write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&data, &summary, &[(law, rules)])?)?;
+        }
         table_file::write(&files, out, "events", &mut tables::events(&data)?)?;
         table_file::write(&files, out, "load", &mut tables::load_curve(&data)?)?;
         table_file::write(&files, out, "precursors", &mut tables::precursors(&data, law, &rules)?)?;
         table_file::write(&files, out, "residuals", &mut tables::residual_table(&[(&data, law, rules)])?)?;
         summaries::write_table(&files, &out.join(summaries::TABLE), [&summary])?;
         summaries::write_json(&files, &out.join(summaries::JSON), &summary)?;
-        let tables = ["events", "load", "precursors", "residuals"];
-        let tables = tables.iter().flat_map(|name| table_file::paths(out, name));
+        let of_ruptures = [tables::RUPTURES, tables::PRECURSOR_RUPTURES];
+        let tables = of_ruptures.into_iter().filter(|_| data.ruptures.is_some());
+        let tables = tables
+            .chain(["events", "load", "precursors", "residuals"])
+            .flat_map(|name| table_file::paths(out, name));
         let tables = tables.chain([summaries::TABLE, summaries::JSON].map(|name| out.join(name)));
         let figures = figures::OVERVIEW.iter().map(|name| out.join(name));
         record::write(&files, out, "reduce", [&data], tables.chain(figures))?;

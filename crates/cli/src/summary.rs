@@ -6,9 +6,8 @@ use std::path::Path;
 use asperity_export::{CsvRows, Spelling};
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_model::{DriveKind, Scenario, ScenarioSource};
-use asperity_record::{Event, EventPayload, Record, Rupture};
-use asperity_run::detectors::Settings;
-use asperity_run::{Checked, Replay, Verdict, Watch, at_once};
+use asperity_record::{EventPayload, Record, Rupture};
+use asperity_run::{Checked, Verdict, at_once};
 use asperity_runlog::{LogItem, RunReader, Topics};
 use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary, text};
 
@@ -16,7 +15,7 @@ use crate::args::{SummaryArguments, SummaryFormat};
 use crate::exit::{self, Code, Failure};
 use crate::judge;
 use crate::progress::Board;
-use crate::terminal;
+use crate::{ruptures, terminal};
 
 /// Prints the summaries, and then what the logs are worth.
 pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(), Failure> {
@@ -132,7 +131,6 @@ pub(crate) fn of_log(run: &Path, checked: &Checked) -> Result<Summary, Failure> 
 ///
 /// # Errors
 /// If it is not.
-#[cfg(feature = "analysis")]
 pub(crate) fn of_whole_log(run: &Path) -> Result<Summary, Failure> {
     read(run, Verdict::Whole, None)
 }
@@ -167,21 +165,10 @@ fn read(run: &Path, verdict: Verdict, most_messages: Option<u64>) -> Result<Summ
     let ruptures_from = if reader.event_topics().any(|topic| topic == Rupture::TOPIC) {
         RupturesFrom::Log
     } else if verdict.holds_all() {
-        let settings = Settings { detectors: vec!["rupture"], ..Settings::default() };
-        let replay = Replay::open(run, &settings).map_err(Failure::failed)?;
-        replay.run(&|| false, &mut Found(&mut summarizer)).map_err(Failure::failed)?;
+        ruptures::found_in_steps(run)?.iter().for_each(|rupture| summarizer.rupture(rupture));
         RupturesFrom::Steps
     } else {
         RupturesFrom::None
     };
     Ok(summarizer.finish(ruptures_from, reader.end()))
-}
-
-/// Takes the ruptures that a replay finds.
-struct Found<'a>(&'a mut Summarizer);
-
-impl Watch for Found<'_> {
-    fn event(&mut self, event: &Event) {
-        self.0.event(event).expect("a detector of this program emits what its topic promises");
-    }
 }

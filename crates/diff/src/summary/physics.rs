@@ -6,19 +6,22 @@ use super::by_class;
 use super::finding::told;
 use crate::report::{Class, Counts, Finding, NumberChange, Report, RunDiff};
 
-/// The numbers of a summary that are shown, in this order: precursors, the first global slip and
-/// its load, and how often global slips come back. The rest is in the JSON.
+/// The numbers of a summary that are shown, in this order: precursors, the first slip of the whole
+/// slider and its load, how often such slips come back and what they take of the load, and how
+/// fast fronts run. The rest is in the JSON.
 const SHOWN: [&str; 9] = [
-    "first_slip_s",
     "precursor_count",
     "first_global_rupture_onset_s",
-    "first_global_rupture_last_block_s",
     "first_global_rupture_ft_fn",
+    "largest_ft_fn",
     "global_rupture_count",
     "recurrence_transient_s",
     "recurrence_steady_s",
+    "global_rupture_drop_ft_fn",
     "front_speed_m_per_s",
 ];
+/// What is shown where it is true of a run: slip events say little there.
+const WARNINGS: [&str; 2] = ["creeps", "raw_events_mislead"];
 /// How many ruptures that differ are shown, the largest first.
 const FINDINGS: usize = 4;
 
@@ -34,7 +37,11 @@ fn numbers(report: &Report, lines: &mut Vec<String>) {
             Some((run, run.summary.iter().find(|number| number.key == key).filter(|number| is_told(number))?))
         })
     };
+    let is_true = |key: &&'static str| {
+        of_key(key).any(|(_, number)| number.old == Value::Bool(true) || number.new == Value::Bool(true))
+    };
     let shown = SHOWN.into_iter().filter(|key| of_key(key).next().is_some());
+    let shown = shown.chain(WARNINGS.into_iter().filter(is_true));
     let rows: Vec<[String; 4]> = shown
         .map(|key| {
             if let [run] = &report.runs[..] {

@@ -34,6 +34,8 @@ mod resume;
 mod runlog;
 mod salvage;
 mod scenarios;
+#[cfg(feature = "analysis")]
+mod tables;
 mod terminal;
 #[cfg(feature = "analysis")]
 mod textconv;

@@ -57,9 +57,9 @@ fn every_stage_is_told_from_its_beginning_to_its_end() {
         .collect();
     assert_eq!(told, expected);
     let tables = std::fs::read_dir(out.path().join("tables")).expect("tables are written").count();
-    // Events and load of each run and the four above, as CSV and as Parquet; the summaries of both
-    // in one table, and each by itself.
-    assert_eq!(tables, 2 * (2 * 2 + 4) + 1 + 2);
+    // Ruptures, events and load of each run, the precursors among the ruptures of one, and the four
+    // above, as CSV and as Parquet; the summaries of both in one table, and each by itself.
+    assert_eq!(tables, 2 * (2 * 3 + 1 + 4) + 1 + 2);
     let table = std::fs::read_to_string(out.path().join("tables/summary.csv")).expect("it is there");
     let runs: Vec<&str> = table.lines().filter_map(|row| row.split(',').next()).collect();
     assert_eq!(runs, ["run", "complete", "left-right"]);

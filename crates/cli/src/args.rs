@@ -296,6 +296,10 @@ Examples:
   asperity diff out/before.mcap out/after.mcap --page out/diff.html
   asperity diff out/before out/after --format json | python3 -m json.tool
 
+Of run logs, the numbers of both summaries and what became of the ruptures come
+first, then the slip events. Between runs of different time steps a counterpart
+is looked for as far as events lie apart, else within 1 ms.
+
 Events are matched by when and where they slid, never by row: an extra or
 missing event does not make later rows look different. Each event is identical,
 within-tolerance, shifted (same blocks, another time), changed, split, merged,
@@ -313,6 +317,7 @@ A policy (TOML) says what passes:
   [allow]
   shifted = true          # any number of them
   split = 2               # at most two in all
+  ruptures = true         # may differ where no slip event does
 
 Exit codes:
   0  nothing differs except what the policy allows
@@ -339,7 +344,7 @@ pub(crate) struct DiffArguments {
     /// How the runs of two folders are paired.
     #[arg(long, value_enum, default_value = "hash")]
     pub(crate) pair: PairBy,
-    /// Write a page with both timelines; events that differ are marked.
+    /// Write a page with the numbers, and timelines of ruptures and events; what differs is marked.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) page: Option<PathBuf>,
     /// Write one row per match, including identical events.
@@ -501,10 +506,11 @@ pub(crate) struct ReduceArguments {
     /// Folder for tables and figures; must be new or empty.
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
-    /// Precursor table: leave out events of fewer distinct blocks.
+    /// Precursor tables: leave out ruptures and events of fewer distinct blocks.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) min_blocks: u32,
-    /// Precursor table: count events no farther apart than this as one; 0 merges none.
+    /// Precursor table of slip events: count those no farther apart than this as one; 0 merges
+    /// none.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     pub(crate) merge_gap_s: f64,
 }

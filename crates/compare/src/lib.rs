@@ -131,7 +131,7 @@ pub fn compare(
         not_allowed += run.not_allowed.total();
     }
     let exceeded = settings.policy.exceeded(&counts);
-    let ruptures_pass = settings.policy.allows_ruptures || !runs.iter().any(ruptures_alone_differ);
+    let ruptures_pass = settings.policy.allows_ruptures || !runs.iter().any(RunDiff::ruptures_alone_differ);
     let keeps = not_allowed == 0 && exceeded.is_empty() && unpaired.is_empty() && ruptures_pass;
     let claims = match (&old.claims, &new.claims) {
         (Some(old), Some(new)) => claims::changes(old, new)?,
@@ -209,7 +209,7 @@ fn compare_runs(
             Ok(ruptures) => run.ruptures = Some(ruptures),
             Err(why) => run.no_ruptures = Some(why),
         }
-        if ruptures_alone_differ(&run) {
+        if run.ruptures_alone_differ() {
             draft.allow_ruptures();
         }
     }
@@ -221,12 +221,6 @@ fn compare_runs(
         })?;
     }
     Ok(run)
-}
-
-/// Whether ruptures differ in a pair of runs, and no slip event does.
-fn ruptures_alone_differ(run: &RunDiff) -> bool {
-    let ruptures = run.ruptures.as_ref().map_or(0, |ruptures| ruptures.counts.differing());
-    ruptures > 0 && run.counts.differing() == 0
 }
 
 /// The time step that a table counts in, s: from the run's header, else from its first event.

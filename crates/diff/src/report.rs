@@ -245,6 +245,12 @@ impl RunDiff {
     pub fn name(&self) -> String {
         pair_name(&self.old.name, &self.new.name)
     }
+
+    /// Whether ruptures differ, and no slip event does.
+    pub fn ruptures_alone_differ(&self) -> bool {
+        let ruptures = self.ruptures.as_ref().map_or(0, |ruptures| ruptures.counts.differing());
+        ruptures > 0 && self.counts.differing() == 0
+    }
 }
 
 /// The ruptures of two runs, rupture by rupture. Its fields are those of [`RunDiff`] of the same name; the

@@ -16,6 +16,8 @@ const BY_WEIGHT: [Class; 7] =
 /// Lines of each part, so that all of them fit on a screen of 40.
 const RUNS: usize = 5;
 const FINDINGS: usize = 8;
+/// The same below numbers and ruptures.
+const FINDINGS_BELOW_PHYSICS: usize = 3;
 const FINDINGS_OF_A_CLASS: usize = 3;
 const COLUMNS: usize = 4;
 const OTHERS: usize = 2;
@@ -92,9 +94,11 @@ fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     if total == 0 {
         return;
     }
+    let is_below = report.runs.iter().any(|run| run.ruptures.is_some());
+    let most = if is_below { FINDINGS_BELOW_PHYSICS } else { FINDINGS };
     let mut chosen: Vec<(&RunDiff, &Finding)> = Vec::new();
     // What is not allowed first, a few of each class before more of any.
-    for of_a_class in [FINDINGS_OF_A_CLASS, FINDINGS] {
+    for of_a_class in [FINDINGS_OF_A_CLASS.min(most.div_ceil(2)), most] {
         for allowed in [false, true] {
             for class in BY_WEIGHT {
                 let of_class = differing.iter().flat_map(|run| {
@@ -102,9 +106,7 @@ fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
                     findings.filter(move |(_, finding)| finding.class == class && finding.allowed == allowed)
                 });
                 for (run, finding) in of_class.take(of_a_class) {
-                    if chosen.len() < FINDINGS
-                        && !chosen.iter().any(|(_, other)| std::ptr::eq(*other, finding))
-                    {
+                    if chosen.len() < most && !chosen.iter().any(|(_, other)| std::ptr::eq(*other, finding)) {
                         chosen.push((run, finding));
                     }
                 }
@@ -275,8 +277,11 @@ fn verdict(report: &Report) -> String {
         .iter()
         .map(|over| format!("{} {} where the policy allows {}", over.found, over.class.name(), over.allowed))
         .collect();
+    let ruptures_differ = report.runs.iter().any(RunDiff::ruptures_alone_differ);
     match report.verdict {
-        Verdict::WithinPolicy if report.counts.differing() == 0 => "nothing differs".to_owned(),
+        Verdict::WithinPolicy if report.counts.differing() == 0 && !ruptures_differ => {
+            "nothing differs".to_owned()
+        }
         Verdict::WithinPolicy => "differs, as the policy allows".to_owned(),
         Verdict::Differs if !exceeded.is_empty() => format!("differs: {}", exceeded.join(", ")),
         // No slip event, but something: ruptures, or a run that one side lacks.

@@ -43,13 +43,16 @@ fn numbers(report: &Report, lines: &mut Vec<String>) {
     let shown = SHOWN.into_iter().filter(|key| of_key(key).next().is_some());
     let shown = shown.chain(WARNINGS.into_iter().filter(is_true));
     let rows: Vec<[String; 4]> = shown
-        .map(|key| {
+        .filter_map(|key| {
             if let [run] = &report.runs[..] {
                 let number = run.summary.iter().find(|number| number.key == key).expect("it is shown");
-                return [key.to_owned(), value(&number.old), value(&number.new), change(number)];
+                return Some([key.to_owned(), value(&number.old), value(&number.new), change(number)]);
             }
             let all: Vec<(&RunDiff, &NumberChange)> = of_key(key).collect();
             let differing = all.iter().filter(|(_, number)| number.old != number.new).count();
+            if differing == 0 {
+                return None;
+            }
             let largest = all
                 .iter()
                 .filter_map(|(run, number)| Some((run, number, number.relative_change?)))
@@ -59,7 +62,7 @@ fn numbers(report: &Report, lines: &mut Vec<String>) {
                 let (old, new) = (value(&number.old), value(&number.new));
                 format!("most {} in {}: {old} -> {new}", change(number), run.name())
             });
-            [key.to_owned(), format!("differs in {differing} of {}", all.len()), most, String::new()]
+            Some([key.to_owned(), format!("differs in {differing} of {}", all.len()), most, String::new()])
         })
         .collect();
     if rows.is_empty() {

@@ -8,12 +8,11 @@ use asperity_diff::policy::Spread;
 use asperity_diff::report::{NumberChange, RuptureDiff};
 use asperity_diff::rupture;
 use asperity_diff::tally::{self, Comparison, Draft};
-use asperity_record::{EventPayload, Rupture, SlipEvent};
+use asperity_record::{EventPayload, RunHeader, Rupture, SlipEvent};
 use asperity_runlog::{LogItem, RunReader, Topics};
 use serde_json::Value;
 
 use crate::error::CompareError;
-use crate::sides::Run;
 use crate::table::TableError;
 
 /// What the caller can tell of a run log that it takes more than its events to know.
@@ -37,13 +36,11 @@ pub(crate) struct Physics {
 }
 
 impl Physics {
-    /// Reads the log of a run; none where it is a table.
-    pub(crate) fn read(run: &Run, tell: Option<Tell>) -> Result<Option<Physics>, CompareError> {
-        let Some(provenance) = &run.provenance else { return Ok(None) };
-        let untold = |problem| CompareError::Told { path: run.path.clone(), problem };
-        let told = tell.map_or(Ok(Told::default()), |tell| tell(&run.path)).map_err(untold)?;
-        let header = &provenance.header;
-        let mut reader = RunReader::open(&run.path, Topics::EVENTS).map_err(TableError::Log)?;
+    /// Reads the log of a run.
+    pub(crate) fn read(path: &Path, header: &RunHeader, tell: Option<Tell>) -> Result<Physics, CompareError> {
+        let untold = |problem| CompareError::Told { path: path.to_owned(), problem };
+        let told = tell.map_or(Ok(Told::default()), |tell| tell(path)).map_err(untold)?;
+        let mut reader = RunReader::open(path, Topics::EVENTS).map_err(TableError::Log)?;
         let mut slip_events = 0;
         let mut rows = Vec::new();
         while let Some(item) = reader.next_item().map_err(TableError::Log)? {
@@ -51,7 +48,7 @@ impl Physics {
             slip_events += u64::from(event.topic == SlipEvent::TOPIC);
             if let Some(rupture) = event.decode::<Rupture>() {
                 let unreadable =
-                    |error| TableError::Event { path: run.path.clone(), topic: event.topic.clone(), error };
+                    |error| TableError::Event { path: path.to_owned(), topic: event.topic.clone(), error };
                 rows.push(rupture::row(&rupture.map_err(unreadable)?));
             }
         }
@@ -59,7 +56,7 @@ impl Physics {
         let why = || {
             format!(
                 "{} has none (accepted: a log with the topic {}; this one is of version {} of the records)",
-                run.path.display(),
+                path.display(),
                 Rupture::TOPIC,
                 header.record_schema_version
             )
@@ -70,12 +67,12 @@ impl Physics {
             (false, None) => Err(why()),
         };
         ruptures.iter_mut().for_each(|rows| rupture::sort(rows));
-        Ok(Some(Physics {
+        Ok(Physics {
             duration_s: header.time_grid().time_s(header.steps),
             slip_events,
             ruptures,
             summary: told.summary,
-        }))
+        })
     }
 
     /// How many ruptures there are.

@@ -67,33 +67,28 @@ mod tests {
     use crate::report::{Class, RunSide};
     use crate::tally::{Comparison, Draft, compare};
 
+    /// With nothing but when and where; the rest is null.
     fn rupture(number: u64, onset_step: u64, blocks: [u32; 2], end_step: Option<u64>) -> Rupture {
         let time_s = |step: u64| step as f64 / 1e7;
-        Rupture {
-            rupture: number,
-            onset_s: time_s(onset_step),
-            end_s: end_step.map(time_s),
-            first_block: blocks[0],
-            last_block: blocks[1],
-            nucleation_block: blocks[0],
-            reached_every_block: false,
-            ft_fn_onset: 0.25,
-            ft_fn_arrival: 0.25,
-            ft_fn_end: end_step.map(|_| 0.125),
-            onset_step,
-            arrival_s: time_s(onset_step),
-            end_step,
-            detachments: 1,
-            front_speed_up_m_per_s: None,
-            front_speed_down_m_per_s: None,
-            mean_slip_m: None,
-            largest_slip_m: None,
-            potency_m2: None,
-            mean_force_drop_n: None,
-            farthest_block_before: None,
-            overlapping: false,
-            open: end_step.is_none(),
-        }
+        let rupture = serde_json::json!({
+            "rupture": number,
+            "onset_s": time_s(onset_step),
+            "end_s": end_step.map(time_s),
+            "first_block": blocks[0],
+            "last_block": blocks[1],
+            "nucleation_block": blocks[0],
+            "reached_every_block": false,
+            "ft_fn_onset": 0.25,
+            "ft_fn_arrival": 0.25,
+            "ft_fn_end": end_step.map(|_| 0.125),
+            "onset_step": onset_step,
+            "arrival_s": time_s(onset_step),
+            "end_step": end_step,
+            "detachments": 1,
+            "overlapping": false,
+            "open": end_step.is_none(),
+        });
+        serde_json::from_value(rupture).unwrap()
     }
 
     #[test]

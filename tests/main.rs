@@ -34,6 +34,7 @@ mod resume;
 mod runlog;
 mod salvage;
 mod scenarios;
+mod summary;
 mod terminal;
 #[cfg(feature = "analysis")]
 mod textconv;

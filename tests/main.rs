@@ -34,6 +34,7 @@ mod resume;
 mod runlog;
 mod salvage;
 mod scenarios;
+mod summary;
 #[cfg(feature = "analysis")]
 mod tables;
 mod terminal;

@@ -86,7 +86,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     };
     write().map_err(not_written)?;
     say(out.display())?;
-    summary::tell(&arguments.run, &summary, board);
+    summary::tell(arguments.run.display(), &summary, board);
     judge::tell(&arguments.run, &checked, board)
 }
 

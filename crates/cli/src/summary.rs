@@ -1,5 +1,6 @@
 //! `asperity summary`: what runs did, in numbers; and how a log becomes a summary, for all commands.
 
+use std::fmt::Display;
 use std::io::Write;
 use std::path::Path;
 
@@ -33,7 +34,7 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
     let mut codes = Vec::new();
     for (run, found) in arguments.runs.iter().zip(found) {
         let told = found.and_then(|(summary, checked)| {
-            tell(run, &summary, board);
+            tell(run.display(), &summary, board);
             judge::tell(run, &checked, board)
         });
         if let Err(failure) = told {
@@ -71,8 +72,23 @@ fn words(text: &str) -> std::io::Result<()> {
 }
 
 /// Says what should be known of a run before its numbers are used.
-pub(crate) fn tell(run: &Path, summary: &Summary, board: &Board) {
-    notes(summary).iter().for_each(|note| board.line(&format!("{}: {note}", run.display())));
+pub(crate) fn tell(run: impl Display, summary: &Summary, board: &Board) {
+    notes(summary).iter().for_each(|note| board.line(&format!("{run}: {note}")));
+}
+
+/// What a run did, in a line.
+pub(crate) fn in_short(summary: &Summary) -> String {
+    let precursors = match summary.precursor_count.unwrap_or_default() {
+        1 => "1 precursor".to_owned(),
+        count => format!("{count} precursors"),
+    };
+    match (summary.first_global_rupture_onset_s, summary.first_global_rupture_ft_fn) {
+        (None, _) => format!("{precursors}, no slip of the whole slider"),
+        (Some(onset_s), None) => format!("{precursors}, the whole slider slips at {onset_s:.4} s"),
+        (Some(onset_s), Some(ft_fn)) => {
+            format!("{precursors}, the whole slider slips at {onset_s:.4} s, F_T/F_N = {ft_fn:.4}")
+        }
+    }
 }
 
 fn notes(summary: &Summary) -> Vec<String> {

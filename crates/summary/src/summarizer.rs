@@ -73,6 +73,8 @@ pub struct Summarizer {
     switches: u64,
     detachments: u64,
     largest_ft_fn: Option<f64>,
+    /// Whether the drive pulls both ways, so that `F_T` is a difference that says little.
+    pulls_both_ways: bool,
     creep: CreepFront,
     raw: RawEvents,
     growth: Growth,
@@ -98,6 +100,7 @@ impl Summarizer {
             switches: 0,
             detachments: 0,
             largest_ft_fn: None,
+            pulls_both_ways: false,
             creep: CreepFront::new(header.blocks),
             raw: RawEvents::new(header.blocks),
             growth: Growth::default(),
@@ -117,6 +120,7 @@ impl Summarizer {
         self.records += 1;
         self.switches += record.switches.len() as u64;
         self.largest_ft_fn = largest(self.largest_ft_fn, Some(record.load_ratio()));
+        self.pulls_both_ways |= record.end_forces_n.is_some();
         for switch in record.switches.iter().filter(|switch| switch.direction == Direction::Detach) {
             self.detachments += 1;
             self.creep.slides(switch.block, record.step + 1);
@@ -164,6 +168,8 @@ impl Summarizer {
         let Summarizer { header, slider, grid, growth, global, raw, .. } = self;
         let is_known = ruptures_from != RupturesFrom::None;
         let known = |count: u64| is_known.then_some(count);
+        let pulls_one_way = !self.pulls_both_ways;
+        let ratio = |value: Option<f64>| value.and_then(finite).filter(|_| pulls_one_way);
         let last_step = end.map_or(self.last_step, |end| end.last_step);
         let simulated_s = grid.time_s(last_step);
         let length_ratio = |rupture: &Rupture| f64::from(rupture.last_block) / f64::from(header.blocks);
@@ -208,15 +214,15 @@ impl Summarizer {
             simulated_s,
             link_time_s: scales.filter(|_| is_known).map(|scales| scales.link_s()),
             first_slip_s: raw.first().map(|first| first.onset_s),
-            first_slip_ft_fn: raw.first().and_then(|first| finite(first.ft_fn)),
+            first_slip_ft_fn: ratio(raw.first().map(|first| first.ft_fn)),
             first_global_rupture_onset_s: first_global.map(|first| first.onset_s),
             first_global_rupture_last_block_s: first_global.map(|first| first.arrival_s),
             first_global_rupture_end_s: first_global.and_then(|first| first.end_s),
-            first_global_rupture_ft_fn: first_global.and_then(|first| finite(first.ft_fn_onset)),
+            first_global_rupture_ft_fn: ratio(first_global.map(|first| first.ft_fn_onset)),
             first_global_rupture_nucleation_block: first_global.map(|first| first.nucleation_block),
             first_global_rupture_front_speed_m_per_s: first_global.and_then(measures::front_speed_m_per_s),
             first_global_event_onset_s: raw.first_global().map(|first| first.onset_s),
-            first_global_event_ft_fn: raw.first_global().and_then(|first| finite(first.ft_fn)),
+            first_global_event_ft_fn: ratio(raw.first_global().map(|first| first.ft_fn)),
             global_rupture_count: known(global.len() as u64),
             precursor_count: known(precursors.len() as u64),
             longest_precursor_ratio: lengths.last().copied(),
@@ -228,9 +234,9 @@ impl Summarizer {
                 .map(f64::sqrt),
             recurrence_transient_s: transient_s(&global),
             recurrence_steady_s: steady_s(&global),
-            largest_ft_fn: self.largest_ft_fn,
-            precursor_drop_ft_fn: mean_of(&precursors, measures::drop_ft_fn),
-            global_rupture_drop_ft_fn: mean_of(&global, measures::drop_ft_fn),
+            largest_ft_fn: ratio(self.largest_ft_fn),
+            precursor_drop_ft_fn: ratio(mean_of(&precursors, measures::drop_ft_fn)),
+            global_rupture_drop_ft_fn: ratio(mean_of(&global, measures::drop_ft_fn)),
             precursor_duration_s: median_of(&precursors, measures::duration_s),
             precursor_crossing_s: median_of(&precursors, |rupture| Some(measures::crossing_s(rupture))),
             global_rupture_duration_s: median_of(&global, measures::duration_s),

@@ -41,7 +41,8 @@ summary! {
         "First slip" {
             /// Time at which a block first slides, s; null if none did.
             first_slip_s: Option<f64>,
-            /// `F_T / F_N` at that time.
+            /// `F_T / F_N` at that time; null, as all such ratios, where the drive pulls both ways, so
+            /// that `F_T` is a difference.
             first_slip_ft_fn: Option<f64> [unit = "1"],
         }
         "First slip of the whole slider" {

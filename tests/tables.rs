@@ -81,6 +81,11 @@ fn check_precursors(tables: &Path) -> Vec<(String, u32, bool)> {
         })
         .collect();
     assert_eq!(told, expected);
+    // The summary counts them, without the slip of the whole slider.
+    let summary = fs::read(tables.join("summary.json")).expect("it is there");
+    let summary: serde_json::Value = serde_json::from_slice(&summary).expect("it is JSON");
+    let count = expected.iter().filter(|(.., every)| !every).count();
+    assert_eq!(summary["precursor_count"], count);
     let residuals = precursors.numbers("ft_fn").into_iter().zip(precursors.numbers("ft_fn_law"));
     for (residual, (load, law)) in precursors.numbers("residual").into_iter().zip(residuals) {
         assert_eq!(residual, load - law);

@@ -415,7 +415,7 @@ impl Reader<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Allowed, Policy, Tolerance};
+    use super::{Allowed, Policy, Spread, Tolerance, WINDOW_S, between_events_s};
     use crate::column::Column;
     use crate::report::Class;
 
@@ -430,6 +430,16 @@ mod tests {
                 .with_allowed(Class::Open, Allowed::Any);
         assert_eq!(Policy::parse("p.toml", &policy.to_toml()), Ok(policy));
         assert_eq!(Policy::parse("p.toml", ""), Ok(Policy::default()));
+    }
+
+    #[test]
+    fn between_runs_of_two_time_steps_the_window_is_the_time_between_events() {
+        let spread = |events, duration_s| Spread { events, duration_s };
+        assert_eq!(between_events_s(spread(200, 5.0), spread(250, 5.0)), 0.025);
+        assert_eq!(between_events_s(spread(250, 5.0), spread(200, 5.0)), 0.025);
+        // Of a run without events, its length; of one that chatters, never less than usual.
+        assert_eq!(between_events_s(spread(0, 5.0), spread(10, 5.0)), 5.0);
+        assert_eq!(between_events_s(spread(100_000, 5.0), spread(90_000, 5.0)), WINDOW_S);
     }
 
     #[test]

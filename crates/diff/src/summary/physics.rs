@@ -160,3 +160,38 @@ fn ruptures(report: &Report, lines: &mut Vec<String>) {
         lines.push(format!("ruptures not compared: {why}{more}"));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::{aligned, change, value};
+    use crate::report::NumberChange;
+
+    #[test]
+    fn numbers_have_six_digits_and_changes_are_in_percent() {
+        let told = |old, new| {
+            let number = NumberChange::between("a_s", &old, &new);
+            [value(&number.old), value(&number.new), change(&number)]
+        };
+        assert_eq!(told(json!(55), json!(58)), ["55", "58", "+5.45 %"]);
+        assert_eq!(told(json!(2.6346976), json!(2.62232)), ["2.63470", "2.62232", "-0.47 %"]);
+        assert_eq!(told(json!(-2.0), json!(-1.0)), ["-2.00000", "-1.00000", "+50.00 %"]);
+        assert_eq!(told(json!(123456.7), json!(123456.8)), ["123457", "123457", "+8e-7"]);
+        assert_eq!(told(json!(1.5e-9), json!(1.5e-9)), ["1.50000e-9", "1.50000e-9", "same"]);
+        assert_eq!(told(json!(0.0), json!(0.25)), ["0.00000", "0.250000", ""]);
+        assert_eq!(told(json!(null), json!(3)), ["-", "3", ""]);
+        assert_eq!(told(json!(false), json!(true)), ["false", "true", ""]);
+    }
+
+    #[test]
+    fn columns_are_aligned_whatever_is_in_them() {
+        let row = |cells: [&str; 4]| cells.map(str::to_owned);
+        let rows = [row(["a_s", "1.5", "10.25", "+1 %"]), row(["longer", "2", "-", ""])];
+        let lines = aligned(["the runs", "old", "new", "change"], &rows, true);
+        assert_eq!(
+            lines,
+            ["the runs    old    new  change", "  a_s       1.5  10.25    +1 %", "  longer      2      -"]
+        );
+    }
+}

@@ -31,6 +31,8 @@ pub(crate) struct Physics {
     pub(crate) duration_s: f64,
     /// How many slip events it has.
     pub(crate) slip_events: u64,
+    /// Whether its ruptures are not those of the log.
+    found_anew: bool,
     /// Its ruptures as rows, in the order of their onsets, or why it has none.
     pub(crate) ruptures: Result<Vec<SlipEvent>, String>,
 }
@@ -70,6 +72,7 @@ impl Physics {
         Ok(Physics {
             duration_s: header.time_grid().time_s(header.steps),
             slip_events,
+            found_anew: !has_ruptures,
             ruptures,
             summary: told.summary,
         })
@@ -104,11 +107,14 @@ pub(crate) fn compare_ruptures(
     old: Physics,
     new: Physics,
 ) -> Result<RuptureDiff, String> {
+    let found_anew = old.found_anew || new.found_anew;
     let (old, new) = (old.ruptures?, new.ruptures?);
     let [old, new] = [old, new].map(|rows| rows.into_iter().map(Ok::<_, Infallible>));
     // What ruptures need of a policy is not what its tolerances for slip events are drafted from.
     // Few as they are, all findings are kept, so that the largest can be told first.
     let comparison = Comparison { keep_findings: usize::MAX, ..comparison };
     let compared = tally::compare(comparison, old, new, &mut Draft::default(), |_| Ok(()));
-    compared.map(RuptureDiff::from).map_err(|error| format!("ruptures cannot be told apart: {error}"))
+    compared
+        .map(|run| RuptureDiff::of(run, found_anew))
+        .map_err(|error| format!("they cannot be told apart: {error}"))
 }

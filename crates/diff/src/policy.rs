@@ -87,8 +87,8 @@ pub struct Policy {
     pub window_s: Option<f64>,
     /// The farthest that a pair may be shifted, s; infinite if the policy sets no limit.
     pub max_shift_s: f64,
-    /// Whether ruptures may differ where no slip event does. Where slip events differ, what is
-    /// said of them decides, for both come of the same switches.
+    /// Whether ruptures may differ where every slip event is identical. Where slip events differ,
+    /// what is said of them decides, for both come of the same switches.
     pub allows_ruptures: bool,
     pub(crate) tolerances: [Tolerance; Column::ALL.len()],
     pub(crate) allowed: [Allowed; Class::ALL.len()],

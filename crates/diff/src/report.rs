@@ -246,10 +246,11 @@ impl RunDiff {
         pair_name(&self.old.name, &self.new.name)
     }
 
-    /// Whether ruptures differ, and no slip event does.
+    /// Whether ruptures differ that both logs hold, and every slip event is identical.
     pub fn ruptures_alone_differ(&self) -> bool {
-        let ruptures = self.ruptures.as_ref().map_or(0, |ruptures| ruptures.counts.differing());
-        ruptures > 0 && self.counts.differing() == 0
+        let logged = self.ruptures.as_ref().filter(|ruptures| !ruptures.found_anew);
+        logged.is_some_and(|ruptures| ruptures.counts.differing() > 0)
+            && self.counts.identical == self.counts.total()
     }
 }
 
@@ -257,6 +258,8 @@ impl RunDiff {
 /// numbers of events in them are those of ruptures.
 #[derive(Debug, Clone, Serialize)]
 pub struct RuptureDiff {
+    /// Whether those of a side were found in its step records, since its log holds none.
+    pub found_anew: bool,
     /// How many ruptures the old run has.
     pub old: u64,
     /// How many the new run has.
@@ -283,9 +286,11 @@ pub struct RuptureDiff {
     pub horizon: Option<Horizon>,
 }
 
-impl From<RunDiff> for RuptureDiff {
-    fn from(run: RunDiff) -> RuptureDiff {
+impl RuptureDiff {
+    /// What was found of ruptures as rows.
+    pub fn of(run: RunDiff, found_anew: bool) -> RuptureDiff {
         RuptureDiff {
+            found_anew,
             old: run.old.events,
             new: run.new.events,
             window_s: run.window_s,

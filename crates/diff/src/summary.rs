@@ -5,9 +5,9 @@ mod finding;
 mod physics;
 
 use crate::report::{
-    Class, ColumnChange, Counts, Finding, Horizon, KolmogorovSmirnov, Report, RunDiff, Sample, Verdict,
+    Class, ColumnChange, Finding, Horizon, KolmogorovSmirnov, Report, RunDiff, Sample, Verdict,
 };
-use finding::{seconds, short, told};
+use finding::{by_class, seconds, short, told};
 
 /// The classes by how much they matter: what came and went, what changed, what moved.
 const BY_WEIGHT: [Class; 7] =
@@ -80,13 +80,6 @@ fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
             lines.push(format!("  {more} more differ, see --format json; in {same} nothing differs"))
         }
     }
-}
-
-/// How many matches there are of each class.
-fn by_class(counts: &Counts, none: &str) -> String {
-    let there = Class::ALL.into_iter().map(|class| (class, counts.of(class))).filter(|(_, count)| *count > 0);
-    let words: Vec<String> = there.map(|(class, count)| format!("{count} {}", class.name())).collect();
-    if words.is_empty() { none.to_owned() } else { words.join(", ") }
 }
 
 fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {

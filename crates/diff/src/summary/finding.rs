@@ -1,9 +1,16 @@
-//! A finding in one line.
+//! Findings in one line: one, and how many there are of each class.
 
 use std::fmt::Write;
 
 use crate::column::Value;
-use crate::report::{CellChange, Class, Extent, Finding};
+use crate::report::{CellChange, Class, Counts, Extent, Finding};
+
+/// How many matches there are of each class.
+pub(super) fn by_class(counts: &Counts, none: &str) -> String {
+    let there = Class::ALL.into_iter().map(|class| (class, counts.of(class))).filter(|(_, count)| *count > 0);
+    let words: Vec<String> = there.map(|(class, count)| format!("{count} {}", class.name())).collect();
+    if words.is_empty() { none.to_owned() } else { words.join(", ") }
+}
 
 /// A finding in one line.
 pub(super) fn told(finding: &Finding) -> String {

@@ -2,8 +2,7 @@
 
 use serde_json::Value;
 
-use super::by_class;
-use super::finding::told;
+use super::finding::{by_class, told};
 use crate::report::{Class, Counts, Finding, NumberChange, Report, RunDiff};
 
 /// The numbers of a summary that are shown, in this order: precursors, the first slip of the whole

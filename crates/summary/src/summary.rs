@@ -173,7 +173,7 @@ summary! {
         "Raw slip events" {
             /// Whether raw slip events mislead: the longest outlasts by more than twenty times the
             /// longest crossing of a wide rupture, and the time that a wave takes along the slider;
-            /// or more than half of those of four blocks or more hold several wide ruptures.
+            /// or more than a quarter of those of four blocks or more hold several wide ruptures.
             raw_events_mislead: Option<bool>,
             /// Number of raw slip events.
             event_count: u64,

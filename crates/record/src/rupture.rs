@@ -65,6 +65,26 @@ payload! {
         pub overlapping: bool,
         /// Whether the run ended before it was certain that no detachment belongs to it any more.
         pub open: bool,
+        /// Work of the drive points from the step after which the first block slid to the last
+        /// one in which a block slid, J; this and what follows is null where another rupture slid
+        /// at the same time, where the run ended before it was certain, and in runs without
+        /// energies.
+        pub drive_work_j: Option<f64>,
+        /// Work of the prestress, J.
+        pub prestress_work_j: Option<f64>,
+        /// What sliding contacts turned into heat, J.
+        pub friction_heat_j: Option<f64>,
+        /// What friction springs lost by letting go, less what they held when they took hold anew,
+        /// J.
+        pub anchor_change_j: Option<f64>,
+        /// What the dampers between blocks took up, J.
+        pub viscous_loss_j: Option<f64>,
+        /// Change of the kinetic energy, J.
+        pub kinetic_change_j: Option<f64>,
+        /// Change of the energy of all springs, J.
+        pub elastic_change_j: Option<f64>,
+        /// What the time step itself added, J.
+        pub scheme_work_j: Option<f64>,
     }
 }
 

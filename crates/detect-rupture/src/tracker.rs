@@ -12,8 +12,8 @@ use asperity_record::{Direction, Energy, StepRecord, Switch};
 /// Follows step records and gathers ruptures.
 #[derive(Debug, Clone)]
 pub struct RuptureTracker {
-    step_s: f64,
-    t_link_s: f64,
+    /// Most steps between detachments that are linked.
+    link_steps: u64,
     /// By block, from block 1 on.
     last: Vec<Option<Detachment>>,
     open: BTreeMap<Id, Slipping>,
@@ -141,12 +141,26 @@ impl Passage {
     }
 }
 
+/// The largest number of steps that take no longer than `time_s`, as doubles are multiplied.
+fn most_steps_within(time_s: f64, step_s: f64) -> u64 {
+    let near = time_s / step_s;
+    if near >= MOST_EXACT_STEPS {
+        return u64::MAX;
+    }
+    // Division and multiplication may round to either side.
+    let near = near as u64;
+    let within = |steps: &u64| *steps as f64 * step_s <= time_s;
+    (near.saturating_sub(1)..=near + 1).rev().find(within).unwrap_or(0)
+}
+
+/// From here on doubles are no longer exact whole numbers; no run takes so many steps.
+const MOST_EXACT_STEPS: f64 = (1u64 << 53) as f64;
+
 impl RuptureTracker {
     /// A tracker for a chain of `blocks` blocks, all stuck, in time steps of `step_s` seconds.
     pub fn new(blocks: u32, step_s: f64, t_link_s: f64) -> RuptureTracker {
         RuptureTracker {
-            step_s,
-            t_link_s,
+            link_steps: most_steps_within(t_link_s, step_s),
             last: vec![None; blocks as usize],
             open: BTreeMap::new(),
             growing: BTreeSet::new(),
@@ -196,13 +210,13 @@ impl RuptureTracker {
 
     /// Whether detachments in these steps are near enough to be linked.
     fn links(&self, earlier: u64, later: u64) -> bool {
-        (later - earlier) as f64 * self.step_s <= self.t_link_s
+        later - earlier <= self.link_steps
     }
 
-    /// When nothing could join a rupture any more.
+    /// The first step after which nothing can join a rupture any more.
     fn certain_step(&self, slipping: &Slipping) -> u64 {
-        let link = (self.t_link_s / self.step_s) as u64;
-        slipping.last_attachment.step.max(slipping.last_detachment.saturating_add(link))
+        let linked_no_more = slipping.last_detachment.saturating_add(self.link_steps).saturating_add(1);
+        slipping.last_attachment.step.max(linked_no_more)
     }
 
     fn detach(&mut self, record: &StepRecord, switch: &Switch, farthest_block_before: Option<u32>) {

@@ -11,7 +11,7 @@ const MISLEADING_CROSSINGS: f64 = 20.0;
 
 /// Share of the wide raw slip events that hold several wide ruptures, from which on they say less
 /// of ruptures than of what happened to slide at the same time.
-const MISLEADING_JOINED: f64 = 0.5;
+const MISLEADING_JOINED: f64 = 0.25;
 
 /// Where a raw slip event begins.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -262,6 +262,8 @@ impl Summarizer {
             kinetic_j: energy.map(|energy| energy.kinetic_j),
             elastic_j: energy.map(|energy| energy.elastic_j),
             scheme_work_j: energy.map(|energy| energy.scheme_work_j),
+            precursor_heat_j: mean_of(&precursors, |rupture| rupture.friction_heat_j),
+            global_rupture_heat_j: mean_of(&global, |rupture| rupture.friction_heat_j),
             creeps: is_known.then_some(creeps),
             creep_front_block: creep_front_block.filter(|_| is_known),
             sliding_time_ratio: raw.sliding_time_ratio(first_global.map(|first| first.onset_s), simulated_s),

@@ -157,6 +157,11 @@ summary! {
             elastic_j: Option<f64>,
             /// What the time step itself added, J.
             scheme_work_j: Option<f64>,
+            /// Mean heat of a precursor's contacts while it lasted, J; of precursors beside which no
+            /// other rupture slid.
+            precursor_heat_j: Option<f64>,
+            /// The same of the global ruptures, J.
+            global_rupture_heat_j: Option<f64>,
         }
         "Creep" {
             /// Whether the slider creeps from its first block: the creep front came to block 4 and
@@ -173,7 +178,7 @@ summary! {
         "Raw slip events" {
             /// Whether raw slip events mislead: the longest outlasts by more than twenty times the
             /// longest crossing of a wide rupture, and the time that a wave takes along the slider;
-            /// or more than half of those of four blocks or more hold several wide ruptures.
+            /// or more than a quarter of those of four blocks or more hold several wide ruptures.
             raw_events_mislead: Option<bool>,
             /// Number of raw slip events.
             event_count: u64,

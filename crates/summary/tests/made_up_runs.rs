@@ -72,6 +72,14 @@ fn rupture(number: u64, onset: u64, arrival: u64, end: u64, last_block: u32, ft_
         farthest_block_before: None,
         overlapping: false,
         open: false,
+        drive_work_j: None,
+        prestress_work_j: None,
+        friction_heat_j: Some(f64::from(last_block) / 4.0),
+        anchor_change_j: None,
+        viscous_loss_j: None,
+        kinetic_change_j: None,
+        elastic_change_j: None,
+        scheme_work_j: None,
     }
 }
 
@@ -150,6 +158,9 @@ fn precursors_grow_from_block_1_and_the_whole_slider_is_none_of_them() {
     assert_near(found.largest_slip_m, 0.01);
     assert_near(found.global_rupture_potency_m2, 1e-3);
     assert_near(found.global_rupture_force_drop_n, 1.5);
+    // Of 2, 5 and 8 blocks, a quarter of a joule each; of 10 and 10.
+    assert_near(found.precursor_heat_j, 1.25);
+    assert_near(found.global_rupture_heat_j, 2.5);
     // Residuals against 0.5 x: 0 at 0.2, 0.05 at 0.5, 0.05 at 0.8. Slope (0.3 * 0.05) / 0.18; the
     // line passes the mean, 1/30 at 0.5.
     assert_eq!(found.length_law.as_deref(), Some("(5.57)"));
@@ -226,15 +237,15 @@ fn raw_events_mislead_where_they_outlast_fronts_or_join_them() {
     // Without fronts, ten seconds are twenty times what a wave takes.
     assert_eq!(of(&[slip(0, 1000, Some(11_001), 10)], &[]).raw_events_mislead, Some(true));
 
-    // Two of three wide events hold two ruptures each; one rupture lies in none.
-    let slips = [slip(0, 1000, Some(1500), 8), slip(1, 2000, Some(2500), 8), slip(2, 3000, Some(3500), 8)];
+    // Two of four wide events hold two ruptures each; one rupture lies in none.
+    let slips = [1000, 2000, 3000, 4000].map(|onset| slip(0, onset, Some(onset + 500), 8));
     let onsets = [1000, 1200, 1500, 2100, 2300, 3000];
     let ruptures: Vec<Rupture> =
         onsets.iter().map(|&onset| rupture(0, onset, onset + 100, onset + 150, 5, 0.4)).collect();
     let found = of(&slips, &ruptures);
-    assert_eq!((found.wide_event_count, found.joined_event_count), (3, Some(2)));
+    assert_eq!((found.wide_event_count, found.joined_event_count), (4, Some(2)));
     assert_eq!(found.raw_events_mislead, Some(true));
-    // Without the last of the first two, one of three.
+    // Without one of the second two, one of four.
     let found = of(&slips, &[&ruptures[..3], &ruptures[4..]].concat());
     assert_eq!((found.joined_event_count, found.raw_events_mislead), (Some(1), Some(false)));
 }

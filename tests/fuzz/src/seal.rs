@@ -11,7 +11,7 @@ use super::parts::{MESSAGE_HEAD, Part};
 /// Whether these records are of a log that says so.
 pub fn is_sealed(parts: &[Part]) -> bool {
     let version = |run: &Part| run.map()?.get("record_schema_version")?.parse::<u32>().ok();
-    parts.iter().find(|part| part.name() == Some("run")).and_then(version).is_some_and(|version| version == 3)
+    parts.iter().find(|part| part.name() == Some("run")).and_then(version).is_some_and(|version| version >= 3)
 }
 
 /// A group of the summary: its kind, and its records.

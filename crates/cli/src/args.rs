@@ -64,7 +64,7 @@ pub(crate) enum Command {
     Check(CheckArguments),
     /// Recover what is left of a damaged log.
     Salvage(SalvageArguments),
-    /// Compare the slip events of two runs, or of two folders of runs.
+    /// Compare two runs, or two folders of runs: numbers, ruptures and slip events.
     Diff(DiffArguments),
     /// Run the detectors again on the records of a log, and compare the events.
     Replay(ReplayArguments),

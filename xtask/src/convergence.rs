@@ -191,7 +191,7 @@ mod tests {
         assert_eq!(percent(&[50.0, 51.0, 50.0]), "2.0");
         assert_eq!(percent(&[0.0, 0.0]), "0");
         assert_eq!(percent(&[-1.0, 0.0, 1.0]), "> 1000");
-        assert_eq!((rounded(0.012_345), rounded(1.234_56e-7)), ("0.01234".to_owned(), "1.235e-7".to_owned()));
+        assert_eq!((rounded(0.012_343), rounded(1.234_56e-7)), ("0.01234".to_owned(), "1.235e-7".to_owned()));
     }
 
     #[test]

@@ -185,12 +185,12 @@ Examples:
   asperity summary out/mine.mcap --format json | python3 -m json.tool
   asperity summary --schema > out/summary.schema.json
 
-Events are ruptures here: sets of detachments that a front joins, whatever slides
-elsewhere at the same time. Numbers of raw slip events say so. A precursor is a
-rupture from block 1 that reaches farther than any before, up to the first that
-reaches every block, which is not counted. Ruptures that the log of an older
-version does not have are found in its step records. SI units throughout;
-docs/outputs.md explains every key, and so does the schema.
+Events are ruptures here: sets of detachments that a front joins, whatever
+slides elsewhere at the same time. Numbers of raw slip events say so. A
+precursor is a rupture from block 1 that reaches farther than any before, up
+to the first that reaches every block, which is not counted. Ruptures that the
+log of an older version does not have are found in its step records. SI units
+throughout; docs/outputs.md explains every key, and so does the schema.
 
 Exit codes, that of the worst of several logs:
   0  all of every run is in the summary

@@ -288,6 +288,20 @@ fn of_runs_of_two_time_steps_the_physics_is_told_first() {
     let paired = of_whole.iter().filter(|found| whole(&found["old"]) && whole(&found["new"])).count();
     assert!(paired >= 5 && of_whole.len() - paired <= 1, "{of_whole:?}");
     assert_eq!(old["global_rupture_count"], 6);
+
+    // Of several pairs, in how many a number differs, and where most.
+    let [before, after] = ["before", "after"].map(|name| folder.path().join(name));
+    for (side, first) in [(&before, &fine), (&after, &coarse)] {
+        fs::create_dir(side).expect("a folder can be made");
+        for (name, log) in [("first.mcap", first), ("second.mcap", &fine)] {
+            fs::copy(log, side.join(name)).expect("it can be copied");
+        }
+    }
+    let (_, out, _) = diff(&[text(&before), text(&after), "--pair", "name"]);
+    let row = out.lines().find(|line| line.contains("first_global_rupture_onset_s")).expect("a row");
+    assert!(row.contains(" differs in 1 of 2 ") && row.contains(" in first: 2.63470 -> "), "{row}");
+    let (code, out, _) = diff(&[text(&before), text(&before)]);
+    assert!(code == 0 && out.contains("recurrence are the same in all 2 pairs\n"), "{out}");
 }
 
 #[test]

@@ -65,6 +65,12 @@ fn numbers(report: &Report, lines: &mut Vec<String>) {
         })
         .collect();
     if rows.is_empty() {
+        let pairs = report.runs.iter().filter(|run| !run.summary.is_empty()).count();
+        if pairs > 0 {
+            lines.push(format!(
+                "precursors, first global slips, loads and recurrence are the same in all {pairs} pairs"
+            ));
+        }
         return;
     }
     let one = report.runs.len() == 1;

@@ -386,6 +386,7 @@ pages_that_run! {
     outputs_run: "docs/outputs.md",
     performance_runs: "docs/performance.md",
     run_logs_run: "docs/run-logs.md",
+    ruptures_run: "docs/ruptures.md",
     scenarios_run: "docs/scenarios.md",
 }
 

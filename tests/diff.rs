@@ -228,3 +228,135 @@ fn outputs_of_a_pipeline_are_compared_with_their_claims() {
     assert_eq!(claims.len(), 1);
     assert_eq!((&claims[0]["old_verdict"], &claims[0]["new_verdict"]), (&"agrees".into(), &"differs".into()));
 }
+
+/// The numbers of a run, by the command that is there for them.
+fn summary(log: &Path) -> Value {
+    serde_json::from_str(&succeed(&["summary", text(log), "--format", "json"])).expect("it is JSON")
+}
+
+#[test]
+fn of_runs_of_two_time_steps_the_physics_is_told_first() {
+    let folder = folder();
+    let [fine, coarse] = ["fine.mcap", "coarse.mcap"].map(|name| folder.path().join(name));
+    for (log, step) in [(&fine, "time.step_s=1e-7"), (&coarse, "time.step_s=2e-7")] {
+        run(&["default", "--set", step, "--set", "time.duration_s=3"], log);
+    }
+    let (code, out, _) = diff(&[text(&fine), text(&coarse)]);
+    assert_eq!(code, 1);
+    let place = |words: &str| out.find(words).unwrap_or_else(|| panic!("no {words:?} in\n{out}"));
+    let first = [
+        "  precursor_count ",
+        "  first_global_rupture_onset_s ",
+        "  first_global_rupture_ft_fn ",
+        "  largest_ft_fn ",
+        "  recurrence_transient_s ",
+        "  recurrence_steady_s ",
+        " new ruptures: ",
+        " new events: ",
+    ];
+    assert!(first.map(place).is_sorted(), "{out}");
+    assert!(out.lines().count() <= 40, "{out}");
+
+    let (_, report) = json(&[text(&fine), text(&coarse)]);
+    let pair = &report["runs"][0];
+    let (old, new) = (summary(&fine), summary(&coarse));
+    let numbers = pair["summary"].as_array().expect("a list");
+    assert_eq!(numbers.len(), old.as_object().expect("an object").len());
+    for number in numbers {
+        let key = number["key"].as_str().expect("a key");
+        assert_eq!((&number["old"], &number["new"]), (&old[key], &new[key]), "{key}");
+        if let (Some(old), Some(new)) = (old[key].as_f64(), new[key].as_f64()) {
+            let relative = number["relative_change"].as_f64();
+            assert_eq!(relative, (old != 0.0).then(|| (new - old) / old.abs()), "{key}");
+        }
+    }
+
+    // With the window of that pair, the ruptures of the whole slider find their counterparts.
+    let ruptures = &pair["ruptures"];
+    assert!(ruptures["window_s"].as_f64() > Some(0.01), "{}", ruptures["window_s"]);
+    let count = |class: &str| ruptures["counts"][class].as_u64().expect("a count");
+    let alone = count("missing") + count("extra");
+    let all = ruptures["old"].as_u64().expect("a count") + ruptures["new"].as_u64().expect("a count");
+    assert!(5 * alone < all, "{alone} of {all} are alone");
+    let whole = |side: &Value| side[0]["first_block"] == 1 && side[0]["last_block"] == 100;
+    let of_whole: Vec<&Value> = ruptures["matches"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .filter(|found| whole(&found["old"]) || whole(&found["new"]))
+        .collect();
+    let paired = of_whole.iter().filter(|found| whole(&found["old"]) && whole(&found["new"])).count();
+    assert!(paired >= 5 && of_whole.len() - paired <= 1, "{of_whole:?}");
+    assert_eq!(old["global_rupture_count"], 6);
+
+    // Of several pairs, in how many a number differs, and where most.
+    let [before, after] = ["before", "after"].map(|name| folder.path().join(name));
+    for (side, first) in [(&before, &fine), (&after, &coarse)] {
+        fs::create_dir(side).expect("a folder can be made");
+        for (name, log) in [("first.mcap", first), ("second.mcap", &fine)] {
+            fs::copy(log, side.join(name)).expect("it can be copied");
+        }
+    }
+    let (_, out, _) = diff(&[text(&before), text(&after), "--pair", "name"]);
+    let row = out.lines().find(|line| line.contains("first_global_rupture_onset_s")).expect("a row");
+    assert!(row.contains(" differs in 1 of 2 ") && row.contains(" in first: 2.63470 -> "), "{row}");
+    let (code, out, _) = diff(&[text(&before), text(&before)]);
+    assert!(code == 0 && out.contains("recurrence are the same in all 2 pairs\n"), "{out}");
+}
+
+#[test]
+fn ruptures_that_differ_where_no_slip_event_does_are_a_difference_unless_it_is_allowed() {
+    let folder = folder();
+    let [usual, fast] = ["usual.mcap", "fast.mcap"].map(|name| folder.path().join(name));
+    let set = ["default", "--set", "time.step_s=1e-7", "--set", "time.duration_s=1"];
+    run(&set, &usual);
+    run(&[&set[..], &["--set", "detection.link_time_ratio=1"]].concat(), &fast);
+    let policy = folder.path().join("policy.toml");
+    let (code, out, _) = diff(&[text(&usual), text(&fast), "--draft-policy", text(&policy)]);
+    assert_eq!(code, 1, "{out}");
+    assert!(out.contains("made otherwise: scenario: detection.link_time_ratio"), "{out}");
+    assert!(out.ends_with("\ndiffers: the ruptures do, and no slip event\n"), "{out}");
+    let drafted = fs::read_to_string(&policy).expect("it was drafted");
+    assert!(drafted.contains("[allow]\nruptures = true\n"), "{drafted}");
+    let (code, out, _) = diff(&[text(&usual), text(&fast), "--policy", text(&policy)]);
+    assert_eq!(code, 0, "{out}");
+    assert!(out.ends_with("\ndiffers, as the policy allows\n"), "{out}");
+    let (code, out, _) = diff(&[text(&usual), text(&usual)]);
+    assert!(code == 0 && out.ends_with("\nnothing differs\n"), "{out}");
+}
+
+#[test]
+fn ruptures_of_older_logs_are_compared_as_found_anew_and_those_of_tables_not_at_all() {
+    let folder = folder();
+    let logs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs");
+    let [old, new] = ["v3/complete.mcap", "v4/complete.mcap"].map(|log| logs.join(log));
+    let (code, report) = json(&[text(&old), text(&new)]);
+    let pair = &report["runs"][0];
+    assert_eq!((code, &pair["ruptures"]["counts"]["identical"]), (0, &3.into()), "{pair}");
+    let from = |number: &&Value| number["key"] == "ruptures_from";
+    let from = pair["summary"].as_array().expect("a list").iter().find(from).expect("a key");
+    assert_eq!((&from["old"], &from["new"]), (&"steps".into(), &"log".into()));
+
+    let table = write(folder.path(), "table.csv", TABLE);
+    let (code, report) = json(&[text(&table), text(&table)]);
+    let pair = &report["runs"][0];
+    assert_eq!((code, &pair["summary"]), (0, &Value::Array(Vec::new())));
+    assert!(pair["ruptures"].is_null() && pair["no_ruptures"].is_null(), "{pair}");
+}
+
+/// A program of another time may have told ruptures otherwise, so that those of an older log are
+/// none of its own.
+#[test]
+fn ruptures_that_are_found_anew_are_told_and_not_judged() {
+    let folder = folder();
+    let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs/v3/complete.mcap");
+    let new = folder.path().join("new.mcap");
+    run(&[&small::SCENARIO[..], &["--set", "detection.link_time_ratio=0.01"]].concat(), &new);
+    let (code, report) = json(&[text(&old), text(&new)]);
+    let pair = &report["runs"][0];
+    assert_eq!((&pair["counts"]["identical"], &pair["ruptures"]["found_anew"]), (&28.into(), &true.into()));
+    assert_ne!(pair["ruptures"]["old"], pair["ruptures"]["new"]);
+    assert_eq!((code, &report["verdict"]), (0, &"within-policy".into()));
+    let (_, out, _) = diff(&[text(&old), text(&new)]);
+    assert!(out.ends_with("\nno slip event differs, but ruptures do\n"), "{out}");
+}

@@ -73,12 +73,18 @@ fn from_solver_to_figures() {
             "load.csv",
             "load.parquet",
             "load.png",
+            "precursor-ruptures.csv",
+            "precursor-ruptures.parquet",
             "precursors.csv",
             "precursors.parquet",
             "precursors.png",
             "reduce.json",
             "residuals.csv",
             "residuals.parquet",
+            "ruptures.csv",
+            "ruptures.parquet",
+            "summary.csv",
+            "summary.json",
         ]
     );
     assert_eq!(files["events.csv"], csv.as_bytes(), "both event tables are the same bytes");

@@ -96,6 +96,7 @@ fn read_by_all(file: &Path, must_refuse: bool, consistent: bool) {
     let mut commands = vec![
         vec!["events", text(file)],
         vec!["events", "--format", "json", text(file)],
+        vec!["summary", text(file)],
         vec!["replay", text(file)],
     ];
     if cfg!(feature = "analysis") {

@@ -32,8 +32,12 @@ mod recipes;
 mod reference;
 mod resume;
 mod runlog;
+mod ruptures;
 mod salvage;
 mod scenarios;
+mod summary;
+#[cfg(feature = "analysis")]
+mod tables;
 mod terminal;
 #[cfg(feature = "analysis")]
 mod textconv;

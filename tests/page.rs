@@ -11,7 +11,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::support::binary::{asperity, text};
+use crate::support::binary::{asperity, run, succeed, text};
 
 /// What the browser is called, and how it is kept from calling home.
 const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
@@ -189,4 +189,32 @@ fn thousands_of_events_that_differ_are_drawn() {
     assert_eq!((number(&seen, "drawn"), number(&seen, "events")), (all, all));
     let zoomed = loaded(&browser, &page, "document.querySelector('button[data-action=in]').click()");
     assert!(number(&zoomed, "drawn") < all, "{zoomed:?}");
+}
+
+#[test]
+fn ruptures_are_drawn_first_and_the_slip_events_of_a_finding_are_one_click_away() {
+    let Some(browser) = browser() else { return };
+    let folder = asperity_testkit::folder();
+    let [old, new] = ["old.mcap", "new.mcap"].map(|name| folder.path().join(name));
+    let set = ["default", "--set", "time.duration_s=0.5", "--set"];
+    run(&[&set[..], &["time.step_s=1e-7"]].concat(), &old);
+    run(&[&set[..], &["time.step_s=2e-7"]].concat(), &new);
+    let page = page(folder.path(), &old, &new);
+    let html = fs::read_to_string(&page).expect("the page can be read");
+    let place = |words: &str| html.find(words).unwrap_or_else(|| panic!("no {words:?} on the page"));
+    let first = ["<h2>The runs in numbers</h2>", "precursor_count", "<h2>Ruptures</h2>", "<h2>Classes</h2>"];
+    assert!(first.map(place).is_sorted());
+
+    let count = |log: &Path, kind: &str| {
+        let out = log.with_extension("tables");
+        if !out.exists() {
+            succeed(&["reduce", text(log), "--out", text(&out)]);
+        }
+        rows(&out.join(format!("{kind}.csv")))
+    };
+    let both = |kind: &str| count(&old, kind) + count(&new, kind);
+    let seen = loaded(&browser, &page, "");
+    assert_eq!((number(&seen, "drawn"), number(&seen, "events")), (both("ruptures"), both("ruptures")));
+    let seen = loaded(&browser, &page, "document.querySelector('tr[data-finding]').click()");
+    assert_eq!(number(&seen, "events"), both("events"), "a finding is one of slip events");
 }

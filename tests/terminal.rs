@@ -68,6 +68,7 @@ fn names_of_files_and_arguments_stay_within_their_line() {
         assert!(out.lines().count() == 1 && is_plain(&out), "{out:?}");
         for arguments in [
             &["events", text(&file)][..],
+            &["summary", text(&file)],
             &["replay", text(&file)],
             &["diff", text(&file), text(&file)],
             &["salvage", text(&file), "--out", "never.mcap"],
@@ -217,6 +218,7 @@ fn a_name_that_is_no_utf_8_is_a_name_for_every_command() {
     with_out("run", &log, &["--quiet"], &other);
     assert!(of(&["check"], &[&log], &[]).contains("caf\u{fffd}.mcap: whole"));
     assert!(of(&["events"], &[&log], &[]).lines().count() > 3);
+    assert!(of(&["summary"], &[&log], &[]).contains("caf\u{fffd}\n"));
     assert!(of(&["diff"], &[&log, &other], &[]).contains("nothing differs"));
     fs::write(named("-cut.mcap"), &fs::read(&log).expect("it was just written")[..20_000])
         .expect("the folder can be written");

@@ -110,6 +110,7 @@ fn every_command_goes_by_the_verdict_of_check() {
             let arguments: Vec<&str> = match command.as_str() {
                 "check" => vec!["check", text(log)],
                 "events" => vec!["events", text(log)],
+                "summary" => vec!["summary", text(log)],
                 "export" => vec!["export", text(log), "--to", "csv", "--out", text(&out)],
                 "replay" => vec!["replay", text(log), "--out", text(&out)],
                 "diff" => vec!["diff", text(&whole), text(log)],
@@ -145,7 +146,7 @@ fn every_command_goes_by_the_verdict_of_check() {
             }
         }
     }
-    assert!(commands >= 36, "{commands} commands");
+    assert!(commands >= 42, "{commands} commands");
 }
 
 /// Of several logs the worst counts.

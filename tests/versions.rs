@@ -69,7 +69,7 @@ fn a_newer_version_is_refused_by_name() {
     let mut writer = mcap::Writer::new(fs::File::create(&log).unwrap()).unwrap();
     writer.write_metadata(&metadata).unwrap();
     writer.finish().unwrap();
-    for command in ["events", "replay", "check"] {
+    for command in ["events", "summary", "replay", "check"] {
         let output = asperity(&[command, text(&log)]);
         let said = [output.stdout, output.stderr].concat();
         let said = String::from_utf8_lossy(&said).into_owned();

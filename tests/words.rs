@@ -380,12 +380,14 @@ macro_rules! pages_that_run {
 
 pages_that_run! {
     the_readme_runs: "README.md",
+    convergence_runs: "docs/convergence.md",
     diff_runs: "docs/diff.md",
     extending_runs: "docs/extending.md",
     model_runs: "docs/model.md",
     outputs_run: "docs/outputs.md",
     performance_runs: "docs/performance.md",
     run_logs_run: "docs/run-logs.md",
+    ruptures_run: "docs/ruptures.md",
     scenarios_run: "docs/scenarios.md",
 }
 

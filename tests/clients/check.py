@@ -11,12 +11,13 @@ import json
 import pathlib
 import sys
 
+import pandas
 import polars
 from mcap.reader import make_reader
 from polars.testing import assert_frame_equal
 
 RECORDS = {"/step", "/switch", "/fields", "/window"}
-EVENTS = {"/events/onset", "/events/slip", "/events/global"}
+EVENTS = {"/events/onset", "/events/slip", "/events/global", "/events/rupture", "/events/arrival"}
 
 
 def check_log(path):
@@ -56,8 +57,10 @@ def check_log(path):
 
 def check_tables(folder, messages):
     tables = sorted(path.stem for path in folder.glob("*.csv"))
-    assert tables == ["events", "load", "precursors", "residuals"], tables
-    for name in tables:
+    expected = ["events", "load", "precursor-ruptures", "precursors", "residuals", "ruptures", "summary"]
+    assert tables == expected, tables
+    # The summary is one row, and has JSON in place of Parquet.
+    for name in set(tables) - {"summary"}:
         parquet = polars.read_parquet(folder / f"{name}.parquet")
         csv = polars.read_csv(folder / f"{name}.csv", schema_overrides=parquet.schema)
         assert parquet.height > 0, name
@@ -65,6 +68,25 @@ def check_tables(folder, messages):
 
     events = polars.read_parquet(folder / "events.parquet")
     assert events.to_dicts() == messages["/events/slip"]
+
+    ruptures = polars.read_parquet(folder / "ruptures.parquet")
+    logged = messages["/events/rupture"]
+    assert ruptures.drop("event", "creeps", "raw_events_mislead").to_dicts() == logged
+    onsets = {event["event"]: (event["onset_step"], event["end_step"]) for event in messages["/events/slip"]}
+    for rupture in ruptures.iter_rows(named=True):
+        first, after = onsets[rupture["event"]]
+        assert first <= rupture["onset_step"] and (after is None or rupture["onset_step"] < after), rupture
+
+    # The precursors as the page defines them, and as pandas has them.
+    longest, found = 0, []
+    for rupture in sorted(logged, key=lambda rupture: rupture["onset_step"]):
+        if rupture["first_block"] == 1 and rupture["last_block"] > longest:
+            longest = rupture["last_block"]
+            found.append((rupture["rupture"], rupture["reached_every_block"]))
+    table = pandas.read_csv(folder / "precursor-ruptures.csv")
+    assert table.reached_every_block.dtype == bool and table.creeps.dtype == bool, table.dtypes
+    assert list(zip(table.rupture, table.reached_every_block)) == found, (table, found)
+    assert list(table[~table.reached_every_block].lp_l) == sorted(set(table.lp_l) - {1.0}), table
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ mod attack;
 mod bench;
 mod ci;
 mod clients;
+mod convergence;
 mod diff_events;
 mod fuzz;
 mod git;
@@ -38,6 +39,7 @@ use workspace::Failure;
 Examples:
   cargo xtask reproduce-chapter5
   cargo xtask reproduce-all
+  cargo xtask convergence
   cargo xtask test
   cargo xtask verify-solver
   cargo xtask diff-events HEAD~1
@@ -69,6 +71,8 @@ enum Command {
     /// All of these, and the studies of top-driven sliders and of the number of blocks.
     #[command(name = "reproduce-all")]
     ReproduceAll(reproduce::ReproduceArguments),
+    /// Write how far the numbers of a run move with the time step and the number of blocks.
+    Convergence(convergence::ConvergenceArguments),
     /// Set up the Python and Node clients that read run logs, and run all tests.
     Test(test::TestArguments),
     /// Compare the fast solver with the plain one in all runs, for both parameter sets.
@@ -94,6 +98,7 @@ fn main() -> ExitCode {
         Command::ReproduceAppendixA(arguments) => reproduce::command(&arguments, &[reproduce::APPENDIX_A]),
         Command::ReproduceGoals(arguments) => reproduce::command(&arguments, &[reproduce::GOALS]),
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
+        Command::Convergence(arguments) => convergence::command(&arguments),
         Command::Test(arguments) => test::command(&arguments),
         Command::VerifySolver(arguments) => verify::command(&arguments),
         Command::DiffEvents(arguments) => diff_events::command(&arguments),

@@ -2,7 +2,7 @@
 //! tables show.
 
 use asperity_model::analytic::{self, LengthLaw, LengthLawParameters};
-use asperity_record::{FieldRecord, SlipEvent, StepRecord};
+use asperity_record::{FieldRecord, Rupture, SlipEvent, StepRecord};
 
 use crate::precursors::{self, Precursor, PrecursorRules};
 use crate::run_data::RunData;
@@ -29,6 +29,21 @@ pub fn precursor_points(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -
             PrecursorPoint { lp_l, ft_fn: precursor.start.ft_fn_onset, predicted }
         })
         .collect()
+}
+
+/// The precursors among the ruptures of a run beside a length law.
+pub fn rupture_points<'a>(
+    run: &'a RunData,
+    law: LengthLaw,
+    rules: &PrecursorRules,
+) -> Vec<(&'a Rupture, PrecursorPoint)> {
+    let parameters = LengthLawParameters::of(&run.scenario);
+    let point = |rupture: &Rupture| {
+        let lp_l = f64::from(rupture.last_block) / f64::from(run.header.blocks);
+        PrecursorPoint { lp_l, ft_fn: rupture.ft_fn_onset, predicted: law.load_ratio(&parameters, lp_l) }
+    };
+    let found = precursors::among_ruptures(run, rules);
+    found.into_iter().map(|rupture| (rupture, point(rupture))).collect()
 }
 
 /// How well the precursors of a run follow a length law; in units of `F_T / F_N`.

@@ -23,6 +23,7 @@
 //! - [`curves`]: what is read off a run for measures, tables and figures alike.
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
+//! - [`summaries`]: summaries of runs as files.
 //! - [`record`]: what tables and figures were made of, beside them.
 //! - `parquet_bounds`, [`parquet_table`]: Parquet of others, held against the length of its file
 //!   before polars reads it.
@@ -50,6 +51,7 @@ pub mod precursors;
 pub mod record;
 pub mod run_data;
 pub mod study;
+pub mod summaries;
 pub mod table_file;
 pub mod tables;
 

@@ -8,6 +8,7 @@ use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_record::bounds::check_toml;
 use asperity_stream::at_once;
+use asperity_summary::Summary;
 use polars::prelude::DataFrame;
 use serde::Deserialize;
 
@@ -17,7 +18,7 @@ use crate::figures::Figures;
 use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
 use crate::study::Study;
-use crate::{record, table_file, tables};
+use crate::{record, summaries, table_file, tables};
 
 /// A pipeline, as written.
 #[derive(Debug, Clone, Deserialize)]
@@ -209,10 +210,19 @@ impl Pipeline {
         Ok(pipeline)
     }
 
+    /// The laws with which the precursors of a run are compared.
+    fn laws_of(&self, run: &RunSpec) -> impl Iterator<Item = (LengthLaw, PrecursorRules)> {
+        let of_run = self.precursors.iter().filter(|spec| spec.run == run.name);
+        of_run.map(|spec| (spec.law, spec.rules))
+    }
+
     /// The names of its tables, without their endings.
     fn tables(&self) -> Vec<String> {
-        let of_runs =
-            self.run.iter().flat_map(|run| ["events", "load"].map(|what| table_of(&run.name, what)));
+        let of_runs = self.run.iter().flat_map(|run| {
+            let precursors = self.laws_of(run).next().map(|_| tables::PRECURSOR_RUPTURES);
+            let names = [Some(tables::RUPTURES), precursors, Some("events"), Some("load")];
+            names.into_iter().flatten().map(|what| table_of(&run.name, what))
+        });
         let singles = [
             (!self.precursors.is_empty(), RESIDUALS),
             (!self.first_global_slips.is_empty(), FIRST_GLOBAL_SLIPS),
@@ -231,13 +241,16 @@ impl Pipeline {
         let mut outputs: Vec<PathBuf> =
             self.tables().iter().flat_map(|name| table_file::paths(&tables, name)).collect();
         outputs.extend((!self.claim.is_empty()).then(|| tables.join(CLAIMS_PAGE)));
+        outputs.push(tables.join(summaries::TABLE));
+        outputs.extend(self.run.iter().map(|run| tables.join(table_of(&run.name, summaries::JSON))));
         outputs.extend(self.figure.files().map(|file| figures.join(file)));
         outputs
     }
 
     /// Reads the runs, and writes `tables/`, `figures/` and last `reproduce.json`, which says what
-    /// they are, into `out`, in place of those that are there: all, or none if something fails. None of them is written over what was read,
-    /// `inputs` among it. `watcher` is told of every stage as it begins and of everything that is
+    /// they are, into `out`, in place of those that are there: all, or none if something fails. None of
+    /// them is written over what was read, `inputs` among it. `summaries` are those of the runs, in
+    /// their order. `watcher` is told of every stage as it begins and of everything that is
     /// done in it.
     ///
     /// # Errors
@@ -247,6 +260,7 @@ impl Pipeline {
         runs_folder: &Path,
         out: &Path,
         mut inputs: Inputs,
+        summaries: &[Summary],
         watcher: &mut (dyn FnMut(Progress) + Send),
     ) -> Result<(), AnalysisError> {
         let (table_folder, figure_folder) = (out.join("tables"), out.join("figures"));
@@ -257,12 +271,23 @@ impl Pipeline {
         let files = FileSet::new(Existing::Replace, inputs);
         files.reserve(self.outputs(out))?;
         files.reserve([record::path(out, COMMAND)])?;
+        summaries::write_table(&files, &table_folder.join(summaries::TABLE), summaries)?;
+        for summary in summaries {
+            let file = table_of(&summary.run, summaries::JSON);
+            summaries::write_json(&files, &table_folder.join(file), summary)?;
+        }
         let counter = Counter::begin(Stage::Runs, self.run.len(), watcher);
-        let runs = at_once(&self.run, None, |spec| {
+        let specs: Vec<(&RunSpec, &Summary)> = self.run.iter().zip(summaries).collect();
+        let runs = at_once(&specs, None, |(spec, summary)| {
             let run = RunData::read(&spec.name, &log(spec))?;
             let write = |what: &str, mut table: DataFrame| {
                 table_file::write(&files, &table_folder, &table_of(&run.name, what), &mut table)
             };
+            write(tables::RUPTURES, tables::ruptures(&run, summary)?)?;
+            let laws: Vec<(LengthLaw, PrecursorRules)> = self.laws_of(spec).collect();
+            if !laws.is_empty() {
+                write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&run, summary, &laws)?)?;
+            }
             write("events", tables::events(&run)?)?;
             write("load", tables::load_curve(&run)?)?;
             counter.one_more();

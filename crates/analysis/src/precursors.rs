@@ -1,4 +1,8 @@
-//! Which slip events count as precursors.
+//! Which ruptures, and which slip events, count as precursors.
+//!
+//! Of ruptures: those that include block 1 and reach farther than every one before that does.
+//! The list ends with the first that reaches every block; it is flagged, and no count of
+//! precursors includes it. What follows is about raw slip events, which the thesis counts.
 //!
 //! A precursor starts at block 1 and runs farther than any before it; the list
 //! ends with the first slip of the whole slider, even if an event before it has
@@ -8,7 +12,7 @@
 //! By default nothing is dropped or merged, and every table says by which rules
 //! it was made.
 
-use asperity_record::{Direction, SlipEvent};
+use asperity_record::{Direction, Rupture, SlipEvent};
 use serde::Deserialize;
 
 use crate::run_data::RunData;
@@ -138,6 +142,24 @@ pub fn find<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<Precursor<'a>> 
         }
     }
     precursors
+}
+
+/// The ruptures that include block 1 and reach farther than every one that does and began before,
+/// by onset. The last may be the first slip of the whole slider, which
+/// [`Rupture::reached_every_block`] tells. Ruptures of fewer blocks than the rules ask for are left
+/// out; none are merged, since what belongs together is one rupture already.
+pub fn among_ruptures<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<&'a Rupture> {
+    let mut longest = 0;
+    let mut ruptures = run.ruptures_by_onset();
+    ruptures.retain(|rupture| {
+        let reaches = rupture.first_block == 1 && rupture.last_block > longest;
+        if reaches {
+            longest = rupture.last_block;
+        }
+        // All blocks up to the last have slid.
+        reaches && rupture.last_block >= rules.min_blocks
+    });
+    ruptures
 }
 
 fn belongs_together(before: &SlipEvent, next: &SlipEvent, merge_gap_s: f64) -> bool {

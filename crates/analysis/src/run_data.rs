@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
-use asperity_record::{Event, FieldRecord, Record, RunHeader, SlipEvent, StepRecord, WindowRecord};
+use asperity_record::{
+    Event, EventPayload, FieldRecord, Record, RunHeader, Rupture, SlipEvent, StepRecord, WindowRecord,
+};
 use asperity_runlog::{LogItem, RunReader, Topics};
 
 use crate::error::AnalysisError;
@@ -27,6 +29,9 @@ pub struct RunData {
     pub windows: Vec<WindowRecord>,
     /// Slip events, in order.
     pub slips: Vec<SlipEvent>,
+    /// Ruptures, in the order in which they became certain, as in the log; none where the log is
+    /// from before there were any.
+    pub ruptures: Option<Vec<Rupture>>,
     /// What of the run is missing, where the log does not hold all of it.
     pub lacks: Option<String>,
 }
@@ -76,8 +81,10 @@ impl RunData {
             fields: Vec::new(),
             windows: Vec::new(),
             slips: Vec::new(),
+            ruptures: None,
             lacks: None,
         };
+        let mut ruptures = Vec::new();
         loop {
             let item = match reader.next_item() {
                 Ok(Some(item)) => item,
@@ -92,10 +99,30 @@ impl RunData {
                 LogItem::Record(Record::Step(record)) => data.steps.push(record),
                 LogItem::Record(Record::Fields(record)) => data.fields.push(record),
                 LogItem::Record(Record::Window(record)) => data.windows.push(record),
-                LogItem::Event(event) => data.slips.extend(slip(&event).map_err(understood)?),
+                LogItem::Event(event) => {
+                    data.slips.extend(decoded(&event).map_err(understood)?);
+                    ruptures.extend(decoded(&event).map_err(understood)?);
+                }
             }
         }
+        if reader.event_topics().any(|topic| topic == Rupture::TOPIC) {
+            data.ruptures = Some(ruptures);
+        }
         Ok(data)
+    }
+
+    /// The ruptures in the order of their onsets; none where the log has none.
+    pub fn ruptures_by_onset(&self) -> Vec<&Rupture> {
+        let mut ruptures: Vec<&Rupture> = self.ruptures.iter().flatten().collect();
+        ruptures.sort_by_key(|rupture| (rupture.onset_step, rupture.rupture));
+        ruptures
+    }
+
+    /// The slip event in which a rupture began.
+    pub fn event_of(&self, rupture: &Rupture) -> Option<&SlipEvent> {
+        let after = self.slips.partition_point(|slip| slip.onset_step <= rupture.onset_step);
+        let slip = self.slips.get(after.checked_sub(1)?)?;
+        slip.end_step.is_none_or(|end| rupture.onset_step < end).then_some(slip)
     }
 
     /// The state of all blocks after a step, if it was recorded.
@@ -116,6 +143,6 @@ impl RunData {
     }
 }
 
-fn slip(event: &Event) -> Result<Option<SlipEvent>, String> {
+fn decoded<P: EventPayload>(event: &Event) -> Result<Option<P>, String> {
     event.decode().transpose().map_err(|error| format!("an event of {} cannot be read: {error}", event.topic))
 }

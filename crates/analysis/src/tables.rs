@@ -4,14 +4,20 @@ use asperity_export::batch::Batch;
 use asperity_export::layout::step_columns;
 use asperity_export::rows;
 use asperity_model::analytic::LengthLaw;
-use asperity_record::{EventPayload, SlipEvent, StepRecord};
+use asperity_record::{Cell, ColumnKind, EventPayload, Rupture, SlipEvent, StepRecord};
+use asperity_summary::Summary;
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 
-use crate::curves::{Residuals, precursor_points, residuals};
+use crate::curves::{PrecursorPoint, Residuals, precursor_points, residuals, rupture_points};
 use crate::error::AnalysisError;
 use crate::parquet_tables;
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
+
+/// The tables of ruptures, by themselves or behind the name of their run.
+pub const RUPTURES: &str = "ruptures";
+/// Of those among them that are precursors.
+pub const PRECURSOR_RUPTURES: &str = "precursor-ruptures";
 
 /// The raw event table, one row per slip event: [`SlipEvent::COLUMNS`], of which the first seven
 /// are pinned.
@@ -22,6 +28,81 @@ pub fn events(run: &RunData) -> Result<DataFrame, AnalysisError> {
     let mut rows = Batch::new(SlipEvent::COLUMNS);
     run.slips.iter().for_each(|slip| rows.push(slip.cells().as_ref()));
     Ok(parquet_tables::frame(SlipEvent::COLUMNS, &rows)?)
+}
+
+/// The rupture table, one row per rupture, in the order in which they became certain:
+/// [`Rupture::COLUMNS`], the slip event in which each began, and whether the slip events of this run
+/// tell what happened, as its summary says. Without rows where the log has no ruptures.
+///
+/// # Errors
+/// If polars refuses.
+pub fn ruptures(run: &RunData, summary: &Summary) -> Result<DataFrame, AnalysisError> {
+    let columns = rupture_columns();
+    let flag = |flag: Option<bool>| flag.map_or(Cell::Empty, Cell::Flag);
+    let [creeps, mislead] = [summary.creeps, summary.raw_events_mislead].map(flag);
+    let mut rows = Batch::new(&columns);
+    for rupture in run.ruptures.iter().flatten() {
+        let event = run.event_of(rupture).map_or(Cell::Empty, |slip| Cell::Step(slip.event));
+        rows.push(&[rupture.cells().as_ref(), &[event, creeps, mislead]].concat());
+    }
+    Ok(parquet_tables::frame(&columns, &rows)?)
+}
+
+/// The columns of [`ruptures`].
+pub fn rupture_columns() -> Vec<asperity_record::Column> {
+    let more = [
+        ("event", ColumnKind::Step, "Number of the slip event in which the rupture began."),
+        ("creeps", ColumnKind::Flag, "Whether the slider creeps; the same in every row of a run."),
+        (
+            "raw_events_mislead",
+            ColumnKind::Flag,
+            "Whether slip events do not tell what happened; the same in every row of a run.",
+        ),
+    ];
+    let more = more.map(|(name, kind, about)| asperity_record::Column::new(name, kind, about));
+    Rupture::COLUMNS.iter().cloned().chain(more).collect()
+}
+
+/// The precursors among the ruptures, and the first slip of the whole slider: `L_p / L` against
+/// `F_T / F_N` beside one length law after the other.
+///
+/// # Errors
+/// If polars refuses.
+pub fn precursor_ruptures(
+    run: &RunData,
+    summary: &Summary,
+    laws: &[(LengthLaw, PrecursorRules)],
+) -> Result<DataFrame, AnalysisError> {
+    let mut rows: Vec<(&Rupture, PrecursorPoint, LengthLaw, u32)> = Vec::new();
+    for (law, rules) in laws {
+        let of_law = rupture_points(run, *law, rules).into_iter();
+        rows.extend(of_law.map(|(rupture, point)| (rupture, point, *law, rules.min_blocks)));
+    }
+    let ruptures = || rows.iter().map(|(rupture, ..)| *rupture);
+    let points = || rows.iter().map(|(_, point, ..)| point);
+    frame(vec![
+        steps("rupture", ruptures().map(|rupture| rupture.rupture)),
+        numbers("onset_s", ruptures().map(|rupture| rupture.onset_s)),
+        numbers("arrival_s", ruptures().map(|rupture| rupture.arrival_s)),
+        gaps("end_s", ruptures().map(|rupture| rupture.end_s)),
+        counts("last_block", ruptures().map(|rupture| rupture.last_block)),
+        column(
+            "reached_every_block",
+            ruptures().map(|rupture| rupture.reached_every_block).collect::<Vec<bool>>(),
+        ),
+        numbers("lp_l", points().map(|point| point.lp_l)),
+        numbers("ft_fn", points().map(|point| point.ft_fn)),
+        column("law", rows.iter().map(|(_, _, law, _)| law.table_word()).collect::<Vec<String>>()),
+        numbers("ft_fn_law", points().map(|point| point.predicted)),
+        numbers("residual", points().map(|point| point.ft_fn - point.predicted)),
+        column(
+            "event",
+            ruptures().map(|rupture| Some(run.event_of(rupture)?.event)).collect::<Vec<Option<u64>>>(),
+        ),
+        column("creeps", vec![summary.creeps; rows.len()]),
+        column("raw_events_mislead", vec![summary.raw_events_mislead; rows.len()]),
+        counts("min_blocks", rows.iter().map(|(.., min_blocks)| *min_blocks)),
+    ])
 }
 
 /// The precursor table: `L_p / L` against `F_T / F_N`, the length law's value

@@ -22,6 +22,7 @@ Examples:
   asperity scenario list
   asperity scenario show default > out/mine.toml
   asperity run out/mine.toml -o out/mine.mcap
+  asperity summary out/mine.mcap
   asperity events out/mine.mcap --format csv > out/events.csv
   asperity check out/mine.mcap
   asperity export out/mine.mcap --to csv -o out/tables
@@ -55,13 +56,15 @@ pub(crate) enum Command {
     Scenario(ScenarioCommand),
     /// Run a scenario and log it.
     Run(RunArguments),
+    /// Say in numbers what runs did: first slip, precursors, recurrence, fronts ...
+    Summary(SummaryArguments),
     /// Print the slip events of a run.
     Events(EventsArguments),
     /// Check what run logs are worth: whole, incomplete, damaged ...
     Check(CheckArguments),
     /// Recover what is left of a damaged log.
     Salvage(SalvageArguments),
-    /// Compare the slip events of two runs, or of two folders of runs.
+    /// Compare two runs, or two folders of runs: numbers, ruptures and slip events.
     Diff(DiffArguments),
     /// Run the detectors again on the records of a log, and compare the events.
     Replay(ReplayArguments),
@@ -163,6 +166,50 @@ pub(crate) enum TableFormat {
     Json,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SummaryFormat {
+    /// For people, six digits: all numbers of one run, the first of several.
+    Text,
+    /// Comma-separated, one header line, one row for each run, numbers in full precision.
+    Csv,
+    /// An object; an array of them if several runs are named.
+    Json,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  asperity summary out/mine.mcap
+  asperity summary out/chapter5/runs/*.mcap
+  asperity summary out/chapter5/runs/*.mcap --format csv > out/summary.csv
+  asperity summary out/mine.mcap --format json | python3 -m json.tool
+  asperity summary --schema > out/summary.schema.json
+
+Events are ruptures here: sets of detachments that a front joins, whatever
+slides elsewhere at the same time. Numbers of raw slip events say so. A
+precursor is a rupture from block 1 that reaches farther than any before, up
+to the first that reaches every block, which is not counted. Ruptures that the
+log of an older version does not have are found in its step records. SI units
+throughout; docs/outputs.md explains every key, and so does the schema.
+
+Exit codes, that of the worst of several logs:
+  0  all of every run is in the summary
+  1  failure
+  2  a file is not a run log
+  3, 4, 5  a log is incomplete, damaged or salvaged with gaps, and its summary
+           is of the part that is sound; see asperity check")]
+pub(crate) struct SummaryArguments {
+    /// The run logs.
+    #[arg(value_name = "RUN.mcap", required_unless_present = "schema")]
+    pub(crate) runs: Vec<PathBuf>,
+    /// How to print it.
+    #[arg(long, value_enum, default_value = "text")]
+    pub(crate) format: SummaryFormat,
+    /// Print the JSON schema of a summary: each key with its meaning and unit.
+    #[arg(long, conflicts_with_all = ["runs", "format"])]
+    pub(crate) schema: bool,
+}
+
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -249,6 +296,10 @@ Examples:
   asperity diff out/before.mcap out/after.mcap --page out/diff.html
   asperity diff out/before out/after --format json | python3 -m json.tool
 
+Of run logs, the numbers of both summaries and what became of the ruptures come
+first, then the slip events. Between runs of different time steps a counterpart
+is looked for as far as events lie apart, else within 1 ms.
+
 Events are matched by when and where they slid, never by row: an extra or
 missing event does not make later rows look different. Each event is identical,
 within-tolerance, shifted (same blocks, another time), changed, split, merged,
@@ -266,6 +317,7 @@ A policy (TOML) says what passes:
   [allow]
   shifted = true          # any number of them
   split = 2               # at most two in all
+  ruptures = true         # may differ where no slip event does
 
 Exit codes:
   0  nothing differs except what the policy allows
@@ -292,7 +344,7 @@ pub(crate) struct DiffArguments {
     /// How the runs of two folders are paired.
     #[arg(long, value_enum, default_value = "hash")]
     pub(crate) pair: PairBy,
-    /// Write a page with both timelines; events that differ are marked.
+    /// Write a page with the numbers, and timelines of ruptures and events; what differs is marked.
     #[arg(long, value_name = "FILE.html")]
     pub(crate) page: Option<PathBuf>,
     /// Write one row per match, including identical events.
@@ -344,9 +396,11 @@ A settings file says what differs from a live run; every line is optional:
   detectors = [\"onset\", \"extent\"]  # which detectors to run
   merge_gap_s = 1e-4               # events no farther apart count as one
   min_blocks = 2                   # leave out events of fewer distinct blocks
+  link_time_ratio = 30             # link ruptures by this many sqrt(m/k)
 Other settings give other events, so nothing is compared then. --out writes
-NAME.onsets.csv, NAME.events.csv and NAME.global-slips.csv for each run, and
-replay.json with the settings and the logs that were replayed.
+NAME.onsets.csv, NAME.events.csv, NAME.global-slips.csv, NAME.ruptures.csv and
+NAME.arrivals.csv for each run, and replay.json with the settings and the logs
+that were replayed.
 
 Exit codes:
   0  all events are the same as logged, or nothing was compared
@@ -452,10 +506,11 @@ pub(crate) struct ReduceArguments {
     /// Folder for tables and figures; must be new or empty.
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
-    /// Precursor table: leave out events of fewer distinct blocks.
+    /// Precursor tables: leave out ruptures and events of fewer distinct blocks.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) min_blocks: u32,
-    /// Precursor table: count events no farther apart than this as one; 0 merges none.
+    /// Precursor table of slip events: count those no farther apart than this as one; 0 merges
+    /// none.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     pub(crate) merge_gap_s: f64,
 }

@@ -3,20 +3,22 @@
 //! there is nothing to compare or it cannot be read.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use asperity_compare::sides;
-use asperity_compare::{CompareError, Compared, Settings, compare};
+use asperity_compare::{CompareError, Compared, Settings, Told, compare};
 use asperity_diff::policy::Policy;
 use asperity_diff::report::{Report, Verdict};
 use asperity_diff::{page, summary};
 use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::text;
+use asperity_summary::{RupturesFrom, Summary};
 
 use crate::args::{DiffArguments, DiffFormat, PairBy};
 use crate::exit::{self, Code, Failure};
 use crate::judge;
 use crate::outputs::refused;
+use crate::ruptures::found_in_steps;
 use crate::terminal;
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
@@ -89,7 +91,19 @@ fn settings(arguments: &DiffArguments) -> Result<Settings, Failure> {
         keep_findings,
         keep_matches,
         matches_file: matches_file(arguments),
+        tell: Some(tell),
     })
+}
+
+/// What is told of a log beside its events: its summary, and ruptures that it does not hold.
+fn tell(log: &Path) -> Result<Told, String> {
+    let told = || {
+        let summary = crate::summary::of_whole_log(log)?;
+        let found = (summary.ruptures_from == RupturesFrom::Steps.word()).then(|| found_in_steps(log));
+        let keys = Summary::KEYS.iter().map(|key| key.column.name.to_string());
+        Ok(Told { summary: keys.zip(summary.values()).collect(), ruptures: found.transpose()? })
+    };
+    told().map_err(|failure: Failure| failure.to_string())
 }
 
 fn read_policy(arguments: &DiffArguments) -> Result<Policy, Failure> {

@@ -18,8 +18,10 @@ mod replay;
 #[cfg(feature = "analysis")]
 mod reproduce;
 mod run;
+mod ruptures;
 mod salvage;
 mod scenario;
+mod summary;
 mod terminal;
 #[cfg(feature = "analysis")]
 mod verify;
@@ -72,6 +74,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
     match arguments.command {
         Command::Scenario(command) => scenario::command(command),
         Command::Run(arguments) => run::command(&arguments, &board),
+        Command::Summary(arguments) => summary::command(&arguments, &board),
         Command::Events(arguments) => events::command(&arguments, &board),
         Command::Check(arguments) => check::command(&arguments),
         Command::Salvage(arguments) => salvage::command(&arguments),

@@ -5,12 +5,13 @@ use std::path::Path;
 use asperity_analysis::pipeline::{Pipeline, Progress, Stage};
 use asperity_analysis::precursors::PrecursorRules;
 use asperity_analysis::run_data::RunData;
-use asperity_analysis::{AnalysisError, figures, record, table_file, tables};
+use asperity_analysis::{AnalysisError, figures, record, summaries, table_file, tables};
 use asperity_files::{Existing, FileSet, FolderLock, Inputs, is_new_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
 use asperity_run::study::{Job, Stored};
 use asperity_run::{SolverKind, Verdict, at_once};
+use asperity_summary::Summary;
 
 use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
@@ -19,7 +20,7 @@ use crate::judge;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
 use crate::terminal::say;
-use crate::{run, scenario};
+use crate::{run, ruptures, scenario, summary};
 
 /// Stands beside the tables and figures of a log that does not hold all of its run.
 const MISSING: &str = "what-is-missing.txt";
@@ -43,9 +44,13 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
             format!("{}: {checked} (accepted: what asperity salvage makes of it)", arguments.run.display()),
         ));
     }
-    let data = RunData::read_part(&name, &arguments.run).map_err(|error| {
+    let mut data = RunData::read_part(&name, &arguments.run).map_err(|error| {
         if verdict.holds_all() { Failure::failed(error) } else { Failure::Log(verdict, error.to_string()) }
     })?;
+    if data.ruptures.is_none() && verdict.holds_all() {
+        data.ruptures = Some(ruptures::found_in_steps(&arguments.run)?);
+    }
+    let summary = summary::of_log(&arguments.run, &checked)?;
     create_folder(out)?;
     let law = LengthLaw::natural(&data.scenario);
     let files = FileSet::new(Existing::Refuse, Inputs::of([&arguments.run]));
@@ -57,12 +62,23 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         files.write(&out.join(MISSING), note).map_err(|error| refused("--out", &error, false))?;
     }
     let write = || {
+        if data.ruptures.is_some() {
+            let write = |name, mut table| table_file::write(&files, out, name, &mut table);
+            write(tables::RUPTURES, tables::ruptures(&data, &summary)?)?;
+            write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&data, &summary, &[(law, rules)])?)?;
+        }
         table_file::write(&files, out, "events", &mut tables::events(&data)?)?;
         table_file::write(&files, out, "load", &mut tables::load_curve(&data)?)?;
         table_file::write(&files, out, "precursors", &mut tables::precursors(&data, law, &rules)?)?;
         table_file::write(&files, out, "residuals", &mut tables::residual_table(&[(&data, law, rules)])?)?;
-        let tables = ["events", "load", "precursors", "residuals"];
-        let tables = tables.iter().flat_map(|name| table_file::paths(out, name));
+        summaries::write_table(&files, &out.join(summaries::TABLE), [&summary])?;
+        summaries::write_json(&files, &out.join(summaries::JSON), &summary)?;
+        let of_ruptures = [tables::RUPTURES, tables::PRECURSOR_RUPTURES];
+        let tables = of_ruptures.into_iter().filter(|_| data.ruptures.is_some());
+        let tables = tables
+            .chain(["events", "load", "precursors", "residuals"])
+            .flat_map(|name| table_file::paths(out, name));
+        let tables = tables.chain([summaries::TABLE, summaries::JSON].map(|name| out.join(name)));
         let figures = figures::OVERVIEW.iter().map(|name| out.join(name));
         record::write(&files, out, "reduce", [&data], tables.chain(figures))?;
         figures::draw_overview(data, &files, out)?;
@@ -70,6 +86,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     };
     write().map_err(not_written)?;
     say(out.display())?;
+    summary::tell(arguments.run.display(), &summary, board);
     judge::tell(&arguments.run, &checked, board)
 }
 
@@ -147,6 +164,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
         return Err(Failure::Said(code));
     }
     board.line("reducing and drawing");
+    let summaries = summaries(&pipeline, &runs_folder)?;
     let stages = board.stages("reduction");
     let mut tell = |Progress { stage, done, of }: Progress| {
         let stage = match stage {
@@ -156,8 +174,9 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
         };
         stages.reached(stage, done, of);
     };
-    pipeline.reduce(&runs_folder, &arguments.out, inputs, &mut tell).map_err(not_written)?;
+    pipeline.reduce(&runs_folder, &arguments.out, inputs, &summaries, &mut tell).map_err(not_written)?;
     drop(stages);
+    tell_misleading(&summaries, board);
     print_where_to_look(&pipeline, &arguments.out)?;
     Ok(())
 }
@@ -177,6 +196,27 @@ fn inputs(arguments: &ReproduceArguments, pipeline: &Pipeline, jobs: &[Job]) -> 
     let profiles = jobs.iter().map(|job| Path::new(&job.scenario.initial_shear.profile_csv));
     inputs.add(profiles.filter(|path| path.is_file()));
     inputs
+}
+
+/// The summaries of its runs.
+fn summaries(pipeline: &Pipeline, runs_folder: &Path) -> Result<Vec<Summary>, Failure> {
+    at_once(&pipeline.run, None, |run| {
+        let log = runs_folder.join(format!("{}.mcap", run.name));
+        summary::of_whole_log(&log)
+    })
+}
+
+/// Says of which runs raw slip events do not tell what happened: their claims and figures stand on
+/// these.
+fn tell_misleading(summaries: &[Summary], board: &Board) {
+    let misled = summaries.iter().filter(|summary| summary.raw_events_mislead == Some(true));
+    let names: Vec<&str> = misled.map(|summary| summary.run.as_str()).collect();
+    if !names.is_empty() {
+        board.line(&format!(
+            "raw slip events, which claims and figures are made of, mislead in {}: see tables/summary.csv",
+            names.join(", ")
+        ));
+    }
 }
 
 fn print_where_to_look(pipeline: &Pipeline, out: &Path) -> Result<(), Failure> {

@@ -4,14 +4,17 @@ use std::path::Path;
 use std::time::Duration;
 
 use asperity_files::is_taken;
-use asperity_run::{Begin, LeftError, LogTo, RunError, Task};
+use asperity_record::{Event, Record};
+use asperity_run::{Begin, LeftError, LogTo, Notice, RunError, Task, Watch};
 use asperity_runlog::{Unfinished, WriteError};
+use asperity_summary::{RupturesFrom, Summarizer};
 
 use crate::args::RunArguments;
 use crate::exit::{Failure, folder_is_there};
 use crate::interrupt;
 use crate::outputs::refused;
-use crate::progress::Board;
+use crate::progress::{Board, RunProgress};
+use crate::summary;
 
 pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Failure> {
     let scenario = arguments.choice.resolve()?;
@@ -42,17 +45,54 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
         )));
     }
     interrupt::install()?;
-    let mut progress = board.run(&scenario.name, task.header().steps, scenario.time.duration_s);
+    let header = task.header();
+    let mut lookers = Lookers {
+        progress: board.run(&scenario.name, header.steps, scenario.time.duration_s),
+        summarizer: Summarizer::new(&scenario.name, &header, summary::slider(&scenario)),
+    };
     // The run takes hold of it itself.
     drop(unfinished);
     let begin = if arguments.resume { Begin::GoOn } else { Begin::Anew };
-    let outcome = asperity_run::run(task, begin, &interrupt::has_come, &mut progress);
+    let outcome = asperity_run::run(task, begin, &interrupt::has_come, &mut lookers);
     let outcome = outcome.map_err(|error| failure(error, board, &scenario.name))?;
+    let Lookers { progress, summarizer } = lookers;
     progress.end(outcome.has_run);
+    if outcome.has_run {
+        let found = summarizer.finish(RupturesFrom::Log, outcome.end.as_ref());
+        board.line(&format!("{}: {}", scenario.name, summary::in_short(&found)));
+        summary::tell(&scenario.name, &found, board);
+    }
     if arguments.stats {
         board.answer(outcome.counters.to_string().trim_end());
     }
     Ok(())
+}
+
+/// Who looks on at a run: progress, and what is said of its physics once it is over.
+struct Lookers {
+    progress: RunProgress,
+    summarizer: Summarizer,
+}
+
+impl Watch for Lookers {
+    fn record(&mut self, record: &Record) {
+        if let Record::Step(record) = record {
+            self.summarizer.record(record);
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.summarizer.event(event).expect("a detector of this program emits what its topic promises");
+        self.progress.event(event);
+    }
+
+    fn reached(&mut self, step: u64) {
+        self.progress.reached(step);
+    }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        self.progress.notice(notice);
+    }
 }
 
 fn taken(out: &Path) -> Failure {

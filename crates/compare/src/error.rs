@@ -15,6 +15,14 @@ pub enum CompareError {
     /// A table cannot be read.
     #[error(transparent)]
     Table(#[from] TableError),
+    /// What is to be told of a run log beside its events cannot be.
+    #[error("{}: {problem}", path.display())]
+    Told {
+        /// The log.
+        path: PathBuf,
+        /// Why.
+        problem: String,
+    },
     /// A table is not in order.
     #[error("{}: {problem}", path.display())]
     Order {

@@ -26,6 +26,7 @@
 //! In reading order:
 //!
 //! - [`sides`]: the runs of each side, and which of them belong together.
+//! - `physics`: what two run logs say of ruptures.
 //! - [`table`]: the slip events of a run, one at a time.
 //! - `precursors`: what a change of events does to the precursor table.
 //! - `claims`: which claims changed between two outputs of a pipeline.
@@ -38,6 +39,7 @@ mod error;
 mod lines;
 #[cfg(feature = "analysis")]
 mod matches;
+mod physics;
 #[cfg(feature = "analysis")]
 mod precursors;
 pub mod sides;
@@ -49,9 +51,10 @@ use std::path::{Path, PathBuf};
 
 use asperity_diff::column::{Column, Columns};
 use asperity_diff::matching::{self, MatchError};
-use asperity_diff::policy::Policy;
+use asperity_diff::policy::{Policy, WINDOW_S, between_events_s};
 use asperity_diff::provenance;
 use asperity_diff::report::{Counts, FORMAT, Report, RunDiff, VERSION, Verdict, pair_name};
+use asperity_diff::rupture;
 use asperity_diff::tally::{self, Comparison, Draft};
 use asperity_files::FileSet;
 use asperity_record::SlipEvent;
@@ -60,6 +63,8 @@ pub use claims::ClaimsError;
 pub use error::CompareError;
 #[cfg(feature = "analysis")]
 use matches::Matches;
+use physics::Physics;
+pub use physics::{Tell, Told};
 #[cfg(feature = "analysis")]
 use precursors::Precursors;
 use sides::{PairBy, Paired, Run, Side};
@@ -80,6 +85,9 @@ pub struct Settings {
     pub keep_findings: usize,
     /// How many matches the report keeps of a pair of runs.
     pub keep_matches: usize,
+    /// Tells of a run log what it takes more than its events to know; without it, summaries are
+    /// not compared, nor ruptures of logs from before there were any.
+    pub tell: Option<Tell>,
     /// The Parquet file to which every match is written, one of the set of files.
     pub matches_file: Option<PathBuf>,
 }
@@ -123,7 +131,8 @@ pub fn compare(
         not_allowed += run.not_allowed.total();
     }
     let exceeded = settings.policy.exceeded(&counts);
-    let keeps = not_allowed == 0 && exceeded.is_empty() && unpaired.is_empty();
+    let ruptures_pass = settings.policy.allows_ruptures || !runs.iter().any(RunDiff::ruptures_alone_differ);
+    let keeps = not_allowed == 0 && exceeded.is_empty() && unpaired.is_empty() && ruptures_pass;
     let claims = match (&old.claims, &new.claims) {
         (Some(old), Some(new)) => claims::changes(old, new)?,
         _ => Vec::new(),
@@ -156,13 +165,33 @@ fn compare_runs(
     let (new_events, new_step_s) = step_s(new, new_table.columns, new_table.events);
     // Where a table does not tell its step, its steps are taken for the other's.
     let same_step = old_step_s.zip(new_step_s).is_none_or(|(old, new)| (old - new).abs() < 1e-6 * old);
+    let physics = match (&old.provenance, &new.provenance) {
+        (Some(of_old), Some(of_new)) => {
+            let read = |run: &Run, header| Physics::read(&run.path, header, settings.tell);
+            Some((read(old, &of_old.header)?, read(new, &of_new.header)?))
+        }
+        _ => None,
+    };
+    let policy = &settings.policy;
+    let window_s = |events: fn(&Physics) -> u64| {
+        policy.window_s.unwrap_or_else(|| match &physics {
+            Some((old, new)) if !same_step => between_events_s(old.spread(events), new.spread(events)),
+            _ => WINDOW_S,
+        })
+    };
     let comparison = Comparison {
         columns: matching::comparable(old_table.columns, new_table.columns, same_step),
-        policy: &settings.policy,
+        window_s: window_s(|physics| physics.slip_events),
+        policy,
         old: old.side(),
         new: new.side(),
         keep_findings: settings.keep_findings,
         keep_matches: settings.keep_matches,
+    };
+    let of_ruptures = Comparison {
+        columns: matching::comparable(rupture::columns(), rupture::columns(), same_step),
+        window_s: window_s(Physics::ruptures),
+        ..comparison.clone()
     };
     let name = pair_name(&old.name, &new.name);
     let mut precursors = Precursors::of(old, new);
@@ -179,6 +208,16 @@ fn compare_runs(
         }
     })?;
     run.precursors = precursors.changes();
+    if let Some((old, new)) = physics {
+        run.summary = physics::compare_summaries(&old, &new);
+        match physics::compare_ruptures(of_ruptures, old, new) {
+            Ok(ruptures) => run.ruptures = Some(ruptures),
+            Err(why) => run.no_ruptures = Some(why),
+        }
+        if run.ruptures_alone_differ() {
+            draft.allow_ruptures();
+        }
+    }
     if let (Some(old_run), Some(new_run)) = (&old.provenance, &new.provenance) {
         run.provenance = provenance::changes(old_run, new_run).map_err(|error| CompareError::Scenario {
             old: old.path.clone(),

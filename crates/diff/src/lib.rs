@@ -49,6 +49,7 @@
 //! - [`matching`]: that matching, found as the tables are read.
 //! - [`policy`]: which differences are none, and which are allowed.
 //! - [`classify`]: what became of the events that belong together.
+//! - [`rupture`]: ruptures as rows that are matched as events are.
 //! - [`statistics`]: distributions, where there are no counterparts.
 //! - [`tally`]: one pair of runs, from events to report.
 //! - [`provenance`]: what tells two runs apart beside their events.
@@ -65,6 +66,7 @@ pub mod page;
 pub mod policy;
 pub mod provenance;
 pub mod report;
+pub mod rupture;
 mod side;
 pub mod statistics;
 pub mod summary;

@@ -8,6 +8,7 @@
 
 mod findings;
 mod markup;
+mod physics;
 mod results;
 mod timeline;
 mod words;
@@ -31,6 +32,8 @@ pub fn page(report: &Report) -> String {
     let title = format!("Events of {} and {}", report.old, report.new);
     let sections = [
         heading(report),
+        physics::numbers(report),
+        physics::ruptures(report),
         classes(report),
         runs(report),
         timelines(report),
@@ -157,9 +160,13 @@ fn timelines(report: &Report) -> String {
     if report.runs.is_empty() {
         return String::new();
     }
+    let is_drawn = |class: Class| {
+        let of_ruptures = |run: &RunDiff| run.ruptures.as_ref().is_some_and(|all| all.counts.of(class) > 0);
+        report.counts.of(class) > 0 || report.runs.iter().any(of_ruptures)
+    };
     let boxes: String = Class::ALL
         .into_iter()
-        .filter(|&class| report.counts.of(class) > 0)
+        .filter(|&class| is_drawn(class))
         .map(|class| {
             format!(
                 "<label><input type=\"checkbox\" checked data-class=\"{}\"> {}{}</label>",
@@ -188,7 +195,7 @@ fn timelines(report: &Report) -> String {
              <figure class=\"needs-script\">\n<canvas id=\"timeline\" tabindex=\"0\" role=\"img\" aria-label=\"Space-time \
              timelines of the old run above and the new run below; every event a rectangle from its onset to its end and \
              from its first to its last block. The same is in the tables of this page.\"></canvas>\n\
-             <figcaption>Each rectangle is a slip event: onset to end across, first to last block up; none is drawn \
+             <figcaption>Each rectangle is a rupture or a slip event: onset to end across, first to last block up; none is drawn \
              thinner than 1.5 dots. Between the timelines, marks stand where events differ, and lines lead to those \
              that belong together; where there are too many, bars count the matches of each class. Drag to move; the wheel zooms once the picture has been clicked; with the keyboard: \
              arrows, +, -, 0. <span id=\"drawn\"></span></figcaption>\n</figure>\n<div id=\"hover\" role=\"status\"></div>\n"
@@ -285,6 +292,10 @@ mod tests {
         let run = RunDiff {
             old: side(8),
             new: side(8),
+            summary: Vec::new(),
+            ruptures: None,
+            no_ruptures: None,
+            window_s: 1e-3,
             provenance: vec![ProvenanceChange {
                 key: "code_version".to_owned(),
                 old: Some("0123".to_owned()),

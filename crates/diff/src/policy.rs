@@ -1,7 +1,8 @@
 //! Which differences are none, and which are allowed: a TOML file.
 //!
 //! ```toml
-//! window_s = 1e-3            # how far from an onset its counterpart is looked for
+//! window_s = 1e-3            # how far from an onset its counterpart is looked for; this is the
+//!                            # default between runs of one time step
 //! max_shift_s = 1e-6         # no pair may be shifted farther, whatever else is allowed
 //!
 //! [columns.onset_s]          # a column of the event table
@@ -11,6 +12,7 @@
 //! [allow]
 //! shifted = true             # any number of them
 //! split = 2                  # at most two in the whole diff
+//! ruptures = true            # ruptures may differ where no slip event does
 //! ```
 //!
 //! What is not named is exact, or not allowed. Two kinds of columns are what others make them,
@@ -31,7 +33,26 @@ use crate::report::{Class, Counts, Exceeded};
 
 /// How far from an event's onset its counterpart is looked for if a policy does not say, s.
 /// Precursors are some 0.02 s apart in the runs of Chapter 5, and last up to 1e-2 s.
+///
+/// Runs of different time steps part within a few events, as chaotic ones do, and the shift of
+/// the n-th event grows to the time between events. There [`between_events_s`] is the window.
 pub const WINDOW_S: f64 = 1e-3;
+
+/// The window for runs of different time steps: the time between events on average, on the side
+/// that has fewer; never less than [`WINDOW_S`].
+pub fn between_events_s(old: Spread, new: Spread) -> f64 {
+    let between_s = |side: Spread| side.duration_s / (side.events.max(1) as f64);
+    between_s(old).max(between_s(new)).max(WINDOW_S)
+}
+
+/// Over which time how many events are spread.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spread {
+    /// How many.
+    pub events: u64,
+    /// How long their run is, s.
+    pub duration_s: f64,
+}
 
 /// How far apart two cells of a column may be and still count as equal.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -61,10 +82,14 @@ pub enum Allowed {
 /// A policy, resolved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Policy {
-    /// How far from an event's onset its counterpart is looked for, s.
-    pub window_s: f64,
+    /// How far from an event's onset its counterpart is looked for, s; `None` for [`WINDOW_S`],
+    /// or between runs of different time steps [`between_events_s`].
+    pub window_s: Option<f64>,
     /// The farthest that a pair may be shifted, s; infinite if the policy sets no limit.
     pub max_shift_s: f64,
+    /// Whether ruptures may differ where every slip event is identical. Where slip events differ,
+    /// what is said of them decides, for both come of the same switches.
+    pub allows_ruptures: bool,
     pub(crate) tolerances: [Tolerance; Column::ALL.len()],
     pub(crate) allowed: [Allowed; Class::ALL.len()],
 }
@@ -77,8 +102,9 @@ impl Default for Policy {
             allowed[class as usize] = Allowed::Any;
         }
         Policy {
-            window_s: WINDOW_S,
+            window_s: None,
             max_shift_s: f64::INFINITY,
+            allows_ruptures: false,
             tolerances: [Tolerance::default(); Column::ALL.len()],
             allowed,
         }
@@ -152,7 +178,9 @@ impl Policy {
         let mut line = |line: String| {
             writeln!(text, "{line}").expect("writing to a string cannot fail");
         };
-        line(format!("window_s = {}", number(self.window_s)));
+        if let Some(window_s) = self.window_s {
+            line(format!("window_s = {}", number(window_s)));
+        }
         if self.max_shift_s.is_finite() {
             line(format!("max_shift_s = {}", number(self.max_shift_s)));
         }
@@ -170,8 +198,11 @@ impl Policy {
         }
         let allowed = Class::ALL.into_iter().filter(|class| !class.is_no_difference());
         let allowed: Vec<Class> = allowed.filter(|&class| self.allowed(class) != Allowed::UpTo(0)).collect();
-        if !allowed.is_empty() {
+        if !allowed.is_empty() || self.allows_ruptures {
             line("\n[allow]".to_owned());
+        }
+        if self.allows_ruptures {
+            line(format!("{RUPTURES} = true"));
         }
         for class in allowed {
             line(match self.allowed(class) {
@@ -229,6 +260,8 @@ impl fmt::Display for PolicyErrors {
 impl std::error::Error for PolicyErrors {}
 
 const TOP_KEYS: &str = "window_s, max_shift_s, columns, allow";
+/// The key among the classes that lets ruptures differ.
+const RUPTURES: &str = "ruptures";
 const TOLERANCE_KEYS: &str = "absolute, relative";
 
 struct Reader<'a> {
@@ -261,7 +294,7 @@ impl Reader<'_> {
             match key.get_ref().as_ref() {
                 "window_s" => {
                     if let Some(window_s) = self.number("window_s", value, f64::MIN_POSITIVE, "above 0") {
-                        self.policy.window_s = window_s;
+                        self.policy.window_s = Some(window_s);
                     }
                 }
                 "max_shift_s" => {
@@ -325,10 +358,20 @@ impl Reader<'_> {
     fn classes(&mut self, classes: &DeTable<'_>) {
         let choices = || {
             let names = Class::ALL.into_iter().filter(|class| !class.is_no_difference());
-            names.map(Class::name).collect::<Vec<&str>>().join(", ")
+            names.map(Class::name).chain([RUPTURES]).collect::<Vec<&str>>().join(", ")
         };
         for (key, value) in classes {
             let path = format!("allow.{}", key.get_ref());
+            if key.get_ref() == RUPTURES {
+                match value.get_ref() {
+                    DeValue::Boolean(allows) => self.policy.allows_ruptures = *allows,
+                    _ => {
+                        let problem = format!("{} is not accepted", self.as_written(value));
+                        self.refuse(value.span(), path, problem, "true or false");
+                    }
+                }
+                continue;
+            }
             let class = Class::named(key.get_ref()).filter(|class| !class.is_no_difference());
             let Some(class) = class else {
                 let problem = "there is no such class to allow".to_owned();
@@ -372,20 +415,31 @@ impl Reader<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Allowed, Policy, Tolerance};
+    use super::{Allowed, Policy, Spread, Tolerance, WINDOW_S, between_events_s};
     use crate::column::Column;
     use crate::report::Class;
 
     #[test]
     fn a_policy_reads_back_as_it_was_written() {
-        let policy = Policy { window_s: 2e-4, max_shift_s: 1.5e-7, ..Policy::default() }
-            .with_tolerance(Column::OnsetS, Tolerance { absolute: 0.1 + 0.2, relative: 0.0 })
-            .with_tolerance(Column::FtFnMax, Tolerance { absolute: 0.0, relative: 1e-12 })
-            .with_tolerance(Column::LastBlock, Tolerance { absolute: 1.0, relative: 0.5 })
-            .with_allowed(Class::Split, Allowed::UpTo(3))
-            .with_allowed(Class::Open, Allowed::Any);
+        let policy =
+            Policy { window_s: Some(2e-4), max_shift_s: 1.5e-7, allows_ruptures: true, ..Policy::default() }
+                .with_tolerance(Column::OnsetS, Tolerance { absolute: 0.1 + 0.2, relative: 0.0 })
+                .with_tolerance(Column::FtFnMax, Tolerance { absolute: 0.0, relative: 1e-12 })
+                .with_tolerance(Column::LastBlock, Tolerance { absolute: 1.0, relative: 0.5 })
+                .with_allowed(Class::Split, Allowed::UpTo(3))
+                .with_allowed(Class::Open, Allowed::Any);
         assert_eq!(Policy::parse("p.toml", &policy.to_toml()), Ok(policy));
         assert_eq!(Policy::parse("p.toml", ""), Ok(Policy::default()));
+    }
+
+    #[test]
+    fn between_runs_of_two_time_steps_the_window_is_the_time_between_events() {
+        let spread = |events, duration_s| Spread { events, duration_s };
+        assert_eq!(between_events_s(spread(200, 5.0), spread(250, 5.0)), 0.025);
+        assert_eq!(between_events_s(spread(250, 5.0), spread(200, 5.0)), 0.025);
+        // Of a run without events, its length; of one that chatters, never less than usual.
+        assert_eq!(between_events_s(spread(0, 5.0), spread(10, 5.0)), 5.0);
+        assert_eq!(between_events_s(spread(100_000, 5.0), spread(90_000, 5.0)), WINDOW_S);
     }
 
     #[test]
@@ -426,7 +480,11 @@ mod tests {
         assert_eq!(
             refused("[allow]\nmoved = true"),
             "p.toml:2:1: allow.moved: there is no such class to allow \
-             (accepted: shifted, changed, split, merged, missing, extra, open)"
+             (accepted: shifted, changed, split, merged, missing, extra, open, ruptures)"
+        );
+        assert_eq!(
+            refused("[allow]\nruptures = 2"),
+            "p.toml:2:12: allow.ruptures: 2 is not accepted (accepted: true or false)"
         );
         assert!(
             refused("[allow]\nsplit = -1").ends_with("(accepted: true, false, or a whole number from 0)")

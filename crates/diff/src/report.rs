@@ -203,8 +203,17 @@ pub struct RunDiff {
     pub old: RunSide,
     /// The new run.
     pub new: RunSide,
+    /// The summaries of both runs, number by number; empty where a side is a table, of which there
+    /// is no summary.
+    pub summary: Vec<NumberChange>,
+    /// What became of the ruptures; null where a side has none to compare.
+    pub ruptures: Option<RuptureDiff>,
+    /// Why ruptures were not compared; null where they were, and between tables.
+    pub no_ruptures: Option<String>,
     /// What tells the runs apart beside their events: scenario keys, code version, solver, ...
     pub provenance: Vec<ProvenanceChange>,
+    /// How far from an event's onset its counterpart was looked for, s.
+    pub window_s: f64,
     /// The columns that were compared.
     pub columns: Vec<Column>,
     /// Columns of the event table that one side or both lack; they were not compared.
@@ -236,11 +245,95 @@ impl RunDiff {
     pub fn name(&self) -> String {
         pair_name(&self.old.name, &self.new.name)
     }
+
+    /// Whether ruptures differ that both logs hold, and every slip event is identical.
+    pub fn ruptures_alone_differ(&self) -> bool {
+        let logged = self.ruptures.as_ref().filter(|ruptures| !ruptures.found_anew);
+        logged.is_some_and(|ruptures| ruptures.counts.differing() > 0)
+            && self.counts.identical == self.counts.total()
+    }
+}
+
+/// The ruptures of two runs, rupture by rupture. Its fields are those of [`RunDiff`] of the same name; the
+/// numbers of events in them are those of ruptures.
+#[derive(Debug, Clone, Serialize)]
+pub struct RuptureDiff {
+    /// Whether those of a side were found in its step records, since its log holds none.
+    pub found_anew: bool,
+    /// How many ruptures the old run has.
+    pub old: u64,
+    /// How many the new run has.
+    pub new: u64,
+    /// How far from an onset its counterpart was looked for, s.
+    pub window_s: f64,
+    /// The columns that were compared.
+    pub columns: Vec<Column>,
+    /// How many matches of each class.
+    pub counts: Counts,
+    /// Per column: how often it differs in a pair of ruptures, and how far.
+    pub column_changes: Vec<ColumnChange>,
+    /// The largest shift of a pair of ruptures, s.
+    pub largest_shift_s: f64,
+    /// Everything that is neither identical nor within tolerance, in order of time.
+    pub findings: Vec<Finding>,
+    /// How many findings were left out, for want of room.
+    pub findings_left_out: u64,
+    /// Every match, in order of time.
+    pub matches: Vec<Match>,
+    /// How many matches were left out, for want of room.
+    pub matches_left_out: u64,
+    /// Where the ruptures part; null where none differs.
+    pub horizon: Option<Horizon>,
+}
+
+impl RuptureDiff {
+    /// What was found of ruptures as rows.
+    pub fn of(run: RunDiff, found_anew: bool) -> RuptureDiff {
+        RuptureDiff {
+            found_anew,
+            old: run.old.events,
+            new: run.new.events,
+            window_s: run.window_s,
+            columns: run.columns,
+            counts: run.counts,
+            column_changes: run.column_changes,
+            largest_shift_s: run.largest_shift_s,
+            findings: run.findings,
+            findings_left_out: run.findings_left_out,
+            matches: run.matches,
+            matches_left_out: run.matches_left_out,
+            horizon: run.horizon,
+        }
+    }
 }
 
 /// What a pair of runs is called: by the name that both have, or by both names.
 pub fn pair_name(old: &str, new: &str) -> String {
     if old == new { old.to_owned() } else { format!("{old} / {new}") }
+}
+
+/// A number of the summary of two runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NumberChange {
+    /// Its key in the summary.
+    pub key: String,
+    /// What the old run has; null where there is nothing to measure.
+    pub old: serde_json::Value,
+    /// What the new run has.
+    pub new: serde_json::Value,
+    /// The new number less the old one, over the magnitude of the old one; null unless both are
+    /// numbers and the old one is not 0.
+    pub relative_change: Option<f64>,
+}
+
+impl NumberChange {
+    /// A number on both sides.
+    pub fn between(key: &str, old: &serde_json::Value, new: &serde_json::Value) -> NumberChange {
+        let numbers = old.as_f64().zip(new.as_f64()).filter(|(old, _)| *old != 0.0);
+        let relative_change =
+            numbers.map(|(old, new)| (new - old) / old.abs()).filter(|relative| relative.is_finite());
+        NumberChange { key: key.to_owned(), old: old.clone(), new: new.clone(), relative_change }
+    }
 }
 
 /// One of two runs.
@@ -337,6 +430,14 @@ pub struct Finding {
     pub columns: Vec<CellChange>,
     /// What of duration and blocks a split or merge kept; null for other classes.
     pub conservation: Option<Conservation>,
+}
+
+impl Finding {
+    /// How many blocks the largest of its events spans.
+    pub fn most_blocks(&self) -> u32 {
+        let blocks = |event: &Extent| (event.last_block - event.first_block).saturating_add(1);
+        self.old.iter().chain(&self.new).map(blocks).max().unwrap_or(0)
+    }
 }
 
 /// A cell that differs.

@@ -1,13 +1,13 @@
-//! A report on a terminal: what became of the events, on one screen whatever
-//! the tables, with what matters most first.
+//! A report on a terminal, on one screen whatever the tables, with what matters most first: the
+//! numbers that describe the runs, their ruptures, and then what became of the slip events.
 
-use std::fmt::Write;
+mod finding;
+mod physics;
 
-use crate::column::Value;
 use crate::report::{
-    CellChange, Class, ColumnChange, Extent, Finding, Horizon, KolmogorovSmirnov, Report, RunDiff, Sample,
-    Verdict,
+    Class, ColumnChange, Finding, Horizon, KolmogorovSmirnov, Report, RunDiff, Sample, Verdict,
 };
+use finding::{by_class, seconds, short, told};
 
 /// The classes by how much they matter: what came and went, what changed, what moved.
 const BY_WEIGHT: [Class; 7] =
@@ -16,6 +16,8 @@ const BY_WEIGHT: [Class; 7] =
 /// Lines of each part, so that all of them fit on a screen of 40.
 const RUNS: usize = 5;
 const FINDINGS: usize = 8;
+/// The same below numbers and ruptures.
+const FINDINGS_BELOW_PHYSICS: usize = 3;
 const FINDINGS_OF_A_CLASS: usize = 3;
 const COLUMNS: usize = 4;
 const OTHERS: usize = 2;
@@ -30,6 +32,7 @@ pub fn lines(report: &Report) -> Vec<String> {
         format!("policy  {}", report.policy.as_deref().unwrap_or("exact: every difference counts")),
     ];
     let differing: Vec<&RunDiff> = report.runs.iter().filter(|run| run.counts.differing() > 0).collect();
+    physics::lines(report, &mut lines);
     runs(report, &differing, &mut lines);
     findings(report, &differing, &mut lines);
     columns(report, &mut lines);
@@ -51,12 +54,6 @@ fn worst<'a>(differing: &[&'a RunDiff]) -> Option<&'a RunDiff> {
 }
 
 fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
-    let classes = Class::ALL.into_iter().filter(|&class| report.counts.of(class) > 0);
-    let told = |run: &dyn Fn(Class) -> u64| {
-        let counts = classes.clone().map(|class| (class, run(class))).filter(|(_, count)| *count > 0);
-        let words: Vec<String> = counts.map(|(class, count)| format!("{count} {}", class.name())).collect();
-        if words.is_empty() { "no events".to_owned() } else { words.join(", ") }
-    };
     let events = |side: &dyn Fn(&RunDiff) -> u64| report.runs.iter().map(side).sum::<u64>();
     lines.push(format!(
         "{} {}, {} old and {} new events: {}",
@@ -64,7 +61,7 @@ fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
         if report.runs.len() == 1 { "run" } else { "pairs of runs" },
         events(&|run| run.old.events),
         events(&|run| run.new.events),
-        told(&|class| report.counts.of(class))
+        by_class(&report.counts, "no events")
     ));
     if report.runs.len() == 1 {
         return;
@@ -72,7 +69,7 @@ fn runs(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     let mut by_weight = differing.to_vec();
     by_weight.sort_by_key(|run| std::cmp::Reverse((run.not_allowed.total(), run.counts.differing())));
     for run in by_weight.iter().take(RUNS) {
-        lines.push(format!("  {}: {}", run.name(), told(&|class| run.counts.of(class))));
+        lines.push(format!("  {}: {}", run.name(), by_class(&run.counts, "no events")));
     }
     match (differing.len().saturating_sub(RUNS), report.runs.len() - differing.len()) {
         (0, 0) => {}
@@ -90,9 +87,11 @@ fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     if total == 0 {
         return;
     }
+    let is_below = report.runs.iter().any(|run| run.ruptures.is_some());
+    let most = if is_below { FINDINGS_BELOW_PHYSICS } else { FINDINGS };
     let mut chosen: Vec<(&RunDiff, &Finding)> = Vec::new();
     // What is not allowed first, a few of each class before more of any.
-    for of_a_class in [FINDINGS_OF_A_CLASS, FINDINGS] {
+    for of_a_class in [FINDINGS_OF_A_CLASS.min(most.div_ceil(2)), most] {
         for allowed in [false, true] {
             for class in BY_WEIGHT {
                 let of_class = differing.iter().flat_map(|run| {
@@ -100,9 +99,7 @@ fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
                     findings.filter(move |(_, finding)| finding.class == class && finding.allowed == allowed)
                 });
                 for (run, finding) in of_class.take(of_a_class) {
-                    if chosen.len() < FINDINGS
-                        && !chosen.iter().any(|(_, other)| std::ptr::eq(*other, finding))
-                    {
+                    if chosen.len() < most && !chosen.iter().any(|(_, other)| std::ptr::eq(*other, finding)) {
                         chosen.push((run, finding));
                     }
                 }
@@ -120,91 +117,6 @@ fn findings(report: &Report, differing: &[&RunDiff], lines: &mut Vec<String>) {
     if more > 0 {
         lines.push(format!("  ... and {more} more, see --format json"));
     }
-}
-
-/// A finding in one line.
-fn told(finding: &Finding) -> String {
-    let allowed = if finding.allowed { "allowed: " } else { "" };
-    let numbers = |events: &[Extent]| match events {
-        [] => String::new(),
-        [one] => one.event.to_string(),
-        [first, .., last] => format!("{} to {}", first.event, last.event),
-    };
-    let place = |events: &[Extent]| {
-        let [first, ..] = events else { return String::new() };
-        let low = events.iter().map(|event| event.first_block).min().unwrap_or(0);
-        let high = events.iter().map(|event| event.last_block).max().unwrap_or(0);
-        let blocks = if low == high { format!("block {low}") } else { format!("blocks {low}-{high}") };
-        format!("{blocks} at {} s", seconds(first.onset_s))
-    };
-    let (old, new) = (numbers(&finding.old), numbers(&finding.new));
-    let text = match finding.class {
-        Class::Missing => format!("missing: old {old}, {}", place(&finding.old)),
-        Class::Extra => format!("extra: new {new}, {}", place(&finding.new)),
-        Class::Split | Class::Merged => {
-            let whole = if finding.class == Class::Split { &finding.old } else { &finding.new };
-            format!(
-                "{}: old {old}, new {new}, {}{}",
-                finding.class.name(),
-                place(whole),
-                conservation(finding)
-            )
-        }
-        class => {
-            let place = place(if finding.old.is_empty() { &finding.new } else { &finding.old });
-            let who = match (finding.old.is_empty(), finding.new.is_empty()) {
-                (false, false) => format!("old {old}, new {new}"),
-                (false, true) => format!("old {old}"),
-                (true, _) => format!("new {new}"),
-            };
-            let cells: Vec<String> = finding.columns.iter().map(cell).collect();
-            let shown = if cells.len() > 3 {
-                format!("{} and {} more columns", cells[..2].join(", "), cells.len() - 2)
-            } else {
-                cells.join(", ")
-            };
-            let why = if shown.is_empty() { finding.rule.clone() } else { shown };
-            format!("{}: {who}, {place}: {why}", class.name())
-        }
-    };
-    format!("{allowed}{text}")
-}
-
-fn conservation(finding: &Finding) -> String {
-    let Some(kept) = finding.conservation else { return String::new() };
-    let mut text = String::new();
-    if !kept.duration_conserved {
-        let lost_s = kept.new_duration_s - kept.old_duration_s;
-        text = format!("; slides {lost_s:+.1e} s of {:.1e} s", kept.old_duration_s);
-    }
-    if !kept.blocks_conserved {
-        write!(text, "; {} blocks become {}", kept.old_blocks, kept.new_blocks)
-            .expect("writing to a string cannot fail");
-    }
-    if text.is_empty() { "; duration and blocks conserved".to_owned() } else { text }
-}
-
-/// A cell: both values where they are whole or one is missing, else the old one and how far
-/// from it the new one is, for that takes all digits to see.
-fn cell(change: &CellChange) -> String {
-    let CellChange { column, old, new, difference, .. } = *change;
-    match (old, new, difference) {
-        (Value::Number(old), Value::Number(new), Some(_)) => format!("{column} {old} {:+.2e}", new - old),
-        _ => format!("{column} {old} -> {new}"),
-    }
-}
-
-fn short(value: f64) -> String {
-    if value == 0.0 || (0.01..1e5).contains(&value) && value.fract() == 0.0 {
-        return value.to_string();
-    }
-    format!("{value:.2e}")
-}
-
-/// A time to the step.
-fn seconds(time_s: f64) -> String {
-    let text = format!("{time_s:.8}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 fn columns(report: &Report, lines: &mut Vec<String>) {
@@ -358,10 +270,23 @@ fn verdict(report: &Report) -> String {
         .iter()
         .map(|over| format!("{} {} where the policy allows {}", over.found, over.class.name(), over.allowed))
         .collect();
+    let differing = |run: &RunDiff| run.ruptures.as_ref().map_or(0, |ruptures| ruptures.counts.differing());
+    let ruptures_differ = report.runs.iter().any(|run| differing(run) > 0);
+    let allowed = report.runs.iter().any(RunDiff::ruptures_alone_differ);
     match report.verdict {
-        Verdict::WithinPolicy if report.counts.differing() == 0 => "nothing differs".to_owned(),
+        Verdict::WithinPolicy if report.counts.differing() == 0 && !ruptures_differ => {
+            "nothing differs".to_owned()
+        }
+        // Within the tolerances of slip events alone, or found anew.
+        Verdict::WithinPolicy if report.counts.differing() == 0 && !allowed => {
+            "no slip event differs, but ruptures do".to_owned()
+        }
         Verdict::WithinPolicy => "differs, as the policy allows".to_owned(),
         Verdict::Differs if !exceeded.is_empty() => format!("differs: {}", exceeded.join(", ")),
+        // No slip event, but something: ruptures, or a run that one side lacks.
+        Verdict::Differs if report.counts.differing() == 0 && report.unpaired.is_empty() => {
+            "differs: the ruptures do, and no slip event".to_owned()
+        }
         Verdict::Differs => "differs".to_owned(),
     }
 }

@@ -18,6 +18,8 @@ use crate::statistics::{self, Distribution};
 pub struct Comparison<'a> {
     /// The columns that both tables have ([`matching::comparable`]).
     pub columns: Columns,
+    /// How far from an event's onset its counterpart is looked for, s.
+    pub window_s: f64,
     /// Which differences are none, and which are allowed.
     pub policy: &'a Policy,
     /// The old run. Its number of events is filled in.
@@ -55,7 +57,7 @@ pub fn compare<E>(
     mut on_match: impl FnMut(Matched<'_>) -> Result<(), E>,
 ) -> Result<RunDiff, MatchError<E>> {
     let mut tally = Tally::new(comparison);
-    let (columns, window_s) = (tally.columns, tally.policy.window_s);
+    let (columns, window_s) = (tally.columns, tally.run.window_s);
     matching::match_tables(old, new, columns, window_s, |group| {
         let outcome = tally.rules().classify(&group);
         let allowed = tally.rules().allows(&outcome);
@@ -118,13 +120,17 @@ impl Beyond {
 
 impl<'a> Tally<'a> {
     fn new(comparison: Comparison<'a>) -> Tally<'a> {
-        let Comparison { columns, policy, old, new, keep_findings, keep_matches } = comparison;
+        let Comparison { columns, window_s, policy, old, new, keep_findings, keep_matches } = comparison;
         let is_compared = |column: &Column| columns.has(*column) && column.kind() != Kind::Number;
         let is_left_out = |column: &Column| !columns.has(*column) && column.kind() != Kind::Number;
         let run = RunDiff {
             old,
             new,
+            summary: Vec::new(),
+            ruptures: None,
+            no_ruptures: None,
             provenance: Vec::new(),
+            window_s,
             columns: Column::ALL.into_iter().filter(is_compared).collect(),
             columns_left_out: Column::ALL.into_iter().filter(is_left_out).collect(),
             counts: Counts::default(),
@@ -310,9 +316,15 @@ pub struct Draft {
     tolerances: [f64; Column::ALL.len()],
     counts: Counts,
     largest_shift_s: f64,
+    ruptures: bool,
 }
 
 impl Draft {
+    /// Lets ruptures differ where no slip event does.
+    pub fn allow_ruptures(&mut self) {
+        self.ruptures = true;
+    }
+
     fn take(&mut self, outcome: &Outcome, group: &Group) {
         if outcome.class == Class::Identical {
             return;
@@ -348,9 +360,9 @@ impl Draft {
         }
     }
 
-    /// The policy; with the window under which the events were matched.
-    pub fn policy(&self, window_s: f64) -> Policy {
-        let mut policy = Policy { window_s, ..Policy::default() };
+    /// The policy; with the window of that under which the events were matched.
+    pub fn policy(&self, window_s: Option<f64>) -> Policy {
+        let mut policy = Policy { window_s, allows_ruptures: self.ruptures, ..Policy::default() };
         if self.counts.changed + self.counts.open > 0 {
             policy.max_shift_s = self.largest_shift_s;
         }

@@ -7,7 +7,7 @@
 use std::convert::Infallible;
 
 use asperity_diff::column::Columns;
-use asperity_diff::policy::Policy;
+use asperity_diff::policy::{Policy, WINDOW_S};
 use asperity_diff::report::{Counts, RunSide};
 use asperity_diff::tally::{Comparison, Draft, compare};
 use asperity_record::SlipEvent;
@@ -33,6 +33,7 @@ fn none_is_lost_where_only_the_last_digit_of_the_load_differs() {
     let events = |ft_fn: f64| (0..1000).map(move |number| Ok::<_, Infallible>(event(number, ft_fn)));
     let comparison = Comparison {
         columns: Columns::ALL,
+        window_s: WINDOW_S,
         policy: &Policy::default(),
         old: RunSide::default(),
         new: RunSide::default(),

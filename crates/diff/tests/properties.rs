@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 
 use asperity_diff::column::{Column, Columns};
-use asperity_diff::policy::{Policy, Tolerance};
+use asperity_diff::policy::{Policy, Tolerance, WINDOW_S};
 use asperity_diff::report::{Class, Match, RunDiff, RunSide};
 use asperity_diff::tally::{self, Comparison, Draft};
 use asperity_record::SlipEvent;
@@ -121,6 +121,7 @@ fn compare_by(old: &[SlipEvent], new: &[SlipEvent], policy: &Policy, columns: Co
     let mut draft = Draft::default();
     let comparison = Comparison {
         columns,
+        window_s: policy.window_s.unwrap_or(WINDOW_S),
         policy,
         old: RunSide::default(),
         new: RunSide::default(),
@@ -197,7 +198,7 @@ fn inject(
     kinds: &[Injected],
 ) -> (Vec<SlipEvent>, Vec<SlipEvent>, Expected) {
     let (mut old, mut new, mut expected): (Vec<SlipEvent>, Vec<SlipEvent>, Expected) = Default::default();
-    let window_steps = (Policy::default().window_s / STEP_S) as u64;
+    let window_steps = (WINDOW_S / STEP_S) as u64;
     for (index, event) in base.iter().enumerate() {
         let before = index.checked_sub(1).map_or(0, |before| base[before].end_step.unwrap());
         let next = base.get(index + 1).map_or(u64::MAX, |next| next.onset_step);
@@ -400,7 +401,7 @@ fn a_drafted_policy_passes_and_is_tight() {
             run.not_allowed.total() == 0 && !exceeded
         };
         let (run, draft) = compare_by(&old, &new, &Policy::default(), Columns::ALL);
-        let policy = draft.policy(Policy::default().window_s);
+        let policy = draft.policy(None);
         let read_back = Policy::parse("draft", &policy.to_toml()).unwrap();
         assert_eq!(read_back, policy);
         assert!(passes(&policy), "case {case}: {}", policy.to_toml());
@@ -473,6 +474,7 @@ fn what_the_end_of_a_run_cuts_short_is_open() {
     let policy = Policy::default();
     let comparison = Comparison {
         columns: Columns::ALL,
+        window_s: WINDOW_S,
         policy: &policy,
         old: RunSide { duration_s: Some(1.0), ..RunSide::default() },
         new: RunSide { duration_s: Some(7_000.0 * STEP_S), ..RunSide::default() },

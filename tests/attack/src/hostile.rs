@@ -27,10 +27,11 @@ const STOP: &str = "ulimit -v 1500000; ulimit -t 8";
 const LONGEST: usize = 10_000_000;
 
 /// What reads a kind of file; FILE stands for its name.
-const ON_LOGS: [&[&str]; 9] = [
+const ON_LOGS: [&[&str]; 10] = [
     &["check", "FILE"],
     &["salvage", "FILE", "--out", "salvaged.mcap"],
     &["events", "FILE"],
+    &["summary", "FILE"],
     &["export", "FILE", "--to", "csv", "--out", "exported"],
     &["export", "FILE", "--to", "parquet", "--out", "exported-parquet"],
     &["reduce", "FILE", "--out", "reduced"],

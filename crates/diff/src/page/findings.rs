@@ -29,7 +29,7 @@ pub(super) fn listed(report: &Report) -> Vec<(usize, &Finding)> {
 }
 
 /// Events by number, with when and where.
-fn events(events: &[Extent]) -> Cell {
+pub(super) fn events(events: &[Extent]) -> Cell {
     if events.is_empty() {
         return Cell::None;
     }

@@ -333,7 +333,7 @@
     pen.textAlign = "left";
     pen.font = `600 13px ${FONT}`;
     for (const [line, side] of SIDES.entries()) {
-      const words = `${side.toUpperCase()}  ${data[side]}${data.runs.length > 1 ? `, run ${run.name}` : ""}: ${run.total[side]} events`;
+      const words = `${side.toUpperCase()}  ${data[side]}${data.runs.length > 1 ? `, run ${run.name}` : ""}: ${run.total[side]} ${run.what}`;
       pen.fillText(fitted(pen, words, across), left, 18 + 17 * line);
     }
     pen.font = `12px ${FONT}`;
@@ -377,8 +377,8 @@
     root.dataset.run = run.name;
     root.dataset.drawn = drawn;
     root.dataset.events = total;
-    const least = held < total ? ` The page holds ${held} of the run's ${total} events.` : "";
-    status.textContent = `${drawn} of ${total} events of both sides in view.${least}`;
+    const least = held < total ? ` The page holds ${held} of the run's ${total} ${run.what}.` : "";
+    status.textContent = `${drawn} of ${total} ${run.what} of both sides in view.${least}`;
   }
 
   function show(place) {
@@ -391,7 +391,7 @@
   function filterRows() {
     for (const row of rows) {
       const finding = data.findings[row.dataset.finding];
-      row.hidden = !shown.has(finding.class) || data.runs[finding.run] !== run;
+      row.hidden = !shown.has(finding.class) || finding.run !== run.pair;
     }
   }
   function zoom(factor, centre) {
@@ -428,7 +428,7 @@
     const option = document.createElement("option");
     const differing = candidate.counts.reduce((sum, count, index) => sum + (index > 0 ? count : 0), 0);
     option.value = place;
-    option.textContent = `${candidate.name}: ${differing ? `${differing} not identical` : "identical"}`;
+    option.textContent = `${candidate.name}, ${candidate.what}: ${differing ? `${differing} not identical` : "identical"}`;
     runChoice.append(option);
   }
   runChoice.addEventListener("change", () => { chosen = -1; show(Number(runChoice.value)); });
@@ -538,8 +538,11 @@
   window.addEventListener("resize", redraw);
   window.addEventListener("beforeprint", drawNow);
 
-  // The first run in which something differs, seen whole; #finding=N and #run=N lead on.
-  show(Math.max(0, data.runs.findIndex((candidate) => candidate.counts.some((count, index) => index > 0 && count > 0))));
+  // The first run whose ruptures differ, else its slip events, seen whole; #finding=N and #run=N lead on.
+  const differs = (candidate) => candidate.counts.some((count, index) => index > 0 && count > 0);
+  const first = data.runs.find((candidate) => candidate.what === "ruptures" && differs(candidate))
+    || data.runs.find((candidate) => candidate.what === "events" && differs(candidate)) || data.runs[0];
+  show(data.runs.indexOf(first));
   const asked = new URLSearchParams(location.hash.slice(1));
   if (asked.has("run")) show(Number(asked.get("run")));
   if (asked.has("finding")) choose(Number(asked.get("finding")), true);

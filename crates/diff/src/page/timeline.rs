@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use super::words;
-use crate::report::{Class, Extent, Finding, Match, Report, RunDiff};
+use crate::report::{Class, Counts, Extent, Finding, Horizon, Match, Report, RunDiff, RuptureDiff};
 
 /// Most events that a page holds, of both sides and all runs: some ten megabytes, and
 /// what a browser still draws at once.
@@ -35,6 +35,10 @@ struct ClassWords {
 #[derive(Serialize)]
 struct RunEvents {
     name: String,
+    /// What is drawn of the run: `events` or `ruptures`.
+    what: &'static str,
+    /// The place of the run among those that are compared.
+    pair: usize,
     blocks: u32,
     from_s: f64,
     to_s: f64,
@@ -45,7 +49,7 @@ struct RunEvents {
     counts: Vec<u64>,
 }
 
-#[derive(Serialize)]
+#[derive(Clone, Copy, Serialize)]
 struct Total {
     old: u64,
     new: u64,
@@ -65,7 +69,14 @@ struct FindingPlace {
 /// the place of its run.
 pub(super) fn timeline(report: &Report, listed: &[(usize, &Finding)]) -> Timeline {
     let thinning = Thinning::of(report, EVENTS_MOST);
-    let runs = report.runs.iter().map(|run| run_events(run, thinning)).collect();
+    // Ruptures behind all slip events, so that the places of runs stay those of findings.
+    let pairs = report.runs.iter().enumerate();
+    let events = pairs.clone().map(|(pair, run)| run_events(pair, run, &of_events(run), thinning));
+    let ruptures = pairs.filter_map(|(pair, run)| {
+        let drawn = of_ruptures(run.ruptures.as_ref()?);
+        Some(run_events(pair, run, &drawn, thinning))
+    });
+    let runs = events.chain(ruptures).collect();
     let places: Vec<HashMap<Key, usize>> = report
         .runs
         .iter()
@@ -102,10 +113,39 @@ fn place(class: Class) -> usize {
     Class::ALL.iter().position(|&other| other == class).expect("every class is among all")
 }
 
-fn run_events(run: &RunDiff, thinning: Thinning) -> RunEvents {
+/// What is drawn of a run.
+struct Drawn<'a> {
+    what: &'static str,
+    matches: &'a [Match],
+    horizon: Option<&'a Horizon>,
+    total: Total,
+    counts: &'a Counts,
+}
+
+fn of_events(run: &RunDiff) -> Drawn<'_> {
+    Drawn {
+        what: "events",
+        matches: &run.matches,
+        horizon: run.horizon.as_ref(),
+        total: Total { old: run.old.events, new: run.new.events },
+        counts: &run.counts,
+    }
+}
+
+fn of_ruptures(ruptures: &RuptureDiff) -> Drawn<'_> {
+    Drawn {
+        what: "ruptures",
+        matches: &ruptures.matches,
+        horizon: ruptures.horizon.as_ref(),
+        total: Total { old: ruptures.old, new: ruptures.new },
+        counts: &ruptures.counts,
+    }
+}
+
+fn run_events(pair: usize, run: &RunDiff, drawn: &Drawn<'_>, thinning: Thinning) -> RunEvents {
     let (mut old, mut new) = (Vec::new(), Vec::new());
     let (mut same, mut differing) = (0_usize, 0_usize);
-    for (number, found) in run.matches.iter().enumerate() {
+    for (number, found) in drawn.matches.iter().enumerate() {
         let (before, every) = if found.class.is_no_difference() {
             (&mut same, thinning.same)
         } else {
@@ -122,22 +162,24 @@ fn run_events(run: &RunDiff, thinning: Thinning) -> RunEvents {
             new.extend(found.new.iter().map(row));
         }
     }
-    let events = || run.matches.iter().flat_map(|found| found.old.iter().chain(&found.new));
+    let events = || drawn.matches.iter().flat_map(|found| found.old.iter().chain(&found.new));
     let (from_s, last_s) = span(events());
     let ends = [run.old.duration_s, run.new.duration_s];
     let blocks = [run.old.blocks, run.new.blocks];
     let highest = events().map(|event| event.last_block).max();
     RunEvents {
         name: words::name(run),
+        what: drawn.what,
+        pair,
         blocks: blocks.into_iter().flatten().chain(highest).max().unwrap_or(1),
         // A run starts at 0; its table may start anywhere.
         from_s: from_s.min(0.0),
         to_s: ends.into_iter().flatten().fold(last_s, f64::max),
-        horizon_s: run.horizon.as_ref().map(|horizon| horizon.at_s),
+        horizon_s: drawn.horizon.map(|horizon| horizon.at_s),
         old,
         new,
-        total: Total { old: run.old.events, new: run.new.events },
-        counts: Class::ALL.iter().map(|&class| run.counts.of(class)).collect(),
+        total: drawn.total,
+        counts: Class::ALL.iter().map(|&class| drawn.counts.of(class)).collect(),
     }
 }
 
@@ -173,7 +215,11 @@ pub(super) struct Thinning {
 impl Thinning {
     /// For a page of at most `most` events; what differs comes first.
     pub(super) fn of(report: &Report, most: usize) -> Thinning {
-        let matches = || report.runs.iter().flat_map(|run| &run.matches);
+        let matches = || {
+            let events = report.runs.iter().flat_map(|run| &run.matches);
+            let ruptures = report.runs.iter().filter_map(|run| run.ruptures.as_ref());
+            events.chain(ruptures.flat_map(|ruptures| &ruptures.matches))
+        };
         let events = |is_same: bool| -> usize {
             matches()
                 .filter(|found| found.class.is_no_difference() == is_same)

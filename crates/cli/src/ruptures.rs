@@ -1,0 +1,30 @@
+//! Ruptures of logs from before there were any.
+
+use std::path::Path;
+
+use asperity_record::{Event, Rupture};
+use asperity_run::detectors::Settings;
+use asperity_run::{Replay, Watch};
+
+use crate::exit::Failure;
+
+/// The ruptures that the registered detectors find in the step records of a log.
+///
+/// # Errors
+/// If the log does not hold all of its run.
+pub(crate) fn found_in_steps(run: &Path) -> Result<Vec<Rupture>, Failure> {
+    let settings = Settings { detectors: vec!["rupture"], ..Settings::default() };
+    let replay = Replay::open(run, &settings).map_err(Failure::failed)?;
+    let mut found = Found(Vec::new());
+    replay.run(&|| false, &mut found).map_err(Failure::failed)?;
+    Ok(found.0)
+}
+
+struct Found(Vec<Rupture>);
+
+impl Watch for Found {
+    fn event(&mut self, event: &Event) {
+        let rupture = event.decode::<Rupture>().transpose();
+        self.0.extend(rupture.expect("a detector of this program emits what its topic promises"));
+    }
+}

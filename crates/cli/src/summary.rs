@@ -1,0 +1,190 @@
+//! `asperity summary`: what runs did, in numbers; and how a log becomes a summary, for all commands.
+
+use std::fmt::Display;
+use std::io::Write;
+use std::path::Path;
+
+use asperity_export::{CsvRows, Spelling};
+use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+use asperity_model::{DriveKind, Scenario, ScenarioSource};
+use asperity_record::{EventPayload, Record, Rupture};
+use asperity_run::{Checked, Verdict, at_once};
+use asperity_runlog::{LogItem, RunReader, Topics};
+use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary, text};
+
+use crate::args::{SummaryArguments, SummaryFormat};
+use crate::exit::{self, Code, Failure};
+use crate::judge;
+use crate::progress::Board;
+use crate::{ruptures, terminal};
+
+/// Prints the summaries, and then what the logs are worth.
+pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(), Failure> {
+    if arguments.schema {
+        return print_json(&Summary::schema());
+    }
+    let found = at_once(&arguments.runs, None, |run| {
+        let checked = judge::readable(run);
+        Ok::<_, Failure>(checked.and_then(|checked| Ok((of_log(run, &checked)?, checked))))
+    })?;
+    let summaries: Vec<&Summary> = found.iter().flatten().map(|(summary, _)| summary).collect();
+    if !summaries.is_empty() {
+        print(arguments, &summaries)?;
+    }
+    let mut codes = Vec::new();
+    for (run, found) in arguments.runs.iter().zip(found) {
+        let told = found.and_then(|(summary, checked)| {
+            tell(run.display(), &summary, board);
+            judge::tell(run, &checked, board)
+        });
+        if let Err(failure) = told {
+            exit::report(&failure);
+            codes.push(failure.code());
+        }
+    }
+    Code::worst(codes).said()
+}
+
+fn print(arguments: &SummaryArguments, summaries: &[&Summary]) -> Result<(), Failure> {
+    match (arguments.format, summaries, arguments.runs.as_slice()) {
+        (SummaryFormat::Json, [summary], [_]) => print_json(summary),
+        (SummaryFormat::Json, ..) => print_json(&summaries),
+        (SummaryFormat::Csv, ..) => {
+            let names = Summary::KEYS.iter().map(|key| key.column.name.as_ref());
+            let mut rows = CsvRows::headed(terminal::data(), names, Spelling::Scientific)?;
+            summaries.iter().try_for_each(|summary| rows.push_texts(summary.row()))?;
+            Ok(rows.finish()?.flush()?)
+        }
+        (SummaryFormat::Text, [summary], [_]) => Ok(words(&text::of_one(summary))?),
+        (SummaryFormat::Text, ..) => Ok(words(&text::of_several(summaries.iter().copied()))?),
+    }
+}
+
+fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(value).expect("texts and finite numbers are JSON");
+    let mut out = terminal::data();
+    writeln!(out, "{text}")?;
+    Ok(out.flush()?)
+}
+
+fn words(text: &str) -> std::io::Result<()> {
+    text.lines().try_for_each(terminal::say)
+}
+
+/// Says what should be known of a run before its numbers are used.
+pub(crate) fn tell(run: impl Display, summary: &Summary, board: &Board) {
+    notes(summary).iter().for_each(|note| board.line(&format!("{run}: {note}")));
+}
+
+/// What a run did, in a line.
+pub(crate) fn in_short(summary: &Summary) -> String {
+    let precursors = match summary.precursor_count.unwrap_or_default() {
+        1 => "1 precursor".to_owned(),
+        count => format!("{count} precursors"),
+    };
+    match (summary.first_global_rupture_onset_s, summary.first_global_rupture_ft_fn) {
+        (None, _) => format!("{precursors}, no slip of the whole slider"),
+        (Some(onset_s), None) => format!("{precursors}, the whole slider slips at {onset_s:.4} s"),
+        (Some(onset_s), Some(ft_fn)) => {
+            format!("{precursors}, the whole slider slips at {onset_s:.4} s, F_T/F_N = {ft_fn:.4}")
+        }
+    }
+}
+
+fn notes(summary: &Summary) -> Vec<String> {
+    let mut notes = Vec::new();
+    if summary.creeps == Some(true) {
+        notes.push(format!(
+            "the slider creeps: block {} had slid before a front ran; raw slip events do not tell when it slipped",
+            summary.creep_front_block.unwrap_or_default()
+        ));
+    } else if summary.raw_events_mislead == Some(true) {
+        notes.push(
+            "raw slip events mislead: they last far longer than fronts take, or join ruptures far apart"
+                .to_owned(),
+        );
+    }
+    match summary.ruptures_from.as_str() {
+        "steps" => notes.push("its log has no ruptures; they were found in its step records".to_owned()),
+        "none" => notes.push(
+            "its log has no ruptures, and not all that they could be found in: what needs them is missing"
+                .to_owned(),
+        ),
+        _ => {}
+    }
+    notes
+}
+
+/// The name of a run: that of its log.
+fn name(run: &Path) -> String {
+    run.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// What a scenario says of its slider.
+pub(crate) fn slider(scenario: &Scenario) -> Slider {
+    let law = LengthLaw::natural(scenario);
+    let parameters = LengthLawParameters::of(scenario);
+    // Where both ends are pulled, F_T is a difference.
+    let length_law = (scenario.drive.kind != DriveKind::LeftRight).then(|| asperity_summary::LengthLaw {
+        name: law.table_word(),
+        load_ratio: Box::new(move |lp_l| law.load_ratio(&parameters, lp_l)),
+    });
+    Slider { scales: Some(scenario.scales()), length_law }
+}
+
+/// The summary of a log, as far as it is sound. Ruptures that a log of an older version does not
+/// have are found in its step records, if it has them all.
+///
+/// # Errors
+/// If the log is not what it was when it was checked, or its scenario cannot be understood.
+pub(crate) fn of_log(run: &Path, checked: &Checked) -> Result<Summary, Failure> {
+    // Where something in a log contradicts the rest, all messages must be counted to stop before it.
+    let most = (checked.verdict == Verdict::Damaged).then_some(checked.seen.messages);
+    read(run, checked.verdict, most)
+}
+
+/// The summary of a log that is known to be whole.
+///
+/// # Errors
+/// If it is not.
+pub(crate) fn of_whole_log(run: &Path) -> Result<Summary, Failure> {
+    read(run, Verdict::Whole, None)
+}
+
+fn read(run: &Path, verdict: Verdict, most_messages: Option<u64>) -> Result<Summary, Failure> {
+    let topics = if most_messages.is_some() { Topics::ALL } else { Topics { events: true, ..Topics::STEPS } };
+    let mut left = most_messages.unwrap_or(u64::MAX);
+    let mut reader = RunReader::open(run, topics).map_err(Failure::failed)?;
+    let unreadable = |problem: String| Failure::Log(verdict, format!("{}: {problem}", run.display()));
+    let slider = match reader.scenario_toml() {
+        // Of a log that breaks off so early, or was salvaged without it.
+        "" => Slider::default(),
+        toml => {
+            let source = ScenarioSource::new(format!("{}: scenario.toml", run.display()), toml);
+            slider(&Scenario::resolve(&source).map_err(|errors| unreadable(errors.to_string()))?)
+        }
+    };
+    let mut summarizer = Summarizer::new(&name(run), reader.header(), slider);
+    // Where it cannot be read on, the verdict says so.
+    while left > 0
+        && let Ok(Some(item)) = reader.next_item()
+    {
+        left -= 1;
+        match item {
+            LogItem::Record(Record::Step(record)) => summarizer.record(&record),
+            LogItem::Record(_) => {}
+            LogItem::Event(event) => summarizer.event(&event).map_err(|error| {
+                unreadable(format!("an event of {} cannot be read: {error}", event.topic))
+            })?,
+        }
+    }
+    let ruptures_from = if reader.event_topics().any(|topic| topic == Rupture::TOPIC) {
+        RupturesFrom::Log
+    } else if verdict.holds_all() {
+        ruptures::found_in_steps(run)?.iter().for_each(|rupture| summarizer.rupture(rupture));
+        RupturesFrom::Steps
+    } else {
+        RupturesFrom::None
+    };
+    Ok(summarizer.finish(ruptures_from, reader.end()))
+}

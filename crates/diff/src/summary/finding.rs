@@ -1,0 +1,98 @@
+//! Findings in one line: one, and how many there are of each class.
+
+use std::fmt::Write;
+
+use crate::column::Value;
+use crate::report::{CellChange, Class, Counts, Extent, Finding};
+
+/// How many matches there are of each class.
+pub(super) fn by_class(counts: &Counts, none: &str) -> String {
+    let there = Class::ALL.into_iter().map(|class| (class, counts.of(class))).filter(|(_, count)| *count > 0);
+    let words: Vec<String> = there.map(|(class, count)| format!("{count} {}", class.name())).collect();
+    if words.is_empty() { none.to_owned() } else { words.join(", ") }
+}
+
+/// A finding in one line.
+pub(super) fn told(finding: &Finding) -> String {
+    let allowed = if finding.allowed { "allowed: " } else { "" };
+    let numbers = |events: &[Extent]| match events {
+        [] => String::new(),
+        [one] => one.event.to_string(),
+        [first, .., last] => format!("{} to {}", first.event, last.event),
+    };
+    let place = |events: &[Extent]| {
+        let [first, ..] = events else { return String::new() };
+        let low = events.iter().map(|event| event.first_block).min().unwrap_or(0);
+        let high = events.iter().map(|event| event.last_block).max().unwrap_or(0);
+        let blocks = if low == high { format!("block {low}") } else { format!("blocks {low}-{high}") };
+        format!("{blocks} at {} s", seconds(first.onset_s))
+    };
+    let (old, new) = (numbers(&finding.old), numbers(&finding.new));
+    let text = match finding.class {
+        Class::Missing => format!("missing: old {old}, {}", place(&finding.old)),
+        Class::Extra => format!("extra: new {new}, {}", place(&finding.new)),
+        Class::Split | Class::Merged => {
+            let whole = if finding.class == Class::Split { &finding.old } else { &finding.new };
+            format!(
+                "{}: old {old}, new {new}, {}{}",
+                finding.class.name(),
+                place(whole),
+                conservation(finding)
+            )
+        }
+        class => {
+            let place = place(if finding.old.is_empty() { &finding.new } else { &finding.old });
+            let who = match (finding.old.is_empty(), finding.new.is_empty()) {
+                (false, false) => format!("old {old}, new {new}"),
+                (false, true) => format!("old {old}"),
+                (true, _) => format!("new {new}"),
+            };
+            let cells: Vec<String> = finding.columns.iter().map(cell).collect();
+            let shown = if cells.len() > 3 {
+                format!("{} and {} more columns", cells[..2].join(", "), cells.len() - 2)
+            } else {
+                cells.join(", ")
+            };
+            let why = if shown.is_empty() { finding.rule.clone() } else { shown };
+            format!("{}: {who}, {place}: {why}", class.name())
+        }
+    };
+    format!("{allowed}{text}")
+}
+
+fn conservation(finding: &Finding) -> String {
+    let Some(kept) = finding.conservation else { return String::new() };
+    let mut text = String::new();
+    if !kept.duration_conserved {
+        let lost_s = kept.new_duration_s - kept.old_duration_s;
+        text = format!("; slides {lost_s:+.1e} s of {:.1e} s", kept.old_duration_s);
+    }
+    if !kept.blocks_conserved {
+        write!(text, "; {} blocks become {}", kept.old_blocks, kept.new_blocks)
+            .expect("writing to a string cannot fail");
+    }
+    if text.is_empty() { "; duration and blocks conserved".to_owned() } else { text }
+}
+
+/// A cell: both values where they are whole or one is missing, else the old one and how far
+/// from it the new one is, for that takes all digits to see.
+fn cell(change: &CellChange) -> String {
+    let CellChange { column, old, new, difference, .. } = *change;
+    match (old, new, difference) {
+        (Value::Number(old), Value::Number(new), Some(_)) => format!("{column} {old} {:+.2e}", new - old),
+        _ => format!("{column} {old} -> {new}"),
+    }
+}
+
+pub(super) fn short(value: f64) -> String {
+    if value == 0.0 || (0.01..1e5).contains(&value) && value.fract() == 0.0 {
+        return value.to_string();
+    }
+    format!("{value:.2e}")
+}
+
+/// A time to the step.
+pub(super) fn seconds(time_s: f64) -> String {
+    let text = format!("{time_s:.8}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}

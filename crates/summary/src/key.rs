@@ -1,0 +1,114 @@
+//! What a key of a summary holds, said once: for JSON and its schema, for tables, for the page that
+//! explains the keys.
+
+use asperity_record::{Column, ColumnKind};
+use serde_json::Value;
+
+/// A key of a summary.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Key {
+    /// What it is about, as a heading.
+    pub group: &'static str,
+    /// Its name, what it holds, unit and meaning.
+    pub column: Column,
+}
+
+impl Key {
+    /// Its name for people: `first global rupture onset` is `first_global_rupture_onset_s`.
+    pub fn label(&self) -> String {
+        let name: &str = &self.column.name;
+        let unit = match self.column.unit {
+            None | Some("1") => None,
+            Some(unit) => Some(unit.to_lowercase().replace('/', "_per_")),
+        };
+        let bare = unit.and_then(|unit| name.strip_suffix(&format!("_{unit}"))).unwrap_or(name);
+        bare.replace("ft_fn", "F_T/F_N")
+            .replace("_over_", "/")
+            .replace('_', " ")
+            .replace("F T/F N", "F_T/F_N")
+    }
+}
+
+/// What stands under a key.
+pub(crate) trait Held {
+    const KIND: ColumnKind;
+
+    fn value(&self) -> Value;
+}
+
+macro_rules! held {
+    ($($type:ty: $kind:ident),+) => {
+        $(impl Held for $type {
+            const KIND: ColumnKind = ColumnKind::$kind;
+
+            fn value(&self) -> Value {
+                self.clone().into()
+            }
+        })+
+    };
+}
+
+held!(u32: Count, u64: Step, f64: Number, bool: Flag, String: Word);
+
+impl<T: Held> Held for Option<T> {
+    const KIND: ColumnKind = T::KIND;
+
+    fn value(&self) -> Value {
+        self.as_ref().map_or(Value::Null, T::value)
+    }
+}
+
+/// Declares a summary: the struct, its form as JSON with a schema, and its keys, all from one list.
+///
+/// The doc comment of a field is the meaning of its key on every page. The name of a number ends in
+/// its unit; one without says `[unit = "1"]` after its type.
+macro_rules! summary {
+    (
+        $(#[doc = $about:tt])*
+        pub struct $name:ident {
+            $(
+                $group:literal {
+                    $(
+                        $(#[doc = $doc:tt])*
+                        $field:ident: $type:ty $([unit = $unit:literal])?,
+                    )+
+                }
+            )+
+        }
+    ) => {
+        $(#[doc = $about])*
+        #[derive(Debug, Clone, PartialEq, ::serde::Serialize, ::serde::Deserialize, ::schemars::JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            $($(
+                $(#[doc = $doc])*
+                pub $field: $type,
+            )+)+
+        }
+
+        impl $name {
+            /// The keys, in the order in which one reads them.
+            pub const KEYS: &'static [$crate::Key] = &[
+                $($($crate::Key {
+                    group: $group,
+                    column: $crate::key::summary!(
+                        @column stringify!($field), $type, concat!($($doc,)* "") $(, $unit)?
+                    ),
+                },)+)+
+            ];
+
+            /// What stands under each key, in the same order; null where the run does not say.
+            pub fn values(&self) -> Vec<::serde_json::Value> {
+                vec![$($($crate::key::Held::value(&self.$field),)+)+]
+            }
+        }
+    };
+    (@column $name:expr, $type:ty, $about:expr) => {
+        ::asperity_record::Column::new($name, <$type as $crate::key::Held>::KIND, $about)
+    };
+    (@column $name:expr, $type:ty, $about:expr, $unit:literal) => {
+        ::asperity_record::Column::with_unit($name, <$type as $crate::key::Held>::KIND, $unit, $about)
+    };
+}
+
+pub(crate) use summary;

@@ -1,0 +1,48 @@
+//! The numbers of a run that a physicist asks for first: when it slipped, how far its precursors
+//! came, how fast its fronts ran, what became of the work.
+//!
+//! A [`Summarizer`] is told of a run as it goes by, live or out of a log, and gives a [`Summary`].
+//! [`Summary::KEYS`] says of every number what it means and in which unit; the page that explains
+//! them, the tables and [`Summary::schema`] are made from it. [`text`] lays summaries out for a
+//! terminal.
+//!
+//! ```
+//! use asperity_record::RunHeader;
+//! use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary};
+//! use asperity_testkit::quiet_step;
+//!
+//! let header = RunHeader {
+//!     record_schema_version: asperity_record::RECORD_SCHEMA_VERSION,
+//!     scenario: "default".to_owned(),
+//!     scenario_hash: String::new(),
+//!     run_id: String::new(),
+//!     code_version: String::new(),
+//!     parameter_set: "as-coded".to_owned(),
+//!     solver: "fast".to_owned(),
+//!     blocks: 10,
+//!     time_step_s: 1e-7,
+//!     steps: 20_000_000,
+//!     scales: None,
+//! };
+//! let mut summarizer = Summarizer::new("mine", &header, Slider::default());
+//! summarizer.record(&quiet_step(20_000_000, 2.0, 0.25));
+//! let summary = summarizer.finish(RupturesFrom::Log, None);
+//! assert_eq!((summary.precursor_count, summary.largest_ft_fn), (Some(0), Some(0.25)));
+//! assert_eq!(summary.first_slip_s, None);
+//! assert_eq!(Summary::KEYS.len(), summary.row().len());
+//! ```
+
+mod creep;
+mod growth;
+mod key;
+mod measures;
+mod raw;
+mod statistics;
+mod summarizer;
+mod summary;
+pub mod text;
+
+pub use key::Key;
+pub use measures::WIDE_BLOCKS;
+pub use summarizer::{LengthLaw, RupturesFrom, Slider, Summarizer};
+pub use summary::Summary;

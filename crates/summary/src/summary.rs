@@ -1,0 +1,250 @@
+//! The summary: its keys, what they mean and in which unit.
+
+use asperity_record::RunEnd;
+use schemars::generate::SchemaSettings;
+use serde_json::Value;
+
+use crate::key::summary;
+
+summary! {
+    /// A run in the numbers that a physicist asks for first.
+    ///
+    /// What a number says of events is said of ruptures, unless its name says `event`: those are
+    /// raw slip events. A rupture is wide if it has four blocks or more. A precursor is a rupture
+    /// that includes block 1, does not reach every block, and reaches farther than every rupture
+    /// that includes block 1 and began before it. A rupture that reached every block, a global
+    /// rupture, is never among the precursors. Where a number needs ruptures and there is no
+    /// telling which there were, it is null.
+    pub struct Summary {
+        "The run" {
+            /// Its name: that of its log, without the ending.
+            run: String,
+            /// Its scenario.
+            scenario: String,
+            /// `as-coded` or `as-stated`.
+            parameter_set: String,
+            /// How it ended: `complete`, `load-not-reached` (at which the drive was to stop),
+            /// `interrupted`, `salvaged`; or `unknown`, if the log does not say.
+            status: String,
+            /// Where its ruptures are from: `log`; `steps`, if the log has none and they were found
+            /// in its step records for this summary; or `none`.
+            ruptures_from: String,
+            /// Number of blocks.
+            blocks: u32,
+            /// Time step, s.
+            time_step_s: f64,
+            /// Simulated time, s.
+            simulated_s: f64,
+            /// Most time between two detachments of neighbours in one rupture, s.
+            link_time_s: Option<f64>,
+        }
+        "First slip" {
+            /// Time at which a block first slides, s; null if none did.
+            first_slip_s: Option<f64>,
+            /// `F_T / F_N` at that time; null, as all such ratios, where the drive pulls both ways, so
+            /// that `F_T` is a difference.
+            first_slip_ft_fn: Option<f64> [unit = "1"],
+        }
+        "First slip of the whole slider" {
+            /// Onset of the first rupture that reached every block, s; null if there is none.
+            first_global_rupture_onset_s: Option<f64>,
+            /// When the last block first slid in it, s.
+            first_global_rupture_last_block_s: Option<f64>,
+            /// When its last block stopped, s; null if one still slid at the end of the run.
+            first_global_rupture_end_s: Option<f64>,
+            /// `F_T / F_N` at its onset.
+            first_global_rupture_ft_fn: Option<f64> [unit = "1"],
+            /// The block that slid first in it.
+            first_global_rupture_nucleation_block: Option<u32>,
+            /// Speed of its front, m/s, on the side where it ran farther.
+            first_global_rupture_front_speed_m_per_s: Option<f64>,
+            /// Onset of the first raw slip event in which every block slid, s. Where creep has
+            /// joined it to what happened before, that is long before the slider slipped.
+            first_global_event_onset_s: Option<f64>,
+            /// `F_T / F_N` at the onset of that event.
+            first_global_event_ft_fn: Option<f64> [unit = "1"],
+            /// Number of ruptures that reached every block.
+            global_rupture_count: Option<u64>,
+        }
+        "Precursors" {
+            /// Number of precursors; the slip of the whole slider is not among them.
+            precursor_count: Option<u64>,
+            /// Length of the longest over that of the slider, `L_p / L`.
+            longest_precursor_ratio: Option<f64>,
+            /// Mean growth from one to the next, in `L_p / L`; null if there are fewer than two.
+            precursor_growth_ratio: Option<f64>,
+            /// The law of lengths that the scenario calls for; null for drives that pull both ways.
+            length_law: Option<String>,
+            /// Slope of the straight line through what `F_T / F_N` at the onset of each precursor
+            /// exceeds the law by, over `L_p / L`, by least squares; null if there are fewer than
+            /// three.
+            length_law_slope_residual: Option<f64> [unit = "1"],
+            /// Intercept of that line.
+            length_law_intercept_residual: Option<f64> [unit = "1"],
+            /// Root mean square of what `F_T / F_N` exceeds the law by.
+            length_law_rms_residual: Option<f64> [unit = "1"],
+        }
+        "Recurrence of global ruptures" {
+            /// While the slider settles: median of the first quarter of the times from one onset to
+            /// the next, a quarter rounded up, s; null if there are fewer than two onsets.
+            recurrence_transient_s: Option<f64>,
+            /// Once it has settled: median of the second half of these times, s; null if there are
+            /// fewer than five onsets.
+            recurrence_steady_s: Option<f64>,
+        }
+        "Loads" {
+            /// Largest `F_T / F_N` of all step records.
+            largest_ft_fn: Option<f64> [unit = "1"],
+            /// Mean fall of `F_T / F_N` from onset to end of the precursors.
+            precursor_drop_ft_fn: Option<f64> [unit = "1"],
+            /// The same of the global ruptures.
+            global_rupture_drop_ft_fn: Option<f64> [unit = "1"],
+        }
+        "Durations" {
+            /// Median time from onset to end of the precursors, s.
+            precursor_duration_s: Option<f64>,
+            /// Median time from onset until the last of its blocks slides, of the precursors, s.
+            precursor_crossing_s: Option<f64>,
+            /// Median time from onset to end of the global ruptures, s.
+            global_rupture_duration_s: Option<f64>,
+            /// Median time from onset until the last block slides, of the global ruptures, s.
+            global_rupture_crossing_s: Option<f64>,
+        }
+        "Fronts" {
+            /// Median speed of the fronts of precursors and global ruptures, each on the side where
+            /// it ran farther, m/s; of ruptures of fewer than four blocks nobody can say it.
+            front_speed_m_per_s: Option<f64>,
+            /// The same of the precursors alone, m/s.
+            precursor_front_speed_m_per_s: Option<f64>,
+            /// The same of the global ruptures alone, m/s.
+            global_rupture_front_speed_m_per_s: Option<f64>,
+            /// Speed of waves in the slider, m/s.
+            wave_speed_m_per_s: Option<f64>,
+            /// The first of these speeds over that of waves.
+            front_speed_over_wave_speed_ratio: Option<f64>,
+        }
+        "Slip and force" {
+            /// Mean over the precursors of the mean slip of their blocks, m.
+            precursor_slip_m: Option<f64>,
+            /// The same of the global ruptures, m.
+            global_rupture_slip_m: Option<f64>,
+            /// Largest slip of a block in one rupture, m.
+            largest_slip_m: Option<f64>,
+            /// Mean over the precursors of the mean fall of the tangential force, without friction,
+            /// on a block, from detachment to re-attachment, N.
+            precursor_force_drop_n: Option<f64>,
+            /// The same of the global ruptures, N.
+            global_rupture_force_drop_n: Option<f64>,
+            /// Mean over the global ruptures of the sum of slip times block length, m2.
+            global_rupture_potency_m2: Option<f64>,
+        }
+        "Energy, from the start to the last record" {
+            /// Work of the drive points on the drive springs, J; null, as all energies, in logs
+            /// without them.
+            drive_work_j: Option<f64>,
+            /// Work of the prestress, J.
+            prestress_work_j: Option<f64>,
+            /// Heat of sliding contacts, J.
+            friction_heat_j: Option<f64>,
+            /// What friction springs lost when they let go, less what they held when they took hold
+            /// again, J.
+            anchor_change_j: Option<f64>,
+            /// Work of the dampers between blocks, J.
+            viscous_loss_j: Option<f64>,
+            /// Kinetic energy at the end, J.
+            kinetic_j: Option<f64>,
+            /// Energy of all springs at the end, J.
+            elastic_j: Option<f64>,
+            /// What the time step itself added, J.
+            scheme_work_j: Option<f64>,
+            /// Mean heat of a precursor's contacts while it lasted, J; of precursors beside which no
+            /// other rupture slid.
+            precursor_heat_j: Option<f64>,
+            /// The same of the global ruptures, J.
+            global_rupture_heat_j: Option<f64>,
+        }
+        "Creep" {
+            /// Whether the slider creeps from its first block: the creep front came to block 4 and
+            /// over a tenth of the slider.
+            creeps: Option<bool>,
+            /// The creep front: the farthest block for which it and all before it had slid when the
+            /// first wide rupture with block 1 began, or, without one, at the end of the run; null
+            /// if block 1 had not slid.
+            creep_front_block: Option<u32>,
+            /// Share of the time before the first global rupture, or of the whole run without one,
+            /// in which some block slid.
+            sliding_time_ratio: Option<f64>,
+        }
+        "Raw slip events" {
+            /// Whether raw slip events mislead: the longest outlasts by more than twenty times the
+            /// longest crossing of a wide rupture, and the time that a wave takes along the slider;
+            /// or more than a quarter of those of four blocks or more hold several wide ruptures.
+            raw_events_mislead: Option<bool>,
+            /// Number of raw slip events.
+            event_count: u64,
+            /// Number of those in which every block slid.
+            global_event_count: u64,
+            /// Duration of the longest, s; of one that did not end, up to the end of the run.
+            longest_event_s: Option<f64>,
+            /// Number of those of four blocks or more.
+            wide_event_count: u64,
+            /// Number of these in which more than one wide rupture began.
+            joined_event_count: Option<u64>,
+        }
+        "Counts" {
+            /// Number of ruptures, of any size.
+            rupture_count: Option<u64>,
+            /// Number of wide ruptures.
+            wide_rupture_count: Option<u64>,
+            /// Number of ruptures during which another one slid.
+            overlapping_rupture_count: Option<u64>,
+            /// Number of ruptures that something could still have joined when the run ended.
+            open_rupture_count: Option<u64>,
+            /// Number of block switches.
+            switch_count: u64,
+            /// Number of detachments.
+            detachment_count: u64,
+            /// The last step.
+            last_step: u64,
+            /// Number of step records.
+            step_record_count: u64,
+            /// Number of steps that the solver took one by one; null, as what follows, if the log
+            /// does not say.
+            plain_steps: Option<u64>,
+            /// Number of steps that it covered in windows.
+            window_steps: Option<u64>,
+            /// Number of windows.
+            windows: Option<u64>,
+            /// Number of steps that it covered in jumps.
+            jump_steps: Option<u64>,
+            /// Number of jumps.
+            jumps: Option<u64>,
+        }
+    }
+}
+
+impl Summary {
+    /// The JSON schema of a summary: every key with its meaning.
+    pub fn schema() -> Value {
+        // As it is written: no key is left out.
+        let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
+        generator.into_root_schema_for::<Summary>().to_value()
+    }
+
+    /// The row of a table: the values as JSON spells them, texts without their quotation marks, and
+    /// nothing for null.
+    pub fn row(&self) -> Vec<String> {
+        let text = |value: Value| match value {
+            Value::Null => String::new(),
+            Value::String(text) => text,
+            other => other.to_string(),
+        };
+        self.values().into_iter().map(text).collect()
+    }
+}
+
+/// How a run ended, in the word of its log.
+pub(crate) fn status(end: Option<&RunEnd>) -> String {
+    let word = end.and_then(|end| serde_json::to_value(end.status).ok());
+    word.as_ref().and_then(Value::as_str).unwrap_or("unknown").to_owned()
+}

@@ -1,0 +1,122 @@
+//! Summaries laid out for a terminal.
+
+use std::fmt::Write as _;
+
+use asperity_record::printable;
+use serde_json::Value;
+
+use crate::summary::Summary;
+
+/// Stands where a run does not say.
+const NOTHING: &str = "-";
+
+/// One summary: a line for each key, below headings.
+pub fn of_one(summary: &Summary) -> String {
+    let values = summary.values();
+    let lines: Vec<(String, String)> = Summary::KEYS
+        .iter()
+        .zip(&values)
+        .map(|(key, value)| (key.label(), with_unit(value, key.column.unit)))
+        .collect();
+    let label_width = lines.iter().map(|(label, _)| label.chars().count()).max().unwrap_or(0);
+    let mut text = String::new();
+    let mut group = "";
+    for (key, (label, value)) in Summary::KEYS.iter().zip(&lines) {
+        if key.group != group {
+            let space = if group.is_empty() { "" } else { "\n" };
+            writeln!(text, "{space}{}", key.group).expect("a text can be written to");
+            group = key.group;
+        }
+        writeln!(text, "  {label:label_width$}  {value}").expect("a text can be written to");
+    }
+    text
+}
+
+/// The columns of [`of_several`]: what stands above each, in two lines, and its key.
+const COLUMNS: [(&str, &str, &str); 10] = [
+    ("", "run", "run"),
+    ("", "precursors", "precursor_count"),
+    ("global", "slips", "global_rupture_count"),
+    ("first", "at, s", "first_global_rupture_onset_s"),
+    ("its", "F_T/F_N", "first_global_rupture_ft_fn"),
+    ("recurrence", "steady, s", "recurrence_steady_s"),
+    ("front", "speed, m/s", "front_speed_m_per_s"),
+    ("drop of", "F_T/F_N", "global_rupture_drop_ft_fn"),
+    ("raw", "events", "event_count"),
+    ("they", "mislead", "raw_events_mislead"),
+];
+
+/// Several summaries: a row for each, of the numbers that matter most.
+pub fn of_several<'a>(summaries: impl IntoIterator<Item = &'a Summary>) -> String {
+    let mut rows: Vec<Vec<String>> = vec![
+        COLUMNS.iter().map(|(above, ..)| (*above).to_owned()).collect(),
+        COLUMNS.iter().map(|(_, below, _)| (*below).to_owned()).collect(),
+    ];
+    let place = |name: &str| {
+        let named = |key: &crate::Key| key.column.name == name;
+        Summary::KEYS.iter().position(named).expect("the columns are keys")
+    };
+    let places = COLUMNS.map(|(.., name)| place(name));
+    for summary in summaries {
+        let values = summary.values();
+        rows.push(places.iter().map(|place| spelled(&values[*place])).collect());
+    }
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..COLUMNS.len()).map(width).collect();
+    let mut text = String::new();
+    for row in &rows {
+        let mut line = format!("{:1$}", row[0], widths[0]);
+        for (cell, width) in row.iter().zip(&widths).skip(1) {
+            write!(line, "  {cell:>width$}").expect("a text can be written to");
+        }
+        writeln!(text, "{}", line.trim_end()).expect("a text can be written to");
+    }
+    text
+}
+
+fn with_unit(value: &Value, unit: Option<&str>) -> String {
+    match unit {
+        Some(unit) if unit != "1" && !value.is_null() => format!("{} {unit}", spelled(value)),
+        _ => spelled(value),
+    }
+}
+
+/// A value for people: six digits of a number, a word for what is so or not.
+fn spelled(value: &Value) -> String {
+    match value {
+        Value::Null => NOTHING.to_owned(),
+        Value::Bool(flag) => if *flag { "yes" } else { "no" }.to_owned(),
+        // Names are what others gave.
+        Value::String(text) => printable(text).into_owned(),
+        Value::Number(number) if number.is_f64() => rounded(number.as_f64().unwrap_or_default()),
+        other => other.to_string(),
+    }
+}
+
+/// Significant digits of a number in a text; JSON and CSV have all of them.
+const DIGITS: usize = 6;
+
+fn rounded(number: f64) -> String {
+    let short: f64 = format!("{number:.*e}", DIGITS - 1).parse().expect("what was printed is a number");
+    if short != 0.0 && !(1e-4..1e7).contains(&short.abs()) { format!("{short:e}") } else { short.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rounded;
+
+    #[test]
+    fn numbers_have_six_digits() {
+        for (number, text) in [
+            (2.634_697_6, "2.6347"),
+            (0.1, "0.1"),
+            (0.0, "0"),
+            (1e-7, "1e-7"),
+            (-8.012_345_67e-5, "-8.01235e-5"),
+            (123_456_789.0, "1.23457e8"),
+            (9_999_999.6, "1e7"),
+        ] {
+            assert_eq!(rounded(number), text);
+        }
+    }
+}

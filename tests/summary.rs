@@ -1,0 +1,279 @@
+//! What `asperity summary` says of runs, beside what a second program finds in the switches that they
+//! export (clusters by union and find, in Python), and in every place where a summary stands.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use asperity_record::{Column, markdown};
+use asperity_summary::Summary;
+use serde_json::Value;
+
+use crate::support::binary::{self, asperity, succeed, text};
+use crate::support::small;
+use asperity_testkit::folder;
+
+/// Runs a scenario in steps of 0.1 microseconds, and gives what was said on stderr.
+fn run(scenario: &str, set: &[&str], log: &Path) -> String {
+    let overrides = ["time.step_s=1e-7"].iter().chain(set).flat_map(|set| ["--set", *set]);
+    let arguments: Vec<&str> = ["run", scenario, "--out", text(log)].into_iter().chain(overrides).collect();
+    let output = asperity(&arguments);
+    let said = String::from_utf8(output.stderr).expect("the binary writes UTF-8");
+    assert!(output.status.success(), "{said}");
+    said
+}
+
+fn summary(log: &Path) -> Summary {
+    serde_json::from_str(&succeed(&["summary", "--format", "json", text(log)])).expect("it is a summary")
+}
+
+#[track_caller]
+fn assert_near(found: Option<f64>, expected: f64) {
+    let found = found.expect("there is one");
+    assert!((found / expected - 1.0).abs() < 1e-6, "{found}, not {expected}");
+}
+
+#[test]
+fn the_default_slider() {
+    let folder = folder();
+    let log = folder.path().join("run.mcap");
+    let said = run("default", &["time.duration_s=2.9"], &log);
+    let line = "default: 55 precursors, the whole slider slips at 2.6347 s, F_T/F_N = 0.4549";
+    assert!(said.lines().any(|found| found == line), "{said}");
+    assert!(!said.contains("creeps") && !said.contains("mislead"), "{said}");
+    let found = summary(&log);
+    assert_eq!((found.status.as_str(), found.ruptures_from.as_str()), ("complete", "log"));
+    assert_eq!((found.precursor_count, found.global_rupture_count), (Some(55), Some(5)));
+    assert_near(found.first_slip_s, 0.0567637);
+    assert_near(found.first_global_rupture_onset_s, 2.6346976);
+    // 6.9545 ms after the detachment, which is a step before the onset.
+    assert_near(found.first_global_rupture_last_block_s, 2.634_697_6 - 1e-7 + 0.0069545 + 1e-7);
+    assert_near(found.first_global_event_onset_s, 2.6346976);
+    assert_near(found.longest_precursor_ratio, 0.98);
+    assert_near(found.recurrence_transient_s, 0.0625677);
+    assert_near(found.recurrence_steady_s, 0.0602163);
+    assert_near(found.precursor_duration_s, 0.0034039);
+    assert_near(found.precursor_crossing_s, 0.0023773);
+    assert_near(found.sliding_time_ratio, 0.10839965087454374);
+    assert_eq!((found.rupture_count, found.wide_rupture_count), (Some(133), Some(104)));
+    assert_eq!((found.event_count, found.global_event_count), (135, 5));
+    assert_eq!((found.creeps, found.creep_front_block), (Some(false), Some(3)));
+    assert_eq!(found.raw_events_mislead, Some(false));
+    // sqrt(E L_y L_z L / M) (N - 1) / N per length: 0.1 m of 2.5 GPa, 1 cm2, 12 kg.
+    let wave_speed = (2.5e9 * 0.005 * 0.02 / 12.0 * 0.1 * 100.0 / 99.0_f64).sqrt();
+    assert_near(found.wave_speed_m_per_s, wave_speed);
+    assert_near(found.link_time_s, 100.0 * (0.1 / 99.0) / wave_speed);
+
+    // Each place says the same.
+    let json: Value =
+        serde_json::from_str(&succeed(&["summary", "--format", "json", text(&log)])).expect("JSON");
+    assert_fits_schema(&json);
+    let csv = succeed(&["summary", "--format", "csv", text(&log)]);
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!((rows.len(), rows[0].len()), (2, Summary::KEYS.len()));
+    for (name, cell) in rows[0].iter().zip(&rows[1]) {
+        match &json[*name] {
+            Value::Null => assert_eq!(*cell, "", "{name}"),
+            Value::String(word) => assert_eq!(cell, word, "{name}"),
+            value => assert_eq!(serde_json::from_str::<Value>(cell).ok().as_ref(), Some(value), "{name}"),
+        }
+    }
+    if cfg!(feature = "analysis") {
+        let out = folder.path().join("reduced");
+        succeed(&["reduce", text(&log), "--out", text(&out)]);
+        assert_eq!(fs::read_to_string(out.join("summary.csv")).expect("it is there"), csv);
+        let written = fs::read_to_string(out.join("summary.json")).expect("it is there");
+        assert_eq!(serde_json::from_str::<Value>(&written).expect("it is JSON"), json);
+        let record = fs::read_to_string(out.join("reduce.json")).expect("it is there");
+        assert!(record.contains("\"summary.csv\"") && record.contains("\"summary.json\""), "{record}");
+    }
+}
+
+/// Of every key what the schema promises, and no other key.
+fn assert_fits_schema(json: &Value) {
+    let schema: Value = serde_json::from_str(&succeed(&["summary", "--schema"])).expect("it is JSON");
+    assert_eq!(schema["additionalProperties"], Value::Bool(false));
+    let properties = schema["properties"].as_object().expect("it has properties");
+    let object = json.as_object().expect("a summary is an object");
+    assert_eq!(object.keys().collect::<Vec<_>>(), properties.keys().collect::<Vec<_>>());
+    for (name, value) in object {
+        let kind = match value {
+            Value::Null => "null",
+            Value::Bool(_) => "boolean",
+            Value::String(_) => "string",
+            Value::Number(number) if number.is_f64() => "number",
+            Value::Number(_) => "integer",
+            _ => "other",
+        };
+        let kinds = match &properties[name]["type"] {
+            Value::String(kind) => vec![kind.as_str()],
+            Value::Array(kinds) => kinds.iter().filter_map(Value::as_str).collect(),
+            other => panic!("{name}: {other}"),
+        };
+        assert!(kinds.contains(&kind), "{name}: {value} is none of {kinds:?}");
+    }
+}
+
+/// Its raw events tell of a global slip at 0.016 s that lasts until 2.763 s.
+#[test]
+fn a_creeping_slider() {
+    let folder = folder();
+    let log = folder.path().join("run.mcap");
+    let set = [
+        "friction.static_coefficient=0.5",
+        "friction.dynamic_coefficient=0.45",
+        "normal_load.tilt=-0.8",
+        "time.duration_s=2.85",
+    ];
+    let said = run("default", &set, &log);
+    assert!(said.contains("default: the slider creeps: block 100 had slid before a front ran"), "{said}");
+    let found = summary(&log);
+    assert_near(found.first_global_rupture_onset_s, 2.7638515);
+    assert_near(found.first_global_event_onset_s, 0.0159994);
+    assert_eq!((found.precursor_count, found.creep_front_block), (Some(1), Some(100)));
+    assert_eq!((found.creeps, found.raw_events_mislead), (Some(true), Some(true)));
+    assert!(found.sliding_time_ratio.is_some_and(|ratio| ratio > 0.99), "{found:?}");
+    let output = asperity(&["summary", text(&log)]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("run.mcap: the slider creeps"));
+    let quiet = asperity(&["summary", "--quiet", text(&log)]);
+    assert_eq!((quiet.stderr.len(), quiet.stdout), (0, output.stdout));
+}
+
+#[test]
+fn drives_from_above_and_from_both_ends() {
+    let folder = folder();
+    let log = folder.path().join("both.mcap");
+    let said = run("left-right-driven", &["time.duration_s=2"], &log);
+    assert!(
+        said.contains("raw slip events mislead") && said.contains("the whole slider slips at 1.3238 s\n"),
+        "{said}"
+    );
+    let found = summary(&log);
+    assert_near(found.first_global_rupture_onset_s, 1.3238042);
+    assert_eq!((found.raw_events_mislead, found.creeps), (Some(true), Some(false)));
+    assert!(found.joined_event_count.is_some_and(|joined| 4 * joined > found.wide_event_count), "{found:?}");
+    // Where both ends are pulled, F_T is a difference.
+    assert_eq!((found.length_law, found.first_slip_ft_fn, found.largest_ft_fn), (None, None, None));
+
+    // Even load and even drive: all blocks at once, at mu_s.
+    let log = folder.path().join("top.mcap");
+    run("top-driven", &["time.duration_s=3.6"], &log);
+    let found = summary(&log);
+    assert_eq!((found.precursor_count, found.global_rupture_count), (Some(0), Some(1)));
+    assert_near(found.first_global_rupture_onset_s, 3.5001133);
+    assert_eq!(found.first_global_rupture_onset_s, found.first_global_rupture_last_block_s);
+    assert!(found.first_global_rupture_ft_fn.is_some_and(|ratio| (ratio - 0.7).abs() < 1e-3), "{found:?}");
+    assert_eq!((found.creep_front_block, found.raw_events_mislead), (None, Some(false)));
+}
+
+/// Logs of older versions have no ruptures, and their step records have all that makes them.
+#[test]
+fn logs_of_every_version() {
+    let logs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs");
+    for version in ["v1", "v2", "v3"] {
+        let output =
+            asperity(&["summary", "--format", "json", text(&logs.join(version).join("complete.mcap"))]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && said.contains("they were found in its step records"), "{said}");
+        let found: Summary = serde_json::from_slice(&output.stdout).expect("it is a summary");
+        assert_eq!(found.ruptures_from, "steps");
+        assert_eq!(found.first_slip_s.is_some(), found.rupture_count > Some(0), "{found:?}");
+
+        let output =
+            asperity(&["summary", "--format", "json", text(&logs.join(version).join("interrupted.mcap"))]);
+        assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+        let found: Summary = serde_json::from_slice(&output.stdout).expect("it is a summary");
+        assert_eq!((found.ruptures_from.as_str(), found.precursor_count, found.creeps), ("none", None, None));
+        assert!(found.step_record_count > 0, "{found:?}");
+    }
+}
+
+#[test]
+fn several_runs_are_a_table_and_what_is_no_log_is_said() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    small::run(&path("one.mcap"));
+    fs::copy(path("one.mcap"), path("two.mcap")).expect("the folder can be written");
+    fs::write(path("text.mcap"), "no log").expect("the folder can be written");
+    let logs = [path("one.mcap"), path("text.mcap"), path("two.mcap")];
+    let of = |format: &str| {
+        let mut arguments = vec!["summary", "--format", format];
+        arguments.extend(logs.iter().map(|log| text(log)));
+        let output = asperity(&arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.lines().count() == 1 && said.contains("text.mcap"), "{said}");
+        String::from_utf8(output.stdout).expect("the binary writes UTF-8")
+    };
+    let rows = of("text");
+    let names: Vec<&str> = rows.lines().filter_map(|row| row.split_whitespace().next()).collect();
+    assert_eq!(names[names.len() - 2..], ["one", "two"], "{rows}");
+    let array: Vec<Summary> = serde_json::from_str(&of("json")).expect("it is an array");
+    assert_eq!(array.iter().map(|summary| summary.run.as_str()).collect::<Vec<_>>(), ["one", "two"]);
+    assert_eq!(Summary { run: "two".to_owned(), ..array[0].clone() }, array[1]);
+    assert_eq!(of("csv").lines().count(), 3);
+    let output = asperity(&["summary", text(&path("text.mcap"))]);
+    assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0));
+}
+
+#[cfg(feature = "analysis")]
+#[test]
+fn a_pipeline_has_the_summary_of_each_of_its_runs() {
+    let folder = folder();
+    let pipeline = folder.path().join("two.toml");
+    let run = |name: &str, tilt: f64| {
+        format!(
+            "[[run]]\nname = \"{name}\"\nscenario = \"ten-blocks\"\n\
+             set = [\"time.step_s=1e-7\", \"time.duration_s=1.2\", \"normal_load.tilt={tilt}\"]\n"
+        )
+    };
+    let toml = format!("title = \"Two\"\n{}{}", run("even", 0.0), run("tilted", 0.5));
+    fs::write(&pipeline, toml).expect("the folder can be written");
+    let out = folder.path().join("out");
+    succeed(&["reproduce", text(&pipeline), "--out", text(&out)]);
+    let read = |name: &str| fs::read_to_string(out.join(name)).expect("it is there");
+    let logs = ["even", "tilted"].map(|name| out.join("runs").join(format!("{name}.mcap")));
+    assert_eq!(
+        read("tables/summary.csv"),
+        succeed(&["summary", "--format", "csv", text(&logs[0]), text(&logs[1])])
+    );
+    for (name, log) in ["even", "tilted"].iter().zip(&logs) {
+        let file = format!("tables/{name}.summary.json");
+        let written: Summary = serde_json::from_str(&read(&file)).expect("it is a summary");
+        assert_eq!(written, summary(log));
+        assert!(read("reproduce.json").contains(&format!("\"{file}\"")));
+    }
+    assert!(read("reproduce.json").contains("\"tables/summary.csv\""));
+}
+
+/// The keys stand on the page as the code describes them.
+#[test]
+fn the_manual_has_every_key() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/outputs.md");
+    let page = fs::read_to_string(page).expect("the manual can be read");
+    let columns: Vec<Column> = Summary::KEYS.iter().map(|key| key.column.clone()).collect();
+    let table = markdown(&columns);
+    assert!(page.contains(&table), "docs/outputs.md lacks the keys of a summary, which are\n{table}");
+}
+
+/// A run that goes on from where it was stopped says of its physics what one does that was not.
+#[test]
+fn a_resumed_run_tells_all_of_it() {
+    let folder = folder();
+    let log = folder.path().join("run.mcap");
+    let whole = run("ten-blocks", &["time.duration_s=1.2"], &log);
+    let bytes = fs::read(&log).expect("it was just written");
+    fs::remove_file(&log).expect("it is ours");
+    fs::write(folder.path().join("run.mcap.partial"), &bytes[..bytes.len() / 2])
+        .expect("the folder can be written");
+    let output = asperity(&[&["run"], &small::SCENARIO[..], &["--resume", "--out", text(&log)]].concat());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let line = |said: &str| said.lines().find(|line| line.contains(" precursors, ")).map(str::to_owned);
+    assert!(line(&whole).is_some(), "{whole}");
+    assert_eq!(line(&said), line(&whole), "{said}");
+    let counts: BTreeMap<String, Value> =
+        serde_json::from_str(&succeed(&["summary", "--format", "json", text(&log)]))
+            .expect("it is an object");
+    assert_eq!(counts["event_count"], 28);
+    binary::succeed(&["check", text(&log)]);
+}

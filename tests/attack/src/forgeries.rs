@@ -44,12 +44,17 @@ const ONLY_AGAIN: [(&str, &str); 5] = [
     ("message /step ft_fn", "a load between two events"),
 ];
 
+const BELOW_ROUNDING: &str =
+    "a change far below what matters: the events are the same, row for row, but for the last digits of loads";
+
 /// The same of what no command can tell.
-const NEVER: [(&str, &str); 3] = [
+const NEVER: [(&str, &str); 5] = [
     (
         "checkpoint to go on from, single_steps",
         "where the solver takes single steps before it tries many at once: it rounds in other places, in the last digits",
     ),
+    ("checkpoint to go on from, displacement_m", BELOW_ROUNDING),
+    ("checkpoint to go on from, velocity_m_per_s", BELOW_ROUNDING),
     ("metadata run_end solver*", "what the solver did; it is counted anew in every run, and may differ"),
     ("metadata run solver", "both solvers give the same messages"),
 ];

@@ -55,8 +55,10 @@ pub(crate) fn state(
 /// The constant force from outside on each block; empty where there is none.
 pub(crate) fn prestress_n(scenario: &Scenario, normal_load_n: &[f64]) -> Vec<f64> {
     let prestress = &scenario.prestress;
-    let of =
-        |n: usize| (prestress.ratio + prestress.profile.get(n).copied().unwrap_or(0.0)) * normal_load_n[n];
+    let of = |n: usize| {
+        let first = if n == 0 { prestress.first_block_ratio } else { 0.0 };
+        (prestress.ratio + first + prestress.profile.get(n).copied().unwrap_or(0.0)) * normal_load_n[n]
+    };
     let forces: Vec<f64> = (0..normal_load_n.len()).map(of).collect();
     if forces.iter().all(|force| *force == 0.0) { Vec::new() } else { forces }
 }
@@ -194,6 +196,15 @@ mod tests {
             let held = kt * (plan.initial.displacement_m[n] - plan.initial.stick_position_m[n]);
             assert!((held - force).abs() < 1e-9 * p, "block {n}: {held}");
         }
+    }
+
+    #[test]
+    fn block_1_may_be_pushed_alone() {
+        let plan = plan(&["slider.blocks=11", "prestress.ratio=0.5", "prestress.first_block_ratio=0.2"]);
+        let ratios: Vec<f64> =
+            plan.prestress_n.iter().zip(&plan.normal_load_n).map(|(force, p)| force / p).collect();
+        assert!((ratios[0] - 0.7).abs() < 1e-12, "{ratios:?}");
+        assert!(ratios[1..].iter().all(|ratio| (ratio - 0.5).abs() < 1e-12), "{ratios:?}");
     }
 
     #[test]

@@ -399,6 +399,13 @@ pub const KEYS: &[Key] = &[
         default: Is(Value::Number(0.0)),
     },
     Key {
+        path: "prestress.first_block_ratio",
+        symbol: "",
+        doc: "A further force of that kind on block 1 alone, as starts a front, over its normal load.",
+        kind: Number(Open, Open),
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
         path: "prestress.profile_csv",
         symbol: "",
         doc: "A file of columns x_over_l and tau_over_p, named from the current folder. The prestress tau_p / p is \

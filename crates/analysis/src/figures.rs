@@ -3,10 +3,13 @@
 //! Each kind of figure is a module with a specification, as the pipeline writes
 //! it, and a way to draw it. To add one: a module, and a line in `kinds!`.
 
+mod arrest;
 mod damping;
 mod displacement;
 mod forces;
 mod front;
+mod front_speed;
+mod front_transient;
 mod initial_shear;
 mod kind;
 mod lengths;
@@ -14,6 +17,7 @@ mod load;
 mod loads;
 mod onset;
 mod plot;
+mod pulse;
 mod slipped;
 mod spread;
 mod stress;
@@ -80,6 +84,14 @@ kinds! {
     "stress" stress: stress::Stress,
     /// One number per run against a parameter.
     "study" study: study::StudyFigure,
+    /// Speed of fronts against prestress, beside the theory.
+    "front-speed" front_speed: front_speed::FrontSpeed,
+    /// Speed of fronts along the slider.
+    "front-transient" front_transient: front_transient::FrontTransient,
+    /// Velocity and slip of blocks that a slip pulse passes.
+    "pulse" pulse: pulse::Pulse,
+    /// Slip and speed of a pulse along the slider, and where it ends.
+    "arrest" arrest: arrest::Arrest,
 }
 
 impl Figures {

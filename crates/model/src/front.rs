@@ -122,6 +122,21 @@ impl Front {
     }
 }
 
+/// Prestress and speed over `c` of fronts with this damping and held top drive, from [`slowest`]
+/// to `fastest`, both ascending.
+pub fn curve(relative_damping: f64, top_stiffness: f64, fastest: f64) -> Vec<(f64, f64)> {
+    const POINTS: u32 = 120;
+    let slowest = slowest(top_stiffness);
+    (0..=POINTS)
+        .map(|n| {
+            // Closer where little speed is much prestress.
+            let share = f64::from(n) / f64::from(POINTS);
+            let speed = slowest + (fastest - slowest) * share * share;
+            (prestress_at(speed, relative_damping, top_stiffness), speed)
+        })
+        .collect()
+}
+
 /// The slowest front of which the theory speaks, over `c`: that of the wave speed in a free
 /// slider; under a held top drive the one whose wave turns from block to block.
 pub fn slowest(top_stiffness: f64) -> f64 {
@@ -277,6 +292,17 @@ mod tests {
         assert!(front(0.38, 0.0, 0.65).speed_over_c().is_some());
         assert_eq!(front(1.0, 0.0, 0.0).speed_over_c(), None);
         assert_eq!(front(0.0, 0.0, 0.0).speed_over_c(), None);
+    }
+
+    #[test]
+    fn a_curve_rises_and_holds_single_speeds() {
+        for (beta, gamma) in [(0.0, 0.0), (0.3, 0.0), (0.01, 0.65)] {
+            let curve = curve(beta, gamma, 4.0);
+            assert!(curve.is_sorted_by(|a, b| a.0 < b.0 && a.1 < b.1), "{beta} {gamma}");
+            let (prestress, speed) = curve[60];
+            let single = front(prestress, beta, gamma).speed_over_c().unwrap();
+            assert!((single / speed - 1.0).abs() < 1e-8, "{beta} {gamma}: {single} {speed}");
+        }
     }
 
     #[test]

@@ -133,3 +133,86 @@ pub(crate) fn arrest_prestress(run: &RunData) -> Option<f64> {
     let last = passages.last().filter(|last| over && (last.block as usize) < run.plan.blocks)?;
     relative_prestress(&run.plan, last.block as usize - 1)
 }
+
+#[cfg(test)]
+mod tests {
+    use asperity_model::{Plan, Scenario, ScenarioSource};
+    use asperity_record::{Direction, StepRecord, Switch};
+    use asperity_testkit::{quiet_step, switch};
+
+    use super::*;
+    use crate::made_up;
+
+    /// Twelve blocks, of which those up to `reached` slide one after the other for 250 steps each,
+    /// by 2e-6 m; the first 30 steps after each other, from then on every 100 steps.
+    fn pulse(reached: u32, toml: &str) -> RunData {
+        let text = format!(
+            "slider.blocks = 12\ntime.step_s = 1e-9\nfriction.law = \"rigid\"\n\
+             drive = {{ kind = \"top\", velocity_m_per_s = 0, stiffness_n_per_m = 1.65e8 }}\n{toml}"
+        );
+        let scenario = Scenario::resolve(&ScenarioSource::new("test", &text)).unwrap();
+        let mut run = made_up::run("", &[]);
+        run.plan = Plan::new(&scenario);
+        run.scenario = scenario;
+        let arrival = |block: u32| if block <= 3 { 30 * block } else { 90 + 100 * (block - 3) };
+        let mut records: Vec<StepRecord> = (1..=reached)
+            .flat_map(|block| {
+                [(arrival(block), Direction::Detach, 1e-6), (arrival(block) + 250, Direction::Attach, 3e-6)]
+                    .map(|(step, direction, displacement_m)| StepRecord {
+                        switches: vec![Switch { displacement_m, ..switch(block, direction) }],
+                        ..quiet_step(u64::from(step), run.plan.grid.time_s(u64::from(step)), 0.0)
+                    })
+            })
+            .collect();
+        records.sort_by_key(|record| record.step);
+        run.steps = records;
+        run
+    }
+
+    #[test]
+    fn speed_length_and_slip_are_those_of_the_steady_span() {
+        let run = pulse(12, "prestress.ratio = 0.6");
+        assert_eq!(steady_span(12), 6..=11);
+        assert_eq!(steady_span(600), 300..=550);
+        let crossing_s = (12.0 / 12.0 / 2.75e7f64).sqrt();
+        assert!((speed_over_c(&run).unwrap() * 1e-7 / crossing_s - 1.0).abs() < 1e-9);
+        assert!((pulse_length_blocks(&run).unwrap() - 2.5).abs() < 1e-9);
+        // (0.7 - 0.45) * 400 / 12 N at k; 2 tau / gamma = 2 * 0.6 / 0.5.
+        let slip = 2e-6 / (0.25 * 400.0 / 12.0 / 2.75e7) / 2.4;
+        assert!((pulse_slip_ratio(&run).unwrap() / slip - 1.0).abs() < 1e-9);
+        let local = local_speeds(&run);
+        assert_eq!(local.len(), 11);
+        assert!((local[0].1 * 3e-8 / crossing_s - 1.0).abs() < 1e-9 && local[0].0 == 2.0);
+        assert!((local[10].1 * 1e-7 / crossing_s - 1.0).abs() < 1e-9 && local[10].0 == 12.0);
+        assert_eq!(arrest_prestress(&run), None, "nothing stopped it");
+    }
+
+    #[test]
+    fn a_front_that_stops_has_an_end_and_no_speed() {
+        let falling: Vec<f64> = (0..12).map(|n| 0.6 - 0.01 * f64::from(n)).collect();
+        let mut run = pulse(7, &format!("prestress.profile = {falling:?}"));
+        assert_eq!(passages(&run).len(), 7);
+        assert_eq!((speed_over_c(&run), pulse_length_blocks(&run)), (None, None));
+        // Block 7: (0.54 - 0.45) / 0.25.
+        assert!((arrest_prestress(&run).unwrap() - 0.36).abs() < 1e-9);
+        // One that slides at the end may still go on; one far away is not of this front.
+        run.steps.pop();
+        assert_eq!(arrest_prestress(&run), None);
+        run.steps[0].switches.push(switch(10, Direction::Detach));
+        assert_eq!(passages(&run).len(), 7);
+    }
+
+    #[test]
+    fn blocks_that_slide_again_slid_from_first_to_last() {
+        let mut run = pulse(12, "prestress.ratio = 0.6");
+        let again = |step: u64, direction, displacement_m| StepRecord {
+            switches: vec![Switch { displacement_m, ..switch(8, direction) }],
+            ..quiet_step(step, run.plan.grid.time_s(step), 0.0)
+        };
+        let more = [again(5000, Direction::Detach, 3e-6), again(5100, Direction::Attach, 4e-6)];
+        run.steps.extend(more);
+        let passage = passages(&run)[7];
+        assert!((passage.slip_m.unwrap() - 3e-6).abs() < 1e-15);
+        assert!((passage.stop_s.unwrap() - 5.101e-6).abs() < 1e-15);
+    }
+}

@@ -62,7 +62,7 @@ impl Figure for FrontSpeed {
                 let Some(speed) = fronts::speed_over_c(run) else { continue };
                 points.push((prestress, speed));
                 ratio.push((prestress, speed * (1.0 - prestress * prestress).sqrt()));
-                errors.extend(fronts::speed_error(run).map(|error| (prestress, error.abs().log10())));
+                errors.extend(fronts::speed_error(run).map(|error| (prestress, (1e3 * error.abs()).log10())));
             }
             let of =
                 |label: &str, points: Vec<(f64, f64)>, look| Series { label: label.to_owned(), points, look };
@@ -82,7 +82,7 @@ impl Figure for FrontSpeed {
             Panel {
                 title: String::new(),
                 x: Axis::new("τ", 0.0, 1.0),
-                y: Axis::decades("|Δv|/v", low.floor(), high.ceil()),
+                y: Axis::decades("1000 |Δv|/v", low.floor(), high.ceil()),
                 series: deviations,
                 legend: Corner::TopRight,
                 note: String::new(),

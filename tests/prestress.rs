@@ -203,6 +203,10 @@ fn a_bad_prestress_is_refused_with_place_key_value_and_what_is_accepted() {
         ("prestress.ratio=x", format!("prestress.ratio: \"x\" is not accepted (accepted: {range})")),
         ("prestress.ratio=1e308", format!("is not accepted (accepted: {range})")),
         ("prestress.ratio=nan", format!("prestress.ratio: NaN is not accepted (accepted: {range})")),
+        (
+            "prestress.rise_ratio=2e6",
+            format!("prestress.rise_ratio: 2000000 is not accepted (accepted: {range})"),
+        ),
         ("prestress.first_block_ratio=-1e7", format!("(accepted: {range})")),
         (
             "prestress.profile=[0.1,0.2]",

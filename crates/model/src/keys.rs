@@ -409,6 +409,14 @@ pub const KEYS: &[Key] = &[
         default: Is(Value::Number(0.0)),
     },
     Key {
+        path: "prestress.rise_ratio",
+        symbol: "",
+        doc: "By how much the prestress over the normal load rises, evenly, from the first block to the last; below 0 \
+              it falls.",
+        kind: Number(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)),
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
         path: "prestress.profile_csv",
         symbol: "",
         doc: "A file of columns x_over_l and tau_over_p, named from the current folder. The prestress tau_p / p is \

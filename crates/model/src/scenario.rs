@@ -151,6 +151,7 @@ pub struct InitialShear {
 pub struct Prestress {
     pub ratio: f64,
     pub first_block_ratio: f64,
+    pub rise_ratio: f64,
     pub profile_csv: String,
     pub profile: Vec<f64>,
 }

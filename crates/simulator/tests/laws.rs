@@ -132,7 +132,7 @@ fn prestress_is_the_same_to_both_solvers_by_every_law_and_drive() {
         format!("prestress.profile={:?}", (0..24).map(|n| 0.02 * f64::from(n % 5)).collect::<Vec<_>>());
     let prestresses: [&[&str]; 3] = [
         &["prestress.ratio=0.55", "prestress.first_block_ratio=0.1"],
-        &["prestress.ratio=-0.2", "prestress.first_block_ratio=0.3"],
+        &["prestress.ratio=-0.2", "prestress.first_block_ratio=0.3", "prestress.rise_ratio=0.5"],
         &["prestress.ratio=0.4", &profile],
     ];
     let laws: [&[&str]; 3] = [

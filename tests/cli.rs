@@ -292,7 +292,12 @@ fn a_replay_by_other_settings_gives_their_events_and_says_so() {
         serde_json::from_str(&fs::read_to_string(merged.join("replay.json")).unwrap()).unwrap();
     assert_eq!(
         record["settings"],
-        serde_json::json!({"detectors": ["onset", "extent"], "merge_gap_s": 1e-3, "min_blocks": 3})
+        serde_json::json!({
+            "detectors": ["onset", "extent"],
+            "merge_gap_s": 1e-3,
+            "min_blocks": 3,
+            "link_time_ratio": null
+        })
     );
     assert_eq!(record["runs"][0]["same_as_logged"], serde_json::Value::Null);
     assert_eq!(record["runs"][0]["slip_events"], found.len());

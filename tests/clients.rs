@@ -101,9 +101,19 @@ fn exported(log: &Path, topic: &str, range: &[&str]) -> (usize, Vec<Map<String, 
 
 /// What asperity says of the small run: messages per topic.
 fn counts(log: &Path) -> BTreeMap<String, usize> {
-    ["/step", "/switch", "/fields", "/window", "/events/onset", "/events/slip", "/events/global"]
-        .map(|topic| (topic.to_owned(), exported(log, topic, &[]).0))
-        .into()
+    [
+        "/step",
+        "/switch",
+        "/fields",
+        "/window",
+        "/events/onset",
+        "/events/slip",
+        "/events/global",
+        "/events/rupture",
+        "/events/arrival",
+    ]
+    .map(|topic| (topic.to_owned(), exported(log, topic, &[]).0))
+    .into()
 }
 
 fn parsed(output: &Output) -> Value {

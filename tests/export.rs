@@ -12,8 +12,17 @@ use asperity_runlog::{LogItem, RunReader, Topics};
 use asperity_testkit::folder;
 use serde_json::{Map, Value, json};
 
-const TOPICS: [&str; 7] =
-    ["/step", "/switch", "/fields", "/window", "/events/onset", "/events/slip", "/events/global"];
+const TOPICS: [&str; 9] = [
+    "/step",
+    "/switch",
+    "/fields",
+    "/window",
+    "/events/onset",
+    "/events/slip",
+    "/events/global",
+    "/events/rupture",
+    "/events/arrival",
+];
 
 /// The small run with a dense window around its first event.
 fn run_with_window(folder: &Path) -> PathBuf {
@@ -35,13 +44,16 @@ fn export(log: &Path, to: &str, out: &Path, further: &[&str]) -> String {
 #[derive(Default)]
 struct Expected {
     rows: Vec<(&'static str, Map<String, Value>)>,
+    /// Logs of versions before 4 have no ruptures.
+    has_ruptures: bool,
 }
 
 impl Expected {
     /// Of a log, as far as it is sound.
     fn of(log: &Path) -> Expected {
         let mut reader = RunReader::open(log, Topics::ALL).expect("the log has a header");
-        let mut expected = Expected::default();
+        let has_ruptures = reader.header().record_schema_version >= 4;
+        let mut expected = Expected { has_ruptures, ..Expected::default() };
         while let Ok(Some(item)) = reader.next_item() {
             match item {
                 LogItem::Record(Record::Step(record)) => expected.step(&record),
@@ -140,6 +152,10 @@ impl Expected {
     fn of_topic(&self, topic: &str) -> Vec<&Map<String, Value>> {
         self.rows.iter().filter(|(of, _)| *of == topic).map(|(_, row)| row).collect()
     }
+
+    fn topics(&self) -> &'static [&'static str] {
+        if self.has_ruptures { &TOPICS } else { &TOPICS[..7] }
+    }
 }
 
 fn file(out: &Path, topic: &str, extension: &str) -> PathBuf {
@@ -156,7 +172,7 @@ fn same(a: &Value, b: &Value) -> bool {
 }
 
 fn assert_ndjson(expected: &Expected, out: &Path) {
-    for topic in TOPICS {
+    for &topic in expected.topics() {
         let path = file(out, topic, "ndjson");
         let lines = fs::read_to_string(&path).expect("the file is there");
         let expected = expected.of_topic(topic);
@@ -172,7 +188,7 @@ fn assert_ndjson(expected: &Expected, out: &Path) {
 }
 
 fn assert_csv(expected: &Expected, out: &Path) {
-    for topic in TOPICS {
+    for &topic in expected.topics() {
         let mut table = csv::Reader::from_path(file(out, topic, "csv")).expect("the file is there");
         let names = table.headers().expect("there is a header line").clone();
         let expected = expected.of_topic(topic);
@@ -375,7 +391,7 @@ fn what_is_sound_of_a_log_that_is_not_whole_is_exported() {
 fn logs_of_old_versions_and_salvaged_ones_are_exported() {
     let logs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs");
     let folder = folder();
-    for version in ["v1", "v2"] {
+    for version in ["v1", "v2", "v3", "v4"] {
         let out = folder.path().join(version);
         export(&logs.join(version).join("complete.mcap"), "csv", &out, &[]);
         let read = |path: PathBuf| fs::read_to_string(path).expect("the file is there");
@@ -383,6 +399,7 @@ fn logs_of_old_versions_and_salvaged_ones_are_exported() {
             read(out.join("complete.events.slip.csv")),
             read(logs.join(version).join("complete.events.csv"))
         );
+        assert_eq!(out.join("complete.events.rupture.csv").exists(), version == "v4", "{version}");
     }
     // A salvaged log has gaps, and must not pass for a whole one.
     let log = folder.path().join("run.mcap");

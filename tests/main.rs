@@ -33,6 +33,7 @@ mod recipes;
 mod reference;
 mod resume;
 mod runlog;
+mod ruptures;
 mod salvage;
 mod scenarios;
 mod terminal;

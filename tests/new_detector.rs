@@ -28,18 +28,18 @@ const COLUMNS: &str = "event,onset_s,duration_s,duration_ratio,blocks_slipped";
 const CHANGES: [(&str, &str, &str); 3] = [
     (
         "Cargo.toml",
-        "asperity-detect-global = { path = \"crates/detect-global\" }\n",
+        "asperity-detect-rupture = { path = \"crates/detect-rupture\" }\n",
         "asperity-detect-longest = { path = \"crates/detect-longest\" }\n",
     ),
     (
         "crates/run/Cargo.toml",
-        "asperity-detect-global.workspace = true\n",
+        "asperity-detect-rupture.workspace = true\n",
         "asperity-detect-longest.workspace = true\n",
     ),
     (
         "crates/run/src/detectors.rs",
-        "(\"global\", |blocks, rules| Box::new(asperity_detect_global::GlobalDetector::new(blocks, rules))),\n",
-        "    (\"longest\", |blocks, rules| Box::new(asperity_detect_longest::LongestDetector::new(blocks, rules))),\n",
+        "(\"arrival\", |run| boxed(asperity_detect_rupture::ArrivalDetector::new(run.blocks, run.links?))),\n",
+        "    (\"longest\", |run| boxed(asperity_detect_longest::LongestDetector::new(run.blocks, run.rules))),\n",
     ),
 ];
 

@@ -96,6 +96,13 @@ fn fronts_in_the_switches_are_those_in_the_fields() {
         arrivals(&log).into_iter().filter(|(block, _)| (10.0..=35.0).contains(block)).collect();
     assert_eq!(by_switches.len(), 26);
 
+    // The detector of ruptures says the same: one rupture of all forty blocks.
+    let detected = rows(&log, "/events/arrival", &["rupture", "block", "arrival_step"]);
+    assert_eq!(detected.len(), 40);
+    for (block, step) in arrivals(&log) {
+        assert!(detected.contains(&vec![0.0, block, step]), "block {block}, step {step}: {detected:?}");
+    }
+
     let fields = rows(&log, "/window", &["window", "block", "step", "velocity_m_per_s"]);
     let moving = |window: f64, block: f64| -> Vec<(f64, f64)> {
         let of = fields.iter().filter(|row| row[0] == window && row[1] == block && row[3] > 0.0);

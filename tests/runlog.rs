@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 
 use crate::support::binary::{succeed, text};
 use crate::support::{binary, small};
-use asperity_record::{EventKind, GlobalSlip, Onset, RunEnd, RunStatus, SlipEvent, SolverReport};
+use asperity_record::{
+    Arrival, EventKind, GlobalSlip, Onset, RunEnd, RunStatus, Rupture, SlipEvent, SolverReport,
+};
 use asperity_runlog::{Existing, LogError, LogItem, RunReader, RunWriter, Topics, partial_path};
 use mcap::read::{ChunkFlattener, LinearReader};
 use mcap::records::Record;
@@ -119,8 +121,17 @@ fn every_channel_has_a_schema_that_names_its_fields() {
         })
         .collect();
     let topics: BTreeSet<&str> = channels.values().map(|channel| channel.topic.as_str()).collect();
-    let expected =
-        ["/step", "/switch", "/fields", "/window", "/events/onset", "/events/slip", "/events/global"];
+    let expected = [
+        "/step",
+        "/switch",
+        "/fields",
+        "/window",
+        "/events/onset",
+        "/events/slip",
+        "/events/global",
+        "/events/rupture",
+        "/events/arrival",
+    ];
     assert_eq!(topics, BTreeSet::from(expected));
     for channel in channels.values() {
         assert_eq!(channel.message_encoding, "json");
@@ -224,7 +235,7 @@ fn digests_are_those_of_the_messages_as_they_stand_in_the_file() {
     let expected: BTreeMap<String, String> =
         by_topic.iter().map(|(topic, digest)| (topic.clone(), text(digest))).collect();
     assert_eq!(end.topic_digests, expected);
-    assert_eq!(expected.len(), 7);
+    assert_eq!(expected.len(), 9);
     // It has no dense window: the hash of nothing.
     assert_eq!(expected["/window"], blake3::hash(b"").to_hex().as_str());
 }
@@ -233,7 +244,13 @@ fn digests_are_those_of_the_messages_as_they_stand_in_the_file() {
 #[test]
 fn a_log_with_a_topic_more_is_compared_in_what_both_have() {
     let log = Log::make();
-    let kinds = [EventKind::of::<Onset>(), EventKind::of::<SlipEvent>(), EventKind::of::<GlobalSlip>()];
+    let kinds = [
+        EventKind::of::<Onset>(),
+        EventKind::of::<SlipEvent>(),
+        EventKind::of::<GlobalSlip>(),
+        EventKind::of::<Rupture>(),
+        EventKind::of::<Arrival>(),
+    ];
     let again = |name: &str, kinds: &[EventKind], change: Option<&str>| {
         let path = log.folder.path().join(name);
         let mut reader = RunReader::open(&log.path, Topics::ALL).expect("the log has a header");
@@ -263,7 +280,19 @@ fn a_log_with_a_topic_more_is_compared_in_what_both_have() {
     assert_ne!(fewer.digest, whole.digest);
     let found = whole.compare_topics(&fewer);
     assert!(found.same_in_common(), "{found:?}");
-    assert_eq!(found.same, ["/events/global", "/events/slip", "/fields", "/step", "/switch", "/window"]);
+    assert_eq!(
+        found.same,
+        [
+            "/events/arrival",
+            "/events/global",
+            "/events/rupture",
+            "/events/slip",
+            "/fields",
+            "/step",
+            "/switch",
+            "/window"
+        ]
+    );
     assert_eq!((found.only_first, found.only_second), (vec!["/events/onset".to_owned()], vec![]));
 
     let other = again("other.mcap", &kinds[..2], Some("/events/slip"));
@@ -271,7 +300,7 @@ fn a_log_with_a_topic_more_is_compared_in_what_both_have() {
     assert!(!found.same_in_common());
     assert_eq!(found.different, ["/events/slip"]);
     assert_eq!(found.same, ["/fields", "/step", "/switch", "/window"]);
-    assert_eq!(found.only_first, ["/events/global"]);
+    assert_eq!(found.only_first, ["/events/arrival", "/events/global", "/events/rupture"]);
     assert_eq!(found.only_second, ["/events/onset"]);
 
     // Of a log without them only what its counts and the digest of all say is known.

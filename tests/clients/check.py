@@ -16,7 +16,7 @@ from mcap.reader import make_reader
 from polars.testing import assert_frame_equal
 
 RECORDS = {"/step", "/switch", "/fields", "/window"}
-EVENTS = {"/events/onset", "/events/slip", "/events/global"}
+EVENTS = {"/events/onset", "/events/slip", "/events/global", "/events/rupture", "/events/arrival"}
 
 
 def check_log(path):

@@ -56,6 +56,7 @@ pub(crate) fn run(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData
             blocks: 3,
             time_step_s: plan.grid.step_s(),
             steps: plan.steps,
+            scales: None,
         },
         steps: steps.collect(),
         slips: slips.collect(),

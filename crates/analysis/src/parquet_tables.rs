@@ -136,6 +136,7 @@ mod tests {
             blocks: 6,
             time_step_s: 1e-8,
             steps: 9,
+            scales: None,
         };
         let about = About { header, state: State::Damaged, last_step: 8, from_s: Some(0.5), to_s: None };
         table.finish(&about).unwrap();

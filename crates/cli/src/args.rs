@@ -344,9 +344,11 @@ A settings file says what differs from a live run; every line is optional:
   detectors = [\"onset\", \"extent\"]  # which detectors to run
   merge_gap_s = 1e-4               # events no farther apart count as one
   min_blocks = 2                   # leave out events of fewer distinct blocks
+  link_time_ratio = 30             # link ruptures by this many sqrt(m/k)
 Other settings give other events, so nothing is compared then. --out writes
-NAME.onsets.csv, NAME.events.csv and NAME.global-slips.csv for each run, and
-replay.json with the settings and the logs that were replayed.
+NAME.onsets.csv, NAME.events.csv, NAME.global-slips.csv, NAME.ruptures.csv and
+NAME.arrivals.csv for each run, and replay.json with the settings and the logs
+that were replayed.
 
 Exit codes:
   0  all events are the same as logged, or nothing was compared

@@ -45,7 +45,7 @@ mod tracker;
 pub use tracker::{Passage, RuptureTracker, Slipped, Stop};
 
 use asperity_detect::Detector;
-use asperity_record::{Arrival, Event, EventKind, Rupture, StepRecord, TimeGrid};
+use asperity_record::{Arrival, Energy, Event, EventKind, Rupture, StepRecord, TimeGrid};
 
 /// What links detachments, and what turns blocks and steps into lengths and times.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -144,6 +144,7 @@ fn rupture(slipped: &Slipped, links: &Links, blocks: u32) -> Rupture {
         .collect();
     let sum = |values: &Vec<f64>| values.iter().sum::<f64>();
     let count = passages.len() as f64;
+    let change = |of: fn(&Energy) -> f64| slipped.energies.map(|[before, after]| of(&after) - of(&before));
     Rupture {
         rupture: slipped.rupture,
         onset_s: time_grid.time_s(slipped.onset_step),
@@ -168,6 +169,14 @@ fn rupture(slipped: &Slipped, links: &Links, blocks: u32) -> Rupture {
         farthest_block_before: slipped.farthest_block_before,
         overlapping: slipped.overlapping,
         open: slipped.open,
+        drive_work_j: change(|energy| energy.drive_work_j),
+        prestress_work_j: change(|energy| energy.prestress_work_j),
+        friction_heat_j: change(|energy| energy.friction_heat_j),
+        anchor_change_j: change(|energy| energy.anchor_change_j),
+        viscous_loss_j: change(|energy| energy.viscous_loss_j),
+        kinetic_change_j: change(|energy| energy.kinetic_j),
+        elastic_change_j: change(|energy| energy.elastic_j),
+        scheme_work_j: change(|energy| energy.scheme_work_j),
     }
 }
 

@@ -7,13 +7,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use asperity_record::{Direction, StepRecord, Switch};
+use asperity_record::{Direction, Energy, StepRecord, Switch};
 
 /// Follows step records and gathers ruptures.
 #[derive(Debug, Clone)]
 pub struct RuptureTracker {
-    step_s: f64,
-    t_link_s: f64,
+    /// Most steps between detachments that are linked.
+    link_steps: u64,
     /// By block, from block 1 on.
     last: Vec<Option<Detachment>>,
     open: BTreeMap<Id, Slipping>,
@@ -43,13 +43,27 @@ struct Slipping {
     /// The earliest detachment, the lowest block first.
     nucleation: (u64, u32),
     ft_fn_onset: f64,
+    energy_before: Option<Energy>,
     last_detachment: u64,
     detachments: u64,
     /// How many of its blocks slide.
     sliding: u32,
-    /// The last re-attachment, and `F_T / F_N` there.
-    last_attachment: (u64, f64),
+    last_attachment: Attachment,
     farthest_block_before: Option<u32>,
+}
+
+/// The last re-attachment of a rupture: its step, and `F_T / F_N` and the run's energies there.
+#[derive(Debug, Clone, Copy)]
+struct Attachment {
+    step: u64,
+    ft_fn: f64,
+    energy: Option<Energy>,
+}
+
+impl Attachment {
+    fn at(record: &StepRecord) -> Attachment {
+        Attachment { step: record.step, ft_fn: record.load_ratio(), energy: record.energy }
+    }
 }
 
 /// A rupture, as far as it is known.
@@ -75,6 +89,9 @@ pub struct Slipped {
     pub overlapping: bool,
     /// Whether the run was over before it was certain.
     pub open: bool,
+    /// The run's energies in the step before the first one in which a block slides, and in the
+    /// last one; none where what lies between is not this rupture's alone, or not known.
+    pub energies: Option<[Energy; 2]>,
 }
 
 /// How a rupture passed a block.
@@ -124,12 +141,26 @@ impl Passage {
     }
 }
 
+/// The largest number of steps that take no longer than `time_s`, as doubles are multiplied.
+fn most_steps_within(time_s: f64, step_s: f64) -> u64 {
+    let near = time_s / step_s;
+    if near >= MOST_EXACT_STEPS {
+        return u64::MAX;
+    }
+    // Division and multiplication may round to either side.
+    let near = near as u64;
+    let within = |steps: &u64| *steps as f64 * step_s <= time_s;
+    (near.saturating_sub(1)..=near + 1).rev().find(within).unwrap_or(0)
+}
+
+/// From here on doubles are no longer exact whole numbers; no run takes so many steps.
+const MOST_EXACT_STEPS: f64 = (1u64 << 53) as f64;
+
 impl RuptureTracker {
     /// A tracker for a chain of `blocks` blocks, all stuck, in time steps of `step_s` seconds.
     pub fn new(blocks: u32, step_s: f64, t_link_s: f64) -> RuptureTracker {
         RuptureTracker {
-            step_s,
-            t_link_s,
+            link_steps: most_steps_within(t_link_s, step_s),
             last: vec![None; blocks as usize],
             open: BTreeMap::new(),
             growing: BTreeSet::new(),
@@ -151,9 +182,11 @@ impl RuptureTracker {
                 ended.push(id);
             }
         }
+        // In whichever order the switches of a step stand.
+        let farthest_block_before = self.farthest_block;
         for switch in &record.switches {
             match switch.direction {
-                Direction::Detach => self.detach(record, switch),
+                Direction::Detach => self.detach(record, switch, farthest_block_before),
                 Direction::Attach => ended.extend(self.attach(record, switch)),
             }
         }
@@ -177,16 +210,16 @@ impl RuptureTracker {
 
     /// Whether detachments in these steps are near enough to be linked.
     fn links(&self, earlier: u64, later: u64) -> bool {
-        (later - earlier) as f64 * self.step_s <= self.t_link_s
+        later - earlier <= self.link_steps
     }
 
-    /// When nothing could join a rupture any more.
+    /// The first step after which nothing can join a rupture any more.
     fn certain_step(&self, slipping: &Slipping) -> u64 {
-        let link = (self.t_link_s / self.step_s) as u64;
-        slipping.last_attachment.0.max(slipping.last_detachment.saturating_add(link))
+        let linked_no_more = slipping.last_detachment.saturating_add(self.link_steps).saturating_add(1);
+        slipping.last_attachment.step.max(linked_no_more)
     }
 
-    fn detach(&mut self, record: &StepRecord, switch: &Switch) {
+    fn detach(&mut self, record: &StepRecord, switch: &Switch, farthest_block_before: Option<u32>) {
         let n = switch.block as usize - 1;
         let near = self.last[n.saturating_sub(1)..(n + 2).min(self.last.len())].iter().flatten();
         let mut linked: Vec<Id> =
@@ -210,11 +243,12 @@ impl RuptureTracker {
                     blocks: BTreeMap::new(),
                     nucleation: (record.step, switch.block),
                     ft_fn_onset: record.load_ratio(),
+                    energy_before: record.energy,
                     last_detachment: record.step,
                     detachments: 0,
                     sliding: 0,
-                    last_attachment: (record.step, record.load_ratio()),
-                    farthest_block_before: self.farthest_block,
+                    last_attachment: Attachment::at(record),
+                    farthest_block_before,
                 };
                 self.open.insert(id, begun);
                 id
@@ -243,7 +277,7 @@ impl RuptureTracker {
             displacement_m: switch.displacement_m,
             force_n: switch.tangential_force_n,
         });
-        slipping.last_attachment = (record.step, record.load_ratio());
+        slipping.last_attachment = Attachment::at(record);
         slipping.sliding -= 1;
         let waits = self.growing.contains(&(slipping.last_detachment, id));
         (slipping.sliding == 0 && !waits).then_some(id)
@@ -260,10 +294,11 @@ impl RuptureTracker {
         if joining.nucleation < slipping.nucleation {
             slipping.nucleation = joining.nucleation;
             slipping.ft_fn_onset = joining.ft_fn_onset;
+            slipping.energy_before = joining.energy_before;
             slipping.farthest_block_before = joining.farthest_block_before;
         }
         slipping.last_detachment = slipping.last_detachment.max(joining.last_detachment);
-        if joining.last_attachment.0 > slipping.last_attachment.0 {
+        if joining.last_attachment.step > slipping.last_attachment.step {
             slipping.last_attachment = joining.last_attachment;
         }
         slipping.detachments += joining.detachments;
@@ -285,8 +320,7 @@ impl RuptureTracker {
         let (step, nucleation_block) = slipping.nucleation;
         let onset_step = step + 1;
         let end = (slipping.sliding == 0).then_some(slipping.last_attachment);
-        let end = end.map(|(step, ft_fn)| (step + 1, ft_fn));
-        let end_step = end.map_or(u64::MAX, |(step, _)| step);
+        let end_step = end.map_or(u64::MAX, |end| end.step + 1);
         // Those that are open have not ended, or detached after this one began: else they would
         // have become certain before.
         let overlapping = self.open.values().any(|other| other.nucleation.0 + 1 < end_step)
@@ -302,11 +336,16 @@ impl RuptureTracker {
             nucleation_block,
             onset_step,
             ft_fn_onset: slipping.ft_fn_onset,
-            end,
+            end: end.map(|end| (end.step + 1, end.ft_fn)),
             detachments: slipping.detachments,
             farthest_block_before: slipping.farthest_block_before,
             overlapping,
             open,
+            energies: slipping
+                .energy_before
+                .zip(end.and_then(|end| end.energy))
+                .filter(|_| !overlapping && !open)
+                .map(|(before, after)| [before, after]),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use asperity_detect::{Detector, detect_all};
 use asperity_detect_rupture::{ArrivalDetector, Links, RuptureDetector};
-use asperity_record::{Arrival, Direction, Event, EventPayload, Rupture, StepRecord, TimeGrid};
+use asperity_record::{Arrival, Direction, Energy, Event, EventPayload, Rupture, StepRecord, TimeGrid};
 use asperity_testkit::{Random, quiet_step, switch};
 
 const STEP_S: f64 = 0.25;
@@ -41,10 +41,40 @@ fn records(slides: &[Slide], steps: u64, random: &mut Random) -> Vec<StepRecord>
             .collect();
         switches.sort_by_key(|switch| switch.block);
         if !switches.is_empty() || random.below(4) == 0 {
-            records.push(StepRecord { switches, ..quiet_step(step, step as f64 * STEP_S, 0.4) });
+            let quiet = quiet_step(step, step as f64 * STEP_S, 0.4);
+            records.push(StepRecord { switches, energy: Some(energy(step)), ..quiet });
         }
     }
     records
+}
+
+/// The energies of a run whose totals tell the step.
+fn energy(step: u64) -> Energy {
+    let step = step as f64;
+    Energy {
+        drive_work_j: step,
+        prestress_work_j: 2.0 * step,
+        friction_heat_j: 3.0 * step,
+        anchor_change_j: 4.0 * step,
+        viscous_loss_j: 5.0 * step,
+        kinetic_j: 6.0 * step,
+        elastic_j: 7.0 * step,
+        scheme_work_j: 8.0 * step,
+    }
+}
+
+/// What a rupture says of energies, in the order in which [`energy`] makes them.
+fn energies(rupture: &Rupture) -> [Option<f64>; 8] {
+    [
+        rupture.drive_work_j,
+        rupture.prestress_work_j,
+        rupture.friction_heat_j,
+        rupture.anchor_change_j,
+        rupture.viscous_loss_j,
+        rupture.kinetic_change_j,
+        rupture.elastic_change_j,
+        rupture.scheme_work_j,
+    ]
 }
 
 /// Slides of blocks without pattern, no block twice at once.
@@ -130,7 +160,7 @@ fn signature(component: &[Slide]) -> Signature {
 
 #[test]
 fn ruptures_are_the_connected_sets_of_detachments() {
-    let mut overlaps = 0;
+    let (mut overlaps, mut budgets) = (0, 0);
     for seed in 0..400 {
         let mut random = Random::new(seed);
         let (blocks, steps) = (2 + random.below(12) as u32, 20 + random.below(60));
@@ -153,6 +183,14 @@ fn ruptures_are_the_connected_sets_of_detachments() {
                 others.into_iter().any(|(other_from, other_to)| other_from < to && from < other_to);
             assert_eq!(one.overlapping, overlapping, "seed {seed}, rupture {}", one.rupture);
             overlaps += u64::from(overlapping);
+
+            // Energies from the step before the onset to the last in which it slid, if they are
+            // its own.
+            let own = one.end_step.filter(|_| !overlapping && !one.open);
+            budgets += u64::from(own.is_some());
+            let expected = [1, 2, 3, 4, 5, 6, 7, 8]
+                .map(|times| own.map(|end_step| (times * (end_step - one.onset_step)) as f64));
+            assert_eq!(energies(one), expected, "seed {seed}, rupture {}", one.rupture);
         }
         assert!(found.iter().map(|one| one.rupture).eq(0..found.len() as u64), "seed {seed}");
 
@@ -176,7 +214,36 @@ fn ruptures_are_the_connected_sets_of_detachments() {
             }
         }
     }
-    assert!(overlaps > 100, "{overlaps}");
+    assert!(overlaps > 100 && budgets > 100, "{overlaps}, {budgets}");
+}
+
+#[test]
+fn the_order_of_switches_in_a_step_changes_nothing() {
+    let mut random = Random::new(11);
+    for seed in 0..100 {
+        let slides = slides(&mut random, 12, 40, 60);
+        let in_order = records(&slides, 40, &mut random);
+        let mut out_of_order = in_order.clone();
+        for record in &mut out_of_order {
+            for at in 1..record.switches.len() {
+                record.switches.swap(at, random.below(at as u64 + 1) as usize);
+            }
+        }
+        assert_ne!(in_order, out_of_order, "{seed}");
+        assert_eq!(ruptures(&out_of_order, 12), ruptures(&in_order, 12), "{seed}");
+        assert_eq!(arrivals(&out_of_order, 12), arrivals(&in_order, 12), "{seed}");
+    }
+}
+
+#[test]
+fn without_energies_in_the_records_there_are_none_of_ruptures() {
+    let slides = [Slide { detach: 2, block: 1, attach: Some(4) }];
+    let mut records = records(&slides, 20, &mut Random::new(1));
+    assert_eq!(ruptures(&records, 3)[0].drive_work_j, Some(2.0));
+    for record in &mut records {
+        record.energy = None;
+    }
+    assert_eq!(energies(&ruptures(&records, 3)[0]), [None; 8]);
 }
 
 #[test]

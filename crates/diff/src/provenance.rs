@@ -91,6 +91,7 @@ mod tests {
                 blocks: 2,
                 time_step_s: 1e-8,
                 steps: 1,
+                scales: None,
             },
             scenario_toml: scenario_toml.to_owned(),
         }

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io;
 
-use asperity_record::RunHeader;
+use asperity_record::{RunHeader, Scales};
 
 use crate::batch::Batch;
 use crate::layout::Layout;
@@ -111,6 +111,7 @@ impl About {
             blocks,
             time_step_s,
             steps,
+            scales,
         } = &self.header;
         let units: serde_json::Map<String, serde_json::Value> = layout
             .columns
@@ -133,6 +134,13 @@ impl About {
             ("time_step_s", time_step_s.to_string()),
             ("steps", steps.to_string()),
         ];
+        if let Some(Scales { block_length_m, block_time_s, link_time_ratio }) = scales {
+            pairs.extend([
+                ("block_length_m", block_length_m.to_string()),
+                ("block_time_s", block_time_s.to_string()),
+                ("link_time_ratio", link_time_ratio.to_string()),
+            ]);
+        }
         pairs.extend(self.from_s.map(|from_s| ("from_s", from_s.to_string())));
         pairs.extend(self.to_s.map(|to_s| ("to_s", to_s.to_string())));
         pairs.into_iter().map(|(name, text)| (format!("asperity:{name}"), text)).collect()

@@ -60,6 +60,7 @@ fn log(folder: &Path) -> PathBuf {
         blocks: 2,
         time_step_s: 1.0,
         steps: 4,
+        scales: None,
     };
     let kinds = [EventKind::of::<Longest>(), EventKind::of::<Turn>(), EventKind::of::<Count>()];
     let mut writer = RunWriter::create(&path, Existing::Refuse, &header, "", &kinds).unwrap();

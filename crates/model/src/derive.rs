@@ -6,7 +6,7 @@ use crate::load::{self, LoadCourse};
 use crate::plan::{Ageing, Drive, DriveSpring, Friction, Law, Plan, RecordingPlan, WindowPlan};
 use crate::scenario::Scenario;
 use crate::words::{DriveKind, FrictionLaw, ScheduleFrom, Start};
-use asperity_record::TimeGrid;
+use asperity_record::{Scales, TimeGrid};
 
 impl Plan {
     /// Derives the numbers of the physics from a resolved scenario.
@@ -71,6 +71,7 @@ impl Plan {
             normal_load_n,
             grid,
             steps: steps(scenario.time.duration_s),
+            scales: springs.scales(scenario),
             recording: RecordingPlan {
                 sample_every_steps: steps(scenario.recording.sample_s),
                 fields_every_steps: steps(scenario.recording.fields_s),
@@ -196,6 +197,21 @@ impl Springs {
                 FrictionLaw::Rigid | FrictionLaw::VelocityWeakening => 0.0,
             },
         }
+    }
+
+    fn scales(&self, scenario: &Scenario) -> Scales {
+        Scales {
+            block_length_m: self.spacing_m,
+            block_time_s: (self.block_mass_kg / self.elastic.stiffness_n_per_m()).sqrt(),
+            link_time_ratio: scenario.detection.link_time_ratio,
+        }
+    }
+}
+
+impl Scenario {
+    /// The scales of its slider, without the rest of its plan.
+    pub fn scales(&self) -> Scales {
+        Springs::of(self).scales(self)
     }
 }
 

@@ -470,6 +470,15 @@ pub const KEYS: &[Key] = &[
         default: Is(Value::Number(5.0)),
     },
     Key {
+        path: "detection.link_time_ratio",
+        symbol: "lambda",
+        doc: "Detachments of the same or neighbouring blocks are one rupture if no more than lambda sqrt(m/k) lies \
+              between them: a front may be this much slower than elastic waves. Never changes the run, only what \
+              is told of it.",
+        kind: POSITIVE,
+        default: Is(Value::Number(100.0)),
+    },
+    Key {
         path: "recording.sample_s",
         symbol: "",
         doc: "Cadence of the load samples, a whole number of steps; 0 for none. \

@@ -3,7 +3,7 @@
 use crate::elastic::Elastic;
 use crate::load::LoadCourse;
 use crate::words::Reattach;
-use asperity_record::TimeGrid;
+use asperity_record::{Scales, TimeGrid};
 
 /// Everything a solver needs to know. SI units; per-block arrays have length
 /// [`Plan::blocks`].
@@ -37,6 +37,8 @@ pub struct Plan {
     pub grid: TimeGrid,
     /// Number of steps to take.
     pub steps: u64,
+    /// What detectors make fronts of blocks and steps by.
+    pub scales: Scales,
     /// What to record besides switches and event edges.
     pub recording: RecordingPlan,
 }

@@ -26,6 +26,8 @@ pub struct Scenario {
     pub prestress: Prestress,
     pub initial_velocity: InitialVelocity,
     pub time: Time,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub detection: Detection,
     pub recording: Recording,
 }
 
@@ -174,6 +176,20 @@ pub struct Time {
     pub start: Start,
     pub step_s: f64,
     pub duration_s: f64,
+}
+
+/// `[detection]`
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
+pub struct Detection {
+    pub link_time_ratio: f64,
+}
+
+impl Default for Detection {
+    fn default() -> Detection {
+        Detection { link_time_ratio: 100.0 }
+    }
 }
 
 /// `[recording]`

@@ -4,12 +4,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-use crate::TimeGrid;
+use crate::{Scales, TimeGrid};
 
 /// Version of the meaning and layout of records, events and header. A change to
 /// any of them raises it. Keys that are added to `run_end` do not: who does not know them
 /// passes over them.
-pub const RECORD_SCHEMA_VERSION: u32 = 3;
+pub const RECORD_SCHEMA_VERSION: u32 = 4;
 
 /// What a run is, known before it starts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -35,6 +35,10 @@ pub struct RunHeader {
     pub time_step_s: f64,
     /// Number of steps that the run is to take.
     pub steps: u64,
+    /// What makes fronts of blocks and steps; none in logs of versions before 4, whose scenario
+    /// gives it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scales: Option<Scales>,
 }
 
 impl RunHeader {

@@ -49,6 +49,7 @@ mod header;
 mod payload;
 mod printable;
 mod rupture;
+mod scales;
 mod slip;
 mod step;
 mod time;
@@ -63,6 +64,7 @@ pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverRepo
 pub use payload::macros;
 pub use printable::printable;
 pub use rupture::{Arrival, Rupture};
+pub use scales::Scales;
 pub use slip::{GlobalSlip, Onset, SlipEvent};
 pub use step::{Direction, StepRecord, Switch};
 pub use time::TimeGrid;

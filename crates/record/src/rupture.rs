@@ -30,17 +30,16 @@ payload! {
         pub reached_every_block: bool,
         /// `F_T / F_N` in the step after which the first block slid.
         pub ft_fn_onset: f64,
-        /// `F_T / F_N` in the step after which the last of its blocks to do so slid for the first
-        /// time.
+        /// `F_T / F_N` in the step after which the front had come to all of its blocks.
         pub ft_fn_arrival: f64,
         /// `F_T / F_N` in the last step in which one of its blocks slid; null if one still slid at
         /// the end of the run.
         pub ft_fn_end: Option<f64>,
         /// First step in which a block slides.
         pub onset_step: u64,
-        /// Time of the first step before or in which all of its blocks have slid, s.
+        /// Time of the first step by which all of its blocks have slid, s.
         pub arrival_s: f64,
-        /// First step after it; null if a block still slid at the end of the run.
+        /// First step after the last one in which one of its blocks slid; null if a block still slid at the end of the run.
         pub end_step: Option<u64>,
         /// How many detachments it has: as many as blocks, unless blocks slid more than once.
         pub detachments: u64,
@@ -66,6 +65,26 @@ payload! {
         pub overlapping: bool,
         /// Whether the run ended before it was certain that no detachment belongs to it any more.
         pub open: bool,
+        /// Work of the drive points from the step after which the first block slid to the last
+        /// one in which a block slid, J; this and what follows is null where another rupture slid
+        /// at the same time, where the run ended before it was certain, and in runs without
+        /// energies.
+        pub drive_work_j: Option<f64>,
+        /// Work of the prestress, J.
+        pub prestress_work_j: Option<f64>,
+        /// What sliding contacts turned into heat, J.
+        pub friction_heat_j: Option<f64>,
+        /// What friction springs lost by letting go, less what they held when they took hold anew,
+        /// J.
+        pub anchor_change_j: Option<f64>,
+        /// What the dampers between blocks took up, J.
+        pub viscous_loss_j: Option<f64>,
+        /// Change of the kinetic energy, J.
+        pub kinetic_change_j: Option<f64>,
+        /// Change of the energy of all springs, J.
+        pub elastic_change_j: Option<f64>,
+        /// What the time step itself added, J.
+        pub scheme_work_j: Option<f64>,
     }
 }
 

@@ -184,7 +184,7 @@ impl Seen {
             plan = Some(own::plan(&header, reader.scenario_toml())?);
         }
         let mut own = None;
-        let mut detectors = detectors::all(header.blocks);
+        let mut detectors = detectors::all(&header, reader.scenario_toml());
         let mut both = Some(Agreement::with(&detectors));
         // Of a salvaged log, until a gap is found that explains it.
         let mut differs = None;
@@ -367,6 +367,7 @@ mod tests {
             blocks: 2,
             time_step_s: 0.5,
             steps: 9,
+            scales: None,
         }
     }
 

@@ -8,20 +8,37 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use asperity_detect::{Detector, SlipRules};
+use asperity_detect_rupture::Links;
 use asperity_model::text::{self, Lines};
+use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::bounds::check_toml;
-use asperity_record::{EventKind, RunEnd};
+use asperity_record::{EventKind, RunEnd, RunHeader, Scales, TimeGrid};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
-type Start = fn(u32, SlipRules) -> Box<dyn Detector>;
+/// What a detector may know of the run that it looks at.
+#[derive(Debug, Clone, Copy)]
+struct OfRun {
+    blocks: u32,
+    rules: SlipRules,
+    /// Of a run whose log says nothing of them, none: what is found by them cannot be found.
+    links: Option<Links>,
+}
+
+type Start = fn(OfRun) -> Option<Box<dyn Detector>>;
 
 /// By name. A new one is a line at the end.
 const DETECTORS: &[(&str, Start)] = &[
-    ("onset", |blocks, rules| Box::new(asperity_detect_onset::OnsetDetector::new(blocks, rules))),
-    ("extent", |blocks, rules| Box::new(asperity_detect_extent::ExtentDetector::new(blocks, rules))),
-    ("global", |blocks, rules| Box::new(asperity_detect_global::GlobalDetector::new(blocks, rules))),
+    ("onset", |run| boxed(asperity_detect_onset::OnsetDetector::new(run.blocks, run.rules))),
+    ("extent", |run| boxed(asperity_detect_extent::ExtentDetector::new(run.blocks, run.rules))),
+    ("global", |run| boxed(asperity_detect_global::GlobalDetector::new(run.blocks, run.rules))),
+    ("rupture", |run| boxed(asperity_detect_rupture::RuptureDetector::new(run.blocks, run.links?))),
+    ("arrival", |run| boxed(asperity_detect_rupture::ArrivalDetector::new(run.blocks, run.links?))),
 ];
+
+fn boxed(detector: impl Detector + 'static) -> Option<Box<dyn Detector>> {
+    Some(Box::new(detector))
+}
 
 fn names() -> Vec<&'static str> {
     DETECTORS.iter().map(|(name, _)| *name).collect()
@@ -30,12 +47,29 @@ fn names() -> Vec<&'static str> {
 /// What the registered detectors emit.
 pub fn event_kinds() -> Vec<EventKind> {
     // Of what they are made for, nothing shows in that.
-    DETECTORS.iter().map(|(_, start)| start(2, SlipRules::EVERY_SLIP).emits()).collect()
+    let links = Links { t_link_s: 1.0, time_grid: TimeGrid::new(1.0), spacing_m: 1.0 };
+    let run = OfRun { blocks: 2, rules: SlipRules::EVERY_SLIP, links: Some(links) };
+    DETECTORS.iter().filter_map(|(_, start)| start(run)).map(|detector| detector.emits()).collect()
 }
 
-/// The registered detectors, as in a live run of a chain of `blocks` blocks.
-pub fn all(blocks: u32) -> Vec<Box<dyn Detector>> {
-    Settings::default().start(blocks)
+/// The registered detectors, as in the live run of which a log says this.
+pub fn all(header: &RunHeader, scenario_toml: &str) -> Vec<Box<dyn Detector>> {
+    Settings::default().start(header, scenario_toml)
+}
+
+/// The same for a run of that plan.
+pub(crate) fn of_plan(plan: &Plan) -> Vec<Box<dyn Detector>> {
+    Settings::default().for_run(plan.blocks as u32, plan.grid, Some(plan.scales))
+}
+
+/// What links detachments in a run, by its header, or in a log of an older version by its
+/// scenario. None if neither can say it: then the log is one of which only a part is left.
+fn scales(header: &RunHeader, scenario_toml: &str) -> Option<Scales> {
+    header.scales.or_else(|| {
+        let source = ScenarioSource::new("scenario.toml", scenario_toml);
+        let scenario = Scenario::resolve(&source).ok().filter(|_| !scenario_toml.is_empty());
+        scenario.filter(|scenario| scenario.slider.blocks == header.blocks).map(|scenario| scenario.scales())
+    })
 }
 
 /// A topic that a detector must not have.
@@ -77,13 +111,15 @@ pub struct Settings {
     pub merge_gap_s: f64,
     /// [`SlipRules::min_blocks`].
     pub min_blocks: u32,
+    /// [`Scales::link_time_ratio`]; none for that of each run.
+    pub link_time_ratio: Option<f64>,
 }
 
 impl Default for Settings {
     /// Those of a live run.
     fn default() -> Settings {
         let SlipRules { merge_gap_s, min_blocks } = SlipRules::EVERY_SLIP;
-        Settings { detectors: names(), merge_gap_s, min_blocks }
+        Settings { detectors: names(), merge_gap_s, min_blocks, link_time_ratio: None }
     }
 }
 
@@ -94,6 +130,7 @@ struct Written {
     detectors: Option<Spanned<Vec<Spanned<String>>>>,
     merge_gap_s: Option<Spanned<f64>>,
     min_blocks: Option<Spanned<i64>>,
+    link_time_ratio: Option<Spanned<f64>>,
 }
 
 /// A settings file that cannot be used.
@@ -136,7 +173,13 @@ impl Settings {
         check_toml(text).map_err(|too_long| (0, too_long.to_string()))?;
         let written: Written = toml::from_str(text).map_err(|error| {
             let place = error.span().map_or(0, |span| span.start);
-            (place, format!("{} (accepted: detectors, merge_gap_s, min_blocks)", error.message()))
+            (
+                place,
+                format!(
+                    "{} (accepted: detectors, merge_gap_s, min_blocks, link_time_ratio)",
+                    error.message()
+                ),
+            )
         })?;
         let mut settings = Settings::default();
         if let Some(names) = written.detectors {
@@ -174,6 +217,13 @@ impl Settings {
                 return Err((gap.span().start, problem));
             }
         }
+        if let Some(ratio) = written.link_time_ratio {
+            let (at, ratio) = (ratio.span().start, *ratio.get_ref());
+            if !(ratio.is_finite() && ratio > 0.0) {
+                return Err((at, format!("link_time_ratio = {ratio} (accepted: a number above 0)")));
+            }
+            settings.link_time_ratio = Some(ratio);
+        }
         if let Some(blocks) = written.min_blocks {
             settings.min_blocks =
                 u32::try_from(*blocks.get_ref()).ok().filter(|&blocks| blocks >= 1).ok_or_else(|| {
@@ -185,11 +235,23 @@ impl Settings {
         Ok(settings)
     }
 
-    /// The detectors, for a chain of `blocks` blocks.
-    pub fn start(&self, blocks: u32) -> Vec<Box<dyn Detector>> {
+    /// The detectors, for a run of which a log says this. Where it does not say what a detector
+    /// needs to know, that is not among them: ruptures cannot be found in a log of a version
+    /// before 4 that has lost its scenario.
+    pub fn start(&self, header: &RunHeader, scenario_toml: &str) -> Vec<Box<dyn Detector>> {
+        self.for_run(header.blocks, header.time_grid(), scales(header, scenario_toml))
+    }
+
+    fn for_run(&self, blocks: u32, time_grid: TimeGrid, scales: Option<Scales>) -> Vec<Box<dyn Detector>> {
+        let links = scales.map(|scales| {
+            let link_time_ratio = self.link_time_ratio.unwrap_or(scales.link_time_ratio);
+            let t_link_s = Scales { link_time_ratio, ..scales }.link_s();
+            Links { t_link_s, time_grid, spacing_m: scales.block_length_m }
+        });
         let rules = SlipRules { merge_gap_s: self.merge_gap_s, min_blocks: self.min_blocks };
+        let run = OfRun { blocks, rules, links };
         let chosen = DETECTORS.iter().filter(|(name, _)| self.detectors.contains(name));
-        chosen.map(|(_, start)| start(blocks, rules)).collect()
+        chosen.filter_map(|(_, start)| start(run)).collect()
     }
 }
 
@@ -200,13 +262,19 @@ mod tests {
     #[test]
     fn settings_say_what_differs_from_a_live_run() {
         assert_eq!(Settings::parse(""), Ok(Settings::default()));
-        let settings =
-            Settings::parse("detectors = [\"global\", \"onset\"]\nmerge_gap_s = 1e-4\nmin_blocks = 2")
-                .unwrap();
+        let settings = Settings::parse(
+            "detectors = [\"global\", \"onset\"]\nmerge_gap_s = 1e-4\nmin_blocks = 2\nlink_time_ratio = 30",
+        )
+        .unwrap();
         // In the order of the log, whatever the order in the file.
         assert_eq!(
             settings,
-            Settings { detectors: vec!["onset", "global"], merge_gap_s: 1e-4, min_blocks: 2 }
+            Settings {
+                detectors: vec!["onset", "global"],
+                merge_gap_s: 1e-4,
+                min_blocks: 2,
+                link_time_ratio: Some(30.0)
+            }
         );
     }
 
@@ -217,11 +285,17 @@ mod tests {
             ("merge_gap_s = nan", 14, "merge_gap_s = NaN"),
             ("min_blocks = 0", 13, "min_blocks = 0 (accepted: a whole number from 1)"),
             ("min_blocks = 99999999999", 13, "min_blocks = 99999999999"),
-            ("detectors = [\"onset\", \"slip\"]", 22, "\"slip\" (accepted: onset, extent, global)"),
+            (
+                "detectors = [\"onset\", \"slip\"]",
+                22,
+                "\"slip\" (accepted: onset, extent, global, rupture, arrival)",
+            ),
             ("detectors = [\"onset\", \"onset\"]", 22, "twice"),
             ("detectors = []", 12, "[]"),
             ("\nminblocks = 2", 1, "unknown field `minblocks`"),
             ("min_blocks = \"two\"", 13, "invalid type"),
+            ("link_time_ratio = 0", 18, "link_time_ratio = 0 (accepted: a number above 0)"),
+            ("link_time_ratio = inf", 18, "link_time_ratio = inf (accepted: a number above 0)"),
         ] {
             let (at, said) = Settings::parse(text).unwrap_err();
             assert!(at == place && said.contains(problem), "{text}: {at}: {said}");

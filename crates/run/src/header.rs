@@ -21,6 +21,7 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
         blocks: scenario.slider.blocks,
         time_step_s: plan.grid.step_s(),
         steps: plan.steps,
+        scales: Some(plan.scales),
     };
     header.run_id = run_id(&header);
     header

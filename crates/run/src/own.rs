@@ -2,7 +2,7 @@
 //! the code is it certain what a scenario means, and what is announced and recorded of it.
 
 use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource};
-use asperity_record::{EventKind, Record, RunHeader};
+use asperity_record::{EventKind, Record, RunHeader, Scales};
 use asperity_runlog::{Announced, announcements, is_topic_of_a_run};
 use asperity_simulator::{Departure, Expectation, Solver, SolverKind};
 
@@ -58,6 +58,7 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnP
             ("time_step_s", format!("{:e}", header.time_step_s)),
             ("steps", header.steps.to_string()),
             ("run_id", header.run_id.clone()),
+            ("scales", header.scales.map_or("none".to_owned(), scales)),
         ]
     };
     for ((key, expected), (_, found)) in values(&of).into_iter().zip(values(logged)) {
@@ -66,6 +67,14 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnP
         }
     }
     Ok(plan)
+}
+
+/// As the metadata `run` says them.
+fn scales(scales: Scales) -> String {
+    let Scales { block_length_m, block_time_s, link_time_ratio } = scales;
+    format!(
+        "block_length_m = {block_length_m:e}, block_time_s = {block_time_s:e}, link_time_ratio = {link_time_ratio:e}"
+    )
 }
 
 /// The topics that a log announces: of this very program as it announces them, of any other in

@@ -73,7 +73,7 @@ impl Replay {
         let compares = *settings == Settings::default();
         let topics = Topics { events: compares, ..Topics::STEPS };
         let reader = RunReader::open(log, topics)?;
-        let detectors = settings.start(reader.header().blocks);
+        let detectors = settings.start(reader.header(), reader.scenario_toml());
         Ok(Replay { path: log.to_owned(), reader, detectors, compares })
     }
 

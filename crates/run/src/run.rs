@@ -185,7 +185,7 @@ pub fn run(
     let plan = Plan::new(task.scenario);
     let header = task.header();
     let Task { scenario, solver, log, detectors: own } = task;
-    let mut detectors = detectors::all(header.blocks);
+    let mut detectors = detectors::all(&header, "");
     detectors.extend(own);
     let kinds = detectors::kinds_of(&detectors)?;
     let mut source = Source {

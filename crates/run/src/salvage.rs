@@ -57,7 +57,9 @@ fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeade
     match (logged, resolved) {
         (Some(logged), Some(scenario)) => {
             let (solver, code_version) = (logged.solver.clone(), logged.code_version.clone());
-            let expected = of(&scenario, &solver, &code_version, logged.record_schema_version);
+            let mut expected = of(&scenario, &solver, &code_version, logged.record_schema_version);
+            // Those of versions before 4 do not say them.
+            expected.scales = logged.scales.and(expected.scales);
             if expected == logged {
                 return Ok((logged, Vec::new()));
             }

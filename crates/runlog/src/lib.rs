@@ -79,6 +79,7 @@
 //!     blocks: 2,
 //!     time_step_s: 0.5,
 //!     steps: 2,
+//!     scales: None,
 //! };
 //! let step = |step, driving_force_n| StepRecord {
 //!     step,

@@ -4,7 +4,9 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
-use asperity_record::{MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport};
+use asperity_record::{
+    MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, Scales, SolverReport,
+};
 
 use crate::findings::{Gap, Salvaged};
 use crate::format::{RUN, RUN_END, SALVAGE};
@@ -15,10 +17,13 @@ const MESSAGES: &str = "messages:";
 const DIGEST: &str = "digest:";
 const SOLVER: &str = "solver:";
 const FALLBACKS: &str = "solver_fallbacks";
+const BLOCK_LENGTH: &str = "block_length_m";
+const BLOCK_TIME: &str = "block_time_s";
+const LINK_TIME_RATIO: &str = "link_time_ratio";
 const BETWEEN_FALLBACKS: &str = "; ";
 
 pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
-    [
+    let mut map: BTreeMap<String, String> = [
         ("record_schema_version", header.record_schema_version.to_string()),
         ("scenario", header.scenario.clone()),
         ("scenario_hash", header.scenario_hash.clone()),
@@ -38,7 +43,19 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
         ),
     ]
     .map(|(key, value)| (key.to_owned(), value))
-    .into()
+    .into();
+    if let Some(scales) = &header.scales {
+        let Scales { block_length_m, block_time_s, link_time_ratio } = *scales;
+        let scales = [
+            (BLOCK_LENGTH, block_length_m),
+            (BLOCK_TIME, block_time_s),
+            (LINK_TIME_RATIO, link_time_ratio),
+            // For readers: what follows from the other two.
+            ("link_s", scales.link_s()),
+        ];
+        map.extend(scales.map(|(key, value)| (key.to_owned(), value.to_string())));
+    }
+    map
 }
 
 /// The version of the format that a log is written in.
@@ -59,6 +76,7 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         blocks: map.parse("blocks", "a whole number")?,
         time_step_s: map.parse("time_step_s", "a number")?,
         steps: map.parse("steps", "a whole number")?,
+        scales: scales_from_map(&map)?,
     };
     // These two size memory and divide, so they are bounded here, once.
     if !(2..=MOST_BLOCKS).contains(&u64::from(header.blocks)) {
@@ -76,6 +94,25 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         }
     }
     Ok(header)
+}
+
+/// None if nothing is said of them, as in logs of versions before 4.
+fn scales_from_map(map: &Reader<'_>) -> Result<Option<Scales>, MetadataError> {
+    if [BLOCK_LENGTH, BLOCK_TIME, LINK_TIME_RATIO].iter().all(|key| !map.map.contains_key(*key)) {
+        return Ok(None);
+    }
+    let positive = |key| {
+        let value: f64 = map.parse(key, "a number above 0")?;
+        if value.is_finite() && value > 0.0 {
+            return Ok(value);
+        }
+        Err(map.invalid(key, "a number above 0"))
+    };
+    Ok(Some(Scales {
+        block_length_m: positive(BLOCK_LENGTH)?,
+        block_time_s: positive(BLOCK_TIME)?,
+        link_time_ratio: positive(LINK_TIME_RATIO)?,
+    }))
 }
 
 const STATUSES: [RunStatus; 4] =

@@ -39,6 +39,7 @@ fn header() -> RunHeader {
         blocks: 2,
         time_step_s: 1.0,
         steps: STEPS,
+        scales: None,
     }
 }
 

@@ -114,7 +114,7 @@ fn read_log(path: &Path, topics: Topics) -> Result<Seen, LogError> {
     let header = reader.header().clone();
     let grid = header.time_grid();
     let blocks = header.blocks;
-    let mut detectors = detectors::all(blocks);
+    let mut detectors = detectors::all(&header, reader.scenario_toml());
     while let Some(item) = reader.next_item()? {
         if reader.has_gap() {
             // What is missing may have been the beginning of an event: no detector goes on.

@@ -1,0 +1,280 @@
+"""Finds ruptures in exported switches by the definition of docs/ruptures.md, and compares them
+with those that the log holds.
+
+    ruptures.py TABLES
+
+TABLES is what `asperity export RUN.mcap --to csv -o TABLES` has written. Knows that page and the
+columns of docs/outputs.md, and nothing of how asperity finds ruptures: all detachments are at
+hand, and those that are near enough are compared pair by pair. Prints how many ruptures there
+are; exits with a traceback at the first that differs. Needs no packages.
+"""
+
+import collections
+import csv
+import json
+import math
+import pathlib
+import statistics
+import sys
+
+MOST_BLOCKS_OF_A_FRONT = 256
+# For what is summed or divided in an order that the page leaves open.
+TOLERANCE = 1e-12
+
+ENERGIES = {
+    "drive_work_j": "drive_work_j",
+    "prestress_work_j": "prestress_work_j",
+    "friction_heat_j": "friction_heat_j",
+    "anchor_change_j": "anchor_change_j",
+    "viscous_loss_j": "viscous_loss_j",
+    "kinetic_change_j": "kinetic_j",
+    "elastic_change_j": "elastic_j",
+    "scheme_work_j": "scheme_work_j",
+}
+
+
+class Slide:
+    """A block that slides: its detachment, and the switch back to stick, if there is one."""
+
+    def __init__(self, detachment):
+        self.step = int(detachment["step"])
+        self.block = int(detachment["block"])
+        self.detachment = detachment
+        self.attachment = None
+
+    def stop_step(self):
+        return None if self.attachment is None else int(self.attachment["step"]) + 1
+
+
+def rows(tables, topic):
+    (path,) = tables.glob(f"*.{topic}.csv")
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def find_slides(switches):
+    slides, sliding = [], {}
+    for switch in switches:
+        if switch["direction"] == "detach":
+            slide = Slide(switch)
+            assert slide.block not in sliding, switch
+            sliding[slide.block] = slide
+            slides.append(slide)
+        else:
+            sliding.pop(int(switch["block"])).attachment = switch
+    return slides
+
+
+def components(slides, step_s, link_s):
+    """The connected components of the graph of links, as lists of slides."""
+    root = list(range(len(slides)))
+
+    def find(i):
+        while root[i] != i:
+            root[i] = root[root[i]]
+            i = root[i]
+        return i
+
+    of_block = collections.defaultdict(list)
+    for i, slide in enumerate(slides):
+        of_block[slide.block].append(i)
+    for block, own in of_block.items():
+        for other in (block, block + 1):
+            theirs, first = of_block.get(other, []), 0
+            for i in own:
+                step = slides[i].step
+                while first < len(theirs) and (step - slides[theirs[first]].step) * step_s > link_s:
+                    first += 1
+                for j in theirs[first:]:
+                    if (slides[j].step - step) * step_s > link_s:
+                        break
+                    root[find(i)] = find(j)
+    found = collections.defaultdict(list)
+    for i in range(len(slides)):
+        found[find(i)].append(slides[i])
+    return list(found.values())
+
+
+def front_speed(times, spacing):
+    """The method of Theil and Sen over the blocks of one side, that of nucleation first."""
+    if len(times) < 4:
+        return None
+    each = math.ceil(len(times) / MOST_BLOCKS_OF_A_FRONT)
+    times = times[::each]
+    slowness = [(times[j] - times[i]) / ((j - i) * each) for i in range(len(times)) for j in range(i + 1, len(times))]
+    median = statistics.median(slowness)
+    return spacing / median if median > 0 else None
+
+
+class Run:
+    def __init__(self, tables):
+        (manifest,) = tables.glob("*.export.json")
+        run = json.loads(manifest.read_text())["run"]
+        self.blocks, self.step_s, scales = run["blocks"], run["time_step_s"], run["scales"]
+        self.spacing_m = scales["block_length_m"]
+        self.link_s = scales["link_time_ratio"] * scales["block_time_s"]
+        self.last_step = json.loads(manifest.read_text())["log"]["last_step"]
+        self.steps = {int(row["step"]): row for row in rows(tables, "step")}
+        self.slides = find_slides(rows(tables, "switch"))
+
+    def time_s(self, step):
+        """The double nearest to the step's time: exact where a second is a whole number of steps."""
+        rate = round(1 / self.step_s)
+        return step / rate if abs(1 / self.step_s / rate - 1) < 1e-14 else step * self.step_s
+
+    def ft_fn(self, step):
+        return float(self.steps[step]["ft_fn"])
+
+    def ruptures(self):
+        # The first distance in steps that is more than t_link.
+        beyond = int(self.link_s / self.step_s)
+        while beyond * self.step_s <= self.link_s:
+            beyond += 1
+        while beyond > 1 and (beyond - 1) * self.step_s > self.link_s:
+            beyond -= 1
+        ruptures = []
+        for slides in components(self.slides, self.step_s, self.link_s):
+            nucleation = min((slide.step, slide.block) for slide in slides)
+            stops = [slide.stop_step() for slide in slides]
+            end_step = None if None in stops else max(stops)
+            certain = max(max(slide.step for slide in slides) + beyond, max(end_step or 0, 1) - 1)
+            is_open = end_step is None or certain > self.last_step
+            ruptures.append((is_open, 0 if is_open else certain, nucleation, end_step, slides))
+        ruptures.sort(key=lambda rupture: rupture[:3])
+        spans = [(nucleation[0] + 1, math.inf if end is None else end) for _, _, nucleation, end, _ in ruptures]
+        for number, (is_open, _, nucleation, end_step, slides) in enumerate(ruptures):
+            overlapping = any(
+                other != number and begin < spans[number][1] and spans[number][0] < end
+                for other, (begin, end) in enumerate(spans)
+            )
+            yield self.rupture(number, is_open, nucleation, end_step, slides, overlapping)
+
+    def rupture(self, number, is_open, nucleation, end_step, slides, overlapping):
+        of_block = collections.defaultdict(list)
+        for slide in slides:
+            of_block[slide.block].append(slide)
+        blocks = sorted(of_block)
+        assert blocks == list(range(blocks[0], blocks[-1] + 1)), "a rupture has no holes"
+        first = {block: min(of_block[block], key=lambda slide: slide.step) for block in blocks}
+        last = {block: max(of_block[block], key=lambda slide: slide.step) for block in blocks}
+        arrival_s = {block: self.time_s(first[block].step + 1) for block in blocks}
+        has_stopped = end_step is not None
+        slips, drops = {}, {}
+        for block in blocks:
+            if (stop := last[block].attachment) is not None:
+                slips[block] = float(stop["displacement_m"]) - float(first[block].detachment["displacement_m"])
+                drops[block] = float(first[block].detachment["tangential_force_n"]) - float(stop["tangential_force_n"])
+        before = [slide.block for slide in self.slides if slide.step < nucleation[0]]
+        arrived = max(slide.step for slide in first.values())
+        origin = nucleation[1]
+        rupture = {
+            "rupture": number,
+            "onset_s": self.time_s(nucleation[0] + 1),
+            "end_s": self.time_s(end_step) if has_stopped else None,
+            "first_block": blocks[0],
+            "last_block": blocks[-1],
+            "nucleation_block": origin,
+            "reached_every_block": len(blocks) == self.blocks,
+            "ft_fn_onset": self.ft_fn(nucleation[0]),
+            "ft_fn_arrival": self.ft_fn(arrived),
+            "ft_fn_end": self.ft_fn(end_step - 1) if has_stopped else None,
+            "onset_step": nucleation[0] + 1,
+            "arrival_s": self.time_s(arrived + 1),
+            "end_step": end_step,
+            "detachments": len(slides),
+            "front_speed_up_m_per_s": front_speed([arrival_s[b] for b in blocks if b >= origin], self.spacing_m),
+            "front_speed_down_m_per_s": front_speed([arrival_s[b] for b in reversed(blocks) if b <= origin], self.spacing_m),
+            "mean_slip_m": sum(slips.values()) / len(blocks) if has_stopped else None,
+            "largest_slip_m": max(slips.values()) if has_stopped else None,
+            "potency_m2": sum(slips.values()) * self.spacing_m if has_stopped else None,
+            "mean_force_drop_n": sum(drops.values()) / len(blocks) if has_stopped else None,
+            "farthest_block_before": max(before, default=None),
+            "overlapping": overlapping,
+            "open": is_open,
+        }
+        has_energies = not overlapping and not is_open and "drive_work_j" in self.steps[nucleation[0]]
+        for name, total in ENERGIES.items():
+            rupture[name] = None
+            if has_energies:
+                ends = [self.steps[step][total] for step in (nucleation[0], end_step - 1)]
+                if all(ends):
+                    rupture[name] = float(ends[1]) - float(ends[0])
+        arrivals = []
+        for block in blocks:
+            stop_step = last[block].stop_step()
+            towards = block + (block < origin) - (block > origin)
+            took_s = arrival_s[block] - arrival_s[towards]
+            arrivals.append(
+                {
+                    "rupture": number,
+                    "block": block,
+                    "arrival_s": arrival_s[block],
+                    "stop_s": None if stop_step is None else self.time_s(stop_step),
+                    "arrival_step": first[block].step + 1,
+                    "stop_step": stop_step,
+                    "detachments": len(of_block[block]),
+                    "slip_m": slips.get(block),
+                    "force_detach_n": float(first[block].detachment["tangential_force_n"]),
+                    "force_attach_n": float(last[block].attachment["tangential_force_n"]) if stop_step else None,
+                    "front_speed_m_per_s": self.spacing_m / took_s if took_s else None,
+                }
+            )
+        return rupture, arrivals
+
+
+# Sums and quotients, which are rounded in an order that the page leaves open.
+ROUNDED = {
+    "front_speed_up_m_per_s",
+    "front_speed_down_m_per_s",
+    "front_speed_m_per_s",
+    "mean_slip_m",
+    "potency_m2",
+    "mean_force_drop_n",
+}
+
+
+def same(column, text, value):
+    if value is None or text == "":
+        return value is None and text == ""
+    if isinstance(value, bool):
+        return text == str(value).lower()
+    if isinstance(value, int):
+        return text == str(value)
+    return math.isclose(float(text), value, rel_tol=TOLERANCE if column in ROUNDED else 0.0)
+
+
+def compare(topic, logged, found):
+    assert len(logged) == len(found), f"{topic}: {len(logged)} in the log, {len(found)} by the definition"
+    for row, entry in zip(logged, found):
+        assert list(row) == list(entry), f"{topic} has the columns {list(row)}"
+        for column, value in entry.items():
+            assert same(column, row[column], value), f"{topic}: {column} is {value}, in the log {row}"
+
+
+def main(tables):
+    found = list(Run(tables).ruptures())
+    compare("/events/rupture", rows(tables, "events.rupture"), [rupture for rupture, _ in found])
+    arrivals = [arrival for _, arrivals in found for arrival in arrivals]
+    compare("/events/arrival", rows(tables, "events.arrival"), arrivals)
+    ruptures = [rupture for rupture, _ in found]
+    reached, growing = 0, 0
+    for rupture in ruptures:
+        if rupture["first_block"] == 1 and rupture["last_block"] > reached:
+            reached = rupture["last_block"]
+            growing += 1
+    counts = {
+        "ruptures": len(ruptures),
+        "of_three_blocks": sum(r["last_block"] - r["first_block"] >= 2 for r in ruptures),
+        "growing": growing,
+        "global": sum(r["reached_every_block"] for r in ruptures),
+        "overlapping": sum(r["overlapping"] for r in ruptures),
+        "again": sum(r["detachments"] > r["last_block"] + 1 - r["first_block"] for r in ruptures),
+        "down": sum(r["nucleation_block"] > r["first_block"] for r in ruptures),
+        "open": sum(r["open"] for r in ruptures),
+        "with_energies": sum(r["drive_work_j"] is not None for r in ruptures),
+    }
+    print(json.dumps(counts))
+
+
+if __name__ == "__main__":
+    main(pathlib.Path(sys.argv[1]))

@@ -41,7 +41,7 @@ pub(crate) fn passages(run: &RunData) -> Vec<Passage> {
                 block,
                 arrival_s: after(first_step),
                 stop_s: stopped.then(|| after(last_step)),
-                slip_m: stopped.then(|| last.displacement_m - first.displacement_m),
+                slip_m: stopped.then_some(last.displacement_m - first.displacement_m),
             }
         })
         .collect()
@@ -136,38 +136,11 @@ pub(crate) fn arrest_prestress(run: &RunData) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use asperity_model::{Plan, Scenario, ScenarioSource};
     use asperity_record::{Direction, StepRecord, Switch};
     use asperity_testkit::{quiet_step, switch};
 
     use super::*;
-    use crate::made_up;
-
-    /// Twelve blocks, of which those up to `reached` slide one after the other for 250 steps each,
-    /// by 2e-6 m; the first 30 steps after each other, from then on every 100 steps.
-    fn pulse(reached: u32, toml: &str) -> RunData {
-        let text = format!(
-            "slider.blocks = 12\ntime.step_s = 1e-9\nfriction.law = \"rigid\"\n\
-             drive = {{ kind = \"top\", velocity_m_per_s = 0, stiffness_n_per_m = 1.65e8 }}\n{toml}"
-        );
-        let scenario = Scenario::resolve(&ScenarioSource::new("test", &text)).unwrap();
-        let mut run = made_up::run("", &[]);
-        run.plan = Plan::new(&scenario);
-        run.scenario = scenario;
-        let arrival = |block: u32| if block <= 3 { 30 * block } else { 90 + 100 * (block - 3) };
-        let mut records: Vec<StepRecord> = (1..=reached)
-            .flat_map(|block| {
-                [(arrival(block), Direction::Detach, 1e-6), (arrival(block) + 250, Direction::Attach, 3e-6)]
-                    .map(|(step, direction, displacement_m)| StepRecord {
-                        switches: vec![Switch { displacement_m, ..switch(block, direction) }],
-                        ..quiet_step(u64::from(step), run.plan.grid.time_s(u64::from(step)), 0.0)
-                    })
-            })
-            .collect();
-        records.sort_by_key(|record| record.step);
-        run.steps = records;
-        run
-    }
+    use crate::made_up::pulse;
 
     #[test]
     fn speed_length_and_slip_are_those_of_the_steady_span() {

@@ -90,8 +90,8 @@ impl Front {
         })
     }
 
-    /// The speed of a steady front over the chain's wave speed; None where no prestress between
-    /// 0 and 1 drives one, or none of more than one block at a time.
+    /// The speed of a steady front over the chain's wave speed; None where the prestress is not
+    /// between 0 and 1, or, under a held top drive, drives none faster than [`slowest`].
     pub fn speed_over_c(&self) -> Option<f64> {
         let prestress_at = |speed: f64| prestress_at(speed, self.relative_damping, self.top_stiffness);
         let (mut low, mut high) = (slowest(self.top_stiffness), 1e3);
@@ -122,19 +122,23 @@ impl Front {
     }
 }
 
-/// Prestress and speed over `c` of fronts with this damping and held top drive, from [`slowest`]
-/// to `fastest`, both ascending.
+/// Prestress and speed over `c` of fronts with this damping and held top drive, up to the speed
+/// `fastest`, both ascending. They begin at [`slowest`] or, where damping makes even slower fronts
+/// need more prestress, where the prestress is lowest.
 pub fn curve(relative_damping: f64, top_stiffness: f64, fastest: f64) -> Vec<(f64, f64)> {
     const POINTS: u32 = 120;
     let slowest = slowest(top_stiffness);
-    (0..=POINTS)
+    let mut points: Vec<(f64, f64)> = (0..=POINTS)
         .map(|n| {
             // Closer where little speed is much prestress.
             let share = f64::from(n) / f64::from(POINTS);
             let speed = slowest + (fastest - slowest) * share * share;
             (prestress_at(speed, relative_damping, top_stiffness), speed)
         })
-        .collect()
+        .collect();
+    let rising = points.windows(2).rposition(|pair| pair[1].0 <= pair[0].0).map_or(0, |last| last + 1);
+    points.drain(..rising);
+    points
 }
 
 /// The slowest front of which the theory speaks, over `c`: that of the wave speed in a free
@@ -299,7 +303,8 @@ mod tests {
         for (beta, gamma) in [(0.0, 0.0), (0.3, 0.0), (0.01, 0.65)] {
             let curve = curve(beta, gamma, 4.0);
             assert!(curve.is_sorted_by(|a, b| a.0 < b.0 && a.1 < b.1), "{beta} {gamma}");
-            let (prestress, speed) = curve[60];
+            let (prestress, speed) = curve[curve.len() / 2];
+            assert!(curve.len() > 100, "{beta} {gamma}: {} points", curve.len());
             let single = front(prestress, beta, gamma).speed_over_c().unwrap();
             assert!((single / speed - 1.0).abs() < 1e-8, "{beta} {gamma}: {single} {speed}");
         }

@@ -27,6 +27,7 @@ mod hostile;
 mod new_detector;
 #[cfg(feature = "analysis")]
 mod page;
+mod prestress;
 #[cfg(feature = "analysis")]
 mod recipes;
 mod reference;

@@ -68,6 +68,12 @@ enum Command {
     /// The same for the studies that section 1.2 announces.
     #[command(name = "reproduce-goals")]
     ReproduceGoals(reproduce::ReproduceArguments),
+    /// Front speed against prestress, with viscosity and friction springs.
+    #[command(name = "reproduce-front-speed")]
+    ReproduceFrontSpeed(reproduce::ReproduceArguments),
+    /// Slip pulses on a held top drive, and where they end.
+    #[command(name = "reproduce-slip-pulses")]
+    ReproduceSlipPulses(reproduce::ReproduceArguments),
     /// All of these, and the studies of top-driven sliders and of the number of blocks.
     #[command(name = "reproduce-all")]
     ReproduceAll(reproduce::ReproduceArguments),
@@ -97,6 +103,8 @@ fn main() -> ExitCode {
         Command::ReproduceChapter6(arguments) => reproduce::command(&arguments, &[reproduce::CHAPTER6]),
         Command::ReproduceAppendixA(arguments) => reproduce::command(&arguments, &[reproduce::APPENDIX_A]),
         Command::ReproduceGoals(arguments) => reproduce::command(&arguments, &[reproduce::GOALS]),
+        Command::ReproduceFrontSpeed(arguments) => reproduce::command(&arguments, &[reproduce::FRONT_SPEED]),
+        Command::ReproduceSlipPulses(arguments) => reproduce::command(&arguments, &[reproduce::SLIP_PULSES]),
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
         Command::Convergence(arguments) => convergence::command(&arguments),
         Command::Test(arguments) => test::command(&arguments),

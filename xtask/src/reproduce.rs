@@ -14,9 +14,12 @@ pub(crate) const APPENDIX_A: &str = "appendix-a";
 pub(crate) const GOALS: &str = "goals";
 const TOP_DRIVEN: &str = "top-driven";
 const RESOLUTION: &str = "resolution";
+pub(crate) const FRONT_SPEED: &str = "front-speed";
+pub(crate) const SLIP_PULSES: &str = "slip-pulses";
 
 /// All of them, in the order in which `reproduce-all` runs them.
-pub(crate) const ALL: [&str; 6] = [CHAPTER5, CHAPTER6, APPENDIX_A, GOALS, TOP_DRIVEN, RESOLUTION];
+pub(crate) const ALL: [&str; 8] =
+    [CHAPTER5, CHAPTER6, APPENDIX_A, GOALS, TOP_DRIVEN, RESOLUTION, FRONT_SPEED, SLIP_PULSES];
 
 /// Where a pipeline stands, from the root of the workspace.
 pub(crate) fn pipeline(name: &str) -> String {

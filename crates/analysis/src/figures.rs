@@ -3,10 +3,13 @@
 //! Each kind of figure is a module with a specification, as the pipeline writes
 //! it, and a way to draw it. To add one: a module, and a line in `kinds!`.
 
+mod arrest;
 mod damping;
 mod displacement;
 mod forces;
 mod front;
+mod front_speed;
+mod front_transient;
 mod initial_shear;
 mod kind;
 mod lengths;
@@ -14,6 +17,7 @@ mod load;
 mod loads;
 mod onset;
 mod plot;
+mod pulse;
 mod slipped;
 mod spread;
 mod stress;
@@ -80,6 +84,14 @@ kinds! {
     "stress" stress: stress::Stress,
     /// One number per run against a parameter.
     "study" study: study::StudyFigure,
+    /// Speed of fronts against prestress, beside the theory.
+    "front-speed" front_speed: front_speed::FrontSpeed,
+    /// Speed of fronts along the slider.
+    "front-transient" front_transient: front_transient::FrontTransient,
+    /// Velocity and slip of blocks that a slip pulse passes.
+    "pulse" pulse: pulse::Pulse,
+    /// Slip and speed of a pulse along the slider, and where it ends.
+    "arrest" arrest: arrest::Arrest,
 }
 
 impl Figures {
@@ -136,7 +148,7 @@ pub fn draw_overview(run: RunData, files: &FileSet, folder: &Path) -> Result<(),
 mod tests {
     use std::collections::BTreeMap;
 
-    use asperity_record::FieldRecord;
+    use asperity_record::{FieldRecord, WindowRecord};
 
     use super::Figures;
     use super::kind::Figure;
@@ -201,6 +213,85 @@ mod tests {
         assert_eq!(single(study).series[1].points, [(3f64.log10(), 3.0)]);
         let refused = sheet(&study.replace("slider.blocks", "normal_load.tilt")).unwrap_err();
         assert_eq!(refused, "normal_load.tilt of run a is 0: no place on a logarithmic axis");
+    }
+
+    /// The panels of a figure of one run, which is called `a`.
+    fn stacked(text: &str, run: RunData) -> Result<Box<[Panel; 2]>, String> {
+        let figures: Figures = toml::from_str(text).unwrap();
+        match figures.all()[0].sheet(&BTreeMap::from([("a".to_owned(), run)]))? {
+            Sheet::Stacked(panels) => Ok(panels),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn fronts_are_drawn_beside_their_theory() {
+        let text = "[[front-speed]]\nfile = \"f.png\"\nfrom_speed = 0.5\nto_speed = 3\n\
+                    series = [{ label = \"A\", runs = [\"a\"] }]";
+        let speed = crate::fronts::speed_over_c(&made_up::pulse(12, "prestress.ratio = 0.6")).unwrap();
+        let panels = stacked(text, made_up::pulse(12, "prestress.ratio = 0.6")).unwrap();
+        let [line, marks] = &panels[0].series[..] else { panic!("{panels:?}") };
+        assert!(line.points.len() > 100 && line.points.last().unwrap().1 == 3.0, "{:?}", line.points);
+        assert!((marks.points[0].0 - 0.6).abs() < 1e-12 && marks.points[0].1 == speed);
+        assert_eq!((panels[1].y.label.as_str(), panels[1].y.decades), ("1000 |Δv|/v", true));
+        // Without a theory, beside that of rigid contacts.
+        let mut driven = made_up::pulse(12, "prestress.ratio = 0.6");
+        driven.plan.drive.velocity_m_per_s = 1.0;
+        let panels = stacked(text, driven).unwrap();
+        assert_eq!(panels[0].series.len(), 1, "marks alone");
+        assert!((panels[1].series[1].points[0].1 - 0.8 * speed).abs() < 1e-9);
+
+        let transient =
+            text.replace("front-speed", "front-transient").replace("runs = [\"a\"]", "run = \"a\"");
+        let figures: Figures = toml::from_str(&transient).unwrap();
+        let run = made_up::pulse(12, "prestress.ratio = 0.6");
+        let Sheet::Single(panel) = figures.all()[0].sheet(&BTreeMap::from([("a".to_owned(), run)])).unwrap()
+        else {
+            panic!("one panel")
+        };
+        assert_eq!(panel.series.last().unwrap().points.len(), 11);
+    }
+
+    #[test]
+    fn pulses_are_drawn_as_they_pass_and_where_they_end() {
+        let arrest = "[[arrest]]\nfile = \"f.png\"\nrun = \"a\"";
+        let falling = "prestress.ratio = 0.6\nprestress.rise_ratio = -0.11";
+        let panels = stacked(arrest, made_up::pulse(7, falling)).unwrap();
+        // Block 7 bears 0.54 of its load; the line at the end goes up to gamma / (2 + gamma).
+        let end = panels[0].series.last().unwrap();
+        assert!(end.points[0].0 == 7.0 && (end.points[1].1 - 0.2).abs() < 1e-9, "{:?}", end.points);
+        let mut free = made_up::pulse(7, falling);
+        free.plan.drive.springs.clear();
+        assert_eq!(
+            stacked(arrest, free).unwrap_err(),
+            "run test has no rigid contacts under a held top drive"
+        );
+
+        let pulse = "[[pulse]]\nfile = \"f.png\"\nbefore = 1\nafter = 9\n\
+                     series = [{ run = \"a\", label = \"A\" }]";
+        let mut run = made_up::pulse(12, "prestress.ratio = 0.6");
+        assert_eq!(
+            stacked(pulse, made_up::pulse(12, "")).unwrap_err(),
+            "run test has no dense window of blocks that a pulse passes"
+        );
+        // Block 5 begins to slide in step 291.
+        run.windows = (0..3)
+            .map(|n| WindowRecord {
+                window: 0,
+                step: 291 + n,
+                time_s: run.plan.grid.time_s(291 + n),
+                sliding: 1,
+                first_block: 5,
+                displacement_m: vec![1e-6 * n as f64],
+                velocity_m_per_s: vec![0.5],
+                tangential_force_n: vec![0.0],
+            })
+            .collect();
+        let panels = stacked(pulse, run).unwrap();
+        assert_eq!(panels[0].series[0].points.len(), 3);
+        assert!(panels[0].series[0].points[0].0.abs() < 1e-9, "{:?}", panels[0].series[0].points);
+        // 2 tau / gamma.
+        assert!((panels[1].series[1].points[0].1 - 2.4).abs() < 1e-9);
     }
 
     #[test]

@@ -21,6 +21,7 @@
 //! - [`run_data`]: a run log in memory.
 //! - [`precursors`]: which slip events count as precursors.
 //! - [`curves`]: what is read off a run for measures, tables and figures alike.
+//! - `fronts`: fronts through the slider, read off its switches.
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
 //! - [`summaries`]: summaries of runs as files.
@@ -40,6 +41,7 @@ pub mod curves;
 mod error;
 pub mod event_file;
 pub mod figures;
+mod fronts;
 #[cfg(test)]
 mod made_up;
 pub mod measure;

@@ -1,7 +1,7 @@
 //! Made-up runs for unit tests.
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
-use asperity_record::{Direction, RunHeader, SlipEvent, StepRecord};
+use asperity_record::{Direction, RunHeader, SlipEvent, StepRecord, Switch};
 use asperity_testkit::{quiet_step, slip_event, switch};
 
 use crate::run_data::RunData;
@@ -67,4 +67,31 @@ pub(crate) fn run(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData
         fields: Vec::new(),
         windows: Vec::new(),
     }
+}
+
+/// Twelve blocks, of which those up to `reached` slide one after the other for 250 steps each,
+/// by 2e-6 m; the first 30 steps after each other, from then on every 100 steps.
+pub(crate) fn pulse(reached: u32, toml: &str) -> RunData {
+    let text = format!(
+        "slider.blocks = 12\ntime.step_s = 1e-9\nfriction.law = \"rigid\"\n\
+         drive = {{ kind = \"top\", velocity_m_per_s = 0, stiffness_n_per_m = 1.65e8 }}\n{toml}"
+    );
+    let scenario = Scenario::resolve(&ScenarioSource::new("test", &text)).unwrap();
+    let mut made_up = run("", &[]);
+    made_up.plan = Plan::new(&scenario);
+    made_up.scenario = scenario;
+    let arrival = |block: u32| if block <= 3 { 30 * block } else { 90 + 100 * (block - 3) };
+    let mut records: Vec<StepRecord> = (1..=reached)
+        .flat_map(|block| {
+            [(arrival(block), Direction::Detach, 1e-6), (arrival(block) + 250, Direction::Attach, 3e-6)].map(
+                |(step, direction, displacement_m)| StepRecord {
+                    switches: vec![Switch { displacement_m, ..switch(block, direction) }],
+                    ..quiet_step(u64::from(step), made_up.plan.grid.time_s(u64::from(step)), 0.0)
+                },
+            )
+        })
+        .collect();
+    records.sort_by_key(|record| record.step);
+    made_up.steps = records;
+    made_up
 }

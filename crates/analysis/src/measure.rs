@@ -1,10 +1,12 @@
 //! Single numbers read off a run, which claims and studies are made of.
 
 use asperity_model::analytic::{self, LengthLaw};
+use asperity_model::front;
 use asperity_record::{Direction, SlipEvent, StepRecord};
 use serde::Deserialize;
 
 use crate::curves::{self, event_in_window, first_onset_fields, front_profile, nearest_precursor, ring_down};
+use crate::fronts;
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
 
@@ -112,6 +114,23 @@ pub enum Measure {
     /// Deviation of the load at the first slip event from what a decaying drive
     /// predicts, over the prediction.
     DecayingDriveOnsetError,
+    /// `tau`: the prestress of the middle block less sliding friction, over static less sliding
+    /// friction.
+    RelativePrestress,
+    /// Speed of the front that started at block 1 over the chain's wave speed `a sqrt(k / m)`: the
+    /// straight line through its arrivals at blocks `N / 2` to `11 N / 12`, by least squares.
+    FrontSpeedOverC,
+    /// How far it is from the theory of a steady front on rigid contacts, over that.
+    FrontSpeedError,
+    /// Length of a slip pulse, in blocks: its speed times the mean time for which a block of the
+    /// same span slides.
+    PulseLengthBlocks,
+    /// Mean slip behind a pulse, over the `2 tau / gamma` of the theory without damping.
+    PulseSlipRatio,
+    /// How many blocks a front from block 1 has passed: all up to the first one that never slid.
+    FrontReachBlocks,
+    /// `tau` of the last block that the front from block 1 reached, where it did not reach all.
+    ArrestPrestress,
 }
 
 impl Measure {
@@ -216,6 +235,13 @@ impl Measure {
             }
             Measure::ResidualBalance => residual(run, LengthLaw::Balance),
             Measure::DecayingDriveOnsetError => decaying_drive_onset_error(run),
+            Measure::RelativePrestress => front::relative_prestress(&run.plan, run.plan.blocks / 2),
+            Measure::FrontSpeedOverC => fronts::speed_over_c(run),
+            Measure::FrontSpeedError => Some(fronts::speed_error(run)?.abs()),
+            Measure::PulseLengthBlocks => fronts::pulse_length_blocks(run),
+            Measure::PulseSlipRatio => fronts::pulse_slip_ratio(run),
+            Measure::FrontReachBlocks => Some(fronts::passages(run).len() as f64),
+            Measure::ArrestPrestress => fronts::arrest_prestress(run),
         }
     }
 }

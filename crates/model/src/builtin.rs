@@ -52,4 +52,6 @@ scenarios![
     "unloading-desired-load",
     "unloading-top-driven",
     "unloading-top-driven-poisson",
+    "front",
+    "slip-pulse",
 ];

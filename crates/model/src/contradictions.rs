@@ -3,7 +3,7 @@
 use asperity_record::TimeGrid;
 
 use crate::derive::{coefficients, longest_stable_step_s};
-use crate::keys;
+use crate::keys::{self, MOST_SHEAR_RATIO};
 use crate::plan::Plan;
 use crate::scenario::{Friction, Scenario};
 use crate::source::{Entries, ScenarioError};
@@ -46,16 +46,18 @@ pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<Sce
 
 /// A loaded start needs a load that the run comes to. For scenarios that obey all rules.
 pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
-    let beyond = scenario.initial_shear.profile.iter().find(|ratio| ratio.abs() > MOST_SHEAR_RATIO);
-    if let Some(ratio) = beyond {
-        let key = ["initial_shear.profile_csv", "initial_shear.profile"]
-            .into_iter()
-            .find(|key| entries.place(key).is_some());
-        return Refusals { entries, errors }.refuse(
-            key.unwrap_or("initial_shear.profile"),
-            format!("a shear of {ratio} times the normal load"),
-            format!("ratios from -{MOST_SHEAR_RATIO} to {MOST_SHEAR_RATIO}; a block holds up to its static friction"),
-        );
+    for (file, key, profile) in [
+        ("initial_shear.profile_csv", "initial_shear.profile", &scenario.initial_shear.profile),
+        ("prestress.profile_csv", "prestress.profile", &scenario.prestress.profile),
+    ] {
+        if let Some(ratio) = profile.iter().find(|ratio| ratio.abs() > MOST_SHEAR_RATIO) {
+            let written = [file, key].into_iter().find(|key| entries.place(key).is_some());
+            return Refusals { entries, errors }.refuse(
+                written.unwrap_or(key),
+                format!("a shear of {ratio} times the normal load"),
+                format!("ratios from -{MOST_SHEAR_RATIO} to {MOST_SHEAR_RATIO}; a block holds up to its static friction"),
+            );
+        }
     }
     if scenario.time.start == Start::AtRest {
         return;
@@ -74,9 +76,6 @@ pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut V
         "\"at-rest\", or a drive that brings the first slip",
     );
 }
-
-/// No contact bears more than a few times its normal load; far beyond that forces overflow.
-const MOST_SHEAR_RATIO: f64 = 1e6;
 
 /// The errors so far, and where the values were written.
 struct Refusals<'a> {

@@ -55,8 +55,13 @@ pub(crate) fn state(
 /// The constant force from outside on each block; empty where there is none.
 pub(crate) fn prestress_n(scenario: &Scenario, normal_load_n: &[f64]) -> Vec<f64> {
     let prestress = &scenario.prestress;
-    let of =
-        |n: usize| (prestress.ratio + prestress.profile.get(n).copied().unwrap_or(0.0)) * normal_load_n[n];
+    let last = normal_load_n.len() - 1;
+    let of = |n: usize| {
+        let first = if n == 0 { prestress.first_block_ratio } else { 0.0 };
+        let rise = prestress.rise_ratio * (n as f64 / last as f64);
+        let listed = prestress.profile.get(n).copied().unwrap_or(0.0);
+        (prestress.ratio + first + rise + listed) * normal_load_n[n]
+    };
     let forces: Vec<f64> = (0..normal_load_n.len()).map(of).collect();
     if forces.iter().all(|force| *force == 0.0) { Vec::new() } else { forces }
 }
@@ -193,6 +198,23 @@ mod tests {
             assert!((force / p - (0.1 + 0.02 * n as f64)).abs() < 1e-12, "block {n}: {force}");
             let held = kt * (plan.initial.displacement_m[n] - plan.initial.stick_position_m[n]);
             assert!((held - force).abs() < 1e-9 * p, "block {n}: {held}");
+        }
+    }
+
+    #[test]
+    fn block_1_may_be_pushed_alone() {
+        let plan = plan(&["slider.blocks=11", "prestress.ratio=0.5", "prestress.first_block_ratio=0.2"]);
+        let ratios: Vec<f64> =
+            plan.prestress_n.iter().zip(&plan.normal_load_n).map(|(force, p)| force / p).collect();
+        assert!((ratios[0] - 0.7).abs() < 1e-12, "{ratios:?}");
+        assert!(ratios[1..].iter().all(|ratio| (ratio - 0.5).abs() < 1e-12), "{ratios:?}");
+    }
+
+    #[test]
+    fn a_prestress_may_rise_or_fall_along_the_slider() {
+        let plan = plan(&["slider.blocks=11", "prestress.ratio=0.5", "prestress.rise_ratio=-0.2"]);
+        for (n, (force, p)) in plan.prestress_n.iter().zip(&plan.normal_load_n).enumerate() {
+            assert!((force / p - (0.5 - 0.02 * n as f64)).abs() < 1e-12, "block {n}: {force}");
         }
     }
 

@@ -87,6 +87,9 @@ use Kind::{Count, Flag, Number, Numbers, Text, Word};
 const POSITIVE: Kind = Number(Excluding(0.0), Open);
 const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
 
+/// No contact bears more than a few times its normal load; far beyond that forces overflow.
+pub(crate) const MOST_SHEAR_RATIO: f64 = 1e6;
+
 /// Prefix of the keys inside each `[[recording.window]]`.
 pub const WINDOW: &str = "recording.window";
 
@@ -395,7 +398,22 @@ pub const KEYS: &[Key] = &[
         symbol: "tau_p / p",
         doc: "A constant force from outside on each block, along the drive, over its normal load at the start; not \
               part of F_T, and balanced by the friction springs at the start.",
-        kind: Number(Open, Open),
+        kind: Number(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)),
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "prestress.first_block_ratio",
+        symbol: "",
+        doc: "A further force of that kind on block 1 alone, as starts a front, over its normal load.",
+        kind: Number(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)),
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "prestress.rise_ratio",
+        symbol: "",
+        doc: "By how much the prestress over the normal load rises, evenly, from the first block to the last; below 0 \
+              it falls.",
+        kind: Number(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)),
         default: Is(Value::Number(0.0)),
     },
     Key {
@@ -410,7 +428,7 @@ pub const KEYS: &[Key] = &[
         path: "prestress.profile",
         symbol: "",
         doc: "Prestress over normal load, block by block, in addition; empty for none.",
-        kind: Numbers(Open, Open),
+        kind: Numbers(Including(-MOST_SHEAR_RATIO), Including(MOST_SHEAR_RATIO)),
         default: Is(Value::NoNumbers),
     },
     Key {

@@ -42,8 +42,9 @@
 //! - [`initial`]: displacements, velocities and friction springs at the start.
 //! - `derive`: from a scenario to a plan.
 //! - [`analytic`]: what the theory predicts.
+//! - [`front`]: how fast it says that a front runs.
 //! - `contradictions`: what keys ask of each other, rule by rule.
-//! - `profile`: initial shear from a CSV file.
+//! - `profile`: initial shear and prestress from CSV files.
 //! - [`builtin`]: the scenarios that come with the program.
 //! - `resolve`: from a name or a text to a scenario: [`resolve()`], [`Scenario::resolve`].
 
@@ -54,6 +55,7 @@ mod contradictions;
 mod derive;
 pub mod elastic;
 mod fill_in;
+pub mod front;
 pub mod initial;
 pub mod keys;
 pub mod load;

@@ -152,6 +152,8 @@ pub struct InitialShear {
 #[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
 pub struct Prestress {
     pub ratio: f64,
+    pub first_block_ratio: f64,
+    pub rise_ratio: f64,
     pub profile_csv: String,
     pub profile: Vec<f64>,
 }

@@ -125,6 +125,45 @@ fn the_fast_solver_does_what_the_plain_one_does_by_every_law_and_drive() {
     assert!(all > 10_000 && leaps > 500, "{all} switches, {leaps} jumps");
 }
 
+/// Forces from outside on all blocks or on some, with everything that a contact or a drive can be.
+#[test]
+fn prestress_is_the_same_to_both_solvers_by_every_law_and_drive() {
+    let profile =
+        format!("prestress.profile={:?}", (0..24).map(|n| 0.02 * f64::from(n % 5)).collect::<Vec<_>>());
+    let prestresses: [&[&str]; 3] = [
+        &["prestress.ratio=0.55", "prestress.first_block_ratio=0.1"],
+        &["prestress.ratio=-0.2", "prestress.first_block_ratio=0.3", "prestress.rise_ratio=0.5"],
+        &["prestress.ratio=0.4", &profile],
+    ];
+    let laws: [&[&str]; 3] = [
+        &["friction.law=interfacial-springs"],
+        &["friction.law=rigid"],
+        &["friction.law=velocity-weakening", "friction.weakening_velocity_m_per_s=0.05"],
+    ];
+    let drives: [&[&str]; 5] = [
+        &["drive.kind=side"],
+        &["drive.kind=top", "drive.tilt=0.5"],
+        &["drive.kind=top", "drive.decay_length_m=0.02"],
+        // As stated, blocks chatter under the two-way rule, and rounding grows.
+        &["drive.kind=left-right", TWO_WAY, "parameter_set=as-coded"],
+        &["drive.kind=top", "drive.velocity_m_per_s=0", "drive.stiffness_n_per_m=1e8"],
+    ];
+    let mut switches = 0;
+    for prestress in prestresses {
+        for law in laws {
+            for drive in drives {
+                let sets =
+                    [prestress, law, &["parameter_set=as-stated", "time.duration_s=0.03"], drive].concat();
+                let agreement = equality::compare(&plan(&sets), |_, _| {}, |_| {})
+                    .unwrap_or_else(|error| panic!("{sets:?}: {error}"));
+                assert_eq!(agreement.near_ties, [], "{sets:?}");
+                switches += agreement.switches;
+            }
+        }
+    }
+    assert!(switches > 3000, "{switches} switches");
+}
+
 /// Rounding of a load's rate, times all the steps of a jump, is more than bounds keep in
 /// reserve.
 #[test]

@@ -1,0 +1,73 @@
+//! Speed of fronts from block to block along the slider: how they become steady; beyond the last
+//! block in grey, what theory says of it.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::kind::{Figure, Labelled, run_names};
+use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
+use crate::fronts;
+use crate::run_data::RunData;
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FrontTransient {
+    file: String,
+    #[serde(default)]
+    title: String,
+    /// Stands above the legend.
+    #[serde(default)]
+    note: String,
+    /// The ends of the axis of speeds, over `c`.
+    from_speed: f64,
+    to_speed: f64,
+    series: Vec<Labelled>,
+}
+
+impl Figure for FrontTransient {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        run_names(&self.series)
+    }
+
+    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let mut series = Vec::new();
+        let blocks = |run: &RunData| run.plan.blocks as f64;
+        let all: Vec<&RunData> =
+            self.series.iter().map(|labelled| labelled.find(runs)).collect::<Result<_, _>>()?;
+        let longest = all.iter().map(|run| blocks(run)).fold(1.0, f64::max).log10();
+        for (index, labelled) in self.series.iter().enumerate() {
+            let run = all[index];
+            let (_, dash, color) = nth(index);
+            let local: Vec<(f64, f64)> =
+                fronts::local_speeds(run).iter().map(|(block, speed)| (block.log10(), *speed)).collect();
+            if local.is_empty() {
+                return Err(format!("run {} has no front from block 1", run.name));
+            }
+            if let Some(steady) = fronts::theory(run).and_then(|theory| theory.speed_over_c()) {
+                series.push(Series {
+                    label: String::new(),
+                    points: vec![(longest, steady), (longest.ceil(), steady)],
+                    look: Look::Line(Dash::Solid, GREY),
+                });
+            }
+            series.push(Series {
+                label: labelled.label.clone(),
+                points: local,
+                look: Look::Line(dash, color),
+            });
+        }
+        Ok(Sheet::Single(Box::new(Panel {
+            title: self.title.clone(),
+            x: Axis::decades("block n", 0.0, longest.ceil()),
+            y: Axis::new("v/c between n − 1 and n", self.from_speed, self.to_speed),
+            series,
+            legend: Corner::BottomRight,
+            note: self.note.clone(),
+        })))
+    }
+}

@@ -1,0 +1,98 @@
+//! What blocks do while a slip pulse passes: velocity and slip against the time since it came.
+//! Those of one run lie on each other where the pulse is steady.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::kind::{Figure, Labelled, run_names};
+use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
+use crate::fronts;
+use crate::run_data::RunData;
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Pulse {
+    file: String,
+    #[serde(default)]
+    title: String,
+    /// How much time is shown, before the pulse comes to a block and after, over `a / c`.
+    before: f64,
+    after: f64,
+    /// Runs; all blocks of their dense windows are shown.
+    series: Vec<Labelled>,
+}
+
+impl Figure for Pulse {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        run_names(&self.series)
+    }
+
+    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let (mut velocities, mut slips) = (Vec::new(), Vec::new());
+        let (from, to) = (-self.before, self.after);
+        let mut is_held = false;
+        for (index, labelled) in self.series.iter().enumerate() {
+            let run = labelled.find(runs)?;
+            let (_, dash, color) = nth(index);
+            let (unit_m, crossing_s) = (fronts::unit_m(run), fronts::crossing_s(run));
+            let passages = fronts::passages(run);
+            let mut traces: BTreeMap<u32, [Vec<(f64, f64)>; 2]> = BTreeMap::new();
+            for record in &run.windows {
+                let moved = record.displacement_m.iter().zip(&record.velocity_m_per_s);
+                for (block, (displacement_m, velocity_m_per_s)) in (record.first_block..).zip(moved) {
+                    let Some(passage) = passages.get(block as usize - 1) else { continue };
+                    let since = (record.time_s - passage.arrival_s) / crossing_s;
+                    if (from..=to).contains(&since) {
+                        let [velocity, slip] = traces.entry(block).or_default();
+                        velocity.push((since, velocity_m_per_s / unit_m * crossing_s));
+                        let rest_m = run.plan.initial.displacement_m[block as usize - 1];
+                        slip.push((since, (displacement_m - rest_m) / unit_m));
+                    }
+                }
+            }
+            if traces.is_empty() {
+                return Err(format!("run {} has no dense window of blocks that a pulse passes", run.name));
+            }
+            for [velocity, slip] in traces.into_values() {
+                let series = |label: &str, points| Series {
+                    label: label.to_owned(),
+                    points,
+                    look: Look::Line(dash, color),
+                };
+                velocities.push(series(&labelled.label, velocity));
+                slips.push(series("", slip));
+            }
+            if let Some(slip) = fronts::theory(run).and_then(|theory| theory.pulse_slip()) {
+                is_held = true;
+                let points = vec![(from, slip), (to, slip)];
+                slips.push(Series { label: String::new(), points, look: Look::Line(Dash::Dotted, GREY) });
+            }
+        }
+        let top = |series: &[Series]| {
+            series.iter().flat_map(|series| &series.points).map(|(_, y)| *y).fold(0.0, f64::max)
+        };
+        let (fastest, farthest) = (top(&velocities), top(&slips));
+        let upper = Panel {
+            title: self.title.clone(),
+            x: Axis::new("", from, to),
+            y: Axis::new("velocity × √(km)/[(μ_s − μ_d)p]", -0.05 * fastest, 1.1 * fastest),
+            series: velocities,
+            legend: Corner::TopRight,
+            note: String::new(),
+        };
+        let lower = Panel {
+            title: String::new(),
+            x: Axis::new("time since the pulse came, over a/c", from, to),
+            y: Axis::new("slip × k/[(μ_s − μ_d)p]", -0.05 * farthest, 1.3 * farthest),
+            series: slips,
+            legend: Corner::TopLeft,
+            note: if is_held { "dotted: 2τ/γ".to_owned() } else { String::new() },
+        };
+        Ok(Sheet::Stacked(Box::new([upper, lower])))
+    }
+}

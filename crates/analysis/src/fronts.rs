@@ -1,0 +1,191 @@
+//! Fronts read off the switches of a run: when they came to each block, how fast they ran, what
+//! they left behind.
+
+use asperity_model::front::{Front, relative_prestress};
+use asperity_record::{Direction, Switch};
+
+use crate::run_data::RunData;
+
+/// What happened to a block.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Passage {
+    /// The block, counted from 1.
+    pub(crate) block: u32,
+    /// Time of the first step in which it slid.
+    pub(crate) arrival_s: f64,
+    /// Time of the first step after the last one in which it slid; None if it slid at the end.
+    pub(crate) stop_s: Option<f64>,
+    /// How far it slid between the two.
+    pub(crate) slip_m: Option<f64>,
+}
+
+/// The blocks that a front has passed which came from block 1: all up to the first one that never
+/// slid.
+pub(crate) fn passages(run: &RunData) -> Vec<Passage> {
+    let mut first: Vec<Option<(u64, &Switch)>> = vec![None; run.plan.blocks];
+    let mut last = first.clone();
+    for record in &run.steps {
+        for switch in &record.switches {
+            let block = switch.block as usize - 1;
+            first[block].get_or_insert((record.step, switch));
+            last[block] = Some((record.step, switch));
+        }
+    }
+    // A switch takes effect in the next step.
+    let after = |step: u64| run.plan.grid.time_s(step + 1);
+    let pairs = first.into_iter().zip(last).map_while(|(first, last)| first.zip(last)).zip(1..);
+    pairs
+        .map(|(((first_step, first), (last_step, last)), block)| {
+            let stopped = last.direction == Direction::Attach;
+            Passage {
+                block,
+                arrival_s: after(first_step),
+                stop_s: stopped.then(|| after(last_step)),
+                slip_m: stopped.then_some(last.displacement_m - first.displacement_m),
+            }
+        })
+        .collect()
+}
+
+/// The blocks over which a front is taken to be steady: from the middle of the slider to 11/12 of
+/// it, 300 to 550 of 600. Transients are over before; waves from the far end have not come yet.
+pub(crate) fn steady_span(blocks: usize) -> std::ops::RangeInclusive<usize> {
+    blocks / 2..=blocks * 11 / 12
+}
+
+/// The time in which the chain's waves cross a block, `a / c = sqrt(m / k)`.
+pub(crate) fn crossing_s(run: &RunData) -> f64 {
+    (run.plan.block_mass_kg / run.plan.elastic.stiffness_n_per_m()).sqrt()
+}
+
+/// The passages of the blocks of the steady span; None if the front did not come to all of them.
+fn steady(run: &RunData) -> Option<Vec<Passage>> {
+    let span = steady_span(run.plan.blocks);
+    let passages = passages(run);
+    let steady = passages.get(span.start() - 1..*span.end())?.to_vec();
+    (steady.len() > 1).then_some(steady)
+}
+
+/// Speed of the front over the wave speed: the straight line through the arrivals at the blocks
+/// of the steady span, by least squares.
+///
+/// A median of delays would not do: without damping each delay is a whole number of steps.
+pub(crate) fn speed_over_c(run: &RunData) -> Option<f64> {
+    let steady = steady(run)?;
+    let count = steady.len() as f64;
+    let (x, t) = steady.iter().fold((0.0, 0.0), |(x, t), passage| {
+        (x + f64::from(passage.block) / count, t + passage.arrival_s / count)
+    });
+    let (xx, xt) = steady.iter().fold((0.0, 0.0), |(xx, xt), passage| {
+        let from_mean = f64::from(passage.block) - x;
+        (xx + from_mean * from_mean, xt + from_mean * (passage.arrival_s - t))
+    });
+    (xt > 0.0).then(|| xx / xt * crossing_s(run))
+}
+
+/// Speed of the front between neighbours over the wave speed: the later one of the two, and the
+/// speed. Blocks that a front from block 1 did not reach after their neighbour are left out.
+pub(crate) fn local_speeds(run: &RunData) -> Vec<(f64, f64)> {
+    let crossing_s = crossing_s(run);
+    let took = |pair: &[Passage]| pair[1].arrival_s - pair[0].arrival_s;
+    let passages = passages(run);
+    let forward = passages.windows(2).filter(|pair| took(pair) > 0.0);
+    forward.map(|pair| (f64::from(pair[1].block), crossing_s / took(pair))).collect()
+}
+
+/// The theory for the run, with the prestress of the middle block.
+pub(crate) fn theory(run: &RunData) -> Option<Front> {
+    Front::of(&run.plan, run.plan.blocks / 2)
+}
+
+/// The displacement that strains a spring between blocks by `(mu_s - mu_d) p`, in the middle.
+pub(crate) fn unit_m(run: &RunData) -> f64 {
+    let (friction, middle) = (&run.plan.friction, run.plan.blocks / 2);
+    (friction.static_threshold_n[middle] - friction.dynamic_friction_n[middle])
+        / run.plan.elastic.stiffness_n_per_m()
+}
+
+/// Deviation of the speed from the theory, over it.
+pub(crate) fn speed_error(run: &RunData) -> Option<f64> {
+    Some(speed_over_c(run)? / theory(run)?.speed_over_c()? - 1.0)
+}
+
+/// How many blocks a pulse is long: its speed times the mean time for which a block slides, over
+/// the steady span.
+pub(crate) fn pulse_length_blocks(run: &RunData) -> Option<f64> {
+    let steady = steady(run)?;
+    let slid_s: Option<f64> = steady.iter().map(|passage| Some(passage.stop_s? - passage.arrival_s)).sum();
+    Some(speed_over_c(run)? * slid_s? / steady.len() as f64 / crossing_s(run))
+}
+
+/// The mean slip behind a pulse over the steady span, over that of the theory without damping.
+pub(crate) fn pulse_slip_ratio(run: &RunData) -> Option<f64> {
+    let steady = steady(run)?;
+    let slip_m: Option<f64> = steady.iter().map(|passage| passage.slip_m).sum();
+    Some(slip_m? / steady.len() as f64 / unit_m(run) / theory(run)?.pulse_slip()?)
+}
+
+/// The relative prestress of the last block that the front reached; None if it reached all, or
+/// if something still slid at the end of the run.
+pub(crate) fn arrest_prestress(run: &RunData) -> Option<f64> {
+    let passages = passages(run);
+    let over = passages.iter().all(|passage| passage.stop_s.is_some());
+    let last = passages.last().filter(|last| over && (last.block as usize) < run.plan.blocks)?;
+    relative_prestress(&run.plan, last.block as usize - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{Direction, StepRecord, Switch};
+    use asperity_testkit::{quiet_step, switch};
+
+    use super::*;
+    use crate::made_up::pulse;
+
+    #[test]
+    fn speed_length_and_slip_are_those_of_the_steady_span() {
+        let run = pulse(12, "prestress.ratio = 0.6");
+        assert_eq!(steady_span(12), 6..=11);
+        assert_eq!(steady_span(600), 300..=550);
+        let crossing_s = (12.0 / 12.0 / 2.75e7f64).sqrt();
+        assert!((speed_over_c(&run).unwrap() * 1e-7 / crossing_s - 1.0).abs() < 1e-9);
+        assert!((pulse_length_blocks(&run).unwrap() - 2.5).abs() < 1e-9);
+        // (0.7 - 0.45) * 400 / 12 N at k; 2 tau / gamma = 2 * 0.6 / 0.5.
+        let slip = 2e-6 / (0.25 * 400.0 / 12.0 / 2.75e7) / 2.4;
+        assert!((pulse_slip_ratio(&run).unwrap() / slip - 1.0).abs() < 1e-9);
+        let local = local_speeds(&run);
+        assert_eq!(local.len(), 11);
+        assert!((local[0].1 * 3e-8 / crossing_s - 1.0).abs() < 1e-9 && local[0].0 == 2.0);
+        assert!((local[10].1 * 1e-7 / crossing_s - 1.0).abs() < 1e-9 && local[10].0 == 12.0);
+        assert_eq!(arrest_prestress(&run), None, "nothing stopped it");
+    }
+
+    #[test]
+    fn a_front_that_stops_has_an_end_and_no_speed() {
+        let falling: Vec<f64> = (0..12).map(|n| 0.6 - 0.01 * f64::from(n)).collect();
+        let mut run = pulse(7, &format!("prestress.profile = {falling:?}"));
+        assert_eq!(passages(&run).len(), 7);
+        assert_eq!((speed_over_c(&run), pulse_length_blocks(&run)), (None, None));
+        // Block 7: (0.54 - 0.45) / 0.25.
+        assert!((arrest_prestress(&run).unwrap() - 0.36).abs() < 1e-9);
+        // One that slides at the end may still go on; one far away is not of this front.
+        run.steps.pop();
+        assert_eq!(arrest_prestress(&run), None);
+        run.steps[0].switches.push(switch(10, Direction::Detach));
+        assert_eq!(passages(&run).len(), 7);
+    }
+
+    #[test]
+    fn blocks_that_slide_again_slid_from_first_to_last() {
+        let mut run = pulse(12, "prestress.ratio = 0.6");
+        let again = |step: u64, direction, displacement_m| StepRecord {
+            switches: vec![Switch { displacement_m, ..switch(8, direction) }],
+            ..quiet_step(step, run.plan.grid.time_s(step), 0.0)
+        };
+        let more = [again(5000, Direction::Detach, 3e-6), again(5100, Direction::Attach, 4e-6)];
+        run.steps.extend(more);
+        let passage = passages(&run)[7];
+        assert!((passage.slip_m.unwrap() - 3e-6).abs() < 1e-15);
+        assert!((passage.stop_s.unwrap() - 5.101e-6).abs() < 1e-15);
+    }
+}

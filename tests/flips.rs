@@ -53,9 +53,17 @@ fn kinds(bytes: &[u8]) -> Vec<u8> {
 fn sound(folder: &Path) -> Vec<u8> {
     let path = folder.join("sound.mcap");
     // The plain solver takes its time, and there is a checkpoint a few times a second.
-    let often = ["--solver", "plain", "--checkpoint-s", "0.05", "--set", "time.duration_s=0.4"];
+    let often = ["--solver", "plain", "--checkpoint-s", "0.05", "--set", "time.duration_s=0.61"];
     binary::run(&[&small::SCENARIO[..3], &often].concat(), &path);
     let bytes = fs::read(&path).expect("the log can be read");
+    // Events of all kinds but slips of the whole slider.
+    let (items, _) = read(&path);
+    for topic in ["/events/onset", "/events/slip", "/events/rupture", "/events/arrival"] {
+        assert!(
+            items.iter().any(|item| matches!(item, LogItem::Event(event) if event.topic == topic)),
+            "no {topic}"
+        );
+    }
     let kinds = kinds(&bytes);
     for kind in [op::CHUNK, op::ATTACHMENT] {
         assert!(kinds.chunk_by(|a, b| a == b).filter(|record| record[0] == kind).count() > 2);

@@ -53,6 +53,9 @@ impl Run {
         let takes = started.elapsed();
         let (items, end) = read_log(&whole).expect("the log is whole");
         assert!(items.len() > 1000, "too little happens: {} items", items.len());
+        for topic in ["/events/slip", "/events/rupture", "/events/arrival"] {
+            assert!(end.message_counts[topic] > 0, "no {topic}");
+        }
         let arguments = [&["run"], scenario, &["--resume", "--checkpoint-s", "0.004", "--out"]].concat();
         let mut arguments: Vec<String> = arguments.into_iter().map(str::to_owned).collect();
         arguments.push(text(&folder.path().join("run.mcap")).to_owned());

@@ -255,6 +255,15 @@ fn ruptures_of_older_logs_are_found_again() {
         let log = file(&format!("fixtures/logs/{version}/complete.mcap"));
         let said = String::from_utf8(asperity(&["check", text(&log)]).stdout).unwrap();
         assert!(said.contains("it lacks /events/arrival, /events/rupture"), "{said}");
+        let out = folder.path().join("exported");
+        let output =
+            asperity(&["export", text(&log), "--to", "csv", "--topic", "/events/rupture", "-o", text(&out)]);
+        assert_eq!(output.status.code(), Some(2));
+        let told = crate::support::clients::said(&output);
+        assert!(
+            told.contains("the log holds no /events/rupture, since") && told.contains("replay"),
+            "{told}"
+        );
         let rows = replayed(&log, 100.0, &folder.path().join(version));
         let found: Vec<[&str; 4]> = rows.iter().map(|row| [&*row[10], &row[12], &row[3], &row[4]]).collect();
         assert_eq!(

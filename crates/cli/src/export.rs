@@ -123,7 +123,9 @@ fn judged(checked: &Checked) -> Judged {
 
 fn failure(run: &Path, checked: &Checked, error: ExportError) -> Failure {
     match error {
-        ExportError::UnknownTopic { .. } | ExportError::EmptyRange { .. } => Failure::bad_input(error),
+        ExportError::UnknownTopic { .. }
+        | ExportError::NotFoundThen { .. }
+        | ExportError::EmptyRange { .. } => Failure::bad_input(error),
         // So early that there is nothing to export.
         ExportError::Log(_) if !checked.verdict.holds_all() => judge::failure(run, checked),
         ExportError::File(error) => refused("--out", &error, true),

@@ -36,8 +36,8 @@ pub const MOST_FOREIGN: usize = 100;
 pub struct Request {
     /// The topics; none for all.
     pub topics: Vec<String>,
-    /// Only rows from this time on, s. Events count by their `onset_s`, else by their `time_s`,
-    /// else by the step that made them certain.
+    /// Only rows from this time on, s. Events count by their `onset_s`, else by their `time_s` or
+    /// `arrival_s`, else by the step that made them certain.
     pub from_s: Option<f64>,
     /// Only rows from before this time, s.
     pub to_s: Option<f64>,
@@ -60,6 +60,17 @@ pub enum ExportError {
     /// A topic that no table is made of.
     #[error("no table is made of the topic {topic:?} (accepted: {accepted})")]
     UnknownTopic {
+        /// The topic.
+        topic: String,
+        /// The topics that there are tables of.
+        accepted: String,
+    },
+    /// Events that this program finds, but not the one that made the log.
+    #[error(
+        "the log holds no {topic}, since the program that made it did not find such events; `asperity replay` does \
+         (accepted: {accepted})"
+    )]
+    NotFoundThen {
         /// The topic.
         topic: String,
         /// The topics that there are tables of.
@@ -192,7 +203,11 @@ impl<'a> Export<'a> {
         for topic in &request.topics {
             if !layouts.iter().any(|layout| layout.topic == *topic) {
                 let accepted = layouts.iter().map(|layout| &*layout.topic).collect::<Vec<_>>().join(", ");
-                return Err(ExportError::UnknownTopic { topic: topic.clone(), accepted });
+                let topic = topic.clone();
+                return Err(match kinds.iter().any(|kind| kind.topic == topic) {
+                    true => ExportError::NotFoundThen { topic, accepted },
+                    false => ExportError::UnknownTopic { topic, accepted },
+                });
             }
         }
         let events = layouts
@@ -442,7 +457,7 @@ impl EventRows {
         EventRows {
             columns: layout.columns.clone(),
             kind: kinds.iter().find(|kind| kind.topic == layout.topic).cloned(),
-            time: place("onset_s").or_else(|| place("time_s")),
+            time: ["onset_s", "time_s", "arrival_s"].into_iter().find_map(place),
         }
     }
 

@@ -155,9 +155,15 @@ fn a_topic_that_a_log_has_not_is_refused_with_those_that_it_has() {
     let folder = tempfile::tempdir().unwrap();
     let run = log(folder.path());
     let kinds = [EventKind::of::<Onset>()];
-    let request = request(folder.path(), &["/events/onset"]);
-    let Err(error) = Export::open(&run, request, &kinds, &Csv) else { panic!("there are no onsets") };
+    let request = |topic| request(folder.path(), &[topic]);
+    let Err(error) = Export::open(&run, request("/events/none"), &kinds, &Csv) else {
+        panic!("there are none")
+    };
     assert!(matches!(error, ExportError::UnknownTopic { .. }), "{error}");
+    let Err(error) = Export::open(&run, request("/events/onset"), &kinds, &Csv) else {
+        panic!("there are none")
+    };
+    assert!(matches!(error, ExportError::NotFoundThen { .. }), "{error}");
     assert!(
         error
             .to_string()

@@ -4,7 +4,8 @@
 use mcap::records::MessageHeader;
 
 use asperity_record::{
-    EventPayload, FieldRecord, GlobalSlip, Onset, RunHeader, SlipEvent, StepRecord, WindowRecord,
+    Arrival, EventPayload, FieldRecord, GlobalSlip, Onset, RunHeader, Rupture, SlipEvent, StepRecord,
+    WindowRecord,
 };
 use serde_json::{Map, Value};
 
@@ -178,11 +179,59 @@ pub(crate) fn event(topic: &str, payload: &str, blocks: u32) -> Result<(), serde
                 "{nucleation_blocks} blocks from block {nucleation_block} of a chain of {blocks}"
             ));
         }
+    } else if topic == Rupture::TOPIC {
+        return rupture(&serde_json::from_str(payload)?, blocks).or_else(wrong);
+    } else if topic == Arrival::TOPIC {
+        return arrival(&serde_json::from_str(payload)?, blocks).or_else(wrong);
     } else if topic == GlobalSlip::TOPIC {
         serde_json::from_str::<GlobalSlip>(payload)?;
     } else {
         // Of a detector that is not known here: a JSON object it must be all the same.
         serde_json::from_str::<Map<String, Value>>(payload)?;
+    }
+    Ok(())
+}
+
+fn rupture(rupture: &Rupture, blocks: u32) -> Result<(), String> {
+    let &Rupture { first_block, last_block, nucleation_block, onset_step, end_step, open, .. } = rupture;
+    if first_block == 0 || last_block > blocks || last_block < first_block {
+        return Err(format!("blocks {first_block} to {last_block} of a chain of {blocks}"));
+    }
+    if !(first_block..=last_block).contains(&nucleation_block) {
+        return Err(format!("nucleation at block {nucleation_block}, outside {first_block} to {last_block}"));
+    }
+    let count = last_block - first_block + 1;
+    if rupture.reached_every_block != (count == blocks) {
+        let said = rupture.reached_every_block;
+        return Err(format!("reached_every_block = {said} of {count} blocks of a chain of {blocks}"));
+    }
+    if rupture.detachments < u64::from(count) {
+        return Err(format!("{} detachments of {count} blocks", rupture.detachments));
+    }
+    if end_step.is_some_and(|end| end <= onset_step) {
+        return Err(format!("it ends in step {end_step:?} and begins in step {onset_step}"));
+    }
+    let ends = [end_step.is_some(), rupture.end_s.is_some(), rupture.ft_fn_end.is_some()];
+    if ends.iter().any(|is_there| *is_there != ends[0]) || (!ends[0] && !open) {
+        return Err(format!("open = {open}, and it ends in step {end_step:?}"));
+    }
+    Ok(())
+}
+
+fn arrival(arrival: &Arrival, blocks: u32) -> Result<(), String> {
+    let &Arrival { block, arrival_step, stop_step, detachments, .. } = arrival;
+    if !(1..=blocks).contains(&block) {
+        return Err(format!("block {block} of a chain of {blocks}"));
+    }
+    if detachments == 0 {
+        return Err(format!("block {block} is passed without a detachment"));
+    }
+    if stop_step.is_some_and(|stop| stop <= arrival_step) {
+        return Err(format!("it stops in step {stop_step:?} and arrives in step {arrival_step}"));
+    }
+    let stops = [arrival.stop_s.is_some(), arrival.slip_m.is_some(), arrival.force_attach_n.is_some()];
+    if stops.iter().any(|is_there| *is_there != stop_step.is_some()) {
+        return Err(format!("it stops in step {stop_step:?}, but not in all that is said of that"));
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! What a log of version 3 says of itself beside its records: the records `chunk`, indexes and
+//! What a log of version 3 or 4 says of itself beside its records: the records `chunk`, indexes and
 //! summary, all of them true, however wrong the rest is. Written from the description of the
 //! format and not with the code of `crates/runlog`, so that one holds the other to account.
 
@@ -11,7 +11,11 @@ use super::parts::{MESSAGE_HEAD, Part};
 /// Whether these records are of a log that says so.
 pub fn is_sealed(parts: &[Part]) -> bool {
     let version = |run: &Part| run.map()?.get("record_schema_version")?.parse::<u32>().ok();
-    parts.iter().find(|part| part.name() == Some("run")).and_then(version).is_some_and(|version| version >= 3)
+    parts
+        .iter()
+        .find(|part| part.name() == Some("run"))
+        .and_then(version)
+        .is_some_and(|version| matches!(version, 3 | 4))
 }
 
 /// A group of the summary: its kind, and its records.

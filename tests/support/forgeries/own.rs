@@ -1,6 +1,8 @@
 //! Forged logs that agree with themselves in all but one thing: their own scenario would have made
 //! another log. Only of a log of this very program is that known.
 
+use std::collections::BTreeMap;
+
 use mcap::records::op;
 use serde_json::{Value, json};
 
@@ -16,6 +18,8 @@ impl Forge {
         forge.own_records(other);
         forge.own_numbers();
         forge.own_topics();
+        forge.own_ruptures();
+        forge.own_links();
         forge.own_end();
         forge.made
     }
@@ -134,6 +138,86 @@ impl Forge {
         });
     }
 
+    fn own_ruptures(&mut self) {
+        let what = "a rupture or an arrival that is not that of its steps";
+        for (name, topic, key, value, says) in [
+            ("own-rupture-load", "/events/rupture", "ft_fn_onset", json!(0.5), "other events"),
+            ("own-rupture-before", "/events/rupture", "farthest_block_before", json!(7), "other events"),
+            ("own-rupture-energy", "/events/rupture", "drive_work_j", json!(1.0), "other events"),
+            ("own-arrival-slip", "/events/arrival", "slip_m", json!(1.0), "other events"),
+            ("own-arrival-of", "/events/arrival", "rupture", json!(1), "other events"),
+            // These contradict themselves, so any program sees it.
+            (
+                "own-rupture-blocks",
+                "/events/rupture",
+                "last_block",
+                json!(11),
+                "blocks 1 to 11 of a chain of 10",
+            ),
+            ("own-rupture-start", "/events/rupture", "nucleation_block", json!(9), "nucleation at block 9"),
+            ("own-rupture-global", "/events/rupture", "reached_every_block", json!(true), "of 1 blocks"),
+            (
+                "own-rupture-detachments",
+                "/events/rupture",
+                "detachments",
+                json!(0),
+                "0 detachments of 1 blocks",
+            ),
+            ("own-rupture-end", "/events/rupture", "end_step", json!(3), "it ends in step Some(3)"),
+            ("own-rupture-open", "/events/rupture", "end_s", json!(null), "open = false"),
+            ("own-arrival-block", "/events/arrival", "block", json!(0), "block 0 of a chain of 10"),
+            ("own-arrival-none", "/events/arrival", "detachments", json!(0), "without a detachment"),
+            ("own-arrival-stop", "/events/arrival", "stop_step", json!(3), "it stops in step Some(3)"),
+            ("own-arrival-no-slip", "/events/arrival", "slip_m", json!(null), "but not in all that is said"),
+        ] {
+            self.parts(name, what, says, |parts| {
+                let at = messages(parts, topic)[0];
+                change(parts, at, |message| message[key] = value);
+            });
+        }
+        for (name, topic) in
+            [("own-rupture-lost", "/events/rupture"), ("own-arrival-lost", "/events/arrival")]
+        {
+            self.parts(name, "an event is missing, and counts and digest agree", "other events", |parts| {
+                let at = messages(parts, topic)[1];
+                parts.remove(at);
+                renumber(parts);
+            });
+        }
+    }
+
+    /// What links detachments, in the header.
+    fn own_links(&mut self) {
+        let what = "a header that no run has";
+        for (name, key, value) in [
+            ("own-link-0", "link_time_ratio", Some("0")),
+            ("own-link-nan", "link_time_ratio", Some("NaN")),
+            ("own-link-text", "link_time_ratio", Some("many")),
+            ("own-block-time-minus-1", "block_time_s", Some("-1")),
+            ("own-block-length-infinite", "block_length_m", Some("inf")),
+            ("own-link-other-words", "link_time_ratio", Some("100.0")),
+            ("own-link-other-time", "link_s", Some("1")),
+        ] {
+            self.says(name, "run", key, value, what, "metadata `run` has");
+        }
+        let missing = "a header that is silent on a part of what links detachments";
+        self.says("own-no-link", "run", "link_time_ratio", None, missing, "lacks the key link_time_ratio");
+        let none = "a header that is silent on what links detachments";
+        self.parts("own-no-links", none, "metadata `run` says none", |parts| {
+            change_run(parts, |map| {
+                map.retain(|key, _| !key.starts_with("link_") && !key.starts_with("block_"));
+            });
+        });
+        let other = "a header by which other detachments are linked than its scenario says";
+        self.parts("own-links-other", other, "link_time_ratio = 5e1", |parts| {
+            change_run(parts, |map| {
+                let link_s: f64 = map["link_s"].parse().expect("it is a number");
+                map.insert("link_time_ratio".to_owned(), "50".to_owned());
+                map.insert("link_s".to_owned(), (link_s / 2.0).to_string());
+            });
+        });
+    }
+
     fn own_end(&mut self) {
         let what = "a load that the scenario does not ask for is said not to have been reached";
         self.parts_only("own-status", what, Damaged, "the scenario gives none", |parts| {
@@ -184,4 +268,12 @@ fn replace(parts: &mut [Part], opcode: u8, old: &[u8], new: &[u8]) {
         .find_map(|(at, part)| Some((at, place(part)?)))
         .unwrap_or_else(|| panic!("no record has {}", String::from_utf8_lossy(old)));
     parts[at].body[place..place + old.len()].copy_from_slice(new);
+}
+
+/// Changes what the header says.
+fn change_run(parts: &mut [Part], change: impl FnOnce(&mut BTreeMap<String, String>)) {
+    let at = named(parts, "run");
+    let mut map = parts[at].map().expect("it is metadata");
+    change(&mut map);
+    parts[at] = Part::metadata("run", &map);
 }

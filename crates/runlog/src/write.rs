@@ -111,6 +111,8 @@ impl RunWriter {
             .profile(PROFILE)
             .library(concat!("asperity-runlog ", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Zstd))
+            // Digits and repeated keys: higher levels take longer and give longer logs.
+            .compression_level(1)
             // Chunks end where a step ends, which the library does not know.
             .chunk_size(None)
             // Threads of the compressor would make the bytes depend on the machine.

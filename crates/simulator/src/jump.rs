@@ -26,6 +26,7 @@
 use asperity_model::Plan;
 use asperity_model::chain::{SteadyLoading, Stiffness};
 
+use crate::energy::Accounts;
 use crate::contacts::{Ramp, StopForce, least_threshold_n};
 use crate::modes::{Coordinates, Modes};
 use crate::state::ChainState;
@@ -89,6 +90,8 @@ pub(crate) struct Jump {
     composed: Vec<f64>,
     coordinates: Coordinates,
     from_step: u64,
+    /// Sum of a residue's displacements over the states on the way.
+    ways_m: Vec<f64>,
     /// Coordinates at the last sample, where that was, and how they grow in the
     /// number of steps that last lay between two.
     sampled: Coordinates,
@@ -117,6 +120,7 @@ impl Jump {
             composed: vec![0.0; 2 * blocks],
             coordinates: Coordinates::default(),
             from_step: 0,
+            ways_m: vec![0.0; blocks],
             sampled: Coordinates::default(),
             sampled_step: 0,
             swing: vec![0.0; blocks],
@@ -287,6 +291,30 @@ impl Jump {
         }
         self.sampled.grow_by(&self.cadence.1);
         self.sampled_step = target;
+    }
+
+    /// Adds to the energies what the steps up to a state did, to which they have just led.
+    ///
+    /// The residue's displacements sum up to what its map says, summed over the steps `r -> r'`:
+    /// `M sum u = eta L sum v - m / dt (v' - v)`, with `sum v = (u' - u) / dt + v - v'`.
+    pub(crate) fn account(&mut self, plan: &Plan, state: &mut ChainState, accounts: &Accounts) {
+        let blocks = self.position_m.len();
+        let steps = state.step - self.from_step;
+        let dt = plan.grid.step_s();
+        let (u, v) = self.residue.split_at(blocks);
+        let (new_u, new_v) = self.composed.split_at(blocks);
+        let velocities: Vec<f64> =
+            (0..blocks).map(|n| (new_u[n] - u[n]) / dt + (v[n] - new_v[n])).collect();
+        for n in 0..blocks {
+            self.ways_m[n] = plan.elastic.damping_force_n(&velocities, n)
+                - plan.block_mass_kg / dt * (new_v[n] - v[n]);
+        }
+        self.stiffness.solve(&mut self.ways_m);
+        let advance_m = &self.loading[usize::from(self.moves)].advance_m;
+        let (position_m, ways_m, count) = (&self.position_m, &self.ways_m, steps as f64);
+        let sum_m =
+            |n: usize| count * (position_m[n] + 0.5 * (count - 1.0) * advance_m[n]) + ways_m[n];
+        accounts.add_drive(plan, state, self.from_step, steps, sum_m, |n| position_m[n] + u[n]);
     }
 
     fn compose(&mut self, into: u64, coordinates: &Coordinates, state: &mut ChainState) {

@@ -212,6 +212,7 @@ impl Witness {
             single_steps: 0,
             no_jump_before_step: 0,
             // One that came before is as good as told by the loads since.
+            energy: None,
             hold_step: match self.plan.drive.until_load_ratio {
                 Some(_) if state.hold_step > fields.step => u64::MAX,
                 _ => state.hold_step,

@@ -7,8 +7,8 @@
 //! - *drive work* `dX sum_n (K_n (X - u_n) - K_n dX / 2)`, the point `X` of the step moved by `dX`
 //!   from that of the step before, the nodes held;
 //! - *prestress work* `P w`; *friction heat* `f w` over the sliding contacts; *viscous loss* `v C w`;
-//! - *anchor change*: what friction springs lose as they let go, less what they hold as they take
-//!   hold anew;
+//! - *anchor change*: what friction springs hold as they take hold anew, less what they lose as they
+//!   let go;
 //! - *scheme work* `w M w / 2 - m d d / 2`, with `M` the stiffness of chain, drive and friction
 //!   springs: springs pull all the way as at its beginning, and velocities change at its beginning.
 //!
@@ -43,7 +43,7 @@ use crate::state::ChainState;
 use crate::sweep::{Changing, Forms, Held, Moved, Stored, Sweeps};
 
 /// Share of the viscous loss that the orders of a span may leave out of the scheme's work.
-const NEGLIGIBLE: f64 = 1e-13;
+const NEGLIGIBLE: f64 = 1e-10;
 
 /// Most orders that are worth it beside adding up single steps.
 const MOST_ORDERS: usize = 4;
@@ -217,15 +217,17 @@ impl Accounts {
             .drive
             .springs
             .iter()
-            .map(|spring| 0.5 * spring.stiffness_n_per_m * step.after[spring.block] * step.after[spring.block])
+            .map(|spring| {
+                0.5 * spring.stiffness_n_per_m * step.after[spring.block] * step.after[spring.block]
+            })
             .sum();
         ledger.friction_heat_j.add(dt * work.friction_w);
         if !self.balances {
             ledger.viscous_loss_j.add(dt * work.dampers_w);
         }
-        ledger.scheme_work_j.add(
-            dt * dt * (work.strain_j_per_s2 + driven) - 0.5 * plan.block_mass_kg * work.change,
-        );
+        ledger
+            .scheme_work_j
+            .add(dt * dt * (work.strain_j_per_s2 + driven) - 0.5 * plan.block_mass_kg * work.change);
     }
 
     /// Adds the work of the drive point in a single step, from what it pulls with along its way.
@@ -294,8 +296,11 @@ impl Accounts {
         }
         let (kinetic_j, elastic_j) = self.stored_j(plan, state);
         let ways = state.displacement_m.iter().zip(&plan.initial.displacement_m);
-        let prestress_j =
-            plan.prestress_n.iter().zip(ways).fold(0.0, |sum, (force, (u, initial))| sum + force * (u - initial));
+        let prestress_j = plan
+            .prestress_n
+            .iter()
+            .zip(ways)
+            .fold(0.0, |sum, (force, (u, initial))| sum + force * (u - initial));
         let mut energy = Energy {
             drive_work_j: ledger.drive_work_j.value(),
             prestress_work_j: prestress_j,
@@ -314,8 +319,9 @@ impl Accounts {
 
     /// Gives the viscous loss what is missing in the balance.
     fn balance(&self, energy: &mut Energy) {
-        energy.viscous_loss_j = (energy.drive_work_j + energy.prestress_work_j + energy.scheme_work_j)
-            - (energy.friction_heat_j + energy.anchor_change_j)
+        energy.viscous_loss_j = (energy.drive_work_j + energy.prestress_work_j)
+            + (energy.anchor_change_j + energy.scheme_work_j)
+            - energy.friction_heat_j
             - (energy.kinetic_j - self.initial_kinetic_j)
             - (energy.elastic_j - self.initial_elastic_j);
     }
@@ -403,8 +409,12 @@ impl Accounts {
         }
         // `g x`.
         let steady_j = |x: &[f64]| {
-            let drive: f64 =
-                plan.drive.springs.iter().map(|spring| spring.force_n(advance_m, 0.0) * x[spring.block]).sum();
+            let drive: f64 = plan
+                .drive
+                .springs
+                .iter()
+                .map(|spring| spring.force_n(advance_m, 0.0) * x[spring.block])
+                .sum();
             let load = match map.slides && !map.ramp.is_flat() {
                 true => map.ramp.change_n(sweeps.directed(&map.sigma, friction_n, x)),
                 false => 0.0,
@@ -412,8 +422,7 @@ impl Accounts {
             drive - load
         };
         let elastic = &plan.elastic;
-        let Forms { mixed, loss, .. } =
-            sweeps.forms(&Changing { elastic, u, v, d_v, spring: &map.spring });
+        let Forms { mixed, loss, .. } = sweeps.forms(&Changing { elastic, u, v, d_v, spring: &map.spring });
         let mut scheme_j = -0.5 * mass * mixed - 0.25 * dt * loss + 0.5 * steady_j(u);
         let mut share = 0.25;
         for order in 1..=*orders {
@@ -443,8 +452,8 @@ impl Accounts {
                 .map(|spring| 0.5 * spring.stiffness_n_per_m * d_u[spring.block] * d_u[spring.block])
                 .sum();
             let steady = if order == 1 { steady_j(d_u) } else { 0.0 };
-            scheme_j -= share
-                * (steady - 0.5 * mass * (square + mixed) - strain_j - drive_j - 0.75 * dt * loss);
+            scheme_j -=
+                share * (steady - 0.5 * mass * (square + mixed) - strain_j - drive_j - 0.75 * dt * loss);
             share *= 0.25;
             std::mem::swap(now, next);
         }

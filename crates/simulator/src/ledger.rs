@@ -12,7 +12,7 @@ pub struct Ledger {
     pub drive_work_j: Sum,
     /// Work against sliding friction.
     pub friction_heat_j: Sum,
-    /// What friction springs lost as they let go, less what they held as they took hold.
+    /// What friction springs held as they took hold, less what they lost as they let go.
     pub anchor_change_j: Sum,
     /// Work of the dashpots; 0 where it is told by the balance.
     pub viscous_loss_j: Sum,

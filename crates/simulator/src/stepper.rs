@@ -311,7 +311,7 @@ impl Stepper {
             }
         }
         if let Some(ledger) = &mut state.energy {
-            ledger.anchor_change_j.add(-anchored_j);
+            ledger.anchor_change_j.add(anchored_j);
         }
     }
 

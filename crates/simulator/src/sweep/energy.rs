@@ -101,8 +101,7 @@ fn work_of_step<const RIGID: bool>(moved: &Moved<'_>) -> StepWork {
     let &Moved { v, v_new, slip, sliding_friction, kt, weakening, radiation, .. } = moved;
     let blocks = v.len();
     let (v_new, slip, sliding_friction) = (&v_new[..blocks], &slip[..blocks], &sliding_friction[..blocks]);
-    let (mut friction_w, mut dampers_w, mut strain, mut change) =
-        ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
+    let (mut friction_w, mut dampers_w, mut strain, mut change) = ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
     over_blocks!(
         blocks,
         (v, v_new, slip, sliding_friction),

@@ -31,8 +31,11 @@ pub struct Energy {
 }
 
 impl Energy {
+    /// How many there are.
+    pub const COUNT: usize = 8;
+
     /// Names and values of all of them, in the order of the fields.
-    pub fn parts(&self) -> [(&'static str, f64); 8] {
+    pub fn parts(&self) -> [(&'static str, f64); Energy::COUNT] {
         [
             ("drive_work_j", self.drive_work_j),
             ("prestress_work_j", self.prestress_work_j),

@@ -295,15 +295,9 @@ impl Accounts {
             scheme_j += here.scheme_j - span.scheme_j;
         }
         let (kinetic_j, elastic_j) = self.stored_j(plan, state);
-        let ways = state.displacement_m.iter().zip(&plan.initial.displacement_m);
-        let prestress_j = plan
-            .prestress_n
-            .iter()
-            .zip(ways)
-            .fold(0.0, |sum, (force, (u, initial))| sum + force * (u - initial));
         let mut energy = Energy {
             drive_work_j: ledger.drive_work_j.value(),
-            prestress_work_j: prestress_j,
+            prestress_work_j: prestress_work_j(plan, &state.displacement_m),
             friction_heat_j: heat_j,
             anchor_change_j: ledger.anchor_change_j.value(),
             viscous_loss_j: ledger.viscous_loss_j.value(),
@@ -326,25 +320,8 @@ impl Accounts {
             - (energy.elastic_j - self.initial_elastic_j);
     }
 
-    /// Kinetic and elastic energy of a state.
     fn stored_j(&self, plan: &Plan, state: &ChainState) -> (f64, f64) {
-        let stored = self.sweeps.stored(&Stored {
-            elastic: &plan.elastic,
-            u: &state.displacement_m,
-            v: &state.velocity_m_per_s,
-            u_stick: &state.stick_position_m,
-            slip: &state.slip,
-            kt: plan.friction.interfacial_stiffness_n_per_m,
-        });
-        let point_m = plan.drive_point_m(state.step, state.hold_step);
-        let springs = plan.drive.springs.iter();
-        let drive_j: f64 = springs
-            .map(|spring| {
-                let stretch_m = spring.direction * point_m - state.displacement_m[spring.block];
-                0.5 * spring.stiffness_n_per_m * stretch_m * stretch_m
-            })
-            .sum();
-        (0.5 * plan.block_mass_kg * stored.square, stored.elastic_j + drive_j)
+        stored_j(self.sweeps, plan, &stored_of(plan, state), state.step, state.hold_step)
     }
 
     fn set_map(&mut self, plan: &Plan, state: &ChainState, from_step: u64) {
@@ -463,6 +440,45 @@ impl Accounts {
         };
         Potential { heat_j, scheme_j }
     }
+}
+
+/// A state, for its energies.
+pub(crate) fn stored_of<'a>(plan: &'a Plan, state: &'a ChainState) -> Stored<'a> {
+    Stored {
+        elastic: &plan.elastic,
+        u: &state.displacement_m,
+        v: &state.velocity_m_per_s,
+        u_stick: &state.stick_position_m,
+        slip: &state.slip,
+        kt: plan.friction.interfacial_stiffness_n_per_m,
+    }
+}
+
+/// Kinetic and elastic energy of a state after a step.
+pub(crate) fn stored_j(
+    sweeps: Sweeps,
+    plan: &Plan,
+    state: &Stored<'_>,
+    step: u64,
+    hold_step: u64,
+) -> (f64, f64) {
+    let stored = sweeps.stored(state);
+    let point_m = plan.drive_point_m(step, hold_step);
+    let springs = plan.drive.springs.iter();
+    let drive_j: f64 = springs
+        .map(|spring| {
+            let stretch_m = spring.direction * point_m - state.u[spring.block];
+            0.5 * spring.stiffness_n_per_m * stretch_m * stretch_m
+        })
+        .sum();
+    (0.5 * plan.block_mass_kg * stored.square, stored.elastic_j + drive_j)
+}
+
+/// Work of the prestress up to a state.
+pub(crate) fn prestress_work_j(plan: &Plan, displacement_m: &[f64]) -> f64 {
+    let ways = displacement_m.iter().zip(&plan.initial.displacement_m);
+    let parts = plan.prestress_n.iter().zip(ways);
+    parts.fold(0.0, |sum, (force, (u, initial))| sum + force * (u - initial))
 }
 
 /// Velocities before and after a step, and what its contacts did.

@@ -42,7 +42,8 @@
 //! - `energy` and `ledger`: what became of the work of the drive.
 //! - `recorder`: what is recorded and when, for all solvers alike; `counters`: what the steps of
 //!   a run were made of.
-//! - `expectation`: whether records can be those of a plan, told without taking its steps.
+//! - `expectation`: whether records can be those of a plan, told without taking its steps, and
+//!   `budget`, whether their energies can.
 //! - `plain`: every step.
 //! - `fast`: which steps are taken how. `window` and `basis` take many while some blocks slide,
 //!   `jump` while all stick (by `modes` or, for long chains, by `waves`, with `complex` numbers),
@@ -55,6 +56,7 @@
 //! difference does not matter.
 
 mod basis;
+mod budget;
 mod complex;
 mod contacts;
 mod counters;

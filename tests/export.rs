@@ -89,6 +89,10 @@ impl Expected {
             row.insert("first_end_force_n".to_owned(), json!(ends[0]));
             row.insert("last_end_force_n".to_owned(), json!(ends[1]));
         }
+        let (_, row) = self.rows.last_mut().expect("a row was pushed");
+        for (name, energy) in record.energy.expect("a run has energies").parts() {
+            row.insert(name.to_owned(), json!(energy));
+        }
         for switch in &record.switches {
             self.push(
                 "/switch",
@@ -289,7 +293,13 @@ fn forces_on_both_ends_get_columns_of_their_own() {
         let out = folder.path().join(number.to_string());
         export(&log, "csv", &out, &[&["--topic", "/step"], range].concat());
         let table = fs::read_to_string(file(&out, "/step", "csv")).expect("the file is there");
-        assert!(table.lines().next().unwrap().ends_with(",switches,first_end_force_n,last_end_force_n"));
+        assert!(
+            table
+                .lines()
+                .next()
+                .unwrap()
+                .contains(",switches,first_end_force_n,last_end_force_n,drive_work_j,")
+        );
         assert!(table.lines().count() > 10);
     }
     let out = folder.path().join("ndjson");

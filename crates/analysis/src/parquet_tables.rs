@@ -100,7 +100,7 @@ mod tests {
 
     use asperity_export::batch::Batch;
     use asperity_export::format::{About, Format, State};
-    use asperity_export::layout::record_layouts;
+    use asperity_export::layout::{StepParts, record_layouts};
     use asperity_record::{Cell, RunHeader};
     use polars::prelude::{ParquetReader, SerReader};
 
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn doubles_come_back_to_the_bit_with_units_and_header() {
-        let layout = record_layouts(false).remove(2);
+        let layout = record_layouts(StepParts::default()).remove(2);
         assert_eq!(layout.topic, "/fields");
         let path = std::env::temp_dir().join(format!("asperity-{}.parquet", std::process::id()));
         let mut table = Parquet.start(&layout, File::create(&path).unwrap()).unwrap();

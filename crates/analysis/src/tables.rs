@@ -1,7 +1,7 @@
 //! The tables that a run is reduced to.
 
 use asperity_export::batch::Batch;
-use asperity_export::layout::step_columns;
+use asperity_export::layout::{StepParts, step_columns};
 use asperity_export::rows;
 use asperity_model::analytic::LengthLaw;
 use asperity_record::{Cell, ColumnKind, EventPayload, Rupture, SlipEvent, StepRecord};
@@ -138,9 +138,10 @@ pub fn load_curve(run: &RunData) -> Result<DataFrame, AnalysisError> {
     // Where the drive pulls both ways its sum says little.
     let is_pulled_both_ways = |record: &StepRecord| record.end_forces_n.is_some();
     let end_forces = !run.steps.is_empty() && run.steps.iter().all(is_pulled_both_ways);
-    let columns = step_columns(end_forces);
+    let parts = StepParts { end_forces, energies: false };
+    let columns = step_columns(parts);
     let mut rows = Batch::new(&columns);
-    run.steps.iter().for_each(|record| rows::step(&mut rows, record, end_forces));
+    run.steps.iter().for_each(|record| rows::step(&mut rows, record, parts));
     Ok(parquet_tables::frame(&columns, &rows)?)
 }
 

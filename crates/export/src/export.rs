@@ -19,7 +19,7 @@ use crate::batch::Batch;
 use crate::foreign;
 use crate::format::{About, Format, FormatError, State, TableWriter};
 use crate::layout::{
-    EVENTS, FIELDS, Layout, STEP, SWITCH, WINDOW, event_layout, record_layouts, step_columns,
+    EVENTS, FIELDS, Layout, STEP, SWITCH, StepParts, WINDOW, event_layout, record_layouts, step_columns,
 };
 use crate::rows;
 
@@ -154,7 +154,7 @@ pub struct Export<'a> {
     files: FileSet,
     /// How the events of a topic are read, whether or not a table is made of them.
     events: BTreeMap<String, EventRows>,
-    end_forces: Option<bool>,
+    parts: Option<StepParts>,
     /// The time of the last record, s.
     last_s: f64,
     left_out: BTreeMap<String, u64>,
@@ -241,7 +241,7 @@ impl<'a> Export<'a> {
             tables,
             files,
             events,
-            end_forces: None,
+            parts: None,
             last_s: 0.0,
             left_out: BTreeMap::new(),
             judged: Judged { state: State::Whole, problem: None, until_step: u64::MAX },
@@ -323,19 +323,24 @@ impl<'a> Export<'a> {
         };
         let outcome = match record {
             Record::Step(record) => {
-                let end_forces = match self.end_forces {
-                    Some(end_forces) => end_forces,
-                    None => self.first_step(record.end_forces_n.is_some()),
+                let found = StepParts::of(record);
+                let parts = match self.parts {
+                    Some(parts) => parts,
+                    None => self.first_step(found),
                 };
-                if end_forces != record.end_forces_n.is_some() {
-                    let first = if end_forces { "has" } else { "has not" };
+                let differs = [
+                    ("forces on the ends", parts.end_forces, found.end_forces),
+                    ("energies", parts.energies, found.energies),
+                ];
+                if let Some((what, first, _)) = differs.into_iter().find(|(_, first, found)| first != found) {
+                    let first = if first { "has" } else { "has not" };
                     return Ok(Err(format!(
-                        "step {}: the forces on the ends differ from the first record's, which {first} them",
+                        "step {}: the {what} differ from the first record's, which {first} them",
                         record.step
                     )));
                 }
                 if let Some(batch) = self.batch(STEP, record.time_s) {
-                    rows::step(batch, record, end_forces);
+                    rows::step(batch, record, parts);
                 }
                 if let Some(batch) = self.batch(SWITCH, record.time_s) {
                     record.switches.iter().for_each(|switch| rows::switch(batch, record, switch));
@@ -385,15 +390,15 @@ impl<'a> Export<'a> {
         self.tables.iter_mut().find(|table| table.layout.topic == topic).map(|table| &mut table.batch)
     }
 
-    /// Takes note of whether the drive pulls on both ends, and gives the table of
+    /// Takes note of what step records have besides, and gives the table of
     /// steps its columns then; no row has been written yet.
-    fn first_step(&mut self, end_forces: bool) -> bool {
-        self.end_forces = Some(end_forces);
+    fn first_step(&mut self, parts: StepParts) -> StepParts {
+        self.parts = Some(parts);
         if let Some(table) = self.tables.iter_mut().find(|table| table.layout.topic == STEP) {
-            table.layout.columns = step_columns(end_forces);
+            table.layout.columns = step_columns(parts);
             table.batch = Batch::new(&table.layout.columns);
         }
-        end_forces
+        parts
     }
 
     /// Writes the rows of those tables that have so many.
@@ -491,7 +496,7 @@ impl Table {
 /// one that is damaged there may have any that are known.
 fn layouts(reader: &RunReader, kinds: &[EventKind]) -> Vec<Layout> {
     let announced = reader.event_schemas();
-    let mut layouts = record_layouts(false);
+    let mut layouts = record_layouts(StepParts::default());
     let there = |kind: &&EventKind| announced.is_empty() || announced.contains_key(kind.topic);
     layouts.extend(kinds.iter().filter(there).map(event_layout));
     let known = |topic: &str| kinds.iter().any(|kind| kind.topic == topic);

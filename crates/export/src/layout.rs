@@ -9,7 +9,7 @@
 
 use std::borrow::Cow;
 
-use asperity_record::{Column, ColumnKind, EventKind};
+use asperity_record::{Column, ColumnKind, EventKind, StepRecord};
 
 /// The table of a topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -35,12 +35,11 @@ pub(crate) const EVENTS: &str = "/events/";
 
 /// The tables of a log's records, in the order in which they are written.
 ///
-/// `end_forces` says whether the drive pulls on both ends, and step records
-/// say so separately.
-pub fn record_layouts(end_forces: bool) -> Vec<Layout> {
+/// `parts` says what step records have besides.
+pub fn record_layouts(parts: StepParts) -> Vec<Layout> {
     let layout = |topic, columns| Layout { topic: Cow::Borrowed(topic), columns };
     vec![
-        layout(STEP, step_columns(end_forces)),
+        layout(STEP, step_columns(parts)),
         layout(
             SWITCH,
             vec![
@@ -87,9 +86,25 @@ pub fn record_layouts(end_forces: bool) -> Vec<Layout> {
     ]
 }
 
-/// The columns of the table of step records, which is also the load table that runs are
-/// reduced to.
-pub fn step_columns(end_forces: bool) -> Vec<Column> {
+/// What step records have in some runs only.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StepParts {
+    /// Forces on both ends, where the drive pulls there.
+    pub end_forces: bool,
+    /// Energies, in logs that have them.
+    pub energies: bool,
+}
+
+impl StepParts {
+    /// Of that record.
+    pub fn of(record: &StepRecord) -> StepParts {
+        StepParts { end_forces: record.end_forces_n.is_some(), energies: record.energy.is_some() }
+    }
+}
+
+/// The columns of the table of step records; without energies those of the load table that runs
+/// are reduced to.
+pub fn step_columns(parts: StepParts) -> Vec<Column> {
     let mut columns = vec![
         STEP_COLUMN,
         TIME,
@@ -99,9 +114,24 @@ pub fn step_columns(end_forces: bool) -> Vec<Column> {
         count("sliding", "How many blocks slid in this step."),
         count("switches", "How many blocks detached or re-attached at its end."),
     ];
-    if end_forces {
+    if parts.end_forces {
         columns.push(number("first_end_force_n", "Driving force on the first block."));
         columns.push(number("last_end_force_n", "Driving force on the last block."));
+    }
+    if parts.energies {
+        columns.extend([
+            number("drive_work_j", "Work of the drive points on the drive springs since the start."),
+            number("prestress_work_j", "Work of the prestress."),
+            number("friction_heat_j", "Work that sliding contacts have turned into heat."),
+            number(
+                "anchor_change_j",
+                "What friction springs held when they took hold anew, less what they lost when they let go.",
+            ),
+            number("viscous_loss_j", "Work of the dampers between blocks."),
+            number("kinetic_j", "Kinetic energy."),
+            number("elastic_j", "Energy of all springs: between blocks, of the drive, and of friction."),
+            number("scheme_work_j", "What the time step itself added."),
+        ]);
     }
     columns
 }
@@ -140,7 +170,7 @@ const fn word(name: &'static str, about: &'static str) -> Column {
 mod tests {
     use asperity_record::{EventKind, SlipEvent};
 
-    use super::{event_layout, step_columns};
+    use super::{StepParts, event_layout, step_columns};
 
     #[test]
     fn files_are_named_after_topics() {
@@ -149,8 +179,19 @@ mod tests {
 
     #[test]
     fn forces_on_the_ends_stand_behind_the_other_columns() {
-        let [short, long] = [false, true].map(step_columns);
+        let of = |end_forces| step_columns(StepParts { end_forces, energies: false });
+        let [short, long] = [false, true].map(of);
         assert_eq!(short[..], long[..short.len()]);
         assert_eq!(&*long[short.len()].name, "first_end_force_n");
+    }
+
+    #[test]
+    fn energies_stand_last_in_the_order_of_their_fields() {
+        let names = asperity_record::Energy::default().parts().map(|(name, _)| name);
+        for end_forces in [false, true] {
+            let columns = step_columns(StepParts { end_forces, energies: true });
+            let last: Vec<&str> = columns[columns.len() - 8..].iter().map(|column| &*column.name).collect();
+            assert_eq!(last, names);
+        }
     }
 }

@@ -4,6 +4,7 @@
 use asperity_record::{Cell, CellValue, FieldRecord, StepRecord, Switch, WindowRecord};
 
 use crate::batch::Batch;
+use crate::layout::StepParts;
 
 /// A record whose arrays have not one value per block each.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -24,8 +25,8 @@ impl Ragged {
 }
 
 /// A step record as a row of the table of [`step_columns`](crate::layout::step_columns).
-pub fn step(batch: &mut Batch, record: &StepRecord, end_forces: bool) {
-    let row = [
+pub fn step(batch: &mut Batch, record: &StepRecord, parts: StepParts) {
+    let mut row = vec![
         Cell::Step(record.step),
         Cell::Number(record.time_s),
         Cell::Number(record.driving_force_n),
@@ -33,10 +34,15 @@ pub fn step(batch: &mut Batch, record: &StepRecord, end_forces: bool) {
         Cell::Number(record.load_ratio()),
         Cell::Count(record.sliding),
         Cell::Count(record.switches.len() as u32),
-        record.end_forces_n.map(|ends| ends[0]).cell(),
-        record.end_forces_n.map(|ends| ends[1]).cell(),
     ];
-    batch.push(if end_forces { &row } else { &row[..7] });
+    if parts.end_forces {
+        row.extend([0, 1].map(|end| record.end_forces_n.map(|ends| ends[end]).cell()));
+    }
+    if parts.energies {
+        let energies = record.energy.unwrap_or_default().parts();
+        row.extend(energies.map(|(_, energy)| Cell::Number(energy)));
+    }
+    batch.push(&row);
 }
 
 pub(crate) fn switch(batch: &mut Batch, record: &StepRecord, switch: &Switch) {
@@ -120,7 +126,7 @@ mod tests {
 
     use super::{fields, window};
     use crate::batch::Batch;
-    use crate::layout::record_layouts;
+    use crate::layout::{StepParts, record_layouts};
 
     #[test]
     fn a_state_becomes_one_row_per_block() {
@@ -133,7 +139,7 @@ mod tests {
             stick_position_m: vec![3.0, 4.0],
             detached: vec![0, 1],
         };
-        let mut batch = Batch::new(&record_layouts(false)[2].columns);
+        let mut batch = Batch::new(&record_layouts(StepParts::default())[2].columns);
         fields(&mut batch, &state).unwrap();
         let column = |n: usize| (0..2).map(|row| batch.columns()[n].cell(row)).collect::<Vec<_>>();
         assert_eq!(column(0), [Cell::Step(8); 2]);
@@ -159,7 +165,7 @@ mod tests {
             velocity_m_per_s: vec![0.0; 3],
             tangential_force_n: vec![0.0; 3],
         };
-        let mut batch = Batch::new(&record_layouts(false)[3].columns);
+        let mut batch = Batch::new(&record_layouts(StepParts::default())[3].columns);
         window(&mut batch, &dense).unwrap();
         let blocks: Vec<Cell> = (0..3).map(|row| batch.columns()[4].cell(row)).collect();
         assert_eq!(blocks, [Cell::Count(41), Cell::Count(42), Cell::Count(43)]);

@@ -270,6 +270,19 @@ impl Chain {
         self.stiffness_n_per_m * du * (du - step_s * dv) - 0.5 * step_s * self.damping_kg_per_s * dv * dv
     }
 
+    /// What a spring holds, `k du^2 / 2`, from the difference of displacement between its ends.
+    #[inline(always)]
+    pub fn bond_energy(&self, du: f64) -> f64 {
+        0.5 * self.stiffness_n_per_m * du * du
+    }
+
+    /// What a dashpot takes up at one difference of velocity between its ends, moving at another:
+    /// `eta dv dv'`.
+    #[inline(always)]
+    pub fn bond_loss(&self, dv: f64, moving: f64) -> f64 {
+        self.damping_kg_per_s * dv * moving
+    }
+
     fn displacements_m(&self, spring_force_n: &[f64]) -> Vec<f64> {
         let k = self.stiffness_n_per_m;
         let mut u = vec![0.0; self.nodes];

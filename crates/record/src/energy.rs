@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Running totals from the start of a run to the end of a step, each by a definition of its own,
 /// so that their balance is a check:
 ///
-/// `drive_work + prestress_work + scheme_work = friction_heat + anchor_change + viscous_loss
+/// `drive_work + prestress_work + anchor_change + scheme_work = friction_heat + viscous_loss
 /// + change of kinetic + change of elastic`
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -17,8 +17,8 @@ pub struct Energy {
     pub prestress_work_j: f64,
     /// Work that sliding contacts have turned into heat, J.
     pub friction_heat_j: f64,
-    /// What friction springs lost when they let go, less what they held when they took hold anew,
-    /// J; negative where re-attachment has put more in than detachment took out.
+    /// What friction springs held when they took hold anew, less what they lost when they let go,
+    /// J; negative where detachment has taken out more than re-attachment put in.
     pub anchor_change_j: f64,
     /// Work of the dampers between blocks, J.
     pub viscous_loss_j: f64,
@@ -28,4 +28,31 @@ pub struct Energy {
     pub elastic_j: f64,
     /// What the time step itself added: Euler-Cromer keeps energy only on average, J.
     pub scheme_work_j: f64,
+}
+
+impl Energy {
+    /// How many there are.
+    pub const COUNT: usize = 8;
+
+    /// Names and values of all of them, in the order of the fields.
+    pub fn parts(&self) -> [(&'static str, f64); Energy::COUNT] {
+        [
+            ("drive_work_j", self.drive_work_j),
+            ("prestress_work_j", self.prestress_work_j),
+            ("friction_heat_j", self.friction_heat_j),
+            ("anchor_change_j", self.anchor_change_j),
+            ("viscous_loss_j", self.viscous_loss_j),
+            ("kinetic_j", self.kinetic_j),
+            ("elastic_j", self.elastic_j),
+            ("scheme_work_j", self.scheme_work_j),
+        ]
+    }
+
+    /// What came in less what went out and what is there now: the same in every step of a run, but
+    /// for rounding, and less than nothing by the energy at its start.
+    pub fn balance_j(&self) -> f64 {
+        (self.drive_work_j + self.prestress_work_j) + (self.anchor_change_j + self.scheme_work_j)
+            - (self.friction_heat_j + self.viscous_loss_j)
+            - (self.kinetic_j + self.elastic_j)
+    }
 }

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-use crate::{Scales, TimeGrid};
+use crate::{Energy, Scales, TimeGrid};
 
 /// Version of the meaning and layout of records, events and header. A change to
 /// any of them raises it. Keys that are added to `run_end` do not: who does not know them
@@ -74,6 +74,10 @@ pub struct RunEnd {
     pub message_counts: BTreeMap<String, u64>,
     /// Number of block switches.
     pub switches: u64,
+    /// What became of the work, all in all: the energies of the last step. None in logs that were
+    /// written before there were any, and in salvaged ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy: Option<Energy>,
     /// BLAKE3 hash over topic and payload of every message in order, hexadecimal.
     pub digest: String,
     /// The same for each topic, over its messages alone; empty in logs that were written before

@@ -336,7 +336,13 @@ fn not_finite(record: &Record) -> Option<&'static str> {
             [
                 ("a load", all(&loads)),
                 ("a switch", switches),
-                ("an end's load", record.end_forces_n.is_none_or(|ends| all(&ends))),
+                (
+                    "a load on an end or an energy",
+                    record.end_forces_n.is_none_or(|ends| all(&ends))
+                        && record
+                            .energy
+                            .is_none_or(|energy| energy.parts().iter().all(|(_, j)| j.is_finite())),
+                ),
             ]
         }
         Record::Fields(record) => {

@@ -42,7 +42,7 @@ pub(crate) fn time(
 }
 
 /// A step's ratio of loads, and the loads; the forces at both ends, of which there are two
-/// or none.
+/// or none; the energies, of which there are all or none.
 ///
 /// # Errors
 /// If they differ.
@@ -55,6 +55,10 @@ pub(crate) fn step(message: &StepMessage) -> Result<(), LogProblem> {
     }
     if message.first_end_force_n.is_some() != message.last_end_force_n.is_some() {
         let what = "a force on one end and none on the other".to_owned();
+        return Err(LogProblem::Contradiction { step: message.step, what });
+    }
+    if let Err(missing) = message.energy() {
+        let what = format!("it has energies without {missing}");
         return Err(LogProblem::Contradiction { step: message.step, what });
     }
     Ok(())

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use asperity_record::{
-    MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, Scales, SolverReport,
+    Energy, MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, Scales, SolverReport,
 };
 
 use crate::findings::{Gap, Salvaged};
@@ -16,6 +16,7 @@ use crate::problem::MetadataError;
 const MESSAGES: &str = "messages:";
 const DIGEST: &str = "digest:";
 const SOLVER: &str = "solver:";
+const ENERGY: &str = "energy:";
 const FALLBACKS: &str = "solver_fallbacks";
 const BLOCK_LENGTH: &str = "block_length_m";
 const BLOCK_TIME: &str = "block_time_s";
@@ -142,7 +143,30 @@ pub(crate) fn end_to_map(end: &RunEnd) -> BTreeMap<String, String> {
     );
     map.extend(end.topic_digests.iter().map(|(topic, digest)| (format!("{DIGEST}{topic}"), digest.clone())));
     map.extend(end.solver.counts.iter().map(|(name, count)| (format!("{SOLVER}{name}"), count.to_string())));
+    let energies = end.energy.iter().flat_map(Energy::parts);
+    map.extend(energies.map(|(name, value)| (format!("{ENERGY}{name}"), value.to_string())));
     map
+}
+
+/// None if nothing is said of them.
+fn energy_from_map(map: &Reader<'_>) -> Result<Option<Energy>, MetadataError> {
+    if !map.map.keys().any(|key| key.starts_with(ENERGY)) {
+        return Ok(None);
+    }
+    let part = |key: &'static str| {
+        let value: f64 = map.parse(key, "a number")?;
+        if value.is_finite() { Ok(value) } else { Err(map.invalid(key, "a finite number")) }
+    };
+    Ok(Some(Energy {
+        drive_work_j: part("energy:drive_work_j")?,
+        prestress_work_j: part("energy:prestress_work_j")?,
+        friction_heat_j: part("energy:friction_heat_j")?,
+        anchor_change_j: part("energy:anchor_change_j")?,
+        viscous_loss_j: part("energy:viscous_loss_j")?,
+        kinetic_j: part("energy:kinetic_j")?,
+        elastic_j: part("energy:elastic_j")?,
+        scheme_work_j: part("energy:scheme_work_j")?,
+    }))
 }
 
 pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, MetadataError> {
@@ -172,6 +196,7 @@ pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, Met
                 .map_or(Vec::new(), |text| text.split(BETWEEN_FALLBACKS).map(str::to_owned).collect()),
         },
         switches: reader.parse("switches", "a whole number")?,
+        energy: energy_from_map(&reader)?,
         digest: reader.text("digest")?,
         topic_digests: map
             .iter()

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_record::bounds::check_toml;
 use asperity_record::{
-    Direction, Event, FieldRecord, Record, RunEnd, RunHeader, RunStatus, StepRecord, WindowRecord,
+    Direction, Energy, Event, FieldRecord, Record, RunEnd, RunHeader, RunStatus, StepRecord, WindowRecord,
 };
 use mcap::records::{MessageHeader, Record as Raw};
 use serde::de::DeserializeOwned;
@@ -80,6 +80,8 @@ pub struct RunReader {
     detached: Vec<bool>,
     detached_count: u32,
     last_step: u64,
+    /// Energies of the last step.
+    energy: Option<Energy>,
     /// The step of the last record of any kind.
     record_step: u64,
     /// What is read, each with whether messages of its topic are missing before it.
@@ -131,6 +133,7 @@ impl RunReader {
             detached: Vec::new(),
             detached_count: 0,
             last_step: 0,
+            energy: None,
             record_step: 0,
             ready: VecDeque::new(),
             is_after_gap: false,
@@ -389,7 +392,9 @@ impl RunReader {
                 self.last_step = message.step;
                 self.at_record(message.step);
                 let promised = message.switches;
-                self.open_step = Some((message.into_record(), promised, is_after_gap));
+                let record = message.into_record();
+                self.energy = record.energy;
+                self.open_step = Some((record, promised, is_after_gap));
                 if promised == 0 {
                     self.close_step()?;
                 }
@@ -532,6 +537,16 @@ impl RunReader {
         }
         if self.topics.steps {
             mismatch("the last step:", end.last_step.to_string(), self.last_step.to_string())?;
+            if !salvaged {
+                let given = |energy: Option<Energy>| energy.map(|energy| energy.parts());
+                let (promised, found) = (given(end.energy), given(self.energy));
+                for n in 0..Energy::COUNT {
+                    let text = |parts: &Option<[(&str, f64); Energy::COUNT]>| {
+                        parts.map_or("nothing".to_owned(), |parts| format!("{} = {}", parts[n].0, parts[n].1))
+                    };
+                    mismatch("energies:", text(&promised), text(&found))?;
+                }
+            }
         }
         mismatch("switches:", end.switches.to_string(), self.switches.to_string())?;
         let (digest, topic_digests) = self.digests.finish(self.counts.keys());

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use asperity_files::Existing;
 use asperity_record::{
-    Checkpoint, Event, EventKind, Record, RunEnd, RunHeader, RunStatus, SolverReport, StepRecord,
+    Checkpoint, Energy, Event, EventKind, Record, RunEnd, RunHeader, RunStatus, SolverReport, StepRecord,
 };
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, WriteOptions, Writer};
@@ -43,6 +43,8 @@ pub struct RunWriter {
     digests: Digests,
     switches: u64,
     last_step: u64,
+    /// Energies of the last step.
+    energy: Option<Energy>,
     header: RunHeader,
     synced: Instant,
     payload: Vec<u8>,
@@ -156,6 +158,7 @@ impl RunWriter {
             digests: Digests::default(),
             switches: 0,
             last_step: 0,
+            energy: None,
             header: header.clone(),
             synced: Instant::now(),
             payload: Vec::new(),
@@ -169,7 +172,10 @@ impl RunWriter {
     pub fn record(&mut self, record: &Record) -> Result<(), WriteError> {
         self.last_step = record.step();
         match record {
-            Record::Step(record) => self.step(record),
+            Record::Step(record) => {
+                self.energy = record.energy;
+                self.step(record)
+            }
             Record::Fields(record) => self.message(FIELDS, record.step, record),
             Record::Window(record) => self.message(WINDOW, record.step, record),
         }
@@ -328,6 +334,7 @@ impl RunWriter {
                 .map(|(topic, channel)| (topic.clone(), channel.messages))
                 .collect(),
             switches: self.switches,
+            energy: self.energy,
             digest,
             topic_digests,
             solver,

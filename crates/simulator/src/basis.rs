@@ -25,7 +25,7 @@
 //! **Coefficients.** `A^i w = sum_j c_j(i) w_j`, with `c_0(0) = 1` and
 //! `c(i + 1)` from `c(i)` by `A w_j = (1 + centre) w_j + (focus / 2)(w_{j+1} + sigma w_{j-1})`.
 //! What a window needs is `sum_{l<i-1} (i - 1 - l) A^l`, whose coefficients `s_j(i)` are the
-//! same summed up twice.
+//! same summed up twice; summed up once more they give the sum of the states on the way.
 //!
 //! **What is left out.** Stopping before `w_J` satisfies the recurrence of the exact
 //! solution but for `(focus / 2)(sigma c_J(i) w_{J-1} - c_{J-1}(i) w_J)` in each step. In a norm
@@ -68,6 +68,8 @@ pub(crate) struct Length {
     pub(crate) terms: usize,
     /// `s_j(steps)`.
     pub(crate) double_sum: [f64; MOST_TERMS],
+    /// `sum_{l<steps} s_j(l)`.
+    pub(crate) triple_sum: [f64; MOST_TERMS],
     /// Largest `|c_j(i)|` for `i` up to `steps`.
     pub(crate) whole: [f64; MOST_TERMS],
     /// The same for `i` between the next shorter length and `steps`.
@@ -108,6 +110,8 @@ pub(crate) struct Basis {
     pub(crate) lengths: Vec<Length>,
     /// `s_j` for every [`GRID_STEPS`]-th number of steps, from 0.
     double_sums: Vec<[f64; MOST_TERMS]>,
+    /// The same summed up once more.
+    triple_sums: Vec<[f64; MOST_TERMS]>,
 }
 
 impl Basis {
@@ -119,6 +123,7 @@ impl Basis {
             sigma: ellipse.sigma,
             lengths: Vec::new(),
             double_sums: Vec::new(),
+            triple_sums: Vec::new(),
         };
         let mut steps = vec![];
         let mut next = (longest.min(MOST_STEPS as f64) / GRID_STEPS as f64).floor();
@@ -133,7 +138,14 @@ impl Basis {
 
     /// No basis, for maps that are not affine.
     pub(crate) fn none() -> Basis {
-        Basis { centre: 0.0, focus: 0.0, sigma: 1.0, lengths: Vec::new(), double_sums: Vec::new() }
+        Basis {
+            centre: 0.0,
+            focus: 0.0,
+            sigma: 1.0,
+            lengths: Vec::new(),
+            double_sums: Vec::new(),
+            triple_sums: Vec::new(),
+        }
     }
 
     /// `s_j` of a number of steps on the grid.
@@ -141,10 +153,15 @@ impl Basis {
         &self.double_sums[(steps / GRID_STEPS) as usize]
     }
 
+    /// `sum_{l<steps} s_j(l)` of a number of steps on the grid.
+    pub(crate) fn triple_sum(&self, steps: u64) -> &[f64; MOST_TERMS] {
+        &self.triple_sums[(steps / GRID_STEPS) as usize]
+    }
+
     /// Follows the coefficients from step to step, and notes what the lengths need.
     fn tabulate(&mut self, lengths: &[u64], ellipse: &Ellipse) {
         let mut c = [0.0f64; FOLLOWED];
-        let (mut single, mut double) = ([0.0; FOLLOWED], [0.0; FOLLOWED]);
+        let (mut single, mut double, mut triple) = ([0.0; FOLLOWED], [0.0; FOLLOWED], [0.0; FOLLOWED]);
         // Sums of |c|, and those summed up once and twice.
         let mut sums = [[0.0; FOLLOWED]; 3];
         let (mut whole, mut last) = ([0.0f64; FOLLOWED], [0.0f64; FOLLOWED]);
@@ -154,6 +171,7 @@ impl Basis {
             // Here `c` is of `i` steps, `double` the double sum of `i` steps.
             if i % GRID_STEPS == 0 {
                 self.double_sums.push(std::array::from_fn(|j| double[j]));
+                self.triple_sums.push(std::array::from_fn(|j| triple[j]));
             }
             for j in 0..FOLLOWED {
                 whole[j] = whole[j].max(c[j].abs());
@@ -166,6 +184,7 @@ impl Basis {
                     steps: i,
                     terms,
                     double_sum: std::array::from_fn(|j| double[j]),
+                    triple_sum: std::array::from_fn(|j| triple[j]),
                     whole: std::array::from_fn(|j| whole[j]),
                     last: std::array::from_fn(|j| last[j]),
                     largest: double.iter().fold(0.0, |max, s: &f64| max.max(s.abs())),
@@ -178,6 +197,7 @@ impl Basis {
                 sums[2][j] += sums[1][j];
                 sums[1][j] += sums[0][j];
                 sums[0][j] += c[j].abs();
+                triple[j] += double[j];
                 double[j] += single[j];
                 single[j] += c[j];
             }

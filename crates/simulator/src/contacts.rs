@@ -62,6 +62,11 @@ impl Ramp {
         self.rate == 0.0
     }
 
+    /// The load so many steps later.
+    pub(crate) fn ahead(self, steps: f64) -> Load {
+        if self.is_flat() { self.load } else { Load(self.load.0 + self.rate * steps) }
+    }
+
     /// What the load is `steps` steps later, over what it is now.
     pub(crate) fn decline(self, steps: f64) -> f64 {
         if self.is_flat() { 1.0 } else { (self.load.0 + self.rate * steps) / self.load.0 }

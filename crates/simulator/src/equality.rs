@@ -4,7 +4,8 @@
 //! switch, the same blocks in the same direction, the same number sliding; and
 //! numbers within [`TOLERANCE`] of the run's largest of their kind, or, in a run that
 //! hardly moves, of what a block reaches as it starts to slip: its threshold, the
-//! stretch `mu_s p / k` of a spring that holds it, the velocity `(mu_s - mu_d) p / sqrt(k m)`.
+//! stretch `mu_s p / k` of a spring that holds it and its energy, the velocity
+//! `(mu_s - mu_d) p / sqrt(k m)`. Energies are all of one kind.
 //! Where displacements are large, rounding reaches further than that: velocities may
 //! differ by `2 eps u / dt`, since a displacement that is rounded in every step moves
 //! no more steadily, and forces by [`rounding_reach`].
@@ -18,7 +19,7 @@
 use std::sync::Arc;
 
 use asperity_model::Plan;
-use asperity_record::{Direction, FieldRecord, Record, StepRecord};
+use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord};
 use serde::{Deserialize, Serialize};
 
 use crate::exact::Exact;
@@ -342,7 +343,8 @@ fn settle(
             late_steps: late - step,
             beyond,
             reach,
-            before: plain.clone(),
+            // The proof is of a switch.
+            before: ChainState { energy: None, ..plain.clone() },
         });
     }
     if !any {
@@ -365,11 +367,11 @@ pub fn rounding_reach(plan: &Plan, state: &ChainState, direction: Direction) -> 
 /// Largest numbers and largest deviations, by kind, over the states of all blocks
 /// at every step that is compared.
 #[derive(Debug)]
-struct Numbers([(f64, f64); 5]);
+struct Numbers([(f64, f64); 6]);
 
 impl Numbers {
-    const KINDS: [&'static str; 5] =
-        ["driving force", "displacement", "velocity", "tangential force", "stick position"];
+    const KINDS: [&'static str; 6] =
+        ["driving force", "displacement", "velocity", "tangential force", "stick position", "energy"];
 
     fn of(plan: &Plan) -> Numbers {
         let friction = &plan.friction;
@@ -379,11 +381,15 @@ impl Numbers {
         let k = plan.elastic.stiffness_n_per_m();
         let stretch_m = force_n / k;
         let velocity_m_per_s = released_n / (k * plan.block_mass_kg).sqrt();
-        Numbers([force_n, stretch_m, velocity_m_per_s, force_n, stretch_m].map(|least| (least, 0.0)))
+        // What a spring between blocks holds at that.
+        let energy_j = 0.5 * force_n * stretch_m;
+        let least = [force_n, stretch_m, velocity_m_per_s, force_n, stretch_m, energy_j];
+        Numbers(least.map(|least| (least, 0.0)))
     }
 
     fn add(&mut self, plain: &Next, fast: &Next) {
         self.one(0, plain.record.driving_force_n, fast.record.driving_force_n);
+        self.energies(plain.record.energy.as_ref(), fast.record.energy.as_ref());
         let (plain, fast) = (&plain.fields, &fast.fields);
         let pairs = [
             (&plain.displacement_m, &fast.displacement_m),
@@ -395,6 +401,14 @@ impl Numbers {
             for (a, b) in plain.iter().zip(fast) {
                 self.one(kind, *a, *b);
             }
+        }
+    }
+
+    /// All energies by one measure: the largest of them.
+    fn energies(&mut self, plain: Option<&Energy>, fast: Option<&Energy>) {
+        let (Some(plain), Some(fast)) = (plain, fast) else { return };
+        for ((_, plain), (_, fast)) in plain.parts().into_iter().zip(fast.parts()) {
+            self.one(5, plain, fast);
         }
     }
 

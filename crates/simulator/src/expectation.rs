@@ -7,6 +7,8 @@
 //! - the normal load of every step, and the static thresholds of the blocks that switch
 //!   ([`crate::contacts`]);
 //! - the anchor of every friction spring, which moves only as its block re-attaches (5.15);
+//! - kinetic and elastic energy of a state of all blocks, the change by anchors, and the balance of
+//!   the energies ([`crate::budget`]);
 //! - what the drive pulls with, and the forces between blocks, in a step of which the state of all
 //!   blocks is known: that gives the state before it (4.13, 4.14), and with it the forces (5.6-5.8),
 //!   up to rounding.
@@ -20,6 +22,7 @@ use std::sync::Arc;
 use asperity_model::{Law, Plan, Reattach};
 use asperity_record::{Direction, FieldRecord, Record, StepRecord, Switch, WindowRecord};
 
+use crate::budget::Budget;
 use crate::contacts::{Load, StopForce, aged_threshold_n};
 use crate::recorder::{self, Due};
 use crate::state::ChainState;
@@ -62,6 +65,8 @@ pub struct Expectation {
     /// Where contacts age, the step in which each stuck last; `u64::MAX` where that is not known.
     stuck_since_step: Vec<u64>,
     hold: Hold,
+    /// The energies.
+    budget: Budget,
     /// The last state of all blocks, for the windows of the same step.
     fields: Option<FieldRecord>,
 }
@@ -112,6 +117,7 @@ impl Expectation {
                 true => Hold::Known(plan.drive.hold_from_step.unwrap_or(u64::MAX)),
                 false => Hold::After(plan.initial.step),
             },
+            budget: Budget::of(&plan),
             fields: None,
             plan,
         }
@@ -175,6 +181,7 @@ impl Expectation {
         self.anchor_m.fill(f64::NAN);
         self.stuck_since_step.fill(u64::MAX);
         self.fields = None;
+        self.budget.lose_sight();
     }
 
     fn step(&mut self, record: &StepRecord, is_after_gap: bool) -> Result<(), String> {
@@ -211,6 +218,7 @@ impl Expectation {
             None => None,
         };
         self.load(record)?;
+        self.budget.step(&self.plan, record)?;
         for switch in &record.switches {
             self.switch(record, switch)?;
         }
@@ -406,6 +414,7 @@ impl Expectation {
         if *record != recorder::fields(&self.plan, &initial) {
             return Err("the state at the start is not that of the scenario".to_owned());
         }
+        self.budget.begin();
         self.anchor_m.copy_from_slice(&initial.stick_position_m);
         self.stuck_since_step.copy_from_slice(&initial.stuck_since_step);
         self.fields_are_open = false;
@@ -440,9 +449,13 @@ impl Expectation {
             }
         }
         let hold_step = match self.hold {
-            Hold::Known(hold_step) => hold_step,
-            Hold::After(_) | Hold::Between(..) => return Ok(()),
+            Hold::Known(hold_step) => Some(hold_step),
+            Hold::After(_) | Hold::Between(..) => None,
         };
+        if let Some(energy) = &step.energy {
+            Budget::state(plan, energy, record, hold_step)?;
+        }
+        let Some(hold_step) = hold_step else { return Ok(()) };
         let point_m = plan.drive_point_m(step.step, hold_step);
         let dt = plan.grid.step_s();
         let before_m: Vec<f64> =

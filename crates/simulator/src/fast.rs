@@ -14,6 +14,7 @@ use asperity_record::Record;
 
 use crate::contacts::age;
 use crate::counters::Counters;
+use crate::energy::{Accounts, Bookkeeping};
 use crate::jump::Jump;
 use crate::recorder::Recorder;
 use crate::rest::rest_steps;
@@ -65,7 +66,7 @@ impl Fast {
 
     /// The same with sweeps for a certain instruction set.
     fn with_sweeps(plan: Arc<Plan>, sweeps: Sweeps) -> Fast {
-        let stepper = Stepper::new(Arc::clone(&plan), sweeps);
+        let stepper = Stepper::new(Arc::clone(&plan), sweeps, Bookkeeping::Spans);
         Fast {
             recorder: Recorder::new(&plan, stepper.state()),
             window: Window::new(&plan, sweeps),
@@ -89,8 +90,7 @@ impl Fast {
             1 => self.window.refused_by(self.stepper.foreseen_steps()).unwrap_or(0),
             left => left.saturating_sub(1),
         };
-        let (state, switched) = (self.stepper.state(), self.stepper.switched());
-        self.recorder.observe(&self.plan, state, was_sliding, driving, switched)
+        self.recorder.observe(&self.plan, &mut self.stepper, was_sliding, driving)
     }
 
     /// Opens a jump or a window, if one is certified; or else the steps that are best
@@ -129,6 +129,19 @@ impl Fast {
         Ok(Leap::Window(index))
     }
 
+    /// Has a span of the energies begin no later than a leap, which goes on to its end.
+    fn begin_span(&mut self, leap: Leap) {
+        let steps = match leap {
+            Leap::Jump { steps } => steps,
+            Leap::Window(index) => self.window.steps(index),
+            // Nothing moves.
+            Leap::Rest { .. } => return,
+        };
+        let (accounts, state) = self.stepper.accounts_mut();
+        let until_step = state.step + steps;
+        accounts.begin(&self.plan, state, until_step);
+    }
+
     /// Records the next step of the leap that is due, or lands at its end.
     fn continue_leap(&mut self, leap: Leap) -> Result<(), SimulationError> {
         let from_step = self.stepper.state().step;
@@ -150,20 +163,25 @@ impl Fast {
         };
         *leaps += 1;
         *leap_steps += steps;
-        let state = self.stepper.state_mut();
+        let (accounts, state) = self.stepper.accounts_mut();
         match leap {
             Leap::Window(index) => {
                 self.window.land(&self.plan, index, state);
+                self.window.account(&self.plan, index, state, accounts);
                 if self.window.ends_near_switch(index) {
                     // This one, and one to foresee from.
                     state.single_steps = 2;
                 }
             }
-            Leap::Jump { steps } => opened(&mut self.jump).land(steps, state),
-            Leap::Rest { steps } => {
-                state.step += steps;
-                state.sliding = 0;
+            Leap::Jump { steps } => {
+                let jump = opened(&mut self.jump);
+                jump.land(steps, state);
+                jump.account(&self.plan, state, accounts);
             }
+            Leap::Rest { steps } => rest(&self.plan, steps, state, accounts),
+        }
+        if accounts.by_steps() {
+            accounts.end(&self.plan, state);
         }
         self.take_plain_step()
     }
@@ -174,25 +192,50 @@ impl Fast {
         if matches!(leap, Leap::Jump { .. })
             && self.recorder.due_is_load(&self.plan)
             && let Some(spring) = self.plan.drive.only_side()
+            && self.stepper.state().energy.is_none()
         {
             let hold_step = self.stepper.state().hold_step;
             let first_m = opened(&mut self.jump).sample_first_m(into - 1);
             let total_n = spring.force_n(self.plan.drive_point_m(due_step, hold_step), first_m);
-            self.recorder.record_load(&self.plan, hold_step, Driving { total_n, ends_n: None });
+            self.recorder.record_load(&self.plan, hold_step, Driving { total_n, ends_n: None }, None);
             return Ok(());
         }
         self.aside.state_mut().clone_from(self.stepper.state());
+        let (accounts, state) = self.aside.accounts_mut();
+        accounts.follow(&self.plan, state);
         match leap {
-            Leap::Window(_) => self.window.sample(&self.plan, into - 1, self.aside.state_mut()),
-            Leap::Jump { .. } => opened(&mut self.jump).sample(into - 1, self.aside.state_mut()),
-            Leap::Rest { .. } => self.aside.state_mut().step += into - 1,
+            Leap::Window(_) => {
+                self.window.sample(&self.plan, into - 1, state);
+                self.window.account_sample(&self.plan, into - 1, state, accounts);
+            }
+            Leap::Jump { .. } => {
+                let jump = opened(&mut self.jump);
+                jump.sample(into - 1, state);
+                jump.account(&self.plan, state, accounts);
+            }
+            Leap::Rest { .. } => rest(&self.plan, into - 1, state, accounts),
+        }
+        if accounts.by_steps() {
+            accounts.end(&self.plan, state);
         }
         let mut driving = Driving { total_n: 0.0, ends_n: None };
         while self.aside.state().step < due_step {
             driving = self.aside.take_step();
         }
-        self.recorder.record(&self.plan, self.aside.state(), driving, &[], false)
+        let energy = self.aside.energy();
+        self.recorder.record(&self.plan, self.aside.state(), driving, energy, &[], false)
     }
+}
+
+/// Takes steps in which nothing moves but the drive point.
+fn rest(plan: &Plan, steps: u64, state: &mut ChainState, accounts: &Accounts) {
+    let from_step = state.step;
+    state.step += steps;
+    state.sliding = 0;
+    let displacement_m = std::mem::take(&mut state.displacement_m);
+    let sum_m = |n: usize| steps as f64 * displacement_m[n];
+    accounts.add_drive(plan, state, from_step, steps, sum_m, |n| displacement_m[n]);
+    state.displacement_m = displacement_m;
 }
 
 /// The jump that a leap was opened with.
@@ -224,6 +267,7 @@ impl Solver for Fast {
             if state.single_steps == 0 && !edge_ahead {
                 match self.open_leap() {
                     Ok(leap) => {
+                        self.begin_span(leap);
                         self.leap = Some(leap);
                         continue;
                     }

@@ -27,6 +27,7 @@ use asperity_model::Plan;
 use asperity_model::chain::{SteadyLoading, Stiffness};
 
 use crate::contacts::{Ramp, StopForce, least_threshold_n};
+use crate::energy::Accounts;
 use crate::modes::{Coordinates, Modes};
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
@@ -44,6 +45,9 @@ const SHORTEST_PER_BLOCK: u64 = 30;
 
 /// What part of them to wait where a jump was refused.
 const PATIENCE: u64 = 16;
+
+/// What samples may leave out of displacements, over the largest of them: a rounding error or two.
+const NEGLIGIBLE: f64 = 4e-16;
 
 /// What waves may miss besides their defect: rounding errors of the state.
 const MISSED_OF_STATE: f64 = 4.0 * f64::EPSILON;
@@ -89,6 +93,10 @@ pub(crate) struct Jump {
     composed: Vec<f64>,
     coordinates: Coordinates,
     from_step: u64,
+    /// The size of modes that change nothing in displacements.
+    negligible: f64,
+    /// Sum of a residue's displacements over the states on the way.
+    ways_m: Vec<f64>,
     /// Coordinates at the last sample, where that was, and how they grow in the
     /// number of steps that last lay between two.
     sampled: Coordinates,
@@ -117,6 +125,8 @@ impl Jump {
             composed: vec![0.0; 2 * blocks],
             coordinates: Coordinates::default(),
             from_step: 0,
+            negligible: 0.0,
+            ways_m: vec![0.0; blocks],
             sampled: Coordinates::default(),
             sampled_step: 0,
             swing: vec![0.0; blocks],
@@ -193,6 +203,7 @@ impl Jump {
         let reach_m = u_scale.max(sweeps.largest(&self.position_m)) + advance_m;
         let reserve = self.norms.force * missed + self.norms.force_rounding(reach_m, v_scale);
         self.from_step = state.step;
+        self.negligible = NEGLIGIBLE / blocks as f64 * sweeps.largest(&self.position_m);
         self.sampled.clone_from(&self.coordinates);
         self.sampled_step = state.step;
         let rounding = self.norms.force_rounding(reach_m, v_scale) * blocks as f64;
@@ -254,7 +265,7 @@ impl Jump {
     pub(crate) fn land(&mut self, into: u64, state: &mut ChainState) {
         let mut coordinates = self.coordinates.clone();
         coordinates.grow_by(&self.basis.growth(into));
-        self.compose(into, &coordinates, state);
+        self.compose(into, &coordinates, f64::NEG_INFINITY, state);
     }
 
     /// The same for a sample, which leaves the jump open; samples must come in
@@ -262,7 +273,7 @@ impl Jump {
     pub(crate) fn sample(&mut self, into: u64, state: &mut ChainState) {
         self.sample_to(into);
         let sampled = std::mem::take(&mut self.sampled);
-        self.compose(into, &sampled, state);
+        self.compose(into, &sampled, self.negligible, state);
         self.sampled = sampled;
     }
 
@@ -289,11 +300,36 @@ impl Jump {
         self.sampled_step = target;
     }
 
-    fn compose(&mut self, into: u64, coordinates: &Coordinates, state: &mut ChainState) {
+    /// Adds to the energies what the steps up to a state did, to which they have just led.
+    ///
+    /// The residue's displacements sum up to what its map says, summed over the steps `r -> r'`:
+    /// `M sum u = eta L sum v - m / dt (v' - v)`, with `sum v = (u' - u) / dt + v - v'`.
+    pub(crate) fn account(&mut self, plan: &Plan, state: &mut ChainState, accounts: &Accounts) {
+        let blocks = self.position_m.len();
+        let steps = state.step - self.from_step;
+        let dt = plan.grid.step_s();
+        let (u, v) = self.residue.split_at(blocks);
+        let (new_u, new_v) = self.composed.split_at(blocks);
+        let velocities: Vec<f64> = (0..blocks).map(|n| (new_u[n] - u[n]) / dt + (v[n] - new_v[n])).collect();
+        for n in 0..blocks {
+            self.ways_m[n] =
+                plan.elastic.damping_force_n(&velocities, n) - plan.block_mass_kg / dt * (new_v[n] - v[n]);
+        }
+        self.stiffness.solve(&mut self.ways_m);
+        let advance_m = &self.loading[usize::from(self.moves)].advance_m;
+        let (position_m, ways_m, count) = (&self.position_m, &self.ways_m, steps as f64);
+        let sum_m = |n: usize| count * (position_m[n] + 0.5 * (count - 1.0) * advance_m[n]) + ways_m[n];
+        accounts.add_drive(plan, state, self.from_step, steps, sum_m, |n| position_m[n] + u[n]);
+    }
+
+    /// Without modes of at most the size `least`.
+    fn compose(&mut self, into: u64, coordinates: &Coordinates, least: f64, state: &mut ChainState) {
         let blocks = self.position_m.len();
         match &mut self.basis {
-            Basis::Stored(modes) => modes.compose(coordinates, &mut self.composed),
-            Basis::Waves(waves) => waves.compose(coordinates, &mut self.composed, &mut self.swing),
+            Basis::Stored(modes) => modes.compose_above(coordinates, least, &mut self.composed),
+            Basis::Waves(waves) => {
+                waves.compose_above(coordinates, least, &mut self.composed, &mut self.swing);
+            }
         }
         let (u, v) = self.composed.split_at(blocks);
         let SteadyLoading { advance_m, velocity_m_per_s, .. } = &self.loading[usize::from(self.moves)];

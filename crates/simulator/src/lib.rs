@@ -39,9 +39,11 @@
 //! - [`solver`](Solver), `kind`: what a solver is, and which there are.
 //! - `state`, `contacts`: what a step depends on, and what contacts bear under the load of a step.
 //! - `stepper`: one step, equation by equation; `sweep` below it is that for all blocks at once.
+//! - `energy` and `ledger`: what became of the work of the drive.
 //! - `recorder`: what is recorded and when, for all solvers alike; `counters`: what the steps of
 //!   a run were made of.
-//! - `expectation`: whether records can be those of a plan, told without taking its steps.
+//! - `expectation`: whether records can be those of a plan, told without taking its steps, and
+//!   `budget`, whether their energies can.
 //! - `plain`: every step.
 //! - `fast`: which steps are taken how. `window` and `basis` take many while some blocks slide,
 //!   `jump` while all stick (by `modes` or, for long chains, by `waves`, with `complex` numbers),
@@ -54,15 +56,18 @@
 //! difference does not matter.
 
 mod basis;
+mod budget;
 mod complex;
 mod contacts;
 mod counters;
+mod energy;
 pub mod equality;
 mod exact;
 mod expectation;
 mod fast;
 mod jump;
 mod kind;
+mod ledger;
 mod modes;
 mod plain;
 mod recorder;
@@ -80,6 +85,7 @@ pub use exact::Exact;
 pub use expectation::{Departure, Expectation};
 pub use fast::Fast;
 pub use kind::SolverKind;
+pub use ledger::{Ledger, Span, Sum};
 pub use plain::Plain;
 pub use solver::{SimulationError, Solver};
 pub use state::ChainState;

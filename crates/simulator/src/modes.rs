@@ -365,9 +365,23 @@ impl Modes {
 
     /// The state with these coordinates.
     pub(crate) fn compose(&mut self, coordinates: &Coordinates, state: &mut [f64]) {
-        let blocks = state.len() / 2;
-        self.sweeps.multiply(&mut self.scratch, &self.from_re, &coordinates.re);
-        self.sweeps.multiply(&mut self.more_scratch, &self.from_im, &coordinates.im[..self.pairs]);
+        self.compose_first(coordinates, self.sizes.len(), state);
+    }
+
+    /// The same without modes of at most that size, as far as they are the last: those of short
+    /// waves, which damping takes away first.
+    pub(crate) fn compose_above(&mut self, coordinates: &Coordinates, size: f64, state: &mut [f64]) {
+        let numbers = coordinates.re.iter().zip(&coordinates.im);
+        let last = numbers.rev().position(|(re, im)| (re * re + im * im).sqrt() > size);
+        self.compose_first(coordinates, last.map_or(0, |behind| self.sizes.len() - behind), state);
+    }
+
+    fn compose_first(&mut self, coordinates: &Coordinates, modes: usize, state: &mut [f64]) {
+        let (size, pairs) = (state.len(), modes.min(self.pairs));
+        let blocks = size / 2;
+        let (re, im) = (&coordinates.re[..modes], &coordinates.im[..pairs]);
+        self.sweeps.multiply(&mut self.scratch, &self.from_re[..modes * size], re);
+        self.sweeps.multiply(&mut self.more_scratch, &self.from_im[..pairs * size], im);
         for ((y, re), im) in state.iter_mut().zip(&self.scratch).zip(&self.more_scratch) {
             *y = re + im;
         }

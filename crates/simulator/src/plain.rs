@@ -6,6 +6,7 @@ use asperity_model::Plan;
 use asperity_record::Record;
 
 use crate::counters::Counters;
+use crate::energy::Bookkeeping;
 use crate::recorder::Recorder;
 use crate::solver::{SimulationError, Solver};
 use crate::state::ChainState;
@@ -27,7 +28,7 @@ impl Plain {
     /// A solver at the start of a plan.
     pub fn new(plan: impl Into<Arc<Plan>>) -> Plain {
         let plan = plan.into();
-        let stepper = Stepper::new(Arc::clone(&plan), Sweeps::detect());
+        let stepper = Stepper::new(Arc::clone(&plan), Sweeps::detect(), Bookkeeping::EveryStep);
         Plain { recorder: Recorder::new(&plan, stepper.state()), stepper, plan }
     }
 
@@ -63,8 +64,7 @@ impl Solver for Plain {
             }
             let was_sliding = state.sliding > 0;
             let driving = self.stepper.take_step();
-            let (state, switched) = (self.stepper.state(), self.stepper.switched());
-            self.recorder.observe(&self.plan, state, was_sliding, driving, switched)?;
+            self.recorder.observe(&self.plan, &mut self.stepper, was_sliding, driving)?;
         }
     }
 

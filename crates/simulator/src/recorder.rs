@@ -4,12 +4,12 @@
 use std::collections::VecDeque;
 
 use asperity_model::{Plan, WindowPlan};
-use asperity_record::{Direction, FieldRecord, Record, StepRecord, Switch, WindowRecord};
+use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord, Switch, WindowRecord};
 
 use crate::contacts::{Load, threshold_n};
 use crate::solver::SimulationError;
 use crate::state::ChainState;
-use crate::stepper::Driving;
+use crate::stepper::{Driving, Stepper};
 
 /// Turns states worth recording into records, and knows the next step at which
 /// a cadence asks for one.
@@ -54,9 +54,15 @@ impl Recorder {
     }
 
     /// Records that step, in which no block slides, from its driving force alone.
-    pub(crate) fn record_load(&mut self, plan: &Plan, hold_step: u64, driving: Driving) {
+    pub(crate) fn record_load(
+        &mut self,
+        plan: &Plan,
+        hold_step: u64,
+        driving: Driving,
+        energy: Option<Energy>,
+    ) {
         let step = self.due_step;
-        self.ready.push_back(load(plan, step, hold_step, 0, driving, Vec::new()));
+        self.ready.push_back(load(plan, step, hold_step, 0, driving, energy, Vec::new()));
         self.due_step = next_due(plan, step);
     }
 
@@ -71,32 +77,34 @@ impl Recorder {
     pub(crate) fn observe(
         &mut self,
         plan: &Plan,
-        state: &ChainState,
+        stepper: &mut Stepper,
         was_sliding: bool,
         driving: Driving,
-        switched: &[usize],
     ) -> Result<(), SimulationError> {
+        let state = stepper.state();
         let edge = was_sliding != (state.sliding > 0);
-        if edge || !switched.is_empty() || state.step == self.due_step {
-            self.record(plan, state, driving, switched, edge)?;
+        if edge || !stepper.switched().is_empty() || state.step == self.due_step {
+            let energy = stepper.energy();
+            self.record(plan, stepper.state(), driving, energy, stepper.switched(), edge)?;
         }
         Ok(())
     }
 
-    /// Records the step that led to `state`: the blocks that switched in it
+    /// Records the step that led to `state`: the energies then, the blocks that switched in it
     /// (counted from 0), and whether it is the onset or end of a slip event.
     pub(crate) fn record(
         &mut self,
         plan: &Plan,
         state: &ChainState,
         driving: Driving,
+        energy: Option<Energy>,
         switched: &[usize],
         edge: bool,
     ) -> Result<(), SimulationError> {
         check_finite(state)?;
         let step = state.step;
         let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
-        self.ready.push_back(load(plan, step, state.hold_step, state.sliding, driving, switches));
+        self.ready.push_back(load(plan, step, state.hold_step, state.sliding, driving, energy, switches));
         for due in due_states(plan, step, edge) {
             self.ready.push_back(match due {
                 Due::Fields => Record::Fields(fields(plan, state)),
@@ -114,6 +122,7 @@ fn load(
     hold_step: u64,
     sliding: u32,
     driving: Driving,
+    energy: Option<Energy>,
     switches: Vec<Switch>,
 ) -> Record {
     Record::Step(StepRecord {
@@ -121,7 +130,7 @@ fn load(
         time_s: plan.grid.time_s(step),
         driving_force_n: driving.total_n,
         end_forces_n: driving.ends_n,
-        energy: None,
+        energy,
         normal_load_n: Load::in_step(plan, step, hold_step).scaled_n(plan.total_normal_load_n),
         sliding,
         switches,

@@ -3,6 +3,8 @@
 use asperity_model::Plan;
 use serde::{Deserialize, Serialize};
 
+use crate::ledger::Ledger;
+
 /// Everything that the next step depends on, and the last step's forces.
 ///
 /// Structure of arrays, one value per node or per contact, which are the same blocks in a
@@ -39,6 +41,9 @@ pub struct ChainState {
     /// known.
     #[serde(default = "never")]
     pub hold_step: u64,
+    /// Energies up to the last step; none in states that were saved before there were any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy: Option<Ledger>,
     /// Where contacts age, the step in which each stuck last.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stuck_since_step: Vec<u64>,
@@ -80,6 +85,7 @@ impl ChainState {
             single_steps: 0,
             no_jump_before_step: 0,
             hold_step,
+            energy: Some(Ledger::default()),
             stuck_since_step: if ages { vec![initial.step; plan.blocks] } else { Vec::new() },
             aged_threshold_n: if ages { plan.friction.static_threshold_n.clone() } else { Vec::new() },
         }
@@ -101,6 +107,9 @@ impl ChainState {
             && self.slip.len() == plan.blocks
             && self.detached as usize == slipping
             && self.sliding as usize <= plan.blocks
+            && self.energy.is_none_or(|ledger| {
+                ledger.is_finite() && ledger.span.is_none_or(|span| span.from_step <= self.step)
+            })
             && self.stuck_since_step.len() == if ages { plan.blocks } else { 0 }
             && self.stuck_since_step.iter().all(|&step| step <= self.step)
             && if ages { finite(&self.aged_threshold_n) } else { self.aged_threshold_n.is_empty() }

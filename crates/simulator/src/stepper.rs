@@ -22,9 +22,11 @@
 use std::sync::Arc;
 
 use asperity_model::{Law, Plan, Reattach};
+use asperity_record::Energy;
 
 use crate::contacts::{Contacts, Load, StopForce, aged_threshold_n};
 use crate::counters::Counters;
+use crate::energy::{Accounts, Bookkeeping, Velocities};
 use crate::state::ChainState;
 use crate::sweep::{After, Blocks, Constants, Steps, Sweeps};
 
@@ -53,6 +55,7 @@ pub(crate) struct Stepper {
     /// The contacts that switched in the last step, counted from 0, ascending.
     switched: Vec<usize>,
     counters: Counters,
+    accounts: Accounts,
 }
 
 /// What the drive does in one step.
@@ -66,7 +69,7 @@ pub struct Driving {
 
 impl Stepper {
     /// The slider at the start of a plan, with sweeps for a certain instruction set.
-    pub(crate) fn new(plan: Arc<Plan>, sweeps: Sweeps) -> Stepper {
+    pub(crate) fn new(plan: Arc<Plan>, sweeps: Sweeps, keeping: Bookkeeping) -> Stepper {
         let state = ChainState::initial(&plan);
         let dt = plan.grid.step_s();
         let (nodes, contacts) = (plan.elastic.nodes(), plan.elastic.contacts());
@@ -97,6 +100,7 @@ impl Stepper {
             new_displacement_m: vec![0.0; nodes],
             new_velocity_m_per_s: vec![0.0; nodes],
             old_tangential_force_n: vec![0.0; nodes],
+            accounts: Accounts::new(&plan, &state, sweeps, keeping),
             plan,
             state,
             sweeps,
@@ -120,8 +124,23 @@ impl Stepper {
         &self.switched
     }
 
+    /// Energies at the end of the last step; `None` if the state came without.
+    pub(crate) fn energy(&mut self) -> Option<Energy> {
+        self.accounts.energy(&self.plan, &self.state)
+    }
+
+    /// The energies' accounts, and the state that they are kept in.
+    pub(crate) fn accounts_mut(&mut self) -> (&mut Accounts, &mut ChainState) {
+        (&mut self.accounts, &mut self.state)
+    }
+
     /// Takes one step; returns the driving forces that it used.
     pub(crate) fn take_step(&mut self) -> Driving {
+        let hold_step = self.state.hold_step;
+        if !self.accounts.by_steps() {
+            let next_step = self.state.step + 1;
+            self.accounts.begin(&self.plan, &mut self.state, next_step);
+        }
         self.state.step += 1;
         self.state.sliding = self.state.detached;
         if self.contacts.change() {
@@ -131,7 +150,7 @@ impl Stepper {
         let (plan, state) = (&*self.plan, &mut self.state);
         // The drive is taken at the new time, the nodes where they were.
         let point_m = plan.drive_point_m(state.step, state.hold_step);
-        let (mut total_n, mut ends_n) = (0.0, [0.0; 2]);
+        let (mut total_n, mut ends_n, mut along_n) = (0.0, [0.0; 2], 0.0);
         for spring in &plan.drive.springs {
             let force_n = spring.force_n(point_m, state.displacement_m[spring.block]);
             self.outer_force_n[spring.block] = match plan.prestress_n.get(spring.block) {
@@ -139,12 +158,14 @@ impl Stepper {
                 Some(prestress_n) => prestress_n + force_n,
             };
             total_n += force_n;
+            along_n += spring.direction * force_n;
             if spring.block == 0 {
                 ends_n[0] = force_n;
             } else if spring.block == plan.blocks - 1 {
                 ends_n[1] = force_n;
             }
         }
+        self.accounts.add_drive_step(state.energy.as_mut(), along_n, state.step <= state.hold_step);
         let driving = Driving { total_n, ends_n: self.pulls_both_ways.then_some(ends_n) };
         let old = Blocks {
             elastic: &plan.elastic,
@@ -168,14 +189,38 @@ impl Stepper {
         };
         std::mem::swap(&mut state.displacement_m, &mut self.new_displacement_m);
         self.switched.clear();
+        // By the laws without friction springs, blocks that stop do so in this step.
+        let rigid = self.plan.friction.law != Law::Springs;
+        if !rigid {
+            self.add_step();
+        }
         if any_switch {
             self.switch_blocks();
+        }
+        if rigid {
+            self.add_step();
         }
         std::mem::swap(&mut self.state.velocity_m_per_s, &mut self.new_velocity_m_per_s);
         self.counters.plain_steps += 1;
         self.counters.switches += self.switched.len() as u64;
         self.stop_at_load(total_n);
+        if !self.accounts.by_steps() {
+            let is_last = !self.switched.is_empty() || self.state.hold_step != hold_step;
+            self.accounts.pass(&self.plan, &mut self.state, is_last);
+        }
         driving
+    }
+
+    /// Adds what the step did to the energies, where every step is to.
+    fn add_step(&mut self) {
+        let Some(ledger) = self.state.energy.as_mut().filter(|_| self.accounts.by_steps()) else { return };
+        let step = Velocities {
+            before: &self.state.velocity_m_per_s,
+            after: &self.new_velocity_m_per_s,
+            slip: &self.state.slip,
+            sliding_friction_n: &self.contacts.sliding_friction_n,
+        };
+        self.accounts.add_step(&self.plan, ledger, &step);
     }
 
     /// Stops the drive point where the load has been reached that it is to be driven to.
@@ -209,6 +254,13 @@ impl Stepper {
         let (plan, state) = (&*self.plan, &mut self.state);
         let friction = &plan.friction;
         let rigid = friction.law != Law::Springs;
+        // Energy of the friction springs that take hold, less of those that let go.
+        let kt = friction.interfacial_stiffness_n_per_m;
+        let held_j = |state: &ChainState, n: usize| {
+            let stretch_m = state.displacement_m[n] - state.stick_position_m[n];
+            0.5 * kt * stretch_m * stretch_m
+        };
+        let mut anchored_j = 0.0;
         let after = After {
             slip: &state.slip,
             v: &state.velocity_m_per_s,
@@ -235,6 +287,7 @@ impl Stepper {
                     } else {
                         state.stick_position_m[n] =
                             state.displacement_m[n] - tau / friction.interfacial_stiffness_n_per_m;
+                        anchored_j += held_j(state, n);
                     }
                     if friction.ageing.is_some() {
                         state.stuck_since_step[n] = state.step;
@@ -250,11 +303,15 @@ impl Stepper {
                             continue;
                         }
                     }
+                    anchored_j -= held_j(state, n);
                     state.slip[n] = 1.0;
                     state.detached += 1;
                 }
                 self.switched.push(n);
             }
+        }
+        if let Some(ledger) = &mut state.energy {
+            ledger.anchor_change_j.add(anchored_j);
         }
     }
 
@@ -271,5 +328,6 @@ impl Stepper {
         assert_eq!(state.displacement_m.len(), self.plan.blocks, "the state of a chain of another size");
         self.state = state.clone();
         self.switched.clear();
+        self.accounts.follow(&self.plan, &self.state);
     }
 }

@@ -249,11 +249,27 @@ impl Waves {
     /// The state with these coordinates, and how large the force on each block may
     /// become from there on.
     pub(crate) fn compose(&mut self, coordinates: &Coordinates, state: &mut [f64], swing: &mut [f64]) {
+        self.compose_above(coordinates, f64::NEG_INFINITY, state, swing);
+    }
+
+    /// The same without waves of at most that size, where eight next to each other are.
+    pub(crate) fn compose_above(
+        &mut self,
+        coordinates: &Coordinates,
+        least: f64,
+        state: &mut [f64],
+        swing: &mut [f64],
+    ) {
         state.fill(0.0);
         swing.fill(0.0);
         let (u, v) = state.split_at_mut(self.blocks);
         let mut first_swing = 0.0;
         for (eight, at) in self.waves.chunks(LANES).zip((0..).step_by(LANES)) {
+            let sizes = (at..at + eight.len())
+                .map(|e| Complex { re: coordinates.re[e], im: coordinates.im[e] }.size());
+            if sizes.fold(0.0, f64::max) <= least {
+                continue;
+            }
             let mut waves = Waves8 { turn: turns(eight), ..Waves8::default() };
             for (lane, wave) in eight.iter().enumerate() {
                 let z = Complex { re: coordinates.re[at + lane], im: coordinates.im[at + lane] };

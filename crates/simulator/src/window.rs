@@ -12,7 +12,8 @@ mod rows;
 
 use asperity_model::Plan;
 
-use crate::basis::GRID_STEPS;
+use crate::basis::{GRID_STEPS, MOST_TERMS};
+use crate::energy::Accounts;
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
 use crate::window::certificate::Certificate;
@@ -25,6 +26,8 @@ pub(crate) struct Window {
     certificate: Certificate,
     /// Steps until the first switch, as they were foreseen where it was opened.
     foreseen_steps: f64,
+    /// Sums of displacements over the states on the way.
+    ways_m: Vec<f64>,
 }
 
 impl Window {
@@ -33,6 +36,7 @@ impl Window {
             expansion: Expansion::new(plan, sweeps),
             certificate: Certificate::new(plan),
             foreseen_steps: 0.0,
+            ways_m: vec![0.0; plan.blocks],
         }
     }
 
@@ -118,6 +122,57 @@ impl Window {
         state.step += steps;
     }
 }
+
+impl Window {
+    /// Adds to the energies what the steps to the end of the window did, after it has landed.
+    pub(crate) fn account(&mut self, plan: &Plan, index: usize, state: &mut ChainState, accounts: &Accounts) {
+        let length = &self.expansion.basis.lengths[index];
+        let (steps, coefficients) = (length.steps, length.triple_sum);
+        self.add_up(plan, steps, &coefficients, state, accounts);
+    }
+
+    /// The same for a sample.
+    pub(crate) fn account_sample(
+        &mut self,
+        plan: &Plan,
+        steps: u64,
+        state: &mut ChainState,
+        accounts: &Accounts,
+    ) {
+        let steps = steps / GRID_STEPS * GRID_STEPS;
+        let coefficients = *self.expansion.basis.triple_sum(steps);
+        self.add_up(plan, steps, &coefficients, state, accounts);
+    }
+
+    fn add_up(
+        &mut self,
+        plan: &Plan,
+        steps: u64,
+        coefficients: &[f64; MOST_TERMS],
+        state: &mut ChainState,
+        accounts: &Accounts,
+    ) {
+        let Window { expansion, ways_m, .. } = self;
+        let coefficients = &coefficients[..expansion.terms];
+        let from_step = state.step - steps;
+        let start_m = &expansion.first_u.row(0)[..plan.blocks];
+        let first_m = |n: usize| start_m[n];
+        if !accounts.fades() && plan.drive.springs.len() <= FEW_SPRINGS {
+            let sum_m = |n: usize| expansion.displacement_sum_m(n, steps, coefficients);
+            accounts.add_drive(plan, state, from_step, steps, sum_m, first_m);
+            return;
+        }
+        expansion.displacement_sums_m(ways_m, steps, coefficients);
+        accounts.add_drive(plan, state, from_step, steps, |n| ways_m[n], first_m);
+        // After each step: without the first state, with the last.
+        accounts.fade(plan, state.energy.as_mut(), ways_m, 1.0);
+        accounts.fade(plan, state.energy.as_mut(), start_m, -1.0);
+        accounts.fade(plan, state.energy.as_mut(), &state.displacement_m, 1.0);
+    }
+}
+
+/// Driving springs of which each is summed up on its own.
+const FEW_SPRINGS: usize = 4;
 
 /// Single steps at a time where there are no windows: now and then a jump may be
 /// possible.

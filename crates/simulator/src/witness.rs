@@ -6,19 +6,24 @@
 //! steps up to the checkpoint are taken again, and must lead to it. What is left to a forger are
 //! changes of displacements, velocities and forces below [`TOLERANCE`] of the largest of each
 //! kind, to the bit where a state stands at the checkpoint's own step; and what does not enter the
-//! physics: how the solver cuts up the steps, and counts of its work. In a run that records no
+//! physics: how the solver cuts up the steps, and counts of its work. Energies go by the same
+//! share of the largest of them. In a run that records no
 //! states, displacements and velocities are not held against anything.
 
 use std::sync::Arc;
 
 use asperity_model::Plan;
-use asperity_record::{Direction, FieldRecord, Record};
+use asperity_record::{Direction, Energy, FieldRecord, Record};
 
 use crate::contacts::aged_threshold_n;
 use crate::counters::Counters;
+use crate::energy::Bookkeeping;
 use crate::fast::Fast;
+use crate::ledger::Ledger;
 use crate::solver::Solver;
 use crate::state::ChainState;
+use crate::stepper::Stepper;
+use crate::sweep::Sweeps;
 
 /// How far a value may be from that of steps taken again, in parts of the largest of its kind.
 /// The solvers agree to 1e-9 over whole runs.
@@ -37,8 +42,11 @@ pub struct Witness {
     switches: u64,
     /// The last step that was recorded, and how many blocks slid in it.
     last: Option<(u64, u32)>,
-    /// The last state of all blocks, how many slid in its step, and since when each was stuck.
-    fields: Option<(FieldRecord, u32, Vec<u64>)>,
+    /// The energies of the last step that was recorded.
+    energy: Option<Energy>,
+    /// The last state of all blocks, how many slid in its step, and since when each was stuck; the
+    /// energies then.
+    fields: Option<(FieldRecord, u32, Vec<u64>, Option<Ledger>)>,
     /// The last recorded step before which the load that stops the drive was not reached, and the
     /// first in which it was.
     below_step: u64,
@@ -54,6 +62,7 @@ impl Witness {
             stuck_since_step: vec![plan.initial.step; plan.blocks],
             switches: 0,
             last: None,
+            energy: None,
             fields: None,
             below_step: 0,
             reached_step: u64::MAX,
@@ -66,6 +75,7 @@ impl Witness {
         match record {
             Record::Step(record) => {
                 self.last = Some((record.step, record.sliding));
+                self.energy = record.energy;
                 self.switches += record.switches.len() as u64;
                 for switch in &record.switches {
                     let Some(n) = (switch.block as usize).checked_sub(1).filter(|n| *n < self.detached.len())
@@ -90,7 +100,12 @@ impl Witness {
             Record::Fields(record) => {
                 let sliding =
                     self.last.filter(|(step, _)| *step == record.step).map_or(0, |(_, sliding)| sliding);
-                self.fields = Some((record.clone(), sliding, self.stuck_since_step.clone()));
+                let ledger = match self.last {
+                    Some((step, _)) if step == record.step => self.energy.as_ref().map(Ledger::of),
+                    Some(_) => None,
+                    None => Some(Ledger::default()),
+                };
+                self.fields = Some((record.clone(), sliding, self.stuck_since_step.clone(), ledger));
             }
             Record::Window(_) => {}
         }
@@ -194,7 +209,7 @@ impl Witness {
 
     /// Takes the steps from the last state recorded again.
     fn confirm_motion(&self, state: &ChainState) -> Result<(), String> {
-        let Some((fields, sliding, stuck_since_step)) = &self.fields else { return Ok(()) };
+        let Some((fields, sliding, stuck_since_step, ledger)) = &self.fields else { return Ok(()) };
         let is_initial = fields.step <= self.plan.initial.step;
         let recording = &self.plan.recording;
         if is_initial && !recording.event_fields && recording.fields_every_steps == 0 {
@@ -212,6 +227,7 @@ impl Witness {
             single_steps: 0,
             no_jump_before_step: 0,
             // One that came before is as good as told by the loads since.
+            energy: *ledger,
             hold_step: match self.plan.drive.until_load_ratio {
                 Some(_) if state.hold_step > fields.step => u64::MAX,
                 _ => state.hold_step,
@@ -239,6 +255,7 @@ impl Witness {
         if from.hold_step != state.hold_step || from.slip != state.slip {
             return Err("the steps before it lead to another state of the drive or the contacts".to_owned());
         }
+        self.confirm_energy(&from, state)?;
         let kinds = [
             ("displacement", "m", &from.displacement_m, &state.displacement_m),
             ("velocity", "m/s", &from.velocity_m_per_s, &state.velocity_m_per_s),
@@ -257,6 +274,50 @@ impl Witness {
                     expected[n]
                 ));
             }
+        }
+        Ok(())
+    }
+
+    /// Holds the energies of a state against those that the records lead to.
+    fn confirm_energy(&self, expected: &ChainState, state: &ChainState) -> Result<(), String> {
+        let plan = Arc::new(self.plan.clone());
+        let mut stepper = Stepper::new(plan, Sweeps::detect(), Bookkeeping::Spans);
+        let [expected, found] = [expected, state].map(|state| {
+            stepper.restore(state);
+            stepper.energy()
+        });
+        let (Some(expected), Some(found)) = (expected, found) else {
+            return match (expected, found) {
+                (Some(_), None) => Err("it has no energies, the records have".to_owned()),
+                _ => Ok(()),
+            };
+        };
+        let kinds = [
+            ("work of the drive", expected.drive_work_j, found.drive_work_j),
+            ("friction heat", expected.friction_heat_j, found.friction_heat_j),
+            ("change by anchors", expected.anchor_change_j, found.anchor_change_j),
+            ("work of the scheme", expected.scheme_work_j, found.scheme_work_j),
+        ];
+        let largest = kinds
+            .iter()
+            .map(|(_, expected, _)| expected.abs())
+            .fold(expected.kinetic_j + expected.elastic_j, f64::max);
+        for (what, expected, found) in kinds {
+            let is_near = (expected - found).abs() <= TOLERANCE * largest + f64::MIN_POSITIVE;
+            if !is_near {
+                return Err(format!(
+                    "it has a {what} of {found} J, the steps before it lead to {expected} J"
+                ));
+            }
+        }
+        // What the plain solver adds up; for the fast one it follows from the rest.
+        let viscous_j = state.energy.map_or(0.0, |ledger| ledger.viscous_loss_j.value());
+        let is_near = viscous_j == 0.0 || (viscous_j - expected.viscous_loss_j).abs() <= TOLERANCE * largest;
+        if !is_near {
+            return Err(format!(
+                "it has a viscous loss of {viscous_j} J, the steps before it lead to {} J",
+                expected.viscous_loss_j
+            ));
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! What a solver records is what a plan makes one expect, and hardly anything else is.
 
 use asperity_model::Plan;
-use asperity_record::Record;
+use asperity_record::{Energy, Record, StepRecord};
 use asperity_simulator::{Departure, Expectation, Fast, Plain, Solver};
 
 const SHORT: [&str; 4] =
@@ -113,6 +113,11 @@ fn what_is_changed_is_seen() {
                     !is_followed || told(&|record| driving_force(record, by)),
                     "driving force, record {number}"
                 );
+                for part in 0..Energy::COUNT {
+                    // Of half of them only the balance is known.
+                    let seen = told(&|record| energy(record, part, 0.1));
+                    assert!(seen, "energy {part}, record {number}");
+                }
                 for switch in 0..step.switches.len() {
                     assert!(told(&|record| threshold(record, switch, by)), "threshold, record {number}");
                     assert!(told(&|record| anchor(record, switch, by)), "anchor, record {number}");
@@ -132,6 +137,23 @@ fn what_is_changed_is_seen() {
     }
     // Velocities near rest are below the rounding of the forces.
     assert!(changed > 3000 && unseen * 4 < changed, "{unseen} of {changed} unseen");
+}
+
+fn energy(record: &mut Record, part: usize, by_j: f64) {
+    let Record::Step(StepRecord { energy: Some(energy), .. }) = record else {
+        panic!("a step with energies")
+    };
+    let parts = [
+        &mut energy.drive_work_j,
+        &mut energy.prestress_work_j,
+        &mut energy.friction_heat_j,
+        &mut energy.anchor_change_j,
+        &mut energy.viscous_loss_j,
+        &mut energy.kinetic_j,
+        &mut energy.elastic_j,
+        &mut energy.scheme_work_j,
+    ];
+    *parts.into_iter().nth(part).expect("there are so many") += by_j;
 }
 
 fn normal_load(record: &mut Record, by: f64) {

@@ -34,14 +34,23 @@ const WITHOUT_MEANING: [(&str, &str); 10] = [
     ("metadata run_end new key", "a key of a later program; who does not know it passes over it"),
 ];
 
+const BELOW_BALANCE: &str =
+    "less than a billionth of the largest energy, which the balance cannot tell from rounding";
+
 /// The same of what follows from the run alone, so that only `check --again`, which repeats the
 /// run, can tell; and there it must be seen.
-const ONLY_AGAIN: [(&str, &str); 5] = [
+const ONLY_AGAIN: [(&str, &str); 11] = [
     ("message /fields *", "a state of the blocks between two events"),
     ("message /window *", "a state of some blocks"),
     ("message /switch *", "a force on a block that switches, or where it is"),
     ("message /step driving_force_n", "a load between two events"),
     ("message /step ft_fn", "a load between two events"),
+    ("message /step drive_work_j", BELOW_BALANCE),
+    ("message /step friction_heat_j", BELOW_BALANCE),
+    ("message /step viscous_loss_j", BELOW_BALANCE),
+    ("message /step kinetic_j", BELOW_BALANCE),
+    ("message /step elastic_j", BELOW_BALANCE),
+    ("message /step scheme_work_j", BELOW_BALANCE),
 ];
 
 const BELOW_ROUNDING: &str =

@@ -101,6 +101,53 @@ impl Forge {
                 change(parts, at, |message| message[key][4] = json!(1e-3));
             });
         }
+        for (name, key, says) in [
+            ("own-drive-work", "drive_work_j", "the energies do not balance"),
+            ("own-friction-heat", "friction_heat_j", "the energies do not balance"),
+            ("own-prestress-work", "prestress_work_j", "by its scenario"),
+            ("own-anchor-change", "anchor_change_j", "by its scenario"),
+        ] {
+            self.parts(name, what, says, |parts| {
+                let number = messages(parts, "/step").len() / 2;
+                change_step(parts, number, |message| message[key] = json!(1e-3));
+            });
+        }
+        // Two that balance each other.
+        self.parts("own-kinetic-energy", what, "the kinetic energy is", |parts| {
+            for number in 0..messages(parts, "/step").len() - 1 {
+                change_step(parts, number, |message| {
+                    let [kinetic, elastic] =
+                        ["kinetic_j", "elastic_j"].map(|key| message[key].as_f64().expect("it is a number"));
+                    (message["kinetic_j"], message["elastic_j"]) = (json!(elastic), json!(kinetic));
+                });
+            }
+        });
+        self.parts("own-no-energies", "steps without energies", "the file has nothing", |parts| {
+            for number in 0..messages(parts, "/step").len() {
+                change_step(parts, number, |message| {
+                    let message = message.as_object_mut().expect("it is an object");
+                    message.retain(|key, _| !key.ends_with("_j"));
+                });
+            }
+        });
+        self.parts(
+            "own-energy-lost",
+            "a step without one of the energies",
+            "it has energies without",
+            |parts| {
+                change_step(parts, 3, |message| {
+                    message.as_object_mut().expect("it is an object").remove("elastic_j");
+                });
+            },
+        );
+        self.says(
+            "own-end-energy",
+            "run_end",
+            "energy:friction_heat_j",
+            Some("1.5"),
+            "an energy at the end that is not that of the last step",
+            "energies: friction_heat_j = 1.5",
+        );
         self.says(
             "own-solver",
             "run",

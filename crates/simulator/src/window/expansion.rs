@@ -288,6 +288,26 @@ impl Expansion {
         (plan.block_mass_kg / (dt * dt) * self.basis.focus / 2.0, 1.0 / dt)
     }
 
+    /// The sum of a block's displacements over `steps` states from the first on, with the
+    /// coefficients of the terms for that.
+    pub(super) fn displacement_sum_m(&self, n: usize, steps: u64, coefficients: &[f64]) -> f64 {
+        let terms = coefficients.iter().enumerate().rev();
+        let of_terms = terms.fold(0.0, |sum, (j, coefficient)| sum + coefficient * self.u.row(j)[n]);
+        let (now, rate) = (self.first_u.row(0)[n], self.first_u.row(1)[n]);
+        let count = steps as f64;
+        count * now + (0.5 * count * (count - 1.0) * rate + of_terms)
+    }
+
+    /// The same of all blocks.
+    pub(super) fn displacement_sums_m(&self, sums_m: &mut [f64], steps: u64, coefficients: &[f64]) {
+        self.sweeps.combine(sums_m, self.u.all(), self.u.pitch, coefficients);
+        let (now, rate) = self.first_u.both(self.blocks);
+        let count = steps as f64;
+        for ((sum, now), rate) in sums_m.iter_mut().zip(now).zip(rate) {
+            *sum += 0.5 * count * (count - 1.0) * rate + count * now;
+        }
+    }
+
     /// Writes displacements and velocities after `steps` steps, with the coefficients of the
     /// terms then.
     pub(super) fn compose(&self, plan: &Plan, steps: u64, coefficients: &[f64], state: &mut ChainState) {

@@ -1,0 +1,518 @@
+//! What became of the work that the drive does: energies, computed beside the steps.
+//!
+//! A step goes from `u, v` to `u' = u + w`, `v' = v + d` with `w = dt v'` and `m d = dt F`; `F` are
+//! the forces of the step, taken at the old nodes. Each force does the work `F_n w_n`, whatever
+//! becomes of it on the way:
+//!
+//! - *drive work* `dX sum_n (K_n (X - u_n) - K_n dX / 2)`, the point `X` of the step moved by `dX`
+//!   from that of the step before, the nodes held;
+//! - *prestress work* `P w`; *friction heat* `f w` over the sliding contacts; *viscous loss* `v C w`;
+//! - *anchor change*: what friction springs hold as they take hold anew, less what they lose as they
+//!   let go;
+//! - *scheme work* `w M w / 2 - m d d / 2`, with `M` the stiffness of chain, drive and friction
+//!   springs: springs pull all the way as at its beginning, and velocities change at its beginning.
+//!
+//! The balance of these and of the changes of kinetic and elastic energy is an identity. The plain
+//! solver adds all of it up in every step ([`StepWork`](crate::sweep)).
+//!
+//! **Spans.** The fast solver does not see every step. In a *span* of steps nothing switches, and
+//! the outer forces `G` (drive, prestress, anchors, sliding friction) change by the same `g` in
+//! every step. There heat is `f` times the way; where the load changes, it is summed by parts. With
+//! `D v` the difference of `v` between a step and the next, the work of the scheme from the state
+//! `a` to the state `b` is `S(b) - S(a)`,
+//!
+//! ```text
+//! S = -m/2 v Dv - dt/4 v C v + g u / 2 - (R_1 + R_2 / 4 + R_3 / 16 + ...) / 4,
+//! R_p = [p = 1] g D u - m/2 |D^p v|^2 - D^p u M D^p u / 2 - m/2 D^p v D^(p+1) v - 3 dt/4 D^p v C D^p v.
+//! ```
+//!
+//! All but the last term follows from `m D v = dt (G - M u - C v)`, summed by parts; it leaves
+//! `-dt/4` times the sum of `Dv C Dv`. But differences obey the same scheme, with the force `g`, so
+//! that sum is their own viscous loss, to be had from their own balance, up to that of the second
+//! differences, and so on. Orders fall as `(dt w)^2 / 4` with `w` the highest rate of the chain:
+//! [`Accounts`] takes as many as leave out [`NEGLIGIBLE`] of the viscous loss. That itself is told
+//! by the balance. What the drive does needs the sum of the displacements that it pulls at over the
+//! steps: windows and jumps have it in closed form.
+
+use asperity_model::{Elastic, Law, Plan, Reattach};
+use asperity_record::Energy;
+
+use crate::contacts::Ramp;
+use crate::ledger::{Ledger, Span};
+use crate::state::ChainState;
+use crate::sweep::{Changing, Forms, Held, Moved, Stored, Sweeps};
+
+/// Share of the viscous loss that the orders of a span may leave out of the scheme's work.
+const NEGLIGIBLE: f64 = 1e-10;
+
+/// Most orders that are worth it beside adding up single steps.
+const MOST_ORDERS: usize = 4;
+
+/// Most orders of all, where steps are so long that they hardly fall.
+const LAST_ORDER: usize = 40;
+
+/// Who adds up what single steps do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Bookkeeping {
+    /// All of it is added up in every step.
+    EveryStep,
+    /// Spans, where they pay; the viscous loss is told by the balance.
+    Spans,
+}
+
+/// Heat and work of the scheme in a span, as functions of the state.
+#[derive(Debug, Clone, Copy)]
+struct Potential {
+    heat_j: f64,
+    scheme_j: f64,
+}
+
+/// Keeps the ledger of a state.
+#[derive(Debug, Clone)]
+pub(crate) struct Accounts {
+    sweeps: Sweeps,
+    /// Whether single steps add up what they do.
+    by_steps: bool,
+    /// Whether the viscous loss is told by the balance.
+    balances: bool,
+    orders: usize,
+    /// How far the drive point moves in a step, and how its pull changes in half a step.
+    advance_m: f64,
+    halfway_n: f64,
+    initial_kinetic_j: f64,
+    initial_elastic_j: f64,
+    map: Map,
+    force_n: Vec<f64>,
+    zeros: Vec<f64>,
+    /// Differences of the state of one order, and of the next: displacements and velocities.
+    now: [Vec<f64>; 2],
+    next: [Vec<f64>; 2],
+}
+
+/// What stays the same in the span that is open.
+#[derive(Debug, Clone)]
+struct Map {
+    from_step: u64,
+    until_step: u64,
+    /// Whether the drive point goes on moving.
+    moves: bool,
+    ramp: Ramp,
+    /// Sign of the velocity of each sliding block, 0 for stuck ones.
+    sigma: Vec<f64>,
+    /// `k_t` of stuck blocks, 0 for sliding ones.
+    spring: Vec<f64>,
+    /// Sliding friction in the next step.
+    drag_n: Vec<f64>,
+    slides: bool,
+    /// Whether each block slides the way that it will go on sliding.
+    is_directed: bool,
+}
+
+impl Accounts {
+    pub(crate) fn new(plan: &Plan, state: &ChainState, sweeps: Sweeps, keeping: Bookkeeping) -> Accounts {
+        let orders = orders(plan);
+        let zeros = || vec![0.0; plan.blocks];
+        let advance_m = plan.drive.velocity_m_per_s * plan.grid.step_s();
+        let all_n_per_m: f64 = plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum();
+        let mut accounts = Accounts {
+            sweeps,
+            by_steps: keeping == Bookkeeping::EveryStep
+                || plan.friction.law != Law::Springs
+                || orders > MOST_ORDERS,
+            balances: keeping == Bookkeeping::Spans,
+            orders,
+            advance_m,
+            halfway_n: 0.5 * advance_m * all_n_per_m,
+            initial_kinetic_j: 0.0,
+            initial_elastic_j: 0.0,
+            map: Map {
+                from_step: 0,
+                until_step: 0,
+                moves: false,
+                ramp: Ramp::FLAT,
+                sigma: zeros(),
+                spring: zeros(),
+                drag_n: plan.friction.dynamic_friction_n.clone(),
+                slides: false,
+                is_directed: true,
+            },
+            force_n: zeros(),
+            zeros: zeros(),
+            now: [zeros(), zeros()],
+            next: [zeros(), zeros()],
+        };
+        (accounts.initial_kinetic_j, accounts.initial_elastic_j) = accounts.stored_j(plan, state);
+        accounts
+    }
+
+    /// Whether single steps add up what they do, and spans are for many steps at once alone.
+    pub(crate) fn by_steps(&self) -> bool {
+        self.by_steps
+    }
+
+    /// Goes on with the span that is open in a state which was not reached by the last step.
+    pub(crate) fn follow(&mut self, plan: &Plan, state: &ChainState) {
+        if let Some(span) = state.energy.and_then(|ledger| ledger.span) {
+            self.set_map(plan, state, span.from_step);
+        }
+    }
+
+    /// Sees to it that a span is open that goes on up to `until_step`.
+    pub(crate) fn begin(&mut self, plan: &Plan, state: &mut ChainState, until_step: u64) {
+        let Some(ledger) = &state.energy else { return };
+        if ledger.span.is_some() {
+            if until_step <= self.map.until_step {
+                return;
+            }
+            self.end(plan, state);
+        }
+        self.set_map(plan, state, state.step);
+        let Potential { heat_j, scheme_j } = self.potential(plan, state);
+        if let Some(ledger) = &mut state.energy {
+            ledger.span = Some(Span { from_step: state.step, heat_j, scheme_j });
+        }
+    }
+
+    /// Closes the span that is open.
+    pub(crate) fn end(&mut self, plan: &Plan, state: &mut ChainState) {
+        let Some(span) = state.energy.and_then(|ledger| ledger.span) else { return };
+        let here = self.potential(plan, state);
+        if let Some(ledger) = &mut state.energy {
+            ledger.friction_heat_j.add(here.heat_j - span.heat_j);
+            ledger.scheme_work_j.add(here.scheme_j - span.scheme_j);
+            ledger.span = None;
+        }
+    }
+
+    /// After a single step in a span: closes it if the step was the last of it.
+    pub(crate) fn pass(&mut self, plan: &Plan, state: &mut ChainState, is_last: bool) {
+        self.fade(plan, state.energy.as_mut(), &state.displacement_m, 1.0);
+        if is_last || !self.map.is_directed {
+            self.end(plan, state);
+        }
+    }
+
+    /// Adds what a step did. `drag_n` and `slip` are those of the step.
+    pub(crate) fn add_step(&self, plan: &Plan, ledger: &mut Ledger, step: &Velocities<'_>) {
+        let dt = plan.grid.step_s();
+        let (weakening, radiation) = match plan.friction.law {
+            Law::Springs => (0.0, 0.0),
+            Law::Rigid { weakening_s_per_m, radiation_kg_per_s } => (weakening_s_per_m, radiation_kg_per_s),
+        };
+        let moved = Moved {
+            elastic: &plan.elastic,
+            v: step.before,
+            v_new: step.after,
+            slip: step.slip,
+            sliding_friction: step.sliding_friction_n,
+            kt: plan.friction.interfacial_stiffness_n_per_m,
+            weakening,
+            radiation,
+        };
+        let work = match plan.friction.law {
+            Law::Springs => self.sweeps.step_work(&moved),
+            Law::Rigid { .. } => self.sweeps.rigid_step_work(&moved),
+        };
+        let driven: f64 = plan
+            .drive
+            .springs
+            .iter()
+            .map(|spring| {
+                0.5 * spring.stiffness_n_per_m * step.after[spring.block] * step.after[spring.block]
+            })
+            .sum();
+        ledger.friction_heat_j.add(dt * work.friction_w);
+        if !self.balances {
+            ledger.viscous_loss_j.add(dt * work.dampers_w);
+        }
+        ledger
+            .scheme_work_j
+            .add(dt * dt * (work.strain_j_per_s2 + driven) - 0.5 * plan.block_mass_kg * work.change);
+    }
+
+    /// Adds the work of the drive point in a single step, from what it pulls with along its way.
+    #[inline]
+    pub(crate) fn add_drive_step(&self, ledger: Option<&mut Ledger>, along_n: f64, moves: bool) {
+        if let Some(ledger) = ledger.filter(|_| moves) {
+            ledger.drive_work_j.add(self.advance_m * (along_n - self.halfway_n));
+        }
+    }
+
+    /// Adds the work of the drive over so many steps behind `from_step`. `sum_m` gives the sum of a
+    /// block's displacements over the states from that step on, as many as there are steps,
+    /// `first_m` the first of them.
+    pub(crate) fn add_drive(
+        &self,
+        plan: &Plan,
+        state: &mut ChainState,
+        from_step: u64,
+        steps: u64,
+        sum_m: impl Fn(usize) -> f64,
+        first_m: impl Fn(usize) -> f64,
+    ) {
+        let Some(ledger) = &mut state.energy else { return };
+        let moving = steps.min(state.hold_step.saturating_sub(from_step));
+        let advance_m = self.advance_m;
+        if moving == 0 || advance_m == 0.0 {
+            return;
+        }
+        let count = moving as f64;
+        let point_m = plan.drive_point_m(from_step + 1, u64::MAX);
+        // Of the points of all steps, in the middle of their ways.
+        let points_m = count * (point_m + 0.5 * advance_m * (count - 2.0));
+        let mut force_n = 0.0;
+        for spring in &plan.drive.springs {
+            // Where the point stops on the way, it does so in the first step.
+            let nodes_m = if moving == steps { sum_m(spring.block) } else { count * first_m(spring.block) };
+            force_n += spring.stiffness_n_per_m * (points_m - spring.direction * nodes_m);
+        }
+        ledger.drive_work_j.add(advance_m * force_n);
+    }
+
+    /// Takes from the heat what the change of the load took from it in every step, over
+    /// displacements: those after each step, all in all.
+    pub(crate) fn fade(&self, plan: &Plan, ledger: Option<&mut Ledger>, displacement_m: &[f64], times: f64) {
+        if let Some(ledger) = ledger.filter(|_| self.fades()) {
+            let friction_n = &plan.friction.dynamic_friction_n;
+            let way_j = self.sweeps.directed(&self.map.sigma, friction_n, displacement_m);
+            ledger.friction_heat_j.add(-times * self.map.ramp.change_n(way_j));
+        }
+    }
+
+    /// Whether heat needs the sum of displacements over all steps: contacts slide under a load that
+    /// changes.
+    pub(crate) fn fades(&self) -> bool {
+        self.map.slides && !self.map.ramp.is_flat()
+    }
+
+    /// All of it, at the end of the last step; `None` if the state came without a ledger.
+    pub(crate) fn energy(&mut self, plan: &Plan, state: &ChainState) -> Option<Energy> {
+        let ledger = state.energy?;
+        let (mut heat_j, mut scheme_j) = (ledger.friction_heat_j.value(), ledger.scheme_work_j.value());
+        if let Some(span) = ledger.span {
+            let here = self.potential(plan, state);
+            heat_j += here.heat_j - span.heat_j;
+            scheme_j += here.scheme_j - span.scheme_j;
+        }
+        let (kinetic_j, elastic_j) = self.stored_j(plan, state);
+        let mut energy = Energy {
+            drive_work_j: ledger.drive_work_j.value(),
+            prestress_work_j: prestress_work_j(plan, &state.displacement_m),
+            friction_heat_j: heat_j,
+            anchor_change_j: ledger.anchor_change_j.value(),
+            viscous_loss_j: ledger.viscous_loss_j.value(),
+            kinetic_j,
+            elastic_j,
+            scheme_work_j: scheme_j,
+        };
+        if self.balances {
+            self.balance(&mut energy);
+        }
+        Some(energy)
+    }
+
+    /// Gives the viscous loss what is missing in the balance.
+    fn balance(&self, energy: &mut Energy) {
+        energy.viscous_loss_j = (energy.drive_work_j + energy.prestress_work_j)
+            + (energy.anchor_change_j + energy.scheme_work_j)
+            - energy.friction_heat_j
+            - (energy.kinetic_j - self.initial_kinetic_j)
+            - (energy.elastic_j - self.initial_elastic_j);
+    }
+
+    fn stored_j(&self, plan: &Plan, state: &ChainState) -> (f64, f64) {
+        stored_j(self.sweeps, plan, &stored_of(plan, state), state.step, state.hold_step)
+    }
+
+    fn set_map(&mut self, plan: &Plan, state: &ChainState, from_step: u64) {
+        let kt = plan.friction.interfacial_stiffness_n_per_m;
+        let one_way = plan.friction.reattach == Reattach::OneWay && plan.friction.law == Law::Springs;
+        let map = &mut self.map;
+        map.from_step = from_step;
+        map.until_step = plan.steady_until_step(from_step, state.hold_step);
+        map.moves = state.hold_step > from_step + 1;
+        if !plan.load_course.is_constant() {
+            map.ramp = Ramp::from_step(plan, from_step + 1, state.hold_step);
+        }
+        map.slides = state.detached > 0;
+        map.is_directed = self.sweeps.sort(
+            &mut map.sigma,
+            &mut map.spring,
+            &state.velocity_m_per_s,
+            &state.slip,
+            &[kt, f64::from(u8::from(one_way))],
+        );
+    }
+
+    /// The functions of the state whose differences over the span are heat and work.
+    fn potential(&mut self, plan: &Plan, state: &ChainState) -> Potential {
+        let Accounts { sweeps, map, force_n, zeros, now, next, orders, advance_m, .. } = self;
+        let (dt, mass) = (plan.grid.step_s(), plan.block_mass_kg);
+        let dt_over_m = dt / mass;
+        let rigid = plan.friction.law != Law::Springs;
+        let friction_n = &plan.friction.dynamic_friction_n;
+        let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
+        let load = map.ramp.ahead((state.step - map.from_step) as f64);
+        if !plan.load_course.is_constant() {
+            for (drag, friction) in map.drag_n.iter_mut().zip(friction_n) {
+                *drag = load.scaled_n(*friction);
+            }
+        }
+        // The step that comes next, as if the span went on.
+        let hold_step = if map.moves { u64::MAX } else { state.hold_step };
+        let point_m = plan.drive_point_m(state.step + 1, hold_step);
+        let advance_m = if map.moves { *advance_m } else { 0.0 };
+        sweeps.pull(force_n, u, v, &plan.elastic);
+        for spring in &plan.drive.springs {
+            force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
+        }
+        for (force, prestress) in force_n.iter_mut().zip(&plan.prestress_n) {
+            *force += prestress;
+        }
+        let held = Held {
+            u,
+            v,
+            anchor: &state.stick_position_m,
+            drag: &map.drag_n,
+            spring: &map.spring,
+            sigma: &map.sigma,
+            dt,
+            dt_over_m,
+        };
+        let [d_u, d_v] = now;
+        sweeps.first_difference(d_u, d_v, force_n, &held);
+        if rigid {
+            hold_stuck(&map.sigma, [d_u, d_v]);
+        }
+        // `g x`.
+        let steady_j = |x: &[f64]| {
+            let drive: f64 = plan
+                .drive
+                .springs
+                .iter()
+                .map(|spring| spring.force_n(advance_m, 0.0) * x[spring.block])
+                .sum();
+            let load = match map.slides && !map.ramp.is_flat() {
+                true => map.ramp.change_n(sweeps.directed(&map.sigma, friction_n, x)),
+                false => 0.0,
+            };
+            drive - load
+        };
+        let elastic = &plan.elastic;
+        let Forms { mixed, loss, .. } = sweeps.forms(&Changing { elastic, u, v, d_v, spring: &map.spring });
+        let mut scheme_j = -0.5 * mass * mixed - 0.25 * dt * loss + 0.5 * steady_j(u);
+        let mut share = 0.25;
+        for order in 1..=*orders {
+            let [d_u, d_v] = &*now;
+            sweeps.pull(force_n, d_u, d_v, elastic);
+            let advance_m = if order == 1 { advance_m } else { 0.0 };
+            for spring in &plan.drive.springs {
+                force_n[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
+            }
+            if order == 1 && map.slides && !map.ramp.is_flat() {
+                for ((force, friction), sigma) in force_n.iter_mut().zip(friction_n).zip(&map.sigma) {
+                    *force -= map.ramp.change_n(*friction) * sigma;
+                }
+            }
+            let held = Held { u: d_u, v: d_v, anchor: zeros, drag: zeros, ..held };
+            let [next_u, next_v] = next;
+            sweeps.first_difference(next_u, next_v, force_n, &held);
+            if rigid {
+                hold_stuck(&map.sigma, [next_u, next_v]);
+            }
+            let Forms { square, mixed, loss, elastic: strain_j } =
+                sweeps.forms(&Changing { elastic, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
+            let drive_j: f64 = plan
+                .drive
+                .springs
+                .iter()
+                .map(|spring| 0.5 * spring.stiffness_n_per_m * d_u[spring.block] * d_u[spring.block])
+                .sum();
+            let steady = if order == 1 { steady_j(d_u) } else { 0.0 };
+            scheme_j -=
+                share * (steady - 0.5 * mass * (square + mixed) - strain_j - drive_j - 0.75 * dt * loss);
+            share *= 0.25;
+            std::mem::swap(now, next);
+        }
+        let heat_j = match map.slides {
+            true => load.scaled_n(sweeps.directed(&map.sigma, friction_n, u)),
+            false => 0.0,
+        };
+        Potential { heat_j, scheme_j }
+    }
+}
+
+/// A state, for its energies.
+pub(crate) fn stored_of<'a>(plan: &'a Plan, state: &'a ChainState) -> Stored<'a> {
+    Stored {
+        elastic: &plan.elastic,
+        u: &state.displacement_m,
+        v: &state.velocity_m_per_s,
+        u_stick: &state.stick_position_m,
+        slip: &state.slip,
+        kt: plan.friction.interfacial_stiffness_n_per_m,
+    }
+}
+
+/// Kinetic and elastic energy of a state after a step.
+pub(crate) fn stored_j(
+    sweeps: Sweeps,
+    plan: &Plan,
+    state: &Stored<'_>,
+    step: u64,
+    hold_step: u64,
+) -> (f64, f64) {
+    let stored = sweeps.stored(state);
+    let point_m = plan.drive_point_m(step, hold_step);
+    let springs = plan.drive.springs.iter();
+    let drive_j: f64 = springs
+        .map(|spring| {
+            let stretch_m = spring.direction * point_m - state.u[spring.block];
+            0.5 * spring.stiffness_n_per_m * stretch_m * stretch_m
+        })
+        .sum();
+    (0.5 * plan.block_mass_kg * stored.square, stored.elastic_j + drive_j)
+}
+
+/// Work of the prestress up to a state.
+pub(crate) fn prestress_work_j(plan: &Plan, displacement_m: &[f64]) -> f64 {
+    let ways = displacement_m.iter().zip(&plan.initial.displacement_m);
+    let parts = plan.prestress_n.iter().zip(ways);
+    parts.fold(0.0, |sum, (force, (u, initial))| sum + force * (u - initial))
+}
+
+/// Velocities before and after a step, and what its contacts did.
+pub(crate) struct Velocities<'a> {
+    pub(crate) before: &'a [f64],
+    pub(crate) after: &'a [f64],
+    pub(crate) slip: &'a [f64],
+    pub(crate) sliding_friction_n: &'a [f64],
+}
+
+/// By the laws without friction springs: what is stuck does not move.
+fn hold_stuck(sigma: &[f64], [u, v]: [&mut Vec<f64>; 2]) {
+    for (sigma, (u, v)) in sigma.iter().zip(u.iter_mut().zip(v)) {
+        if *sigma == 0.0 {
+            (*u, *v) = (0.0, 0.0);
+        }
+    }
+}
+
+/// How many orders leave out what is negligible: a difference of the chain's fastest mode is at most
+/// `max(dt w, 4 eta dt / m + (dt w)^2)` of it, with `w` its frequency.
+fn orders(plan: &Plan) -> usize {
+    let (elastic, dt, mass): (&Elastic, _, _) = (&plan.elastic, plan.grid.step_s(), plan.block_mass_kg);
+    let stiffest = elastic.spectral_bound_n_per_m()
+        + plan.friction.interfacial_stiffness_n_per_m
+        + plan.drive.stiffest_n_per_m();
+    let square = dt * dt * stiffest / mass;
+    let damped = square + dt * elastic.damping_spectral_bound_kg_per_s() / mass;
+    let falls = 0.25 * square.max(damped * damped);
+    let mut left_out = falls * falls;
+    let mut orders = 1;
+    while left_out > NEGLIGIBLE && orders < LAST_ORDER {
+        left_out *= falls;
+        orders += 1;
+    }
+    orders
+}

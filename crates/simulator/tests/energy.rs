@@ -1,0 +1,109 @@
+//! Energies: their balance, and that both solvers tell the same.
+
+use std::sync::Arc;
+
+use asperity_model::Plan;
+use asperity_record::{Energy, Record, StepRecord};
+use asperity_simulator::{Fast, Plain, Solver};
+
+fn steps(mut solver: impl Solver) -> Vec<StepRecord> {
+    let mut steps = Vec::new();
+    while let Some(record) = solver.next_record().unwrap() {
+        if let Record::Step(step) = record {
+            steps.push(step);
+        }
+    }
+    steps
+}
+
+/// Scenarios of every kind, a tenth of a million steps or more, driven a hundred times as fast.
+fn scenarios() -> Vec<(&'static str, Vec<&'static str>)> {
+    vec![
+        ("default", vec![]),
+        ("default", vec!["parameter_set=as-stated"]),
+        ("default", vec!["parameter_set=as-stated", "time.step_s=4e-7"]),
+        ("default", vec!["friction.reattach=two-way", "parameter_set=as-stated"]),
+        ("default", vec!["slider.relative_damping=0"]),
+        ("default", vec!["initial_shear.beta=0.3", "normal_load.tilt=-0.8"]),
+        ("default", vec!["prestress.ratio=0.25", "normal_load.tilt=0.5"]),
+        ("default", vec!["prestress.ratio=0.3", "drive.kind=left-right", "friction.reattach=two-way"]),
+        ("default", vec!["drive.hold_from_s=0.011"]),
+        ("default", vec!["drive.velocity_m_per_s=0", "initial_velocity.amplitude_m_per_s=0.01"]),
+        ("default", vec!["slider.blocks=600", "time.duration_s=0.01", "recording.sample_s=1e-3"]),
+        ("ten-blocks", vec![]),
+        ("rigid-contacts", vec![]),
+        ("velocity-weakening", vec![]),
+        ("scattered-friction", vec![]),
+        ("ageing-contacts", vec![]),
+        ("top-driven", vec![]),
+        ("left-right-driven", vec![]),
+        ("default", vec!["normal_load.schedule_s=[0.005, 0.02]", "normal_load.schedule_n=[400, 300]"]),
+        (
+            "unloading-desired-load",
+            vec!["drive.until_load_ratio=0.2", "normal_load.schedule_s=[0, 0.02]", "time.duration_s=0.03"],
+        ),
+        (
+            "top-driven",
+            vec![
+                "drive.hold_from_s=0.02",
+                "normal_load.schedule_s=[0.02, 0.03]",
+                "normal_load.schedule_n=[400, 100]",
+            ],
+        ),
+    ]
+}
+
+fn plan(name: &str, sets: &[&str]) -> Arc<Plan> {
+    let quick = [
+        "time.step_s=1e-7",
+        "time.duration_s=0.03",
+        "drive.velocity_m_per_s=0.05",
+        "recording.sample_s=1e-4",
+        "recording.fields_s=0",
+    ];
+    Arc::new(asperity_testkit::plan(name, &quick.iter().chain(sets).copied().collect::<Vec<_>>()))
+}
+
+/// What energies are measured by: what was put in, or was there.
+fn scale_j(energy: &Energy, initial: &Energy) -> f64 {
+    energy.drive_work_j + energy.prestress_work_j.abs() + initial.kinetic_j + initial.elastic_j
+}
+
+#[test]
+fn both_solvers_tell_the_same_energies() {
+    for (name, sets) in scenarios() {
+        let plan = plan(name, &sets);
+        let name = format!("{name} {sets:?}");
+        let (plain, fast) = (steps(Plain::new(Arc::clone(&plan))), steps(Fast::new(Arc::clone(&plan))));
+        assert_eq!(plain.len(), fast.len(), "{name}");
+        let first = plain[0].energy.unwrap();
+        let last = plain.last().unwrap().energy.unwrap();
+        let scale = scale_j(&last, &first);
+        let mut worst = [0.0f64; 8];
+        for (plain, fast) in plain.iter().zip(&fast) {
+            assert_eq!((plain.step, plain.switches.len()), (fast.step, fast.switches.len()), "{name}");
+            let (plain, fast) = (plain.energy.unwrap().parts(), fast.energy.unwrap().parts());
+            for n in 0..8 {
+                worst[n] = worst[n].max((plain[n].1 - fast[n].1).abs() / scale);
+            }
+        }
+        for (worst, (what, value)) in worst.into_iter().zip(last.parts()) {
+            assert!(worst < 1e-11, "{name}, {what}: {worst:e} of {scale:e}, {value:e} at the end");
+        }
+    }
+}
+
+#[test]
+fn the_plain_solvers_energies_balance() {
+    for (name, sets) in scenarios() {
+        let plan = plan(name, &sets);
+        let name = format!("{name} {sets:?}");
+        let steps = steps(Plain::new(plan));
+        let first = steps[0].energy.unwrap();
+        let scale = scale_j(&steps.last().unwrap().energy.unwrap(), &first);
+        let start = first.balance_j();
+        let worst = steps.iter().map(|step| (step.energy.unwrap().balance_j() - start).abs());
+        let worst = worst.fold(0.0, f64::max);
+        assert!(worst / scale < 1e-12, "{name}: {worst:e} of {scale:e}");
+    }
+}

@@ -125,7 +125,7 @@ pub fn step_columns(parts: StepParts) -> Vec<Column> {
             number("friction_heat_j", "Work that sliding contacts have turned into heat."),
             number(
                 "anchor_change_j",
-                "What friction springs held when they took hold anew, less what they lost when they let go.",
+                "What friction springs held when they took hold again, less what they lost when they let go.",
             ),
             number("viscous_loss_j", "Work of the dampers between blocks."),
             number("kinetic_j", "Kinetic energy."),

@@ -17,7 +17,7 @@ pub struct Energy {
     pub prestress_work_j: f64,
     /// Work that sliding contacts have turned into heat, J.
     pub friction_heat_j: f64,
-    /// What friction springs held when they took hold anew, less what they lost when they let go,
+    /// What friction springs held when they took hold again, less what they lost when they let go,
     /// J; negative where detachment has taken out more than re-attachment put in.
     pub anchor_change_j: f64,
     /// Work of the dampers between blocks, J.

@@ -74,8 +74,8 @@ payload! {
         pub prestress_work_j: Option<f64>,
         /// What sliding contacts turned into heat, J.
         pub friction_heat_j: Option<f64>,
-        /// What friction springs lost by letting go, less what they held when they took hold anew,
-        /// J.
+        /// What friction springs held when they took hold again, less what they lost when they let
+        /// go, J.
         pub anchor_change_j: Option<f64>,
         /// What the dampers between blocks took up, J.
         pub viscous_loss_j: Option<f64>,

@@ -47,7 +47,7 @@ pub(crate) struct StepMessage {
     /// Work that sliding contacts have turned into heat, J.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) friction_heat_j: Option<f64>,
-    /// What friction springs held when they took hold anew, less what they lost when they let go, J.
+    /// What friction springs held when they took hold again, less what they lost when they let go, J.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) anchor_change_j: Option<f64>,
     /// Work of the dampers between blocks, J.

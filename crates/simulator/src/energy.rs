@@ -7,7 +7,7 @@
 //! - *drive work* `dX sum_n (K_n (X - u_n) - K_n dX / 2)`, the point `X` of the step moved by `dX`
 //!   from that of the step before, the nodes held;
 //! - *prestress work* `P w`; *friction heat* `f w` over the sliding contacts; *viscous loss* `v C w`;
-//! - *anchor change*: what friction springs hold as they take hold anew, less what they lose as they
+//! - *anchor change*: what friction springs hold as they take hold again, less what they lose as they
 //!   let go;
 //! - *scheme work* `w M w / 2 - m d d / 2`, with `M` the stiffness of chain, drive and friction
 //!   springs: springs pull all the way as at its beginning, and velocities change at its beginning.

@@ -146,8 +146,8 @@ summary! {
             prestress_work_j: Option<f64>,
             /// Heat of sliding contacts, J.
             friction_heat_j: Option<f64>,
-            /// What friction springs lost when they let go, less what they held when they took hold
-            /// again, J.
+            /// What friction springs held when they took hold again, less what they lost when they let
+            /// go, J.
             anchor_change_j: Option<f64>,
             /// Work of the dampers between blocks, J.
             viscous_loss_j: Option<f64>,

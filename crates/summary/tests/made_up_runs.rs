@@ -270,6 +270,7 @@ fn energies_are_those_of_the_last_record_and_counters_those_of_the_end() {
     run.record(&StepRecord { energy: Some(Energy::default()), ..quiet_step(5, 0.005, 0.25) });
     run.record(&StepRecord { energy: Some(energy), normal_load_n: 0.0, ..quiet_step(9, 0.009, 0.5) });
     let end = RunEnd {
+        energy: None,
         status: RunStatus::LoadNotReached,
         last_step: 20,
         message_counts: BTreeMap::new(),
@@ -298,6 +299,7 @@ fn full() -> Summary {
     }
     let counts = ["plain_steps", "window_steps", "windows", "jump_steps", "jumps"];
     let end = RunEnd {
+        energy: None,
         status: RunStatus::Complete,
         last_step: 10_000,
         message_counts: BTreeMap::new(),

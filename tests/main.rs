@@ -32,6 +32,8 @@ mod prestress;
 mod recipes;
 mod reference;
 mod resume;
+#[cfg(feature = "analysis")]
+mod rules;
 mod runlog;
 mod ruptures;
 mod salvage;

@@ -388,6 +388,7 @@ pages_that_run! {
     outputs_run: "docs/outputs.md",
     performance_runs: "docs/performance.md",
     run_logs_run: "docs/run-logs.md",
+    rules_run: "docs/rules.md",
     ruptures_run: "docs/ruptures.md",
     scenarios_run: "docs/scenarios.md",
 }

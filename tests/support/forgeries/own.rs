@@ -81,7 +81,7 @@ impl Forge {
         });
         for (name, topic, key, says) in [
             ("own-threshold", "/switch", "threshold_n", "the threshold of block"),
-            ("own-anchor", "/switch", "stick_position_m", "the anchor of block"),
+            ("own-anchor", "/switch", "stick_position_m", "the change by anchors is"),
             ("own-switch-force", "/switch", "tangential_force_n", "detaches at"),
         ] {
             self.parts(name, what, says, |parts| {
@@ -122,7 +122,7 @@ impl Forge {
                 });
             }
         });
-        self.parts("own-no-energies", "steps without energies", "the file has nothing", |parts| {
+        self.parts("own-no-energies", "steps without energies", "it lacks the energies", |parts| {
             for number in 0..messages(parts, "/step").len() {
                 change_step(parts, number, |message| {
                     let message = message.as_object_mut().expect("it is an object");

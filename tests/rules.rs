@@ -1,0 +1,104 @@
+//! `docs/rules.md` suffices to compute a run elsewhere: a small program that was written from it
+//! (`rules/stepper.py`) gets the same slip events.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::support::binary::{self, succeed, text};
+use crate::support::clients::{Python, file, said};
+
+/// A stiff drive and long steps, so that few of them hold many events.
+const STATED: [&str; 5] = [
+    "parameter_set=as-stated",
+    "slider.blocks=20",
+    "time.step_s=2e-7",
+    "time.duration_s=0.04",
+    "drive.velocity_m_per_s=0.06",
+];
+
+const MORE_BLOCKS: [&str; 1] = ["slider.blocks=25"];
+
+/// Twelve runs over all laws, drives, courses of the load and starts.
+const CASES: [(&str, &[&str]); 12] = [
+    ("stated", &[]),
+    ("two-way", &["friction.reattach=two-way", "time.duration_s=0.02"]),
+    ("tilt-and-shear", &["normal_load.tilt=-0.5", "initial_shear.beta=0.2"]),
+    (
+        "expansion-and-prestress",
+        &["initial_shear.poisson_ratio=0.3", "normal_load.tilt=0.3", "prestress.ratio=0.05"],
+    ),
+    ("scatter", &["friction.static_spread=0.1", "friction.dynamic_spread=0.05", "friction.spread_seed=7"]),
+    ("ageing", &["friction.ageing_coefficient=0.05", "friction.ageing_time_s=1e-3"]),
+    ("rigid", &["friction.law=rigid", "slider.blocks=20"]),
+    (
+        "weakening",
+        &[
+            "friction.law=velocity-weakening",
+            "friction.weakening_velocity_m_per_s=0.05",
+            "friction.radiation_kg_per_s=0.5",
+            "time.duration_s=0.03",
+        ],
+    ),
+    ("top", &["drive.kind=top", "drive.decay_length_m=0.02", "initial_shear.beta=0.3"]),
+    ("both-ends", &["drive.kind=left-right", "friction.reattach=two-way", "time.duration_s=0.015"]),
+    (
+        "unloaded",
+        &[
+            "drive.until_load_ratio=0.3",
+            "normal_load.schedule_from=hold",
+            "normal_load.schedule_s=[0,0.01]",
+            "normal_load.schedule_n=[400,60]",
+        ],
+    ),
+    (
+        "coded-and-loaded",
+        &[
+            "parameter_set=as-coded",
+            "slider.blocks=40",
+            "time.step_s=2e-6",
+            "time.duration_s=0.4",
+            "drive.velocity_m_per_s=0.0005",
+            "time.start=loaded",
+        ],
+    ),
+];
+
+#[test]
+fn a_program_written_from_the_rules_gets_the_same_events() {
+    let Some(python) = Python::find() else { return };
+    let folder = asperity_testkit::folder();
+    let compare = |&(name, sets): &(&str, &[&str])| {
+        let log = folder.path().join(format!("{name}.mcap"));
+        let sets = [&STATED[..], &MORE_BLOCKS, sets].concat();
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        binary::run(&[&["default"], &sets[..]].concat(), &log);
+        let scenario = folder.path().join(format!("{name}.toml"));
+        fs::write(&scenario, succeed(&["scenario", "show", text(&log)])).expect("the folder can be written");
+        let ours = succeed(&["events", text(&log), "--format", "json"]);
+        let ours: Vec<Value> = serde_json::from_str(&ours).expect("it is JSON");
+        let stepper = file("tests/rules/stepper.py");
+        let output = python.program("python3", &[text(&stepper), text(&scenario)]);
+        assert!(output.status.success(), "{name}: {}", said(&output));
+        let theirs = String::from_utf8(output.stdout).expect("it is text");
+        let rows: Vec<Vec<&str>> = theirs.lines().skip(1).map(|row| row.split(',').collect()).collect();
+        assert!(ours.len() >= 20, "{name} has {} events", ours.len());
+        assert_eq!(rows.len(), ours.len(), "{name}");
+        let columns =
+            ["onset_step", "end_step", "first_block", "last_block", "blocks_slipped", "max_sliding"];
+        for (number, (row, event)) in rows.iter().zip(&ours).enumerate() {
+            let expected =
+                columns.map(|column| event[column].as_u64().map_or(String::new(), |n| n.to_string()));
+            assert_eq!(row[..6], expected, "{name}, event {number}");
+            let (load, expected) = (row[6].parse::<f64>().expect("a number"), &event["ft_fn_onset"]);
+            let expected = expected.as_f64().expect("a number");
+            assert!((load - expected).abs() < 1e-6, "{name}, event {number}: {load}, not {expected}");
+        }
+    };
+    // One case after the other on each of two threads: the program is slow.
+    std::thread::scope(|scope| {
+        for half in CASES.chunks(CASES.len().div_ceil(2)) {
+            scope.spawn(move || half.iter().for_each(compare));
+        }
+    });
+}

@@ -1,0 +1,257 @@
+"""Computes the slip events of a scenario, step by step, from docs/rules.md alone.
+
+usage: stepper.py SCENARIO.toml
+
+The scenario is a resolved one, as `asperity scenario show RUN.mcap` prints it. The events are
+printed as CSV; steps and blocks are exact, loads are what this machine's rounding makes of them.
+"""
+
+import sys
+import tomllib
+
+import numpy as np
+
+NEVER = 2**64
+
+
+def sums(terms):
+    """The sum from block 1 upwards."""
+    return float(np.cumsum(terms)[-1])
+
+
+def tilted(total, tilt, count):
+    n = np.arange(1, count + 1, dtype=float)
+    return total / count * (1.0 - (2.0 * n - count - 1.0) / (count - 1.0) * tilt)
+
+
+def drawn(seed, stream, count):
+    """Numbers from -1 to 1: the output function of SplitMix64."""
+    values = []
+    for block in range(count):
+        z = (seed * 2**32 + stream * 2**31 + block + 1) * 0x9E3779B97F4A7C15 % 2**64
+        z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9 % 2**64
+        z = (z ^ z >> 27) * 0x94D049BB133111EB % 2**64
+        z ^= z >> 31
+        values.append((z >> 11) / 2**52 - 1.0)
+    return np.array(values)
+
+
+def second_difference(y):
+    """What is right of a block and what is left of it, each less the block's own."""
+    right = np.zeros_like(y)
+    left = np.zeros_like(y)
+    right[:-1] = y[1:] - y[:-1]
+    left[1:] = y[:-1] - y[1:]
+    return left + right
+
+
+class Slider:
+    def __init__(self, scenario):
+        self.scenario = scenario
+        mass, damping = {"as-coded": (12.0, 10.0**0.5), "as-stated": (0.012, 0.1)}[
+            scenario["parameter_set"]
+        ]
+        scenario["slider"].setdefault("mass_kg", mass)
+        scenario["slider"].setdefault("relative_damping", damping)
+        slider, friction = scenario["slider"], scenario["friction"]
+        load, drive, time = scenario["normal_load"], scenario["drive"], scenario["time"]
+        self.blocks = count = slider["blocks"]
+        self.spacing = slider["length_m"] / (count - 1)
+        self.mass = slider["mass_kg"] / count
+        self.k = (
+            slider["youngs_modulus_pa"]
+            * (count - 1)
+            * slider["width_m"]
+            * slider["height_m"]
+            / slider["length_m"]
+        )
+        self.eta = slider["relative_damping"] * np.sqrt(self.k * self.mass)
+        self.springs = friction["law"] == "interfacial-springs"
+        self.kt = friction["interfacial_stiffness_ratio"] * self.k if self.springs else 0.0
+        self.p = tilted(load["total_n"], load["tilt"], count)
+        self.static = self.coefficients("static", 0) * self.p
+        self.dynamic = self.coefficients("dynamic", 1) * self.p
+        self.growth = friction["ageing_coefficient"] * self.p
+        self.dt = time["step_s"]
+        self.steps = self.whole_steps(time["duration_s"])
+        self.make_drive(drive)
+        prestress = scenario["prestress"]
+        listed = np.zeros(count)
+        listed[: len(prestress["profile"])] = prestress["profile"]
+        first = np.zeros(count)
+        first[0] = prestress["first_block_ratio"]
+        rise = prestress["rise_ratio"] * (np.arange(count) / (count - 1))
+        self.prestress = (prestress["ratio"] + first + rise + listed) * self.p
+        # The course of the normal load.
+        self.knots = [self.whole_steps(t) for t in load["schedule_s"]]
+        self.factors = [total / load["total_n"] for total in load["schedule_n"]]
+        self.from_hold = load["schedule_from"] == "hold"
+        self.start()
+
+    def whole_steps(self, seconds):
+        return round(seconds / self.dt)
+
+    def time(self, step):
+        # The double nearest to the product: 1/dt is a whole number for the steps of the tests.
+        per_second = round(1.0 / self.dt)
+        return step / per_second if 1.0 / per_second == self.dt else step * self.dt
+
+    def coefficients(self, kind, stream):
+        friction, count = self.scenario["friction"], self.blocks
+        offsets = np.zeros(count)
+        given = friction[f"{kind}_offsets"]
+        offsets[: len(given)] = given
+        spread = friction[f"{kind}_spread"]
+        random = spread * drawn(friction["spread_seed"], stream, count) if spread else np.zeros(count)
+        return friction[f"{kind}_coefficient"] + offsets + random
+
+    def make_drive(self, drive):
+        count, whole = self.blocks, drive["stiffness_n_per_m"]
+        self.direction = np.ones(count)
+        self.stiffness = np.zeros(count)
+        if drive["kind"] == "side":
+            self.stiffness[0] = whole
+        elif drive["kind"] == "left-right":
+            self.stiffness[0] = self.stiffness[-1] = whole
+            self.direction[0] = -1.0
+        elif drive["decay_length_m"]:
+            shares = np.exp(-(np.arange(count) * self.spacing) / drive["decay_length_m"])
+            self.stiffness = whole * (shares / sums(shares))
+        else:
+            self.stiffness = tilted(whole, drive["tilt"], count)
+        self.velocity = drive["velocity_m_per_s"]
+        self.hold = self.whole_steps(drive["hold_from_s"]) or NEVER
+        self.until = drive["until_load_ratio"]
+
+    def point(self, step):
+        return self.velocity * self.time(min(step, self.hold))
+
+    def pull_of_drive(self, point, u):
+        return self.stiffness * (self.direction * point - u)
+
+    def load_factor(self, step):
+        if not self.knots:
+            return 1.0
+        if self.from_hold and self.hold == NEVER:
+            return self.factors[0]
+        at = max(step - (self.hold if self.from_hold else 0), 0)
+        if at >= self.knots[-1]:
+            return self.factors[-1]
+        if at < self.knots[0]:
+            return self.factors[0]
+        i = max(j for j, knot in enumerate(self.knots) if knot <= at)
+        (t0, t1), (f0, f1) = self.knots[i : i + 2], self.factors[i : i + 2]
+        return f0 + (f1 - f0) * ((at - t0) / (t1 - t0))
+
+    def start(self):
+        count, shear = self.blocks, self.scenario["initial_shear"]
+        slider = self.scenario["slider"]
+        beta = shear["beta"] + 4.0 * shear["poisson_ratio"] * slider["height_m"] / slider["length_m"]
+        length = self.spacing * (count - 1)
+        x = np.arange(count) * self.spacing
+        tau0 = beta * self.p * (2.0 * x / length - 1.0)
+        profile = np.zeros(count)
+        profile[: len(shear["profile"])] = shear["profile"]
+        tau0 = tau0 + profile * self.p
+        u = np.zeros(count)
+        u[1] = tau0[0] / self.k
+        for n in range(2, count):
+            u[n] = 2.0 * u[n - 1] - u[n - 2] + tau0[n - 1] / self.k
+        pull = second_difference(u) * self.k + self.pull_of_drive(0.0, u) + self.prestress
+        self.u, self.anchor = u, u - pull / self.kt if self.springs else u.copy()
+        first = self.scenario["initial_velocity"]
+        phase = np.pi * first["mode"] * (np.arange(count) + 0.5) / count
+        self.v = first["amplitude_m_per_s"] * np.cos(phase)
+        self.slides = np.zeros(count, dtype=bool)
+        self.stuck_since = np.zeros(count)
+        self.step = 0
+        if self.scenario["time"]["start"] == "loaded":
+            self.start_loaded()
+
+    def start_loaded(self):
+        count = self.blocks
+        difference = np.array([second_difference(row) for row in np.eye(count)]).T
+        matrix = -self.k * difference + np.diag(self.kt + self.stiffness)
+        driven = self.stiffness * self.direction
+        b = np.linalg.solve(matrix, driven * self.velocity * self.dt)
+        lag = self.eta * second_difference(b / self.dt)
+        c = np.linalg.solve(matrix, lag + self.kt * self.anchor + driven * self.point(1) + self.prestress)
+        g, r = self.kt * (c - self.anchor), self.kt * b
+        room = 0.999 * self.static
+        if np.any(np.abs(g) >= room):
+            return
+        moving = r != 0.0
+        least = np.min(((room - g * np.sign(r)) / np.abs(r))[moving])
+        step = int(min(least, self.steps - 1, self.hold))
+        if step > 0:
+            self.step, self.u, self.v = step, c + step * b, b / self.dt
+
+    def take_step(self):
+        friction = self.scenario["friction"]
+        self.step += 1
+        factor = self.load_factor(self.step)
+        pulls = self.pull_of_drive(self.point(self.step), self.u)
+        u, v, slides = self.u, self.v, self.slides
+        tau = second_difference(u) * self.k + second_difference(v) * self.eta
+        tau = tau + (self.prestress + pulls)
+        drag = factor * self.dynamic * np.sign(v)
+        if self.springs:
+            resistance = np.where(slides, drag, self.kt * (u - self.anchor))
+        else:
+            if friction["law"] == "velocity-weakening":
+                drag = drag / (1.0 + np.abs(v) * (1.0 / friction["weakening_velocity_m_per_s"]))
+                drag = drag + friction["radiation_kg_per_s"] * v
+            resistance = np.where(slides, drag, tau)
+        new_v = v + (tau - resistance) * (self.dt / self.mass)
+        new_u = u + new_v * self.dt
+        threshold = self.static
+        if friction["ageing_coefficient"]:
+            waited = (self.step - self.stuck_since) * self.dt
+            threshold = threshold + self.growth * np.log1p(waited / friction["ageing_time_s"])
+        detach = ~slides & (np.abs(tau) >= factor * threshold)
+        if not self.springs:
+            attach = slides & (new_v * v < 0.0)
+            new_v, new_u = np.where(attach, 0.0, new_v), np.where(attach, u, new_u)
+        else:
+            two_way = friction["reattach"] == "two-way"
+            attach = slides & ((new_v * v <= 0.0) if two_way else (new_v <= 0.0))
+            if attach.any():
+                self.anchor = np.where(attach, new_u - tau / self.kt, self.anchor)
+        self.stuck_since = np.where(attach, self.step, self.stuck_since)
+        self.slides = (slides | detach) & ~attach
+        self.u, self.v = new_u, new_v
+        total = sums(pulls)
+        if self.until and self.hold == NEVER:
+            if total >= self.until * (factor * self.scenario["normal_load"]["total_n"]):
+                self.hold = self.step
+        return total / (factor * self.scenario["normal_load"]["total_n"])
+
+    def events(self):
+        """One row per slip event: onset_step, end_step, first, last, slipped, most, load at onset."""
+        current = None
+        while self.step < self.steps:
+            slid = self.slides
+            ratio = self.take_step()
+            if slid.any():
+                if current is None:
+                    current = {"onset": self.step, "slid": slid.copy(), "most": 0, "load": ratio}
+                current["slid"] |= slid
+                current["most"] = max(current["most"], int(slid.sum()))
+            elif current is not None:
+                yield current, self.step
+                current = None
+        if current is not None:
+            yield current, None
+
+
+def main():
+    with open(sys.argv[1], "rb") as file:
+        slider = Slider(tomllib.load(file))
+    print("onset_step,end_step,first_block,last_block,blocks_slipped,max_sliding,ft_fn_onset")
+    for event, end in slider.events():
+        blocks = np.flatnonzero(event["slid"]) + 1
+        row = [event["onset"], "" if end is None else end, blocks[0], blocks[-1], len(blocks)]
+        print(*row, event["most"], repr(float(event["load"])), sep=",")
+
+
+main()

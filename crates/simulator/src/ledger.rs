@@ -4,7 +4,7 @@ use asperity_record::Energy;
 use serde::{Deserialize, Serialize};
 
 /// Totals up to the last step, J, but for what the last states say by themselves. While a span of
-/// steps is open ([`crate::energy`]), heat and the work of the scheme are those up to its start.
+/// steps is open (`energy.rs`), heat and the work of the scheme are those up to its start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ledger {

@@ -57,13 +57,19 @@ const BELOW_ROUNDING: &str =
     "a change far below what matters: the events are the same, row for row, but for the last digits of loads";
 
 /// The same of what no command can tell.
-const NEVER: [(&str, &str); 5] = [
+const NEVER: [(&str, &str); 10] = [
     (
         "checkpoint to go on from, single_steps",
         "where the solver takes single steps before it tries many at once: it rounds in other places, in the last digits",
     ),
     ("checkpoint to go on from, displacement_m", BELOW_ROUNDING),
     ("checkpoint to go on from, velocity_m_per_s", BELOW_ROUNDING),
+    ("checkpoint to go on from, tangential_force_n", BELOW_ROUNDING),
+    // Running totals of energies, which do not enter the motion.
+    ("checkpoint to go on from, total", BELOW_BALANCE),
+    ("checkpoint to go on from, rest", BELOW_BALANCE),
+    ("checkpoint to go on from, heat_j", BELOW_BALANCE),
+    ("checkpoint to go on from, scheme_j", BELOW_BALANCE),
     ("metadata run_end solver*", "what the solver did; it is counted anew in every run, and may differ"),
     ("metadata run solver", "both solvers give the same messages"),
 ];

@@ -7,7 +7,7 @@
 //! pushed by it.
 
 use asperity_model::{Law, Plan};
-use asperity_record::{Direction, Energy, FieldRecord, StepRecord};
+use asperity_record::{Direction, Energy, FieldRecord, StepRecord, Switch};
 
 use crate::energy::{prestress_work_j, stored_j, stored_of};
 use crate::ledger::Sum;
@@ -17,6 +17,20 @@ use crate::sweep::{Stored, Sweeps};
 /// How far the balance may be off, over the largest energy: some thousand roundings of totals that
 /// are sums of hundreds of millions of parts.
 const ROUNDING: f64 = 1e-9;
+
+/// What friction springs hold as they take hold in a step, less what they lose as they let go.
+pub(crate) fn anchored_j(plan: &Plan, switches: &[Switch]) -> f64 {
+    if plan.friction.law != Law::Springs {
+        return 0.0;
+    }
+    let kt = plan.friction.interfacial_stiffness_n_per_m;
+    let parts = switches.iter().map(|switch| {
+        let stretch_m = switch.displacement_m - switch.stick_position_m;
+        let held_j = 0.5 * kt * stretch_m * stretch_m;
+        if switch.direction == Direction::Attach { held_j } else { -held_j }
+    });
+    parts.fold(0.0, |sum, part| sum + part)
+}
 
 /// What is known of the energies up to a record.
 #[derive(Debug, Clone)]
@@ -50,30 +64,27 @@ impl Budget {
     /// The energies of the next step.
     pub(crate) fn step(&mut self, plan: &Plan, record: &StepRecord) -> Result<(), String> {
         let Some(energy) = &record.energy else { return Err("it lacks the energies".to_owned()) };
-        let parts = energy.parts();
-        self.largest_j = parts.iter().fold(self.largest_j, |most, (_, part)| most.max(part.abs()));
-        let missing_j = energy.balance_j() + self.initial_j;
-        let balances = missing_j.abs() <= ROUNDING * self.largest_j;
-        if !balances {
-            return Err(format!("the energies do not balance: {missing_j} J are left over"));
-        }
+        self.balance(energy)?;
         if plan.prestress_n.is_empty() && energy.prestress_work_j != 0.0 {
             return Err(format!("there is no prestress, and its work is {} J", energy.prestress_work_j));
         }
         self.anchors(plan, record, energy)
     }
 
+    /// What is put into one of them must be taken from another.
+    pub(crate) fn balance(&mut self, energy: &Energy) -> Result<(), String> {
+        let parts = energy.parts();
+        self.largest_j = parts.iter().fold(self.largest_j, |most, (_, part)| most.max(part.abs()));
+        let missing_j = energy.balance_j() + self.initial_j;
+        match missing_j.abs() <= ROUNDING * self.largest_j {
+            true => Ok(()),
+            false => Err(format!("the energies do not balance: {missing_j} J are left over")),
+        }
+    }
+
     fn anchors(&mut self, plan: &Plan, record: &StepRecord, energy: &Energy) -> Result<(), String> {
         let Some(sum) = &mut self.anchor_change_j else { return Ok(()) };
-        if !record.switches.is_empty() && plan.friction.law == Law::Springs {
-            let kt = plan.friction.interfacial_stiffness_n_per_m;
-            let parts = record.switches.iter().map(|switch| {
-                let stretch_m = switch.displacement_m - switch.stick_position_m;
-                let held_j = 0.5 * kt * stretch_m * stretch_m;
-                if switch.direction == Direction::Attach { held_j } else { -held_j }
-            });
-            sum.add(parts.fold(0.0, |sum, part| sum + part));
-        }
+        sum.add(anchored_j(plan, &record.switches));
         let (expected_j, found_j) = (sum.value(), energy.anchor_change_j);
         if found_j != expected_j {
             return Err(format!(

@@ -208,6 +208,8 @@ impl Accounts {
             kt: plan.friction.interfacial_stiffness_n_per_m,
             weakening,
             radiation,
+            dt,
+            mass: plan.block_mass_kg,
         };
         let work = match plan.friction.law {
             Law::Springs => self.sweeps.step_work(&moved),
@@ -225,9 +227,7 @@ impl Accounts {
         if !self.balances {
             ledger.viscous_loss_j.add(dt * work.dampers_w);
         }
-        ledger
-            .scheme_work_j
-            .add(dt * dt * (work.strain_j_per_s2 + driven) - 0.5 * plan.block_mass_kg * work.change);
+        ledger.scheme_work_j.add(work.scheme_j + dt * dt * driven);
     }
 
     /// Adds the work of the drive point in a single step, from what it pulls with along its way.

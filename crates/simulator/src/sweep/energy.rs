@@ -47,20 +47,19 @@ pub(crate) struct Moved<'a> {
     pub(crate) kt: f64,
     pub(crate) weakening: f64,
     pub(crate) radiation: f64,
+    pub(crate) dt: f64,
+    pub(crate) mass: f64,
 }
 
-/// What a step did: powers in terms of its last velocities `v'`, the change of velocity
-/// `d = v' - v`.
+/// What a step did, in terms of its last velocities `v'` and the change of velocity `d = v' - v`.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct StepWork {
     /// `sum f_n v'_n` over the sliding contacts, with the friction `f` of the step.
     pub(crate) friction_w: f64,
     /// `v C v'`.
     pub(crate) dampers_w: f64,
-    /// `v' (K + k_t) v' / 2`, without the drive, per s^2.
-    pub(crate) strain_j_per_s2: f64,
-    /// `d d`.
-    pub(crate) change: f64,
+    /// `dt^2 v' (K + k_t) v' / 2 - m d d / 2`, without the drive.
+    pub(crate) scheme_j: f64,
 }
 
 /// Goes over the blocks of arrays, with `$own` for each block and `$bond` for each pair of it and
@@ -95,38 +94,63 @@ fn rigid_step_work(moved: &Moved<'_>) -> StepWork {
     work_of_step::<true>(moved)
 }
 
+/// Blocks whose parts of the sums are laid out at a time: a loop that does so is one that compilers
+/// turn into vector instructions, and one that adds them up on the way is not.
+const PANEL: usize = 64;
+
 #[inline(always)]
 fn work_of_step<const RIGID: bool>(moved: &Moved<'_>) -> StepWork {
     let Elastic::Chain(chain) = moved.elastic;
     let &Moved { v, v_new, slip, sliding_friction, kt, weakening, radiation, .. } = moved;
-    let blocks = v.len();
-    let (v_new, slip, sliding_friction) = (&v_new[..blocks], &slip[..blocks], &sliding_friction[..blocks]);
-    let (mut friction_w, mut dampers_w, mut strain, mut change) = ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
-    over_blocks!(
-        blocks,
-        (v, v_new, slip, sliding_friction),
-        |n, lane| {
-            let slides = slip[n] != 0.0;
-            let drag = select_unpredictable(v[n] == 0.0, 0.0, sliding_friction[n].copysign(v[n]));
-            let friction =
-                if RIGID { drag / (1.0 + v[n].abs() * weakening) + radiation * v[n] } else { drag };
-            friction_w[lane] += select_unpredictable(slides, friction * v_new[n], 0.0);
-            let held = 0.5 * kt * v_new[n] * v_new[n];
-            strain[lane] += select_unpredictable(slides, 0.0, held);
-            let d = v_new[n] - v[n];
-            change[lane] += d * d;
-        },
+    let &Moved { dt, mass, .. } = moved;
+    let rubbing = |v: f64, v_new: f64, slip: f64, sliding_friction: f64| {
+        let drag = select_unpredictable(v == 0.0, 0.0, sliding_friction.copysign(v));
+        let friction = if RIGID { drag / (1.0 + v.abs() * weakening) + radiation * v } else { drag };
+        select_unpredictable(slip != 0.0, friction * v_new, 0.0)
+    };
+    let scheme = |v: f64, v_new: f64, slip: f64| {
+        let held = select_unpredictable(slip != 0.0, 0.0, 0.5 * kt * v_new * v_new);
+        (dt * dt * held, 0.5 * mass * (v_new - v) * (v_new - v))
+    };
+    let last = v.len() - 1;
+    let mut sums = [[0.0; 8]; 3];
+    let mut parts = [[0.0; PANEL]; 3];
+    for from in (0..last).step_by(PANEL) {
+        let to = last.min(from + PANEL);
+        let count = to - from;
+        let (v_next, v_new_next) = (&v[from + 1..=to], &v_new[from + 1..=to]);
+        let (v, v_new, slip) = (&v[from..to], &v_new[from..to], &slip[from..to]);
+        let sliding_friction = &sliding_friction[from..to];
+        let [rubbed, damped, schemed] = &mut parts;
         {
-            let (dv, dv_new) = (v[n + 1] - v[n], v_new[n + 1] - v_new[n]);
-            dampers_w[lane] += chain.bond_loss(dv, dv_new);
-            strain[lane] += chain.bond_energy(dv_new);
+            let (rubbed, damped, schemed) =
+                (&mut rubbed[..count], &mut damped[..count], &mut schemed[..count]);
+            for n in 0..count {
+                let (dv, dv_new) = (v_next[n] - v[n], v_new_next[n] - v_new[n]);
+                rubbed[n] = rubbing(v[n], v_new[n], slip[n], sliding_friction[n]);
+                damped[n] = chain.bond_loss(dv, dv_new);
+                let (held, changed) = scheme(v[n], v_new[n], slip[n]);
+                schemed[n] = dt * dt * chain.bond_energy(dv_new) + held - changed;
+            }
         }
-    );
+        for (sum, part) in sums.iter_mut().zip(&parts) {
+            let (groups, rest) = part[..count].as_chunks::<8>();
+            for group in groups {
+                for lane in 0..8 {
+                    sum[lane] += group[lane];
+                }
+            }
+            for lane in 0..rest.len() {
+                sum[lane] += rest[lane];
+            }
+        }
+    }
+    let [rubbed, damped, schemed] = sums.map(|sum| total(&sum));
+    let (held, changed) = scheme(v[last], v_new[last], slip[last]);
     StepWork {
-        friction_w: total(&friction_w),
-        dampers_w: total(&dampers_w),
-        strain_j_per_s2: total(&strain),
-        change: total(&change),
+        friction_w: rubbed + rubbing(v[last], v_new[last], slip[last], sliding_friction[last]),
+        dampers_w: damped,
+        scheme_j: schemed + (held - changed),
     }
 }
 

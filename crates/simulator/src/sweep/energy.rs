@@ -62,26 +62,40 @@ pub(crate) struct StepWork {
     pub(crate) scheme_j: f64,
 }
 
-/// Goes over the blocks of arrays, with `$own` for each block and `$bond` for each pair of it and
-/// the next. In groups of eight the arrays are cut to the group, so that no index is checked.
-macro_rules! over_blocks {
-    ($blocks:expr, ($($array:ident),*), |$n:ident, $lane:ident| $own:block, $bond:block) => {
-        let mut at = 0;
-        while at + 8 < $blocks {
-            $(let $array = &$array[at..at + 9];)*
-            for $lane in 0..8 {
-                let $n = $lane;
-                $own
-                $bond
+/// Blocks whose parts of the sums are laid out at a time: a loop that does so is one that compilers
+/// turn into vector instructions, and one that adds them up on the way is not.
+const PANEL: usize = 64;
+
+/// Sums over the first `count` elements of arrays.
+macro_rules! sums {
+    ($count:expr, ($($array:ident),*), |$n:ident| [$($part:expr),*]) => {{
+        const SUMS: usize = [$(stringify!($part)),*].len();
+        let count = $count;
+        let mut sums = [[0.0; 8]; SUMS];
+        let mut parts = [[0.0; PANEL]; SUMS];
+        for from in (0..count).step_by(PANEL) {
+            let laid_out = PANEL.min(count - from);
+            $(let $array = &$array[from..from + laid_out];)*
+            for $n in 0..laid_out {
+                let values = [$($part),*];
+                for sum in 0..SUMS {
+                    parts[sum][$n] = values[sum];
+                }
             }
-            at += 8;
+            for (sum, part) in sums.iter_mut().zip(&parts) {
+                let (groups, rest) = part[..laid_out].as_chunks::<8>();
+                for group in groups {
+                    for lane in 0..8 {
+                        sum[lane] += group[lane];
+                    }
+                }
+                for lane in 0..rest.len() {
+                    sum[lane] += rest[lane];
+                }
+            }
         }
-        for $n in at..$blocks {
-            let $lane = $n % 8;
-            $own
-            if $n + 1 < $blocks $bond
-        }
-    };
+        sums.map(|lanes| total(&lanes))
+    }};
 }
 
 #[inline(always)]
@@ -94,63 +108,32 @@ fn rigid_step_work(moved: &Moved<'_>) -> StepWork {
     work_of_step::<true>(moved)
 }
 
-/// Blocks whose parts of the sums are laid out at a time: a loop that does so is one that compilers
-/// turn into vector instructions, and one that adds them up on the way is not.
-const PANEL: usize = 64;
-
 #[inline(always)]
 fn work_of_step<const RIGID: bool>(moved: &Moved<'_>) -> StepWork {
     let Elastic::Chain(chain) = moved.elastic;
-    let &Moved { v, v_new, slip, sliding_friction, kt, weakening, radiation, .. } = moved;
-    let &Moved { dt, mass, .. } = moved;
+    let &Moved { v, v_new, slip, sliding_friction, kt, weakening, radiation, dt, mass, .. } = moved;
     let rubbing = |v: f64, v_new: f64, slip: f64, sliding_friction: f64| {
         let drag = select_unpredictable(v == 0.0, 0.0, sliding_friction.copysign(v));
         let friction = if RIGID { drag / (1.0 + v.abs() * weakening) + radiation * v } else { drag };
         select_unpredictable(slip != 0.0, friction * v_new, 0.0)
     };
-    let scheme = |v: f64, v_new: f64, slip: f64| {
+    let scheme = |v: f64, v_new: f64, slip: f64, bent: f64| {
         let held = select_unpredictable(slip != 0.0, 0.0, 0.5 * kt * v_new * v_new);
-        (dt * dt * held, 0.5 * mass * (v_new - v) * (v_new - v))
+        let d = v_new - v;
+        dt * dt * (bent + held) - 0.5 * mass * d * d
     };
     let last = v.len() - 1;
-    let mut sums = [[0.0; 8]; 3];
-    let mut parts = [[0.0; PANEL]; 3];
-    for from in (0..last).step_by(PANEL) {
-        let to = last.min(from + PANEL);
-        let count = to - from;
-        let (v_next, v_new_next) = (&v[from + 1..=to], &v_new[from + 1..=to]);
-        let (v, v_new, slip) = (&v[from..to], &v_new[from..to], &slip[from..to]);
-        let sliding_friction = &sliding_friction[from..to];
-        let [rubbed, damped, schemed] = &mut parts;
-        {
-            let (rubbed, damped, schemed) =
-                (&mut rubbed[..count], &mut damped[..count], &mut schemed[..count]);
-            for n in 0..count {
-                let (dv, dv_new) = (v_next[n] - v[n], v_new_next[n] - v_new[n]);
-                rubbed[n] = rubbing(v[n], v_new[n], slip[n], sliding_friction[n]);
-                damped[n] = chain.bond_loss(dv, dv_new);
-                let (held, changed) = scheme(v[n], v_new[n], slip[n]);
-                schemed[n] = dt * dt * chain.bond_energy(dv_new) + held - changed;
-            }
-        }
-        for (sum, part) in sums.iter_mut().zip(&parts) {
-            let (groups, rest) = part[..count].as_chunks::<8>();
-            for group in groups {
-                for lane in 0..8 {
-                    sum[lane] += group[lane];
-                }
-            }
-            for lane in 0..rest.len() {
-                sum[lane] += rest[lane];
-            }
-        }
-    }
-    let [rubbed, damped, schemed] = sums.map(|sum| total(&sum));
-    let (held, changed) = scheme(v[last], v_new[last], slip[last]);
+    let (v_next, v_new_next) = (&v[1..], &v_new[1..]);
+    let [friction_w, dampers_w, scheme_j] =
+        sums!(last, (v, v_next, v_new, v_new_next, slip, sliding_friction), |n| [
+            rubbing(v[n], v_new[n], slip[n], sliding_friction[n]),
+            chain.bond_loss(v_next[n] - v[n], v_new_next[n] - v_new[n]),
+            scheme(v[n], v_new[n], slip[n], chain.bond_energy(v_new_next[n] - v_new[n]))
+        ]);
     StepWork {
-        friction_w: rubbed + rubbing(v[last], v_new[last], slip[last], sliding_friction[last]),
-        dampers_w: damped,
-        scheme_j: schemed + (held - changed),
+        friction_w: friction_w + rubbing(v[last], v_new[last], slip[last], sliding_friction[last]),
+        dampers_w,
+        scheme_j: scheme_j + scheme(v[last], v_new[last], slip[last], 0.0),
     }
 }
 
@@ -177,22 +160,19 @@ pub(crate) struct StoredEnergy {
 fn stored(state: &Stored<'_>) -> StoredEnergy {
     let Elastic::Chain(chain) = state.elastic;
     let &Stored { u, v, u_stick, slip, kt, .. } = state;
-    let blocks = u.len();
-    let (v, u_stick, slip) = (&v[..blocks], &u_stick[..blocks], &slip[..blocks]);
-    let (mut square, mut elastic) = ([0.0; 8], [0.0; 8]);
-    over_blocks!(
-        blocks,
-        (u, v, u_stick, slip),
-        |n, lane| {
-            square[lane] += v[n] * v[n];
-            let stretch = u[n] - u_stick[n];
-            elastic[lane] += select_unpredictable(slip[n] != 0.0, 0.0, 0.5 * kt * stretch * stretch);
-        },
-        {
-            elastic[lane] += chain.bond_energy(u[n + 1] - u[n]);
-        }
-    );
-    StoredEnergy { square: total(&square), elastic_j: total(&elastic) }
+    let held = |u: f64, u_stick: f64, slip: f64| {
+        select_unpredictable(slip != 0.0, 0.0, 0.5 * kt * (u - u_stick) * (u - u_stick))
+    };
+    let last = u.len() - 1;
+    let u_next = &u[1..];
+    let [square, elastic_j] = sums!(last, (u, u_next, v, u_stick, slip), |n| [
+        v[n] * v[n],
+        held(u[n], u_stick[n], slip[n]) + chain.bond_energy(u_next[n] - u[n])
+    ]);
+    StoredEnergy {
+        square: square + v[last] * v[last],
+        elastic_j: elastic_j + held(u[last], u_stick[last], slip[last]),
+    }
 }
 
 /// A state or one of its differences, and how its velocities change in the next step.
@@ -221,35 +201,27 @@ pub(crate) struct Forms {
 fn forms(state: &Changing<'_>) -> Forms {
     let Elastic::Chain(chain) = state.elastic;
     let &Changing { u, v, d_v, spring, .. } = state;
-    let blocks = u.len();
-    let (v, d_v, spring) = (&v[..blocks], &d_v[..blocks], &spring[..blocks]);
-    let (mut square, mut mixed, mut loss, mut elastic) = ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
-    over_blocks!(
-        blocks,
-        (u, v, d_v, spring),
-        |n, lane| {
-            square[lane] += v[n] * v[n];
-            mixed[lane] += v[n] * d_v[n];
-            elastic[lane] += 0.5 * spring[n] * u[n] * u[n];
-        },
-        {
-            let dv = v[n + 1] - v[n];
-            loss[lane] += chain.bond_loss(dv, dv);
-            elastic[lane] += chain.bond_energy(u[n + 1] - u[n]);
-        }
-    );
-    Forms { square: total(&square), mixed: total(&mixed), loss: total(&loss), elastic: total(&elastic) }
+    let last = u.len() - 1;
+    let (u_next, v_next) = (&u[1..], &v[1..]);
+    let held = |spring: f64, u: f64| 0.5 * spring * u * u;
+    let [square, mixed, loss, elastic] = sums!(last, (u, u_next, v, v_next, d_v, spring), |n| [
+        v[n] * v[n],
+        v[n] * d_v[n],
+        chain.bond_loss(v_next[n] - v[n], v_next[n] - v[n]),
+        held(spring[n], u[n]) + chain.bond_energy(u_next[n] - u[n])
+    ]);
+    Forms {
+        square: square + v[last] * v[last],
+        mixed: mixed + v[last] * d_v[last],
+        loss,
+        elastic: elastic + held(spring[last], u[last]),
+    }
 }
 
 #[inline(always)]
 fn directed(sigma: &[f64], friction: &[f64], u: &[f64]) -> f64 {
-    let blocks = u.len();
-    let (sigma, friction) = (&sigma[..blocks], &friction[..blocks]);
-    let mut lanes = [0.0; 8];
-    for n in 0..blocks {
-        lanes[n % 8] += sigma[n] * friction[n] * u[n];
-    }
-    total(&lanes)
+    let [way_j] = sums!(u.len(), (sigma, friction, u), |n| [sigma[n] * friction[n] * u[n]]);
+    way_j
 }
 
 /// The sum of eight lanes, in one order.

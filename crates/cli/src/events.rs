@@ -1,6 +1,5 @@
 //! `asperity events`: the slip events that a log holds; of a Parquet table, its rows.
 
-use std::io;
 
 #[cfg(feature = "analysis")]
 use asperity_analysis::table_file::{self, PrintError};
@@ -42,9 +41,9 @@ fn print_table(arguments: &EventsArguments) -> Result<(), Failure> {
             arguments.run.display()
         )));
     }
-    let mut out = io::BufWriter::new(terminal::data());
+    let mut out = std::io::BufWriter::new(terminal::data());
     let printed = table_file::print_parquet(&mut out, &arguments.run);
-    io::Write::flush(&mut out)?;
+    std::io::Write::flush(&mut out)?;
     printed.map_err(|error| match error {
         PrintError::Table(error) => Failure::failed(error),
         PrintError::Output(error) => Failure::Output(error),

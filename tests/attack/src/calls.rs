@@ -8,7 +8,8 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// After so long a command is taken to hang.
+/// A command that has worked for so long, or has waited for so long without doing anything, is
+/// taken to hang. Time in which others had the machine does not count.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// No command may take more address space than this, so that a bomb does not take the machine
@@ -41,7 +42,7 @@ impl Outcome {
     /// How it ended, in words.
     pub(crate) fn ending(&self) -> String {
         match (self.hung, self.code, self.signal) {
-            (true, _, _) => format!("still running after {} s", PATIENCE.as_secs()),
+            (true, _, _) => format!("still running after {} s of work, or of doing nothing", PATIENCE.as_secs()),
             (_, Some(code), _) => format!("exit {code}"),
             (_, None, Some(signal)) => format!("signal {signal}"),
             (_, None, None) => "no exit code".to_owned(),
@@ -144,13 +145,17 @@ impl Running {
     /// Waits for its end.
     pub(crate) fn wait(mut self) -> io::Result<Outcome> {
         let mut hung = false;
+        let mut worked = (self.cpu_s, Instant::now());
         let status = loop {
             self.measure();
+            if self.cpu_s > worked.0 {
+                worked = (self.cpu_s, Instant::now());
+            }
             if let Some(status) = self.child.try_wait()? {
                 break status;
             }
             let elapsed = self.started.elapsed();
-            if elapsed > PATIENCE {
+            if self.cpu_s > PATIENCE.as_secs_f64() || worked.1.elapsed() > PATIENCE {
                 hung = true;
                 self.child.kill()?;
                 break self.child.wait()?;

@@ -63,8 +63,7 @@ fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeade
             let mut expected = of(&scenario, &solver, &code_version, logged.record_schema_version);
             // Those of versions before 4 do not say them.
             expected.scales = logged.scales.and(expected.scales);
-            expected.longest_stable_step_s =
-                logged.longest_stable_step_s.and(expected.longest_stable_step_s);
+            expected.longest_stable_step_s = logged.longest_stable_step_s.and(expected.longest_stable_step_s);
             if expected == logged {
                 return Ok((logged, Vec::new()));
             }

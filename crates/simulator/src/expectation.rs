@@ -157,7 +157,9 @@ impl Expectation {
                     return Err(format!("the run is stopped there for another reason: {found}"));
                 }
                 (RunStatus::StoppedEnergy, None) => {
-                    return Err("the run is said to be stopped there, and its energies allow it to go on".to_owned());
+                    return Err(
+                        "the run is said to be stopped there, and its energies allow it to go on".to_owned()
+                    );
                 }
                 (_, Some(found)) => return Err(format!("a run is stopped there: {found}")),
                 // That the next step cannot be recorded, only the solver tells.

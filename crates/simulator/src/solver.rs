@@ -51,8 +51,8 @@ pub trait Solver: Send {
 pub enum SimulationError {
     /// The time step had done more work than an honest run can have of it ([`Audit`](crate::Audit)).
     #[error(
-        "in step {step} the time step itself has done {scheme_work_j:e} J of work, more than {} % of the \
-         {put_in_j:e} J that were put in ({put_in}); a shorter time.step_s is needed",
+        "in step {step} the time step itself has done {scheme_work_j:.3e} J of work, more than {} % of the \
+         {put_in_j:.3e} J that were put in ({put_in}); a shorter time.step_s is needed",
         MOST_SCHEME_SHARE * 100.0
     )]
     Energy {
@@ -67,8 +67,8 @@ pub enum SimulationError {
     },
     /// Something that was to be recorded overflowed or became no number.
     #[error(
-        "in step {step} {what} is no longer finite: block {block} is at u = {displacement_m} m, \
-         v = {velocity_m_per_s} m/s"
+        "in step {step} {what} is no longer finite: block {block} is at u = {displacement_m:.3e} m, \
+         v = {velocity_m_per_s:.3e} m/s"
     )]
     NotFinite {
         /// The step after which it was seen.

@@ -38,6 +38,7 @@ mod runlog;
 mod ruptures;
 mod salvage;
 mod scenarios;
+mod stopped;
 mod summary;
 #[cfg(feature = "analysis")]
 mod tables;

@@ -11,6 +11,9 @@ use crate::laws::thin::messages;
 use crate::support::binary::{asperity, succeed, text};
 use crate::support::small;
 
+/// A run that is stopped, since its time step is too long.
+const STOPPED: [&str; 5] = ["rigid-contacts", "--set", "slider.blocks=22", "--set", "time.step_s=2.5e-6"];
+
 /// A log of each verdict, with the verdict's word.
 struct Logs {
     folder: tempfile::TempDir,
@@ -39,12 +42,16 @@ impl Logs {
             }
         }
         let damaged = write("damaged.mcap", &flipped);
+        let stopped = path("stopped.mcap");
+        let run = [&["run"], &STOPPED[..], &["--out", text(&stopped)]].concat();
+        assert_eq!(outcome(&run).0, 1);
         let salvaged = path("salvaged.mcap");
         succeed(&["salvage", text(&damaged), "--out", text(&salvaged)]);
         let logs = vec![
             ("whole", path("whole.mcap")),
             ("by other code or detectors", write("other.mcap", &put_together(&foreign, Packing::USUAL))),
             ("incomplete", write("incomplete.mcap", &packed[..half])),
+            ("stopped", stopped),
             ("salvaged with gaps", salvaged),
             ("not a run log", write("text.mcap", b"step,time_s\n1,0.5\n")),
             ("damaged", damaged),
@@ -157,7 +164,8 @@ fn the_worst_of_several_logs_decides() {
     for (some, code) in [
         (&["whole", "by other code or detectors"][..], 6),
         (&["by other code or detectors", "incomplete"], 3),
-        (&["salvaged with gaps", "incomplete", "whole"], 5),
+        (&["stopped", "whole", "incomplete"], 7),
+        (&["salvaged with gaps", "stopped", "whole"], 5),
         (&["not a run log", "salvaged with gaps"], 2),
         (&["incomplete", "damaged", "not a run log", "whole"], 4),
     ] {
@@ -186,7 +194,7 @@ fn reproduce_uses_only_what_is_whole() {
     let stored = out.join("runs").join("small.mcap");
     fs::create_dir_all(stored.parent().expect("it is in a folder")).expect("the folder can be written");
     let table = table();
-    for (verdict, log) in &logs {
+    for (verdict, log) in logs.iter().filter(|(verdict, _)| *verdict != "stopped") {
         fs::copy(log, &stored).expect("the folder can be written");
         let (code, said) = outcome(&["reproduce", text(&pipeline), "--out", text(&out)]);
         let cell = &table[*verdict]["reproduce"];
@@ -201,6 +209,19 @@ fn reproduce_uses_only_what_is_whole() {
             other => panic!("the table says {other}"),
         }
     }
+    // It would be stopped again.
+    let set: Vec<String> =
+        STOPPED[1..].iter().filter(|word| **word != "--set").map(|set| format!("{set:?}")).collect();
+    let run =
+        format!("[[run]]\nname = \"small\"\nscenario = \"{}\"\nset = [{}]\n", STOPPED[0], set.join(", "));
+    fs::write(&pipeline, format!("title = \"Small\"\n{run}")).expect("the folder can be written");
+    fs::remove_file(&stored).expect("it can be removed");
+    for again in [false, true] {
+        let (code, said) = outcome(&["reproduce", text(&pipeline), "--out", text(&out)]);
+        assert!(code == 1 && said.contains("error: run small: stopped: in step "), "{said}");
+        assert_eq!(said.contains("small: made again: its log is stopped: "), again, "{said}");
+    }
+    assert_eq!(table["stopped"]["reproduce"], "1, made again");
 }
 
 /// What agrees with itself and with its scenario, and is no run of it all the same, is seen where the
@@ -209,7 +230,7 @@ fn reproduce_uses_only_what_is_whole() {
 fn check_again_compares_every_record_with_the_run_made_again() {
     let Logs { folder, logs } = Logs::make();
     let of = |verdict: &str| text(&logs.iter().find(|(word, _)| *word == verdict).expect("there is one").1);
-    for (verdict, code) in [("whole", 0), ("incomplete", 3), ("salvaged with gaps", 5)] {
+    for (verdict, code) in [("whole", 0), ("incomplete", 3), ("stopped", 7), ("salvaged with gaps", 5)] {
         let (found, said) = outcome(&["check", "--again", of(verdict)]);
         assert!(found == code && said.contains(verdict), "{said}");
     }

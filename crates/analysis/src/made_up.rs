@@ -55,6 +55,7 @@ pub(crate) fn run(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData
             solver: "plain".to_owned(),
             blocks: 3,
             time_step_s: plan.grid.step_s(),
+            longest_stable_step_s: Some(plan.longest_stable_step_s),
             steps: plan.steps,
             scales: None,
         },

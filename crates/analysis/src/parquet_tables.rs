@@ -135,6 +135,7 @@ mod tests {
             solver: "fast".to_owned(),
             blocks: 6,
             time_step_s: 1e-8,
+            longest_stable_step_s: None,
             steps: 9,
             scales: None,
         };

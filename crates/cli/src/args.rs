@@ -37,6 +37,7 @@ Exit codes:
   4    a log is damaged
   5    a log is salvaged with gaps
   6    check: a log is by other code or detectors
+  7    a log is of a run that was stopped because it could not go on
   130  interrupted by SIGINT; the log was closed as RUN.mcap.partial
   143  interrupted by SIGTERM, likewise
 A second signal stops at once."
@@ -119,7 +120,11 @@ checkpoint, the complete state of the solver, is written to it. If the run is
 killed or the disk is full, --resume continues from the last checkpoint and ends
 with the same records and events as an uninterrupted run. With --resume, a
 finished run is left as it is, and one that was never begun is started, so a
-batch job can repeat the same command line.")]
+batch job can repeat the same command line.
+
+A run is stopped, with exit code 1, where its time step does more work than a
+tenth of what is put in, or a number overflows; its log holds what there is and
+says why. Time steps above 0.4 dt_max are warned of (docs/model.md).")]
 pub(crate) struct RunArguments {
     #[command(flatten)]
     pub(crate) choice: ScenarioChoice,
@@ -196,8 +201,9 @@ Exit codes, that of the worst of several logs:
   0  all of every run is in the summary
   1  failure
   2  a file is not a run log
-  3, 4, 5  a log is incomplete, damaged or salvaged with gaps, and its summary
-           is of the part that is sound; see asperity check")]
+  3, 4, 5, 7  a log is incomplete, damaged, salvaged with gaps or of a run that
+              was stopped, and its summary is of the part that is sound; see
+              asperity check")]
 pub(crate) struct SummaryArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required_unless_present = "schema")]
@@ -224,8 +230,9 @@ Exit codes:
   0  all events of the run were printed
   1  failure
   2  the file is not a run log
-  3, 4, 5  the log is incomplete, damaged or salvaged with gaps, and its events
-           were printed as far as it is sound; see asperity check")]
+  3, 4, 5, 7  the log is incomplete, damaged, salvaged with gaps or of a run
+              that was stopped, and its events were printed as far as it is
+              sound; see asperity check")]
 pub(crate) struct EventsArguments {
     /// The run log, or any of the Parquet tables, which are printed as CSV.
     #[arg(value_name = "RUN.mcap")]
@@ -257,6 +264,8 @@ Exit codes, that of the worst of several logs; this is their order:
   6  by other code or detectors: all of its run, made by another version of the
      program, or with detectors more or fewer
   3  incomplete: sound up to where it ends
+  7  stopped: all there is of a run that could not go on, and why; mostly its
+     time step was too long
   5  salvaged with gaps: what asperity salvage left of a damaged one
   2  not a run log
   4  damaged")]
@@ -323,7 +332,8 @@ Exit codes:
   0  nothing differs except what the policy allows
   1  something differs, or a run has no counterpart
   2  the two sides cannot be compared
-  3, 4, 5  a log is incomplete, damaged or salvaged with gaps (asperity check)")]
+  3, 4, 5, 7  a log is incomplete, damaged, salvaged with gaps or of a run that
+              was stopped (asperity check)")]
 pub(crate) struct DiffArguments {
     /// The old side: a run log, an event table (.csv, .parquet), a folder of either, or an
     /// output of asperity reproduce.
@@ -371,7 +381,7 @@ unfinished run, use asperity run --resume. If the scenario of a damaged log is
 known, it is better to repeat the run.
 
 Exit codes:
-  0  salvaged, or there is nothing to salvage: it holds all of its run
+  0  salvaged, or there is nothing to salvage: it holds all there is of its run
   1  failure
   2  it is not a run log, or the output exists
   3, 4  it is incomplete or damaged, and nothing can be made of it")]
@@ -406,8 +416,8 @@ Exit codes:
   0  all events are the same as logged, or nothing was compared
   1  other events, or a failure
   2  bad input; a file is not a run log
-  3, 4, 5  a log is incomplete, damaged or salvaged with gaps, and was left out;
-           see asperity check")]
+  3, 4, 5, 7  a log is incomplete, damaged, salvaged with gaps or of a run that
+              was stopped, and was left out; see asperity check")]
 pub(crate) struct ReplayArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
@@ -457,7 +467,8 @@ Exit codes:
   2  bad input; a file is not a run log
   3  a log is incomplete, and exported up to its end
   4  a log is damaged, and exported up to the damage
-  5  a log is salvaged with gaps, and exported around them")]
+  5  a log is salvaged with gaps, and exported around them
+  7  a log is of a run that was stopped, and exported up to there")]
 pub(crate) struct ExportArguments {
     /// The run logs.
     #[arg(value_name = "RUN.mcap", required = true)]
@@ -496,8 +507,8 @@ Exit codes:
   0  done
   1  failure
   2  bad input; a file is not a run log
-  3, 5  the log is incomplete or salvaged with gaps: tables and figures are of
-        what there is, and what-is-missing.txt says so
+  3, 5, 7  the log is incomplete, salvaged with gaps or of a run that was stopped:
+           tables and figures are of what there is, and what-is-missing.txt says so
   4  the log is damaged; nothing was written")]
 pub(crate) struct ReduceArguments {
     /// The run log.

@@ -30,6 +30,8 @@ pub(crate) enum Code {
     Salvaged = 5,
     /// A log is by another version of the program or other detectors, where that was asked.
     ByOthers = 6,
+    /// A log is of a run that was stopped because it could not go on.
+    Stopped = 7,
     /// SIGINT stopped it; the log that was open is closed, and says so.
     Interrupted = 130,
     /// The same by SIGTERM.
@@ -42,6 +44,7 @@ impl From<Verdict> for Code {
             Verdict::Whole => Code::Success,
             Verdict::OtherCode => Code::ByOthers,
             Verdict::Incomplete => Code::Incomplete,
+            Verdict::Stopped => Code::Stopped,
             Verdict::Salvaged => Code::Salvaged,
             Verdict::NoRunLog => Code::BadInput,
             Verdict::Damaged => Code::Damaged,
@@ -57,6 +60,7 @@ impl Code {
             Code::ByOthers,
             Code::Failed,
             Code::Incomplete,
+            Code::Stopped,
             Code::Salvaged,
             Code::BadInput,
             Code::Damaged,

@@ -95,6 +95,7 @@ fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) ->
                 match verdict {
                     Verdict::Damaged => "where the log is damaged",
                     Verdict::Salvaged => "with gaps",
+                    Verdict::Stopped => "where its run was stopped",
                     _ => "where the log ends",
                 }
             ),
@@ -110,6 +111,7 @@ fn judged(checked: &Checked) -> Judged {
             Verdict::Whole => State::Whole,
             Verdict::OtherCode => State::OtherCode,
             Verdict::Incomplete => State::Incomplete,
+            Verdict::Stopped => State::Stopped,
             Verdict::Salvaged => State::Salvaged,
             Verdict::NoRunLog | Verdict::Damaged => State::Damaged,
         },

@@ -173,7 +173,7 @@ impl Watch for RunProgress {
                 }
                 self.board.line(&note);
             }
-            Notice::LackedItsName => self.board.line(&note),
+            Notice::LackedItsName | Notice::LongStep { .. } => self.board.line(&note),
             Notice::LoadNotReached { .. } | Notice::Fallback(_) => self.notes.push(note),
         }
     }

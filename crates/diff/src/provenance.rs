@@ -90,6 +90,7 @@ mod tests {
                 solver: solver.to_owned(),
                 blocks: 2,
                 time_step_s: 1e-8,
+                longest_stable_step_s: None,
                 steps: 1,
                 scales: None,
             },

@@ -299,6 +299,7 @@ impl<'a> Export<'a> {
                 Err(LogError { problem, .. }) => {
                     ran.state = match &problem {
                         LogProblem::Salvaged => State::Salvaged,
+                        LogProblem::Stopped(_) => State::Stopped,
                         problem if problem.is_early_end() => State::Incomplete,
                         _ => State::Damaged,
                     };

@@ -56,6 +56,8 @@ pub enum State {
     OtherCode,
     /// It ends before its run does.
     Incomplete,
+    /// It holds all that there is of a run that was stopped because it could not go on.
+    Stopped,
     /// It is what was left of a damaged one, and lacks what was not.
     Salvaged,
     /// It is damaged, and what follows the damage is left out.
@@ -69,6 +71,7 @@ impl State {
             State::Whole => "whole",
             State::OtherCode => "by other code or detectors",
             State::Incomplete => "incomplete",
+            State::Stopped => "stopped",
             State::Salvaged => "salvaged with gaps",
             State::Damaged => "damaged",
         }
@@ -110,6 +113,7 @@ impl About {
             solver,
             blocks,
             time_step_s,
+            longest_stable_step_s,
             steps,
             scales,
         } = &self.header;
@@ -134,6 +138,7 @@ impl About {
             ("time_step_s", time_step_s.to_string()),
             ("steps", steps.to_string()),
         ];
+        pairs.extend(longest_stable_step_s.map(|longest_s| ("longest_stable_step_s", longest_s.to_string())));
         if let Some(Scales { block_length_m, block_time_s, link_time_ratio }) = scales {
             pairs.extend([
                 ("block_length_m", block_length_m.to_string()),

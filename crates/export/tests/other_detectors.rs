@@ -59,6 +59,7 @@ fn log(folder: &Path) -> PathBuf {
         solver: "fast".to_owned(),
         blocks: 2,
         time_step_s: 1.0,
+        longest_stable_step_s: None,
         steps: 4,
         scales: None,
     };

@@ -70,6 +70,7 @@ impl Plan {
             drive,
             normal_load_n,
             grid,
+            longest_stable_step_s: longest_stable_step_s(scenario),
             steps: steps(scenario.time.duration_s),
             scales: springs.scales(scenario),
             recording: RecordingPlan {
@@ -212,6 +213,17 @@ impl Scenario {
     /// The scales of its slider, without the rest of its plan.
     pub fn scales(&self) -> Scales {
         Springs::of(self).scales(self)
+    }
+}
+
+/// Share of the longest stable time step below which a user is advised to stay: above it, blocks
+/// that switch pump energy into the chain by and by (docs/model.md, Time stepping).
+pub const ADVISED_SHARE: f64 = 0.4;
+
+impl Plan {
+    /// The time step as a share of [`Plan::longest_stable_step_s`].
+    pub fn step_share(&self) -> f64 {
+        self.grid.step_s() / self.longest_stable_step_s
     }
 }
 

@@ -69,6 +69,7 @@ pub mod source;
 pub mod text;
 mod words;
 
+pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
 pub use load::LoadCourse;
 pub use plan::{Ageing, Drive, DriveSpring, Friction, InitialState, Law, Plan, RecordingPlan, WindowPlan};

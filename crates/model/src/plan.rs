@@ -35,6 +35,8 @@ pub struct Plan {
     pub initial: InitialState,
     /// The grid of time steps.
     pub grid: TimeGrid,
+    /// The time step beyond which the scheme is unstable even if nothing switches, `dt_max`.
+    pub longest_stable_step_s: f64,
     /// Number of steps to take.
     pub steps: u64,
     /// What detectors make fronts of blocks and steps by.

@@ -1,5 +1,6 @@
 //! A scenario as TOML to read and to edit, commented from the key table.
 
+use crate::derive::{ADVISED_SHARE, longest_stable_step_s};
 use crate::keys::{self, KEYS, Key, WINDOW_KEYS};
 use crate::scenario::Scenario;
 use crate::words::ParameterSet;
@@ -35,6 +36,9 @@ impl Scenario {
             let follows_set =
                 matches!(key.default, keys::Default::BySet { .. }) && default.as_ref() == Some(found);
             comment_and_value(&mut out, key, name, found, leave_to_parameter_set && follows_set);
+            if leave_to_parameter_set && key.path == "time.step_s" {
+                out.push_str(&self.comment_on_step());
+            }
         }
         for window in &self.recording.window {
             out.push_str("\n[[recording.window]]\n");
@@ -45,6 +49,23 @@ impl Scenario {
             }
         }
         out
+    }
+}
+
+impl Scenario {
+    /// How far the time step is from where the scheme is unstable.
+    fn comment_on_step(&self) -> String {
+        let longest_s = longest_stable_step_s(self);
+        let share = self.time.step_s / longest_s;
+        let advice = match share > ADVISED_SHARE {
+            true => "; blocks that switch pump energy into the chain: compare with a shorter one",
+            false => "",
+        };
+        let text = format!(
+            "dt_max = {longest_s:.3e} s: from there on the scheme is unstable even if no block switches. This step is \
+             {share:.2e} dt_max, advised is at most {ADVISED_SHARE}{advice}."
+        );
+        wrap(&text, 98).into_iter().map(|line| format!("# {line}\n")).collect()
     }
 }
 

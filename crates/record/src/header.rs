@@ -33,6 +33,10 @@ pub struct RunHeader {
     pub blocks: u32,
     /// Time step `dt`, s.
     pub time_step_s: f64,
+    /// The time step beyond which the scheme is unstable even if no block switches, `dt_max`, s;
+    /// none in logs that were written before it was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longest_stable_step_s: Option<f64>,
     /// Number of steps that the run is to take.
     pub steps: u64,
     /// What makes fronts of blocks and steps; none in logs of versions before 4, whose scenario
@@ -58,8 +62,20 @@ pub enum RunStatus {
     LoadNotReached,
     /// A signal stopped the run early; what it holds is sound.
     Interrupted,
+    /// The time step had done more work than an honest run can have of it, by the last step: what
+    /// the run would have given from there on is none of the slider's.
+    StoppedEnergy,
+    /// The step after the last could not be recorded: a number was no longer finite.
+    StoppedNotFinite,
     /// The log was put together from what was left of a damaged one.
     Salvaged,
+}
+
+impl RunStatus {
+    /// Whether the run was stopped because it could not go on: there is no more of it.
+    pub fn is_stopped(self) -> bool {
+        matches!(self, RunStatus::StoppedEnergy | RunStatus::StoppedNotFinite)
+    }
 }
 
 /// What a run says of itself once it is over. Only a log that holds this is whole.
@@ -68,7 +84,10 @@ pub enum RunStatus {
 pub struct RunEnd {
     /// How it ended.
     pub status: RunStatus,
-    /// The last step taken.
+    /// Why a run was stopped that could not go on, in words; none of any other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stopped: Option<String>,
+    /// The last step taken; of a run that was stopped, the last one that is recorded.
     pub last_step: u64,
     /// Number of messages per topic.
     pub message_counts: BTreeMap<String, u64>,

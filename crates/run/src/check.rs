@@ -116,6 +116,7 @@ impl CheckProblem {
     pub(crate) fn verdict(&self) -> Verdict {
         match self {
             CheckProblem::Log(LogError { problem: LogProblem::Salvaged, .. }) => Verdict::Salvaged,
+            CheckProblem::Log(LogError { problem: LogProblem::Stopped(_), .. }) => Verdict::Stopped,
             CheckProblem::Log(LogError { problem, .. }) if problem.is_early_end() => Verdict::Incomplete,
             CheckProblem::Log(LogError { problem, .. }) if problem.is_no_run_log() => Verdict::NoRunLog,
             _ => Verdict::Damaged,
@@ -188,6 +189,8 @@ impl Seen {
         let mut both = Some(Agreement::with(&detectors));
         // Of a salvaged log, until a gap is found that explains it.
         let mut differs = None;
+        // Of a run that was stopped the log holds all that there is.
+        let mut stopped = None;
         loop {
             let item = match reader.next_item() {
                 Ok(Some(item)) => item,
@@ -199,6 +202,10 @@ impl Seen {
                     return Err(reader
                         .verify()
                         .map_or_else(CheckProblem::Log, |_| unreachable!("it is salvaged")));
+                }
+                Err(error @ LogError { problem: LogProblem::Stopped(_), .. }) => {
+                    stopped = Some(error);
+                    break;
                 }
                 Err(error) => return Err(error.into()),
             };
@@ -249,16 +256,12 @@ impl Seen {
         if ours && scenario_is_lost {
             own::plan(&header, reader.scenario_toml())?;
         }
-        let status = reader.end().map(|end| end.status);
-        match own {
-            Some(own) => own.finish(status == Some(RunStatus::LoadNotReached))?,
-            // There was no message at all.
-            None => {
-                if let Some(plan) = plan {
-                    Own::new(plan, &header, false, again)
-                        .finish(status == Some(RunStatus::LoadNotReached))?;
-                }
-            }
+        let end = reader.end();
+        let status = end.map_or(RunStatus::Complete, |end| end.status);
+        let why = end.and_then(|end| end.stopped.as_deref());
+        // If it has not begun, there was no message at all.
+        if let Some(own) = own.or_else(|| plan.map(|plan| Own::new(plan, &header, false, again))) {
+            own.finish(status, why)?;
         }
         if let Some(mut both) = both {
             both.announced(reader.event_topics());
@@ -274,7 +277,7 @@ impl Seen {
                 self.events_differ(&header, difference)?;
             }
         }
-        Ok(())
+        stopped.map_or(Ok(()), |error| Err(error.into()))
     }
 
     /// Other events than those of this program's detectors are damage, unless they were found
@@ -372,6 +375,7 @@ mod tests {
             solver: String::new(),
             blocks: 2,
             time_step_s: 0.5,
+            longest_stable_step_s: None,
             steps: 9,
             scales: None,
         }

@@ -2,7 +2,7 @@
 //! the code is it certain what a scenario means, and what is announced and recorded of it.
 
 use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource};
-use asperity_record::{EventKind, Record, RunHeader, Scales};
+use asperity_record::{EventKind, Record, RunHeader, RunStatus, Scales};
 use asperity_runlog::{Announced, announcements, is_topic_of_a_run};
 use asperity_simulator::{Departure, Expectation, Solver, SolverKind};
 
@@ -55,6 +55,10 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnP
             ("solver", header.solver.clone()),
             ("blocks", header.blocks.to_string()),
             ("time_step_s", format!("{:e}", header.time_step_s)),
+            (
+                "longest_stable_step_s",
+                header.longest_stable_step_s.map_or("none".to_owned(), |longest_s| format!("{longest_s:e}")),
+            ),
             ("steps", header.steps.to_string()),
             ("run_id", header.run_id.clone()),
             ("scales", header.scales.map_or("none".to_owned(), scales)),
@@ -153,19 +157,25 @@ impl Own {
         Err(Departure { step: record.step(), what }.into())
     }
 
-    /// That nothing is missing at the end of a run that took all its steps.
+    /// That nothing is missing at the end of a run that took all its steps, or was `stopped` for a
+    /// reason, in words.
     ///
     /// # Errors
     /// If something is, or the run cannot have ended so.
-    pub(crate) fn finish(mut self, load_not_reached: bool) -> Result<(), OwnProblem> {
-        self.expectation.finish(load_not_reached)?;
-        match self.again.map(|mut solver| solver.next_record()) {
-            Some(Ok(Some(more))) => {
+    pub(crate) fn finish(mut self, status: RunStatus, stopped: Option<&str>) -> Result<(), OwnProblem> {
+        self.expectation.finish(status, stopped)?;
+        let Some(mut solver) = self.again else { return Ok(()) };
+        let what = match solver.next_record() {
+            Ok(Some(more)) => {
                 let what = "the run, made again, gives a record more".to_owned();
-                Err(Departure { step: more.step(), what }.into())
+                return Err(Departure { step: more.step(), what }.into());
             }
-            _ => Ok(()),
-        }
+            Ok(None) if stopped.is_none() => return Ok(()),
+            Ok(None) => "the run, made again, is not stopped".to_owned(),
+            Err(error) if stopped == Some(&error.to_string()) => return Ok(()),
+            Err(error) => format!("the run, made again, is stopped: {error}"),
+        };
+        Err(Departure { step: solver.step(), what }.into())
     }
 }
 

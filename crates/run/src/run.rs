@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use asperity_detect::Detector;
-use asperity_model::{Plan, Scenario};
+use asperity_model::{ADVISED_SHARE, Plan, Scenario};
 use asperity_record::{Checkpoint, EventKind, RunEnd, RunHeader, RunStatus, SolverReport};
 use asperity_runlog::{
     Existing, LogError, RunReader, RunWriter, Topics, Unfinished, WriteError, partial_path,
@@ -130,9 +130,19 @@ pub struct Outcome {
 /// A run that was not finished.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// The solver could not go on.
-    #[error("failed to simulate: {0}")]
-    Simulation(#[from] SimulationError),
+    /// The solver could not go on. The log, if there is one, holds all there is of the run.
+    #[error(
+        "stopped: {error}{}",
+        log.as_ref().map_or(String::new(), |log| {
+            format!("; {} holds what there is", log.display())
+        })
+    )]
+    Simulation {
+        /// Why.
+        error: SimulationError,
+        /// Where the log stands.
+        log: Option<PathBuf>,
+    },
     /// The log could not be written.
     #[error("failed to write the log: {0}")]
     Write(#[from] WriteError),
@@ -166,7 +176,6 @@ pub enum RunError {
 
 /// Why records stopped coming.
 enum End {
-    Simulation(SimulationError),
     Log(LogError),
     Stopped,
 }
@@ -188,6 +197,10 @@ pub fn run(
     let mut detectors = detectors::all(&header, "");
     detectors.extend(own);
     let kinds = detectors::kinds_of(&detectors)?;
+    if plan.step_share() > ADVISED_SHARE {
+        let (step_s, longest_s) = (plan.grid.step_s(), plan.longest_stable_step_s);
+        watch.notice(Notice::LongStep { step_s, longest_s });
+    }
     let mut source = Source {
         solver: solver.start(plan.clone()),
         stop,
@@ -196,6 +209,7 @@ pub fn run(
         checkpoints: log.map(|log| Checkpoints::every(log.checkpoint_interval)),
         is_asked_to_stop: false,
         is_stopping: false,
+        stopped: None,
     };
     let mut writer = None;
     if let Some(LogTo { path, existing, .. }) = log {
@@ -246,22 +260,17 @@ pub fn run(
             Ok(())
         },
     );
-    if let (
-        Err(StreamError::Source(End::Simulation(_)) | StreamError::Sink(_) | StreamError::Thread(_)),
-        Some(writer),
-    ) = (&outcome, &mut writer)
-    {
+    if let (Err(StreamError::Sink(_) | StreamError::Thread(_)), Some(writer)) = (&outcome, &mut writer) {
         writer.discard_if_empty();
     }
     let is_stopped = match outcome {
         Ok(()) => false,
         Err(StreamError::Source(End::Stopped)) => true,
-        Err(StreamError::Source(End::Simulation(error))) => return Err(error.into()),
         Err(StreamError::Source(End::Log(error))) => return Err(error.into()),
         Err(StreamError::Sink(error)) => return Err(RunError::Write(error)),
         Err(StreamError::Thread(error)) => return Err(RunError::Thread(error)),
     };
-    let Source { solver, before, .. } = source;
+    let Source { solver, before, stopped, .. } = source;
     let counters = before.counters + solver.counters();
     let fallbacks = solver.fallbacks();
     let never_stopped = plan.drive.until_load_ratio.filter(|_| solver.snapshot().hold_step == u64::MAX);
@@ -276,6 +285,12 @@ pub fn run(
     };
     if before.resumed > 0 {
         report.counts.insert("resumed".to_owned(), before.resumed);
+    }
+    if let Some(error) = stopped {
+        if let Some(writer) = writer {
+            writer.finish_stopped(error.status(), error.to_string(), report)?;
+        }
+        return Err(RunError::Simulation { error, log: log.map(|log| log.path.to_owned()) });
     }
     let end = writer.map(|writer| writer.finish(status, report)).transpose()?;
     if is_stopped {
@@ -342,6 +357,9 @@ struct Source<'a> {
     is_asked_to_stop: bool,
     /// Whether the last checkpoint has been given, and only the end is left.
     is_stopping: bool,
+    /// Why the solver could not go on: the run ends there, and detectors bring to an end what they
+    /// have.
+    stopped: Option<SimulationError>,
 }
 
 impl Source<'_> {
@@ -380,7 +398,13 @@ impl Source<'_> {
             }
             _ => {}
         }
-        Ok(self.solver.next_record().map_err(End::Simulation)?.map(Given::Record))
+        match self.solver.next_record() {
+            Ok(record) => Ok(record.map(Given::Record)),
+            Err(error) => {
+                self.stopped = Some(error);
+                Ok(None)
+            }
+        }
     }
 
     fn checkpoint(&mut self) -> Checkpoint {

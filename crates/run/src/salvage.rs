@@ -36,11 +36,11 @@ pub enum SalvageProblem {
 /// Writes what is left of the log `input` to a new log `output`.
 ///
 /// # Errors
-/// If `input` holds all of its run, cannot be read or has nothing left that says what run it is of,
+/// If `input` holds all there is of its run, cannot be read or has nothing left that says what run it is of,
 /// or `output` exists or cannot be written.
 pub fn salvage(input: &Path, output: &Path) -> Result<Salvaged, SalvageProblem> {
     let checked = check(input);
-    if checked.verdict.holds_all() {
+    if checked.verdict.holds_all() || checked.verdict == Verdict::Stopped {
         return Err(SalvageProblem::Whole(checked.verdict));
     }
     // The check stops at the first contradiction; behind it there may be damage.
@@ -63,6 +63,7 @@ fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeade
             let mut expected = of(&scenario, &solver, &code_version, logged.record_schema_version);
             // Those of versions before 4 do not say them.
             expected.scales = logged.scales.and(expected.scales);
+            expected.longest_stable_step_s = logged.longest_stable_step_s.and(expected.longest_stable_step_s);
             if expected == logged {
                 return Ok((logged, Vec::new()));
             }

@@ -12,6 +12,9 @@ pub enum Verdict {
     OtherCode,
     /// It ends before its run does; what it holds is sound.
     Incomplete,
+    /// It holds all that there is of a run that was stopped because it could not go on: its time
+    /// step was too long for it, or a number overflowed.
+    Stopped,
     /// It is what was left of a damaged one, and says what it lacks.
     Salvaged,
     /// It is no run log, or there is no such file.
@@ -22,10 +25,11 @@ pub enum Verdict {
 
 impl Verdict {
     /// All of them, from best to worst.
-    pub const ALL: [Verdict; 6] = [
+    pub const ALL: [Verdict; 7] = [
         Verdict::Whole,
         Verdict::OtherCode,
         Verdict::Incomplete,
+        Verdict::Stopped,
         Verdict::Salvaged,
         Verdict::NoRunLog,
         Verdict::Damaged,
@@ -37,6 +41,7 @@ impl Verdict {
             Verdict::Whole => "whole",
             Verdict::OtherCode => "by other code or detectors",
             Verdict::Incomplete => "incomplete",
+            Verdict::Stopped => "stopped",
             Verdict::Salvaged => "salvaged with gaps",
             Verdict::NoRunLog => "not a run log",
             Verdict::Damaged => "damaged",

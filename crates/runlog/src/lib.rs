@@ -78,6 +78,7 @@
 //!     solver: "by hand".to_owned(),
 //!     blocks: 2,
 //!     time_step_s: 0.5,
+//!     longest_stable_step_s: None,
 //!     steps: 2,
 //!     scales: None,
 //! };

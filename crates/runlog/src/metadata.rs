@@ -21,6 +21,8 @@ const FALLBACKS: &str = "solver_fallbacks";
 const BLOCK_LENGTH: &str = "block_length_m";
 const BLOCK_TIME: &str = "block_time_s";
 const LINK_TIME_RATIO: &str = "link_time_ratio";
+const LONGEST_STABLE_STEP: &str = "longest_stable_step_s";
+const STOPPED: &str = "stopped";
 const BETWEEN_FALLBACKS: &str = "; ";
 
 pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
@@ -45,6 +47,9 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
     ]
     .map(|(key, value)| (key.to_owned(), value))
     .into();
+    if let Some(longest_s) = header.longest_stable_step_s {
+        map.insert(LONGEST_STABLE_STEP.to_owned(), longest_s.to_string());
+    }
     if let Some(scales) = &header.scales {
         let Scales { block_length_m, block_time_s, link_time_ratio } = *scales;
         let scales = [
@@ -76,6 +81,10 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         solver: map.text("solver")?,
         blocks: map.parse("blocks", "a whole number")?,
         time_step_s: map.parse("time_step_s", "a number")?,
+        longest_stable_step_s: match map.map.contains_key(LONGEST_STABLE_STEP) {
+            true => Some(map.positive(LONGEST_STABLE_STEP)?),
+            false => None,
+        },
         steps: map.parse("steps", "a whole number")?,
         scales: scales_from_map(&map)?,
     };
@@ -102,28 +111,29 @@ fn scales_from_map(map: &Reader<'_>) -> Result<Option<Scales>, MetadataError> {
     if [BLOCK_LENGTH, BLOCK_TIME, LINK_TIME_RATIO].iter().all(|key| !map.map.contains_key(*key)) {
         return Ok(None);
     }
-    let positive = |key| {
-        let value: f64 = map.parse(key, "a number above 0")?;
-        if value.is_finite() && value > 0.0 {
-            return Ok(value);
-        }
-        Err(map.invalid(key, "a number above 0"))
-    };
     Ok(Some(Scales {
-        block_length_m: positive(BLOCK_LENGTH)?,
-        block_time_s: positive(BLOCK_TIME)?,
-        link_time_ratio: positive(LINK_TIME_RATIO)?,
+        block_length_m: map.positive(BLOCK_LENGTH)?,
+        block_time_s: map.positive(BLOCK_TIME)?,
+        link_time_ratio: map.positive(LINK_TIME_RATIO)?,
     }))
 }
 
-const STATUSES: [RunStatus; 4] =
-    [RunStatus::Complete, RunStatus::LoadNotReached, RunStatus::Interrupted, RunStatus::Salvaged];
+const STATUSES: [RunStatus; 6] = [
+    RunStatus::Complete,
+    RunStatus::LoadNotReached,
+    RunStatus::Interrupted,
+    RunStatus::StoppedEnergy,
+    RunStatus::StoppedNotFinite,
+    RunStatus::Salvaged,
+];
 
 fn status_word(status: RunStatus) -> &'static str {
     match status {
         RunStatus::Complete => "complete",
         RunStatus::LoadNotReached => "load-not-reached",
         RunStatus::Interrupted => "interrupted",
+        RunStatus::StoppedEnergy => "stopped-energy",
+        RunStatus::StoppedNotFinite => "stopped-not-finite",
         RunStatus::Salvaged => "salvaged",
     }
 }
@@ -138,6 +148,7 @@ pub(crate) fn end_to_map(end: &RunEnd) -> BTreeMap<String, String> {
     ]
     .map(|(key, value)| (key.to_owned(), value))
     .into();
+    map.extend(end.stopped.iter().map(|why| (STOPPED.to_owned(), why.clone())));
     map.extend(
         end.message_counts.iter().map(|(topic, count)| (format!("{MESSAGES}{topic}"), count.to_string())),
     );
@@ -174,8 +185,14 @@ pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, Met
     let word = reader.text("status")?;
     let status = STATUSES.into_iter().find(|status| status_word(*status) == word);
     let status = status.ok_or_else(|| {
-        reader.invalid("status", "\"complete\", \"load-not-reached\", \"interrupted\" or \"salvaged\"")
+        let words: Vec<String> =
+            STATUSES.into_iter().map(|status| format!("{:?}", status_word(status))).collect();
+        reader.invalid("status", words.join(", "))
     })?;
+    let stopped = map.get(STOPPED).cloned();
+    if status.is_stopped() != stopped.is_some() {
+        return Err(reader.invalid(STOPPED, "why the run was stopped, if its status says that it was"));
+    }
     let counts_of = |prefix: &str| {
         map.iter()
             .filter_map(|(key, value)| Some((key, key.strip_prefix(prefix)?, value)))
@@ -188,6 +205,7 @@ pub(crate) fn end_from_map(map: &BTreeMap<String, String>) -> Result<RunEnd, Met
     let fallbacks = map.get(FALLBACKS).filter(|text| !text.is_empty());
     Ok(RunEnd {
         status,
+        stopped,
         last_step: reader.parse("last_step", "a whole number")?,
         message_counts: counts_of(MESSAGES)?,
         solver: SolverReport {
@@ -277,6 +295,12 @@ impl Reader<'_> {
         accepted: &'static str,
     ) -> Result<T, MetadataError> {
         self.text(key)?.parse().map_err(|_| self.invalid(key, accepted))
+    }
+
+    /// A number above 0.
+    fn positive(&self, key: &'static str) -> Result<f64, MetadataError> {
+        let value: f64 = self.parse(key, "a number above 0")?;
+        if value.is_finite() && value > 0.0 { Ok(value) } else { Err(self.invalid(key, "a number above 0")) }
     }
 
     pub(crate) fn invalid(&self, key: &str, accepted: impl Into<Cow<'static, str>>) -> MetadataError {

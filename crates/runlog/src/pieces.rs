@@ -22,7 +22,7 @@ pub(crate) enum Content {
     Run(BTreeMap<String, String>),
     Scenario(String),
     Checkpoint(String),
-    End(RunEnd),
+    End(Box<RunEnd>),
     Chunk(Chunk),
     /// A record `chunk`; all of them are found beforehand.
     Link,
@@ -258,7 +258,7 @@ fn content(opcode: u8, body: &[u8], at: u64) -> Result<Option<(Content, u32)>, S
             }
             Ok(Record::Metadata(metadata)) if metadata.name == RUN_END => {
                 let end = metadata::end_from_map(&metadata.metadata).map_err(|error| error.to_string())?;
-                Ok(Some((Content::End(end), crc32fast::hash(body))))
+                Ok(Some((Content::End(Box::new(end)), crc32fast::hash(body))))
             }
             Ok(Record::Metadata(metadata)) if metadata.name == CHUNK => {
                 Link::from_map(&metadata.metadata).map_err(|error| error.to_string())?;

@@ -198,6 +198,9 @@ pub enum LogProblem {
     /// A signal stopped the run.
     #[error("the run was interrupted after step {0}")]
     Interrupted(u64),
+    /// The run could not go on, and why.
+    #[error("the run was stopped: {0}")]
+    Stopped(String),
     /// The log is what was left of a damaged one.
     #[error("it was salvaged from a damaged log; metadata `{SALVAGE}` says what is missing")]
     Salvaged,
@@ -231,6 +234,7 @@ impl LogProblem {
         match self {
             LogProblem::NoEnd => LogProblem::NoEnd,
             LogProblem::Interrupted(step) => LogProblem::Interrupted(*step),
+            LogProblem::Stopped(why) => LogProblem::Stopped(why.clone()),
             LogProblem::Salvaged => LogProblem::Salvaged,
             LogProblem::Mcap(mcap::McapError::UnexpectedEof) => mcap::McapError::UnexpectedEof.into(),
             LogProblem::NoRunLog(reason) => LogProblem::NoRunLog(reason.clone()),
@@ -261,6 +265,7 @@ impl LogProblem {
             LogProblem::NoEnd
                 | LogProblem::NoRunLog(NoRunLog::Empty)
                 | LogProblem::Interrupted(_)
+                | LogProblem::Stopped(_)
                 | LogProblem::Salvaged
                 | LogProblem::Mcap(mcap::McapError::UnexpectedEof)
         )

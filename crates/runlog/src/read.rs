@@ -530,9 +530,11 @@ impl RunReader {
         if salvaged != self.salvage.is_some() {
             return Err(LogProblem::Misplaced("metadata `salvage` and the status `salvaged` go together"));
         }
-        let interrupted = end.status == RunStatus::Interrupted;
-        if !interrupted && !salvaged {
-            let steps = self.header.as_ref().map_or(0, |header| header.steps);
+        let steps = self.header.as_ref().map_or(0, |header| header.steps);
+        if end.last_step > steps && !salvaged {
+            return mismatch("the last step:", end.last_step.to_string(), format!("a run of {steps}"));
+        }
+        if matches!(end.status, RunStatus::Complete | RunStatus::LoadNotReached) {
             mismatch("the last step:", end.last_step.to_string(), steps.to_string())?;
         }
         if self.topics.steps {
@@ -561,6 +563,9 @@ impl RunReader {
         mismatch("digest:", end.digest.clone(), digest)?;
         match end.status {
             RunStatus::Interrupted => Err(LogProblem::Interrupted(end.last_step)),
+            RunStatus::StoppedEnergy | RunStatus::StoppedNotFinite => {
+                Err(LogProblem::Stopped(end.stopped.clone().unwrap_or_default()))
+            }
             RunStatus::Salvaged => Err(LogProblem::Salvaged),
             RunStatus::Complete | RunStatus::LoadNotReached => Ok(()),
         }

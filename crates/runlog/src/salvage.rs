@@ -143,7 +143,7 @@ fn find(pieces: &mut Pieces) -> io::Result<Found> {
                     found.scenarios.push((piece.crc, text));
                 }
             }
-            Content::End(end) => found.ends.push((piece.crc, end)),
+            Content::End(end) => found.ends.push((piece.crc, *end)),
             Content::Chunk(_) => entry(true),
             Content::Checkpoint(_) => entry(false),
             Content::Link => {}

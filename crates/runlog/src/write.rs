@@ -323,10 +323,34 @@ impl RunWriter {
     /// # Errors
     /// If the file cannot be written, the name was taken meanwhile, or the temporary name is no
     /// longer that of this log.
-    pub fn finish(mut self, status: RunStatus, solver: SolverReport) -> Result<RunEnd, WriteError> {
+    pub fn finish(self, status: RunStatus, solver: SolverReport) -> Result<RunEnd, WriteError> {
+        self.close(status, None, solver)
+    }
+
+    /// The same of a run that could not go on, and why. There is no more of it: the log gets its
+    /// final name.
+    ///
+    /// # Errors
+    /// As [`RunWriter::finish`].
+    pub fn finish_stopped(
+        self,
+        status: RunStatus,
+        why: String,
+        solver: SolverReport,
+    ) -> Result<RunEnd, WriteError> {
+        self.close(status, Some(why), solver)
+    }
+
+    fn close(
+        mut self,
+        status: RunStatus,
+        stopped: Option<String>,
+        solver: SolverReport,
+    ) -> Result<RunEnd, WriteError> {
         let (digest, topic_digests) = self.digests.finish(self.channels.keys());
         let end = RunEnd {
             status,
+            stopped,
             last_step: self.last_step,
             message_counts: self
                 .channels

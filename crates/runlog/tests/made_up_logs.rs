@@ -38,6 +38,7 @@ fn header() -> RunHeader {
         solver: "by hand".to_owned(),
         blocks: 2,
         time_step_s: 1.0,
+        longest_stable_step_s: None,
         steps: STEPS,
         scales: None,
     }

@@ -20,11 +20,13 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use asperity_model::{Law, Plan, Reattach};
-use asperity_record::{Direction, FieldRecord, Record, StepRecord, Switch, WindowRecord};
+use asperity_record::{Direction, FieldRecord, Record, RunStatus, StepRecord, Switch, WindowRecord};
 
+use crate::audit::Audit;
 use crate::budget::Budget;
 use crate::contacts::{Load, StopForce, aged_threshold_n};
 use crate::recorder::{self, Due};
+use crate::solver::SimulationError;
 use crate::state::ChainState;
 
 /// How far forces may be from what follows from a state, over the largest terms of their sums: some
@@ -65,8 +67,10 @@ pub struct Expectation {
     /// Where contacts age, the step in which each stuck last; `u64::MAX` where that is not known.
     stuck_since_step: Vec<u64>,
     hold: Hold,
-    /// The energies.
+    /// The energies, and in which step they stop the run.
     budget: Budget,
+    audit: Audit,
+    stop: Option<SimulationError>,
     /// The last state of all blocks, for the windows of the same step.
     fields: Option<FieldRecord>,
 }
@@ -118,6 +122,8 @@ impl Expectation {
                 false => Hold::After(plan.initial.step),
             },
             budget: Budget::of(&plan),
+            audit: Audit::of(&plan),
+            stop: None,
             fields: None,
             plan,
         }
@@ -136,13 +142,31 @@ impl Expectation {
         outcome.map_err(|what| Departure { step: record.step(), what })
     }
 
-    /// That nothing is missing behind the last record of a run that took all its steps.
+    /// That nothing is missing behind the last record of a run that ended so: took all its steps, or
+    /// was `stopped` for a reason, in words.
     ///
     /// # Errors
-    /// If something is.
-    pub fn finish(&mut self, load_not_reached: bool) -> Result<(), Departure> {
+    /// If something is, or the run cannot have ended so.
+    pub fn finish(&mut self, status: RunStatus, stopped: Option<&str>) -> Result<(), Departure> {
         let step = self.last.as_ref().map_or(0, |last| last.record.step);
         let outcome = self.nothing_is_due().and_then(|()| {
+            let found = self.stop.as_ref().map(ToString::to_string);
+            match (status, found) {
+                (RunStatus::StoppedEnergy, found) if found.as_deref() == stopped => return Ok(()),
+                (RunStatus::StoppedEnergy, Some(found)) => {
+                    return Err(format!("the run is stopped there for another reason: {found}"));
+                }
+                (RunStatus::StoppedEnergy, None) => {
+                    return Err(
+                        "the run is said to be stopped there, and its energies allow it to go on".to_owned()
+                    );
+                }
+                (_, Some(found)) => return Err(format!("a run is stopped there: {found}")),
+                // That the next step cannot be recorded, only the solver tells.
+                (RunStatus::StoppedNotFinite, None) => return Ok(()),
+                (_, None) => {}
+            }
+            let load_not_reached = status == RunStatus::LoadNotReached;
             if self.plan.steps > self.plan.initial.step && step != self.plan.steps {
                 return Err(format!("it is the last step record, not step {}", self.plan.steps));
             }
@@ -185,6 +209,10 @@ impl Expectation {
     }
 
     fn step(&mut self, record: &StepRecord, is_after_gap: bool) -> Result<(), String> {
+        if let Some(stop) = &self.stop {
+            return Err(format!("it stands behind the end of a run: {stop}"));
+        }
+        self.stop = self.audit.stops(record);
         if !self.begun && !self.has_gaps {
             return Err("there is no state of all blocks before the first step".to_owned());
         }

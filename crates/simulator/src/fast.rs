@@ -197,8 +197,8 @@ impl Fast {
             let hold_step = self.stepper.state().hold_step;
             let first_m = opened(&mut self.jump).sample_first_m(into - 1);
             let total_n = spring.force_n(self.plan.drive_point_m(due_step, hold_step), first_m);
-            self.recorder.record_load(&self.plan, hold_step, Driving { total_n, ends_n: None }, None);
-            return Ok(());
+            let driving = Driving { total_n, ends_n: None };
+            return self.recorder.record_load(&self.plan, self.stepper.state(), driving);
         }
         self.aside.state_mut().clone_from(self.stepper.state());
         let (accounts, state) = self.aside.accounts_mut();
@@ -250,7 +250,7 @@ impl Solver for Fast {
 
     fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
         loop {
-            if let Some(record) = self.recorder.pop() {
+            if let Some(record) = self.recorder.next()? {
                 return Ok(Some(record));
             }
             if self.stepper.state().step == self.plan.steps {

@@ -40,6 +40,7 @@
 //! - `state`, `contacts`: what a step depends on, and what contacts bear under the load of a step.
 //! - `stepper`: one step, equation by equation; `sweep` below it is that for all blocks at once.
 //! - `energy` and `ledger`: what became of the work of the drive.
+//! - `audit`: whether the time step does more of that work than an honest run can have.
 //! - `recorder`: what is recorded and when, for all solvers alike; `counters`: what the steps of
 //!   a run were made of.
 //! - `expectation`: whether records can be those of a plan, told without taking its steps, and
@@ -55,6 +56,7 @@
 //! rub; in a chain every node carries one contact, and both are called *blocks* where the
 //! difference does not matter.
 
+mod audit;
 mod basis;
 mod budget;
 mod complex;
@@ -80,6 +82,7 @@ mod waves;
 mod window;
 mod witness;
 
+pub use audit::{Audit, MOST_SCHEME_SHARE};
 pub use counters::Counters;
 pub use exact::Exact;
 pub use expectation::{Departure, Expectation};

@@ -55,7 +55,7 @@ impl Solver for Plain {
 
     fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
         loop {
-            if let Some(record) = self.recorder.pop() {
+            if let Some(record) = self.recorder.next()? {
                 return Ok(Some(record));
             }
             let state = self.stepper.state();

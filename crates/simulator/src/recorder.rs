@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 use asperity_model::{Plan, WindowPlan};
 use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord, Switch, WindowRecord};
 
+use crate::audit::Audit;
 use crate::contacts::{Load, threshold_n};
 use crate::solver::SimulationError;
 use crate::state::ChainState;
@@ -17,25 +18,38 @@ use crate::stepper::{Driving, Stepper};
 pub(crate) struct Recorder {
     due_step: u64,
     ready: VecDeque<Record>,
+    audit: Audit,
+    /// Why the run ends behind what is ready.
+    stop: Option<SimulationError>,
 }
 
 impl Recorder {
     /// A recorder at the start of a run, with the initial fields ready.
     pub(crate) fn new(plan: &Plan, initial: &ChainState) -> Recorder {
+        let stop = state_not_finite(initial);
+        let first = Record::Fields(fields(plan, initial));
         Recorder {
             due_step: next_due(plan, initial.step),
-            ready: VecDeque::from([Record::Fields(fields(plan, initial))]),
+            ready: if stop.is_none() { VecDeque::from([first]) } else { VecDeque::new() },
+            audit: Audit::of(plan),
+            stop,
         }
     }
 
     /// The next record that is ready to be handed out.
-    pub(crate) fn pop(&mut self) -> Option<Record> {
-        self.ready.pop_front()
+    ///
+    /// # Errors
+    /// If none is, and the run cannot go on.
+    pub(crate) fn next(&mut self) -> Result<Option<Record>, SimulationError> {
+        match (self.ready.pop_front(), &self.stop) {
+            (None, Some(stop)) => Err(stop.clone()),
+            (record, _) => Ok(record),
+        }
     }
 
-    /// Whether nothing is ready.
+    /// Whether nothing is ready, and nothing to be said but that.
     pub(crate) fn is_empty(&self) -> bool {
-        self.ready.is_empty()
+        self.ready.is_empty() && self.stop.is_none()
     }
 
     /// The next step at which a cadence, or the end of the run, asks for a record.
@@ -53,22 +67,26 @@ impl Recorder {
                 .all(|window| next_in_window(window, self.due_step - 1) != Some(self.due_step))
     }
 
-    /// Records that step, in which no block slides, from its driving force alone.
+    /// Records the step that is due, in which no block slides, from its driving force alone;
+    /// `state` is one before it.
     pub(crate) fn record_load(
         &mut self,
         plan: &Plan,
-        hold_step: u64,
+        state: &ChainState,
         driving: Driving,
-        energy: Option<Energy>,
-    ) {
+    ) -> Result<(), SimulationError> {
         let step = self.due_step;
-        self.ready.push_back(load(plan, step, hold_step, 0, driving, energy, Vec::new()));
+        let record = load(plan, step, state.hold_step, 0, driving, None, Vec::new());
+        self.is_finite(not_finite(&record, step, state))?;
+        self.ready.push_back(Record::Step(record));
         self.due_step = next_due(plan, step);
+        Ok(())
     }
 
     /// Forgets what is ready, and goes on behind `step`.
     pub(crate) fn continue_after(&mut self, plan: &Plan, step: u64) {
         self.ready.clear();
+        self.stop = None;
         self.due_step = next_due(plan, step);
     }
 
@@ -101,10 +119,12 @@ impl Recorder {
         switched: &[usize],
         edge: bool,
     ) -> Result<(), SimulationError> {
-        check_finite(state)?;
         let step = state.step;
         let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
-        self.ready.push_back(load(plan, step, state.hold_step, state.sliding, driving, energy, switches));
+        let record = load(plan, step, state.hold_step, state.sliding, driving, energy, switches);
+        self.is_finite(state_not_finite(state).or_else(|| not_finite(&record, step, state)))?;
+        self.stop = self.audit.stops(&record);
+        self.ready.push_back(Record::Step(record));
         for due in due_states(plan, step, edge) {
             self.ready.push_back(match due {
                 Due::Fields => Record::Fields(fields(plan, state)),
@@ -113,6 +133,12 @@ impl Recorder {
         }
         self.due_step = next_due(plan, step);
         Ok(())
+    }
+
+    /// That nothing was found which is not finite; or else the run ends here.
+    fn is_finite(&mut self, found: Option<SimulationError>) -> Result<(), SimulationError> {
+        self.stop = found;
+        self.stop.clone().map_or(Ok(()), Err)
     }
 }
 
@@ -124,8 +150,8 @@ fn load(
     driving: Driving,
     energy: Option<Energy>,
     switches: Vec<Switch>,
-) -> Record {
-    Record::Step(StepRecord {
+) -> StepRecord {
+    StepRecord {
         step,
         time_s: plan.grid.time_s(step),
         driving_force_n: driving.total_n,
@@ -134,7 +160,7 @@ fn load(
         normal_load_n: Load::in_step(plan, step, hold_step).scaled_n(plan.total_normal_load_n),
         sliding,
         switches,
-    })
+    }
 }
 
 /// A state that is recorded behind a step.
@@ -223,15 +249,39 @@ fn window_record(plan: &Plan, state: &ChainState, index: usize, window: &WindowP
     })
 }
 
-fn check_finite(state: &ChainState) -> Result<(), SimulationError> {
-    let pairs = state.displacement_m.iter().zip(&state.velocity_m_per_s);
-    match pairs.enumerate().find(|(_, (u, v))| !(u.is_finite() && v.is_finite())) {
-        None => Ok(()),
-        Some((n, (&displacement_m, &velocity_m_per_s))) => Err(SimulationError::NotFinite {
-            step: state.step,
-            block: n as u32 + 1,
-            displacement_m,
-            velocity_m_per_s,
-        }),
+/// The first block of a state of which something is not finite.
+fn state_not_finite(state: &ChainState) -> Option<SimulationError> {
+    let kinds = [
+        ("a displacement", &state.displacement_m),
+        ("a velocity", &state.velocity_m_per_s),
+        ("a tangential force", &state.tangential_force_n),
+        ("the anchor of a friction spring", &state.stick_position_m),
+    ];
+    kinds.into_iter().find_map(|(what, values)| {
+        let n = values.iter().position(|value| !value.is_finite())?;
+        Some(at_block(what, state.step, state, n))
+    })
+}
+
+/// What in the record of a step is not finite although the state is, if anything: of the whole slider
+/// that is said with the fastest block.
+fn not_finite(record: &StepRecord, step: u64, state: &ChainState) -> Option<SimulationError> {
+    let ends_n = record.end_forces_n.into_iter().flatten();
+    let driving_n = ends_n.chain([record.driving_force_n]).map(|force_n| ("the force of the drive", force_n));
+    let energies_j = record.energy.iter().flat_map(Energy::parts);
+    let mut numbers = driving_n.chain(energies_j);
+    let (what, _) = numbers.find(|(_, value)| !value.is_finite())?;
+    let speed = |n: &usize| state.velocity_m_per_s[*n].abs();
+    let fastest = (0..state.velocity_m_per_s.len()).max_by(|a, b| speed(a).total_cmp(&speed(b)));
+    Some(at_block(what, step, state, fastest.unwrap_or(0)))
+}
+
+fn at_block(what: &'static str, step: u64, state: &ChainState, n: usize) -> SimulationError {
+    SimulationError::NotFinite {
+        step,
+        what,
+        block: n as u32 + 1,
+        displacement_m: state.displacement_m[n],
+        velocity_m_per_s: state.velocity_m_per_s[n],
     }
 }

@@ -1,7 +1,8 @@
 //! What a solver is.
 
-use asperity_record::Record;
+use asperity_record::{Record, RunStatus};
 
+use crate::audit::MOST_SCHEME_SHARE;
 use crate::counters::Counters;
 use crate::state::ChainState;
 
@@ -14,7 +15,7 @@ pub trait Solver: Send {
     /// and everything has been handed out.
     ///
     /// # Errors
-    /// If a displacement or velocity is no longer finite.
+    /// If the run cannot go on, see [`SimulationError`]; it is said again whenever it is asked.
     fn next_record(&mut self) -> Result<Option<Record>, SimulationError>;
 
     /// The last step taken.
@@ -48,18 +49,48 @@ pub trait Solver: Send {
 /// A run that cannot go on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SimulationError {
-    /// A displacement or velocity overflowed or became no number.
+    /// The time step had done more work than an honest run can have of it ([`Audit`](crate::Audit)).
     #[error(
-        "block {block} is no longer finite after step {step}: u = {displacement_m} m, v = {velocity_m_per_s} m/s"
+        "in step {step} the time step itself has done {scheme_work_j:.3e} J of work, more than {} % of the \
+         {put_in_j:.3e} J that were put in ({put_in}); a shorter time.step_s is needed",
+        MOST_SCHEME_SHARE * 100.0
+    )]
+    Energy {
+        /// The step in which it was seen.
+        step: u64,
+        /// The work of the scheme up to it.
+        scheme_work_j: f64,
+        /// What it is held against.
+        put_in_j: f64,
+        /// What that is.
+        put_in: &'static str,
+    },
+    /// Something that was to be recorded overflowed or became no number.
+    #[error(
+        "in step {step} {what} is no longer finite: block {block} is at u = {displacement_m:.3e} m, \
+         v = {velocity_m_per_s:.3e} m/s"
     )]
     NotFinite {
         /// The step after which it was seen.
         step: u64,
-        /// The block, counted from 1.
+        /// What it is.
+        what: &'static str,
+        /// The block, counted from 1: the first of which it is not finite, or the fastest where it
+        /// is of the whole slider.
         block: u32,
         /// Its displacement.
         displacement_m: f64,
         /// Its velocity.
         velocity_m_per_s: f64,
     },
+}
+
+impl SimulationError {
+    /// How a run ends that it stops.
+    pub fn status(&self) -> RunStatus {
+        match self {
+            SimulationError::Energy { .. } => RunStatus::StoppedEnergy,
+            SimulationError::NotFinite { .. } => RunStatus::StoppedNotFinite,
+        }
+    }
 }

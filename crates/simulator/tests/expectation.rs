@@ -1,7 +1,7 @@
 //! What a solver records is what a plan makes one expect, and hardly anything else is.
 
 use asperity_model::Plan;
-use asperity_record::{Energy, Record, StepRecord};
+use asperity_record::{Energy, Record, RunStatus, StepRecord};
 use asperity_simulator::{Departure, Expectation, Fast, Plain, Solver};
 
 const SHORT: [&str; 4] =
@@ -36,7 +36,7 @@ fn take(
             missing[kind(record)] = true;
         }
     }
-    if has_gaps { Ok(()) } else { expectation.finish(false) }
+    if has_gaps { Ok(()) } else { expectation.finish(RunStatus::Complete, None) }
 }
 
 const WINDOWS: &str = "recording.window=[{from_s=0.02,to_s=0.03,every_s=1e-5,first_block=2,last_block=5},{from_s=0,to_s=0.1,every_s=3e-3,first_block=1,last_block=12}]";
@@ -205,7 +205,7 @@ fn a_load_that_was_reached_is_not_said_to_be_missing() {
     for record in records(Fast::new(plan)) {
         expectation.take(&record, false).unwrap();
     }
-    assert!(expectation.clone().finish(false).is_ok());
-    let told = expectation.finish(true).unwrap_err();
+    assert!(expectation.clone().finish(RunStatus::Complete, None).is_ok());
+    let told = expectation.finish(RunStatus::LoadNotReached, None).unwrap_err();
     assert!(told.what.contains("and it has been"), "{told}");
 }

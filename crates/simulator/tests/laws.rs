@@ -2,7 +2,7 @@
 //! each against something that is known without either.
 
 use asperity_model::Plan;
-use asperity_record::{Record, StepRecord};
+use asperity_record::{Record, RunStatus, StepRecord};
 use asperity_simulator::{Expectation, Fast, Plain, Solver, equality};
 
 /// A short chain that is driven fast, so that a short run has many events.
@@ -112,8 +112,9 @@ fn the_fast_solver_does_what_the_plain_one_does_by_every_law_and_drive() {
             }
             let never_stopped =
                 plan.drive.until_load_ratio.is_some() && fast.snapshot().hold_step == u64::MAX;
+            let status = if never_stopped { RunStatus::LoadNotReached } else { RunStatus::Complete };
             expectation
-                .finish(never_stopped)
+                .finish(status, None)
                 .unwrap_or_else(|error| panic!("{sets:?}, {parameters}: {error}"));
             let counters = fast.counters();
             // Friction that depends on velocity takes single steps while anything slides.

@@ -24,7 +24,8 @@ summary! {
             /// `as-coded` or `as-stated`.
             parameter_set: String,
             /// How it ended: `complete`, `load-not-reached` (at which the drive was to stop),
-            /// `interrupted`, `salvaged`; or `unknown`, if the log does not say.
+            /// `interrupted`, `salvaged`, `stopped-energy` or `stopped-not-finite` (it could not go
+            /// on); or `unknown`, if the log does not say.
             status: String,
             /// Where its ruptures are from: `log`; `steps`, if the log has none and they were found
             /// in its step records for this summary; or `none`.

@@ -22,6 +22,7 @@ fn header() -> RunHeader {
         solver: "fast".to_owned(),
         blocks: 10,
         time_step_s: 1e-3,
+        longest_stable_step_s: None,
         steps: 10_000,
         scales: None,
     }
@@ -272,6 +273,7 @@ fn energies_are_those_of_the_last_record_and_counters_those_of_the_end() {
     let end = RunEnd {
         energy: None,
         status: RunStatus::LoadNotReached,
+        stopped: None,
         last_step: 20,
         message_counts: BTreeMap::new(),
         switches: 0,
@@ -301,6 +303,7 @@ fn full() -> Summary {
     let end = RunEnd {
         energy: None,
         status: RunStatus::Complete,
+        stopped: None,
         last_step: 10_000,
         message_counts: BTreeMap::new(),
         switches: 1,

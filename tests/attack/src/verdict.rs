@@ -14,17 +14,19 @@ pub(crate) enum Verdict {
     Damaged,
     Gaps,
     OtherCode,
+    Stopped,
 }
 
 impl Verdict {
     /// Each with its word and its exit code.
-    const ALL: [(Verdict, &'static str, i32); 6] = [
+    const ALL: [(Verdict, &'static str, i32); 7] = [
         (Verdict::Whole, "whole", 0),
         (Verdict::NoRunLog, "not a run log", 2),
         (Verdict::Incomplete, "incomplete", 3),
         (Verdict::Damaged, "damaged", 4),
         (Verdict::Gaps, "salvaged with gaps", 5),
         (Verdict::OtherCode, "by other code or detectors", 6),
+        (Verdict::Stopped, "stopped", 7),
     ];
 
     pub(crate) fn word(self) -> &'static str {

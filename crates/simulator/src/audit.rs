@@ -1,0 +1,86 @@
+//! Whether the time step itself does more work than an honest run can have of it.
+//!
+//! While nothing switches, Euler-Cromer keeps an energy of its own, which is that of the slider but
+//! for `dt v F / 2`, with `F` all forces on a block; any step below the bound of linear stability
+//! will do. A switch changes `F`, and with it that energy: where the force on a block that moves at
+//! `v` rises by `Df`, the scheme does the work `dt v Df / 2`. In an honest run a slip has one such
+//! switch, the detachment, with `Df` at most `(mu_s - mu_d) p`; a block that re-attaches hardly
+//! moves. No slip is shorter than a single swing on the stiffest springs `K`: its speed is at most
+//! `Df / sqrt(m K)`, its way `2 Df / K`, on which friction takes `mu_d p` times it. So the scheme
+//! does at most
+//!
+//! ```text
+//! (dt sqrt(K / m) / 4) Df / (mu_d p) = (dt / dt_max) (mu_s / mu_d - 1) / 2
+//! ```
+//!
+//! of what friction takes, and that is never more than was put in. With the coefficients of the
+//! default slider, and the step at [`ADVISED_SHARE`](asperity_model::ADVISED_SHARE) of `dt_max`, it
+//! is 0.11: hence [`MOST_SCHEME_SHARE`]. Where blocks switch back and forth every few steps, as they
+//! do close to `dt_max`, each time is paid for, and the sum knows no bound.
+//!
+//! The audit looks at steps in which a block switches, which are recorded whatever the cadences: a
+//! run ends in the same step however it is sampled, and what it is judged by is in its log.
+
+use asperity_model::{Law, Plan};
+use asperity_record::{Energy, StepRecord};
+
+use crate::energy::{stored_j, stored_of};
+use crate::solver::SimulationError;
+use crate::state::ChainState;
+use crate::sweep::Sweeps;
+
+/// Most work of the scheme, as a share of the energy that was put in.
+pub const MOST_SCHEME_SHARE: f64 = 0.1;
+
+/// Holds the work of the scheme against what was put in.
+#[derive(Debug, Clone)]
+pub struct Audit {
+    initial_j: f64,
+    threshold_j: f64,
+}
+
+impl Audit {
+    /// Of the runs of a plan.
+    pub fn of(plan: &Plan) -> Audit {
+        let state = ChainState::initial(plan);
+        let stored = stored_of(plan, &state);
+        let (kinetic_j, elastic_j) = stored_j(Sweeps::detect(), plan, &stored, state.step, state.hold_step);
+        let kt = match plan.friction.law {
+            Law::Springs => plan.friction.interfacial_stiffness_n_per_m,
+            Law::Rigid { .. } => 0.0,
+        };
+        let drive = plan.drive.stiffness_n_per_m(plan.blocks);
+        let thresholds = plan.friction.static_threshold_n.iter().zip(drive).enumerate();
+        let parts_j = thresholds.map(|(n, (threshold_n, drive_n_per_m))| {
+            let held_by_n_per_m = plan.elastic.diagonal_n_per_m(n) + kt + drive_n_per_m;
+            0.5 * threshold_n * threshold_n / held_by_n_per_m
+        });
+        Audit { initial_j: kinetic_j + elastic_j, threshold_j: parts_j.sum() }
+    }
+
+    /// The largest of the energies that were put in, and which it is. Work of the drive is no
+    /// measure where it does not move, and at the start of a front nothing has been done yet: so
+    /// it is never less than what the springs at every block hold when they pull with `mu_s p`.
+    fn put_in_j(&self, energy: &Energy) -> (f64, &'static str) {
+        let kinds = [
+            (energy.drive_work_j, "the work of the drive"),
+            (energy.prestress_work_j, "the work of the prestress"),
+            (self.initial_j, "what was stored at the start"),
+            (self.threshold_j, "what springs hold at the thresholds of friction"),
+        ];
+        kinds.into_iter().fold((0.0, kinds[0].1), |most, kind| if kind.0 > most.0 { kind } else { most })
+    }
+
+    /// Whether a run is stopped in the step of a record.
+    pub fn stops(&self, record: &StepRecord) -> Option<SimulationError> {
+        let energy = record.energy.as_ref().filter(|_| !record.switches.is_empty())?;
+        let (put_in_j, put_in) = self.put_in_j(energy);
+        let scheme_work_j = energy.scheme_work_j;
+        (scheme_work_j.abs() > MOST_SCHEME_SHARE * put_in_j).then_some(SimulationError::Energy {
+            step: record.step,
+            scheme_work_j,
+            put_in_j,
+            put_in,
+        })
+    }
+}

@@ -1,0 +1,171 @@
+//! What becomes of runs whose time step is too long for them.
+
+use asperity_model::Plan;
+use asperity_record::{Energy, Record, RunStatus, StepRecord};
+use asperity_simulator::{Fast, MOST_SCHEME_SHARE, Plain, SimulationError, Solver};
+
+/// A scenario as stated, with a time step of about that share of the longest stable one.
+fn plan(name: &str, share: f64, sets: &[&str]) -> Plan {
+    let sets: Vec<String> =
+        ["parameter_set=as-stated"].iter().chain(sets).map(|set| (*set).to_owned()).collect();
+    let longest_s = asperity_testkit::plan(name, &sets).longest_stable_step_s;
+    // All times of the scenarios are whole milliseconds.
+    let step_s = 1e-3 / (1e-3 / (share * longest_s)).ceil();
+    asperity_testkit::plan(name, &[&sets[..], &[format!("time.step_s={step_s:e}")]].concat())
+}
+
+/// How a run ended, after how many slip events, and its last step record.
+struct Ended {
+    error: Option<SimulationError>,
+    events: usize,
+    last: Option<StepRecord>,
+}
+
+impl Ended {
+    fn energy(&self) -> Energy {
+        self.last.as_ref().and_then(|last| last.energy).expect("there is a step record with energies")
+    }
+}
+
+fn run(mut solver: impl Solver) -> Ended {
+    let (mut events, mut last): (usize, Option<StepRecord>) = (0, None);
+    loop {
+        match solver.next_record() {
+            Ok(Some(Record::Step(step))) => {
+                let slid = last.as_ref().is_some_and(|last| last.sliding > 0);
+                events += usize::from(step.sliding > 0 && !slid);
+                last = Some(step);
+            }
+            Ok(Some(_)) => {}
+            ended => {
+                return Ended { error: ended.err(), events, last };
+            }
+        }
+    }
+}
+
+#[test]
+fn near_the_longest_step_runs_are_stopped_or_count_as_with_a_short_one() {
+    let mut stopped = Vec::new();
+    for name in [
+        "default",
+        "top-driven",
+        "rigid-contacts",
+        "ageing-contacts",
+        "load-on-far-end",
+        "scattered-friction",
+    ] {
+        // The top drive slips once, behind 7 s.
+        let duration = if name == "top-driven" { "time.duration_s=8" } else { "time.duration_s=2" };
+        let short = run(Fast::new(plan(name, 0.1, &[duration])));
+        assert_eq!(short.error, None, "{name}");
+        assert!(short.events > 0, "{name}");
+        for share in [0.8, 0.9, 0.95, 0.99] {
+            let plan = plan(name, share, &[duration]);
+            assert!((share * 0.99..=share).contains(&plan.step_share()), "{}", plan.step_share());
+            let Ended { error, events, .. } = run(Fast::new(plan));
+            match error {
+                Some(SimulationError::Energy { .. }) => stopped.push((name, share)),
+                Some(other) => panic!("{name} at {share}: {other}"),
+                None => assert!(
+                    events <= 2 * short.events && short.events <= 2 * events,
+                    "{name} at {share}: {events} events, {} with a short step",
+                    short.events
+                ),
+            }
+        }
+    }
+    // All but the top drive, whose blocks switch once each.
+    let blown_up = |name| [0.9, 0.95, 0.99].map(|share| (name, share));
+    let others = ["ageing-contacts", "load-on-far-end", "scattered-friction"].map(blown_up).concat();
+    let rigid = [0.8, 0.9, 0.95, 0.99].map(|share| ("rigid-contacts", share));
+    assert_eq!(stopped, [&blown_up("default")[..], &rigid, &others].concat());
+}
+
+/// Fronts and pulses have the most of it: all their slips are single swings.
+#[test]
+fn steps_that_are_advised_are_not_stopped() {
+    for (name, at_least) in [("front", 0.0), ("slip-pulse", 0.03)] {
+        for share in [0.1, 0.4] {
+            let sets = ["parameter_set=as-stated".to_owned()];
+            let known = asperity_testkit::plan(name, &sets);
+            let duration_s = known.grid.time_s(known.steps);
+            let step_s = duration_s / (duration_s / (share * known.longest_stable_step_s)).ceil();
+            let plan =
+                asperity_testkit::plan(name, &[&sets[..], &[format!("time.step_s={step_s:e}")]].concat());
+            let ended = run(Fast::new(plan));
+            assert_eq!(ended.error, None, "{name} at {share}");
+            let energy = ended.energy();
+            let found = energy.scheme_work_j.abs() / energy.prestress_work_j;
+            assert!(found < MOST_SCHEME_SHARE, "{name} at {share}: {found}");
+            assert!(share < 0.4 || found > at_least, "{name} at {share}: {found}");
+        }
+    }
+}
+
+/// Neither how a run is sampled nor which solver makes it decides where it stops, and what it says is
+/// what its last record holds.
+#[test]
+fn the_step_in_which_a_run_stops_is_its_own() {
+    for name in ["default", "rigid-contacts"] {
+        let often = ["recording.sample_s=1e-4", "recording.fields_s=2e-3"];
+        let plan = |sets: &[&str]| {
+            let sets = [&["slider.blocks=22", "time.step_s=2.5e-6"], sets].concat();
+            asperity_testkit::plan(name, &[&["parameter_set=as-stated"], &sets[..]].concat())
+        };
+        let step = |ended: &Ended| match ended.error {
+            Some(SimulationError::Energy { step, scheme_work_j, put_in_j, .. }) => {
+                let last = ended.last.as_ref().expect("there is a step record");
+                assert!(last.step == step && !last.switches.is_empty(), "{last:?}");
+                let energy = ended.energy();
+                assert_eq!((scheme_work_j, put_in_j), (energy.scheme_work_j, energy.drive_work_j));
+                assert!(scheme_work_j.abs() > MOST_SCHEME_SHARE * put_in_j);
+                step
+            }
+            ref other => panic!("{name}: {other:?}"),
+        };
+        let fast = step(&run(Fast::new(plan(&[]))));
+        assert_eq!(fast, step(&run(Fast::new(plan(&often)))), "{name}");
+        assert_eq!(fast, step(&run(Plain::new(plan(&[])))), "{name}");
+        assert_eq!(fast, step(&run(Plain::new(plan(&often)))), "{name}");
+    }
+}
+
+/// A solver that was stopped says so whenever it is asked, and nothing can be saved behind its stop.
+#[test]
+fn no_run_goes_on_behind_its_stop() {
+    let sets = ["parameter_set=as-stated", "slider.blocks=22", "time.step_s=2.5e-6"];
+    let plan = asperity_testkit::plan("rigid-contacts", &sets);
+    let mut solver = Fast::new(plan);
+    let error = loop {
+        match solver.next_record() {
+            Ok(Some(_)) => {}
+            Ok(None) => panic!("it is to be stopped"),
+            Err(error) => break error,
+        }
+    };
+    assert_eq!(error.status(), RunStatus::StoppedEnergy);
+    assert!(!solver.is_between_records());
+    assert_eq!(solver.next_record(), Err(error));
+}
+
+/// Energies overflow long before displacements do.
+#[test]
+fn what_is_not_finite_is_named_and_never_recorded() {
+    let sets = [
+        "normal_load.total_n=1e160",
+        "drive.velocity_m_per_s=1e156",
+        "time.duration_s=1",
+        "recording.sample_s=1e-6",
+    ];
+    let plan = asperity_testkit::plan("default", &sets);
+    for ended in [run(Fast::new(plan.clone())), run(Plain::new(plan))] {
+        let Some(error @ SimulationError::NotFinite { .. }) = ended.error else {
+            panic!("{:?}", ended.error)
+        };
+        assert_eq!(error.status(), RunStatus::StoppedNotFinite);
+        assert!(error.to_string().contains(" is no longer finite: block 1 is at u = "), "{error}");
+        let recorded = ended.last.and_then(|last| last.energy).unwrap_or_default();
+        assert!(recorded.parts().iter().all(|(_, value_j)| value_j.is_finite()));
+    }
+}

@@ -1,0 +1,178 @@
+//! Runs whose time step is too long: they are warned of, stopped, and their logs say so.
+
+use std::fs;
+use std::path::Path;
+
+use asperity_record::RunStatus;
+use asperity_runlog::{LogProblem, RunReader, Topics, partial_path};
+
+use crate::laws::packing::{Packing, put_together};
+use crate::laws::parts::{Part, correct_end, take_apart};
+use crate::support::binary::{asperity, succeed, text};
+use crate::support::small;
+
+/// Stopped in step 787,116 of 2,000,000, after some slip events, at 0.86 of the longest stable step.
+const LONG: [&str; 5] = ["rigid-contacts", "--set", "slider.blocks=22", "--set", "time.step_s=2.5e-6"];
+
+/// Exit code, standard output and standard error.
+fn outcome(arguments: &[&str]) -> (i32, String, String) {
+    let output = asperity(arguments);
+    let utf8 = |bytes| String::from_utf8(bytes).expect("the binary writes UTF-8");
+    (output.status.code().expect("it ends by itself"), utf8(output.stdout), utf8(output.stderr))
+}
+
+fn run(out: &Path, more: &[&str]) -> (i32, String) {
+    let (code, _, said) = outcome(&[&["run"], &LONG[..], more, &["--out", text(out)]].concat());
+    (code, said)
+}
+
+/// Of a log of a run that was stopped: why, by its end, and its digest.
+fn stopped(log: &Path) -> (String, String) {
+    let mut reader = RunReader::open(log, Topics::ALL).expect("it has a header");
+    let error = reader.verify().expect_err("not all of its steps were taken");
+    assert!(matches!(error.problem, LogProblem::Stopped(_)), "{error}");
+    let end = reader.end().expect("it says how it ended").clone();
+    assert_eq!(end.status, RunStatus::StoppedEnergy);
+    assert!(end.last_step < reader.header().steps);
+    (end.stopped.expect("it says why"), end.digest)
+}
+
+#[test]
+fn a_run_that_its_time_step_drives_is_stopped_and_says_why() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("long.mcap");
+    let (code, said) = run(&log, &[]);
+    assert_eq!(code, 1, "{said}");
+    // Both numbers, once.
+    assert_eq!(said.matches("warning").count(), 1, "{said}");
+    assert!(said.contains("time.step_s = 2.5e-6 is 0.86 dt_max, of 2.912e-6 s"), "{said}");
+    let (why, digest) = stopped(&log);
+    assert!(why.starts_with("in step ") && why.contains("more than 10 % of the "), "{why}");
+    assert!(
+        said.contains(&format!("error: rigid-contacts: stopped: {why}; {} holds", log.display())),
+        "{said}"
+    );
+    assert!(!partial_path(&log).exists());
+    for again in [&["check"][..], &["check", "--again"]] {
+        let (code, told, _) = outcome(&[again, &[text(&log)]].concat());
+        assert!(code == 7 && told.contains(": stopped: ") && told.contains(&why), "{told}");
+    }
+    // There is nothing to go on with, and nothing to be taken for a finished run.
+    let (code, said) = run(&log, &["--resume"]);
+    assert!(code == 1 && said.contains(&why), "{said}");
+
+    // Quiet: only the error. The other solver, the same step.
+    let plain = folder.path().join("plain.mcap");
+    let (code, said) = run(&plain, &["--quiet", "--solver", "plain"]);
+    assert!(code == 1 && said.starts_with("error: ") && said.lines().count() == 1, "{said}");
+    let step = |why: &str| why.split(' ').nth(2).map(str::to_owned);
+    assert_eq!(step(&stopped(&plain).0), step(&why));
+
+    // Killed at half of it and resumed: the same, to its last message.
+    let bytes = fs::read(&log).expect("it was just written");
+    let checkpoints = folder.path().join("checkpoints.mcap");
+    let (code, said) = run(&checkpoints, &["--checkpoint-s", "0"]);
+    assert_eq!(code, 1, "{said}");
+    let whole = fs::read(&checkpoints).expect("it was just written");
+    let resumed = folder.path().join("resumed.mcap");
+    for share in [0.5, 0.999] {
+        let length = (whole.len() as f64 * share) as usize;
+        fs::write(partial_path(&resumed), &whole[..length]).expect("the folder can be written");
+        let (code, said) = run(&resumed, &["--resume"]);
+        assert!(code == 1 && said.contains("goes on from"), "{said}");
+        assert_eq!(stopped(&resumed), (why.clone(), digest.clone()));
+        fs::remove_file(&resumed).expect("it can be removed");
+    }
+    assert!(bytes.len() < whole.len());
+}
+
+/// Another log, with other values in one metadata record, and everything else right.
+fn forge(log: &Path, forged: &Path, record: &str, pairs: &[(&str, Option<&str>)]) {
+    let mut parts = take_apart(&fs::read(log).expect("it was just written"));
+    for part in parts.iter_mut().filter(|part| part.name() == Some(record)) {
+        let mut map = part.map().expect("it is metadata");
+        for (key, value) in pairs {
+            match value {
+                Some(value) => map.insert((*key).to_owned(), (*value).to_owned()),
+                None => map.remove(*key),
+            };
+        }
+        *part = Part::metadata(record, &map);
+    }
+    correct_end(&mut parts);
+    fs::write(forged, put_together(&parts, Packing::USUAL)).expect("the folder can be written");
+}
+
+/// A log cannot be called that of a run which was stopped, nor one that was be called whole.
+#[test]
+fn how_a_run_ended_is_held_against_its_energies() {
+    let folder = asperity_testkit::folder();
+    let (long, sound) = (folder.path().join("long.mcap"), folder.path().join("sound.mcap"));
+    assert_eq!(run(&long, &[]).0, 1);
+    small::run(&sound);
+    let forged = folder.path().join("forged.mcap");
+    let check = |log: &Path, record: &str, pairs: &[(&str, Option<&str>)]| {
+        forge(log, &forged, record, pairs);
+        outcome(&["check", text(&forged)])
+    };
+    let (code, said, _) = check(&long, "run", &[]);
+    assert!(code == 7, "as it was: {said}");
+    for (log, record, pairs, told) in [
+        (
+            &sound,
+            "run_end",
+            &[("status", Some("stopped-energy")), ("stopped", Some("so"))][..],
+            "allow it to go on",
+        ),
+        (&sound, "run_end", &[("status", Some("stopped-energy"))], "is not why the run was stopped"),
+        (&sound, "run_end", &[("stopped", Some("so"))], "is not why the run was stopped"),
+        (&sound, "run_end", &[("status", Some("stopped"))], "\"stopped-energy\", \"stopped-not-finite\""),
+        (&sound, "run", &[("longest_stable_step_s", None)], "longest_stable_step_s"),
+        (&sound, "run", &[("longest_stable_step_s", Some("1e-5"))], "longest_stable_step_s"),
+        (&sound, "run", &[("longest_stable_step_s", Some("-1"))], "a number above 0"),
+        (&long, "run_end", &[("stopped", Some("in step 1 it was tired"))], "for another reason"),
+        (&long, "run_end", &[("status", Some("stopped-not-finite"))], "a run is stopped there"),
+        (&long, "run_end", &[("status", Some("complete")), ("stopped", None)], "the last step"),
+    ] {
+        let (code, said, _) = check(log, record, pairs);
+        assert!(code == 4 && said.contains(told), "{pairs:?}: {said}");
+    }
+}
+
+/// What cannot be recorded stops a run as well, and is no failure of the log.
+#[test]
+fn numbers_that_overflow_stop_a_run_with_step_and_block() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("overflow.mcap");
+    let sets = ["normal_load.total_n=1e160", "drive.velocity_m_per_s=1e156", "time.duration_s=0.01"];
+    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+    let (code, _, said) = outcome(&[&["run", "default"], &sets[..], &["--out", text(&log)]].concat());
+    assert!(code == 1 && said.contains(" is no longer finite: block 1 is at u = "), "{said}");
+    assert!(said.contains("stopped: in step ") && !said.contains("failed to write"), "{said}");
+    for again in [&["check"][..], &["check", "--again"]] {
+        let (code, told, _) = outcome(&[again, &[text(&log)]].concat());
+        assert!(
+            code == 7 && told.contains(": stopped: ") && told.contains(" is no longer finite: "),
+            "{told}"
+        );
+    }
+    // In which step is seen where the run is made again.
+    let forged = folder.path().join("forged.mcap");
+    forge(&log, &forged, "run_end", &[("stopped", Some("in step 5 a velocity is no longer finite"))]);
+    assert_eq!(outcome(&["check", text(&forged)]).0, 7);
+    let (code, told, _) = outcome(&["check", "--again", text(&forged)]);
+    assert!(code == 4 && told.contains("the run, made again, is stopped: in step "), "{told}");
+}
+
+/// Where the time step stands is told before a run is made.
+#[test]
+fn a_scenario_shows_its_longest_stable_step() {
+    let told = succeed(&["scenario", "show", "default", "--set", "parameter_set=as-stated"]);
+    assert!(told.contains("# dt_max = 5.694e-7 s: "), "{told}");
+    assert!(told.contains("1.76e-2 dt_max, advised is at most 0.4.\n"), "{told}");
+    let told = succeed(&[&["scenario", "show"], &LONG[..]].concat());
+    assert!(
+        told.replace("\n# ", " ").contains("8.59e-1 dt_max, advised is at most 0.4; blocks that switch"),
+        "{told}"
+    );
+}

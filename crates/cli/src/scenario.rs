@@ -42,7 +42,8 @@ pub(crate) fn resolve(name: impl AsRef<OsStr>, set: &[String]) -> Result<Scenari
     if path.is_file()
         && let Ok(log) = RunReader::open(path, Topics::NONE)
     {
-        let source = ScenarioSource::new(format!("{}: scenario.toml", path.display()), log.scenario_toml());
+        let source =
+            ScenarioSource::logged(format!("{}: scenario.toml", path.display()), log.scenario_toml());
         let source = set.iter().fold(source, |source, assignment| source.with_override(assignment));
         return Scenario::resolve(&source).map_err(Failure::bad_input);
     }

@@ -138,23 +138,24 @@ fn top_stiffness_n_per_m(scenario: &Scenario) -> Vec<f64> {
 pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
     let friction = &scenario.friction;
     let blocks = scenario.slider.blocks as usize;
-    let of = |mean: f64, offsets: &[f64], spread: f64, stream: u64| {
-        (0..blocks)
-            .map(|n| {
-                let offset = offsets.get(n).copied().unwrap_or(0.0);
-                let random = if spread == 0.0 {
-                    0.0
-                } else {
-                    spread * evenly(u64::from(friction.spread_seed), stream, n as u64)
-                };
-                mean + offset + random
-            })
-            .collect()
+    let [drawn_s, drawn_d] = drawn_offsets(scenario);
+    let of = |mean: f64, offsets: &[f64], drawn: &[f64]| {
+        let at = |values: &[f64], n: usize| values.get(n).copied().unwrap_or(0.0);
+        (0..blocks).map(|n| mean + at(offsets, n) + at(drawn, n)).collect()
     };
     (
-        of(friction.static_coefficient, &friction.static_offsets, friction.static_spread, 0),
-        of(friction.dynamic_coefficient, &friction.dynamic_offsets, friction.dynamic_spread, 1),
+        of(friction.static_coefficient, &friction.static_offsets, &drawn_s),
+        of(friction.dynamic_coefficient, &friction.dynamic_offsets, &drawn_d),
     )
+}
+
+/// What the random spreads add to `mu_s` and `mu_d` of every block; empty without a spread.
+pub(crate) fn drawn_offsets(scenario: &Scenario) -> [Vec<f64>; 2] {
+    let friction = &scenario.friction;
+    [(friction.static_spread, 0), (friction.dynamic_spread, 1)].map(|(spread, stream)| {
+        let blocks = if spread == 0.0 { 0 } else { u64::from(scenario.slider.blocks) };
+        (0..blocks).map(|n| spread * evenly(u64::from(friction.spread_seed), stream, n)).collect()
+    })
 }
 
 /// A number from -1 to 1 without pattern: SplitMix64's output function of seed, stream and
@@ -212,6 +213,11 @@ impl Scenario {
     /// The scales of its slider, without the rest of its plan.
     pub fn scales(&self) -> Scales {
         Springs::of(self).scales(self)
+    }
+
+    /// The time step beyond which the scheme is unstable for this slider, while no block switches.
+    pub fn longest_stable_step_s(&self) -> f64 {
+        longest_stable_step_s(self)
     }
 }
 

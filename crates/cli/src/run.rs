@@ -44,6 +44,9 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
             unfinished.partial_path().display()
         )));
     }
+    for warning in scenario.warnings() {
+        board.line(&format!("{}: warning: {warning}", scenario.name));
+    }
     interrupt::install()?;
     let header = task.header();
     let mut lookers = Lookers {

@@ -212,7 +212,7 @@ mod tests {
         assert!(
             only(&["drive.kind=top", "initial_shear.beta=0.45"]).ends_with("most on block 100, 9.794e-2 N")
         );
-        let said = only(&["drive.kind=left-right", "friction.reattach=two-way", "initial_shear.beta=0.2"]);
+        let said = only(&["drive.kind=left-right", "friction.reattach=two-way", "initial_shear.beta=0.05"]);
         assert!(said.contains("most on block 100"), "{said}");
     }
 

@@ -19,7 +19,7 @@ use crate::resume::{Again, Left, LeftError, Saved};
 use crate::watch::{Notice, Watch};
 
 /// Bytes of checkpoints for each second of work, at most: long chains have large states.
-const CHECKPOINT_BYTES_PER_S: f64 = 1e5;
+pub(crate) const CHECKPOINT_BYTES_PER_S: f64 = 1e5;
 
 /// Bytes of checkpoints beyond that in a whole run, where they are asked for more often.
 const CHECKPOINT_BYTES: f64 = 16e6;

@@ -100,30 +100,28 @@ impl MostBytes {
 
     /// Of the state of so many blocks, which are all of a chain.
     pub fn fields(&self, blocks: usize) -> u64 {
-        let values = || vec![0.0; blocks];
-        self.message(&FieldRecord {
+        self.of_blocks(blocks, |blocks| FieldRecord {
             step: 0,
             time_s: 0.0,
-            displacement_m: values(),
-            velocity_m_per_s: values(),
-            tangential_force_n: values(),
-            stick_position_m: values(),
+            displacement_m: vec![0.0; blocks],
+            velocity_m_per_s: vec![0.0; blocks],
+            tangential_force_n: vec![0.0; blocks],
+            stick_position_m: vec![0.0; blocks],
             detached: vec![0; blocks],
         })
     }
 
     /// Of the state of so many blocks, in a dense window.
     pub fn window(&self, blocks: usize) -> u64 {
-        let values = || vec![0.0; blocks];
-        self.message(&WindowRecord {
+        self.of_blocks(blocks, |blocks| WindowRecord {
             window: 0,
             step: 0,
             time_s: 0.0,
             sliding: 0,
             first_block: 0,
-            displacement_m: values(),
-            velocity_m_per_s: values(),
-            tangential_force_n: values(),
+            displacement_m: vec![0.0; blocks],
+            velocity_m_per_s: vec![0.0; blocks],
+            tangential_force_n: vec![0.0; blocks],
         })
     }
 
@@ -141,8 +139,13 @@ impl MostBytes {
     }
 
     fn message(&self, message: &impl Serialize) -> u64 {
-        let value = serde_json::to_value(message).expect("messages are plain structs of numbers");
-        self.payload(longest_json(&value))
+        self.payload(longest_message(message))
+    }
+
+    /// Of a message that has as much for each block.
+    fn of_blocks<M: Serialize>(&self, blocks: usize, message: impl Fn(usize) -> M) -> u64 {
+        let [none, one] = [0, 1].map(|blocks| longest_message(&message(blocks)));
+        self.payload(none + (one - none) * blocks as u64)
     }
 
     /// Of a payload of so many bytes, with its share of a chunk.
@@ -164,6 +167,10 @@ fn step() -> StepRecord {
         sliding: 0,
         switches: Vec::new(),
     }
+}
+
+fn longest_message(message: &impl Serialize) -> u64 {
+    longest_json(&serde_json::to_value(message).expect("messages are plain structs of numbers"))
 }
 
 /// How long the JSON of a value of that shape is at most, whatever its numbers are.

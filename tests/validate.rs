@@ -68,7 +68,7 @@ const WARNED: [(&str, &[&str]); 6] = [
         &["slider.blocks=2", "initial_shear.profile=[0.1, 0.1]"],
     ),
     (
-        "beyond static friction on blocks 1 to 5, 96 to 100, at most 1.1000 times it on block ",
+        "beyond static friction on blocks 1 to 5, 96 to 100, at most 1.1000 times it, on block ",
         &["initial_shear.beta=0.77"],
     ),
     ("warning: normal_load.tilt = -1 leaves block 1 without load", &["normal_load.tilt=-1"]),

@@ -56,10 +56,16 @@ fn say(forecast: &Forecast) -> io::Result<()> {
     ))?;
     terminal::say(format_args!("  steps        {steps}"))?;
     let MostLogBytes { samples, states, window_records, .. } = log;
-    let windows = if *window_records > 0 { format!(", {window_records} of windows") } else { String::new() };
+    let counted = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let windows = match *window_records {
+        0 => String::new(),
+        count => format!(", {} of windows", counted(count, "record")),
+    };
     terminal::say(format_args!(
-        "  log          at most {} for what is scheduled: {samples} samples, {states} states{windows}",
-        bytes(log.scheduled_bytes)
+        "  log          at most {} for what is scheduled: {}, {}{windows}",
+        bytes(log.scheduled_bytes),
+        counted(*samples, "sample"),
+        counted(*states, "state")
     ))?;
     terminal::say(format_args!(
         "               besides at most {} for each step with switches, {} for each switch,",

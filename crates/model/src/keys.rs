@@ -516,7 +516,8 @@ pub const DRAWN_KEYS: &[Key] = &[
     Key {
         path: "drawn.static_offsets",
         symbol: "",
-        doc: "What friction.static_spread adds to mu_s, block by block: drawn by friction.spread_seed.",
+        doc: "What friction.static_spread adds to mu_s, block by block: drawn by friction.spread_seed, to be \
+              read and not to be set.",
         kind: Numbers(Open, Open),
         default: Is(Value::NoNumbers),
     },

@@ -92,19 +92,28 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let ratio = |n: usize| force_n[n].abs() / threshold_n[n];
     let beyond: Vec<usize> = (0..plan.blocks).filter(|&n| threshold_n[n] > 0.0 && ratio(n) >= 1.0).collect();
     let most = *beyond.iter().max_by(|a, b| ratio(**a).total_cmp(&ratio(**b)))?;
-    let again = if scenario.friction.reattach == Reattach::TwoWay
-        && plan.friction.interfacial_stiffness_n_per_m > 0.0
-    {
-        ", and, at a velocity of exactly 0, re-attach in the step behind it by the two-way rule"
+    let re_attaches =
+        scenario.friction.reattach == Reattach::TwoWay && plan.friction.interfacial_stiffness_n_per_m > 0.0;
+    let (how_far, then, again) = match beyond.len() {
+        1 => (
+            format!("{} times it", times(ratio(most))),
+            "it detaches in step 1",
+            "it re-attaches in the next one",
+        ),
+        _ => (
+            format!("at most {} times it, on block {}", times(ratio(most)), most + 1),
+            "they detach in step 1",
+            "they re-attach in the next one",
+        ),
+    };
+    let again = if re_attaches {
+        format!(", and by the two-way rule {again} at a velocity of exactly 0")
     } else {
-        ""
+        String::new()
     };
     Some(format!(
-        "initial_shear and prestress go beyond static friction on {}, at most {} times it on block {}: they detach \
-         in step 1{again}",
-        blocks(&beyond),
-        times(ratio(most)),
-        most + 1
+        "initial_shear and prestress go beyond static friction on {}, {how_far}: {then}{again}",
+        blocks(&beyond)
     ))
 }
 
@@ -225,20 +234,23 @@ mod tests {
         // A tilt spoils the balance of (5.50): the last block is torn off.
         let said = warnings(&["initial_shear.beta=0.2", "normal_load.tilt=0.5"]);
         assert!(said[0].contains("block 100 takes what is missing, and starts with 3.5007 of"), "{said:?}");
-        assert!(said[1].contains("beyond static friction on block 100, at most 10.0019 times"), "{said:?}");
+        assert!(
+            said[1].contains("beyond static friction on block 100, 10.0019 times it: it detaches in step 1"),
+            "{said:?}"
+        );
     }
 
     #[test]
     fn shear_beyond_static_friction_names_the_blocks() {
         let said = only(&["initial_shear.beta=0.77"]);
         let expected = "initial_shear and prestress go beyond static friction on blocks 1 to 5, 96 to 100, at most \
-                        1.1000 times it on block ";
+                        1.1000 times it, on block ";
         assert!(said.starts_with(expected), "{said}");
-        assert!(said.ends_with("they detach in step 1"), "{said}");
+        assert!(said.ends_with(": they detach in step 1"), "{said}");
         let said = only(&["initial_shear.beta=0.77", "friction.reattach=two-way"]);
-        assert!(said.ends_with("re-attach in the step behind it by the two-way rule"), "{said}");
+        assert!(said.ends_with("re-attach in the next one at a velocity of exactly 0"), "{said}");
         let said = only(&["prestress.ratio=0.6", "prestress.first_block_ratio=0.100000000001"]);
-        assert!(said.contains("on block 1, at most 1.00000000000"), "{said}");
+        assert!(said.contains("on block 1, 1.00000000000"), "{said}");
     }
 
     #[test]

@@ -56,7 +56,8 @@ fn help_of_all(columns: &str) -> Vec<(String, String)> {
 #[test]
 fn every_command_has_help() {
     let helps = help_of_all("80");
-    let mut expected = vec!["", "scenario list", "scenario show", "run", "completions", "man"];
+    let mut expected =
+        vec!["", "scenario list", "scenario show", "scenario validate", "run", "completions", "man"];
     if cfg!(feature = "analysis") {
         expected.extend(["reduce", "reproduce", "verify-solver"]);
     }

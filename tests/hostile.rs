@@ -232,6 +232,7 @@ fn hostile_texts_are_refused_with_place_and_reason() {
     let folder = scratch.path();
     for file in files(&fixtures().join("scenarios")) {
         refused(folder, &["scenario", "show", text(&file)], &file);
+        refused(folder, &["scenario", "validate", text(&file)], &file);
         refused(folder, &["run", text(&file), "--out", "never.mcap"], &file);
         assert!(!folder.join("never.mcap").exists());
     }

@@ -46,6 +46,7 @@ mod terminal;
 #[cfg(feature = "analysis")]
 mod textconv;
 mod tidy;
+mod validate;
 mod verdict;
 #[cfg(feature = "analysis")]
 mod verify;

@@ -45,7 +45,7 @@ fn a_run_that_its_time_step_drives_is_stopped_and_says_why() {
     assert_eq!(code, 1, "{said}");
     // Both numbers, once.
     assert_eq!(said.matches("warning").count(), 1, "{said}");
-    assert!(said.contains("time.step_s = 2.5e-6 is 0.86 dt_max, of 2.912e-6 s"), "{said}");
+    assert!(said.contains("time.step_s = 2.5e-6 is 0.86 of the longest stable step, 2.912e-6 s"), "{said}");
     let (why, digest) = stopped(&log);
     assert!(why.starts_with("in step ") && why.contains("more than 10 % of the "), "{why}");
     assert!(

@@ -157,6 +157,8 @@ fn standard_output_that_is_full_is_a_failure_and_a_reader_that_leaves_is_none() 
         "run --help",
         "scenario list",
         "scenario show default",
+        "-q scenario validate default",
+        "-q scenario validate default --format json",
         "check small.mcap",
         "events small.mcap",
         "events small.mcap --format json",

@@ -102,7 +102,11 @@ class Slider:
         given = friction[f"{kind}_offsets"]
         offsets[: len(given)] = given
         spread = friction[f"{kind}_spread"]
-        random = spread * drawn(friction["spread_seed"], stream, count) if spread else np.zeros(count)
+        random = np.zeros(count)
+        if spread:
+            random = spread * drawn(friction["spread_seed"], stream, count)
+            # Who does not want to draw reads them.
+            assert random.tolist() == self.scenario["drawn"][f"{kind}_offsets"]
         return friction[f"{kind}_coefficient"] + offsets + random
 
     def make_drive(self, drive):

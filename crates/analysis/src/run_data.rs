@@ -62,7 +62,7 @@ impl RunData {
             return Err(understood("it has no attachment `scenario.toml`".to_owned()));
         }
         let source =
-            ScenarioSource::new(format!("{}: scenario.toml", path.display()), reader.scenario_toml());
+            ScenarioSource::logged(format!("{}: scenario.toml", path.display()), reader.scenario_toml());
         let scenario = Scenario::resolve(&source).map_err(|errors| understood(errors.to_string()))?;
         // What is read by block and step from here on is that of the header.
         if scenario.hash() != reader.header().scenario_hash {

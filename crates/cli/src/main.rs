@@ -23,6 +23,7 @@ mod salvage;
 mod scenario;
 mod summary;
 mod terminal;
+mod validate;
 #[cfg(feature = "analysis")]
 mod verify;
 
@@ -72,7 +73,7 @@ fn arguments() -> Result<Option<Arguments>, Failure> {
 fn dispatch(arguments: Arguments) -> Result<(), Failure> {
     let board = Board::new(arguments.quiet);
     match arguments.command {
-        Command::Scenario(command) => scenario::command(command),
+        Command::Scenario(command) => scenario::command(command, &board),
         Command::Run(arguments) => run::command(&arguments, &board),
         Command::Summary(arguments) => summary::command(&arguments, &board),
         Command::Events(arguments) => events::command(&arguments, &board),

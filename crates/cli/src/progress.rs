@@ -43,6 +43,11 @@ impl Board {
         }
     }
 
+    /// Whether it shows neither progress nor notes.
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+
     /// Prints a note above the bars, unless the board is quiet.
     pub(crate) fn line(&self, text: &str) {
         if !self.quiet {
@@ -173,7 +178,7 @@ impl Watch for RunProgress {
                 }
                 self.board.line(&note);
             }
-            Notice::LackedItsName | Notice::LongStep { .. } => self.board.line(&note),
+            Notice::LackedItsName | Notice::Warning(_) => self.board.line(&note),
             Notice::LoadNotReached { .. } | Notice::Fallback(_) => self.notes.push(note),
         }
     }

@@ -9,9 +9,10 @@ use asperity_runlog::{RunReader, Topics};
 
 use crate::args::{ScenarioChoice, ScenarioCommand};
 use crate::exit::Failure;
-use crate::terminal;
+use crate::progress::Board;
+use crate::{terminal, validate};
 
-pub(crate) fn command(command: ScenarioCommand) -> Result<(), Failure> {
+pub(crate) fn command(command: ScenarioCommand, board: &Board) -> Result<(), Failure> {
     match command {
         ScenarioCommand::List => {
             for (name, text) in builtin::all() {
@@ -25,6 +26,9 @@ pub(crate) fn command(command: ScenarioCommand) -> Result<(), Failure> {
             let mut out = terminal::data();
             out.write_all(toml.as_bytes())?;
             out.flush()?;
+        }
+        ScenarioCommand::Validate(arguments) => {
+            validate::command(&arguments.choice.resolve()?, arguments.format, board)?;
         }
     }
     Ok(())
@@ -42,7 +46,8 @@ pub(crate) fn resolve(name: impl AsRef<OsStr>, set: &[String]) -> Result<Scenari
     if path.is_file()
         && let Ok(log) = RunReader::open(path, Topics::NONE)
     {
-        let source = ScenarioSource::new(format!("{}: scenario.toml", path.display()), log.scenario_toml());
+        let source =
+            ScenarioSource::logged(format!("{}: scenario.toml", path.display()), log.scenario_toml());
         let source = set.iter().fold(source, |source, assignment| source.with_override(assignment));
         return Scenario::resolve(&source).map_err(Failure::bad_input);
     }

@@ -160,7 +160,7 @@ fn read(run: &Path, verdict: Verdict, most_messages: Option<u64>) -> Result<Summ
         // Of a log that breaks off so early, or was salvaged without it.
         "" => Slider::default(),
         toml => {
-            let source = ScenarioSource::new(format!("{}: scenario.toml", run.display()), toml);
+            let source = ScenarioSource::logged(format!("{}: scenario.toml", run.display()), toml);
             slider(&Scenario::resolve(&source).map_err(|errors| unreadable(errors.to_string()))?)
         }
     };

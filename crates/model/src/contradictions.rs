@@ -25,7 +25,6 @@ const RULES: &[Rule] = &[
     schedules_ascend,
     schedules_begin_at_the_load,
     schedules_from_the_hold_need_one,
-    only_springs_age,
     lists_have_a_number_for_each_block,
     every_block_has_ordered_coefficients,
     only_springs_let_stuck_blocks_move,
@@ -222,17 +221,6 @@ fn schedules_from_the_hold_need_one(scenario: &Scenario, refusals: &mut Refusals
             "normal_load.schedule_from",
             "the drive never stops",
             "\"start\", or drive.hold_from_s or drive.until_load_ratio above 0",
-        );
-    }
-}
-
-fn only_springs_age(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let growth = scenario.friction.ageing_coefficient;
-    if growth > 0.0 && !sticks_by_springs(scenario) {
-        refusals.refuse(
-            "friction.ageing_coefficient",
-            format!("{growth} needs contacts that stick by springs"),
-            "0, or friction.law = \"interfacial-springs\"",
         );
     }
 }
@@ -453,7 +441,7 @@ mod tests {
         ("normal_load.schedule_from = \"hold\"", "normal_load.schedule_from: the drive never stops"),
         (
             "friction.law = \"rigid\"\nfriction.ageing_coefficient = 0.01",
-            "friction.ageing_coefficient: 0.01 needs contacts that stick by springs",
+            "friction.ageing_coefficient: 0.01 has no meaning for friction.law = \"rigid\"",
         ),
         ("friction.static_offsets = [0.1]", "friction.static_offsets: 1 numbers for 100 blocks"),
         ("friction.static_spread = 0.5", "friction.static_spread: block"),

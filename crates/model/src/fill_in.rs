@@ -3,13 +3,16 @@
 
 use std::collections::BTreeMap;
 
-use crate::keys::{self, KEYS, Key, Kind, WINDOW_KEYS};
+use crate::keys::{self, DRAWN_KEYS, KEYS, Key, Kind, WINDOW_KEYS};
 use crate::near;
 use crate::source::{Entries, Entry, ScenarioError, Written};
 
 /// Checks what is written against the key table and adds the defaults.
 pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> toml::Table {
-    unknown_keys(&entries.values, KEYS, "", errors);
+    unknown_keys(&entries.values, [KEYS, DRAWN_KEYS], "", errors);
+    for (key, entry) in DRAWN_KEYS.iter().filter_map(|key| Some((key, entries.values.get(key.path)?))) {
+        checked(key, key.path, entry, errors);
+    }
     let as_coded = match entries.values.get("parameter_set").map(|entry| &entry.value) {
         Some(Written::Text(word)) => word == keys::PARAMETER_SETS[0],
         _ => true,
@@ -28,7 +31,7 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
         .windows
         .iter()
         .map(|window| {
-            unknown_keys(window, WINDOW_KEYS, "recording.window.", errors);
+            unknown_keys(window, [WINDOW_KEYS, &[]], "recording.window.", errors);
             let mut table = toml::Table::new();
             for key in WINDOW_KEYS {
                 let path = format!("{}.{}", keys::WINDOW, key.path);
@@ -60,13 +63,14 @@ const MOST_GUESSED: usize = 100;
 
 fn unknown_keys(
     values: &BTreeMap<String, Entry>,
-    known: &[Key],
+    known: [&[Key]; 2],
     prefix: &str,
     errors: &mut Vec<ScenarioError>,
 ) {
-    let unknown = values.iter().filter(|(path, _)| known.iter().all(|key| key.path != path.as_str()));
+    let is_known = |path: &str| known.into_iter().flatten().any(|key| key.path == path);
+    let unknown = values.iter().filter(|(path, _)| !is_known(path));
     for (index, (path, entry)) in unknown.enumerate() {
-        let meant = if index < MOST_GUESSED { near::keys(path, known) } else { Vec::new() };
+        let meant = if index < MOST_GUESSED { near::keys(path, known[0]) } else { Vec::new() };
         let meant: Vec<String> = meant.into_iter().map(|key| format!("{prefix}{key}")).collect();
         errors.push(ScenarioError {
             place: Some(entry.place.clone()),
@@ -116,7 +120,8 @@ fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>
     good
 }
 
-fn insert(table: &mut toml::Table, path: &str, value: toml::Value) {
+/// Puts a value under a dotted key.
+pub(crate) fn insert(table: &mut toml::Table, path: &str, value: toml::Value) {
     match path.split_once('.') {
         None => {
             table.insert(path.to_owned(), value);

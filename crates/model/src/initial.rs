@@ -16,14 +16,8 @@ pub(crate) fn state(
     prestress_n: &[f64],
 ) -> InitialState {
     let nodes = elastic.nodes();
-    let shear = &scenario.initial_shear;
-    let mut tau0 = shear_profile(beta(scenario), normal_load_n, spacing_m);
-    for ((tau, ratio), p) in tau0.iter_mut().zip(&shear.profile).zip(normal_load_n) {
-        *tau += ratio * p;
-    }
-
     // Displacements whose spring forces are the profile, from u_1 = 0.
-    let u = elastic.displacements_m(&tau0);
+    let u = elastic.displacements_m(&shear_n(scenario, normal_load_n, spacing_m));
 
     // Each friction spring balances what its neighbours pull.
     // And what the drive pulls, which measures its springs from the grid too.
@@ -50,6 +44,16 @@ pub(crate) fn state(
         })
         .collect();
     InitialState { step: 0, displacement_m: u, velocity_m_per_s, stick_position_m }
+}
+
+/// The initial shear that is asked for, block by block. What it does not add up to 0 by, the last
+/// block takes.
+pub(crate) fn shear_n(scenario: &Scenario, normal_load_n: &[f64], spacing_m: f64) -> Vec<f64> {
+    let mut tau0 = shear_profile(beta(scenario), normal_load_n, spacing_m);
+    for ((tau, ratio), p) in tau0.iter_mut().zip(&scenario.initial_shear.profile).zip(normal_load_n) {
+        *tau += ratio * p;
+    }
+    tau0
 }
 
 /// The constant force from outside on each block; empty where there is none.
@@ -85,9 +89,9 @@ fn poisson_beta(scenario: &Scenario) -> f64 {
 /// Share of its threshold that the first block has reached where a run starts loaded.
 const LOADED: f64 = 0.999;
 
-/// Puts the start of a plan to just before the first block would detach: the chain as it
-/// would follow the drive quasi-statically (the part of the stick phase that does not
-/// depend on how it began).
+/// Puts the start of a plan to just before the first block would detach: the stuck chain as it
+/// follows the drive in steady motion, step by step, with the lag that damping causes (the part
+/// of the stick phase that does not depend on how it began).
 pub(crate) fn start_loaded(plan: &mut Plan) {
     let stiffness = Stiffness::of(plan);
     let steady = SteadyLoading::of(plan, &stiffness, true);

@@ -204,7 +204,9 @@ pub const KEYS: &[Key] = &[
         path: "friction.reattach",
         symbol: "",
         doc: "When a sliding block re-attaches: one-way, at a new velocity <= 0 (the thesis' program); \
-              two-way, where the velocity changes sign or vanishes.",
+              two-way, where the velocity changes sign or vanishes, and so after one step if it has never \
+              moved. The laws rigid and velocity-weakening are two-way: there a block stops where its \
+              velocity changes sign, and goes on from exactly 0.",
         kind: Word(&["one-way", "two-way"]),
         default: Is(Value::Text("one-way")),
     },
@@ -254,7 +256,8 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.static_spread",
         symbol: "",
-        doc: "Half the width of a uniform random spread that is added to mu_s, block by block.",
+        doc: "Half the width of a uniform random spread that is added to mu_s, block by block; what was drawn \
+              stands in the table drawn.",
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),
     },
@@ -268,7 +271,7 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.spread_seed",
         symbol: "",
-        doc: "Which spread: the same seed gives the same on every machine.",
+        doc: "Which spread: SplitMix64 of seed and block (docs/rules.md), the same on every machine.",
         kind: Count(0, 4_294_967_295),
         default: Is(Value::Count(1)),
     },
@@ -276,7 +279,8 @@ pub const KEYS: &[Key] = &[
         path: "drive.kind",
         symbol: "",
         doc: "Where the drive pulls: side, block 1 (5.8); top, every block, with K / N each (5.53); \
-              left-right, block 1 backwards and block N forwards, with K each.",
+              left-right, block 1 backwards and block N forwards, with K each. Its springs are measured from the \
+              grid of the undeformed slider, so with initial shear F_T is not quite 0 at the start.",
         kind: Word(&["side", "top", "left-right"]),
         default: Is(Value::Text("side")),
     },
@@ -336,7 +340,8 @@ pub const KEYS: &[Key] = &[
         path: "normal_load.tilt",
         symbol: "theta",
         doc: "Tilt of the load, p_n = F_N / N (1 - theta (2n - N - 1) / (N - 1)) (5.18): \
-              positive puts more load on the driven end.",
+              positive puts more load on the driven end. At -1 and 1 an end block bears nothing, switches in nearly \
+              every step, and the run takes long.",
         kind: Number(Including(-1.0), Including(1.0)),
         default: Is(Value::Number(0.0)),
     },
@@ -366,7 +371,8 @@ pub const KEYS: &[Key] = &[
         path: "initial_shear.beta",
         symbol: "beta",
         doc: "Amplitude of the initial shear profile tau_0 = beta p (2x / L - 1) (5.50), \
-              balanced by the friction springs.",
+              balanced by the friction springs; that of the last block also takes what a profile does not add up to \
+              0 by, as with a tilt. Beyond mu_s p a block detaches in step 1.",
         kind: Number(Open, Open),
         default: Is(Value::Number(0.0)),
     },
@@ -389,7 +395,8 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "initial_shear.profile",
         symbol: "tau_0 / p",
-        doc: "Initial shear over normal load, block by block, in addition; empty for none.",
+        doc: "Initial shear over normal load, block by block, in addition; empty for none. The last block takes \
+              what is missing for a sum of 0.",
         kind: Numbers(Open, Open),
         default: Is(Value::NoNumbers),
     },
@@ -450,15 +457,16 @@ pub const KEYS: &[Key] = &[
         path: "time.start",
         symbol: "",
         doc: "Where the run begins: at-rest, at time 0; loaded, just before the first block would detach, \
-              from the quasi-static solution of the stuck chain: without the ramp, and without the \
-              vibration that it leaves.",
+              as the stuck chain follows the drive in steady motion, step by step and with the lag of its damping: \
+              without the ramp, and without the vibration that it leaves.",
         kind: Word(&["at-rest", "loaded"]),
         default: Is(Value::Text("at-rest")),
     },
     Key {
         path: "time.step_s",
         symbol: "dt",
-        doc: "Time step of the Euler-Cromer scheme (4.13, 4.14).",
+        doc: "Time step of the Euler-Cromer scheme (4.13, 4.14). `asperity scenario validate` says which is the longest \
+              stable one; beyond 0.4 of that, switches feed energy into the chain.",
         kind: POSITIVE,
         default: Is(Value::Number(1e-8)),
     },
@@ -499,6 +507,26 @@ pub const KEYS: &[Key] = &[
         doc: "Whether to record the states of all blocks at the onset and end of every slip event.",
         kind: Flag,
         default: Is(Value::Flag(true)),
+    },
+];
+
+/// What was drawn at random, in texts that the program writes, for other programs: it follows from
+/// the other keys.
+pub const DRAWN_KEYS: &[Key] = &[
+    Key {
+        path: "drawn.static_offsets",
+        symbol: "",
+        doc: "What friction.static_spread adds to mu_s, block by block: drawn by friction.spread_seed, to be \
+              read and not to be set.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
+    },
+    Key {
+        path: "drawn.dynamic_offsets",
+        symbol: "",
+        doc: "The same for friction.dynamic_spread and mu_d.",
+        kind: Numbers(Open, Open),
+        default: Is(Value::NoNumbers),
     },
 ];
 

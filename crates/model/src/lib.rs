@@ -34,13 +34,16 @@
 //! - `fill_in`: written values checked against their keys, and defaults.
 //! - `words`: the words that a scenario chooses from.
 //! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
-//! - `show`: a scenario as commented TOML.
 //! - [`elastic`]: what holds a slider together.
 //! - [`load`]: normal load per block, and its course in time.
 //! - [`plan`]: the [`Plan`]: the numbers of the physics.
 //! - [`chain`]: the stuck chain at rest or in steady motion.
 //! - [`initial`]: displacements, velocities and friction springs at the start.
 //! - `derive`: from a scenario to a plan.
+//! - `law_keys`: keys that some friction laws alone ask for.
+//! - `drawn`: whether what a text says was drawn is what is drawn.
+//! - `show`: a scenario as commented TOML.
+//! - `warnings`: what is accepted, and may surprise.
 //! - [`analytic`]: what the theory predicts.
 //! - [`front`]: how fast it says that a front runs.
 //! - `contradictions`: what keys ask of each other, rule by rule.
@@ -53,11 +56,13 @@ pub mod builtin;
 pub mod chain;
 mod contradictions;
 mod derive;
+mod drawn;
 pub mod elastic;
 mod fill_in;
 pub mod front;
 pub mod initial;
 pub mod keys;
+mod law_keys;
 pub mod load;
 mod near;
 pub mod plan;
@@ -67,6 +72,7 @@ pub mod scenario;
 mod show;
 pub mod source;
 pub mod text;
+mod warnings;
 mod words;
 
 pub use derive::ADVISED_SHARE;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::scenario::Scenario;
 use crate::source::{Entries, ScenarioError, ScenarioErrors, ScenarioSource};
-use crate::{builtin, contradictions, fill_in, near, profile, text};
+use crate::{builtin, contradictions, drawn, fill_in, law_keys, near, profile, text};
 
 /// Resolves a built-in scenario, or a file, by its name, with overrides of the form
 /// `key=value`, later ones over earlier ones.
@@ -78,14 +78,18 @@ impl Scenario {
     pub fn resolve(source: &ScenarioSource) -> Result<Scenario, ScenarioErrors> {
         let entries = source.entries()?;
         let mut errors = Vec::new();
-        let table = fill_in::fill_in(&entries, &mut errors);
+        let mut table = fill_in::fill_in(&entries, &mut errors);
         if !errors.is_empty() {
             return Err(ScenarioErrors(errors));
         }
+        law_keys::settle(&entries, &mut table, &mut errors);
         let mut scenario: Scenario = toml::Value::Table(table)
             .try_into()
             .expect("a table with every key checked against the key table has the fields of a scenario");
         contradictions::check(&scenario, &entries, &mut errors);
+        if errors.is_empty() {
+            drawn::check(&scenario, &entries, &mut errors);
+        }
         if errors.is_empty() {
             scenario.read_profiles(&entries, &mut errors);
         }

@@ -224,6 +224,10 @@ impl Scenario {
         // What was read from it stands beside it.
         anonymous.initial_shear.profile_csv.clear();
         anonymous.prestress.profile_csv.clear();
+        // It follows from these laws, and was not always resolved to what they do.
+        if anonymous.friction.law != FrictionLaw::InterfacialSprings {
+            anonymous.friction.reattach = Reattach::OneWay;
+        }
         let canonical =
             serde_json::to_vec(&anonymous).expect("a scenario is plain tables, numbers and texts");
         blake3::hash(&canonical).to_hex().to_string()

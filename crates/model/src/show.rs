@@ -1,7 +1,8 @@
 //! A scenario as TOML to read and to edit, commented from the key table.
 
-use crate::derive::{ADVISED_SHARE, longest_stable_step_s};
-use crate::keys::{self, KEYS, Key, WINDOW_KEYS};
+use crate::derive::{ADVISED_SHARE, drawn_offsets};
+use crate::keys::{self, DRAWN_KEYS, KEYS, Key, WINDOW_KEYS};
+use crate::law_keys;
 use crate::scenario::Scenario;
 use crate::words::ParameterSet;
 
@@ -35,17 +36,33 @@ impl Scenario {
             let found = found.or(default.as_ref()).expect("the key table names fields of a scenario");
             let follows_set =
                 matches!(key.default, keys::Default::BySet { .. }) && default.as_ref() == Some(found);
-            comment_and_value(&mut out, key, name, found, leave_to_parameter_set && follows_set);
+            let left_to = if leave_to_parameter_set && follows_set {
+                Some("parameter_set")
+            } else {
+                // Whoever chooses another law then gets the default of that one.
+                law_keys::is_decided_by_law(key.path, self.friction.law).then_some("friction.law")
+            };
+            comment_and_value(&mut out, key, name, found, left_to);
             if leave_to_parameter_set && key.path == "time.step_s" {
                 out.push_str(&self.comment_on_step());
             }
+        }
+        for (index, (key, drawn)) in
+            DRAWN_KEYS.iter().zip(drawn_offsets(self)).filter(|(_, drawn)| !drawn.is_empty()).enumerate()
+        {
+            let (section, name) = key.path.rsplit_once('.').expect("drawn keys stand in a table");
+            if index == 0 {
+                out.push_str(&format!("\n[{section}]\n"));
+            }
+            let drawn = toml::Value::Array(drawn.into_iter().map(toml::Value::Float).collect());
+            comment_and_value(&mut out, key, name, &drawn, None);
         }
         for window in &self.recording.window {
             out.push_str("\n[[recording.window]]\n");
             let value = toml::Value::try_from(window).expect("a window is plain numbers");
             for key in WINDOW_KEYS {
                 let found = value.get(key.path).expect("the key table names fields of a window");
-                comment_and_value(&mut out, key, key.path, found, false);
+                comment_and_value(&mut out, key, key.path, found, None);
             }
         }
         out
@@ -55,7 +72,7 @@ impl Scenario {
 impl Scenario {
     /// How far the time step is from where the scheme is unstable.
     fn comment_on_step(&self) -> String {
-        let longest_s = longest_stable_step_s(self);
+        let longest_s = self.longest_stable_step_s();
         let share = self.time.step_s / longest_s;
         let advice = match share > ADVISED_SHARE {
             true => "; blocks that switch pump energy into the chain: compare with a shorter one",
@@ -69,15 +86,23 @@ impl Scenario {
     }
 }
 
-fn comment_and_value(out: &mut String, key: &Key, name: &str, value: &toml::Value, commented_out: bool) {
+/// Writes a key with its meaning; commented out where its value is left to another key.
+fn comment_and_value(
+    out: &mut String,
+    key: &Key,
+    name: &str,
+    value: &toml::Value,
+    left_to: Option<&'static str>,
+) {
     let symbol = if key.symbol.is_empty() { String::new() } else { format!("{}: ", key.symbol) };
     for line in wrap(&format!("{symbol}{} Accepted: {}.", key.doc, key.kind), 98) {
         out.push_str(&format!("# {line}\n"));
     }
-    if commented_out {
-        out.push_str(&format!("# {name} = {value}  # from parameter_set; uncomment to fix it\n"));
-    } else {
-        out.push_str(&format!("{name} = {value}\n"));
+    match left_to {
+        Some(other) => {
+            out.push_str(&format!("# {name} = {value}  # from {other}; uncomment to fix it\n"));
+        }
+        None => out.push_str(&format!("{name} = {value}\n")),
     }
 }
 

@@ -28,13 +28,30 @@ struct Layer {
     origin: String,
     text: String,
     lines: Lines,
-    is_override: bool,
+    kind: LayerKind,
+}
+
+/// Who wrote a layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LayerKind {
+    /// Somebody, as a scenario.
+    Scenario,
+    /// A program, into the log of a run, maybe one that knew fewer rules.
+    Log,
+    /// Somebody, for one run.
+    Override,
 }
 
 impl ScenarioSource {
     /// A scenario text and the name of where it comes from.
     pub fn new(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
-        ScenarioSource { layers: vec![Layer::new(origin.into(), text.into(), false)] }
+        ScenarioSource { layers: vec![Layer::new(origin.into(), text.into(), LayerKind::Scenario)] }
+    }
+
+    /// The scenario that a run log holds. What an older program wrote of keys that its friction law
+    /// does not use is passed over, since it did nothing.
+    pub fn logged(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
+        ScenarioSource { layers: vec![Layer::new(origin.into(), text.into(), LayerKind::Log)] }
     }
 
     /// Adds an override of the form `key=value`; later ones win. A value that
@@ -59,7 +76,7 @@ impl ScenarioSource {
             }
             _ => assignment.to_owned(),
         };
-        self.layers.push(Layer::new(format!("--set {assignment}"), text, true));
+        self.layers.push(Layer::new(format!("--set {assignment}"), text, LayerKind::Override));
         self
     }
 
@@ -83,7 +100,7 @@ impl ScenarioSource {
                     key: None,
                     problem: format!("not TOML: {}", error.message()),
                     accepted: layer
-                        .is_override
+                        .is_override()
                         .then(|| "KEY=VALUE, as in --set time.duration_s=0.1".to_owned()),
                 }),
             }
@@ -93,12 +110,16 @@ impl ScenarioSource {
 }
 
 impl Layer {
-    fn new(origin: String, text: String, is_override: bool) -> Layer {
-        Layer { lines: Lines::of(&text), origin, text, is_override }
+    fn new(origin: String, text: String, kind: LayerKind) -> Layer {
+        Layer { lines: Lines::of(&text), origin, text, kind }
+    }
+
+    fn is_override(&self) -> bool {
+        self.kind == LayerKind::Override
     }
 
     fn place(&self, span: Range<usize>) -> String {
-        if self.is_override {
+        if self.is_override() {
             return self.origin.clone();
         }
         format!("{}:{}", self.origin, self.lines.place(&self.text, span.start))
@@ -110,6 +131,7 @@ impl Layer {
 pub(crate) struct Entry {
     pub(crate) value: Written,
     pub(crate) place: String,
+    pub(crate) layer: LayerKind,
 }
 
 /// A value as written, before it is checked against its key.
@@ -173,7 +195,8 @@ fn collect(layer: &Layer, prefix: &str, table: &DeTable<'_>, entries: &mut Entri
                     .collect();
             }
             _ => {
-                let entry = Entry { value: read(layer, value), place: layer.place(value.span()) };
+                let place = layer.place(value.span());
+                let entry = Entry { value: read(layer, value), place, layer: layer.kind };
                 entries.values.insert(path, entry);
             }
         }

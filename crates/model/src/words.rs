@@ -42,6 +42,17 @@ pub enum FrictionLaw {
     VelocityWeakening,
 }
 
+impl FrictionLaw {
+    /// The word that scenarios use.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            FrictionLaw::InterfacialSprings => "interfacial-springs",
+            FrictionLaw::Rigid => "rigid",
+            FrictionLaw::VelocityWeakening => "velocity-weakening",
+        }
+    }
+}
+
 /// Where the drive pulls.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

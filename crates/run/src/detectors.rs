@@ -66,7 +66,7 @@ pub(crate) fn of_plan(plan: &Plan) -> Vec<Box<dyn Detector>> {
 /// scenario. None if neither can say it: then the log is one of which only a part is left.
 fn scales(header: &RunHeader, scenario_toml: &str) -> Option<Scales> {
     header.scales.or_else(|| {
-        let source = ScenarioSource::new("scenario.toml", scenario_toml);
+        let source = ScenarioSource::logged("scenario.toml", scenario_toml);
         let scenario = Scenario::resolve(&source).ok().filter(|_| !scenario_toml.is_empty());
         scenario.filter(|scenario| scenario.slider.blocks == header.blocks).map(|scenario| scenario.scales())
     })

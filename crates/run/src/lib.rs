@@ -4,6 +4,7 @@
 //! one's own calls the same functions. In reading order:
 //!
 //! - [`Task`], [`run`]: simulator, detectors and log, and what of them a caller sees ([`Watch`]).
+//! - [`Forecast`]: what can be said of a run without making it.
 //! - [`detectors`]: the registered detectors, and how to choose among them.
 //! - [`Replay`]: a log through detectors again.
 //! - [`check`], [`Verdict`]: what a log is worth, for whoever reads one; [`salvage`]: what is left of
@@ -43,6 +44,7 @@ mod check;
 #[cfg(test)]
 mod code_version;
 pub mod detectors;
+mod forecast;
 mod header;
 mod own;
 mod place;
@@ -57,6 +59,7 @@ mod watch;
 
 pub use agreement::{Difference, OtherDetectors};
 pub use check::{CheckProblem, Checked, Seen, check, check_again};
+pub use forecast::{Forecast, MostLogBytes};
 pub use header::CODE_VERSION;
 pub use own::OwnProblem;
 pub use place::{OtherRun, PlaceError};

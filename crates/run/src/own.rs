@@ -24,6 +24,9 @@ pub enum OwnProblem {
         /// What follows from the scenario.
         expected: String,
     },
+    /// A scenario in other words than this program's.
+    #[error("scenario.toml does not say what this program writes of that scenario")]
+    Text,
     /// A topic that is not announced as it must be.
     #[error("{topic} {what}")]
     Topic {
@@ -42,7 +45,7 @@ pub enum OwnProblem {
 /// # Errors
 /// If it means nothing, or another run.
 pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnProblem> {
-    let source = ScenarioSource::new("scenario.toml", scenario_toml);
+    let source = ScenarioSource::logged("scenario.toml", scenario_toml);
     let scenario = Scenario::resolve(&source).map_err(OwnProblem::Scenario)?;
     let plan = Plan::new(&scenario);
     let solver = SolverKind::named(&logged.solver).unwrap_or_default();
@@ -68,6 +71,10 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnP
         if found != expected {
             return Err(OwnProblem::OtherScenario { key, found, expected });
         }
+    }
+    // Its keys agree; so must what follows from them, as what was drawn at random.
+    if scenario.to_commented_toml() != scenario_toml {
+        return Err(OwnProblem::Text);
     }
     Ok(plan)
 }

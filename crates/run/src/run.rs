@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use asperity_detect::Detector;
-use asperity_model::{ADVISED_SHARE, Plan, Scenario};
+use asperity_model::{Plan, Scenario};
 use asperity_record::{Checkpoint, EventKind, RunEnd, RunHeader, RunStatus, SolverReport};
 use asperity_runlog::{
     Existing, LogError, RunReader, RunWriter, Topics, Unfinished, WriteError, partial_path,
@@ -19,7 +19,7 @@ use crate::resume::{Again, Left, LeftError, Saved};
 use crate::watch::{Notice, Watch};
 
 /// Bytes of checkpoints for each second of work, at most: long chains have large states.
-const CHECKPOINT_BYTES_PER_S: f64 = 1e5;
+pub(crate) const CHECKPOINT_BYTES_PER_S: f64 = 1e5;
 
 /// Bytes of checkpoints beyond that in a whole run, where they are asked for more often.
 const CHECKPOINT_BYTES: f64 = 16e6;
@@ -193,14 +193,13 @@ pub fn run(
 ) -> Result<Outcome, RunError> {
     let plan = Plan::new(task.scenario);
     let header = task.header();
+    for warning in task.scenario.warnings() {
+        watch.notice(Notice::Warning(&warning));
+    }
     let Task { scenario, solver, log, detectors: own } = task;
     let mut detectors = detectors::all(&header, "");
     detectors.extend(own);
     let kinds = detectors::kinds_of(&detectors)?;
-    if plan.step_share() > ADVISED_SHARE {
-        let (step_s, longest_s) = (plan.grid.step_s(), plan.longest_stable_step_s);
-        watch.notice(Notice::LongStep { step_s, longest_s });
-    }
     let mut source = Source {
         solver: solver.start(plan.clone()),
         stop,

@@ -56,7 +56,7 @@ pub fn salvage(input: &Path, output: &Path) -> Result<Salvaged, SalvageProblem> 
 /// written: nothing else says so of the header.
 fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeader, Vec<String>), String> {
     let resolved =
-        scenario.and_then(|text| Scenario::resolve(&ScenarioSource::new("scenario.toml", text)).ok());
+        scenario.and_then(|text| Scenario::resolve(&ScenarioSource::logged("scenario.toml", text)).ok());
     match (logged, resolved) {
         (Some(logged), Some(scenario)) => {
             let (solver, code_version) = (logged.solver.clone(), logged.code_version.clone());

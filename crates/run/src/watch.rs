@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use asperity_model::ADVISED_SHARE;
 use asperity_record::{Event, Record};
 
 /// Looks on. All calls come from the thread that called, in the order of the log.
@@ -36,13 +35,9 @@ pub enum Notice<'a> {
     },
     /// The unfinished log lacked only its final name, and has it now.
     LackedItsName,
-    /// The time step is so long that blocks which switch may pump energy into the chain.
-    LongStep {
-        /// The time step, s.
-        step_s: f64,
-        /// The time step beyond which the scheme is unstable even if nothing switches, s.
-        longest_s: f64,
-    },
+    /// What is accepted in its scenario and may surprise, see
+    /// [`Scenario::warnings`](asperity_model::Scenario::warnings).
+    Warning(&'a str),
     /// The load at which the drive was to stop was never reached.
     LoadNotReached {
         /// That load, `F_T / F_N`.
@@ -57,13 +52,7 @@ impl fmt::Display for Notice<'_> {
         match self {
             Notice::GoesOn { step, time_s } => write!(f, "goes on from {time_s} s, step {step}"),
             Notice::LackedItsName => f.write_str("it was whole, but for its name"),
-            Notice::LongStep { step_s, longest_s } => write!(
-                f,
-                "warning: time.step_s = {step_s:e} is {:.2} dt_max, of {longest_s:.3e} s; above {ADVISED_SHARE} dt_max \
-                 blocks that switch pump energy into the chain, and events may be those of the time step: compare with \
-                 a shorter one",
-                step_s / longest_s
-            ),
+            Notice::Warning(warning) => write!(f, "warning: {warning}"),
             Notice::LoadNotReached { ratio } => write!(
                 f,
                 "F_T/F_N never reached {ratio} (drive.until_load_ratio): the drive never stopped; the log says so as \

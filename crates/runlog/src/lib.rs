@@ -122,6 +122,7 @@
 //! - `messages`, `announced`, `metadata`, `link`, `digest`: what stands in the file, as types.
 //! - `write`, `follow`: writing one; `unfinished`: where a log stands until it is whole, and who may
 //!   write it.
+//! - `size`: how long one can become.
 //! - `parse`, `chunk`, `layout`, `records`: from bytes to MCAP records, no length believed that
 //!   the bytes do not bear out, each record where it may stand.
 //! - `proof`, `index`: whether records are vouched for, and the summary names them all.
@@ -150,6 +151,7 @@ mod proof;
 mod read;
 mod records;
 mod salvage;
+mod size;
 mod unfinished;
 mod versions;
 mod walk;
@@ -161,5 +163,6 @@ pub use findings::{Damage, Gap, Salvaged};
 pub use problem::{LogError, LogProblem, MetadataError, NoRunLog, WriteError};
 pub use read::{LogItem, RunReader, Topics};
 pub use salvage::{SalvageError, Settle, salvage};
+pub use size::MostBytes;
 pub use unfinished::Unfinished;
 pub use write::RunWriter;

@@ -62,7 +62,11 @@ fn near_the_longest_step_runs_are_stopped_or_count_as_with_a_short_one() {
         assert!(short.events > 0, "{name}");
         for share in [0.8, 0.9, 0.95, 0.99] {
             let plan = plan(name, share, &[duration]);
-            assert!((share * 0.99..=share).contains(&plan.step_share()), "{}", plan.step_share());
+            assert!(
+                (share * 0.99..=share).contains(&(plan.grid.step_s() / plan.longest_stable_step_s)),
+                "{}",
+                (plan.grid.step_s() / plan.longest_stable_step_s)
+            );
             let Ended { error, events, .. } = run(Fast::new(plan));
             match error {
                 Some(SimulationError::Energy { .. }) => stopped.push((name, share)),

@@ -42,7 +42,9 @@ impl Outcome {
     /// How it ended, in words.
     pub(crate) fn ending(&self) -> String {
         match (self.hung, self.code, self.signal) {
-            (true, _, _) => format!("still running after {} s of work, or of doing nothing", PATIENCE.as_secs()),
+            (true, _, _) => {
+                format!("still running after {} s of work, or of doing nothing", PATIENCE.as_secs())
+            }
             (_, Some(code), _) => format!("exit {code}"),
             (_, None, Some(signal)) => format!("signal {signal}"),
             (_, None, None) => "no exit code".to_owned(),

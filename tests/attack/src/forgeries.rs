@@ -18,14 +18,13 @@ use crate::verdict::Verdict;
 
 /// Kinds of forgeries that `check` may call whole, a `*` at the end standing for anything: what
 /// no command makes anything of.
-const WITHOUT_MEANING: [(&str, &str); 10] = [
+const WITHOUT_MEANING: [(&str, &str); 9] = [
     ("header library", "a free text of MCAP that names the library which wrote the file"),
     (
         "attachment scenario.toml times",
         "wall-clock times of MCAP; a log knows no wall clock, and nothing reads them",
     ),
     ("attachment scenario.toml media type", "a free text of MCAP for programs that show attachments"),
-    ("attachment scenario.toml comment", "words for readers; what is read are the keys"),
     ("attachment checkpoint times", "as for the scenario"),
     ("attachment checkpoint media type", "as for the scenario"),
     ("attachment checkpoint data", "of a whole log nothing goes on, so nothing reads its checkpoints"),

@@ -43,7 +43,8 @@ const ON_UNFINISHED: [&[&str]; 2] =
     [&["check", "FILE"], &["run", "default", "--quiet", "--resume", "--out", "run.mcap"]];
 const ON_PARQUET: [&[&str]; 2] = [&["events", "FILE"], &["diff", "FILE", "FILE"]];
 const ON_CSV: [&[&str]; 1] = [&["diff", "FILE", "FILE"]];
-const ON_SCENARIOS: [&[&str]; 2] = [&["scenario", "show", "FILE"], &["run", "FILE", "--out", "run.mcap"]];
+const ON_SCENARIOS: [&[&str]; 3] =
+    [&["scenario", "show", "FILE"], &["scenario", "validate", "FILE"], &["run", "FILE", "--out", "run.mcap"]];
 const ON_PIPELINES: [&[&str]; 1] = [&["reproduce", "FILE", "--out", "reproduced"]];
 const ON_POLICIES: [&[&str]; 1] = [&["diff", "sound.mcap", "sound.mcap", "--policy", "FILE"]];
 const ON_SETTINGS: [&[&str]; 1] = [&["replay", "sound.mcap", "--detectors", "FILE"]];

@@ -17,7 +17,7 @@ use std::sync::OnceLock;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{Event, Record, SlipEvent};
-use asperity_run::detectors;
+use asperity_run::{Forecast, detectors};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 use asperity_simulator::SolverKind;
 
@@ -200,6 +200,8 @@ fn resolve(source: &ScenarioSource) -> Option<Scenario> {
     }
     let plan = Plan::new(&scenario);
     assert!(plan.steps > 0 && plan.blocks >= 2);
+    let forecast = Forecast::of(&scenario);
+    assert!(forecast.log.scheduled_bytes > 0 && forecast.warnings.iter().all(|warning| !warning.is_empty()));
     for solver in [SolverKind::Plain, SolverKind::Fast] {
         solver.start(plan.clone());
     }

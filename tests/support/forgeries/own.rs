@@ -17,6 +17,7 @@ impl Forge {
         let mut forge = Forge { sound: sound.to_vec(), made: Vec::new() };
         forge.own_records(other);
         forge.own_numbers();
+        forge.own_scenario();
         forge.own_topics();
         forge.own_ruptures();
         forge.own_links();
@@ -156,6 +157,15 @@ impl Forge {
             "a solver that there is not",
             "says by hand",
         );
+    }
+
+    fn own_scenario(&mut self) {
+        let what = "a scenario that says the same in other words";
+        self.parts("own-scenario-words", what, "does not say what this program writes", |parts| {
+            let at = named(parts, "scenario.toml");
+            let text = parts[at].attached().expect("it is attached").to_owned();
+            parts[at] = Part::attachment("scenario.toml", &[&text[..], b"# and more\n"].concat());
+        });
     }
 
     fn own_topics(&mut self) {

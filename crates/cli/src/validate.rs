@@ -1,0 +1,136 @@
+//! `asperity scenario validate`.
+
+use std::io::{self, Write};
+use std::time::Duration;
+
+use asperity_model::{ADVISED_SHARE, Scenario};
+use asperity_run::{Forecast, MostLogBytes};
+
+use crate::args::ForecastFormat;
+use crate::exit::Failure;
+use crate::progress::Board;
+use crate::terminal;
+
+/// How long the plain solver is tried.
+const TRIAL: Duration = Duration::from_millis(250);
+
+/// Says what a run of the scenario would be. What this machine decides is not tried where the board
+/// is quiet, so that the words are the same everywhere.
+pub(crate) fn command(scenario: &Scenario, format: ForecastFormat, board: &Board) -> Result<(), Failure> {
+    let forecast = Forecast::of(scenario);
+    let forecast = if board.is_quiet() { forecast } else { forecast.with_plain_solver(scenario, TRIAL) };
+    match format {
+        ForecastFormat::Json => {
+            let text = serde_json::to_string_pretty(&forecast).expect("texts and finite numbers are JSON");
+            let mut out = terminal::data();
+            writeln!(out, "{text}")?;
+            out.flush()?;
+        }
+        ForecastFormat::Text => {
+            say(&forecast)?;
+            if let Some(time_s) = forecast.plain_solver_s {
+                board.line(&format!(
+                    "{}: the plain solver would take about {} here, an estimate from its first {} s",
+                    forecast.scenario,
+                    duration(time_s),
+                    TRIAL.as_secs_f64()
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn say(forecast: &Forecast) -> io::Result<()> {
+    let Forecast { scenario, time_step_s, longest_stable_step_s, step_ratio, steps, log, warnings, .. } =
+        forecast;
+    let valid = match warnings.len() {
+        0 => "valid".to_owned(),
+        1 => "valid, with a warning".to_owned(),
+        more => format!("valid, with {more} warnings"),
+    };
+    terminal::say(format_args!("{scenario}: {valid}"))?;
+    terminal::say(format_args!(
+        "  time step    {time_step_s:e} s, {step_ratio:.2e} of the longest stable one, {longest_stable_step_s:.3e} s \
+         (warned of above {ADVISED_SHARE})"
+    ))?;
+    terminal::say(format_args!("  steps        {steps}"))?;
+    let MostLogBytes { samples, states, window_records, .. } = log;
+    let counted = |count: u64, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let windows = match *window_records {
+        0 => String::new(),
+        count => format!(", {} of windows", counted(count, "record")),
+    };
+    terminal::say(format_args!(
+        "  log          at most {} for what is scheduled: {}, {}{windows}",
+        bytes(log.scheduled_bytes),
+        counted(*samples, "sample"),
+        counted(*states, "state")
+    ))?;
+    terminal::say(format_args!(
+        "               besides at most {} for each step with switches, {} for each switch,",
+        bytes(log.step_with_switches_bytes),
+        bytes(log.switch_bytes),
+    ))?;
+    terminal::say(format_args!(
+        "               {} for each slip event, {} for each second of computing",
+        bytes(log.slip_event_bytes),
+        bytes(log.second_bytes)
+    ))?;
+    warnings.iter().try_for_each(|warning| terminal::say(format_args!("  warning: {warning}")))
+}
+
+/// Two digits, rounded up: it is a bound.
+fn bytes(count: u64) -> String {
+    let (unit, name) = match count {
+        0..1_000 => return format!("{count} bytes"),
+        1_000..1_000_000 => (1_000, "kB"),
+        1_000_000..1_000_000_000 => (1_000_000, "MB"),
+        _ => (1_000_000_000, "GB"),
+    };
+    let tenths = count.div_ceil(unit / 10);
+    format!("{}.{} {name}", tenths / 10, tenths % 10)
+}
+
+/// Two digits, in the unit that fits.
+fn duration(time_s: f64) -> String {
+    let (unit_s, name) = match time_s {
+        ..1e-3 => (1e-6, "us"),
+        ..1.0 => (1e-3, "ms"),
+        ..120.0 => (1.0, "s"),
+        ..7200.0 => (60.0, "minutes"),
+        ..172_800.0 => (3600.0, "hours"),
+        _ => (86_400.0, "days"),
+    };
+    let value = time_s / unit_s;
+    if value < 10.0 { format!("{value:.1} {name}") } else { format!("{value:.0} {name}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{bytes, duration};
+
+    #[test]
+    fn bounds_are_rounded_up() {
+        let words =
+            [(999, "999 bytes"), (1_001, "1.1 kB"), (25_000_001, "25.1 MB"), (3_000_000_000, "3.0 GB")];
+        for (count, expected) in words {
+            assert_eq!(bytes(count), expected);
+        }
+        assert_eq!(bytes(u64::MAX), "18446744073.8 GB");
+    }
+
+    #[test]
+    fn times_have_the_unit_that_fits() {
+        for (time_s, expected) in [
+            (2.5e-5, "25 us"),
+            (0.04, "40 ms"),
+            (7.23, "7.2 s"),
+            (118.0, "118 s"),
+            (600.0, "10 minutes"),
+            (1e6, "12 days"),
+        ] {
+            assert_eq!(duration(time_s), expected);
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Keys that some friction laws alone ask for. Under another law they can only say what that law
+//! does anyway: who writes anything else there is told that it would do nothing.
+
+use toml::Value;
+
+use crate::fill_in::insert;
+use crate::keys::KEYS;
+use crate::source::{Entries, LayerKind, ScenarioError};
+use crate::words::FrictionLaw;
+
+/// A key, and the law that it belongs to.
+struct LawKey {
+    path: &'static str,
+    law: FrictionLaw,
+    /// What the other laws do, where that is not what the key's default says.
+    elsewhere: Option<&'static str>,
+}
+
+const fn of(path: &'static str, law: FrictionLaw) -> LawKey {
+    LawKey { path, law, elsewhere: None }
+}
+
+const LAW_KEYS: [LawKey; 6] = [
+    of("friction.interfacial_stiffness_ratio", FrictionLaw::InterfacialSprings),
+    // They stop a block where its velocity changes sign.
+    LawKey { path: "friction.reattach", law: FrictionLaw::InterfacialSprings, elsewhere: Some("two-way") },
+    of("friction.weakening_velocity_m_per_s", FrictionLaw::VelocityWeakening),
+    of("friction.radiation_kg_per_s", FrictionLaw::VelocityWeakening),
+    of("friction.ageing_coefficient", FrictionLaw::InterfacialSprings),
+    of("friction.ageing_time_s", FrictionLaw::InterfacialSprings),
+];
+
+impl LawKey {
+    /// What the key says under the laws that do not ask for it.
+    fn idle(&self) -> Value {
+        let key = KEYS.iter().find(|key| key.path == self.path).expect("it is in the key table");
+        let default = || key.default_in(true).expect("keys of friction have defaults").to_toml();
+        self.elsewhere.map_or_else(default, |word| Value::String(word.to_owned()))
+    }
+}
+
+/// Puts what the law does into a table that has every key, where the law alone decides it, and
+/// refuses what says otherwise; what a log says otherwise is passed over.
+pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Vec<ScenarioError>) {
+    let law = text(table, "friction.law").expect("the law is a word").clone();
+    for key in LAW_KEYS.iter().filter(|key| law.as_str() != Some(key.law.word())) {
+        let (idle, written) = (key.idle(), entries.values.get(key.path));
+        let found = text(table, key.path).expect("every key is there");
+        if let Some(entry) = written.filter(|entry| *found != idle && entry.layer != LayerKind::Log) {
+            let does = key.elsewhere.map_or("", |_| ", which stops a block where its velocity changes sign");
+            errors.push(ScenarioError {
+                place: Some(entry.place.clone()),
+                key: Some(key.path.to_owned()),
+                problem: format!("{} has no meaning for friction.law = {law}{does}", entry.value),
+                accepted: Some(format!("{idle}, or friction.law = {:?}", key.law.word())),
+            });
+        }
+        insert(table, key.path, idle);
+    }
+}
+
+fn text<'a>(table: &'a toml::Table, path: &str) -> Option<&'a Value> {
+    let (section, name) = path.split_once('.')?;
+    table.get(section)?.get(name)
+}
+
+/// Whether a law decides what another law asks for, and not by the key's default.
+pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw) -> bool {
+    LAW_KEYS.iter().any(|key| key.path == path && key.elsewhere.is_some() && key.law != law)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::LAW_KEYS;
+    use crate::words::{FrictionLaw, Reattach};
+    use crate::{Scenario, ScenarioSource};
+
+    const LAWS: [FrictionLaw; 3] =
+        [FrictionLaw::InterfacialSprings, FrictionLaw::Rigid, FrictionLaw::VelocityWeakening];
+
+    /// Values of which none is what a key says where it has no meaning.
+    const OTHERS: [&str; 6] = ["0.5", "\"one-way\"", "0.2", "3.5", "0.01", "2.5"];
+
+    #[test]
+    fn keys_of_another_law_are_refused_and_passed_over_in_logs() {
+        for (key, value) in LAW_KEYS.iter().zip(OTHERS) {
+            for law in LAWS {
+                let text = format!("friction.law = {:?}\n{} = {value}\n", law.word(), key.path);
+                let written = Scenario::resolve(&ScenarioSource::new("mine.toml", &text));
+                if law == key.law {
+                    written.unwrap_or_else(|errors| panic!("{text}: {errors}"));
+                    continue;
+                }
+                let errors = written.unwrap_err().to_string();
+                let column = key.path.len() + 4;
+                let expected = format!(
+                    "mine.toml:2:{column}: {}: {value} has no meaning for friction.law = {:?}",
+                    key.path,
+                    law.word()
+                );
+                let accepted = format!(", or friction.law = {:?})", key.law.word());
+                assert!(errors.starts_with(&expected) && errors.ends_with(&accepted), "{errors}");
+
+                let logged = Scenario::resolve(&ScenarioSource::logged("run.mcap", &text)).unwrap();
+                let plain = format!("friction.law = {:?}", law.word());
+                assert_eq!(logged, Scenario::resolve(&ScenarioSource::new("plain", plain)).unwrap());
+                let set =
+                    ScenarioSource::logged("run.mcap", "").with_override(&format!("{}={value}", key.path));
+                let set = set.with_override(&format!("friction.law={}", law.word()));
+                assert!(Scenario::resolve(&set).is_err(), "{}", key.path);
+            }
+        }
+    }
+
+    #[test]
+    fn the_scenario_says_when_blocks_re_attach_whatever_the_law() {
+        let resolve = |text: &str| Scenario::resolve(&ScenarioSource::logged("run.mcap", text)).unwrap();
+        assert_eq!(resolve("").friction.reattach, Reattach::OneWay);
+        for law in &LAWS[1..] {
+            let plain = resolve(&format!("friction.law = {:?}", law.word()));
+            assert_eq!(plain.friction.reattach, Reattach::TwoWay);
+            for shown in [plain.to_commented_toml(), plain.to_editable_toml()] {
+                assert!(shown.contains("# reattach = \"two-way\"  # from friction.law"), "{shown}");
+                // With the law goes what it decided.
+                let source =
+                    ScenarioSource::new("mine.toml", shown).with_override("friction.law=interfacial-springs");
+                assert_eq!(Scenario::resolve(&source).unwrap().friction.reattach, Reattach::OneWay);
+            }
+            // Neither does it make another run of what was one.
+            let mut older = plain.clone();
+            older.friction.reattach = Reattach::OneWay;
+            assert_eq!(older.hash(), plain.hash());
+        }
+    }
+}

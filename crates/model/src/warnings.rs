@@ -1,0 +1,272 @@
+//! What is accepted, and may surprise whoever runs it.
+
+use crate::derive::ADVISED_SHARE;
+use crate::initial;
+use crate::plan::Plan;
+use crate::scenario::{Scenario, Time};
+use crate::words::{DriveKind, Reattach, Start};
+
+/// A driving force at the start, over the normal load, that is more than rounding.
+const LEAST_LOAD_RATIO: f64 = 1e-9;
+
+/// A shear that a profile leaves to the last block, over the mean load of a block, that is more
+/// than rounding.
+const LEAST_REMAINDER_RATIO: f64 = 1e-6;
+
+impl Scenario {
+    /// What is accepted in this scenario and may surprise, each in a sentence that begins with the
+    /// key. `asperity run` and `asperity scenario validate` print them.
+    pub fn warnings(&self) -> Vec<String> {
+        // A loaded start goes on from what a start at rest has.
+        let at_rest = Scenario { time: Time { start: Start::AtRest, ..self.time.clone() }, ..self.clone() };
+        let plan = Plan::new(&at_rest);
+        [step, load_at_start, remainder, beyond_at_start, without_threshold]
+            .into_iter()
+            .filter_map(|warning| warning(self, &plan))
+            .collect()
+    }
+}
+
+/// A step so long that it shows in the results.
+fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
+    let longest_s = scenario.longest_stable_step_s();
+    let ratio = scenario.time.step_s / longest_s;
+    (ratio > ADVISED_SHARE).then(|| {
+        format!(
+            "time.step_s = {:e} is {ratio:.2} of the longest stable step, {longest_s:.3e} s: beyond \
+             {ADVISED_SHARE} of it every switch feeds energy into the chain, and the number of events \
+             depends on the step",
+            scenario.time.step_s
+        )
+    })
+}
+
+/// Driving springs that pull before the drive point moves.
+fn load_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
+    let u = &plan.initial.displacement_m;
+    let pulls = plan.drive.springs.iter().map(|spring| (spring.block, spring.force_n(0.0, u[spring.block])));
+    let (block, most_n) = pulls.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    if most_n.abs() <= LEAST_LOAD_RATIO * plan.total_normal_load_n {
+        return None;
+    }
+    let kind = if scenario.drive.kind == DriveKind::Top { "top" } else { "left-right" };
+    let load_ratio = plan.drive.total_force_n(0.0, u) / plan.total_normal_load_n;
+    Some(format!(
+        "drive.kind = \"{kind}\" with initial shear: the driving springs are measured from the grid, so they pull \
+         before the drive point moves: F_T/F_N = {load_ratio:.4} at the start, most on block {}, {most_n:.3e} N",
+        block + 1
+    ))
+}
+
+/// What a profile of the initial shear does not add up to 0 by.
+fn remainder(scenario: &Scenario, plan: &Plan) -> Option<String> {
+    let given_n = initial::shear_n(scenario, &plan.normal_load_n, plan.spacing_m);
+    let last = plan.blocks - 1;
+    let taken_n = plan.elastic.spring_force_n(&plan.initial.displacement_m, last);
+    let mean_n = plan.total_normal_load_n / plan.blocks as f64;
+    ((taken_n - given_n[last]).abs() > LEAST_REMAINDER_RATIO * mean_n).then(|| {
+        format!(
+            "initial_shear does not add up to 0: block {} takes what is missing, and starts with {:.4} of a block's \
+             mean normal load, not {:.4}",
+            plan.blocks,
+            taken_n / mean_n,
+            given_n[last] / mean_n
+        )
+    })
+}
+
+/// Blocks that slip at once.
+fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
+    let u = &plan.initial.displacement_m;
+    let mut force_n: Vec<f64> = (0..plan.blocks).map(|n| plan.elastic.spring_force_n(u, n)).collect();
+    for spring in &plan.drive.springs {
+        force_n[spring.block] += spring.force_n(0.0, u[spring.block]);
+    }
+    for (force, prestress) in force_n.iter_mut().zip(&plan.prestress_n) {
+        *force += prestress;
+    }
+    let threshold_n = &plan.friction.static_threshold_n;
+    let ratio = |n: usize| force_n[n].abs() / threshold_n[n];
+    let beyond: Vec<usize> = (0..plan.blocks).filter(|&n| threshold_n[n] > 0.0 && ratio(n) >= 1.0).collect();
+    let most = *beyond.iter().max_by(|a, b| ratio(**a).total_cmp(&ratio(**b)))?;
+    let re_attaches =
+        scenario.friction.reattach == Reattach::TwoWay && plan.friction.interfacial_stiffness_n_per_m > 0.0;
+    let (how_far, then, again) = match beyond.len() {
+        1 => (
+            format!("{} times it", times(ratio(most))),
+            "it detaches in step 1",
+            "it re-attaches in the next one",
+        ),
+        _ => (
+            format!("at most {} times it, on block {}", times(ratio(most)), most + 1),
+            "they detach in step 1",
+            "they re-attach in the next one",
+        ),
+    };
+    let again = if re_attaches {
+        format!(", and by the two-way rule {again} at a velocity of exactly 0")
+    } else {
+        String::new()
+    };
+    Some(format!(
+        "initial_shear and prestress go beyond static friction on {}, {how_far}: {then}{again}",
+        blocks(&beyond)
+    ))
+}
+
+/// Blocks that nothing holds.
+fn without_threshold(scenario: &Scenario, plan: &Plan) -> Option<String> {
+    let free: Vec<usize> = (0..plan.blocks).filter(|&n| plan.friction.static_threshold_n[n] == 0.0).collect();
+    if free.is_empty() {
+        return None;
+    }
+    let why = if free.iter().all(|&n| plan.normal_load_n[n] == 0.0) {
+        format!("normal_load.tilt = {} leaves {} without load", scenario.normal_load.tilt, blocks(&free))
+    } else {
+        format!(
+            "friction.static_coefficient and what is added to it leave {} without friction",
+            blocks(&free)
+        )
+    };
+    Some(format!(
+        "{why}: with a threshold of 0, each detaches in every step in which it is stuck. Nearly every step then has \
+         switches and is recorded, so the log is long, and the run takes no less than with --solver plain"
+    ))
+}
+
+/// A ratio from 1 on, with as many digits as tell it from 1.
+fn times(ratio: f64) -> String {
+    let short = format!("{ratio:.4}");
+    if ratio > 1.0 && short == "1.0000" { format!("{ratio}") } else { short }
+}
+
+/// Numbers of blocks, counted from 0, in words.
+fn blocks(found: &[usize]) -> String {
+    let mut ranges: Vec<(usize, usize)> = Vec::new();
+    for &n in found {
+        match ranges.last_mut() {
+            Some((_, to)) if *to + 1 == n => *to = n,
+            _ => ranges.push((n, n)),
+        }
+    }
+    let more = ranges.len().saturating_sub(MOST_RANGES);
+    let ranges = ranges.iter().take(MOST_RANGES).map(|&(from, to)| match to - from {
+        0 => format!("{}", from + 1),
+        _ => format!("{} to {}", from + 1, to + 1),
+    });
+    let listed = ranges.collect::<Vec<_>>().join(", ");
+    let rest = if more > 0 { format!(" and {more} other places") } else { String::new() };
+    format!("{} {listed}{rest}", if found.len() == 1 { "block" } else { "blocks" })
+}
+
+/// Most ranges of blocks that are listed.
+const MOST_RANGES: usize = 5;
+
+#[cfg(test)]
+mod tests {
+    use super::blocks;
+    use crate::{Scenario, ScenarioSource, builtin};
+
+    fn warnings(sets: &[&str]) -> Vec<String> {
+        let source =
+            sets.iter().fold(ScenarioSource::new("test", ""), |source, set| source.with_override(set));
+        Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")).warnings()
+    }
+
+    fn only(sets: &[&str]) -> String {
+        let found = warnings(sets);
+        assert_eq!(found.len(), 1, "{found:?}");
+        found[0].clone()
+    }
+
+    #[test]
+    fn what_does_not_surprise_is_not_warned_of() {
+        assert_eq!(warnings(&[]), Vec::<String>::new());
+        assert_eq!(warnings(&["initial_shear.beta=0.45"]), Vec::<String>::new());
+        assert_eq!(warnings(&["time.start=loaded", "normal_load.tilt=0.5"]), Vec::<String>::new());
+        let of = |name: &str| {
+            Scenario::resolve(&ScenarioSource::new(name, builtin::find(name).unwrap())).unwrap().warnings()
+        };
+        assert!(builtin::all().filter(|(name, _)| of(name).is_empty()).count() > 25);
+    }
+
+    #[test]
+    fn long_steps_are_warned_of_with_the_longest_stable_one() {
+        let longest_s = Scenario::resolve(&ScenarioSource::new("", "")).unwrap().longest_stable_step_s();
+        let at = |ratio: f64| {
+            let step_s = ratio * longest_s;
+            let sets = [format!("time.step_s={step_s}"), format!("time.duration_s={}", step_s * 1e5)];
+            let quiet = ["recording.sample_s=0", "recording.fields_s=0"];
+            warnings(&[&sets[0], &sets[1], quiet[0], quiet[1]])
+        };
+        assert_eq!(at(0.399), Vec::<String>::new());
+        let warned = at(0.95);
+        assert!(warned[0].starts_with("time.step_s = "), "{warned:?}");
+        assert!(warned[0].contains(" is 0.95 of the longest stable step, 3.379e-6 s: beyond 0.4 of it"));
+    }
+
+    #[test]
+    fn top_drives_pull_at_the_start_where_there_is_shear() {
+        for (set, expected) in
+            [("initial_shear.poisson_ratio=0.35", "0.0076"), ("initial_shear.beta=0.45", "0.0122")]
+        {
+            let said = only(&["drive.kind=top", set]);
+            assert!(said.starts_with("drive.kind = \"top\" with initial shear"), "{said}");
+            assert!(said.contains(&format!("F_T/F_N = {expected} at the start")), "{said}");
+        }
+        // K_n u_N is a force on block 100 besides its shear of 0.45 times 4 N.
+        assert!(
+            only(&["drive.kind=top", "initial_shear.beta=0.45"]).ends_with("most on block 100, 9.794e-2 N")
+        );
+        let said = only(&["drive.kind=left-right", "friction.reattach=two-way", "initial_shear.beta=0.05"]);
+        assert!(said.contains("most on block 100"), "{said}");
+    }
+
+    #[test]
+    fn the_last_block_takes_what_a_profile_leaves() {
+        let said = only(&["slider.blocks=4", "initial_shear.profile=[0.1, 0.1, 0.0, 0.1]"]);
+        let expected = "initial_shear does not add up to 0: block 4 takes what is missing, and starts with -0.2000 of \
+                        a block's mean normal load, not 0.1000";
+        assert_eq!(said, expected);
+        // A tilt spoils the balance of (5.50): the last block is torn off.
+        let said = warnings(&["initial_shear.beta=0.2", "normal_load.tilt=0.5"]);
+        assert!(said[0].contains("block 100 takes what is missing, and starts with 3.5007 of"), "{said:?}");
+        assert!(
+            said[1].contains("beyond static friction on block 100, 10.0019 times it: it detaches in step 1"),
+            "{said:?}"
+        );
+    }
+
+    #[test]
+    fn shear_beyond_static_friction_names_the_blocks() {
+        let said = only(&["initial_shear.beta=0.77"]);
+        let expected = "initial_shear and prestress go beyond static friction on blocks 1 to 5, 96 to 100, at most \
+                        1.1000 times it, on block ";
+        assert!(said.starts_with(expected), "{said}");
+        assert!(said.ends_with(": they detach in step 1"), "{said}");
+        let said = only(&["initial_shear.beta=0.77", "friction.reattach=two-way"]);
+        assert!(said.ends_with("re-attach in the next one at a velocity of exactly 0"), "{said}");
+        let said = only(&["prestress.ratio=0.6", "prestress.first_block_ratio=0.100000000001"]);
+        assert!(said.contains("on block 1, 1.00000000000"), "{said}");
+    }
+
+    #[test]
+    fn blocks_that_nothing_holds_are_named_with_what_they_cost() {
+        let said = only(&["normal_load.tilt=1"]);
+        assert!(
+            said.starts_with("normal_load.tilt = 1 leaves block 100 without load: with a threshold of 0")
+        );
+        assert!(said.ends_with("no less than with --solver plain"), "{said}");
+        assert!(only(&["normal_load.tilt=-1"]).contains("leaves block 1 without load"));
+        let said = only(&["friction.static_coefficient=0", "friction.dynamic_coefficient=0"]);
+        assert!(said.contains("leave blocks 1 to 100 without friction"), "{said}");
+    }
+
+    #[test]
+    fn lists_of_blocks_are_short() {
+        assert_eq!(blocks(&[0]), "block 1");
+        assert_eq!(blocks(&[0, 1, 2, 9]), "blocks 1 to 3, 10");
+        let scattered: Vec<usize> = (0..20).step_by(2).collect();
+        assert_eq!(blocks(&scattered), "blocks 1, 3, 5, 7, 9 and 5 other places");
+    }
+}

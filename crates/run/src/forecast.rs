@@ -1,0 +1,163 @@
+//! What can be said of a run without making it: how its time step lies, how long its log can
+//! become, and about how long the plain solver would take.
+
+use std::time::{Duration, Instant};
+
+use asperity_model::{Plan, RecordingPlan, Scenario};
+use asperity_record::{EventPayload, GlobalSlip, Onset, SlipEvent};
+use asperity_runlog::MostBytes;
+use asperity_simulator::SolverKind;
+use serde::Serialize;
+
+use crate::detectors;
+use crate::header::header;
+use crate::run::CHECKPOINT_BYTES_PER_S;
+
+/// What is known of a run before it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Forecast {
+    /// The scenario's name.
+    pub scenario: String,
+    /// Its hash.
+    pub scenario_hash: String,
+    /// The time step, s.
+    pub time_step_s: f64,
+    /// The longest one that is stable while no block switches, s.
+    pub longest_stable_step_s: f64,
+    /// The time step over that.
+    pub step_ratio: f64,
+    /// How many steps are to be taken.
+    pub steps: u64,
+    /// About how long the plain solver takes for them on this machine, s; none where it was not
+    /// tried.
+    pub plain_solver_s: Option<f64>,
+    /// How long the log becomes at most.
+    pub log: MostLogBytes,
+    /// What may surprise, see [`Scenario::warnings`].
+    pub warnings: Vec<String>,
+}
+
+/// How long a log becomes at most: what is scheduled, and what each thing adds that only the run
+/// tells how often there is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct MostLogBytes {
+    /// Samples of the load that are scheduled, the last step included.
+    pub samples: u64,
+    /// States of all blocks that are scheduled, that of the start included.
+    pub states: u64,
+    /// Records of dense windows.
+    pub window_records: u64,
+    /// Bytes of all these, with all that every log has.
+    pub scheduled_bytes: u64,
+    /// Bytes of a step with switches, without these.
+    pub step_with_switches_bytes: u64,
+    /// Bytes of a switch, with what the detectors may find in it.
+    pub switch_bytes: u64,
+    /// Bytes of a slip event: records of its first step and the one behind its last, with the
+    /// states of all blocks if they are recorded, and what the detectors find.
+    pub slip_event_bytes: u64,
+    /// Bytes of a second of computing, for checkpoints once a second at most.
+    pub second_bytes: u64,
+}
+
+impl Forecast {
+    /// Of a run of that scenario, without trying the plain solver.
+    pub fn of(scenario: &Scenario) -> Forecast {
+        let plan = Plan::new(scenario);
+        let longest_stable_step_s = scenario.longest_stable_step_s();
+        Forecast {
+            scenario: scenario.name.clone(),
+            scenario_hash: scenario.hash(),
+            time_step_s: plan.grid.step_s(),
+            longest_stable_step_s,
+            step_ratio: plan.grid.step_s() / longest_stable_step_s,
+            steps: plan.steps - plan.initial.step,
+            plain_solver_s: None,
+            log: MostLogBytes::of(scenario, &plan),
+            warnings: scenario.warnings(),
+        }
+    }
+
+    /// The same with an estimate of the plain solver's time, from the first steps of the run, taken
+    /// for that long.
+    #[must_use]
+    pub fn with_plain_solver(self, scenario: &Scenario, trial: Duration) -> Forecast {
+        let step_s = plain_step_s(Plan::new(scenario), trial);
+        Forecast { plain_solver_s: Some(step_s * self.steps as f64), ..self }
+    }
+}
+
+/// Block steps between two looks at the clock.
+const BLOCK_STEPS_OF_A_LOOK: u64 = 200_000;
+
+/// How long the plain solver takes for a step, s.
+fn plain_step_s(plan: Plan, trial: Duration) -> f64 {
+    let first = plan.initial.step;
+    let recording = RecordingPlan {
+        sample_every_steps: (BLOCK_STEPS_OF_A_LOOK / plan.blocks as u64).max(1),
+        fields_every_steps: 0,
+        event_fields: false,
+        windows: Vec::new(),
+    };
+    let mut solver = SolverKind::Plain.start(Plan { recording, ..plan });
+    let started = Instant::now();
+    while started.elapsed() < trial {
+        // A run that goes astray, or is over, has been tried for long enough.
+        let Ok(Some(_)) = solver.next_record() else { break };
+    }
+    started.elapsed().as_secs_f64() / (solver.step() - first).max(1) as f64
+}
+
+/// Events of which a slip event has one at most; of others, a switch has.
+const OF_SLIP_EVENTS: [&str; 3] = [Onset::TOPIC, SlipEvent::TOPIC, GlobalSlip::TOPIC];
+
+/// Numbers for each block in a checkpoint, and their bytes in JSON.
+const CHECKPOINT_BYTES_OF_A_BLOCK: u64 = 7 * 25;
+
+/// What a checkpoint has besides these.
+const CHECKPOINT_FRAME_BYTES: u64 = 8 << 10;
+
+impl MostLogBytes {
+    fn of(scenario: &Scenario, plan: &Plan) -> MostLogBytes {
+        let kinds = detectors::event_kinds();
+        let header = header(scenario, plan, SolverKind::Plain.name());
+        let most = MostBytes::of(&header, &scenario.to_commented_toml(), &kinds);
+        let steps = plan.initial.step + 1..=plan.steps;
+        let on_cadence = |every: u64| match every {
+            0 => 0,
+            _ => steps.end() / every - (steps.start() - 1) / every,
+        };
+        let recording = &plan.recording;
+        let samples = on_cadence(recording.sample_every_steps) + 1;
+        let fields = on_cadence(recording.fields_every_steps);
+        let step = most.step(plan.drive.pulls_both_ways());
+        let state = most.fields(plan.blocks);
+        let checkpoint = plan.blocks as u64 * CHECKPOINT_BYTES_OF_A_BLOCK + CHECKPOINT_FRAME_BYTES;
+        let events = |of_slip_events: bool| -> u64 {
+            let kinds = kinds.iter().filter(|kind| OF_SLIP_EVENTS.contains(&kind.topic) == of_slip_events);
+            kinds.map(|kind| most.event(kind)).sum()
+        };
+        let of_windows = recording.windows.iter().map(|window| {
+            let count = (window.to_step - window.from_step) / window.every_steps + 1;
+            (count, step + most.window(window.blocks.len()))
+        });
+        // Steps may be so many that no number holds the bytes of a record of each.
+        let times = |count: u64, bytes: u64| count.saturating_mul(bytes);
+        let (window_records, window_bytes) =
+            of_windows.fold((0, 0), |(records, bytes): (u64, u64), (count, each)| {
+                (records.saturating_add(count), bytes.saturating_add(times(count, each)))
+            });
+        let frame = most.frame() + checkpoint + state;
+        let records = [times(samples, step), times(fields, step + state), window_bytes];
+        MostLogBytes {
+            samples,
+            states: fields + 1,
+            window_records,
+            scheduled_bytes: records.into_iter().fold(frame, u64::saturating_add),
+            step_with_switches_bytes: step,
+            switch_bytes: most.switch() + events(false),
+            slip_event_bytes: 2 * step + if recording.event_fields { 2 * state } else { 0 } + events(true),
+            second_bytes: CHECKPOINT_BYTES_PER_S as u64 + 3 * most.early_chunk(),
+        }
+    }
+}

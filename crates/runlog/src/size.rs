@@ -1,0 +1,226 @@
+//! How long a log can become at most, told before its run.
+//!
+//! A message is as long as its JSON, in which no number takes more than [`LONGEST_NUMBER`], and what
+//! MCAP puts around it. Compression is left out: how much it saves follows from the numbers.
+
+use asperity_record::{ColumnKind, Direction};
+use asperity_record::{Energy, EventKind, FieldRecord, RunHeader, StepRecord, Switch, WindowRecord};
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::announced::{Announced, announcements};
+use crate::format::{CHUNK_BYTES, RECORD_HEAD_BYTES};
+use crate::link::LONGEST_LINK_BYTES;
+use crate::messages::{StepMessage, SwitchMessage};
+use crate::metadata::header_to_map;
+
+/// The longest double in JSON, `-2.2250738585072014e-308`; whole numbers are shorter.
+const LONGEST_NUMBER: u64 = 24;
+
+/// The longest number of a byte.
+const LONGEST_FLAG: u64 = 3;
+
+/// What a message has besides its payload: head, channel, number and two times before it, and its
+/// time and place in the index of its chunk.
+const AROUND_A_MESSAGE: u64 = (RECORD_HEAD_BYTES + 2 + 4 + 8 + 8 + 8 + 8) as u64;
+
+/// What a topic has in each chunk: the head of its index, and where that stands, in the summary.
+const TOPIC_IN_A_CHUNK: u64 = (RECORD_HEAD_BYTES + 2 + 4 + 2 + 8) as u64;
+
+/// What a chunk has besides its messages and topics: its head, its record `chunk`, what the summary
+/// says of both, and what the compressor adds to what it cannot compress, but for a 256th.
+const AROUND_A_CHUNK: u64 = LONGEST_LINK_BYTES as u64 + 512;
+
+/// Keys, counts and digests of a topic at the end of a log, and in its statistics.
+const TOPIC_AT_THE_END: u64 = 512;
+
+/// What stands at the beginning and at the end of every log, but for header, scenario and topics:
+/// status, energies, what the solver did, the index of metadata, the footer.
+const FRAME: u64 = 16 << 10;
+
+/// Most bytes that each thing takes in a log, with all that goes with it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MostBytes {
+    topics: u64,
+    frame: u64,
+}
+
+impl MostBytes {
+    /// Of the log of a run with that header and scenario, and events of these kinds.
+    pub fn of(header: &RunHeader, scenario_toml: &str, kinds: &[EventKind]) -> MostBytes {
+        let announced = announcements(header.blocks, kinds);
+        let topics = announced.len() as u64;
+        let said = |announced: &Announced| {
+            let Announced { topic, message_encoding, schema_name, schema_encoding, schema, metadata } =
+                announced;
+            let texts = [topic, message_encoding, schema_name, schema_encoding, schema];
+            let units = metadata.iter().map(|(key, unit)| key.len() + unit.len() + 8);
+            let bytes = texts.map(|text| text.len() + 4).iter().sum::<usize>() + units.sum::<usize>();
+            // Once with the first chunk, and again in the summary.
+            2 * (bytes + 2 * RECORD_HEAD_BYTES + 16) as u64 + topic.len() as u64 * 2 + TOPIC_AT_THE_END
+        };
+        let run: usize = header_to_map(header).iter().map(|(key, value)| key.len() + value.len() + 8).sum();
+        let frame = FRAME
+            + run as u64
+            + scenario_toml.len() as u64
+            + announced.iter().map(said).sum::<u64>()
+            + 2 * (AROUND_A_CHUNK + topics * TOPIC_IN_A_CHUNK);
+        MostBytes { topics, frame }
+    }
+
+    /// Of the log of a run without any record.
+    pub fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// Of a step; `pulls_both_ways` says whether it has the forces at both ends.
+    pub fn step(&self, pulls_both_ways: bool) -> u64 {
+        self.message(&StepMessage::new(&StepRecord {
+            end_forces_n: pulls_both_ways.then_some([0.0; 2]),
+            energy: Some(Energy::default()),
+            ..step()
+        }))
+    }
+
+    /// Of a block that switched.
+    pub fn switch(&self) -> u64 {
+        self.message(&SwitchMessage::new(
+            &step(),
+            &Switch {
+                block: 0,
+                direction: Direction::Detach,
+                displacement_m: 0.0,
+                velocity_m_per_s: 0.0,
+                tangential_force_n: 0.0,
+                stick_position_m: 0.0,
+                threshold_n: 0.0,
+            },
+        ))
+    }
+
+    /// Of the state of so many blocks, which are all of a chain.
+    pub fn fields(&self, blocks: usize) -> u64 {
+        self.of_blocks(blocks, |blocks| FieldRecord {
+            step: 0,
+            time_s: 0.0,
+            displacement_m: vec![0.0; blocks],
+            velocity_m_per_s: vec![0.0; blocks],
+            tangential_force_n: vec![0.0; blocks],
+            stick_position_m: vec![0.0; blocks],
+            detached: vec![0; blocks],
+        })
+    }
+
+    /// Of the state of so many blocks, in a dense window.
+    pub fn window(&self, blocks: usize) -> u64 {
+        self.of_blocks(blocks, |blocks| WindowRecord {
+            window: 0,
+            step: 0,
+            time_s: 0.0,
+            sliding: 0,
+            first_block: 0,
+            displacement_m: vec![0.0; blocks],
+            velocity_m_per_s: vec![0.0; blocks],
+            tangential_force_n: vec![0.0; blocks],
+        })
+    }
+
+    /// Of an event of that kind, the words of which are not longer than a number.
+    pub fn event(&self, kind: &EventKind) -> u64 {
+        let longest = |kind: ColumnKind| if kind == ColumnKind::Flag { 5 } else { LONGEST_NUMBER };
+        // Quotes, a colon and a comma.
+        let cells = kind.columns.iter().map(|column| column.name.len() as u64 + 4 + longest(column.kind));
+        self.payload(2 + cells.sum::<u64>())
+    }
+
+    /// Of a chunk that is closed before it is full, as each is that has been filled for a second.
+    pub fn early_chunk(&self) -> u64 {
+        AROUND_A_CHUNK + self.topics * TOPIC_IN_A_CHUNK
+    }
+
+    fn message(&self, message: &impl Serialize) -> u64 {
+        self.payload(longest_message(message))
+    }
+
+    /// Of a message that has as much for each block.
+    fn of_blocks<M: Serialize>(&self, blocks: usize, message: impl Fn(usize) -> M) -> u64 {
+        let [none, one] = [0, 1].map(|blocks| longest_message(&message(blocks)));
+        self.payload(none + (one - none) * blocks as u64)
+    }
+
+    /// Of a payload of so many bytes, with its share of a chunk.
+    fn payload(&self, bytes: u64) -> u64 {
+        let message = bytes + AROUND_A_MESSAGE;
+        let compressor = message.div_ceil(256);
+        message + compressor + (message * self.early_chunk()).div_ceil(CHUNK_BYTES)
+    }
+}
+
+fn step() -> StepRecord {
+    StepRecord {
+        step: 0,
+        time_s: 0.0,
+        driving_force_n: 0.0,
+        normal_load_n: 0.0,
+        end_forces_n: None,
+        energy: None,
+        sliding: 0,
+        switches: Vec::new(),
+    }
+}
+
+fn longest_message(message: &impl Serialize) -> u64 {
+    longest_json(&serde_json::to_value(message).expect("messages are plain structs of numbers"))
+}
+
+/// How long the JSON of a value of that shape is at most, whatever its numbers are.
+fn longest_json(value: &Value) -> u64 {
+    // Whole numbers in arrays are those that say whether a block slides.
+    let in_array = |value: &Value| if value.is_u64() { LONGEST_FLAG } else { longest_json(value) };
+    match value {
+        Value::Null | Value::Number(_) => LONGEST_NUMBER,
+        Value::Bool(_) => 5,
+        Value::String(text) => text.len() as u64 + 2,
+        Value::Array(values) => 2 + values.iter().map(|value| in_array(value) + 1).sum::<u64>(),
+        Value::Object(fields) => {
+            2 + fields.iter().map(|(key, value)| key.len() as u64 + 4 + longest_json(value)).sum::<u64>()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{EventKind, FieldRecord, SlipEvent};
+
+    use super::{LONGEST_NUMBER, MostBytes, longest_json};
+
+    #[test]
+    fn no_number_is_longer_than_the_longest() {
+        for number in [f64::MIN_POSITIVE, -f64::MIN_POSITIVE, f64::MAX, f64::MIN, -5e-324, -1.0 / 3.0e200] {
+            assert!(serde_json::to_string(&number).unwrap().len() as u64 <= LONGEST_NUMBER, "{number:e}");
+        }
+        assert_eq!(serde_json::to_string(&-f64::MIN_POSITIVE).unwrap().len() as u64, LONGEST_NUMBER);
+        assert!(serde_json::to_string(&u64::MAX).unwrap().len() as u64 <= LONGEST_NUMBER);
+    }
+
+    #[test]
+    fn a_message_is_not_longer_than_it_can_be() {
+        let worst = |blocks: usize| FieldRecord {
+            step: u64::MAX,
+            time_s: -f64::MIN_POSITIVE,
+            displacement_m: vec![-f64::MIN_POSITIVE; blocks],
+            velocity_m_per_s: vec![-f64::MIN_POSITIVE; blocks],
+            tangential_force_n: vec![-f64::MIN_POSITIVE; blocks],
+            stick_position_m: vec![-f64::MIN_POSITIVE; blocks],
+            detached: vec![1; blocks],
+        };
+        let most = MostBytes { topics: 9, frame: 0 };
+        for blocks in [2, 100] {
+            let payload = serde_json::to_string(&worst(blocks)).unwrap().len() as u64;
+            assert!(payload <= longest_json(&serde_json::to_value(worst(blocks)).unwrap()));
+            assert!(most.fields(blocks) > payload && most.fields(blocks) < payload * 11 / 10 + 300);
+        }
+        let event = most.event(&EventKind::of::<SlipEvent>());
+        assert!(event > 200 && event < 1000, "{event}");
+    }
+}

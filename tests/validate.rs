@@ -1,0 +1,228 @@
+//! `asperity scenario validate`: what it says of a run holds of the run; and what is drawn at random
+//! stands in a log.
+
+use std::fs;
+use std::time::Instant;
+
+use serde_json::Value;
+
+use crate::laws::packing::{Packing, put_together};
+use crate::laws::parts::{Part, correct_end, take_apart};
+use crate::support::binary::{self, asperity, succeed, text};
+
+/// What a command says on stderr, and how it ends.
+fn said(arguments: &[&str]) -> (Option<i32>, String) {
+    let output = asperity(arguments);
+    (output.status.code(), String::from_utf8(output.stderr).expect("the binary writes UTF-8"))
+}
+
+fn forecast(arguments: &[&str]) -> Value {
+    let all = [&["scenario", "validate", "--format", "json"], arguments].concat();
+    serde_json::from_str(&succeed(&all)).expect("it is JSON")
+}
+
+#[test]
+fn it_is_valid_with_the_same_words_or_refused_as_run_refuses_it() {
+    let quiet = ["--quiet", "scenario", "validate", "default"];
+    let words = succeed(&quiet);
+    assert_eq!(succeed(&quiet), words);
+    let lines: Vec<&str> = words.lines().collect();
+    assert_eq!(lines[0], "default: valid");
+    assert_eq!(
+        lines[1],
+        "  time step    1e-8 s, 2.96e-3 of the longest stable one, 3.379e-6 s (warned of above 0.4)"
+    );
+    assert_eq!(lines[2], "  steps        500000000");
+    assert!(lines[3].ends_with(" for what is scheduled: 5001 samples, 251 states"), "{words}");
+    assert_eq!(said(&quiet).1, "", "nothing is tried, and nothing noted");
+
+    let (code, noted) = said(&["scenario", "validate", "default"]);
+    assert_eq!(code, Some(0));
+    assert!(noted.starts_with("default: the plain solver would take about "), "{noted}");
+    assert!(noted.ends_with(" here, an estimate from its first 0.25 s\n"), "{noted}");
+
+    let folder = asperity_testkit::folder();
+    let (file, log) = (folder.path().join("mine.toml"), folder.path().join("mine.mcap"));
+    fs::write(&file, "[friction]\nlaw = \"rigid\"\nreattach = \"one-way\"\nradiation_kg_per_s = 2\n")
+        .expect("it can be written");
+    let validated = said(&["scenario", "validate", text(&file)]);
+    let path = text(&file);
+    let expected = format!(
+        "error: {path}:3:12: friction.reattach: \"one-way\" has no meaning for friction.law = \"rigid\", which stops a \
+         block where its velocity changes sign (accepted: \"two-way\", or friction.law = \"interfacial-springs\")\n\
+         error: {path}:4:22: friction.radiation_kg_per_s: 2 has no meaning for friction.law = \"rigid\" (accepted: 0.0, \
+         or friction.law = \"velocity-weakening\")\n"
+    );
+    assert_eq!(validated, (Some(2), expected));
+    assert_eq!(said(&["run", text(&file), "--out", text(&log)]), validated);
+    assert!(!log.exists());
+}
+
+/// Everything that is warned of, each by one scenario.
+const WARNED: [(&str, &[&str]); 6] = [
+    ("warning: time.step_s = 2e-6 is 0.59 of the longest stable step, 3.379e-6 s", &["time.step_s=2e-6"]),
+    ("F_T/F_N = 0.0122 at the start, most on block 100", &["drive.kind=top", "initial_shear.beta=0.45"]),
+    ("F_T/F_N = 0.0076 at the start", &["drive.kind=top", "initial_shear.poisson_ratio=0.35"]),
+    (
+        "initial_shear does not add up to 0: block 2 takes what is missing, and starts with -0.1000 of",
+        &["slider.blocks=2", "initial_shear.profile=[0.1, 0.1]"],
+    ),
+    (
+        "beyond static friction on blocks 1 to 5, 96 to 100, at most 1.1000 times it, on block ",
+        &["initial_shear.beta=0.77"],
+    ),
+    ("warning: normal_load.tilt = -1 leaves block 1 without load", &["normal_load.tilt=-1"]),
+];
+
+#[test]
+fn what_may_surprise_is_said_before_and_by_the_run() {
+    let folder = asperity_testkit::folder();
+    for (number, (expected, sets)) in WARNED.iter().enumerate() {
+        let sets = sets.iter().copied().chain([
+            "time.duration_s=2e-4",
+            "recording.sample_s=0",
+            "recording.fields_s=0",
+        ]);
+        let sets: Vec<&str> = sets.flat_map(|set| ["--set", set]).collect();
+        let before = succeed(&[&["-q", "scenario", "validate", "default"], &sets[..]].concat());
+        assert!(
+            before.starts_with("default: valid, with a warning\n") && before.contains(expected),
+            "{before}"
+        );
+        let warning = before.lines().find_map(|line| line.strip_prefix("  warning: ")).expect("it warns");
+        let log = folder.path().join(format!("{number}.mcap"));
+        let run = [&["run", "default", "--out", text(&log)], &sets[..]].concat();
+        let (code, by_the_run) = said(&run);
+        assert_eq!(code, Some(0), "{by_the_run}");
+        assert!(by_the_run.starts_with(&format!("default: warning: {warning}\n")), "{by_the_run}");
+        let again = folder.path().join(format!("{number}-quiet.mcap"));
+        let quiet = [&["--quiet", "run", "default", "--out", text(&again)], &sets[..]].concat();
+        assert_eq!(said(&quiet), (Some(0), String::new()));
+        assert_eq!(
+            forecast(&[&["default", "--quiet"], &sets[..]].concat())["warnings"],
+            serde_json::json!([warning])
+        );
+    }
+}
+
+/// Windows, long chains and dense samples; runs with many events and with none.
+const RUNS: [&[&str]; 6] = [
+    &["default", "--set", "time.duration_s=0.05"],
+    &["default", "--set", "time.step_s=1e-7", "--set", "time.duration_s=1"],
+    &[
+        "default",
+        "--set",
+        "time.step_s=1e-7",
+        "--set",
+        "time.duration_s=0.002",
+        "--set",
+        "recording.sample_s=1e-7",
+    ],
+    &["damping-event", "--set", "recording.fields_s=1e-4", "--set", "time.duration_s=0.4"],
+    &["left-right-driven", "--set", "time.step_s=1e-7", "--set", "time.duration_s=1"],
+    &[
+        "default",
+        "--set",
+        "slider.blocks=3000",
+        "--set",
+        "time.duration_s=1e-3",
+        "--set",
+        "recording.fields_s=1e-4",
+    ],
+];
+
+#[test]
+fn a_log_is_not_longer_than_said() {
+    let folder = asperity_testkit::folder();
+    for (number, run) in RUNS.iter().enumerate() {
+        let most = forecast(&[&["--quiet"], *run].concat());
+        assert_eq!(most["plain_solver_s"], Value::Null);
+        let of = |key: &str| most["log"][key].as_f64().expect("it is a number");
+        let log = folder.path().join(format!("{number}.mcap"));
+        let started = Instant::now();
+        binary::run(run, &log);
+        let seconds = started.elapsed().as_secs_f64();
+        let end = asperity_testkit::run_end(&log);
+        assert_eq!(most["steps"], end.last_step, "{run:?}");
+        let slips = end.message_counts["/events/slip"] as f64;
+        let switches = end.switches as f64;
+        // Not more steps have switches than there are switches.
+        let messages = of("scheduled_bytes")
+            + switches * (of("switch_bytes") + of("step_with_switches_bytes"))
+            + slips * of("slip_event_bytes");
+        let bound = messages + seconds * of("second_bytes");
+        let bytes = fs::metadata(&log).expect("the log is there").len() as f64;
+        assert!(bytes <= bound, "{run:?}: {bytes} bytes, at most {bound} were said");
+        assert!(bytes > 0.02 * messages, "{run:?}: {bytes} bytes, of {messages} that were said");
+        let scheduled = of("samples") + of("states") + of("window_records");
+        let records =
+            ["/step", "/fields", "/window"].map(|topic| end.message_counts[topic]).iter().sum::<u64>();
+        assert!(records as f64 <= 2.0 * scheduled + switches + 4.0 * slips, "{run:?}");
+    }
+}
+
+#[test]
+fn the_plain_solver_is_tried_and_takes_about_as_long() {
+    let run = ["default", "--set", "time.duration_s=0.01"];
+    let expected_s = forecast(&run)["plain_solver_s"].as_f64().expect("it was tried");
+    let folder = asperity_testkit::folder();
+    let started = Instant::now();
+    binary::run(&[&run[..], &["--solver", "plain"]].concat(), &folder.path().join("run.mcap"));
+    let taken_s = started.elapsed().as_secs_f64();
+    // Other tests run beside this one.
+    assert!(expected_s > taken_s / 20.0 && expected_s < taken_s * 20.0, "{taken_s} s, not {expected_s} s");
+}
+
+#[test]
+fn what_was_drawn_is_in_the_log_and_cannot_be_changed_there() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("run.mcap");
+    let sets =
+        ["friction.static_spread=0.1", "friction.spread_seed=7", "time.step_s=1e-7", "time.duration_s=0.3"];
+    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+    binary::run(&[&["ten-blocks"], &sets[..]].concat(), &log);
+    let parts = take_apart(&fs::read(&log).expect("it was just written"));
+    let at = parts.iter().position(|part| part.name() == Some("scenario.toml")).expect("it is there");
+    let toml =
+        String::from_utf8(parts[at].attached().expect("it is attached").to_owned()).expect("it is text");
+    let table: toml::Table = toml.parse().expect("it is TOML");
+    let drawn = table["drawn"]["static_offsets"].as_array().expect("it is a list");
+    assert!(
+        drawn.len() == 10
+            && !table["drawn"].as_table().expect("it is a table").contains_key("dynamic_offsets")
+    );
+
+    let check = |name: &str, toml: &str| {
+        let mut parts: Vec<Part> = parts.clone();
+        parts[at] = Part::attachment("scenario.toml", toml.as_bytes());
+        correct_end(&mut parts);
+        let path = folder.path().join(name);
+        fs::write(&path, put_together(&parts, Packing::USUAL)).expect("the folder can be written");
+        let output = asperity(&["check", text(&path)]);
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let (code, said) = check("same.mcap", &toml);
+    assert!(code == Some(0) && said.contains(": whole: "), "{said}");
+    // The last digit of one of them.
+    let number = drawn[4].as_float().expect("it is a number");
+    let other = f64::from_bits(number.to_bits() + 1);
+    let (code, said) = check("other.mcap", &toml.replace(&format!("{number}"), &format!("{other}")));
+    assert!(code == Some(4) && said.contains(": damaged: "), "{said}");
+    assert!(said.contains("drawn.static_offsets: block 5 has "), "{said}");
+    let without: String = toml
+        .lines()
+        .filter(|line| !line.contains(&format!("{number}")))
+        .map(|line| line.to_owned() + "\n")
+        .collect();
+    let (code, said) = check("without.mcap", &without);
+    assert!(code == Some(4) && said.contains("does not say what this program writes"), "{said}");
+
+    // A run of the log draws the same, and with another seed others.
+    for (set, is_same) in [("time.duration_s=0.3", true), ("friction.spread_seed=8", false)] {
+        let again = folder.path().join(format!("again-{is_same}.mcap"));
+        binary::run(&[text(&log), "--set", set], &again);
+        let shown: toml::Table = succeed(&["scenario", "show", text(&again)]).parse().expect("it is TOML");
+        assert_eq!(shown["drawn"]["static_offsets"] == table["drawn"]["static_offsets"], is_same);
+        assert!(succeed(&["check", text(&again)]).contains(": whole: "));
+    }
+}

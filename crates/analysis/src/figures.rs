@@ -100,6 +100,11 @@ impl Figures {
         self.all().into_iter().flat_map(|figure| figure.runs())
     }
 
+    /// The lists of runs of figures that show many, in which an ensemble may stand for its members.
+    pub(crate) fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
+        self.spread.iter_mut().flat_map(spread::Spread::lists_mut)
+    }
+
     /// The files that the figures are written to.
     pub(crate) fn files(&self) -> impl Iterator<Item = &str> {
         self.all().into_iter().map(|figure| figure.file())

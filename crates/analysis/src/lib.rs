@@ -21,6 +21,7 @@
 //! - [`run_data`]: a run log in memory.
 //! - [`precursors`]: which slip events count as precursors.
 //! - [`curves`]: what is read off a run for measures, tables and figures alike.
+//! - `beside_theory`: single numbers that set a run beside a theory.
 //! - `fronts`: fronts through the slider, read off its switches.
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
@@ -33,11 +34,14 @@
 //! - [`measure`]: single numbers read off a run.
 //! - [`claims`]: what a text claims beside what was measured, and the verdict.
 //! - [`study`]: the same numbers of several runs against a parameter.
+//! - [`ensemble`]: runs that differ in one key, written as one table of a pipeline.
 //! - [`figures`]: drawn with plotters and an embedded font.
 //! - [`pipeline`]: the TOML that says which runs, tables, figures and claims.
 
+mod beside_theory;
 pub mod claims;
 pub mod curves;
+pub mod ensemble;
 mod error;
 pub mod event_file;
 pub mod figures;

@@ -8,7 +8,7 @@ use crate::run_data::RunData;
 
 /// A block counts as affected by the force on block 1 while it carries more than this part of
 /// it. The thesis names no cut-off; this one gives all four of the numbers that it reads off
-/// Figure 5.20, as those from 0.48 % to 0.50 % do.
+/// Figure 5.20, as those from 0.474 % to 0.517 % do.
 pub(crate) const AFFECTED_THRESHOLD: f64 = 0.0049;
 
 pub(crate) fn time_to_reach(run: &RunData, load_ratio: f64) -> Option<f64> {

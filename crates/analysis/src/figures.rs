@@ -209,6 +209,25 @@ mod tests {
     }
 
     #[test]
+    fn the_load_is_drawn_with_its_theory_where_there_is_one() {
+        let text = "[[load]]\nfile = \"f.png\"\nrun = \"a\"\nsliding = false";
+        let panel = single(text);
+        let labels: Vec<&str> = panel.series.iter().map(|series| series.label.as_str()).collect();
+        assert_eq!(labels, ["μ_s", "μ_k", "F_X/F_N", "theory"]);
+        let end = panel.series[3].points.last().unwrap();
+        assert!((end.0 - 2.61).abs() < 1e-9 && (end.1 - 0.45).abs() < 1e-12, "{end:?}");
+        // Initial shear is not in that theory.
+        let figures: Figures = toml::from_str(text).unwrap();
+        let sheared = made_up::run("initial_shear.beta = 0.2", &EVENTS);
+        let Sheet::Single(panel) =
+            figures.all()[0].sheet(&BTreeMap::from([("a".to_owned(), sheared)])).unwrap()
+        else {
+            panic!("one panel")
+        };
+        assert_eq!(panel.series.len(), 3);
+    }
+
+    #[test]
     fn slipped_and_study_show_one_mark_per_event_and_run() {
         let panel = single("[[slipped]]\nfile = \"f.png\"\nseries = [{ run = \"a\", label = \"A\" }]");
         assert_eq!(panel.series[1].points.len(), 3);

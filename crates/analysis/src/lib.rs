@@ -34,14 +34,13 @@
 //! - [`measure`]: single numbers read off a run.
 //! - [`claims`]: what a text claims beside what was measured, and the verdict.
 //! - [`study`]: the same numbers of several runs against a parameter.
-//! - [`ensemble`]: runs that differ in one key, written as one table of a pipeline.
+//! - [`runs`]: the runs of a pipeline, single and in ensembles.
 //! - [`figures`]: drawn with plotters and an embedded font.
 //! - [`pipeline`]: the TOML that says which runs, tables, figures and claims.
 
 mod beside_theory;
 pub mod claims;
 pub mod curves;
-pub mod ensemble;
 mod error;
 pub mod event_file;
 pub mod figures;
@@ -56,6 +55,7 @@ pub mod pipeline;
 pub mod precursors;
 pub mod record;
 pub mod run_data;
+pub mod runs;
 pub mod study;
 pub mod summaries;
 pub mod table_file;

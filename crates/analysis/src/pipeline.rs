@@ -13,11 +13,11 @@ use polars::prelude::DataFrame;
 use serde::Deserialize;
 
 use crate::claims::{self, Claim};
-use crate::ensemble::{Ensemble, spell_out};
 use crate::error::AnalysisError;
 use crate::figures::Figures;
 use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
+use crate::runs::{Ensemble, RunSpec, spell_out};
 use crate::study::Study;
 use crate::{record, summaries, table_file, tables};
 
@@ -48,19 +48,6 @@ pub struct Pipeline {
     /// The claims.
     #[serde(default)]
     pub claim: Vec<Claim>,
-}
-
-/// A run: a scenario and overrides.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RunSpec {
-    /// Its name, for files and for the rest of the pipeline.
-    pub name: String,
-    /// Name of a built-in scenario, or path of a file from the current folder.
-    pub scenario: String,
-    /// Overrides, `key=value`.
-    #[serde(default)]
-    pub set: Vec<String>,
 }
 
 /// A run whose precursors are compared with a length law.
@@ -159,6 +146,9 @@ impl Pipeline {
         check_toml(text).map_err(|too_long| too_long.to_string())?;
         let mut pipeline: Pipeline = toml::from_str(text).map_err(|error| error.to_string())?;
         pipeline.spell_out_ensembles()?;
+        if pipeline.run.is_empty() {
+            return Err("there are no runs (accepted: [[run]] or [[ensemble]])".to_owned());
+        }
         let mut names = std::collections::BTreeSet::new();
         for run in &pipeline.run {
             if !names.insert(run.name.as_str()) {

@@ -1,4 +1,5 @@
-//! Runs of a pipeline that differ in the value of one key, written as one table.
+//! The runs of a pipeline: single ones, and ensembles, runs that differ in the value of one key,
+//! written as one table.
 //!
 //! The motion is chaotic: a time such as that of the first global slip is one draw among many,
 //! and what can be compared with a number that someone states is a distribution. An ensemble is
@@ -7,7 +8,18 @@
 
 use serde::Deserialize;
 
-use crate::pipeline::RunSpec;
+/// A run: a scenario and overrides.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunSpec {
+    /// Its name, for files and for the rest of the pipeline.
+    pub name: String,
+    /// Name of a built-in scenario, or path of a file from the current folder.
+    pub scenario: String,
+    /// Overrides, `key=value`.
+    #[serde(default)]
+    pub set: Vec<String>,
+}
 
 /// Most members of an ensemble: a pipeline of a few lines shall not ask for runs without end.
 const MOST_MEMBERS: usize = 1000;
@@ -141,6 +153,10 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
         assert_eq!(
             refused("values = [1e-9, 2e-9]", "values = []"),
             "ensemble kicked: 0 values are not accepted (accepted: 1 to 1000)"
+        );
+        assert_eq!(
+            Pipeline::parse("title = \"t\"").unwrap_err(),
+            "there are no runs (accepted: [[run]] or [[ensemble]])"
         );
         assert_eq!(refused("name = \"base\"", "name = \"kicked-2\""), "two runs are called kicked-2");
         assert_eq!(

@@ -264,6 +264,16 @@ set = [
   "drive.hold_from_s=1.0", "normal_load.schedule_s=[1.0, 1.6]", "normal_load.schedule_n=[400.0, 40.0]",
 ]
 
+[[ensemble]]
+name = "kicked"
+scenario = "ten-blocks"
+set = [
+  "time.step_s=2e-7", "time.duration_s=1.6", "normal_load.total_n=400", "initial_velocity.mode=0",
+  "drive.hold_from_s=1.0", "normal_load.schedule_s=[1.0, 1.6]", "normal_load.schedule_n=[400.0, 40.0]",
+]
+key = "initial_velocity.amplitude_m_per_s"
+values = [1e-8, 2e-8]
+
 [[figure.loads]]
 file = "loads.png"
 run = "coded"
@@ -293,12 +303,14 @@ file = "spread.png"
 [[figure.spread.panel]]
 label = "N = 10"
 stated_s = 1.4
-series = [{ label = "coded", runs = ["coded"] }, { label = "stated", runs = ["stated"] }]
+series = [{ label = "coded", runs = ["coded", "kicked"] }, { label = "stated", runs = ["stated"] }]
 
 [[claim]]
 about = "first global slip"
 quote = "it comes after the hold"
+of = "this project"
 run = "coded"
+spread = ["kicked"]
 measure = "first-global-slip-time"
 at_least = 1.0
 as_stated = { run = "stated" }
@@ -322,6 +334,10 @@ fn unloading_is_drawn_and_claimed_in_both_parameter_sets() {
     let claims = text("claims.csv");
     assert!(claims.lines().next().is_some_and(|header| header.ends_with("as_stated_rule,as_stated_verdict")));
     assert!(claims.trim_end().ends_with("at least 1,agrees"), "{claims}");
+    assert!(claims.contains(",\"at least 1, the median of 3 runs\",agrees,"), "{claims}");
+    let page = text("claims.md");
+    assert!(page.contains("What this project says:") && !page.contains("the source says"), "{page}");
+    assert!(out.join("runs/kicked-1.mcap").exists() && out.join("runs/kicked-2.mcap").exists());
     // The load of the step, not that of the start.
     let slips = text("first-global-slips.csv");
     let row: BTreeMap<&str, &str> = {
@@ -345,7 +361,7 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
         assert!(!output.status.success());
         String::from_utf8(output.stderr).expect("the binary writes UTF-8")
     };
-    let known = "(accepted: coded, stated)";
+    let known = "(accepted: coded, kicked-1, kicked-2, stated)";
     for (from, to) in [
         ("as_stated = { run = \"stated\" }", "as_stated = { run = \"missing\" }"),
         ("at_least = 1.0\n", "at_least = 1.0\nminus = \"missing\"\n"),
@@ -355,11 +371,17 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
         let error = refused(from, to);
         assert!(error.contains(&format!("there is no run missing {known}")), "{error}");
     }
-    let error = refused("at_least = 1.0\n", "at_least = 1.0\nspread = [\"stated\"]\n");
+    let error = refused("at_least = 1.0\n", "at_least = 1.0\nminus = \"stated\"\n");
     assert!(
-        error.contains("claim about first global slip: spread: stated is not accepted without stated"),
+        error.contains(
+            "claim about first global slip: minus_spread: 0 runs are not accepted (accepted: 2, one for each of spread)"
+        ),
         "{error}"
     );
+    let error = refused("values = [1e-8, 2e-8]", "values = []");
+    assert!(error.contains("ensemble kicked: 0 values are not accepted (accepted: 1 to 1000)"), "{error}");
+    let error = refused("of = \"this project\"", "of = \"us\"");
+    assert!(error.contains("unknown variant `us`, expected `the source` or `this project`"), "{error}");
     let error = refused("blocks = [1, 5, 10]", "blocks = [1, 11]");
     assert!(
         error.contains("figure displacement.png: blocks: 11 is not in run coded (accepted: 1 to 10)"),

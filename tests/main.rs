@@ -8,6 +8,7 @@
 //! started.
 
 mod bounds;
+mod claims;
 mod cli;
 #[cfg(feature = "analysis")]
 mod clients;

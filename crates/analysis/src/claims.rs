@@ -1,4 +1,7 @@
 //! What a text claims beside what was measured, with a verdict by a stated rule.
+//!
+//! The statements of a source and those of this project are told apart, and counted apart: the
+//! latter are checks of what its manual says, and no score of the source.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -39,24 +42,52 @@ impl Kind {
     }
 }
 
+/// Whose statement a claim is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+pub enum Speaker {
+    /// That of the text which the pipeline is about; the quote is verbatim.
+    #[default]
+    #[serde(rename = "the source")]
+    Source,
+    /// This project's own: its theory, its other reading of the source, or what it expects.
+    #[serde(rename = "this project")]
+    Project,
+}
+
+impl Speaker {
+    fn word(self) -> &'static str {
+        match self {
+            Speaker::Source => "the source",
+            Speaker::Project => "this project",
+        }
+    }
+}
+
 /// One claim, as the pipeline has it.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
-    /// Where the source makes it: a figure, equation or section.
+    /// Where it is made, or what it is about: a figure, equation or section.
     pub about: String,
-    /// The source's own words.
+    /// Whose statement it is.
+    #[serde(default)]
+    pub of: Speaker,
+    /// The words of whoever makes it.
     pub quote: String,
     /// The run to measure.
     pub run: String,
     /// A run whose value is taken off: the claim is about the difference.
     pub minus: Option<String>,
-    /// Runs that differ from the run in what should not matter, the time step say: a
-    /// number stated is then compared with the spread of all of them, give or take what is
-    /// allowed of any number. To lie in it says no more than that nothing speaks against
-    /// it, and is not counted as agreement.
+    /// Runs, or ensembles of runs, that differ from the run in what should not matter, a kick of
+    /// 1e-9 m/s say. A number stated is then compared with the spread of all of them, give or
+    /// take what is allowed of any number, and the rule says how many lie below it. To lie in
+    /// the spread says no more than that nothing speaks against it, and is not counted as
+    /// agreement. Where the source speaks in words, their median is judged.
     #[serde(default)]
     pub spread: Vec<String>,
+    /// As many that are taken off, one from each of the spread.
+    #[serde(default)]
+    pub minus_spread: Vec<String>,
     /// The same runs with the parameter set `as-stated`, where the claim is to be
     /// judged in them as well.
     pub as_stated: Option<Runs>,
@@ -92,20 +123,31 @@ pub struct Runs {
     pub run: String,
     /// A run whose value is taken off.
     pub minus: Option<String>,
-    /// Runs that differ from the run in what should not matter.
+    /// Runs, or ensembles of runs, that differ from the run in what should not matter.
     #[serde(default)]
     pub spread: Vec<String>,
+    /// As many that are taken off, one from each of the spread.
+    #[serde(default)]
+    pub minus_spread: Vec<String>,
 }
 
 impl Claim {
     /// All runs that it speaks of.
     pub(crate) fn runs(&self) -> impl Iterator<Item = &str> {
         let second = self.as_stated.as_ref();
-        let own = [Some(&self.run), self.minus.as_ref()].into_iter().flatten().chain(&self.spread);
+        let own = [Some(&self.run), self.minus.as_ref()].into_iter().flatten();
+        let own = own.chain(&self.spread).chain(&self.minus_spread);
         let others = second.into_iter().flat_map(|runs| {
-            [Some(&runs.run), runs.minus.as_ref()].into_iter().flatten().chain(&runs.spread)
+            let pair = [Some(&runs.run), runs.minus.as_ref()].into_iter().flatten();
+            pair.chain(&runs.spread).chain(&runs.minus_spread)
         });
         own.chain(others).map(String::as_str)
+    }
+
+    /// Its lists of runs, in which an ensemble may stand for its members.
+    pub(crate) fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
+        let second = self.as_stated.iter_mut().flat_map(|runs| [&mut runs.spread, &mut runs.minus_spread]);
+        [&mut self.spread, &mut self.minus_spread].into_iter().chain(second)
     }
 
     /// Checks that the claim can be judged.
@@ -120,9 +162,17 @@ impl Claim {
         if rules.iter().filter(|&&given| given).count() != 1 {
             return Err("needs exactly one of stated, at_most and at_least".to_owned());
         }
-        let spreads = [Some(&self.spread), self.as_stated.as_ref().map(|runs| &runs.spread)];
-        if let Some(run) = spreads.into_iter().flatten().flatten().next().filter(|_| self.stated.is_none()) {
-            return Err(format!("spread: {run} is not accepted without stated (accepted: no runs)"));
+        let own = (&self.minus, &self.spread, &self.minus_spread);
+        let second = self.as_stated.as_ref().map(|runs| (&runs.minus, &runs.spread, &runs.minus_spread));
+        for (minus, spread, minus_spread) in [Some(own), second].into_iter().flatten() {
+            let needed = if minus.is_some() { spread.len() } else { 0 };
+            if minus_spread.len() != needed {
+                return Err(format!(
+                    "minus_spread: {} runs are not accepted (accepted: {needed}, {})",
+                    minus_spread.len(),
+                    if minus.is_some() { "one for each of spread" } else { "without minus" }
+                ));
+            }
         }
         Ok(())
     }
@@ -157,8 +207,12 @@ pub fn judge<'a>(claims: &'a [Claim], runs: &BTreeMap<String, RunData>) -> Vec<O
     claims
         .iter()
         .map(|claim| {
-            let own =
-                Runs { run: claim.run.clone(), minus: claim.minus.clone(), spread: claim.spread.clone() };
+            let own = Runs {
+                run: claim.run.clone(),
+                minus: claim.minus.clone(),
+                spread: claim.spread.clone(),
+                minus_spread: claim.minus_spread.clone(),
+            };
             let as_stated = claim.as_stated.as_ref().map(|second| judge_in(claim, second, runs));
             Outcome { claim, own: judge_in(claim, &own, runs), as_stated }
         })
@@ -168,22 +222,36 @@ pub fn judge<'a>(claims: &'a [Claim], runs: &BTreeMap<String, RunData>) -> Vec<O
 fn judge_in(claim: &Claim, of: &Runs, runs: &BTreeMap<String, RunData>) -> Judgement {
     let stated: Option<f64> = claim.stated.as_ref().and_then(|text| text.parse().ok());
     let measure = |name: &String| claim.measure.of(runs.get(name)?, claim.near.or(stated));
-    let difference = |name: &String| match &of.minus {
+    let difference = |name: &String, minus: Option<&String>| match minus {
         None => measure(name),
         Some(other) => Some(measure(name)? - measure(other)?),
     };
-    let ours = difference(&of.run);
+    let own = difference(&of.run, of.minus.as_ref());
+    let is_spread = !of.spread.is_empty();
+    let mut draws: Vec<f64> = of
+        .spread
+        .iter()
+        .enumerate()
+        .filter_map(|(index, name)| difference(name, of.minus_spread.get(index)))
+        .chain(own.filter(|_| is_spread))
+        .collect();
+    draws.sort_by(f64::total_cmp);
+    // Of one run's number in words there is no more than itself.
+    let ours = if is_spread && stated.is_none() { median(&draws) } else { own };
     let deviation = ours.zip(stated).map(|(ours, stated)| ours - stated);
+    let of_runs = if is_spread { format!(", the median of {} runs", draws.len()) } else { String::new() };
     let (rule, holds): (String, Option<bool>) = match (stated, claim.at_most, claim.at_least) {
-        (Some(stated), ..) if !of.spread.is_empty() => {
+        (Some(stated), ..) if is_spread => {
             let tolerance = TOLERANCE * stated.abs();
-            let all: Vec<f64> = std::iter::once(&of.run).chain(&of.spread).filter_map(difference).collect();
-            let low = all.iter().copied().reduce(f64::min);
-            let high = all.iter().copied().reduce(f64::max);
-            match low.zip(high) {
+            match draws.first().zip(draws.last()) {
                 None => ("within the spread of runs, of which none has it".to_owned(), None),
                 Some((low, high)) => (
-                    format!("within 2 % of {low:.4} to {high:.4}, the spread of {} runs", all.len()),
+                    format!(
+                        "within 2 % of {low:.4} to {high:.4}, the spread of {} runs; median {:.4}, {} below",
+                        draws.len(),
+                        median(&draws).unwrap_or(f64::NAN),
+                        draws.iter().filter(|&&draw| draw < stated).count()
+                    ),
                     Some((low - tolerance..=high + tolerance).contains(&stated)),
                 ),
             }
@@ -199,17 +267,23 @@ fn judge_in(claim: &Claim, of: &Runs, runs: &BTreeMap<String, RunData>) -> Judge
             let holds = deviation.map(|deviation| deviation.abs() <= tolerance);
             (format!("within {tolerance:.4}, {rule}"), holds)
         }
-        (None, Some(limit), _) => (format!("at most {limit}"), ours.map(|ours| ours <= limit)),
-        (None, None, Some(limit)) => (format!("at least {limit}"), ours.map(|ours| ours >= limit)),
+        (None, Some(limit), _) => (format!("at most {limit}{of_runs}"), ours.map(|ours| ours <= limit)),
+        (None, None, Some(limit)) => (format!("at least {limit}{of_runs}"), ours.map(|ours| ours >= limit)),
         (None, None, None) => ("none".to_owned(), None),
     };
     let verdict = match holds {
-        Some(true) if !of.spread.is_empty() => "in the spread",
+        Some(true) if is_spread && stated.is_some() => "in the spread",
         Some(true) => "agrees",
         Some(false) => "differs",
         None => "not reached",
     };
     Judgement { ours, deviation, rule, verdict }
+}
+
+/// The middle of sorted values, or of the two in the middle.
+fn median(sorted: &[f64]) -> Option<f64> {
+    let upper = *sorted.get(sorted.len() / 2)?;
+    Some(if sorted.len() % 2 == 1 { upper } else { (sorted[sorted.len() / 2 - 1] + upper) / 2.0 })
 }
 
 /// Half a unit of the last digit of a decimal number as written.
@@ -231,6 +305,7 @@ pub fn table(outcomes: &[Outcome<'_>]) -> Result<DataFrame, AnalysisError> {
     };
     let mut columns = vec![
         texts("about", &|outcome| outcome.claim.about.clone()),
+        texts("of", &|outcome| outcome.claim.of.word().to_owned()),
         texts("run", &|outcome| outcome.claim.run.clone()),
         texts("quote", &|outcome| outcome.claim.quote.clone()),
         texts("measure", &|outcome| outcome.claim.measure.name()),
@@ -268,33 +343,14 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, R
         distinct(&|run| run.header.solver.clone()),
         distinct(&|run| run.header.code_version.clone()),
     );
-    for (kind, meaning) in [
-        (Kind::Simulated, "measured in a run, which could have given something else"),
-        (Kind::Arithmetic, "worked out from the parameters alone"),
-        (Kind::Selection, "looked for in a run because the source shows it"),
-        (Kind::Construction, "put in by the program itself"),
-    ] {
-        let count = |verdict| {
-            let of_kind = outcomes.iter().filter(|outcome| outcome.claim.kind == kind);
-            of_kind.filter(|outcome| outcome.own.verdict == verdict).count()
-        };
-        let spread = match count("in the spread") {
-            0 => String::new(),
-            some => format!(", {some} in a spread"),
-        };
-        writeln!(
-            page,
-            "- *{}* ({meaning}): {} agree, {} differ, {} not reached{spread}.",
-            kind.word(),
-            count("agrees"),
-            count("differs"),
-            count("not reached")
-        )
-        .expect("writing to a string cannot fail");
+    for speaker in [Speaker::Source, Speaker::Project] {
+        let of_speaker: Vec<&Outcome<'_>> =
+            outcomes.iter().filter(|outcome| outcome.claim.of == speaker).collect();
+        if !of_speaker.is_empty() {
+            score(&mut page, speaker, &of_speaker);
+        }
     }
-    page.push_str(
-        "\nDeviations are ours minus stated. Limits of claims that the source makes in words are ours.\n",
-    );
+    page.push_str("Deviations are ours minus stated. Limits of claims made in words are ours.\n");
     let has_second = outcomes.iter().any(|outcome| outcome.as_stated.is_some());
     let (heading, line) = if has_second {
         page.push_str(
@@ -305,20 +361,27 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, R
     } else {
         ("", "")
     };
-    writeln!(
-        page,
-        "\n| about | run | the source says | measured | stated | ours | deviation | rule | verdict | kind |{heading}\n\
-         |---|---|---|---|---|---|---|---|---|---|{line}"
-    )
-    .expect("writing to a string cannot fail");
     let number = |value: Option<f64>| match value {
         None => "-".to_owned(),
         Some(value) if value != 0.0 && value.abs() < 1e-3 => format!("{value:.1e}"),
         Some(value) => format!("{value:.4}"),
     };
     let signed = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:+.4}"));
-    for outcome in outcomes {
+    let mut speaker = None;
+    let in_order = [Speaker::Source, Speaker::Project]
+        .into_iter()
+        .flat_map(|of| outcomes.iter().filter(move |outcome| outcome.claim.of == of));
+    for outcome in in_order {
         let claim = outcome.claim;
+        if speaker.replace(claim.of) != Some(claim.of) {
+            writeln!(
+                page,
+                "\n| about | run | {} says | measured | stated | ours | deviation | rule | verdict | kind |{heading}\n\
+                 |---|---|---|---|---|---|---|---|---|---|{line}",
+                claim.of.word()
+            )
+            .expect("writing to a string cannot fail");
+        }
         let note = if claim.note.is_empty() { String::new() } else { format!(" ({})", claim.note) };
         let run = match &claim.minus {
             None => claim.run.clone(),
@@ -349,6 +412,36 @@ pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, R
         .expect("writing to a string cannot fail");
     }
     page
+}
+
+/// How the claims of one speaker came out, by kind.
+fn score(page: &mut String, speaker: Speaker, outcomes: &[&Outcome<'_>]) {
+    writeln!(page, "What {} says:\n", speaker.word()).expect("writing to a string cannot fail");
+    for (kind, meaning) in [
+        (Kind::Simulated, "measured in a run, which could have given something else"),
+        (Kind::Arithmetic, "worked out from the parameters alone"),
+        (Kind::Selection, "looked for in a run because the source shows it"),
+        (Kind::Construction, "put in by the program itself"),
+    ] {
+        let count = |verdict| {
+            let of_kind = outcomes.iter().filter(|outcome| outcome.claim.kind == kind);
+            of_kind.filter(|outcome| outcome.own.verdict == verdict).count()
+        };
+        let spread = match count("in the spread") {
+            0 => String::new(),
+            some => format!(", {some} in a spread"),
+        };
+        writeln!(
+            page,
+            "- *{}* ({meaning}): {} agree, {} differ, {} not reached{spread}.",
+            kind.word(),
+            count("agrees"),
+            count("differs"),
+            count("not reached")
+        )
+        .expect("writing to a string cannot fail");
+    }
+    page.push('\n');
 }
 
 #[cfg(test)]
@@ -394,7 +487,10 @@ mod tests {
             verdicts,
             ["differs", "in the spread", "in the spread", "differs", "agrees", "not reached"]
         );
-        assert_eq!(outcomes[1].own.rule, "within 2 % of 1.0000 to 2.0000, the spread of 2 runs");
+        assert_eq!(
+            outcomes[1].own.rule,
+            "within 2 % of 1.0000 to 2.0000, the spread of 2 runs; median 1.5000, 1 below"
+        );
         assert_eq!(outcomes[4].own.ours, Some(1.0));
         let second = outcomes[4].as_stated.as_ref().unwrap();
         assert_eq!((second.ours, second.verdict), (Some(-1.0), "differs"));
@@ -418,8 +514,49 @@ mod tests {
         );
         assert_eq!(refused("run = \"r\""), "needs exactly one of stated, at_most and at_least");
         assert_eq!(
-            refused("run = \"r\"\nspread = [\"x\"]\nat_most = 1"),
-            "spread: x is not accepted without stated (accepted: no runs)"
+            refused("run = \"r\"\nminus = \"s\"\nspread = [\"x\"]\nat_most = 1"),
+            "minus_spread: 0 runs are not accepted (accepted: 1, one for each of spread)"
         );
+        assert_eq!(
+            refused("run = \"r\"\nminus_spread = [\"x\"]\nat_most = 1"),
+            "minus_spread: 1 runs are not accepted (accepted: 0, without minus)"
+        );
+    }
+
+    #[test]
+    fn statements_in_words_are_judged_by_the_median_of_a_spread() {
+        let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);
+        let steps = [10_000_000, 20_000_000, 40_000_000, 15_000_000];
+        let names = ["one", "two", "four", "half"];
+        let runs = names.map(str::to_owned).into_iter().zip(steps.map(global)).collect();
+        let judged = |rest: &str| judge(&[claim(rest)], &runs)[0].own.clone();
+        let median = judged("run = \"one\"\nspread = [\"four\", \"two\"]\nat_least = 1.5");
+        assert_eq!((median.ours, median.verdict), (Some(2.0), "agrees"));
+        assert_eq!(median.rule, "at least 1.5, the median of 3 runs");
+        // 1.0 - 1.5 and 4.0 - 2.0.
+        let differences = judged(
+            "run = \"one\"\nminus = \"half\"\nspread = [\"four\"]\nminus_spread = [\"two\"]\nat_most = 0",
+        );
+        assert_eq!((differences.ours, differences.verdict), (Some(0.75), "differs"));
+    }
+
+    #[test]
+    fn statements_of_the_project_stand_and_count_apart() {
+        let runs = BTreeMap::from([("r".to_owned(), made_up::run("", &[(9, 19, &[1, 2, 3])]))]);
+        let claims =
+            [claim("run = \"r\"\nof = \"this project\"\nat_least = 5"), claim("run = \"r\"\nat_most = 5")];
+        let outcomes = judge(&claims, &runs);
+        let page = markdown("title", &outcomes, &runs);
+        let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text}: {page}"));
+        let ours = place("What this project says:");
+        assert!(place("What the source says:") < ours);
+        assert!(place("1 agree, 0 differ, 0 not reached.") < ours);
+        assert!(ours < place("0 agree, 1 differ, 0 not reached."));
+        assert!(place("| the source says |") < place("| this project says |"));
+        assert_eq!(page.lines().filter(|line| line.starts_with("|---")).count(), 2, "{page}");
+        let of = table(&outcomes).unwrap().column("of").unwrap().str().unwrap().get(0).unwrap().to_owned();
+        assert_eq!(of, "this project");
+        let refused = toml::from_str::<Claim>("about = \"a\"\nquote = \"q\"\nof = \"us\"").unwrap_err();
+        assert!(refused.message().contains("`the source`"), "{refused}");
     }
 }

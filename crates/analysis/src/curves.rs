@@ -72,6 +72,22 @@ pub fn residuals(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Optio
     })
 }
 
+/// The straight line through precursors by least squares, `F_T / F_N` against what a law says of
+/// it: slope and intercept. A law that holds has 1 and 0, and unlike a mean residual they tell an
+/// offset from scatter. `None` where fewer than two predictions differ.
+pub fn line(points: &[PrecursorPoint]) -> Option<(f64, f64)> {
+    let count = points.len() as f64;
+    let mean = |of: fn(&PrecursorPoint) -> f64| points.iter().map(of).sum::<f64>() / count;
+    let (predicted, found) = (mean(|point| point.predicted), mean(|point| point.ft_fn));
+    let (mut variance, mut covariance) = (0.0, 0.0);
+    for point in points {
+        variance += (point.predicted - predicted).powi(2);
+        covariance += (point.predicted - predicted) * (point.ft_fn - found);
+    }
+    let slope = covariance / variance;
+    (variance > 0.0).then_some((slope, found - slope * predicted))
+}
+
 /// The state at the onset of the first slip event.
 pub fn first_onset_fields(run: &RunData) -> Option<&FieldRecord> {
     run.fields_at(run.slips.first()?.onset_step)
@@ -155,7 +171,7 @@ pub fn ring_down(run: &RunData) -> Vec<(f64, f64, f64)> {
 mod tests {
     use asperity_record::{FieldRecord, StepRecord};
 
-    use super::{front_profile, growing_slips, pull_ratio};
+    use super::{PrecursorPoint, front_profile, growing_slips, line, pull_ratio};
     use crate::made_up;
     use crate::made_up::EVENTS;
 
@@ -176,6 +192,15 @@ mod tests {
         let (_, profile) = front_profile(&run, 3.0).unwrap();
         // 100 N on each of three blocks, not the 133 N of the start.
         assert!(profile.iter().all(|ratio| (ratio - 0.45).abs() < 1e-12), "{profile:?}");
+    }
+
+    #[test]
+    fn lines_tell_offset_from_slope() {
+        let point = |predicted: f64, ft_fn: f64| PrecursorPoint { lp_l: 0.0, ft_fn, predicted };
+        let (slope, intercept) = line(&[point(0.1, 0.12), point(0.2, 0.23), point(0.4, 0.45)]).unwrap();
+        assert!((slope - 1.1).abs() < 1e-12 && (intercept - 0.01).abs() < 1e-12, "{slope} {intercept}");
+        assert_eq!(line(&[]), None);
+        assert_eq!(line(&[point(0.1, 0.2), point(0.1, 0.3)]), None);
     }
 
     #[test]

@@ -100,6 +100,11 @@ impl Figures {
         self.all().into_iter().flat_map(|figure| figure.runs())
     }
 
+    /// The lists of runs of figures that show many, in which an ensemble may stand for its members.
+    pub(crate) fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
+        self.spread.iter_mut().flat_map(spread::Spread::lists_mut)
+    }
+
     /// The files that the figures are written to.
     pub(crate) fn files(&self) -> impl Iterator<Item = &str> {
         self.all().into_iter().map(|figure| figure.file())
@@ -201,6 +206,25 @@ mod tests {
         let loads: Vec<f64> = panel.series[0].points.iter().map(|(_, load)| *load).collect();
         assert_eq!(loads, [400.0, 400.0, 400.0, 100.0, 100.0, 100.0, 100.0]);
         assert!((panel.series[1].points[6].1 - 70.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_load_is_drawn_with_its_theory_where_there_is_one() {
+        let text = "[[load]]\nfile = \"f.png\"\nrun = \"a\"\nsliding = false";
+        let panel = single(text);
+        let labels: Vec<&str> = panel.series.iter().map(|series| series.label.as_str()).collect();
+        assert_eq!(labels, ["μ_s", "μ_k", "F_X/F_N", "theory"]);
+        let end = panel.series[3].points.last().unwrap();
+        assert!((end.0 - 2.61).abs() < 1e-9 && (end.1 - 0.45).abs() < 1e-12, "{end:?}");
+        // Initial shear is not in that theory.
+        let figures: Figures = toml::from_str(text).unwrap();
+        let sheared = made_up::run("initial_shear.beta = 0.2", &EVENTS);
+        let Sheet::Single(panel) =
+            figures.all()[0].sheet(&BTreeMap::from([("a".to_owned(), sheared)])).unwrap()
+        else {
+            panic!("one panel")
+        };
+        assert_eq!(panel.series.len(), 3);
     }
 
     #[test]

@@ -21,6 +21,7 @@
 //! - [`run_data`]: a run log in memory.
 //! - [`precursors`]: which slip events count as precursors.
 //! - [`curves`]: what is read off a run for measures, tables and figures alike.
+//! - `beside_theory`: single numbers that set a run beside a theory.
 //! - `fronts`: fronts through the slider, read off its switches.
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
@@ -33,9 +34,11 @@
 //! - [`measure`]: single numbers read off a run.
 //! - [`claims`]: what a text claims beside what was measured, and the verdict.
 //! - [`study`]: the same numbers of several runs against a parameter.
+//! - [`runs`]: the runs of a pipeline, single and in ensembles.
 //! - [`figures`]: drawn with plotters and an embedded font.
 //! - [`pipeline`]: the TOML that says which runs, tables, figures and claims.
 
+mod beside_theory;
 pub mod claims;
 pub mod curves;
 mod error;
@@ -52,6 +55,7 @@ pub mod pipeline;
 pub mod precursors;
 pub mod record;
 pub mod run_data;
+pub mod runs;
 pub mod study;
 pub mod summaries;
 pub mod table_file;

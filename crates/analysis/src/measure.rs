@@ -1,18 +1,19 @@
 //! Single numbers read off a run, which claims and studies are made of.
 
-use asperity_model::analytic::{self, LengthLaw};
+use asperity_model::analytic::{self, LengthLaw, LengthLawParameters, LoadCurve};
 use asperity_model::front;
 use asperity_record::{Direction, SlipEvent, StepRecord};
 use serde::Deserialize;
 
-use crate::curves::{self, event_in_window, first_onset_fields, front_profile, nearest_precursor, ring_down};
+use crate::beside_theory::{
+    AFFECTED_THRESHOLD, affected_blocks, affected_blocks_error, affected_cut_off, ahead_of_front_error,
+    decaying_drive_onset_error, initial_shear_error, intercept_error, largest, load_curve_error,
+    onset_profile_error, residual, ring_down_error, slope_error, time_to_reach,
+};
+use crate::curves::{self, PrecursorPoint, event_in_window, front_profile, nearest_precursor};
 use crate::fronts;
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
-
-/// A block counts as affected by the force on block 1 while it carries more
-/// than this part of it: where the eye loses a decaying curve.
-const AFFECTED_THRESHOLD: f64 = 0.004;
 
 /// What can be measured. To add one: a variant, and an arm in [`Measure::of`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -22,19 +23,39 @@ pub enum Measure {
     TimeToDynamicCoefficient,
     /// `mu_d` over that time, 1/s.
     SlopeToDynamicCoefficient,
+    /// When `F_T / F_N` comes to `mu_d` by [`LoadCurve`], s.
+    TimeToDynamicCoefficientTheory,
+    /// `mu_d` over that time, 1/s.
+    SlopeToDynamicCoefficientTheory,
+    /// Deviation of the first of these times from the theory, over the theory.
+    TimeToDynamicCoefficientError,
+    /// Largest deviation of `F_T / F_N` from [`LoadCurve`] up to `mu_d`, over `mu_d`.
+    LoadCurveError,
     /// `mu_s / mu_d`.
     CoefficientRatio,
     /// `F_T / F_N` at the onset of the first global slip.
     LoadAtFirstGlobalSlip,
-    /// How many blocks carry more than 0.4 % of the force on block 1 when the
+    /// How far that is from `mu_d`, over `mu_d`.
+    LoadAtFirstGlobalSlipError,
+    /// How many blocks carry more than 0.49 % of the force on block 1 when the
     /// first precursor starts.
     AffectedBlocks,
     /// The same for the discrete chain in theory.
     AffectedBlocksTheory,
+    /// Lowest cut-off, as part of the force on block 1, at which so many blocks as claimed count
+    /// as affected.
+    AffectedCutOffLowest,
+    /// The highest one.
+    AffectedCutOffHighest,
+    /// By how many blocks that count is off the theory's, the most for any cut-off from 0.1 % to
+    /// 100 % of the force on block 1.
+    AffectedBlocksError,
     /// Number of blocks of the precursor nearest in length to what is claimed.
     PrecursorNearest,
     /// Mean of `tau_n / p_n` over the blocks that the front of that precursor passed, at its end.
     MeanBehindFront,
+    /// How far that is from `mu_d`, over `mu_d`.
+    MeanBehindFrontError,
     /// Root mean square of the residuals against (5.22), over `mu_d`.
     #[serde(rename = "residual-rms-5.22")]
     ResidualTilted,
@@ -44,6 +65,46 @@ pub enum Measure {
     /// The same against (5.57).
     #[serde(rename = "residual-rms-5.57")]
     ResidualLinear,
+    /// How far the slope of the straight line through the precursors, `F_T / F_N` against what
+    /// (5.22) says, is from 1.
+    #[serde(rename = "slope-error-5.22")]
+    SlopeErrorTilted,
+    /// The same against (5.52).
+    #[serde(rename = "slope-error-5.52")]
+    SlopeErrorInitialShear,
+    /// The same against (5.57).
+    #[serde(rename = "slope-error-5.57")]
+    SlopeErrorLinear,
+    /// The same against (5.22) with the shear ahead of the front.
+    #[serde(rename = "slope-error-screened")]
+    SlopeErrorScreened,
+    /// The same against the quasi-static balance.
+    #[serde(rename = "slope-error-balance")]
+    SlopeErrorBalance,
+    /// How far the intercept of that line is from 0, over `mu_d`; against (5.22).
+    #[serde(rename = "intercept-error-5.22")]
+    InterceptErrorTilted,
+    /// The same against (5.52).
+    #[serde(rename = "intercept-error-5.52")]
+    InterceptErrorInitialShear,
+    /// The same against (5.57).
+    #[serde(rename = "intercept-error-5.57")]
+    InterceptErrorLinear,
+    /// The same against (5.22) with the shear ahead of the front.
+    #[serde(rename = "intercept-error-screened")]
+    InterceptErrorScreened,
+    /// The same against the quasi-static balance.
+    #[serde(rename = "intercept-error-balance")]
+    InterceptErrorBalance,
+    /// How far (5.52) is from `mu_d` at `L_p = L`, over `mu_d`.
+    #[serde(rename = "end-error-5.52")]
+    EndErrorInitialShear,
+    /// Mean of `tau_n / p_n`, over all precursors before the first global slip, of the first block
+    /// ahead of the front at the precursor's end: how far it is from `alpha = (mu_s + mu_d) / 2`,
+    /// over `alpha`.
+    AheadOfFrontError,
+    /// How many modes of the free chain are over-damped (5.30).
+    OverdampedModes,
     /// Share of the time in which the load rises.
     RisingShare,
     /// Largest deviation of the initial shear from (5.50), over `p`.
@@ -60,6 +121,8 @@ pub enum Measure {
     LargestLoadRatio,
     /// Mean of `F_T / F_N` over time from the first global slip to the end, over `mu_d`.
     MeanAfterGlobalSlip,
+    /// How far that is from 1.
+    MeanAfterGlobalSlipError,
     /// How far the middle between the extrema of `F_T / F_N` in a global slip is from
     /// `mu_d`, over `mu_d`; the largest of all global slips.
     GlobalSlipMiddleError,
@@ -67,6 +130,8 @@ pub enum Measure {
     LargestDrop,
     /// The middle of that drop.
     LargestDropMiddle,
+    /// How far it is from `mu_d`, over `mu_d`.
+    LargestDropMiddleError,
     /// How far `F_T / F_N` sags below the chord of the longest flank between two slip
     /// events before the drive is held: the mean over time, over the rise. 0 for a
     /// straight flank, 1/6 for a parabola that begins level.
@@ -83,6 +148,11 @@ pub enum Measure {
     ResidualBeforeHold,
     /// The same of those after it, the first global slip included.
     ResidualAfterHold,
+    /// How far the slope of the straight line through the precursors before the drive is held,
+    /// `F_T / F_N` against what that law says, is from 1.
+    SlopeErrorBeforeHold,
+    /// How far its intercept is from 0, over `mu_d`.
+    InterceptErrorBeforeHold,
     /// How long the slip event within the dense window that is nearest in length to what is
     /// claimed lasts, over the time in which sound crosses it, `n sqrt(m / k)`.
     EventOverCrossing,
@@ -154,22 +224,53 @@ impl Measure {
         match self {
             Measure::TimeToDynamicCoefficient => time_to_reach(run, mu_d),
             Measure::SlopeToDynamicCoefficient => Some(mu_d / time_to_reach(run, mu_d)?),
+            Measure::TimeToDynamicCoefficientTheory => LoadCurve::of(&run.scenario)?.time_to_dynamic_s(),
+            Measure::SlopeToDynamicCoefficientTheory => {
+                Some(mu_d / LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?)
+            }
+            Measure::TimeToDynamicCoefficientError => {
+                let theory_s = LoadCurve::of(&run.scenario)?.time_to_dynamic_s()?;
+                Some((time_to_reach(run, mu_d)? / theory_s - 1.0).abs())
+            }
+            Measure::LoadCurveError => load_curve_error(run),
             Measure::CoefficientRatio => Some(run.plan.friction.static_coefficient / mu_d),
             Measure::LoadAtFirstGlobalSlip => Some(run.first_global_slip()?.ft_fn_onset),
+            Measure::LoadAtFirstGlobalSlipError => {
+                Some((run.first_global_slip()?.ft_fn_onset / mu_d - 1.0).abs())
+            }
             Measure::AffectedBlocks => affected_blocks(run),
             Measure::AffectedBlocksTheory => {
                 let ratio = run.scenario.friction.interfacial_stiffness_ratio;
                 Some(f64::from(analytic::affected_blocks(ratio, AFFECTED_THRESHOLD)))
             }
+            Measure::AffectedCutOffLowest => affected_cut_off(run, near?),
+            Measure::AffectedCutOffHighest => affected_cut_off(run, near? - 1.0),
+            Measure::AffectedBlocksError => affected_blocks_error(run),
             Measure::PrecursorNearest => Some(f64::from(nearest_precursor(run, near?)?.last_block)),
-            Measure::MeanBehindFront => {
-                let (precursor, profile) = front_profile(run, near?)?;
-                let length = precursor.last_block as usize;
-                Some(profile[..length].iter().sum::<f64>() / length as f64)
-            }
+            Measure::MeanBehindFront => mean_behind_front(run, near?),
+            Measure::MeanBehindFrontError => Some((mean_behind_front(run, near?)? / mu_d - 1.0).abs()),
             Measure::ResidualTilted => residual(run, LengthLaw::Tilted),
             Measure::ResidualInitialShear => residual(run, LengthLaw::InitialShear),
             Measure::ResidualLinear => residual(run, LengthLaw::Linear),
+            Measure::SlopeErrorTilted => slope_error(run, LengthLaw::Tilted),
+            Measure::SlopeErrorInitialShear => slope_error(run, LengthLaw::InitialShear),
+            Measure::SlopeErrorLinear => slope_error(run, LengthLaw::Linear),
+            Measure::SlopeErrorScreened => slope_error(run, LengthLaw::Screened),
+            Measure::SlopeErrorBalance => slope_error(run, LengthLaw::Balance),
+            Measure::InterceptErrorTilted => intercept_error(run, LengthLaw::Tilted),
+            Measure::InterceptErrorInitialShear => intercept_error(run, LengthLaw::InitialShear),
+            Measure::InterceptErrorLinear => intercept_error(run, LengthLaw::Linear),
+            Measure::InterceptErrorScreened => intercept_error(run, LengthLaw::Screened),
+            Measure::InterceptErrorBalance => intercept_error(run, LengthLaw::Balance),
+            Measure::EndErrorInitialShear => {
+                let parameters = LengthLawParameters::of(&run.scenario);
+                Some((LengthLaw::InitialShear.load_ratio(&parameters, 1.0) / mu_d - 1.0).abs())
+            }
+            Measure::AheadOfFrontError => ahead_of_front_error(run),
+            Measure::OverdampedModes => {
+                let damping = run.scenario.slider.relative_damping;
+                Some(f64::from(analytic::overdamped_modes(damping, run.header.blocks)))
+            }
             Measure::RisingShare => rising_share(run),
             Measure::InitialShearError => initial_shear_error(run),
             Measure::OnsetProfileError => onset_profile_error(run),
@@ -183,17 +284,15 @@ impl Measure {
                 .reduce(f64::max)
                 .map(|u| u * 1e3),
             Measure::LargestLoadRatio => run.steps.iter().map(StepRecord::load_ratio).reduce(f64::max),
-            Measure::MeanAfterGlobalSlip => {
-                let from = run.first_global_slip()?.onset_step;
-                let records = &run.steps[run.steps.partition_point(|record| record.step < from)..];
-                Some(mean_in_time(records, StepRecord::load_ratio)? / mu_d)
-            }
+            Measure::MeanAfterGlobalSlip => mean_after_global_slip(run),
+            Measure::MeanAfterGlobalSlipError => Some((mean_after_global_slip(run)? - 1.0).abs()),
             Measure::GlobalSlipMiddleError => {
-                largest(global_slips(run).map(|slip| (slip.ft_fn_max + slip.ft_fn_min) / 2.0 / mu_d - 1.0))
+                largest(global_slips(run).map(|slip| middle(slip) / mu_d - 1.0))
             }
             Measure::LargestDrop => largest_drop(run).map(|slip| slip.ft_fn_max - slip.ft_fn_min),
-            Measure::LargestDropMiddle => {
-                largest_drop(run).map(|slip| (slip.ft_fn_max + slip.ft_fn_min) / 2.0)
+            Measure::LargestDropMiddle => largest_drop(run).map(middle),
+            Measure::LargestDropMiddleError => {
+                largest_drop(run).map(|slip| (middle(slip) / mu_d - 1.0).abs())
             }
             Measure::SagBeforeHold => sag(longest_flank(run, Side::BeforeHold)?),
             Measure::SagAfterHold => sag(longest_flank(run, Side::AfterHold)?),
@@ -201,6 +300,12 @@ impl Measure {
             Measure::HyperbolaErrorAfterHold => hyperbola_error(longest_flank(run, Side::AfterHold)?),
             Measure::ResidualBeforeHold => residual_beside_hold(run, Side::BeforeHold),
             Measure::ResidualAfterHold => residual_beside_hold(run, Side::AfterHold),
+            Measure::SlopeErrorBeforeHold => {
+                Some((curves::line(&points_beside_hold(run, Side::BeforeHold)?)?.0 - 1.0).abs())
+            }
+            Measure::InterceptErrorBeforeHold => {
+                Some((curves::line(&points_beside_hold(run, Side::BeforeHold)?)?.1 / mu_d).abs())
+            }
             Measure::EventOverCrossing => over_crossing(run, event_in_window(run, near?)?),
             Measure::MedianEventOverCrossing => median_over_crossing(run),
             Measure::Reattachments => {
@@ -246,17 +351,16 @@ impl Measure {
     }
 }
 
-fn time_to_reach(run: &RunData, load_ratio: f64) -> Option<f64> {
-    run.steps.iter().find(|record| record.load_ratio() >= load_ratio).map(|record| record.time_s)
+fn mean_behind_front(run: &RunData, near: f64) -> Option<f64> {
+    let (precursor, profile) = front_profile(run, near)?;
+    let length = precursor.last_block as usize;
+    Some(profile[..length].iter().sum::<f64>() / length as f64)
 }
 
-fn residual(run: &RunData, law: LengthLaw) -> Option<f64> {
-    Some(curves::residuals(run, law, &PrecursorRules::default())?.rms / run.plan.friction.dynamic_coefficient)
-}
-
-fn affected_blocks(run: &RunData) -> Option<f64> {
-    let tau = &first_onset_fields(run)?.tangential_force_n;
-    Some(tau.iter().filter(|&&force| force > AFFECTED_THRESHOLD * tau[0]).count() as f64)
+fn mean_after_global_slip(run: &RunData) -> Option<f64> {
+    let from = run.first_global_slip()?.onset_step;
+    let records = &run.steps[run.steps.partition_point(|record| record.step < from)..];
+    Some(mean_in_time(records, StepRecord::load_ratio)? / run.plan.friction.dynamic_coefficient)
 }
 
 /// One side of the step from which on the drive is held.
@@ -349,18 +453,30 @@ fn largest_drop(run: &RunData) -> Option<&SlipEvent> {
     global_slips(run).max_by(|a, b| extent(a).total_cmp(&extent(b)))
 }
 
-fn residual_beside_hold(run: &RunData, side: Side) -> Option<f64> {
+/// The middle between the extrema of `F_T / F_N` in a slip.
+fn middle(slip: &SlipEvent) -> f64 {
+    (slip.ft_fn_max + slip.ft_fn_min) / 2.0
+}
+
+/// The precursors on one side of the hold, beside the law that the scenario calls for.
+fn points_beside_hold(run: &RunData, side: Side) -> Option<Vec<PrecursorPoint>> {
     let rules = PrecursorRules::default();
     let points = curves::precursor_points(run, LengthLaw::natural(&run.scenario), &rules);
-    let mut squares = Vec::new();
+    let mut kept = Vec::new();
     for (precursor, point) in precursors::find(run, &rules).iter().zip(points) {
         let onset = precursor.start.onset_step;
         if side.holds(run, (onset, onset))? {
-            squares.push((point.ft_fn - point.predicted).powi(2));
+            kept.push(point);
         }
     }
-    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-    (!squares.is_empty()).then(|| mean.sqrt() / run.plan.friction.dynamic_coefficient)
+    Some(kept)
+}
+
+fn residual_beside_hold(run: &RunData, side: Side) -> Option<f64> {
+    let points = points_beside_hold(run, side)?;
+    let squares: f64 = points.iter().map(|point| (point.ft_fn - point.predicted).powi(2)).sum();
+    let mean = squares / points.len() as f64;
+    (!points.is_empty()).then(|| mean.sqrt() / run.plan.friction.dynamic_coefficient)
 }
 
 /// Duration of a slip event over the time in which sound crosses its blocks.
@@ -399,33 +515,6 @@ fn rising_share(run: &RunData) -> Option<f64> {
     (last.time_s > first.time_s).then(|| rising_s / (last.time_s - first.time_s))
 }
 
-fn initial_shear_error(run: &RunData) -> Option<f64> {
-    let fields = run.fields_at(0)?;
-    let plan = &run.plan;
-    let expected = asperity_model::initial::shear_profile(
-        run.scenario.initial_shear.beta,
-        &plan.normal_load_n,
-        plan.spacing_m,
-    );
-    largest(
-        fields
-            .tangential_force_n
-            .iter()
-            .zip(expected)
-            .zip(&plan.normal_load_n)
-            .map(|((tau, expected), p)| (tau - expected) / p),
-    )
-}
-
-fn onset_profile_error(run: &RunData) -> Option<f64> {
-    let tau = &first_onset_fields(run)?.tangential_force_n;
-    largest(tau.iter().enumerate().map(|(n, force)| {
-        let distance_m = n as f64 * run.plan.spacing_m;
-        let screening_m = run.plan.screening_length_m();
-        (force - analytic::stuck_tangential_force(tau[0], 0.0, distance_m, screening_m)) / tau[0]
-    }))
-}
-
 /// `F_T / F_N` and `L_p / L` of every precursor before the first global slip.
 fn before_global_slip(run: &RunData) -> impl Iterator<Item = (f64, f64)> {
     let blocks = run.header.blocks;
@@ -441,23 +530,6 @@ fn length_at_load(run: &RunData, load_ratio: f64) -> Option<f64> {
     // A run that ends below the load says nothing about it.
     time_to_reach(run, load_ratio)?;
     Some(reached.map(|precursor| precursor.length_ratio(run.header.blocks)).fold(0.0, f64::max))
-}
-
-fn decaying_drive_onset_error(run: &RunData) -> Option<f64> {
-    let (plan, decay_m) = (&run.plan, run.scenario.drive.decay_length_m);
-    let (mu_s, screening_m) = (plan.friction.static_coefficient, plan.screening_length_m());
-    let predicted = analytic::decaying_drive_onset(mu_s, decay_m, screening_m, plan.length_m);
-    (decay_m > 0.0).then_some((run.slips.first()?.ft_fn_onset / predicted - 1.0).abs())
-}
-
-fn largest(deviations: impl Iterator<Item = f64>) -> Option<f64> {
-    deviations.map(f64::abs).reduce(f64::max)
-}
-
-fn ring_down_error(run: &RunData) -> Option<f64> {
-    let points = ring_down(run);
-    let squares: f64 = points.iter().map(|(_, simulated, theory)| (simulated - theory).powi(2)).sum();
-    (!points.is_empty()).then(|| (squares / points.len() as f64).sqrt())
 }
 
 #[cfg(test)]

@@ -17,6 +17,7 @@ use crate::error::AnalysisError;
 use crate::figures::Figures;
 use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
+use crate::runs::{Ensemble, RunSpec, spell_out};
 use crate::study::Study;
 use crate::{record, summaries, table_file, tables};
 
@@ -26,8 +27,12 @@ use crate::{record, summaries, table_file, tables};
 pub struct Pipeline {
     /// What it reproduces, for headings.
     pub title: String,
-    /// The runs.
+    /// The runs, those of ensembles included.
+    #[serde(default)]
     pub run: Vec<RunSpec>,
+    /// Runs that differ in one key.
+    #[serde(default)]
+    pub ensemble: Vec<Ensemble>,
     /// Runs whose first global slips are set side by side in a table.
     #[serde(default)]
     pub first_global_slips: Vec<String>,
@@ -43,19 +48,6 @@ pub struct Pipeline {
     /// The claims.
     #[serde(default)]
     pub claim: Vec<Claim>,
-}
-
-/// A run: a scenario and overrides.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RunSpec {
-    /// Its name, for files and for the rest of the pipeline.
-    pub name: String,
-    /// Name of a built-in scenario, or path of a file from the current folder.
-    pub scenario: String,
-    /// Overrides, `key=value`.
-    #[serde(default)]
-    pub set: Vec<String>,
 }
 
 /// A run whose precursors are compared with a length law.
@@ -152,7 +144,11 @@ impl Pipeline {
     /// In words, with line and column where the TOML is at fault.
     pub fn parse(text: &str) -> Result<Pipeline, String> {
         check_toml(text).map_err(|too_long| too_long.to_string())?;
-        let pipeline: Pipeline = toml::from_str(text).map_err(|error| error.to_string())?;
+        let mut pipeline: Pipeline = toml::from_str(text).map_err(|error| error.to_string())?;
+        pipeline.spell_out_ensembles()?;
+        if pipeline.run.is_empty() {
+            return Err("there are no runs (accepted: [[run]] or [[ensemble]])".to_owned());
+        }
         let mut names = std::collections::BTreeSet::new();
         for run in &pipeline.run {
             if !names.insert(run.name.as_str()) {
@@ -208,6 +204,31 @@ impl Pipeline {
             claim.check().map_err(|error| format!("claim about {}: {error}", claim.about))?;
         }
         Ok(pipeline)
+    }
+
+    /// Puts the runs of ensembles beside the others, and wherever an ensemble is named.
+    fn spell_out_ensembles(&mut self) -> Result<(), String> {
+        let ensembles = std::mem::take(&mut self.ensemble);
+        for (index, ensemble) in ensembles.iter().enumerate() {
+            ensemble.check()?;
+            if ensembles[..index].iter().any(|other| other.name == ensemble.name) {
+                return Err(format!("two ensembles are called {}", ensemble.name));
+            }
+            if self.run.iter().any(|run| run.name == ensemble.name) {
+                return Err(format!(
+                    "an ensemble and a run are both called {} (accepted: different names)",
+                    ensemble.name
+                ));
+            }
+        }
+        self.run.extend(ensembles.iter().flat_map(Ensemble::runs));
+        let lists = (self.claim.iter_mut().flat_map(Claim::lists_mut))
+            .chain(self.study.iter_mut().map(|study| &mut study.runs))
+            .chain(self.figure.lists_mut())
+            .chain([&mut self.first_global_slips]);
+        lists.for_each(|runs| spell_out(&ensembles, runs));
+        self.ensemble = ensembles;
+        Ok(())
     }
 
     /// The laws with which the precursors of a run are compared.

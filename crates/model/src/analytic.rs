@@ -7,7 +7,7 @@
 use crate::initial;
 use crate::plan::Plan;
 use crate::scenario::Scenario;
-use crate::words::DriveKind;
+use crate::words::{DriveKind, FrictionLaw};
 
 /// Which prediction of `F_T / F_N` at a precursor length a table is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -24,6 +24,10 @@ pub enum LengthLaw {
     /// The balance of a front that any drive feeds, [`balance_load_ratio`]; not an equation of the thesis.
     #[serde(rename = "balance")]
     Balance,
+    /// (5.22) with the shear that the stuck blocks ahead of the front carry,
+    /// [`screened_load_ratio`]; not an equation of the thesis.
+    #[serde(rename = "screened")]
+    Screened,
 }
 
 impl LengthLaw {
@@ -48,13 +52,14 @@ impl LengthLaw {
             LengthLaw::InitialShear => "5.52",
             LengthLaw::Linear => "5.57",
             LengthLaw::Balance => "balance",
+            LengthLaw::Screened => "screened",
         }
     }
 
     /// What a table calls it.
     pub fn table_word(self) -> String {
         match self {
-            LengthLaw::Balance => self.equation().to_owned(),
+            LengthLaw::Balance | LengthLaw::Screened => self.equation().to_owned(),
             _ => format!("({})", self.equation()),
         }
     }
@@ -62,7 +67,7 @@ impl LengthLaw {
     /// What a file name calls it.
     pub fn file_word(self) -> String {
         match self {
-            LengthLaw::Balance => self.equation().to_owned(),
+            LengthLaw::Balance | LengthLaw::Screened => self.equation().to_owned(),
             _ => format!("eq-{}", self.equation()),
         }
     }
@@ -71,6 +76,7 @@ impl LengthLaw {
     pub fn label(self) -> String {
         match self {
             LengthLaw::Balance => "quasi-static balance".to_owned(),
+            LengthLaw::Screened => "with the shear ahead of the front".to_owned(),
             _ => format!("eq. ({})", self.equation()),
         }
     }
@@ -82,6 +88,7 @@ impl LengthLaw {
             LengthLaw::InitialShear => initial_shear_load_ratio(parameters, x),
             LengthLaw::Linear => parameters.mu_d * x,
             LengthLaw::Balance => balance_load_ratio(parameters, x),
+            LengthLaw::Screened => screened_load_ratio(parameters, x),
         }
     }
 }
@@ -194,6 +201,122 @@ pub fn initial_shear_load_ratio(parameters: &LengthLawParameters, x: f64) -> f64
         + l * (beta * (1.0 + decayed - 2.0 * x) + alpha * (1.0 - decayed))
 }
 
+/// `mu_k x (1 + theta (1 - x)) + alpha (1 + theta (1 - 2 x)) l (1 - exp(-(1 - x) / l))`, with
+/// `l = l_0 / L`: (5.22), and what the stuck blocks ahead of the tip carry.
+///
+/// The second term is the integral of `alpha p(L_p) exp(-(x - L_p) / l_0)` in (5.48), for the
+/// normal load `p` at the tip (5.18), without initial shear. An even load makes it (5.52), and
+/// it is why a straight line through precursors has the intercept `alpha l_0 / L`, where (5.22)
+/// and (5.57) have none.
+pub fn screened_load_ratio(parameters: &LengthLawParameters, x: f64) -> f64 {
+    let LengthLawParameters { mu_s, mu_d, theta, screening, .. } = *parameters;
+    let ahead = screening * (1.0 - libm::exp(-(1.0 - x) / screening));
+    let load_at_tip = 1.0 + theta * (1.0 - 2.0 * x);
+    tilted_load_ratio(mu_d, theta, x) + (mu_s + mu_d) / 2.0 * load_at_tip * ahead
+}
+
+/// The load of a side-driven slider against time while precursors grow, before the first slip
+/// of the whole slider; not an equation of the thesis.
+///
+/// The driving spring has `F_T = K (V t - u_1)` (5.8), so what is needed is the displacement of
+/// block 1. The first `L_p` of the slider has slid and carries sliding friction; the rest has
+/// hardly moved. The force along the slider then falls from `F_T` at the driven end to 0 at
+/// `L_p`, by the friction in between: evenly, for an even load. Its mean there is `F_T / 2`, it
+/// stretches that part by `F_T L_p / (2 E A)`, and (5.57) has `L_p = L F_T / (mu_k F_N)`:
+///
+/// `K V t = F_T [1 + (K L / 2 E A) F_T / (mu_k F_N)]`.
+///
+/// At `F_T = mu_k F_N` this is `t = mu_k F_N / (K V) [1 + K L / (2 E A)]`. So the mean slope of
+/// `F_T / F_N` up to `mu_k` follows from `K`, `V`, `F_N` and the slider's stiffness `E A / L`
+/// alone, whatever the coefficients of friction: the thesis' 0.17 /s (5.56). A tilted load
+/// enters by (5.22) in place of (5.57). Screening (5.39), which moves block 1 by another
+/// `alpha F_N l_0 / (E A)` at most, and vibrations are left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadCurve {
+    /// `K`.
+    drive_n_per_m: f64,
+    /// `V`.
+    velocity_m_per_s: f64,
+    /// `E A / L`.
+    slider_n_per_m: f64,
+    /// `F_N`.
+    normal_load_n: f64,
+    /// `mu_k`, less an even prestress.
+    mu_d: f64,
+    /// Tilt of the normal load.
+    theta: f64,
+    /// When the drive point or the normal load ceases to go on as at the start.
+    until_s: f64,
+    /// The load ratio at which the drive point stops.
+    until_ratio: f64,
+}
+
+impl LoadCurve {
+    /// The curve of a scenario, where it is as simple as that: a drive at the side, a normal load
+    /// that is constant at the start, no initial shear, at most an even prestress, and sliding
+    /// friction in proportion to the normal load.
+    pub fn of(scenario: &Scenario) -> Option<LoadCurve> {
+        let (friction, prestress) = (&scenario.friction, &scenario.prestress);
+        let is_plain_friction = friction.law != FrictionLaw::VelocityWeakening
+            && friction.radiation_kg_per_s == 0.0
+            && friction.dynamic_offsets.iter().all(|offset| *offset == 0.0)
+            && friction.dynamic_spread == 0.0;
+        let is_unstrained = initial::beta(scenario) == 0.0 && scenario.initial_shear.profile.is_empty();
+        let is_even_prestress =
+            prestress.first_block_ratio == 0.0 && prestress.rise_ratio == 0.0 && prestress.profile.is_empty();
+        let mu_d = friction.dynamic_coefficient - prestress.ratio;
+        let drives = scenario.drive.kind == DriveKind::Side && scenario.drive.velocity_m_per_s > 0.0;
+        if !(is_plain_friction && is_unstrained && is_even_prestress && drives && mu_d > 0.0) {
+            return None;
+        }
+        let plan = Plan::new(scenario);
+        let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
+        let is_constant = [0, 1, 2].iter().all(|&step| plan.load_factor(step, hold_step) == 1.0);
+        is_constant.then(|| LoadCurve {
+            drive_n_per_m: scenario.drive.stiffness_n_per_m,
+            velocity_m_per_s: plan.drive.velocity_m_per_s,
+            slider_n_per_m: plan.elastic.stiffness_n_per_m() * plan.spacing_m / plan.length_m,
+            normal_load_n: plan.total_normal_load_n,
+            mu_d,
+            theta: scenario.normal_load.tilt,
+            until_s: plan.grid.time_s(plan.steady_until_step(0, hold_step).min(plan.steps)),
+            until_ratio: plan.drive.until_load_ratio.unwrap_or(f64::INFINITY),
+        })
+    }
+
+    /// `F_T / F_N` when the front stands at `x = L_p / L` (5.22).
+    fn load_ratio(&self, x: f64) -> f64 {
+        tilted_load_ratio(self.mu_d, self.theta, x)
+    }
+
+    /// When the front stands at `x = L_p / L`, s.
+    fn time_at_s(&self, x: f64) -> f64 {
+        let force_n = self.load_ratio(x) * self.normal_load_n;
+        // The mean of the force behind the front over the slider, from (5.22) by one integration.
+        let mean_force_n =
+            self.mu_d * self.normal_load_n * x * x * (0.5 + self.theta * (0.5 - 2.0 * x / 3.0));
+        let stretch_m = mean_force_n / self.slider_n_per_m;
+        (force_n / self.drive_n_per_m + stretch_m) / self.velocity_m_per_s
+    }
+
+    /// When `F_T / F_N` comes to `mu_k`, and the whole slider slides, s; `None` where the drive
+    /// stops or the normal load changes before that.
+    pub fn time_to_dynamic_s(&self) -> Option<f64> {
+        let time_s = self.time_at_s(1.0);
+        (time_s <= self.until_s && self.mu_d <= self.until_ratio).then_some(time_s)
+    }
+
+    /// `F_T / F_N` up to `mu_k`, against time in s, as long as drive and normal load go on.
+    pub fn points(&self) -> Vec<(f64, f64)> {
+        const PIECES: u32 = 200;
+        (0..=PIECES)
+            .map(|piece| f64::from(piece) / f64::from(PIECES))
+            .map(|x| (self.time_at_s(x), self.load_ratio(x)))
+            .take_while(|&(time_s, ratio)| time_s <= self.until_s && ratio <= self.until_ratio)
+            .collect()
+    }
+}
+
 /// Tangential force along a stuck chain whose first block is about to detach
 /// (5.45): `(tau_1 - tau0(x)) exp(-x / l0) + tau0(x)`, any one unit of force.
 pub fn stuck_tangential_force(first: f64, initial: f64, distance_m: f64, screening_length_m: f64) -> f64 {
@@ -250,6 +373,13 @@ pub fn mode_shape(mode: u32, blocks: u32) -> f64 {
     4.0 * sine * sine
 }
 
+/// How many modes of a free chain with damping `eta / sqrt(k m)` are over-damped: those with
+/// `eta > sqrt(k m) / sin(kappa a / 2)` (5.30).
+pub fn overdamped_modes(relative_damping: f64, blocks: u32) -> u32 {
+    let is_overdamped = |mode: &u32| relative_damping * mode_shape(*mode, blocks).sqrt() > 2.0;
+    (1..blocks).filter(is_overdamped).count() as u32
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -295,9 +425,97 @@ mod tests {
     #[test]
     fn predictions_end_at_the_dynamic_coefficient() {
         let p = LengthLawParameters { theta: 0.8333, beta: 0.45, ..DEFAULT };
-        for law in [LengthLaw::Tilted, LengthLaw::InitialShear, LengthLaw::Linear] {
+        for law in [LengthLaw::Tilted, LengthLaw::InitialShear, LengthLaw::Linear, LengthLaw::Screened] {
             assert!((law.load_ratio(&p, 1.0) - 0.45).abs() < 1e-15, "{law:?}");
         }
+    }
+
+    #[test]
+    fn the_shear_ahead_of_the_front_is_that_of_5_52() {
+        for x in [0.0, 0.3, 0.97, 1.0] {
+            let initial_shear = initial_shear_load_ratio(&DEFAULT, x);
+            assert!((screened_load_ratio(&DEFAULT, x) - initial_shear).abs() < 1e-15, "{x}");
+        }
+        // alpha l_0 / L = 0.575 / 99 far from the end, and 1.5 times that under 1.5 times the load.
+        assert!((screened_load_ratio(&DEFAULT, 0.5) - (0.225 + 0.575 / 99.0)).abs() < 1e-15);
+        let tilted = LengthLawParameters { theta: 0.5, ..DEFAULT };
+        assert!((screened_load_ratio(&tilted, 0.0) - 1.5 * 0.575 / 99.0).abs() < 1e-15);
+    }
+
+    fn scenario(toml: &str) -> Scenario {
+        Scenario::resolve(&crate::ScenarioSource::new("test", toml)).unwrap()
+    }
+
+    fn load_curve(toml: &str) -> Option<LoadCurve> {
+        LoadCurve::of(&scenario(toml))
+    }
+
+    #[test]
+    fn the_load_curve_comes_to_mu_k_when_worked_out_by_hand() {
+        // K L / (2 E A) = 0.16, so t = 1.16 mu_k 400 N / (80 N/s) = 5.8 mu_k.
+        for (mu_d, time_s) in [(0.45, 2.610), (0.9, 5.220), (0.225, 1.305), (0.6, 3.480), (0.3, 1.740)] {
+            let coefficients = format!("dynamic_coefficient = {mu_d}, static_coefficient = 1.4");
+            let curve = load_curve(&format!("friction = {{ {coefficients} }}\ntime.duration_s = 6")).unwrap();
+            let ours = curve.time_to_dynamic_s().unwrap();
+            assert!((ours - time_s).abs() < 1e-9, "mu_k {mu_d}: {ours}");
+            assert!((mu_d / ours - 0.172_413_793).abs() < 1e-8);
+            let last = curve.points().pop().unwrap();
+            assert!((last.0 - time_s).abs() < 1e-9 && (last.1 - mu_d).abs() < 1e-15, "{last:?}");
+        }
+    }
+
+    #[test]
+    fn the_load_curve_is_its_closed_form_and_that_of_a_chain_block_by_block() {
+        for theta in [0.0, -0.8333, 0.5] {
+            let scenario = scenario(&format!("slider.blocks = 1000\nnormal_load.tilt = {theta}"));
+            let curve = LoadCurve::of(&scenario).unwrap();
+            let plan = Plan::new(&scenario);
+            for (time_s, ratio) in curve.points().into_iter().skip(1).step_by(33) {
+                let force_n = 400.0 * ratio;
+                if theta == 0.0 {
+                    let closed = force_n * (1.0 + 0.16 * force_n / (0.45 * 400.0));
+                    assert!((80.0 * time_s - closed).abs() < 1e-9, "{time_s} s: {closed}");
+                }
+                // Blocks slide from block 1 on as long as their friction is less than the load.
+                let (mut left_n, mut stretch_m) = (force_n, 0.0);
+                for friction_n in &plan.friction.dynamic_friction_n {
+                    left_n -= friction_n;
+                    if left_n <= 0.0 {
+                        break;
+                    }
+                    stretch_m += left_n / plan.elastic.stiffness_n_per_m();
+                }
+                let by_blocks = (force_n / 8e5 + stretch_m) / 1e-4;
+                assert!((time_s / by_blocks - 1.0).abs() < 2e-3, "tilt {theta}: {time_s} {by_blocks}");
+            }
+        }
+    }
+
+    #[test]
+    fn there_is_a_load_curve_for_simple_cases_and_as_long_as_they_are() {
+        for other in [
+            "drive.kind = \"top\"",
+            "drive.velocity_m_per_s = 0",
+            "initial_shear.beta = 0.2",
+            "prestress.rise_ratio = 0.1",
+            "prestress.first_block_ratio = 0.1",
+            "friction.law = \"velocity-weakening\"",
+            "friction.dynamic_spread = 0.1",
+        ] {
+            assert_eq!(load_curve(other), None, "{other}");
+        }
+        let held = load_curve("drive.hold_from_s = 1.0").unwrap();
+        assert_eq!(held.time_to_dynamic_s(), None);
+        let (time_s, ratio) = held.points().pop().unwrap();
+        assert!((0.98..=1.0).contains(&time_s) && (0.17..0.2).contains(&ratio), "{time_s} {ratio}");
+        let stopped = load_curve("drive.until_load_ratio = 0.3").unwrap();
+        assert_eq!(stopped.time_to_dynamic_s(), None);
+        assert!((stopped.points().pop().unwrap().1 - 0.3).abs() < 0.003);
+        let unloaded = "normal_load = { schedule_s = [1.0, 2.0], schedule_n = [400.0, 100.0] }";
+        assert!(load_curve(unloaded).unwrap().points().pop().unwrap().0 <= 1.0);
+        // An even prestress is a weaker friction.
+        let helped = load_curve("prestress.ratio = 0.2").unwrap();
+        assert!((helped.time_to_dynamic_s().unwrap() - 5.8 * 0.25).abs() < 1e-9);
     }
 
     #[test]
@@ -339,8 +557,8 @@ mod tests {
 
     #[test]
     fn affected_blocks_of_the_discrete_chain() {
-        let counts = [0.1, 0.5, 2.0, 10.0].map(|ratio| affected_blocks(ratio, 0.004));
-        assert_eq!(counts, [18, 8, 5, 3]);
+        let counts = [0.1, 0.5, 2.0, 10.0].map(|ratio| affected_blocks(ratio, 0.0049));
+        assert_eq!(counts, [17, 8, 5, 3]);
     }
 
     #[test]
@@ -358,6 +576,13 @@ mod tests {
                 assert!(residual.abs() < 1e-5, "damping {damping}, t {t}: {residual}");
             }
         }
+    }
+
+    #[test]
+    fn critical_damping_of_the_shortest_wave_leaves_all_others_under_damped() {
+        assert_eq!(overdamped_modes(1.0, 100), 0);
+        // sin(pi j / 200) > 1 / sqrt 10 from j = 21 on: waves shorter than 9.8 blocks.
+        assert_eq!(overdamped_modes(10f64.sqrt(), 100), 79);
     }
 
     #[test]

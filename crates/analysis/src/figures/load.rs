@@ -1,12 +1,14 @@
-//! `F_X / F_N` against time with the friction coefficients, and the number of
-//! sliding blocks beneath (Figures 5.13, 5.15 to 5.18, 6.5, 6.8 to 6.12).
+//! `F_X / F_N` against time with the friction coefficients and, where there is one, the theory
+//! of its rise; and the number of sliding blocks beneath (Figures 5.13, 5.15 to 5.18, 6.5, 6.8
+//! to 6.12).
 
 use std::collections::BTreeMap;
 
+use asperity_model::analytic::LoadCurve;
 use serde::Deserialize;
 
 use super::kind::{DYNAMIC, Figure, coefficient_lines, find};
-use super::plot::{Axis, Corner, Dash, INK, Look, Panel, Series, Sheet};
+use super::plot::{Axis, Corner, Dash, GREEN, INK, Look, Panel, Series, Sheet};
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize)]
@@ -63,13 +65,23 @@ impl Figure for Load {
         } else {
             (1.42, Corner::TopLeft)
         };
+        let simulated =
+            Series { label: "F_X/F_N".to_owned(), points: load, look: Look::Line(Dash::Solid, INK) };
+        // Upon the simulated curve, which it follows closely.
+        let theory = LoadCurve::of(&run.scenario).map(|curve| Series {
+            label: "theory".to_owned(),
+            points: curve.points(),
+            look: Look::Line(Dash::Dashed, GREEN),
+        });
         let upper = Panel {
             title: self.title.clone(),
             x: Axis::new(if self.sliding { "" } else { "t (s)" }, 0.0, duration_s),
             y: Axis::new("F_X/F_N", lowest * 1.1, highest * headroom),
-            series: Vec::from_iter(coefficient_lines(run, duration_s, &self.dynamic).into_iter().chain([
-                Series { label: "F_X/F_N".to_owned(), points: load, look: Look::Line(Dash::Solid, INK) },
-            ])),
+            series: coefficient_lines(run, duration_s, &self.dynamic)
+                .into_iter()
+                .chain([simulated])
+                .chain(theory)
+                .collect(),
             legend,
             note: String::new(),
         };

@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, run_names};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED, Series, Sheet};
+use crate::beside_theory::AFFECTED_THRESHOLD;
 use crate::curves::first_onset_fields;
 use crate::run_data::RunData;
 
@@ -22,10 +23,8 @@ pub(crate) struct Onset {
     panel: Vec<Labelled>,
 }
 
-/// Where the logarithmic axis ends, as a power of ten of the force on block 1,
-/// and what counts as affected.
+/// Where the logarithmic axis ends, as a power of ten of the force on block 1.
 const FLOOR: f64 = -4.0;
-const AFFECTED: f64 = 0.004;
 
 impl Figure for Onset {
     fn file(&self) -> &str {
@@ -82,8 +81,8 @@ impl Onset {
         ];
         if self.logarithmic {
             series.push(Series {
-                label: "0.4 %".to_owned(),
-                points: vec![(0.0, AFFECTED.log10()), (last + 1.0, AFFECTED.log10())],
+                label: format!("{} %", AFFECTED_THRESHOLD * 100.0),
+                points: vec![(0.0, AFFECTED_THRESHOLD.log10()), (last + 1.0, AFFECTED_THRESHOLD.log10())],
                 look: Look::Line(Dash::Dotted, GREY),
             });
         }

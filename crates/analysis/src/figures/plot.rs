@@ -23,7 +23,7 @@ pub(super) const INK: RGBColor = BLACK;
 pub(super) const BLUE: RGBColor = RGBColor(0, 90, 181);
 pub(super) const RED: RGBColor = RGBColor(200, 60, 0);
 pub(super) const GREY: RGBColor = RGBColor(130, 130, 130);
-const GREEN: RGBColor = RGBColor(0, 120, 90);
+pub(super) const GREEN: RGBColor = RGBColor(0, 120, 90);
 
 /// Look of the series number `index` of a figure that holds several of a kind.
 pub(super) fn nth(index: usize) -> (Marker, Dash, RGBColor) {

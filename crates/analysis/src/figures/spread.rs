@@ -27,12 +27,19 @@ struct Case {
     series: Vec<Steps>,
 }
 
-/// Runs that differ in the time step alone.
+/// Runs that differ in what should not matter.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Steps {
     label: String,
     runs: Vec<String>,
+}
+
+impl Spread {
+    /// Its lists of runs.
+    pub(super) fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
+        self.panel.iter_mut().flat_map(|case| &mut case.series).map(|steps| &mut steps.runs)
+    }
 }
 
 impl Figure for Spread {

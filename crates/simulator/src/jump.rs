@@ -113,8 +113,7 @@ impl Jump {
     /// Whether the run is long enough for the modes to be worth finding; never by the laws without
     /// friction springs, where nothing vibrates while all blocks are stuck.
     pub(crate) fn may_pay(plan: &Plan) -> bool {
-        plan.friction.law == Law::Springs
-            && (plan.blocks > STORED || Costs::of(plan).all_modes_pay(plan.steps))
+        plan.friction.law == Law::Springs && Costs::of(plan).all_modes_pay(plan.steps, plan.blocks <= STORED)
     }
 
     /// `None` for chains whose modes do not tell all of their states.

@@ -21,6 +21,7 @@ loop, which takes about ten minutes in all. Parts:
   loop      the plain loop in Rust, compared with the same loop in C
   runs      the default run
   chains    longer and shorter chains
+  pays      runs in which the fast solver may not pay, beside the plain one
   logs      reading run logs
   diff      comparing event tables of up to a million events
   chapter5  asperity reproduce pipelines/chapter5.toml

@@ -36,11 +36,11 @@
 use asperity_model::Plan;
 use asperity_model::elastic::{Chain, Elastic};
 
-/// Most terms of a window.
-pub(crate) const MOST_TERMS: usize = 48;
+use crate::sweep::{Coefficients, FOLLOWED, Sweeps};
 
-/// Coefficients that are followed: those behind the terms are known to be small.
-const FOLLOWED: usize = MOST_TERMS + 16;
+/// Most terms of a window. Of the coefficients, some more are followed: those behind the terms are
+/// known to be small.
+pub(crate) const MOST_TERMS: usize = FOLLOWED - 16;
 
 /// Steps between two of the numbers of steps that coefficients are kept for.
 pub(crate) const GRID_STEPS: u64 = 12;
@@ -115,7 +115,7 @@ pub(crate) struct Basis {
 }
 
 impl Basis {
-    pub(crate) fn of(plan: &Plan) -> Basis {
+    pub(crate) fn of(plan: &Plan, sweeps: Sweeps) -> Basis {
         let (ellipse, longest) = Ellipse::best(&spectrum(plan));
         let mut basis = Basis {
             centre: ellipse.centre,
@@ -132,7 +132,7 @@ impl Basis {
             next = (next / RATIO).floor().min(next - 1.0);
         }
         steps.reverse();
-        basis.tabulate(&steps, &ellipse);
+        basis.tabulate(&steps, &ellipse, sweeps);
         basis
     }
 
@@ -159,68 +159,40 @@ impl Basis {
     }
 
     /// Follows the coefficients from step to step, and notes what the lengths need.
-    fn tabulate(&mut self, lengths: &[u64], ellipse: &Ellipse) {
-        let mut c = [0.0f64; FOLLOWED];
-        let (mut single, mut double, mut triple) = ([0.0; FOLLOWED], [0.0; FOLLOWED], [0.0; FOLLOWED]);
-        // Sums of |c|, and those summed up once and twice.
-        let mut sums = [[0.0; FOLLOWED]; 3];
-        let (mut whole, mut last) = ([0.0f64; FOLLOWED], [0.0f64; FOLLOWED]);
-        c[0] = 1.0;
+    fn tabulate(&mut self, lengths: &[u64], ellipse: &Ellipse, sweeps: Sweeps) {
+        let mut c = Coefficients::of_no_step(self.centre, self.focus, self.sigma);
         let mut done = 0;
         for i in 0..=lengths.last().copied().unwrap_or(0) {
-            // Here `c` is of `i` steps, `double` the double sum of `i` steps.
+            // Here they are of `i` steps.
             if i % GRID_STEPS == 0 {
-                self.double_sums.push(std::array::from_fn(|j| double[j]));
-                self.triple_sums.push(std::array::from_fn(|j| triple[j]));
+                self.double_sums.push(first_of(&c.double));
+                self.triple_sums.push(first_of(&c.triple));
             }
-            for j in 0..FOLLOWED {
-                whole[j] = whole[j].max(c[j].abs());
-                last[j] = last[j].max(c[j].abs());
-            }
+            sweeps.note_largest(&mut c);
             if lengths.get(done) == Some(&i) {
                 let terms = ellipse.terms(i as f64).min(MOST_TERMS);
                 let half = self.focus / 2.0;
                 self.lengths.push(Length {
                     steps: i,
                     terms,
-                    double_sum: std::array::from_fn(|j| double[j]),
-                    triple_sum: std::array::from_fn(|j| triple[j]),
-                    whole: std::array::from_fn(|j| whole[j]),
-                    last: std::array::from_fn(|j| last[j]),
-                    largest: double.iter().fold(0.0, |max, s: &f64| max.max(s.abs())),
-                    sums: [0, 2].map(|order| std::array::from_fn(|j| half * sums[order][j])),
+                    double_sum: first_of(&c.double),
+                    triple_sum: first_of(&c.triple),
+                    whole: first_of(&c.whole),
+                    last: first_of(&c.last),
+                    largest: c.double.iter().fold(0.0, |max, s: &f64| max.max(s.abs())),
+                    sums: [0, 2].map(|order| std::array::from_fn(|j| half * c.sums[order][j])),
                 });
-                last = c.map(f64::abs);
+                c.last = c.now.map(f64::abs);
                 done += 1;
             }
-            for j in 0..FOLLOWED {
-                sums[2][j] += sums[1][j];
-                sums[1][j] += sums[0][j];
-                sums[0][j] += c[j].abs();
-                triple[j] += double[j];
-                double[j] += single[j];
-                single[j] += c[j];
-            }
-            c = self.advance(&c);
+            sweeps.next_coefficients(&mut c);
         }
     }
+}
 
-    /// The coefficients of `A` times a sum of terms.
-    fn advance(&self, c: &[f64; FOLLOWED]) -> [f64; FOLLOWED] {
-        let (stay, half) = (1.0 + self.centre, self.focus / 2.0);
-        let mut next = [0.0; FOLLOWED];
-        for j in 0..FOLLOWED {
-            // `X w_0 = w_1` without the half.
-            let below = match j {
-                0 => 0.0,
-                1 => 2.0 * c[0],
-                _ => c[j - 1],
-            };
-            let above = if j + 1 < FOLLOWED { c[j + 1] } else { 0.0 };
-            next[j] = stay * c[j] + half * (below + self.sigma * above);
-        }
-        next
-    }
+/// As many of the coefficients as there are terms.
+fn first_of(coefficients: &[f64; FOLLOWED]) -> [f64; MOST_TERMS] {
+    std::array::from_fn(|j| coefficients[j])
 }
 
 /// A point of the complex plane.

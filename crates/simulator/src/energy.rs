@@ -38,6 +38,7 @@ use asperity_model::{Elastic, Law, Plan, Reattach};
 use asperity_record::Energy;
 
 use crate::contacts::Ramp;
+use crate::cost::span_steps;
 use crate::ledger::{Ledger, Span};
 use crate::state::ChainState;
 use crate::sweep::{Changing, Forms, Held, Moved, Stored, Sweeps};
@@ -76,6 +77,8 @@ pub(crate) struct Accounts {
     /// Whether the viscous loss is told by the balance.
     balances: bool,
     orders: usize,
+    /// What spans have cost since it was asked for.
+    cost_steps: u64,
     /// How far the drive point moves in a step, and how its pull changes in half a step.
     advance_m: f64,
     halfway_n: f64,
@@ -121,6 +124,7 @@ impl Accounts {
                 || orders > MOST_ORDERS,
             balances: keeping == Bookkeeping::Spans,
             orders,
+            cost_steps: 0,
             advance_m,
             halfway_n: 0.5 * advance_m * all_n_per_m,
             initial_kinetic_j: 0.0,
@@ -150,6 +154,23 @@ impl Accounts {
         self.by_steps
     }
 
+    /// What was spent on spans that have ended since this was last asked.
+    pub(crate) fn take_cost_steps(&mut self) -> u64 {
+        std::mem::take(&mut self.cost_steps)
+    }
+
+    /// Whether a span is not worth beginning where so many single steps follow for sure, in some of
+    /// which blocks may switch.
+    pub(crate) fn adds_single_steps(&self, state: &ChainState) -> bool {
+        let is_open = state.energy.is_some_and(|ledger| ledger.span.is_some());
+        self.by_steps || (!is_open && !self.adds_so_few(state.single_steps))
+    }
+
+    /// Whether so few single steps take no longer to add up than both ends of a span.
+    pub(crate) fn adds_so_few(&self, steps: u64) -> bool {
+        steps <= span_steps(self.orders)
+    }
+
     /// Goes on with the span that is open in a state which was not reached by the last step.
     pub(crate) fn follow(&mut self, plan: &Plan, state: &ChainState) {
         if let Some(span) = state.energy.and_then(|ledger| ledger.span) {
@@ -176,6 +197,7 @@ impl Accounts {
     /// Closes the span that is open.
     pub(crate) fn end(&mut self, plan: &Plan, state: &mut ChainState) {
         let Some(span) = state.energy.and_then(|ledger| ledger.span) else { return };
+        self.cost_steps += span_steps(self.orders);
         let here = self.potential(plan, state);
         if let Some(ledger) = &mut state.energy {
             ledger.friction_heat_j.add(here.heat_j - span.heat_j);

@@ -6,6 +6,10 @@
 //! takes the rest, so that every switch happens in a plain step. How the run is
 //! cut up depends on the trajectory alone. What is to be recorded inside a window
 //! or jump is evaluated on the side.
+//!
+//! Where windows are refused or short, they cost more than the steps that they cover. So accounts
+//! are kept ([`crate::cost`]): what leaps save pays for tries in vain, and once nothing is left, a
+//! try is followed by many single steps with nothing beside them.
 
 use std::sync::Arc;
 
@@ -13,6 +17,7 @@ use asperity_model::{Law, Plan};
 use asperity_record::Record;
 
 use crate::contacts::age;
+use crate::cost::{self, Costs};
 use crate::counters::Counters;
 use crate::energy::{Accounts, Bookkeeping};
 use crate::jump::Jump;
@@ -49,10 +54,13 @@ pub struct Fast {
     jump: Option<Jump>,
     /// For what is recorded inside a window or jump.
     aside: Stepper,
+    /// Whether it stands where the last record inside the open one was made.
+    is_inside: bool,
     /// The jump or window that is open: the state stays at its start until all
     /// that is due within it has been handed out.
     leap: Option<Leap>,
     counters: Counters,
+    costs: Costs,
 }
 
 impl Fast {
@@ -68,10 +76,12 @@ impl Fast {
     fn with_sweeps(plan: Arc<Plan>, sweeps: Sweeps) -> Fast {
         let stepper = Stepper::new(Arc::clone(&plan), sweeps, Bookkeeping::Spans);
         Fast {
+            costs: Costs::of(&plan),
             recorder: Recorder::new(&plan, stepper.state()),
             window: Window::new(&plan, sweeps),
-            jump: if plan.friction.law == Law::Springs { Jump::new(&plan, sweeps) } else { None },
+            jump: if Jump::may_pay(&plan) { Jump::new(&plan, sweeps) } else { None },
             aside: stepper.clone(),
+            is_inside: false,
             plan,
             stepper,
             leap: None,
@@ -83,14 +93,41 @@ impl Fast {
         let was_sliding = self.stepper.state().sliding > 0;
         let driving = self.stepper.take_step();
         let left = self.stepper.state().single_steps;
-        self.stepper.state_mut().single_steps = match left {
-            0 | 1 if !self.stepper.switched().is_empty() => 1,
-            // What two steps without a switch between them foresee costs a fraction of
-            // opening a window in vain.
-            1 => self.window.refused_by(self.stepper.foreseen_steps()).unwrap_or(0),
-            left => left.saturating_sub(1),
-        };
+        if left > 1 {
+            self.stepper.state_mut().single_steps = left - 1;
+        } else {
+            let (next, cost_steps) = match left {
+                _ if !self.stepper.switched().is_empty() => (1, 0),
+                0 => (0, 0),
+                // What two steps without a switch between them foresee costs a fraction of
+                // opening a window in vain.
+                _ => match self.window.refused_by(self.stepper.foreseen_steps()) {
+                    Some(steps) => (steps, cost::FORESIGHT_STEPS),
+                    // Part of what the window costs that is tried now.
+                    None => (0, 0),
+                },
+            };
+            self.stepper.state_mut().single_steps = next;
+            self.pay(cost_steps);
+        }
+        self.pay_for_spans();
         self.recorder.observe(&self.plan, &mut self.stepper, was_sliding, driving)
+    }
+
+    /// Pays for what was done beside the steps; what leaps have not saved up to now is made up for
+    /// by single steps.
+    fn pay(&mut self, cost_steps: u64) {
+        let state = self.stepper.state_mut();
+        let debt_steps = cost::pay(&mut state.saved_steps, cost_steps);
+        state.single_steps = state.single_steps.max(cost::pause_steps(debt_steps));
+    }
+
+    /// The same for the spans of the energies that were closed.
+    fn pay_for_spans(&mut self) {
+        let cost_steps = self.stepper.accounts_mut().0.take_cost_steps();
+        if cost_steps > 0 {
+            self.pay(cost_steps);
+        }
     }
 
     /// Opens a jump or a window, if one is certified; or else the steps that are best
@@ -107,6 +144,7 @@ impl Fast {
         if self.plan.friction.law != Law::Springs && state.detached == 0 {
             let steps = rest_steps(&self.plan, state).min(left);
             if steps == 0 {
+                self.pay(cost::REST_STEPS);
                 return Err(1);
             }
             return Ok(Leap::Rest { steps });
@@ -120,13 +158,20 @@ impl Fast {
                 return Ok(Leap::Jump { steps });
             }
             self.counters.refused_jumps += 1;
-            let again_step = state.step + jump.patience_steps();
-            self.stepper.state_mut().no_jump_before_step = again_step;
+            let (patience_steps, cost_steps) = (jump.patience_steps(), jump.cost_steps());
+            let state = self.stepper.state_mut();
+            let debt_steps = cost::pay(&mut state.saved_steps, cost_steps);
+            state.no_jump_before_step = state.step + patience_steps.max(cost::pause_steps(debt_steps));
         }
         let state = self.stepper.state();
-        let index =
-            self.window.open(&self.plan, state, left).inspect_err(|_| self.counters.refused_windows += 1)?;
-        Ok(Leap::Window(index))
+        match self.window.open(&self.plan, state, left) {
+            Ok(index) => Ok(Leap::Window(index)),
+            Err(single_steps) => {
+                self.counters.refused_windows += 1;
+                self.pay(self.costs.window_steps(self.window.work()));
+                Err(single_steps)
+            }
+        }
     }
 
     /// Has a span of the energies begin no later than a leap, which goes on to its end.
@@ -140,6 +185,7 @@ impl Fast {
         let (accounts, state) = self.stepper.accounts_mut();
         let until_step = state.step + steps;
         accounts.begin(&self.plan, state, until_step);
+        self.pay_for_spans();
     }
 
     /// Records the next step of the leap that is due, or lands at its end.
@@ -154,6 +200,7 @@ impl Fast {
             return self.record_within(leap, due_step - from_step);
         }
         self.leap = None;
+        self.is_inside = false;
         // Counted as they land: a state that is saved before is one that has not taken them.
         let (leaps, leap_steps) = match leap {
             Leap::Window(_) => (&mut self.counters.windows, &mut self.counters.window_steps),
@@ -163,6 +210,11 @@ impl Fast {
         };
         *leaps += 1;
         *leap_steps += steps;
+        let cost_steps = match leap {
+            Leap::Window(_) => self.costs.window_steps(self.window.work()),
+            Leap::Jump { .. } => opened(&mut self.jump).cost_steps(),
+            Leap::Rest { .. } => cost::REST_STEPS,
+        };
         let (accounts, state) = self.stepper.accounts_mut();
         match leap {
             Leap::Window(index) => {
@@ -183,6 +235,8 @@ impl Fast {
         if accounts.by_steps() {
             accounts.end(&self.plan, state);
         }
+        cost::earn(&mut state.saved_steps, steps);
+        self.pay(cost_steps);
         self.take_plain_step()
     }
 
@@ -200,6 +254,32 @@ impl Fast {
             let driving = Driving { total_n, ends_n: None };
             return self.recorder.record_load(&self.plan, self.stepper.state(), driving);
         }
+        let steps_on = due_step.saturating_sub(self.aside.state().step);
+        if !(self.is_inside && steps_on <= self.steps_of_sample(leap)) {
+            self.put_aside(leap, into);
+        } else {
+            self.aside.add_up(steps_on);
+        }
+        let mut driving = Driving { total_n: 0.0, ends_n: None };
+        while self.aside.state().step < due_step {
+            driving = self.aside.take_step();
+        }
+        self.is_inside = true;
+        let energy = self.aside.energy();
+        self.recorder.record(&self.plan, self.aside.state(), driving, energy, &[], false)
+    }
+
+    /// So many single steps take no longer than putting a sample together.
+    fn steps_of_sample(&self, leap: Leap) -> u64 {
+        match leap {
+            Leap::Window(_) => self.costs.window_sample_steps(self.window.work()),
+            Leap::Jump { .. } => self.jump.as_ref().map_or(0, Jump::modes_steps),
+            Leap::Rest { .. } => 0,
+        }
+    }
+
+    /// Puts together the state some steps before the one that is `into` steps into the leap.
+    fn put_aside(&mut self, leap: Leap, into: u64) {
         self.aside.state_mut().clone_from(self.stepper.state());
         let (accounts, state) = self.aside.accounts_mut();
         accounts.follow(&self.plan, state);
@@ -218,12 +298,6 @@ impl Fast {
         if accounts.by_steps() {
             accounts.end(&self.plan, state);
         }
-        let mut driving = Driving { total_n: 0.0, ends_n: None };
-        while self.aside.state().step < due_step {
-            driving = self.aside.take_step();
-        }
-        let energy = self.aside.energy();
-        self.recorder.record(&self.plan, self.aside.state(), driving, energy, &[], false)
     }
 }
 
@@ -271,7 +345,10 @@ impl Solver for Fast {
                         self.leap = Some(leap);
                         continue;
                     }
-                    Err(single_steps) => self.stepper.state_mut().single_steps = single_steps,
+                    Err(single_steps) => {
+                        let state = self.stepper.state_mut();
+                        state.single_steps = state.single_steps.max(single_steps);
+                    }
                 }
             }
             self.take_plain_step()?;
@@ -301,6 +378,11 @@ impl Solver for Fast {
             // A chain that rests needs no modes to jump.
             return Vec::new();
         }
+        if !Jump::may_pay(&self.plan) {
+            return vec![
+                "windows instead of jumps: the modes of the stuck chain would take longer than so few steps",
+            ];
+        }
         let jumps = self.jump.is_none().then_some(
             "windows instead of jumps: the stuck chain has no full set of modes, or none that doubles can tell apart (critical damping, very soft friction springs)",
         );
@@ -316,6 +398,7 @@ impl Solver for Fast {
     fn restore(&mut self, state: &ChainState) {
         self.stepper.restore(state);
         self.leap = None;
+        self.is_inside = false;
         self.recorder.continue_after(&self.plan, state.step);
     }
 }

@@ -23,10 +23,11 @@
 //! are made anew each time; there, what is missing when the residue is put together
 //! again is counted, and a jump is refused if that is more than rounding.
 
-use asperity_model::Plan;
 use asperity_model::chain::{SteadyLoading, Stiffness};
+use asperity_model::{Law, Plan};
 
 use crate::contacts::{Ramp, StopForce, least_threshold_n};
+use crate::cost::{self, Costs};
 use crate::energy::Accounts;
 use crate::modes::{Coordinates, Modes};
 use crate::state::ChainState;
@@ -93,6 +94,9 @@ pub(crate) struct Jump {
     composed: Vec<f64>,
     coordinates: Coordinates,
     from_step: u64,
+    costs: Costs,
+    /// What was spent on the last attempt, and on landing if it is open.
+    cost_steps: u64,
     /// The size of modes that change nothing in displacements.
     negligible: f64,
     /// Sum of a residue's displacements over the states on the way.
@@ -106,6 +110,12 @@ pub(crate) struct Jump {
 }
 
 impl Jump {
+    /// Whether the run is long enough for the modes to be worth finding; never by the laws without
+    /// friction springs, where nothing vibrates while all blocks are stuck.
+    pub(crate) fn may_pay(plan: &Plan) -> bool {
+        plan.friction.law == Law::Springs && Costs::of(plan).all_modes_pay(plan.steps, plan.blocks <= STORED)
+    }
+
     /// `None` for chains whose modes do not tell all of their states.
     pub(crate) fn new(plan: &Plan, sweeps: Sweeps) -> Option<Jump> {
         let blocks = plan.blocks;
@@ -125,6 +135,8 @@ impl Jump {
             composed: vec![0.0; 2 * blocks],
             coordinates: Coordinates::default(),
             from_step: 0,
+            costs: Costs::of(plan),
+            cost_steps: 0,
             negligible: 0.0,
             ways_m: vec![0.0; blocks],
             sampled: Coordinates::default(),
@@ -146,11 +158,25 @@ impl Jump {
         self.shortest_steps() / PATIENCE
     }
 
+    /// What was spent on the last attempt, and will be on landing if it was certified.
+    pub(crate) fn cost_steps(&self) -> u64 {
+        self.cost_steps
+    }
+
+    /// Of taking a state apart, or of putting it together again.
+    pub(crate) fn modes_steps(&self) -> u64 {
+        match &self.basis {
+            Basis::Stored(_) => self.costs.modes_steps(),
+            Basis::Waves(_) => self.shortest_steps() / 2,
+        }
+    }
+
     /// Splits a state in which every block is stuck, and gives the largest number
     /// of steps over which none detaches by the certificate, 0 if those are not worth it.
     pub(crate) fn open(&mut self, plan: &Plan, state: &ChainState, most_steps: u64) -> u64 {
         let blocks = plan.blocks;
         let fewest_steps = self.shortest_steps();
+        self.cost_steps = cost::QUASI_STATIC_STEPS;
         if most_steps < fewest_steps {
             return 0;
         }
@@ -164,6 +190,7 @@ impl Jump {
         if least.min(self.steps_to_load(plan, state, 0.0)) < fewest_steps {
             return 0;
         }
+        self.cost_steps = self.modes_steps();
         let velocity_m_per_s = &self.loading[usize::from(self.moves)].velocity_m_per_s;
         let (u, v) = self.residue.split_at_mut(blocks);
         for n in 0..blocks {
@@ -212,7 +239,11 @@ impl Jump {
             .certified_steps(plan, state, reserve)
             .min(self.steps_to_load(plan, state, swing))
             .min(most_steps);
-        if steps < fewest_steps { 0 } else { steps }
+        if steps < fewest_steps {
+            return 0;
+        }
+        self.cost_steps += self.modes_steps();
+        steps
     }
 
     /// Steps until the quasi-static force and the swing around it reach a threshold.

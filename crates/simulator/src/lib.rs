@@ -48,7 +48,7 @@
 //! - `plain`: every step.
 //! - `fast`: which steps are taken how. `window` and `basis` take many while some blocks slide,
 //!   `jump` while all stick (by `modes` or, for long chains, by `waves`, with `complex` numbers),
-//!   `rest` where what sticks does not move at all.
+//!   `rest` where what sticks does not move at all; `cost` keeps accounts of whether that pays.
 //! - [`equality`] and `exact`: whether two solvers agree, and who is right where rounding decides.
 //! - [`Witness`]: whether a checkpoint is a state that the records before it lead to.
 //!
@@ -61,6 +61,7 @@ mod basis;
 mod budget;
 mod complex;
 mod contacts;
+mod cost;
 mod counters;
 mod energy;
 pub mod equality;

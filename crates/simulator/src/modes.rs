@@ -330,12 +330,13 @@ impl Modes {
     fn span_states(&mut self) -> bool {
         let size = self.scratch.len();
         let (blocks, unit_s) = (size / 2, self.unit_s);
-        let mut coordinates = Coordinates::default();
+        let (count, pairs) = (self.sizes.len(), self.pairs);
+        let mut coordinates = Coordinates { re: vec![0.0; count], im: vec![0.0; count] };
         let mut back = vec![0.0; size];
         (0..size).all(|column| {
-            let mut state = vec![0.0; size];
-            state[column] = if column < blocks { 1.0 } else { 1.0 / unit_s };
-            self.project(&state, &mut coordinates);
+            // The coordinates of a unit in one place are a column of the projection.
+            coordinates.re.copy_from_slice(&self.to_re[column * count..][..count]);
+            coordinates.im[..pairs].copy_from_slice(&self.to_im[column * pairs..][..pairs]);
             self.compose(&coordinates, &mut back);
             (0..size).all(|row| {
                 let unit = if row < blocks { 1.0 } else { unit_s };

@@ -3,6 +3,7 @@
 use asperity_model::Plan;
 use serde::{Deserialize, Serialize};
 
+use crate::cost::FIRST_SAVED_STEPS;
 use crate::ledger::Ledger;
 
 /// Everything that the next step depends on, and the last step's forces.
@@ -37,6 +38,9 @@ pub struct ChainState {
     pub single_steps: u64,
     /// The same for jumps: none is tried before this step.
     pub no_jump_before_step: u64,
+    /// Steps that leaps have saved over what was spent on them, up to a limit ([`crate::cost`]).
+    #[serde(default)]
+    pub saved_steps: u64,
     /// The step in which the drive point stopped or will stop; `u64::MAX` for none that is
     /// known.
     #[serde(default = "never")]
@@ -84,6 +88,7 @@ impl ChainState {
             sliding: 0,
             single_steps: 0,
             no_jump_before_step: 0,
+            saved_steps: FIRST_SAVED_STEPS,
             hold_step,
             energy: Some(Ledger::default()),
             stuck_since_step: if ages { vec![initial.step; plan.blocks] } else { Vec::new() },

@@ -134,10 +134,20 @@ impl Stepper {
         (&mut self.accounts, &mut self.state)
     }
 
+    /// Has single steps add up what they do where so few lie between one record and the next that the
+    /// ends of a span would take longer.
+    pub(crate) fn add_up(&mut self, steps: u64) {
+        if self.accounts.adds_so_few(steps) {
+            self.accounts.end(&self.plan, &mut self.state);
+            self.state.single_steps = u64::MAX;
+        }
+    }
+
     /// Takes one step; returns the driving forces that it used.
     pub(crate) fn take_step(&mut self) -> Driving {
         let hold_step = self.state.hold_step;
-        if !self.accounts.by_steps() {
+        let by_steps = self.accounts.adds_single_steps(&self.state);
+        if !by_steps {
             let next_step = self.state.step + 1;
             self.accounts.begin(&self.plan, &mut self.state, next_step);
         }
@@ -191,29 +201,29 @@ impl Stepper {
         self.switched.clear();
         // By the laws without friction springs, blocks that stop do so in this step.
         let rigid = self.plan.friction.law != Law::Springs;
-        if !rigid {
+        if by_steps && !rigid {
             self.add_step();
         }
         if any_switch {
             self.switch_blocks();
         }
-        if rigid {
+        if by_steps && rigid {
             self.add_step();
         }
         std::mem::swap(&mut self.state.velocity_m_per_s, &mut self.new_velocity_m_per_s);
         self.counters.plain_steps += 1;
         self.counters.switches += self.switched.len() as u64;
         self.stop_at_load(total_n);
-        if !self.accounts.by_steps() {
+        if !by_steps {
             let is_last = !self.switched.is_empty() || self.state.hold_step != hold_step;
             self.accounts.pass(&self.plan, &mut self.state, is_last);
         }
         driving
     }
 
-    /// Adds what the step did to the energies, where every step is to.
+    /// Adds what the step did to the energies.
     fn add_step(&mut self) {
-        let Some(ledger) = self.state.energy.as_mut().filter(|_| self.accounts.by_steps()) else { return };
+        let Some(ledger) = &mut self.state.energy else { return };
         let step = Velocities {
             before: &self.state.velocity_m_per_s,
             after: &self.new_velocity_m_per_s,

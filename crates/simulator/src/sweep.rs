@@ -10,10 +10,11 @@
 //! processors are slow at.
 //!
 //! In reading order: `elastic`, how nodes pull at each other; `step`, the equations of a step; `terms`,
-//! `guards` and `linear`, what windows are made of; `waves`, what jumps of long chains are; `energy`,
+//! `coefficients`, `guards` and `linear`, what windows are made of; `waves`, what jumps of long chains are; `energy`,
 //! sums for the energies.
 //! `versions` has the instruction sets.
 
+mod coefficients;
 mod elastic;
 mod energy;
 mod guards;
@@ -23,6 +24,7 @@ mod terms;
 mod versions;
 mod waves;
 
+pub(crate) use coefficients::{Coefficients, FOLLOWED};
 pub(crate) use energy::{Changing, Forms, Moved, Stored};
 pub(crate) use guards::{Course, Guarded, Reserve, Steps, margin};
 pub(crate) use step::{After, Blocks, Constants};

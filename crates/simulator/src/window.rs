@@ -13,6 +13,7 @@ mod rows;
 use asperity_model::Plan;
 
 use crate::basis::{GRID_STEPS, MOST_TERMS};
+use crate::cost::Work;
 use crate::energy::Accounts;
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
@@ -26,6 +27,8 @@ pub(crate) struct Window {
     certificate: Certificate,
     /// Steps until the first switch, as they were foreseen where it was opened.
     foreseen_steps: f64,
+    /// Terms that were taken for it.
+    terms_taken: usize,
     /// Sums of displacements over the states on the way.
     ways_m: Vec<f64>,
 }
@@ -36,6 +39,7 @@ impl Window {
             expansion: Expansion::new(plan, sweeps),
             certificate: Certificate::new(plan),
             foreseen_steps: 0.0,
+            terms_taken: 0,
             ways_m: vec![0.0; plan.blocks],
         }
     }
@@ -55,6 +59,11 @@ impl Window {
         self.expansion.applications
     }
 
+    /// What opening the window took, or trying to.
+    pub(crate) fn work(&self) -> Work {
+        Work { terms: self.terms_taken as u64, places: self.certificate.places }
+    }
+
     /// Opens a window of at most `most_steps` steps; the index of its length, if there
     /// is one over which no block switches by the bounds, or else the steps that are
     /// best taken one by one.
@@ -66,6 +75,8 @@ impl Window {
         if most_steps < shortest {
             return Err(most_steps);
         }
+        self.terms_taken = 0;
+        self.certificate.places = 0;
         if !self.expansion.start(plan, state) {
             return Err(1);
         }
@@ -85,6 +96,7 @@ impl Window {
         let index = fitting - 1;
         let sizes = self.expansion.sizes(plan);
         let ends = self.expansion.take_enough_terms(plan, index, &sizes);
+        self.terms_taken = self.expansion.terms;
         match self.certificate.longest(plan, state, &self.expansion, index, &sizes, ends) {
             Some(index) => Ok(index),
             None => Err(shortest),

@@ -236,6 +236,7 @@ impl Witness {
             sliding: *sliding,
             single_steps: 0,
             no_jump_before_step: 0,
+            saved_steps: 0,
             // One that came before is as good as told by the loads since.
             energy: *ledger,
             hold_step: match self.plan.drive.until_load_ratio {

@@ -56,10 +56,14 @@ const BELOW_ROUNDING: &str =
     "a change far below what matters: the events are the same, row for row, but for the last digits of loads";
 
 /// The same of what no command can tell.
-const NEVER: [(&str, &str); 10] = [
+const NEVER: [(&str, &str); 11] = [
     (
         "checkpoint to go on from, single_steps",
         "where the solver takes single steps before it tries many at once: it rounds in other places, in the last digits",
+    ),
+    (
+        "checkpoint to go on from, saved_steps",
+        "what the solver may spend on tries in vain before it takes single steps: it rounds in other places, in the last digits",
     ),
     ("checkpoint to go on from, displacement_m", BELOW_ROUNDING),
     ("checkpoint to go on from, velocity_m_per_s", BELOW_ROUNDING),

@@ -8,6 +8,7 @@
 
 mod diff;
 mod logs;
+mod pays;
 mod scalar;
 
 use std::ffi::OsString;
@@ -26,10 +27,11 @@ const ROUNDS: usize = 5;
 const SCALAR_STEPS: u64 = 2_000_000;
 
 /// What can be measured, by name.
-const PARTS: [(&str, fn()); 6] = [
+const PARTS: [(&str, fn()); 7] = [
     ("loop", against_c),
     ("runs", default_runs),
     ("chains", long_chains),
+    ("pays", pays::pays),
     ("logs", logs::logs),
     ("diff", diff::tables),
     ("chapter5", whole_chapter),

@@ -11,6 +11,8 @@
 //! the window as a whole, and, for the few blocks that fail it, over its halves, their
 //! halves, and so on.
 
+use std::cell::Cell;
+
 use asperity_model::Plan;
 
 use crate::basis::MOST_TERMS;
@@ -30,6 +32,8 @@ struct Alone<'a> {
     terms: &'a [f64],
     unit: f64,
     reserve: &'a Reserve,
+    /// How many places it was followed to.
+    places: Cell<u64>,
 }
 
 /// A guard at the start of a window, or at the end of a length.
@@ -53,6 +57,11 @@ pub(super) struct Certificate {
     margin: Vec<f64>,
     /// The blocks that the bound over the whole window does not clear.
     doubtful: Vec<usize>,
+    /// How many guards were followed one by one since this was set to 0, each to one place.
+    pub(super) places: u64,
+    /// Whether the last window was refused because a block is nearer to switching, where the window
+    /// starts, than what is kept in reserve.
+    is_refused_by_reserve: bool,
 }
 
 impl Certificate {
@@ -64,6 +73,8 @@ impl Certificate {
             bend: one_each(),
             margin: one_each(),
             doubtful: Vec::new(),
+            places: 0,
+            is_refused_by_reserve: false,
         }
     }
 
@@ -116,7 +127,16 @@ impl Certificate {
                     sliding_bend: velocity * bend,
                     sliding: velocity * sum + ROUNDING * v_scale + rounding * dt / plan.block_mass_kg * steps,
                 };
-                return self.certified_by(plan, expansion, index, &reserve);
+                let certified = self.certified_by(plan, expansion, index, &reserve);
+                if certified.is_some() || !self.is_refused_by_reserve {
+                    return certified;
+                }
+                // What cancels in a long window may be far larger than what it adds up to. Of what is
+                // kept in reserve for that, a window of a quarter of the steps needs a sixteenth.
+                let lengths = &expansion.basis.lengths[..index];
+                index =
+                    lengths.partition_point(|length| length.steps as f64 <= steps / 4.0).checked_sub(1)?;
+                continue;
             }
             // With the same terms, less is left out of fewer steps.
             index = index.checked_sub(1)?;
@@ -164,11 +184,23 @@ impl Certificate {
                 }
             }
         }
-        let mut best = Some(index);
-        for i in 0..self.doubtful.len() {
-            best = certified_for(plan, expansion, self.doubtful[i], best?, reserve);
+        self.is_refused_by_reserve = false;
+        let mut best = index;
+        for &n in &self.doubtful {
+            match certified_for(plan, expansion, n, best, reserve, &mut self.places) {
+                Some(index) => best = index,
+                None => {
+                    let (now, sigma) = (now[n], expansion.sigma[n]);
+                    let limit = reserve.share * expansion.contacts.threshold_n[n];
+                    self.is_refused_by_reserve = match sigma == 0.0 {
+                        true => limit - now.abs() <= reserve.stuck,
+                        false => sigma * now <= reserve.sliding,
+                    };
+                    return None;
+                }
+            }
         }
-        best
+        Some(best)
     }
 }
 
@@ -180,6 +212,7 @@ fn certified_for(
     n: usize,
     longest: usize,
     reserve: &Reserve,
+    places: &mut u64,
 ) -> Option<usize> {
     let (stuck_unit, sliding_unit) = expansion.units(plan);
     let terms = expansion.guard.all()[n..].iter().step_by(expansion.guard.pitch);
@@ -195,8 +228,11 @@ fn certified_for(
         terms: &guard[..expansion.terms],
         unit: if expansion.sigma[n] == 0.0 { stuck_unit } else { sliding_unit },
         reserve,
+        places: Cell::new(0),
     };
-    certified_alone(expansion, &alone, longest)
+    let certified = certified_alone(expansion, &alone, longest);
+    *places += alone.places.get();
+    certified
 }
 
 /// The longest of the lengths up to `longest` over which the sum of the driving forces
@@ -225,6 +261,7 @@ fn certified_for_load(
         terms: &guard[..expansion.terms],
         unit: 1.0,
         reserve,
+        places: Cell::new(0),
     };
     certified_alone(expansion, &alone, longest)
 }
@@ -241,6 +278,7 @@ fn certified_alone(expansion: &Expansion, alone: &Alone<'_>, longest: usize) -> 
 
 /// Where the guard is at the end of a length.
 fn place(expansion: &Expansion, alone: &Alone<'_>, index: usize) -> Place {
+    alone.places.set(alone.places.get() + 1);
     let length = &expansion.basis.lengths[index];
     let [sum, bend] = expansion.sweeps.products(alone.terms, &length.double_sum, &length.whole);
     let guard = alone.now + length.steps as f64 * alone.rate + alone.unit * sum;
@@ -283,6 +321,8 @@ fn stays_clear(
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
     use super::{Alone, certified_alone};
@@ -319,6 +359,7 @@ mod tests {
                     terms: &terms,
                     unit: 8.0 * noise().abs() / (steps * steps),
                     reserve: &reserve,
+                    places: Cell::new(0),
                 };
                 let at = |i: u64| {
                     let sum: f64 = terms.iter().zip(expansion.basis.double_sum(i)).map(|(x, s)| x * s).sum();

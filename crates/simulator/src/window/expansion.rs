@@ -87,7 +87,7 @@ impl Expansion {
         Expansion {
             blocks,
             sweeps,
-            basis: if plan.friction.law.is_affine() { Basis::of(plan) } else { Basis::none() },
+            basis: if plan.friction.law.is_affine() { Basis::of(plan, sweeps) } else { Basis::none() },
             spring: several(1),
             scaled_spring: several(1),
             driven: plan.drive.springs.iter().map(|spring| (spring.block, 0.0)).collect(),

@@ -1,0 +1,257 @@
+//! Where the fast solver does not pay: no run is to take longer than the plain solver's.
+//!
+//! Random scenarios over all laws, drives, loads and starts, with time steps from a hundredth of the
+//! longest stable one to most of it, so that blocks switch rarely in some and in every other step
+//! in others. Both solvers run each of them in turn, with energies and without: the plain solver
+//! adds energies up in every step, which a plain loop would not.
+
+use std::fs;
+use std::time::Instant;
+
+use asperity_model::Plan;
+use asperity_simulator::{Counters, Fast, Plain, Solver};
+use asperity_testkit::Random;
+
+/// How many scenarios.
+const SCENARIOS: u64 = 200;
+
+/// What scenarios follow from.
+const SEED: u64 = 16;
+
+/// How many times both solvers run each; the median counts.
+const PAIRS: usize = 3;
+
+/// How many of the worst are printed.
+const WORST: usize = 10;
+
+/// Seconds that a plain run may take, about.
+const PLAIN_S: [f64; 2] = [0.15, 0.6];
+
+/// What is known to be hard: scenarios with chattering, creeping or unloaded blocks.
+const HARD: [(&str, &str, &[&str]); 10] = [
+    ("undamped", "default", &["slider.relative_damping=0", "time.step_s=1e-7", "time.duration_s=0.5"]),
+    ("undamped, as stated", "default", &[STATED, "slider.relative_damping=0", "time.step_s=2e-7", FIRST]),
+    (
+        "stiff friction springs",
+        "default",
+        &[STATED, "friction.interfacial_stiffness_ratio=1e3", "time.duration_s=0.05"],
+    ),
+    ("creep", "first-precursor", &["friction.interfacial_stiffness_ratio=10", "time.duration_s=0.05"]),
+    ("coarse steps", "default", &[STATED, "time.step_s=1e-7", FIRST]),
+    ("two-way rule", "default", &[STATED, "friction.reattach=two-way", "time.duration_s=0.05"]),
+    ("unloaded end", "default", &["normal_load.tilt=1", "time.step_s=1e-7", "time.duration_s=0.3"]),
+    ("unloaded start", "default", &["normal_load.tilt=-1", "time.step_s=1e-7", "time.duration_s=0.3"]),
+    ("rigid, critical", "front", &["slider.relative_damping=1", "time.duration_s=0.00001"]),
+    ("rigid, sliding", "slip-pulse", &["slider.relative_damping=3", "time.duration_s=0.00001"]),
+];
+
+const STATED: &str = "parameter_set=as-stated";
+const FIRST: &str = "time.duration_s=0.3";
+
+/// One scenario, and how long both solvers take.
+struct Case {
+    name: String,
+    plain_s: f64,
+    /// Time of the plain solver over that of the fast one: with energies, and without.
+    ratios: [f64; 2],
+    counters: Counters,
+}
+
+pub(crate) fn pays() {
+    println!("## Where the fast solver does not pay: time of the plain solver over its own\n");
+    let mut hard: Vec<Case> = HARD
+        .iter()
+        .map(|(name, scenario, set)| {
+            Case::of((*name).to_owned(), &asperity_testkit::plan(scenario, &[*set, &QUIET].concat()))
+        })
+        .collect();
+    table(&mut hard);
+    let mut random: Vec<Case> = (0..SCENARIOS)
+        .map(|number| {
+            let set = random_scenario(number);
+            Case::of(format!("{number}: {}", set.join(" ")), &asperity_testkit::plan("default", &set))
+        })
+        .collect();
+    let mut plain_s: Vec<f64> = random.iter().map(|case| case.plain_s).collect();
+    plain_s.sort_by(f64::total_cmp);
+    println!(
+        "{SCENARIOS} random scenarios; the plain solver takes {:.2} to {:.2} s.\n",
+        plain_s[0],
+        plain_s[plain_s.len() - 1]
+    );
+    println!("| | least | 5 % | 10 % | half | most |\n|---|---|---|---|---|---|");
+    for (at, name) in ["with energies", "without"].iter().enumerate() {
+        let mut ratios: Vec<f64> = random.iter().map(|case| case.ratios[at]).collect();
+        ratios.sort_by(f64::total_cmp);
+        let [least, twentieth, tenth, half, most] =
+            [0, 5, 10, 50, 100].map(|percent| ratios[(ratios.len() - 1) * percent / 100]);
+        println!("| {name} | {least:.2} | {twentieth:.2} | {tenth:.2} | {half:.1} | {most:.0} |");
+    }
+    println!("\nThe worst of them:\n");
+    random.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
+    table(&mut random[..WORST]);
+}
+
+/// Records are not what is measured.
+const QUIET: [&str; 3] = ["recording.sample_s=0", "recording.fields_s=0", "recording.event_fields=false"];
+
+fn table(cases: &mut [Case]) {
+    cases.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
+    println!(
+        "| scenario | plain solver, s | with energies | without | switches per step | one by one | steps of a window | terms per step |\n\
+         |---|---|---|---|---|---|---|---|"
+    );
+    for Case { name, plain_s, ratios: [with, without], counters } in cases {
+        let steps = counters.steps() as f64;
+        println!(
+            "| {name} | {plain_s:.2} | {with:.2} | {without:.2} | {:.1e} | {:.3} | {} | {:.2} |",
+            counters.switches as f64 / steps,
+            counters.plain_steps as f64 / steps,
+            counters.window_steps.checked_div(counters.windows).unwrap_or(0),
+            counters.applications as f64 / steps,
+        );
+    }
+    println!();
+}
+
+impl Case {
+    fn of(name: String, plan: &Plan) -> Case {
+        let mut plain_s = 0.0;
+        let mut counters = Counters::default();
+        let ratios = [true, false].map(|energies| {
+            let mut ratios = Vec::new();
+            for pair in 0..PAIRS {
+                let mut seconds = [0.0; 2];
+                for is_fast in if pair % 2 == 0 { [false, true] } else { [true, false] } {
+                    seconds[usize::from(is_fast)] = if is_fast {
+                        cpu_s(|| counters = whole(Fast::new(plan.clone()), energies))
+                    } else {
+                        cpu_s(|| {
+                            whole(Plain::new(plan.clone()), energies);
+                        })
+                    };
+                }
+                plain_s = seconds[0];
+                ratios.push(seconds[0] / seconds[1]);
+            }
+            crate::median(ratios)
+        });
+        Case { name, plain_s, ratios, counters }
+    }
+
+    fn worst(&self) -> f64 {
+        self.ratios[0].min(self.ratios[1])
+    }
+}
+
+/// Takes a whole run, with energies or without; a run that does not stay finite up to there.
+fn whole(mut solver: impl Solver, energies: bool) -> Counters {
+    if !energies {
+        let mut state = solver.snapshot();
+        state.energy = None;
+        solver.restore(&state);
+    }
+    while let Ok(Some(record)) = solver.next_record() {
+        std::hint::black_box(record);
+    }
+    solver.counters()
+}
+
+/// Seconds of work on the processor, which other processes disturb less than those on the clock;
+/// these where the system does not tell.
+fn cpu_s(work: impl FnOnce()) -> f64 {
+    let used = || -> Option<f64> {
+        let status = fs::read_to_string("/proc/self/schedstat").ok()?;
+        Some(status.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
+    };
+    let (before, start) = (used(), Instant::now());
+    work();
+    match before.zip(used()) {
+        Some((before, after)) if after > before => after - before,
+        _ => start.elapsed().as_secs_f64(),
+    }
+}
+
+/// The same for the same number.
+fn random_scenario(number: u64) -> Vec<String> {
+    let mut noise = Random::new((SEED * 1000 + number).wrapping_mul(0x9e37_79b9_7f4a_7c15) + 1);
+    let blocks = noise.log_uniform(2.0, 700.0) as u32;
+    let n = f64::from(blocks);
+    let mass_kg = noise.log_uniform(1e-3, 30.0);
+    let damping = noise.pick(&[0.0, 0.0, 0.03, 0.3, 1.0, 1.0, 3.0]);
+    let ratio = noise.pick(&[1.0, 1.0, 10.0, 1e-3, 1e3]);
+    let drive_n_per_m = noise.log_uniform(1e4, 1e8);
+    let mu_s = noise.uniform(0.1, 1.0);
+    let mu_d = mu_s * noise.uniform(0.3, 0.95);
+    let k = 2.5e9 * (n - 1.0) * 1e-4 / 0.1;
+    let m = mass_kg / n;
+    let omega2 = (4.0 * k + ratio * k + drive_n_per_m) / m;
+    let gamma = 4.0 * damping * (k * m).sqrt() / m;
+    let longest_s = ((gamma * gamma + 4.0 * omega2).sqrt() - gamma) / omega2;
+    let step_s = longest_s * noise.log_uniform(0.01, 0.6);
+    let step_s = format!("{step_s:.2e}").parse::<f64>().expect("it was just printed");
+    let plain_s = noise.log_uniform(PLAIN_S[0], PLAIN_S[1]);
+    let steps = (plain_s / (30e-9 + 0.9e-9 * n)).round();
+    // Fast enough for the whole slider to be pulled past its threshold a few times.
+    let reach_m = 400.0 * mu_s * (1.0 / drive_n_per_m + 1.0 / k) * noise.log_uniform(1.0, 20.0);
+    let velocity_m_per_s = reach_m / (steps * step_s);
+    let mut set = vec![
+        format!("slider.blocks={blocks}"),
+        format!("slider.mass_kg={mass_kg}"),
+        format!("slider.relative_damping={damping:?}"),
+        format!("friction.static_coefficient={mu_s}"),
+        format!("friction.dynamic_coefficient={mu_d}"),
+        format!("friction.interfacial_stiffness_ratio={ratio}"),
+        format!("normal_load.tilt={:?}", noise.pick(&[0.0, 0.0, 0.7, -0.7, 1.0, -1.0])),
+        format!("drive.stiffness_n_per_m={drive_n_per_m}"),
+        format!("drive.velocity_m_per_s={velocity_m_per_s}"),
+        format!("time.step_s={step_s}"),
+        format!("time.duration_s={}", step_s * steps),
+        format!("recording.sample_s={}", step_s * 10_000.0),
+        "recording.fields_s=0".to_owned(),
+        "recording.event_fields=false".to_owned(),
+    ];
+    let mut add = |text: String| set.push(text);
+    let law = noise.pick(&["interfacial-springs", "interfacial-springs", "rigid", "velocity-weakening"]);
+    add(format!("friction.law={law}"));
+    let drive = noise.pick(&["side", "side", "top", "left-right"]);
+    add(format!("drive.kind={drive}"));
+    if law == "interfacial-springs" {
+        if drive == "left-right" || noise.below(2) == 0 {
+            add("friction.reattach=two-way".to_owned());
+        }
+        if noise.below(4) == 0 {
+            add("friction.ageing_coefficient=0.02".to_owned());
+            add(format!("friction.ageing_time_s={}", step_s * 1000.0));
+        }
+        if noise.below(3) == 0 {
+            add(format!("initial_shear.beta={}", 0.5 * mu_d));
+        }
+    }
+    if law == "velocity-weakening" {
+        let slip_m_per_s = 400.0 / n * mu_s / (k * m).sqrt();
+        add(format!("friction.weakening_velocity_m_per_s={}", slip_m_per_s * noise.log_uniform(0.1, 10.0)));
+        add(format!("friction.radiation_kg_per_s={}", noise.pick(&[0.0, 0.1]) * (k * m).sqrt()));
+    }
+    if drive == "top" {
+        add(format!("drive.tilt={:?}", noise.pick(&[0.0, 0.5])));
+    }
+    if noise.below(3) == 0 {
+        add(format!("prestress.ratio={}", mu_s * noise.pick(&[-0.5, 0.5, 0.9])));
+    }
+    if law == "interfacial-springs" && noise.below(3) == 0 {
+        let amplitude = velocity_m_per_s * noise.log_uniform(0.1, 100.0);
+        add(format!("initial_velocity.amplitude_m_per_s={amplitude}"));
+        add(format!("initial_velocity.mode={}", noise.below(u64::from(blocks))));
+    }
+    if noise.below(4) == 0 {
+        let knots = [0.3, 0.6].map(|share| step_s * (steps * share).round());
+        add(format!("normal_load.schedule_s=[{},{}]", knots[0], knots[1]));
+        add(format!("normal_load.schedule_n=[400,{}]", noise.pick(&[50.0, 300.0, 800.0])));
+    }
+    if noise.below(4) == 0 {
+        add(format!("friction.static_spread={}", 0.3 * (mu_s - mu_d)));
+        add(format!("friction.dynamic_spread={}", 0.3 * (mu_s - mu_d)));
+    }
+    set
+}

@@ -1,0 +1,89 @@
+//! The coefficients of terms ([`crate::basis`]), from step to step.
+
+use crate::sweep::versions::{Sweeps, dispatch};
+
+/// How many of them are followed.
+pub(crate) const FOLLOWED: usize = 64;
+
+impl Sweeps {
+    dispatch! {
+        /// Takes note of the largest up to now.
+        note_largest(c: &mut Coefficients)
+    }
+
+    dispatch! {
+        /// Goes on to the next step: the coefficients of `A` times a sum of terms, and all sums.
+        next_coefficients(c: &mut Coefficients)
+    }
+}
+
+/// Coefficients of a number of steps, by term.
+#[derive(Debug, Clone)]
+pub(crate) struct Coefficients {
+    /// `1 + centre`, half the focus, and `sigma`.
+    stay: f64,
+    half: f64,
+    sigma: f64,
+    /// `c_j`, and these summed up over the steps before once, twice and three times.
+    pub(crate) now: [f64; FOLLOWED],
+    single: [f64; FOLLOWED],
+    pub(crate) double: [f64; FOLLOWED],
+    pub(crate) triple: [f64; FOLLOWED],
+    /// Sums of `|c_j|`, and those summed up once and twice.
+    pub(crate) sums: [[f64; FOLLOWED]; 3],
+    /// The largest `|c_j|`, of all steps and since it was last set.
+    pub(crate) whole: [f64; FOLLOWED],
+    pub(crate) last: [f64; FOLLOWED],
+}
+
+impl Coefficients {
+    pub(crate) fn of_no_step(centre: f64, focus: f64, sigma: f64) -> Coefficients {
+        let zeros = [0.0; FOLLOWED];
+        let mut now = zeros;
+        now[0] = 1.0;
+        Coefficients {
+            stay: 1.0 + centre,
+            half: focus / 2.0,
+            sigma,
+            now,
+            single: zeros,
+            double: zeros,
+            triple: zeros,
+            sums: [zeros; 3],
+            whole: zeros,
+            last: zeros,
+        }
+    }
+}
+
+#[inline(always)]
+fn note_largest(c: &mut Coefficients) {
+    let Coefficients { now, whole, last, .. } = c;
+    for j in 0..FOLLOWED {
+        whole[j] = whole[j].max(now[j].abs());
+        last[j] = last[j].max(now[j].abs());
+    }
+}
+
+#[inline(always)]
+fn next_coefficients(c: &mut Coefficients) {
+    let &mut Coefficients { stay, half, sigma, .. } = c;
+    let Coefficients { now, single, double, triple, sums: [first, second, third], .. } = c;
+    for j in 0..FOLLOWED {
+        third[j] += second[j];
+        second[j] += first[j];
+        first[j] += now[j].abs();
+        triple[j] += double[j];
+        double[j] += single[j];
+        single[j] += now[j];
+    }
+    // Each with its neighbours, none beyond the ends; `X w_0 = w_1` without the half.
+    let mut beside = [0.0; FOLLOWED + 2];
+    beside[1..=FOLLOWED].copy_from_slice(now);
+    let (mut below, above) = ([0.0; FOLLOWED], &beside[2..]);
+    below.copy_from_slice(&beside[..FOLLOWED]);
+    below[1] *= 2.0;
+    for j in 0..FOLLOWED {
+        now[j] = stay * now[j] + half * (below[j] + sigma * above[j]);
+    }
+}

@@ -52,7 +52,7 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// List the built-in scenarios, or show one in full.
+    /// List the built-in scenarios, show one in full, or say what a run would be.
     #[command(subcommand)]
     Scenario(ScenarioCommand),
     /// Run a scenario and log it.

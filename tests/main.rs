@@ -39,6 +39,7 @@ mod ruptures;
 mod salvage;
 mod scenarios;
 mod summary;
+mod sweep;
 #[cfg(feature = "analysis")]
 mod tables;
 mod terminal;

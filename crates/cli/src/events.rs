@@ -1,6 +1,5 @@
 //! `asperity events`: the slip events that a log holds; of a Parquet table, its rows.
 
-
 #[cfg(feature = "analysis")]
 use asperity_analysis::table_file::{self, PrintError};
 use asperity_runlog::{LogItem, RunReader, Topics};

@@ -106,7 +106,16 @@ impl Board {
     pub(crate) fn study(&self, runs: u64) -> StudyProgress {
         let bar = self.bar("runs", runs, "{prefix:6} {bar:30} {msg}", |bar| self.bars.add(bar));
         let now = Instant::now();
-        StudyProgress { board: self.clone(), bar, runs, done: 0, failed: 0, events: 0, started: now, last_line: now }
+        StudyProgress {
+            board: self.clone(),
+            bar,
+            runs,
+            done: 0,
+            failed: 0,
+            events: 0,
+            started: now,
+            last_line: now,
+        }
     }
 
     /// A bar where there is a terminal.

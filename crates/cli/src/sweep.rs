@@ -121,12 +121,8 @@ fn status(folder: &Path) -> Result<(), Failure> {
 fn in_words(plan: &Plan, counts: Counts) -> String {
     let Counts { done, failed, quarantined, refused, missing } = counts;
     let mut words = format!("{} of {} done", done, runs(plan.rows.len() as u64));
-    let others = [
-        (failed, "failed"),
-        (quarantined, "quarantined"),
-        (refused, "refused"),
-        (missing, "missing"),
-    ];
+    let others =
+        [(failed, "failed"), (quarantined, "quarantined"), (refused, "refused"), (missing, "missing")];
     for (count, word) in others {
         if count > 0 {
             words.push_str(&format!(", {count} {word}"));
@@ -333,7 +329,9 @@ impl Study<'_> {
         let written = match &mut shared.deaths {
             Some(writer) => writer.add(Kind::Died, run, &[]).map_err(|error| error.to_string()),
             none => match Writer::create(self.folder, &self.plan.hash) {
-                Ok(writer) => none.insert(writer).add(Kind::Died, run, &[]).map_err(|error| error.to_string()),
+                Ok(writer) => {
+                    none.insert(writer).add(Kind::Died, run, &[]).map_err(|error| error.to_string())
+                }
                 Err(error) => Err(error.to_string()),
             },
         };
@@ -447,4 +445,3 @@ fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {
     out.write_all(text.as_bytes())?;
     Ok(out.flush()?)
 }
-

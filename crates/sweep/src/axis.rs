@@ -123,11 +123,16 @@ impl Written {
         let axis = match (key, values, range, keys, rows, csv, sample) {
             (Some(key), Some(values), false, None, None, None, None) => {
                 self.none_of(&[("count", count.is_some())])?;
-                Axis { keys: vec![key_of(key)?], rows: values.iter().map(|value| vec![value.clone()]).collect() }
+                Axis {
+                    keys: vec![key_of(key)?],
+                    rows: values.iter().map(|value| vec![value.clone()]).collect(),
+                }
             }
             (Some(key), None, true, None, None, None, None) => {
                 let (Some(from), Some(to), Some(count)) = (*from, *to, *count) else {
-                    return Err(format!("{key}: a range lacks one of from, to and count (accepted: all three)"));
+                    return Err(format!(
+                        "{key}: a range lacks one of from, to and count (accepted: all three)"
+                    ));
                 };
                 let range = Range { key: key.clone(), from, to, spacing: spacing.unwrap_or_default() };
                 let key = range.check()?;
@@ -436,7 +441,8 @@ mod tests {
             parts.sort_unstable();
             assert_eq!(parts, (0..50).collect::<Vec<_>>());
         }
-        let random = "sample = 'random'\ncount = 2000\nranges = [{ key = 'normal_load.tilt', from = -1, to = 1 }]";
+        let random =
+            "sample = 'random'\ncount = 2000\nranges = [{ key = 'normal_load.tilt', from = -1, to = 1 }]";
         let numbers = numbers(&axis(random).unwrap(), 0);
         let mean = numbers.iter().sum::<f64>() / 2000.0;
         assert!(mean.abs() < 0.05 && numbers.iter().any(|x| *x < -0.99) && numbers.iter().any(|x| *x > 0.99));
@@ -448,7 +454,10 @@ mod tests {
             ("key = 'normal_load.tilt'\nvalues = []", "normal_load.tilt: no values"),
             ("key = 'normal_load.tilt'\nvalues = [0, 0.5, 0.0]", "stands there twice"),
             ("key = 'normal_load.tlit'\nvalues = [0]", "normal_load.tlit: unknown key"),
-            ("key = 'normal_load.tilt'\nvalues = [1.5]", "1.5 is not accepted (accepted: a number from -1 to 1)"),
+            (
+                "key = 'normal_load.tilt'\nvalues = [1.5]",
+                "1.5 is not accepted (accepted: a number from -1 to 1)",
+            ),
             ("key = 'slider.blocks'\nvalues = [10.5]", "10.5 is not accepted"),
             ("key = 'normal_load.tilt'\nfrom = 0\nto = 1", "lacks one of from, to and count"),
             ("key = 'slider.mass_kg'\nfrom = 0\nto = 1\ncount = 3\nspacing = 'log'", "numbers above 0"),
@@ -456,13 +465,16 @@ mod tests {
             ("key = 'drive.kind'\nfrom = 0\nto = 1\ncount = 2", "it holds no number"),
             ("key = 'friction.static_offsets'\nvalues = [0]", "a list cannot be an axis"),
             ("keys = ['slider.blocks', 'slider.blocks']\nrows = [[10, 20]]", "stands twice on one axis"),
-            ("keys = ['slider.blocks', 'slider.mass_kg']\nrows = [[10]]", "row 1 of slider.blocks, slider.mass_kg has 1"),
+            (
+                "keys = ['slider.blocks', 'slider.mass_kg']\nrows = [[10]]",
+                "row 1 of slider.blocks, slider.mass_kg has 1",
+            ),
             ("count = 3", "not one way of saying what varies"),
             ("csv = 'nowhere.csv'", "nowhere.csv"),
             ("colour = 1", "unknown field"),
         ] {
             let error = axis(text).unwrap_err();
-            assert!(error.contains(problem) , "{text}: {error}");
+            assert!(error.contains(problem), "{text}: {error}");
             assert!(error.contains("(accepted: ") || error.contains("expected"), "{text}: {error}");
         }
     }

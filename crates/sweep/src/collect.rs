@@ -70,10 +70,7 @@ pub fn collect(
         .filter_map(|path| KEYS.iter().find(|key| key.path == path.as_str()))
         .collect();
     let files = FileSet::new(Existing::Replace, inputs);
-    let kinds = [
-        (Keep::Events, EventKind::of::<SlipEvent>()),
-        (Keep::Ruptures, EventKind::of::<Rupture>()),
-    ];
+    let kinds = [(Keep::Events, EventKind::of::<SlipEvent>()), (Keep::Ruptures, EventKind::of::<Rupture>())];
     let summary_columns: Vec<usize> = (0..Summary::KEYS.len())
         .filter(|n| {
             let name = Summary::KEYS[*n].column.name.as_ref();
@@ -103,7 +100,8 @@ pub fn collect(
         let common = common_cells(row, &keys, &mut words);
         let unreadable = |error| CollectError::Result { run: row.run, error };
         let mut cells = common.clone();
-        let word = |text: &str, words: &mut Words| if text.is_empty() { Cell::Empty } else { words.cell(text) };
+        let word =
+            |text: &str, words: &mut Words| if text.is_empty() { Cell::Empty } else { words.cell(text) };
         let mut reason = row.refused.clone().unwrap_or_default();
         let mut summary = None;
         match state {

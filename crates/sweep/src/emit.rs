@@ -62,7 +62,8 @@ impl Job {
     pub fn row(&self) -> String {
         let Job { tasks, cores, .. } = self;
         let [program, folder] = [&self.program, &self.folder].map(|word| quoted(word));
-        let command = format!("{program} --quiet sweep run {folder} --chunk {{directory}}/{tasks} --jobs {cores}");
+        let command =
+            format!("{program} --quiet sweep run {folder} --chunk {{directory}}/{tasks} --jobs {cores}");
         let command = toml::Value::String(command);
         format!(
             "# Put it into a folder of its own, with a folder in `workspace` for each part, called 1 to {tasks}:\n\

@@ -142,7 +142,9 @@ impl Plan {
             if refused.len() > MOST_TOLD {
                 problem.push_str(&format!("\nand {} more", refused.len() - MOST_TOLD));
             }
-            problem.push_str("\n(accepted: other values, or --skip-refused to leave those out that are refused)");
+            problem.push_str(
+                "\n(accepted: other values, or --skip-refused to leave those out that are refused)",
+            );
             return Err(PlanError::Refused { problem });
         }
         let text = lines(&common, &rows);
@@ -179,13 +181,12 @@ impl Plan {
         }
         let (first, rows) = body.split_once('\n').ok_or_else(edited)?;
         let common: Common = serde_json::from_str(first).map_err(|error| {
-            no_plan(&format!("a plan of another form: {error} (accepted: one by this version of the program)"))
+            no_plan(&format!(
+                "a plan of another form: {error} (accepted: one by this version of the program)"
+            ))
         })?;
-        let rows = rows
-            .lines()
-            .map(serde_json::from_str)
-            .collect::<Result<Vec<Row>, _>>()
-            .map_err(|_| edited())?;
+        let rows =
+            rows.lines().map(serde_json::from_str).collect::<Result<Vec<Row>, _>>().map_err(|_| edited())?;
         Ok(Plan { common, rows, hash: end.blake3 })
     }
 
@@ -216,8 +217,10 @@ impl Plan {
         let id = Task::new(&scenario).header().run_id;
         match &row.id {
             Some(planned) if *planned == id => Ok(scenario),
-            _ => Err("its scenario is another now than when it was planned; a file that it names has changed"
-                .to_owned()),
+            _ => {
+                Err("its scenario is another now than when it was planned; a file that it names has changed"
+                    .to_owned())
+            }
         }
     }
 }

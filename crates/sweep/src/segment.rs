@@ -276,9 +276,9 @@ mod tests {
         let (first, frame) = (whole.len() - 4 * 25, 25);
         for cut in 0..whole.len() {
             fs::write(&path, &whole[..cut]).unwrap();
-            let expected = cut.checked_sub(first).map(|behind| {
-                ((1..=(behind / frame) as u64).collect::<Vec<_>>(), (behind % frame) as u64)
-            });
+            let expected = cut
+                .checked_sub(first)
+                .map(|behind| ((1..=(behind / frame) as u64).collect::<Vec<_>>(), (behind % frame) as u64));
             assert_eq!(read(), expected, "{cut}");
         }
         for at in first..whole.len() {

@@ -176,7 +176,8 @@ mod tests {
 
     #[test]
     fn every_point_meets_every_other_and_the_last_axis_runs_fastest() {
-        let sweep = parse(&format!("{TILTS}[[axis]]\nkey = 'slider.blocks'\nvalues = [10, 20, 30]\n")).unwrap();
+        let sweep =
+            parse(&format!("{TILTS}[[axis]]\nkey = 'slider.blocks'\nvalues = [10, 20, 30]\n")).unwrap();
         assert_eq!((sweep.count(), sweep.keys().join(" ").as_str()), (6, "normal_load.tilt slider.blocks"));
         let blocks = |run| sweep.values(run)[1].clone();
         assert_eq!([0, 1, 2, 3].map(blocks), [10, 20, 30, 10].map(Value::Whole));

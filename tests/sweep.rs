@@ -20,7 +20,7 @@ struct Study {
 const SHORT: &str = "
 title = 'Short runs'
 scenario = 'default'
-set = ['slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=0.5']
+set = ['slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
 [[axis]]
 key = 'normal_load.tilt'
 values = [-0.5, 0, 0.5]
@@ -94,7 +94,7 @@ fn tables_of_a_study_are_those_of_its_runs() {
             "--set",
             "time.step_s=1e-7",
             "--set",
-            "time.duration_s=0.5",
+            "time.duration_s=1",
             "--set",
             "normal_load.tilt=0.5",
             "--set",

@@ -5,8 +5,9 @@ use std::io::{self, BufRead, BufReader, Write};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
+use std::time::Duration;
 
 #[cfg(feature = "analysis")]
 use asperity_analysis::parquet_tables::Parquet;
@@ -34,11 +35,11 @@ use crate::terminal::{self, say};
 pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failure> {
     match command {
         SweepCommand::Plan(arguments) => plan(arguments, board),
+        SweepCommand::Run(arguments) if arguments.worker => work(&arguments.folder),
         SweepCommand::Run(arguments) => run(arguments, board),
         SweepCommand::Status(arguments) => status(&arguments.folder),
         SweepCommand::Collect(arguments) => collect_tables(arguments, board),
         SweepCommand::Emit(arguments) => emit(arguments),
-        SweepCommand::Worker(arguments) => work(&arguments.folder),
     }
 }
 
@@ -132,7 +133,7 @@ fn in_words(plan: &Plan, counts: Counts) -> String {
 }
 
 fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
-    let SweepRunArguments { folder, index, chunk, missing: _, jobs, max_fails } = arguments;
+    let SweepRunArguments { folder, index, chunk, jobs, max_fails, .. } = arguments;
     let (plan, results) = read(folder)?;
     plan.check_code(folder).map_err(Failure::bad_input)?;
     let chosen: Option<BTreeSet<u64>> = match index {
@@ -167,6 +168,7 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
         max_fails: *max_fails,
         shared: Mutex::new(Shared {
             queue,
+            workers: Vec::new(),
             deaths: None,
             failed: 0,
             progress: board.study(results.missing().filter(is_chosen).count() as u64),
@@ -176,8 +178,13 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     };
     drop(results);
     thread::scope(|scope| {
-        for _ in 0..jobs {
-            scope.spawn(|| study.supervise());
+        let supervisors: Vec<_> = (0..jobs).map(|_| scope.spawn(|| study.supervise())).collect();
+        while !supervisors.iter().all(|supervisor| supervisor.is_finished()) {
+            if interrupt::has_come() {
+                // What they are at is as if never begun.
+                study.shared().workers.iter().for_each(|worker| drop(lock(worker).kill()));
+            }
+            thread::sleep(LOOK_INTERVAL);
         }
     });
     let shared = study.shared.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -216,6 +223,7 @@ struct Study<'a> {
 struct Shared {
     /// Runs to be made, and how often their process died.
     queue: VecDeque<(u64, u32)>,
+    workers: Vec<Arc<Mutex<Child>>>,
     /// Where deaths are written, once there is one.
     deaths: Option<Writer>,
     failed: u64,
@@ -224,9 +232,16 @@ struct Shared {
     problem: Option<String>,
 }
 
+/// How often it is seen whether a signal has come.
+const LOOK_INTERVAL: Duration = Duration::from_millis(20);
+
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// A process that makes runs, one after the other, as it is told.
 struct Worker {
-    child: Child,
+    child: Arc<Mutex<Child>>,
     tell: Option<ChildStdin>,
     hear: BufReader<ChildStdout>,
 }
@@ -234,14 +249,14 @@ struct Worker {
 impl Worker {
     fn start(folder: &Path) -> io::Result<Worker> {
         let mut child = Command::new(std::env::current_exe()?)
-            .args(["--quiet", "sweep", "worker"])
+            .args(["--quiet", "sweep", "run", "--worker"])
             .arg(folder)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()?;
         let (tell, hear) = (child.stdin.take(), child.stdout.take());
         let hear = BufReader::new(hear.ok_or_else(|| io::Error::other("no pipe"))?);
-        Ok(Worker { child, tell, hear })
+        Ok(Worker { child: Arc::new(Mutex::new(child)), tell, hear })
     }
 
     /// Has it make a run; what it says of it, or nothing if it died.
@@ -258,13 +273,13 @@ impl Drop for Worker {
     fn drop(&mut self) {
         // It ends when nothing more is asked of it.
         self.tell = None;
-        self.child.wait().ok();
+        lock(&self.child).wait().ok();
     }
 }
 
 impl Study<'_> {
-    fn shared(&self) -> std::sync::MutexGuard<'_, Shared> {
-        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    fn shared(&self) -> MutexGuard<'_, Shared> {
+        lock(&self.shared)
     }
 
     fn next(&self) -> Option<(u64, u32)> {
@@ -281,7 +296,10 @@ impl Study<'_> {
         while let Some((run, deaths)) = self.next() {
             if worker.is_none() {
                 worker = match Worker::start(self.folder) {
-                    Ok(started) => Some(started),
+                    Ok(started) => {
+                        self.shared().workers.push(Arc::clone(&started.child));
+                        Some(started)
+                    }
                     Err(error) => return self.give_up(format!("failed to start a worker: {error}")),
                 };
             }
@@ -289,7 +307,7 @@ impl Study<'_> {
             match current.make(run) {
                 Some(said) => self.heard(run, &said),
                 None => {
-                    let status = current.child.wait();
+                    let status = lock(&current.child).wait();
                     worker = None;
                     // One that was told to stop, or told why it cannot go on.
                     if interrupt::has_come() {

@@ -4,6 +4,30 @@
 //! sweep (TOML) -> plan -> results in segments, by any number of workers -> tables
 //! ```
 //!
+//! Which runs there are, and what they vary:
+//!
+//! ```
+//! use asperity_sweep::{Plan, Sweep};
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("sweep.toml");
+//! let text = "
+//! title = 'Tilts'
+//! scenario = 'default'
+//! [[axis]]
+//! key = 'normal_load.tilt'
+//! from = -0.5
+//! to = 0.5
+//! count = 3
+//! ";
+//! # std::fs::write(&path, text)?;
+//! let plan = Plan::of(&Sweep::read(&path)?, false, None)?;
+//! assert_eq!(plan.rows.len(), 3);
+//! assert_eq!(plan.common.assignments(&plan.rows[2].values), ["normal_load.tilt=0.5"]);
+//! assert_eq!(plan.scenario(&plan.rows[2])?.normal_load.tilt, 0.5);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! In reading order:
 //!
 //! - [`axis`]: what varies; [`Sweep`]: the file that says so.

@@ -83,9 +83,6 @@ Examples:
   asperity sweep emit list out/tilts --tasks 16 > out/commands.txt
   asperity sweep emit row out/tilts > out/workflow.toml")]
     Emit(SweepEmitArguments),
-    /// Make runs as they are named on standard input.
-    #[command(hide = true)]
-    Worker(SweepFolder),
 }
 
 #[derive(Debug, Args)]
@@ -123,6 +120,9 @@ pub(crate) struct SweepRunArguments {
     /// Stop when more runs than this have failed [default: never].
     #[arg(long, value_name = "N")]
     pub(crate) max_fails: Option<u64>,
+    /// Make the runs that are named on standard input.
+    #[arg(long, hide = true)]
+    pub(crate) worker: bool,
 }
 
 #[derive(Debug, Args)]

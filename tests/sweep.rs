@@ -118,7 +118,7 @@ fn tables_of_a_study_are_those_of_its_runs() {
     assert!(compared > 40, "{compared}");
     let of_log = rows(succeed(&["events", text(&log), "--format", "csv"]).as_bytes());
     let of_study: Vec<_> = events.iter().filter(|event| event["run"] == "5").collect();
-    assert!(of_log.len() > 20);
+    assert!(of_log.len() > 5, "{}", of_log.len());
     assert_eq!(of_log.len(), of_study.len());
     for (expected, found) in of_log.iter().zip(of_study) {
         for column in ["onset_s", "end_s", "last_block", "ft_fn_onset"] {

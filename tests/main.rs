@@ -41,6 +41,7 @@ mod salvage;
 mod scenarios;
 mod stopped;
 mod summary;
+mod sweep;
 #[cfg(feature = "analysis")]
 mod tables;
 mod terminal;

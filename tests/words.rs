@@ -391,6 +391,7 @@ pages_that_run! {
     rules_run: "docs/rules.md",
     ruptures_run: "docs/ruptures.md",
     scenarios_run: "docs/scenarios.md",
+    sweeps_run: "docs/sweeps.md",
 }
 
 /// The program of `docs/extending.md` builds outside the workspace and prints what the page says.

@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::BufWriter;
 
 use asperity_export::batch::{Batch, Values};
-use asperity_export::format::{About, Format, FormatError, TableWriter};
+use asperity_export::format::{Format, FormatError, TableWriter};
 use asperity_export::layout::Layout;
 use asperity_record::ColumnKind;
 use polars::prelude::{
@@ -59,10 +59,10 @@ impl TableWriter for ParquetTable {
         self.writer.write_batch(&frame).map_err(refused)
     }
 
-    fn finish(self: Box<Self>, about: &About) -> Result<File, FormatError> {
+    fn finish(self: Box<Self>, about: &[(String, String)]) -> Result<File, FormatError> {
         // Whether the log is whole is known only now, and the writer's own way of
         // ending a file takes no more than it was started with.
-        let metadata = KeyValueMetadata::from_static(about.pairs(&self.layout))
+        let metadata = KeyValueMetadata::from_static(about.to_vec())
             .collect(ParquetMetadataContext { arrow_schema: "" })
             .map_err(refused)?;
         let mut writer =
@@ -140,7 +140,7 @@ mod tests {
             scales: None,
         };
         let about = About { header, state: State::Damaged, last_step: 8, from_s: Some(0.5), to_s: None };
-        table.finish(&about).unwrap();
+        table.finish(&about.pairs(&layout)).unwrap();
 
         let mut reader = ParquetReader::new(File::open(&path).unwrap());
         let metadata = reader.get_metadata().unwrap().clone();

@@ -6,6 +6,10 @@ use std::sync::LazyLock;
 use asperity_run::SolverKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+pub(crate) use sweep::*;
+
+mod sweep;
+
 /// What `--version` says: the package's version, and that of the code that shapes a run.
 static LONG_VERSION: LazyLock<String> =
     LazyLock::new(|| format!("{}\ncode version {}", env!("CARGO_PKG_VERSION"), asperity_run::CODE_VERSION));
@@ -80,6 +84,9 @@ pub(crate) enum Command {
     /// Compare the fast solver with the plain one in every run of a pipeline.
     #[cfg(feature = "analysis")]
     VerifySolver(VerifySolverArguments),
+    /// Vary parameters: many runs from one file, here or on a cluster, as tables.
+    #[command(subcommand)]
+    Sweep(SweepCommand),
     /// Print the completion script of a shell.
     Completions(CompletionsArguments),
     /// Write the manual pages.

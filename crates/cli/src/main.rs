@@ -22,6 +22,7 @@ mod ruptures;
 mod salvage;
 mod scenario;
 mod summary;
+mod sweep;
 mod terminal;
 mod validate;
 #[cfg(feature = "analysis")]
@@ -88,6 +89,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Reproduce(arguments) => reproduce::command(&arguments, &board),
         #[cfg(feature = "analysis")]
         Command::VerifySolver(arguments) => verify::command(&arguments, &board),
+        Command::Sweep(command) => sweep::command(&command, &board),
         Command::Completions(arguments) => completions::command(&arguments),
         Command::Man(arguments) => man::command(&arguments),
     }

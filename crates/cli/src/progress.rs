@@ -107,6 +107,22 @@ impl Board {
         Stages { bar: self.bar(name, 1, "{prefix:20} {bar:30} {msg}", |bar| self.bars.add(bar)) }
     }
 
+    /// Starts the progress of a study of so many runs.
+    pub(crate) fn study(&self, runs: u64) -> StudyProgress {
+        let bar = self.bar("runs", runs, "{prefix:6} {bar:30} {msg}", |bar| self.bars.add(bar));
+        let now = Instant::now();
+        StudyProgress {
+            board: self.clone(),
+            bar,
+            runs,
+            done: 0,
+            failed: 0,
+            events: 0,
+            started: now,
+            last_line: now,
+        }
+    }
+
     /// A bar where there is a terminal.
     fn bar(
         &self,
@@ -138,6 +154,63 @@ impl Stages {
 }
 
 impl Drop for Stages {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// The progress of many runs that are counted only.
+pub(crate) struct StudyProgress {
+    board: Board,
+    bar: ProgressBar,
+    runs: u64,
+    done: u64,
+    failed: u64,
+    events: u64,
+    started: Instant,
+    last_line: Instant,
+}
+
+impl StudyProgress {
+    /// Takes note of a run that is done, with so many slip events.
+    pub(crate) fn done(&mut self, events: u64) {
+        self.done += 1;
+        self.events += events;
+        self.show();
+    }
+
+    /// Takes note of a run that failed.
+    pub(crate) fn failed(&mut self) {
+        self.failed += 1;
+        self.show();
+    }
+
+    fn show(&mut self) {
+        let over = self.done + self.failed;
+        self.bar.set_position(over);
+        self.bar.set_message(self.status());
+        if !self.board.on_terminal && self.last_line.elapsed() > LINE_INTERVAL {
+            self.last_line = Instant::now();
+            self.board.line(&self.status());
+        }
+    }
+
+    fn status(&self) -> String {
+        let (over, elapsed) = (self.done + self.failed, self.started.elapsed().as_secs_f64());
+        let mut status = format!("{} of {} runs done", self.done, self.runs);
+        if self.failed > 0 {
+            status.push_str(&format!(", {} failed", self.failed));
+        }
+        status.push_str(&format!(", {} slip events", self.events));
+        let left_s = elapsed * (self.runs - over) as f64 / over as f64;
+        match Duration::try_from_secs_f64(left_s) {
+            Ok(left) if over < self.runs => format!("{status}, {:#} left", HumanDuration(left)),
+            _ => status,
+        }
+    }
+}
+
+impl Drop for StudyProgress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

@@ -9,7 +9,7 @@ use std::io::{self, BufWriter, Write};
 use asperity_record::{Cell, Column};
 
 use crate::batch::Batch;
-use crate::format::{About, Format, FormatError, TableWriter};
+use crate::format::{Format, FormatError, TableWriter};
 use crate::layout::Layout;
 
 /// How doubles are spelled. Both read back as the same double.
@@ -119,7 +119,7 @@ impl TableWriter for CsvRows<BufWriter<File>> {
         Ok(())
     }
 
-    fn finish(self: Box<Self>, _about: &About) -> Result<File, FormatError> {
+    fn finish(self: Box<Self>, _about: &[(String, String)]) -> Result<File, FormatError> {
         let buffer = CsvRows::finish(*self)?;
         Ok(buffer.into_inner().map_err(|error| error.into_error())?)
     }

@@ -442,7 +442,9 @@ impl<'a> Export<'a> {
         let mut written = Vec::new();
         for table in &mut self.tables {
             if let Some(writer) = table.writer.take() {
-                writer.finish(&about).map_err(|error| write_error(&table.path, error))?;
+                writer
+                    .finish(&about.pairs(&table.layout))
+                    .map_err(|error| write_error(&table.path, error))?;
                 written.push((table.path.clone(), Some(table.rows)));
             }
         }

@@ -40,11 +40,12 @@ pub trait TableWriter {
     fn write(&mut self, batch: &Batch) -> Result<(), FormatError>;
 
     /// Writes what is still to be written and gives the file back, to be synced.
-    /// `about` says where the rows are from; formats that have a place for it keep it.
+    /// `about` says where the rows are from, in names and texts; formats that have a place for it
+    /// keep it.
     ///
     /// # Errors
     /// If the file cannot be written.
-    fn finish(self: Box<Self>, about: &About) -> Result<File, FormatError>;
+    fn finish(self: Box<Self>, about: &[(String, String)]) -> Result<File, FormatError>;
 }
 
 /// What a log is worth, as far as a table made of it must say.

@@ -8,7 +8,7 @@ use asperity_record::Column;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use crate::batch::Batch;
-use crate::format::{About, Format, FormatError, TableWriter};
+use crate::format::{Format, FormatError, TableWriter};
 use crate::layout::Layout;
 
 /// Newline-delimited JSON.
@@ -40,7 +40,7 @@ impl TableWriter for Lines {
         Ok(())
     }
 
-    fn finish(self: Box<Self>, _about: &About) -> Result<File, FormatError> {
+    fn finish(self: Box<Self>, _about: &[(String, String)]) -> Result<File, FormatError> {
         Ok(self.file.into_inner().map_err(|error| error.into_error())?)
     }
 }

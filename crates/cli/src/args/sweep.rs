@@ -1,0 +1,206 @@
+//! Arguments of `asperity sweep`.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, Subcommand, ValueEnum};
+
+#[derive(Debug, Subcommand)]
+#[command(after_help = "\
+Examples:
+  asperity sweep plan out/tilts.toml -o out/tilts
+  asperity sweep run out/tilts
+  asperity sweep status out/tilts
+  asperity sweep collect out/tilts
+
+A sweep is a TOML file with a scenario and what varies:
+
+  title = \"Precursors under a tilted load\"
+  scenario = \"default\"
+  [[axis]]
+  key = \"normal_load.tilt\"
+  from = -0.8
+  to = 0.8
+  count = 9
+
+docs/sweeps.md has all of it.")]
+pub(crate) enum SweepCommand {
+    /// Write the plan of a sweep: every run with its values and its id.
+    #[command(after_help = "\
+Examples:
+  asperity sweep plan out/tilts.toml -o out/tilts
+  asperity sweep plan out/tilts.toml -o out/tilts --skip-refused")]
+    Plan(SweepPlanArguments),
+    /// Make the runs of a plan that are not made yet, on all cores.
+    #[command(after_help = "\
+Examples:
+  asperity sweep run out/tilts
+  asperity sweep run out/tilts --index 3,7-9
+  asperity sweep run out/tilts --chunk 2/8 --jobs 4
+
+What is done is done: killed at any time and called again, it makes what is
+missing. A run that fails is recorded with its reason and does not stop the
+others. One whose process died three times is not tried again.
+
+Exit codes:
+  0    all runs that were asked for are done
+  1    failure; or some of them failed
+  2    bad input; the plan is by other code, or was edited
+  130  interrupted by SIGINT; what was done is kept
+  143  interrupted by SIGTERM, likewise")]
+    Run(SweepRunArguments),
+    /// Say which runs are done, failed and missing.
+    #[command(after_help = "\
+Examples:
+  asperity sweep status out/tilts
+
+Exit codes:
+  0  all runs are done
+  1  failure; or runs failed
+  2  bad input
+  3  runs are missing")]
+    Status(SweepFolder),
+    /// Make the tables of a study: runs, slip events, ruptures.
+    #[command(after_help = "\
+Examples:
+  asperity sweep collect out/tilts
+  asperity sweep collect out/tilts --to csv -o out/tables
+
+Every table has a column for each key that varies. The files are the same bytes
+whatever the way the runs were made. Tables that are there are replaced.
+
+Exit codes:
+  0  the tables hold all runs
+  1  failure; or runs failed, and the tables say which
+  2  bad input
+  3  runs are missing, and the tables say which")]
+    Collect(SweepCollectArguments),
+    /// Print a script that makes the runs on a cluster.
+    #[command(after_help = "\
+Examples:
+  asperity sweep emit slurm out/tilts --tasks 16 --cores 4 > out/sweep.slurm
+  asperity sweep emit list out/tilts --tasks 16 > out/commands.txt
+  asperity sweep emit row out/tilts > out/workflow.toml")]
+    Emit(SweepEmitArguments),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepPlanArguments {
+    /// The sweep.
+    #[arg(value_name = "SWEEP.toml")]
+    pub(crate) sweep: PathBuf,
+    /// Folder of the study; must be new or empty.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Record combinations that the scenario refuses, instead of stopping there.
+    #[arg(long)]
+    pub(crate) skip_refused: bool,
+    /// How many runs to resolve at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepRunArguments {
+    /// Folder of the study.
+    pub(crate) folder: PathBuf,
+    /// Only these runs, as in 3,7-9.
+    #[arg(long, value_name = "RUNS")]
+    pub(crate) index: Option<String>,
+    /// Only the K-th of N parts.
+    #[arg(long, value_name = "K/N")]
+    pub(crate) chunk: Option<SweepChunk>,
+    /// All runs that are not made yet, as without it; for scripts.
+    #[arg(long, conflicts_with_all = ["index", "chunk"])]
+    pub(crate) missing: bool,
+    /// How many runs to make at once [default: one per core].
+    #[arg(long, value_name = "N")]
+    pub(crate) jobs: Option<NonZeroUsize>,
+    /// Stop when more runs than this have failed [default: never].
+    #[arg(long, value_name = "N")]
+    pub(crate) max_fails: Option<u64>,
+    /// Make the runs that are named on standard input.
+    #[arg(long, hide = true)]
+    pub(crate) worker: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepFolder {
+    /// Folder of the study.
+    pub(crate) folder: PathBuf,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SweepTable {
+    /// Columns with types and units, compressed.
+    #[cfg(feature = "analysis")]
+    Parquet,
+    /// Comma-separated, one header line, numbers in full precision.
+    Csv,
+}
+
+#[cfg(feature = "analysis")]
+const TABLES: &str = "parquet";
+#[cfg(not(feature = "analysis"))]
+const TABLES: &str = "csv";
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepCollectArguments {
+    /// Folder of the study.
+    pub(crate) folder: PathBuf,
+    /// The formats of the tables.
+    #[arg(long, value_enum, value_name = "FORMAT", value_delimiter = ',', default_value = TABLES)]
+    pub(crate) to: Vec<SweepTable>,
+    /// Folder for the tables [default: tables, in that of the study].
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SweepEngine {
+    /// A job array for Slurm, with a job behind it that makes the tables.
+    Slurm,
+    /// One command a line, for GNU parallel, HyperQueue and the like.
+    List,
+    /// A workflow for row.
+    Row,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SweepEmitArguments {
+    /// What the script is for.
+    pub(crate) engine: SweepEngine,
+    /// Folder of the study.
+    pub(crate) folder: PathBuf,
+    /// Into how many parts the runs are cut [default: one per run, 1000 at most].
+    #[arg(long, value_name = "N")]
+    pub(crate) tasks: Option<u64>,
+    /// Cores of a task.
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub(crate) cores: NonZeroUsize,
+    /// Time of a task, as Slurm writes it.
+    #[arg(long, value_name = "TIME", default_value = "01:00:00")]
+    pub(crate) time: String,
+}
+
+/// One of several parts, `K/N`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct SweepChunk {
+    /// Which, from 1.
+    pub(crate) part: u64,
+    /// How many there are.
+    pub(crate) of: u64,
+}
+
+impl FromStr for SweepChunk {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<SweepChunk, String> {
+        let parts = text.split_once('/').map(|(part, of)| (part.parse(), of.parse()));
+        match parts {
+            Some((Ok(part), Ok(of))) if 1 <= part && part <= of => Ok(SweepChunk { part, of }),
+            _ => Err("accepted: K/N with K from 1 to N, as in 2/8".to_owned()),
+        }
+    }
+}

@@ -1,0 +1,465 @@
+//! `asperity sweep`: parameter studies.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::io::{self, BufRead, BufReader, Write};
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+#[cfg(feature = "analysis")]
+use asperity_analysis::parquet_tables::Parquet;
+use asperity_export::Csv;
+use asperity_export::format::Format;
+use asperity_files::{Inputs, is_new_folder};
+use asperity_sweep::emit::{Job, MOST_TASKS};
+use asperity_sweep::plan::FILE;
+use asperity_sweep::results::{Counts, MOST_DEATHS, State, parse_ranges, ranges};
+use asperity_sweep::segment::{Kind, Writer};
+use asperity_sweep::work::{Made, make};
+use asperity_sweep::{Plan, PlanError, Results, Sweep, collect};
+
+use crate::args::{
+    SweepChunk, SweepCollectArguments, SweepCommand, SweepEmitArguments, SweepEngine, SweepPlanArguments,
+    SweepRunArguments, SweepTable,
+};
+use crate::exit::{Code, Failure};
+use crate::interrupt;
+use crate::outputs::{create_folder, refused};
+use crate::progress::{Board, StudyProgress};
+use crate::summary;
+use crate::terminal::{self, say};
+
+pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failure> {
+    match command {
+        SweepCommand::Plan(arguments) => plan(arguments, board),
+        SweepCommand::Run(arguments) if arguments.worker => work(&arguments.folder),
+        SweepCommand::Run(arguments) => run(arguments, board),
+        SweepCommand::Status(arguments) => status(&arguments.folder),
+        SweepCommand::Collect(arguments) => collect_tables(arguments, board),
+        SweepCommand::Emit(arguments) => emit(arguments),
+    }
+}
+
+fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
+    let SweepPlanArguments { sweep, out, skip_refused, jobs } = arguments;
+    if !is_new_folder(out).unwrap_or(false) {
+        return Err(Failure::BadInput(format!(
+            "--out {} exists already and is not empty (accepted: a new or empty folder)",
+            out.display()
+        )));
+    }
+    let read = Sweep::read(sweep).map_err(Failure::bad_input)?;
+    let plan = Plan::of(&read, *skip_refused, *jobs)
+        .map_err(|error| Failure::BadInput(format!("{}: {error}", sweep.display())))?;
+    create_folder(out)?;
+    plan.write(out, Inputs::of([sweep])).map_err(|error| match error {
+        PlanError::File(error) => refused("--out", &error, false),
+        error => Failure::failed(error),
+    })?;
+    let refused = plan.rows.iter().filter(|row| row.refused.is_some()).count();
+    let mut line = format!("{} planned", runs(plan.rows.len() as u64));
+    if refused > 0 {
+        line.push_str(&format!(", of which {refused} are refused"));
+    }
+    board.line(&line);
+    Ok(say(out.join(FILE).display())?)
+}
+
+fn runs(count: u64) -> String {
+    if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
+}
+
+fn read(folder: &Path) -> Result<(Plan, Results), Failure> {
+    let plan = Plan::read(folder).map_err(Failure::bad_input)?;
+    let results = Results::read(folder, &plan)
+        .map_err(|error| Failure::Failed(format!("{}: {error}", folder.display())))?;
+    Ok((plan, results))
+}
+
+/// The exit code of a study in that state.
+fn outcome(counts: Counts) -> Result<(), Failure> {
+    let code = if counts.missing > 0 {
+        Code::Incomplete
+    } else if counts.failed + counts.quarantined > 0 {
+        Code::Failed
+    } else {
+        Code::Success
+    };
+    code.said()
+}
+
+fn status(folder: &Path) -> Result<(), Failure> {
+    let (plan, results) = read(folder)?;
+    let counts = results.counts();
+    say(in_words(&plan, counts))?;
+    let of = |is: fn(State) -> bool| {
+        ranges(plan.rows.iter().map(|row| row.run).filter(|run| is(results.state(*run))))
+    };
+    let lists: [(&str, fn(State) -> bool); 4] = [
+        ("failed", |state| matches!(state, State::Failed(_))),
+        ("quarantined", |state| state == State::Quarantined),
+        ("refused", |state| state == State::Refused),
+        ("missing", State::is_missing),
+    ];
+    for (name, is) in lists {
+        let runs = of(is);
+        if !runs.is_empty() {
+            say(format_args!("{name}: {runs}"))?;
+        }
+    }
+    for (path, bytes) in &results.torn {
+        say(format_args!("{}: its last {bytes} bytes are of no whole result", path.display()))?;
+    }
+    for path in &results.foreign {
+        say(format_args!("{}: no segment of this plan, left alone", path.display()))?;
+    }
+    outcome(counts)
+}
+
+fn in_words(plan: &Plan, counts: Counts) -> String {
+    let Counts { done, failed, quarantined, refused, missing } = counts;
+    let mut words = format!("{} of {} done", done, runs(plan.rows.len() as u64));
+    let others =
+        [(failed, "failed"), (quarantined, "quarantined"), (refused, "refused"), (missing, "missing")];
+    for (count, word) in others {
+        if count > 0 {
+            words.push_str(&format!(", {count} {word}"));
+        }
+    }
+    words
+}
+
+fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
+    let SweepRunArguments { folder, index, chunk, jobs, max_fails, .. } = arguments;
+    let (plan, results) = read(folder)?;
+    plan.check_code(folder).map_err(Failure::bad_input)?;
+    let chosen: Option<BTreeSet<u64>> = match index {
+        None => None,
+        Some(text) => {
+            let runs = parse_ranges(text, plan.rows.len() as u64);
+            Some(runs.map_err(|error| Failure::BadInput(format!("--index {error}")))?.into_iter().collect())
+        }
+    };
+    let is_chosen = |run: &u64| {
+        chosen.as_ref().is_none_or(|chosen| chosen.contains(run))
+            && chunk.is_none_or(|SweepChunk { part, of }| run % of == part % of)
+    };
+    let queue: VecDeque<(u64, u32)> = results
+        .missing()
+        .filter(is_chosen)
+        .map(|run| match results.state(run) {
+            State::Missing(deaths) => (run, deaths),
+            _ => (run, 0),
+        })
+        .collect();
+    if queue.is_empty() {
+        board.line(&in_words(&plan, results.counts()));
+        return outcome(Counts { missing: 0, ..results.counts() });
+    }
+    interrupt::install()?;
+    let jobs = jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+    let jobs = jobs.min(queue.len());
+    let study = Study {
+        plan: &plan,
+        folder,
+        max_fails: *max_fails,
+        shared: Mutex::new(Shared {
+            queue,
+            workers: Vec::new(),
+            deaths: None,
+            failed: 0,
+            progress: board.study(results.missing().filter(is_chosen).count() as u64),
+            problem: None,
+        }),
+        board,
+    };
+    drop(results);
+    thread::scope(|scope| {
+        let supervisors: Vec<_> = (0..jobs).map(|_| scope.spawn(|| study.supervise())).collect();
+        while !supervisors.iter().all(|supervisor| supervisor.is_finished()) {
+            if interrupt::has_come() {
+                // What they are at is as if never begun.
+                study.shared().workers.iter().for_each(|worker| drop(lock(worker).kill()));
+            }
+            thread::sleep(LOOK_INTERVAL);
+        }
+    });
+    let shared = study.shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+    drop(shared.progress);
+    if let Some(code) = interrupt::code() {
+        board.line("interrupted; `asperity sweep run` goes on from here");
+        return Err(Failure::Said(code));
+    }
+    if let Some(problem) = shared.problem {
+        return Err(Failure::Failed(problem));
+    }
+    let (plan, results) = read(folder)?;
+    board.line(&in_words(&plan, results.counts()));
+    let mut counts = Counts::default();
+    for row in plan.rows.iter().filter(|row| is_chosen(&row.run)) {
+        match results.state(row.run) {
+            State::Failed(_) => counts.failed += 1,
+            State::Quarantined => counts.quarantined += 1,
+            State::Missing(_) => counts.missing += 1,
+            State::Done(_) | State::Refused => {}
+        }
+    }
+    outcome(counts)
+}
+
+/// Runs that are being made, by workers in processes of their own.
+struct Study<'a> {
+    plan: &'a Plan,
+    folder: &'a Path,
+    max_fails: Option<u64>,
+    shared: Mutex<Shared>,
+    board: &'a Board,
+}
+
+/// What the workers' supervisors share.
+struct Shared {
+    /// Runs to be made, and how often their process died.
+    queue: VecDeque<(u64, u32)>,
+    workers: Vec<Arc<Mutex<Child>>>,
+    /// Where deaths are written, once there is one.
+    deaths: Option<Writer>,
+    failed: u64,
+    progress: StudyProgress,
+    /// Why no more runs are made.
+    problem: Option<String>,
+}
+
+/// How often it is seen whether a signal has come.
+const LOOK_INTERVAL: Duration = Duration::from_millis(20);
+
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A process that makes runs, one after the other, as it is told.
+struct Worker {
+    child: Arc<Mutex<Child>>,
+    tell: Option<ChildStdin>,
+    hear: BufReader<ChildStdout>,
+}
+
+impl Worker {
+    fn start(folder: &Path) -> io::Result<Worker> {
+        let mut child = Command::new(std::env::current_exe()?)
+            .args(["--quiet", "sweep", "run", "--worker"])
+            .arg(folder)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()?;
+        let (tell, hear) = (child.stdin.take(), child.stdout.take());
+        let hear = BufReader::new(hear.ok_or_else(|| io::Error::other("no pipe"))?);
+        Ok(Worker { child: Arc::new(Mutex::new(child)), tell, hear })
+    }
+
+    /// Has it make a run; what it says of it, or nothing if it died.
+    fn make(&mut self, run: u64) -> Option<String> {
+        let tell = self.tell.as_mut()?;
+        writeln!(tell, "{run}").and_then(|()| tell.flush()).ok()?;
+        let mut line = String::new();
+        let read = self.hear.read_line(&mut line).ok()?;
+        (read > 0 && line.ends_with('\n')).then(|| line.trim_end().to_owned())
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        // It ends when nothing more is asked of it.
+        self.tell = None;
+        lock(&self.child).wait().ok();
+    }
+}
+
+impl Study<'_> {
+    fn shared(&self) -> MutexGuard<'_, Shared> {
+        lock(&self.shared)
+    }
+
+    fn next(&self) -> Option<(u64, u32)> {
+        let mut shared = self.shared();
+        if shared.problem.is_some() || interrupt::has_come() {
+            return None;
+        }
+        shared.queue.pop_front()
+    }
+
+    /// Has a worker make runs until there are none, and another if it dies.
+    fn supervise(&self) {
+        let mut worker: Option<Worker> = None;
+        while let Some((run, deaths)) = self.next() {
+            if worker.is_none() {
+                worker = match Worker::start(self.folder) {
+                    Ok(started) => {
+                        self.shared().workers.push(Arc::clone(&started.child));
+                        Some(started)
+                    }
+                    Err(error) => return self.give_up(format!("failed to start a worker: {error}")),
+                };
+            }
+            let Some(current) = &mut worker else { return };
+            match current.make(run) {
+                Some(said) => self.heard(run, &said),
+                None => {
+                    let status = lock(&current.child).wait();
+                    worker = None;
+                    // One that was told to stop, or told why it cannot go on.
+                    if interrupt::has_come() {
+                        return;
+                    }
+                    match status {
+                        Ok(status) if status.code().is_some_and(|code| code < 100) => {
+                            return self.give_up("a worker cannot go on; it said why".to_owned());
+                        }
+                        Ok(status) => self.died(run, deaths + 1, &status.to_string()),
+                        Err(error) => return self.give_up(format!("a worker is lost: {error}")),
+                    }
+                }
+            }
+        }
+    }
+
+    fn give_up(&self, problem: String) {
+        self.shared().problem.get_or_insert(problem);
+    }
+
+    fn heard(&self, run: u64, said: &str) {
+        let mut shared = self.shared();
+        match said.split_once(' ') {
+            Some(("done", events)) => shared.progress.done(events.parse().unwrap_or(0)),
+            _ => {
+                let reason = said.strip_prefix("failed ").unwrap_or(said);
+                self.tell_failure(run, reason);
+                self.failed(&mut shared);
+            }
+        }
+    }
+
+    fn died(&self, run: u64, deaths: u32, how: &str) {
+        self.tell_failure(run, &format!("its process died, {how}"));
+        let mut shared = self.shared();
+        let written = match &mut shared.deaths {
+            Some(writer) => writer.add(Kind::Died, run, &[]).map_err(|error| error.to_string()),
+            none => match Writer::create(self.folder, &self.plan.hash) {
+                Ok(writer) => {
+                    none.insert(writer).add(Kind::Died, run, &[]).map_err(|error| error.to_string())
+                }
+                Err(error) => Err(error.to_string()),
+            },
+        };
+        if let Err(problem) = written {
+            shared.problem.get_or_insert(problem);
+        } else if deaths < MOST_DEATHS {
+            shared.queue.push_back((run, deaths));
+        } else {
+            self.failed(&mut shared);
+        }
+    }
+
+    fn tell_failure(&self, run: u64, reason: &str) {
+        let values = self.plan.common.assignments(&self.plan.rows[run as usize - 1].values).join(" ");
+        self.board.line(&format!("run {run}, {values}: {reason}"));
+    }
+
+    fn failed(&self, shared: &mut Shared) {
+        shared.failed += 1;
+        shared.progress.failed();
+        if self.max_fails.is_some_and(|most| shared.failed > most) {
+            let problem = format!("more than {} runs failed (--max-fails)", shared.failed - 1);
+            shared.problem.get_or_insert(problem);
+        }
+    }
+}
+
+/// Makes the runs that come in on standard input, a number a line, and says of each what became of
+/// it.
+fn work(folder: &Path) -> Result<(), Failure> {
+    // The first signal is for the run that is under way, which is then as if never begun.
+    interrupt::install()?;
+    let plan = Plan::read(folder).map_err(Failure::failed)?;
+    plan.check_code(folder).map_err(Failure::failed)?;
+    let mut segment: Option<Writer> = None;
+    for line in io::stdin().lock().lines() {
+        let line = line.map_err(Failure::failed)?;
+        let run: u64 = line.trim().parse().map_err(|_| Failure::Failed(format!("{line} is no run")))?;
+        let row = (run as usize).checked_sub(1).and_then(|index| plan.rows.get(index));
+        let row = row.ok_or_else(|| Failure::Failed(format!("there is no run {run}")))?;
+        let made = make(&plan, row, folder, summary::slider, &interrupt::has_come);
+        let segment = match &mut segment {
+            Some(segment) => segment,
+            none => none.insert(Writer::create(folder, &plan.hash).map_err(Failure::failed)?),
+        };
+        let (kind, content, said) = match made.map_err(Failure::Failed)? {
+            Made::Done { content, events } => (Kind::Done, content, format!("done {events}")),
+            Made::Failed(reason) => {
+                let said = format!("failed {}", reason.replace('\n', " "));
+                (Kind::Failed, reason.into_bytes(), said)
+            }
+            Made::Stopped => return Err(Failure::Said(interrupt::code().unwrap_or(Code::Interrupted))),
+        };
+        segment
+            .add(kind, run, &content)
+            .map_err(|error| Failure::Failed(format!("failed to write a result: {error}")))?;
+        say(said)?;
+    }
+    if let Some(mut segment) = segment {
+        segment.sync().map_err(Failure::failed)?;
+    }
+    Ok(())
+}
+
+fn collect_tables(arguments: &SweepCollectArguments, board: &Board) -> Result<(), Failure> {
+    let SweepCollectArguments { folder, to, out } = arguments;
+    let (plan, mut results) = read(folder)?;
+    let out = out.clone().unwrap_or_else(|| folder.join("tables"));
+    create_folder(&out)?;
+    let formats: Vec<&dyn Format> = to
+        .iter()
+        .map(|format| match format {
+            #[cfg(feature = "analysis")]
+            SweepTable::Parquet => &Parquet as &dyn Format,
+            SweepTable::Csv => &Csv,
+        })
+        .collect();
+    let inputs = Inputs::of([folder.join(FILE)]);
+    let stages = board.stages("tables");
+    let all = plan.rows.len();
+    let (counts, paths) = collect(&plan, &mut results, &out, inputs, &formats, |run| {
+        stages.reached("runs", run as usize, all);
+    })
+    .map_err(Failure::failed)?;
+    drop(stages);
+    for path in paths {
+        say(path.display())?;
+    }
+    board.line(&in_words(&plan, counts));
+    outcome(counts)
+}
+
+fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {
+    let SweepEmitArguments { engine, folder, tasks, cores, time } = arguments;
+    let plan = Plan::read(folder).map_err(Failure::bad_input)?;
+    let most = MOST_TASKS.min(plan.rows.len() as u64);
+    let tasks = tasks.unwrap_or(most);
+    if !(1..=most).contains(&tasks) {
+        return Err(Failure::BadInput(format!("--tasks {tasks} (accepted: 1 to {most})")));
+    }
+    let absolute = |path: &Path| std::path::absolute(path).map(|path| path.display().to_string());
+    let program = std::env::current_exe().and_then(|path| absolute(&path)).map_err(Failure::failed)?;
+    let folder = absolute(folder).map_err(Failure::failed)?;
+    let job = Job { program, folder, tasks, cores: cores.get() as u64, time: time.clone() };
+    let text = match engine {
+        SweepEngine::Slurm => job.slurm(),
+        SweepEngine::List => job.list(),
+        SweepEngine::Row => job.row(),
+    };
+    let mut out = terminal::data();
+    out.write_all(text.as_bytes())?;
+    Ok(out.flush()?)
+}

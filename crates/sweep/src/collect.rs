@@ -1,0 +1,252 @@
+//! The tables of a study: one of its runs, one of their slip events, one of their ruptures, each
+//! with a column for every key that varies.
+//!
+//! Rows stand in the order of the runs, in groups of a fixed number, so that the files are the same
+//! whatever the way the results were made. What is held in memory is a group of each table.
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use asperity_export::batch::Batch;
+use asperity_export::format::{Format, FormatError, TableWriter};
+use asperity_export::layout::Layout;
+use asperity_files::{Existing, FileError, FileSet, Inputs};
+use asperity_model::keys::{KEYS, Key};
+use asperity_record::{Cell, Column, ColumnKind, EventKind, Rupture, SlipEvent};
+use asperity_summary::Summary;
+
+use crate::axis::{self, Value};
+use crate::plan::{Plan, Row};
+use crate::results::{Counts, Results, State};
+use crate::sweep::Keep;
+use crate::work::unpack;
+
+/// Rows of a group.
+const GROUP_ROWS: usize = 20_000;
+
+/// A table that cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum CollectError {
+    /// A result cannot be read.
+    #[error("run {run}: its result cannot be read: {error}")]
+    Result {
+        /// The run.
+        run: u64,
+        /// What reading it gave.
+        error: io::Error,
+    },
+    /// A file cannot be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// Its format cannot hold it.
+    #[error("{}: {error}", path.display())]
+    Format {
+        /// The table.
+        path: PathBuf,
+        /// Why.
+        error: FormatError,
+    },
+}
+
+/// Writes the tables into a folder, in place of those that are there: all, or none if something
+/// fails. `watch` is told of each run.
+///
+/// # Errors
+/// If a result cannot be read, or a table cannot be written.
+pub fn collect(
+    plan: &Plan,
+    results: &mut Results,
+    folder: &Path,
+    inputs: Inputs,
+    formats: &[&dyn Format],
+    mut watch: impl FnMut(u64),
+) -> Result<(Counts, Vec<PathBuf>), CollectError> {
+    let keys: Vec<&Key> = plan
+        .common
+        .keys
+        .iter()
+        .filter_map(|path| KEYS.iter().find(|key| key.path == path.as_str()))
+        .collect();
+    let files = FileSet::new(Existing::Replace, inputs);
+    let kinds = [(Keep::Events, EventKind::of::<SlipEvent>()), (Keep::Ruptures, EventKind::of::<Rupture>())];
+    let summary_columns: Vec<usize> = (0..Summary::KEYS.len())
+        .filter(|n| {
+            let name = Summary::KEYS[*n].column.name.as_ref();
+            name != "run" && name != "status" && !plan.common.keys.iter().any(|key| key == name)
+        })
+        .collect();
+    let mut columns = common_columns(&keys);
+    columns.extend([
+        Column::new("status", ColumnKind::Word, "`done`, `failed`, `quarantined`, `refused` or `missing`."),
+        Column::new("reason", ColumnKind::Word, "Why it failed or was refused."),
+        Column::new("run_id", ColumnKind::Word, "What it is called in a log."),
+        Column::new("ended", ColumnKind::Word, "How the run ended, see `status` of a summary."),
+    ]);
+    columns.extend(summary_columns.iter().map(|n| Summary::KEYS[*n].column.clone()));
+    let mut runs = Tables::begin(&files, folder, "runs", columns, formats)?;
+    let mut of_events = Vec::new();
+    for (keep, kind) in &kinds {
+        if plan.common.keep.contains(keep) {
+            let mut columns = common_columns(&keys);
+            columns.extend(kind.columns.iter().cloned());
+            of_events.push((kind, Tables::begin(&files, folder, kind.table, columns, formats)?));
+        }
+    }
+    let mut words = Words::default();
+    for row in &plan.rows {
+        let state = results.state(row.run);
+        let common = common_cells(row, &keys, &mut words);
+        let unreadable = |error| CollectError::Result { run: row.run, error };
+        let mut cells = common.clone();
+        let word =
+            |text: &str, words: &mut Words| if text.is_empty() { Cell::Empty } else { words.cell(text) };
+        let mut reason = row.refused.clone().unwrap_or_default();
+        let mut summary = None;
+        match state {
+            State::Done(place) => {
+                let outcome = results.content(place).and_then(|content| unpack(&content));
+                let outcome = outcome.map_err(unreadable)?;
+                for event in &outcome.events {
+                    let table = of_events.iter_mut().find(|(kind, _)| kind.topic == event.topic);
+                    let Some((kind, tables)) = table else { continue };
+                    let mut cells = common.clone();
+                    cells.extend(kind.cells(&event.payload).map_err(|error| unreadable(error.into()))?);
+                    tables.push(&cells)?;
+                }
+                summary = Some(outcome.summary);
+            }
+            State::Failed(place) => {
+                let content = results.content(place).map_err(unreadable)?;
+                reason = String::from_utf8_lossy(&content).into_owned();
+            }
+            State::Quarantined => "its process died again and again".clone_into(&mut reason),
+            State::Missing(_) | State::Refused => {}
+        }
+        cells.extend([
+            Cell::Word(state.word()),
+            word(&reason, &mut words),
+            word(row.id.as_deref().unwrap_or_default(), &mut words),
+            word(summary.as_ref().map_or("", |summary| &summary.status), &mut words),
+        ]);
+        let values = summary.as_ref().map(Summary::values);
+        cells.extend(summary_columns.iter().map(|n| {
+            let value = values.as_ref().map_or(&serde_json::Value::Null, |values| &values[*n]);
+            cell(value, Summary::KEYS[*n].column.kind, &mut words)
+        }));
+        runs.push(&cells)?;
+        watch(row.run);
+    }
+    let about = [
+        ("asperity:title".to_owned(), plan.common.title.clone()),
+        ("asperity:plan".to_owned(), plan.hash.clone()),
+        ("asperity:code_version".to_owned(), plan.common.code_version.clone()),
+    ];
+    let mut paths = runs.finish(&about)?;
+    for (_, tables) in of_events {
+        paths.extend(tables.finish(&about)?);
+    }
+    files.publish()?;
+    Ok((results.counts(), paths))
+}
+
+fn common_columns(keys: &[&Key]) -> Vec<Column> {
+    let run = Column::new("run", ColumnKind::Step, "The run's number in its plan, from 1.");
+    std::iter::once(run).chain(keys.iter().map(|key| axis::column(key))).collect()
+}
+
+fn common_cells(row: &Row, keys: &[&Key], words: &mut Words) -> Vec<Cell> {
+    let value = |(key, value): (&&Key, &Value)| match (axis::column(key).kind, value) {
+        (ColumnKind::Number, Value::Whole(number)) => Cell::Number(*number as f64),
+        (_, Value::Whole(number)) => Cell::Step(number.unsigned_abs()),
+        (_, Value::Number(number)) => Cell::Number(*number),
+        (_, Value::Flag(flag)) => Cell::Flag(*flag),
+        (_, Value::Text(text)) => words.cell(text),
+    };
+    std::iter::once(Cell::Step(row.run)).chain(keys.iter().zip(&row.values).map(value)).collect()
+}
+
+fn cell(value: &serde_json::Value, kind: ColumnKind, words: &mut Words) -> Cell {
+    match kind {
+        ColumnKind::Count => {
+            value.as_u64().and_then(|count| u32::try_from(count).ok()).map_or(Cell::Empty, Cell::Count)
+        }
+        ColumnKind::Step => value.as_u64().map_or(Cell::Empty, Cell::Step),
+        ColumnKind::Number => value.as_f64().map_or(Cell::Empty, Cell::Number),
+        ColumnKind::Flag => value.as_bool().map_or(Cell::Empty, Cell::Flag),
+        ColumnKind::Word => value.as_str().map_or(Cell::Empty, |word| words.cell(word)),
+    }
+}
+
+/// Words of cells, which must last as long as the program; each is kept once.
+#[derive(Debug, Default)]
+struct Words(BTreeSet<&'static str>);
+
+impl Words {
+    fn cell(&mut self, text: &str) -> Cell {
+        if let Some(known) = self.0.get(text) {
+            return Cell::Word(known);
+        }
+        let word: &'static str = Box::leak(text.to_owned().into_boxed_str());
+        self.0.insert(word);
+        Cell::Word(word)
+    }
+}
+
+/// A table that is being written, in every format.
+struct Tables {
+    batch: Batch,
+    writers: Vec<(PathBuf, Box<dyn TableWriter>)>,
+}
+
+impl Tables {
+    fn begin(
+        files: &FileSet,
+        folder: &Path,
+        name: &str,
+        columns: Vec<Column>,
+        formats: &[&dyn Format],
+    ) -> Result<Tables, CollectError> {
+        let batch = Batch::new(&columns);
+        let layout = Layout { topic: name.to_owned().into(), columns };
+        let writers = formats
+            .iter()
+            .map(|format| {
+                let path = folder.join(format!("{name}.{}", format.extension()));
+                let file: File = files.create(&path)?;
+                match format.start(&layout, file) {
+                    Ok(writer) => Ok((path, writer)),
+                    Err(error) => Err(CollectError::Format { path, error }),
+                }
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Tables { batch, writers })
+    }
+
+    fn push(&mut self, cells: &[Cell]) -> Result<(), CollectError> {
+        self.batch.push(cells);
+        if self.batch.rows() == GROUP_ROWS { self.flush() } else { Ok(()) }
+    }
+
+    fn flush(&mut self) -> Result<(), CollectError> {
+        for (path, writer) in &mut self.writers {
+            let written = writer.write(&self.batch);
+            written.map_err(|error| CollectError::Format { path: path.clone(), error })?;
+        }
+        self.batch.clear();
+        Ok(())
+    }
+
+    fn finish(mut self, about: &[(String, String)]) -> Result<Vec<PathBuf>, CollectError> {
+        if self.batch.rows() > 0 {
+            self.flush()?;
+        }
+        let mut paths = Vec::new();
+        for (path, writer) in self.writers {
+            writer.finish(about).map_err(|error| CollectError::Format { path: path.clone(), error })?;
+            paths.push(path);
+        }
+        Ok(paths)
+    }
+}

@@ -1,0 +1,55 @@
+//! Parameter studies: many runs of one scenario, made on one machine or on many, and their tables.
+//!
+//! ```text
+//! sweep (TOML) -> plan -> results in segments, by any number of workers -> tables
+//! ```
+//!
+//! Which runs there are, and what they vary:
+//!
+//! ```
+//! use asperity_sweep::{Plan, Sweep};
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("sweep.toml");
+//! let text = "
+//! title = 'Tilts'
+//! scenario = 'default'
+//! [[axis]]
+//! key = 'normal_load.tilt'
+//! from = -0.5
+//! to = 0.5
+//! count = 3
+//! ";
+//! # std::fs::write(&path, text)?;
+//! let plan = Plan::of(&Sweep::read(&path)?, false, None)?;
+//! assert_eq!(plan.rows.len(), 3);
+//! assert_eq!(plan.common.assignments(&plan.rows[2].values), ["normal_load.tilt=0.5"]);
+//! assert_eq!(plan.scenario(&plan.rows[2])?.normal_load.tilt, 0.5);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! In reading order:
+//!
+//! - [`axis`]: what varies; [`Sweep`]: the file that says so.
+//! - [`Plan`]: every run with its values and its id, made once and never changed.
+//! - [`work`]: one run, from its row to what is kept of it.
+//! - [`segment`]: where a worker puts results; [`Results`]: what there is in all of them.
+//! - [`collect()`]: the tables.
+//! - [`emit`]: scripts for clusters.
+//!
+//! What comes out depends on the plan alone: not on the order of the runs, how many workers there
+//! were, or how often they were killed.
+
+pub mod axis;
+mod collect;
+pub mod emit;
+pub mod plan;
+pub mod results;
+pub mod segment;
+mod sweep;
+pub mod work;
+
+pub use collect::{CollectError, collect};
+pub use plan::{Plan, PlanError};
+pub use results::Results;
+pub use sweep::{Keep, Sweep, SweepError};

@@ -1,0 +1,383 @@
+//! Parameter studies: what comes out depends on the plan alone, however often workers and those who
+//! lead them are killed, and in whatever parts the runs are made.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use asperity_testkit::Random;
+
+use crate::support::binary::{asperity, run, succeed, text};
+
+/// A folder with a sweep in it.
+struct Study {
+    folder: tempfile::TempDir,
+}
+
+const SHORT: &str = "
+title = 'Short runs'
+scenario = 'default'
+set = ['slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
+[[axis]]
+key = 'normal_load.tilt'
+values = [-0.5, 0, 0.5]
+[[axis]]
+keys = ['friction.static_coefficient', 'friction.dynamic_coefficient']
+rows = [[0.5, 0.3], [0.7, 0.45]]
+";
+
+impl Study {
+    fn of(sweep: &str) -> Study {
+        let study = Study { folder: asperity_testkit::folder() };
+        fs::write(study.path("sweep.toml"), sweep).expect("the folder can be written");
+        study
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn plan(&self, name: &str) -> PathBuf {
+        let out = self.path(name);
+        succeed(&["sweep", "plan", text(&self.path("sweep.toml")), "--out", text(&out)]);
+        out
+    }
+}
+
+/// The bytes of all tables of a study.
+fn tables(study: &Path) -> BTreeMap<String, Vec<u8>> {
+    let formats = if cfg!(feature = "analysis") { "parquet,csv" } else { "csv" };
+    succeed(&["sweep", "collect", text(study), "--to", formats]);
+    let entries = fs::read_dir(study.join("tables")).expect("there are tables");
+    entries
+        .map(|entry| {
+            let path = entry.expect("the folder can be read").path();
+            let name = path.file_name().expect("a file has a name").to_string_lossy().into_owned();
+            (name, fs::read(path).expect("the table can be read"))
+        })
+        .collect()
+}
+
+/// The rows of a CSV file, by the names of its columns.
+fn rows(csv: &[u8]) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_reader(csv);
+    reader.deserialize().map(|row| row.expect("it is CSV")).collect()
+}
+
+fn sweep(arguments: &[&str]) -> (i32, String, String) {
+    let output = asperity(&[&["sweep"], arguments].concat());
+    let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code().unwrap_or(-1), words(&output.stdout), words(&output.stderr))
+}
+
+/// What a study says of a run is what the run says of itself.
+#[test]
+fn tables_of_a_study_are_those_of_its_runs() {
+    let study = Study::of(SHORT);
+    let out = study.plan("study");
+    assert_eq!(sweep(&["status", text(&out)]).0, 3);
+    succeed(&["sweep", "run", text(&out)]);
+    assert_eq!(sweep(&["status", text(&out)]), (0, "6 of 6 runs done\n".to_owned(), String::new()));
+    let tables = tables(&out);
+    let all = rows(&tables["runs.csv"]);
+    let events = rows(&tables["events.csv"]);
+    assert_eq!(all.len(), 6);
+    let log = study.path("one.mcap");
+    run(
+        &[
+            "default",
+            "--set",
+            "slider.blocks=20",
+            "--set",
+            "time.step_s=1e-7",
+            "--set",
+            "time.duration_s=1",
+            "--set",
+            "normal_load.tilt=0.5",
+            "--set",
+            "friction.static_coefficient=0.5",
+            "--set",
+            "friction.dynamic_coefficient=0.3",
+        ],
+        &log,
+    );
+    let row = &all[4];
+    assert_eq!((&*row["run"], &*row["normal_load.tilt"], &*row["status"]), ("5", "0.5", "done"));
+    let summary = rows(succeed(&["summary", text(&log), "--format", "csv"]).as_bytes()).remove(0);
+    let mut compared = 0;
+    for (key, expected) in summary.iter().filter(|(key, _)| !["run", "status"].contains(&key.as_str())) {
+        let number = |text: &str| text.parse::<f64>().ok();
+        let found = &row[key];
+        let same = found == expected || number(found).is_some() && number(found) == number(expected);
+        assert!(same, "{key}: {found}, and the log has {expected}");
+        compared += usize::from(!expected.is_empty());
+    }
+    assert!(compared > 40, "{compared}");
+    let of_log = rows(succeed(&["events", text(&log), "--format", "csv"]).as_bytes());
+    let of_study: Vec<_> = events.iter().filter(|event| event["run"] == "5").collect();
+    assert!(of_log.len() > 5, "{}", of_log.len());
+    assert_eq!(of_log.len(), of_study.len());
+    for (expected, found) in of_log.iter().zip(of_study) {
+        for column in ["onset_s", "end_s", "last_block", "ft_fn_onset"] {
+            let [expected, found] = [expected, found].map(|row| row[column].parse::<f64>().ok());
+            assert_eq!(expected, found, "{column}");
+        }
+    }
+}
+
+/// The processes that a process has started.
+#[cfg(target_os = "linux")]
+fn children(parent: u32) -> Vec<u32> {
+    let of = |task: PathBuf| fs::read_to_string(task.join("children")).unwrap_or_default();
+    let tasks = fs::read_dir(format!("/proc/{parent}/task")).into_iter().flatten().flatten();
+    let lists: Vec<String> = tasks.map(|task| of(task.path())).collect();
+    lists.iter().flat_map(|list| list.split_whitespace()).filter_map(|id| id.parse().ok()).collect()
+}
+
+#[cfg(target_os = "linux")]
+fn kill(process: u32) {
+    // It may be over already.
+    let killed = Command::new("kill").args(["-9", &process.to_string()]).stderr(Stdio::null()).status();
+    killed.expect("kill is there");
+}
+
+fn start(arguments: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_asperity"))
+        .args(["--quiet", "sweep"])
+        .args(arguments)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the binary starts")
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn killed_thirty_times_a_study_gives_the_same_tables() {
+    let text_of = "
+title = 'Runs to be killed'
+scenario = 'default'
+set = ['slider.blocks=30', 'time.duration_s=1']
+[[axis]]
+key = 'normal_load.tilt'
+from = -0.6
+to = 0.6
+count = 20
+[[axis]]
+key = 'parameter_set'
+values = ['as-coded', 'as-stated']
+";
+    let study = Study::of(text_of);
+    let whole = study.plan("whole");
+    let started = Instant::now();
+    succeed(&["sweep", "run", text(&whole)]);
+    let takes = started.elapsed();
+    let killed = study.plan("killed");
+    let mut random = Random::new(11);
+    let (mut kills, mut before) = (0, 0);
+    let mut grew = 0;
+    while kills < 30 {
+        let mut parent = start(&["run", text(&killed)]);
+        let after = takes.as_secs_f64() * 0.25 * (random.below(1000) as f64 / 1000.0);
+        thread::sleep(Duration::from_secs_f64(after));
+        let workers = children(parent.id());
+        if parent.try_wait().expect("it is ours").is_some() {
+            break;
+        }
+        if kills % 2 == 0 {
+            kill(parent.id());
+        } else if let Some(worker) = workers.get(random.below(2) as usize) {
+            kill(*worker);
+            thread::sleep(Duration::from_secs_f64(0.05 * takes.as_secs_f64()));
+            kill(parent.id());
+        } else {
+            kill(parent.id());
+        }
+        parent.wait().expect("it is ours");
+        // Workers that have lost their leader end with the run that they are at.
+        let deadline = Instant::now() + Duration::from_secs(60);
+        while workers.iter().any(|worker| Path::new(&format!("/proc/{worker}/exe")).exists()) {
+            assert!(Instant::now() < deadline, "a worker goes on without its leader");
+            thread::sleep(Duration::from_millis(5));
+        }
+        kills += 1;
+        let (_, status, _) = sweep(&["status", text(&killed)]);
+        let done: u32 = status.split(' ').next().and_then(|n| n.parse().ok()).expect("it counts them");
+        assert!(done >= before, "{status}");
+        grew += u32::from(done > before);
+        before = done;
+    }
+    assert!(kills >= 4 && grew >= 2, "{kills} kills, {grew} with something done");
+    succeed(&["sweep", "run", text(&killed)]);
+    assert!(tables(&killed) == tables(&whole), "other tables");
+    // Nothing is made again.
+    let segments = || fs::read_dir(killed.join("segments")).expect("it is there").count();
+    let count = segments();
+    succeed(&["sweep", "run", text(&killed)]);
+    assert_eq!(segments(), count);
+}
+
+#[test]
+fn parts_made_at_once_give_the_same_tables() {
+    let study = Study::of(SHORT);
+    let [whole, parts] = ["whole", "parts"].map(|name| study.plan(name));
+    succeed(&["sweep", "run", text(&whole), "--jobs", "1"]);
+    let running: Vec<Child> = ["1/3", "2/3", "3/3"]
+        .map(|chunk| start(&["run", text(&parts), "--chunk", chunk, "--jobs", "1"]))
+        .into();
+    for mut child in running {
+        assert!(child.wait().expect("it is ours").success());
+    }
+    assert!(tables(&parts) == tables(&whole), "other tables");
+    // One by one, and one of them twice.
+    let single = study.plan("single");
+    for index in ["6", "1-2", "4", "3-5", "1"] {
+        succeed(&["sweep", "run", text(&single), "--index", index]);
+    }
+    assert!(tables(&single) == tables(&whole), "other tables");
+    // A torn end costs the run that it was of.
+    let segment = fs::read_dir(single.join("segments")).expect("it is there").next();
+    let segment = segment.expect("there is one").expect("it can be read").path();
+    let bytes = fs::read(&segment).expect("it can be read");
+    fs::write(&segment, &bytes[..bytes.len() - 3]).expect("it can be written");
+    let (code, status, _) = sweep(&["status", text(&single)]);
+    assert_eq!(code, 3, "{status}");
+    assert!(
+        status.contains("5 of 6 runs done, 1 missing") && status.contains("of no whole result"),
+        "{status}"
+    );
+    succeed(&["sweep", "run", text(&single)]);
+    assert!(tables(&single) == tables(&whole), "other tables");
+}
+
+/// A run that takes its process with it is tried three times.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_run_whose_process_dies_again_and_again_is_left_out() {
+    let study = Study::of(
+        "
+title = 'A run that kills'
+scenario = 'default'
+[[axis]]
+keys = ['slider.blocks', 'time.duration_s']
+rows = [[10, 0.1], [400, 50.0]]
+",
+    );
+    let out = study.plan("study");
+    succeed(&["sweep", "run", text(&out), "--index", "1"]);
+    let mut parent = start(&["run", text(&out)]);
+    let deadline = Instant::now() + Duration::from_secs(120);
+    while parent.try_wait().expect("it is ours").is_none() {
+        assert!(Instant::now() < deadline, "it goes on for ever");
+        children(parent.id()).into_iter().for_each(kill);
+        thread::sleep(Duration::from_millis(100));
+    }
+    assert_eq!(parent.wait().expect("it is ours").code(), Some(1));
+    let (code, status, _) = sweep(&["status", text(&out)]);
+    assert_eq!(code, 1, "{status}");
+    assert_eq!(status, "1 of 2 runs done, 1 quarantined\nquarantined: 2\n");
+    let (code, _, err) = sweep(&["collect", text(&out), "--to", "csv"]);
+    assert_eq!(code, 1, "{err}");
+    let runs = rows(&fs::read(out.join("tables/runs.csv")).expect("there is a table"));
+    assert_eq!((&*runs[0]["status"], &*runs[1]["status"]), ("done", "quarantined"));
+}
+
+#[test]
+fn plans_of_others_and_edited_ones_are_refused() {
+    let study = Study::of(SHORT);
+    let out = study.plan("study");
+    let plan = out.join("plan.ndjson");
+    let good = fs::read_to_string(&plan).expect("there is a plan");
+    let (body, _) = good.trim_end().rsplit_once('\n').expect("it has lines");
+    let sealed = |body: String| {
+        let body = body + "\n";
+        format!("{body}{{\"rows\":6,\"blake3\":\"{}\"}}\n", blake3::hash(body.as_bytes()).to_hex())
+    };
+    assert_eq!(sealed(body.to_owned()), good);
+    let version = good.split("\"code_version\":\"").nth(1).expect("it has one").split('"').next();
+    let version = version.expect("it has one");
+    for (text_of, problem) in [
+        (good.replace("0.45", "0.46"), "not as it was written"),
+        (good[..good.len() / 2].to_owned(), "not as it was written"),
+        (String::new(), "not as it was written"),
+        (sealed(body.replace(version, "0123456789abcdef")), "code version 0123456789abcdef"),
+        (sealed(body.replace("\"id\":\"", "\"id\":\"0")), "its scenario is another now"),
+    ] {
+        fs::write(&plan, &text_of).expect("the folder can be written");
+        let (code, _, err) = sweep(&["run", text(&out)]);
+        assert!(matches!(code, 1 | 2) && err.contains(problem), "{problem}: {code} {err}");
+        assert!(!out.join("tables").exists());
+    }
+    fs::remove_file(&plan).expect("it is there");
+    let (code, _, err) = sweep(&["status", text(&out)]);
+    assert!(code == 2 && err.contains("there is no plan") && err.contains("(accepted: "), "{err}");
+}
+
+#[test]
+fn combinations_that_a_scenario_refuses_are_named_or_recorded() {
+    let study = Study::of(
+        "
+title = 'Friction'
+scenario = 'ten-blocks'
+set = ['time.duration_s=0.1']
+[[axis]]
+key = 'friction.static_coefficient'
+values = [0.4, 0.7]
+",
+    );
+    let (file, out) = (study.path("sweep.toml"), study.path("study"));
+    let (code, _, err) = sweep(&["plan", text(&file), "--out", text(&out)]);
+    assert_eq!(code, 2, "{err}");
+    for words in ["1 of 2 runs are refused", "run 1, friction.static_coefficient=0.4", "--skip-refused"] {
+        assert!(err.contains(words), "{words}: {err}");
+    }
+    assert!(!out.exists());
+    succeed(&["sweep", "plan", text(&file), "--out", text(&out), "--skip-refused"]);
+    succeed(&["sweep", "run", text(&out)]);
+    let runs = rows(&tables(&out)["runs.csv"]);
+    assert_eq!((&*runs[0]["status"], &*runs[1]["status"]), ("refused", "done"));
+    assert!(runs[0]["reason"].contains("friction.dynamic_coefficient"), "{:?}", runs[0]["reason"]);
+    // A folder that holds something is no place for another plan.
+    let (code, _, err) = sweep(&["plan", text(&file), "--out", text(&out), "--skip-refused"]);
+    assert!(code == 2 && err.contains("(accepted: a new or empty folder)"), "{err}");
+}
+
+#[test]
+fn arguments_that_name_no_runs_are_refused() {
+    let study = Study::of(SHORT);
+    let out = study.plan("study");
+    for (arguments, problem) in [
+        (["--index", "7"], "--index 7 (accepted: runs from 1 to 6"),
+        (["--index", "x"], "--index x (accepted: runs from 1 to 6"),
+        (["--chunk", "3/2"], "accepted: K/N with K from 1 to N"),
+    ] {
+        let (code, _, err) = sweep(&[&["run", text(&out)], &arguments[..]].concat());
+        assert!(code == 2 && err.contains(problem), "{err}");
+    }
+    let (code, _, err) = sweep(&["emit", "slurm", text(&out), "--tasks", "7"]);
+    assert!(code == 2 && err.contains("--tasks 7 (accepted: 1 to 6)"), "{err}");
+}
+
+/// The lines of a list are commands that together make all runs.
+#[test]
+fn a_list_of_commands_makes_all_runs() {
+    let study = Study::of(SHORT);
+    let [whole, out] = ["whole", "a study"].map(|name| study.plan(name));
+    succeed(&["sweep", "run", text(&whole)]);
+    let list = succeed(&["sweep", "emit", "list", text(&out), "--tasks", "4"]);
+    assert_eq!(list.lines().count(), 4);
+    for line in list.lines() {
+        let status = Command::new("sh").args(["-c", line]).status().expect("there is a shell");
+        assert!(status.success(), "{line}");
+    }
+    assert!(tables(&out) == tables(&whole), "other tables");
+    let script = study.path("sweep.slurm");
+    fs::write(&script, succeed(&["sweep", "emit", "slurm", text(&out)])).expect("the folder can be written");
+    let status = Command::new("bash").args(["-n", text(&script)]).status().expect("there is bash");
+    assert!(status.success());
+    let row: toml::Table = succeed(&["sweep", "emit", "row", text(&out)]).parse().expect("it is TOML");
+    assert!(row.contains_key("action"));
+}

@@ -345,6 +345,39 @@ values = [0.4, 0.7]
     assert!(code == 2 && err.contains("(accepted: a new or empty folder)"), "{err}");
 }
 
+/// A run that its time step drives fails, always and for a reason; the others go on.
+#[test]
+fn a_run_that_is_stopped_is_a_row_with_the_reason() {
+    let study = Study::of(
+        "
+title = 'Time steps'
+scenario = 'rigid-contacts'
+set = ['slider.blocks=20', 'time.duration_s=1']
+[[axis]]
+key = 'time.step_s'
+values = [1e-6, 1.2e-5]
+",
+    );
+    let out = study.path("study");
+    let (code, _, err) = sweep(&["plan", text(&study.path("sweep.toml")), "--out", text(&out)]);
+    assert!(
+        code == 0 && err.contains("run 2, time.step_s=1.2e-5: warning: time.step_s = 1.2e-5 is"),
+        "{err}"
+    );
+    let (code, _, err) = sweep(&["run", text(&out)]);
+    assert!(code == 1 && err.contains("run 2, time.step_s=1.2e-5: in step "), "{code} {err}");
+    let (code, status, _) = sweep(&["status", text(&out)]);
+    assert_eq!((code, status.as_str()), (1, "1 of 2 runs done, 1 failed\nfailed: 2\n"));
+    let (code, ..) = sweep(&["collect", text(&out), "--to", "csv"]);
+    assert_eq!(code, 1);
+    let runs = rows(&fs::read(out.join("tables/runs.csv")).expect("there is a table"));
+    assert_eq!((&*runs[0]["status"], &*runs[1]["status"]), ("done", "failed"));
+    assert!(runs[1]["reason"].starts_with("in step "), "{:?}", runs[1]["reason"]);
+    // It is not tried again.
+    let (code, _, err) = sweep(&["run", text(&out)]);
+    assert!(code == 1 && !err.contains("in step"), "{err}");
+}
+
 #[test]
 fn arguments_that_name_no_runs_are_refused() {
     let study = Study::of(SHORT);

@@ -59,6 +59,16 @@ fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
         PlanError::File(error) => refused("--out", &error, false),
         error => Failure::failed(error),
     })?;
+    let warned: Vec<_> = plan.rows.iter().filter(|row| !row.warnings.is_empty()).collect();
+    for row in warned.iter().take(MOST_WARNED) {
+        let values = plan.common.assignments(&row.values).join(" ");
+        row.warnings
+            .iter()
+            .for_each(|warning| board.line(&format!("run {}, {values}: warning: {warning}", row.run)));
+    }
+    if warned.len() > MOST_WARNED {
+        board.line(&format!("and warnings of {} more", runs((warned.len() - MOST_WARNED) as u64)));
+    }
     let refused = plan.rows.iter().filter(|row| row.refused.is_some()).count();
     let mut line = format!("{} planned", runs(plan.rows.len() as u64));
     if refused > 0 {
@@ -67,6 +77,9 @@ fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
     board.line(&line);
     Ok(say(out.join(FILE).display())?)
 }
+
+/// Most runs of a plan of which warnings are told.
+const MOST_WARNED: usize = 3;
 
 fn runs(count: u64) -> String {
     if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
@@ -95,17 +108,11 @@ fn status(folder: &Path) -> Result<(), Failure> {
     let (plan, results) = read(folder)?;
     let counts = results.counts();
     say(in_words(&plan, counts))?;
-    let of = |is: fn(State) -> bool| {
-        ranges(plan.rows.iter().map(|row| row.run).filter(|run| is(results.state(*run))))
+    let of = |word: &str| {
+        ranges(plan.rows.iter().map(|row| row.run).filter(|run| results.state(*run).word() == word))
     };
-    let lists: [(&str, fn(State) -> bool); 4] = [
-        ("failed", |state| matches!(state, State::Failed(_))),
-        ("quarantined", |state| state == State::Quarantined),
-        ("refused", |state| state == State::Refused),
-        ("missing", State::is_missing),
-    ];
-    for (name, is) in lists {
-        let runs = of(is);
+    for name in ["failed", "quarantined", "refused", "missing"] {
+        let runs = of(name);
         if !runs.is_empty() {
             say(format_args!("{name}: {runs}"))?;
         }

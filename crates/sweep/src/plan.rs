@@ -59,6 +59,9 @@ pub struct Row {
     /// Why the scenario refuses these values, if it does; such a run is recorded and not made.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
+    /// What is accepted and may surprise, when the plan is made; it is not kept.
+    #[serde(skip)]
+    pub warnings: Vec<String>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -125,11 +128,17 @@ impl Plan {
         let numbers: Vec<u64> = (0..sweep.count()).collect();
         let rows = at_once(&numbers, jobs, |number| {
             let values = sweep.values(*number);
-            let (id, refused) = match common.resolve(&values) {
-                Ok(scenario) => (Some(Task::new(&scenario).header().run_id), None),
-                Err(reason) => (None, Some(reason)),
-            };
-            Ok::<_, PlanError>(Row { run: number + 1, values, id, refused })
+            let run = number + 1;
+            Ok::<_, PlanError>(match common.resolve(&values) {
+                Ok(scenario) => Row {
+                    run,
+                    values,
+                    id: Some(Task::new(&scenario).header().run_id),
+                    refused: None,
+                    warnings: scenario.warnings(),
+                },
+                Err(reason) => Row { run, values, id: None, refused: Some(reason), warnings: Vec::new() },
+            })
         })?;
         let refused: Vec<&Row> = rows.iter().filter(|row| row.refused.is_some()).collect();
         if !refused.is_empty() && (!skip_refused || refused.len() == rows.len()) {

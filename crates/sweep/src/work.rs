@@ -72,11 +72,12 @@ pub fn make(
     let outcome = match run(task, Begin::Anew, stop, &mut kept) {
         Ok(outcome) => outcome,
         Err(RunError::Stopped { .. }) => return Ok(Made::Stopped),
-        Err(RunError::Simulation(error)) => return Ok(Made::Failed(error.to_string())),
+        Err(RunError::Simulation { error, .. }) => return Ok(Made::Failed(error.to_string())),
         Err(error) => return Err(format!("run {}: {error}", row.run)),
     };
     let end = outcome.end.unwrap_or_else(|| RunEnd {
         status: outcome.status,
+        stopped: None,
         last_step: steps,
         message_counts: Default::default(),
         switches: outcome.counters.switches,

@@ -12,7 +12,7 @@ use crate::support::binary::{asperity, succeed, text};
 use crate::support::small;
 
 /// A run that is stopped, since its time step is too long.
-const STOPPED: [&str; 5] = ["rigid-contacts", "--set", "slider.blocks=22", "--set", "time.step_s=2.5e-6"];
+const STOPPED: [&str; 5] = ["rigid-contacts", "--set", "slider.blocks=24", "--set", "time.step_s=2.5e-6"];
 
 /// A log of each verdict, with the verdict's word.
 struct Logs {

@@ -169,8 +169,8 @@ with the same records and events as an uninterrupted run. With --resume, a
 finished run is left as it is, and one that was never begun is started, so a
 batch job can repeat the same command line.
 
-A run is stopped, with exit code 1, where its time step does more work than a
-tenth of what is put in, or a number overflows; its log holds what there is and
+A run is stopped, with exit code 1, where its time step does more work than
+30 % of what is put in, or a number overflows; its log holds what there is and
 says why. Time steps above 0.4 dt_max are warned of (docs/model.md).")]
 pub(crate) struct RunArguments {
     #[command(flatten)]
@@ -554,8 +554,9 @@ Exit codes:
   0  done
   1  failure
   2  bad input; a file is not a run log
-  3, 5, 7  the log is incomplete, salvaged with gaps or of a run that was stopped:
-           tables and figures are of what there is, and what-is-missing.txt says so
+  3, 5, 7  the log is incomplete, salvaged with gaps or of a run that was
+           stopped: tables and figures are of what there is, and
+           what-is-missing.txt says so
   4  the log is damaged; nothing was written")]
 pub(crate) struct ReduceArguments {
     /// The run log.

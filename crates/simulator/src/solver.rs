@@ -2,7 +2,6 @@
 
 use asperity_record::{Record, RunStatus};
 
-use crate::audit::MOST_SCHEME_SHARE;
 use crate::counters::Counters;
 use crate::state::ChainState;
 
@@ -51,15 +50,17 @@ pub trait Solver: Send {
 pub enum SimulationError {
     /// The time step had done more work than an honest run can have of it ([`Audit`](crate::Audit)).
     #[error(
-        "in step {step} the time step itself has done {scheme_work_j:.3e} J of work, more than {} % of the \
+        "in step {step} the time step itself has done {scheme_work_j:.3e} J of work, more than {:.0} % of the \
          {put_in_j:.3e} J that were put in ({put_in}); a shorter time.step_s is needed",
-        MOST_SCHEME_SHARE * 100.0
+        share * 100.0
     )]
     Energy {
         /// The step in which it was seen.
         step: u64,
         /// The work of the scheme up to it.
         scheme_work_j: f64,
+        /// Most that it may be, as a share of what it is held against.
+        share: f64,
         /// What it is held against.
         put_in_j: f64,
         /// What that is.

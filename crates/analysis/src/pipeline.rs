@@ -17,7 +17,7 @@ use crate::error::AnalysisError;
 use crate::figures::Figures;
 use crate::precursors::PrecursorRules;
 use crate::run_data::RunData;
-use crate::runs::{Ensemble, RunSpec, spell_out};
+use crate::runs::{Ensemble, RunSpec, SpellOut};
 use crate::study::Study;
 use crate::{record, summaries, table_file, tables};
 
@@ -208,27 +208,13 @@ impl Pipeline {
 
     /// Puts the runs of ensembles beside the others, and wherever an ensemble is named.
     fn spell_out_ensembles(&mut self) -> Result<(), String> {
-        let ensembles = std::mem::take(&mut self.ensemble);
-        for (index, ensemble) in ensembles.iter().enumerate() {
-            ensemble.check()?;
-            if ensembles[..index].iter().any(|other| other.name == ensemble.name) {
-                return Err(format!("two ensembles are called {}", ensemble.name));
-            }
-            if self.run.iter().any(|run| run.name == ensemble.name) {
-                return Err(format!(
-                    "an ensemble and a run are both called {} (accepted: different names)",
-                    ensemble.name
-                ));
-            }
-        }
-        self.run.extend(ensembles.iter().flat_map(Ensemble::runs));
-        let lists = (self.claim.iter_mut().flat_map(Claim::lists_mut))
+        let mut spell_out = SpellOut::new(&self.ensemble)?;
+        spell_out.add_runs(&mut self.run)?;
+        let mut lists = (self.claim.iter_mut().flat_map(Claim::lists_mut))
             .chain(self.study.iter_mut().map(|study| &mut study.runs))
             .chain(self.figure.lists_mut())
             .chain([&mut self.first_global_slips]);
-        lists.for_each(|runs| spell_out(&ensembles, runs));
-        self.ensemble = ensembles;
-        Ok(())
+        lists.try_for_each(|names| spell_out.replace_in(names))
     }
 
     /// The laws with which the precursors of a run are compared.

@@ -6,6 +6,9 @@
 //! how a pipeline asks for one: the same scenario, kicked by velocities that no experiment could
 //! tell from rest.
 
+use std::collections::BTreeMap;
+
+use asperity_record::bounds::LONGEST_TOML_BYTES;
 use serde::Deserialize;
 
 /// A run: a scenario and overrides.
@@ -47,7 +50,7 @@ impl Ensemble {
     ///
     /// # Errors
     /// In words: key, value and what would be accepted.
-    pub(crate) fn check(&self) -> Result<(), String> {
+    fn check(&self) -> Result<(), String> {
         let count = self.values.len();
         if !(1..=MOST_MEMBERS).contains(&count) {
             return Err(format!(
@@ -59,33 +62,102 @@ impl Ensemble {
     }
 
     /// The names of its runs.
-    pub(crate) fn names(&self) -> impl Iterator<Item = String> {
+    fn names(&self) -> impl Iterator<Item = String> {
         (1..=self.values.len()).map(|member| format!("{}-{member}", self.name))
     }
 
     /// Its runs.
-    pub(crate) fn runs(&self) -> impl Iterator<Item = RunSpec> {
+    fn runs(&self) -> impl Iterator<Item = RunSpec> {
         self.names().zip(&self.values).map(|(name, value)| {
             let own = format!("{}={value}", self.key);
-            RunSpec {
-                name,
-                scenario: self.scenario.clone(),
-                set: self.set.iter().cloned().chain([own]).collect(),
-            }
+            let set = self.set.iter().cloned().chain([own]).collect();
+            RunSpec { name, scenario: self.scenario.clone(), set }
         })
+    }
+
+    /// About how many bytes its names take when they are written out.
+    fn bytes_of_names(&self) -> usize {
+        self.values.len() * (self.name.len() + 5)
+    }
+
+    /// The same for its runs.
+    fn bytes_of_runs(&self) -> usize {
+        let each = self.scenario.len() + self.key.len() + self.set.iter().map(String::len).sum::<usize>();
+        self.values.len() * each + self.bytes_of_names()
     }
 }
 
-/// Puts the runs of ensembles in a list where it names these.
-pub(crate) fn spell_out(ensembles: &[Ensemble], runs: &mut Vec<String>) {
-    if !runs.iter().any(|name| ensembles.iter().any(|ensemble| ensemble.name == *name)) {
-        return;
+/// Writes ensembles out. What a short text asks for shall take no more than what a long one may.
+#[derive(Debug)]
+pub(crate) struct SpellOut<'a> {
+    ensembles: BTreeMap<&'a str, &'a Ensemble>,
+    /// How many more bytes may be written.
+    left: usize,
+}
+
+impl<'a> SpellOut<'a> {
+    /// These ensembles, of different names.
+    ///
+    /// # Errors
+    /// In words: key, value and what would be accepted.
+    pub(crate) fn new(ensembles: &'a [Ensemble]) -> Result<SpellOut<'a>, String> {
+        let mut by_name = BTreeMap::new();
+        for ensemble in ensembles {
+            ensemble.check()?;
+            if by_name.insert(ensemble.name.as_str(), ensemble).is_some() {
+                return Err(format!("two ensembles are called {}", ensemble.name));
+            }
+        }
+        Ok(SpellOut { ensembles: by_name, left: LONGEST_TOML_BYTES })
     }
-    let named = |name: &String| ensembles.iter().find(|ensemble| ensemble.name == *name);
-    *runs = std::mem::take(runs)
-        .into_iter()
-        .flat_map(|name| named(&name).map_or_else(|| vec![name], |ensemble| ensemble.names().collect()))
-        .collect();
+
+    fn take(&mut self, bytes: usize) -> Result<(), String> {
+        let left = self.left.checked_sub(bytes);
+        self.left = left.ok_or_else(|| {
+            format!("ensembles: more than {LONGEST_TOML_BYTES} bytes when written out (accepted: fewer)")
+        })?;
+        Ok(())
+    }
+
+    /// Puts the runs of the ensembles beside the others.
+    ///
+    /// # Errors
+    /// If there would be too many, or a run has the name of an ensemble.
+    pub(crate) fn add_runs(&mut self, runs: &mut Vec<RunSpec>) -> Result<(), String> {
+        if let Some(run) = runs.iter().find(|run| self.ensembles.contains_key(run.name.as_str())) {
+            return Err(format!(
+                "an ensemble and a run are both called {} (accepted: different names)",
+                run.name
+            ));
+        }
+        for ensemble in self.ensembles.values().copied().collect::<Vec<_>>() {
+            self.take(ensemble.bytes_of_runs())?;
+            runs.extend(ensemble.runs());
+        }
+        Ok(())
+    }
+
+    /// Puts their names in a list that names the ensembles.
+    ///
+    /// # Errors
+    /// If there would be too many.
+    pub(crate) fn replace_in(&mut self, names: &mut Vec<String>) -> Result<(), String> {
+        if !names.iter().any(|name| self.ensembles.contains_key(name.as_str())) {
+            return Ok(());
+        }
+        let mut all = Vec::new();
+        for name in std::mem::take(names) {
+            match self.ensembles.get(name.as_str()).copied() {
+                None => all.push(name),
+                Some(ensemble) => {
+                    self.take(ensemble.bytes_of_names())?;
+                    all.extend(ensemble.names());
+                }
+            }
+        }
+        *names = all;
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -165,6 +237,18 @@ as_stated = { run = "base", spread = ["kicked", "base"] }
         );
         assert!(
             refused("spread = [\"kicked\"]", "spread = [\"kicker\"]").starts_with("there is no run kicker")
+        );
+        // Short texts that ask for much: long overrides of each of a thousand, long lists of them.
+        let many = format!("values = [{}]", "1,".repeat(1000));
+        let long = format!("set = [\"{}\"]", "a".repeat(10_000));
+        let told = "ensembles: more than 8388608 bytes when written out (accepted: fewer)";
+        let text = TEXT.replace("values = [1e-9, 2e-9]", &many);
+        assert!(Pipeline::parse(&text).is_ok());
+        assert_eq!(Pipeline::parse(&text.replace("set = [\"time.step_s=1e-7\"]", &long)).unwrap_err(), told);
+        let lists = format!("runs = [{}]", "\"kicked\",".repeat(2000));
+        assert_eq!(
+            Pipeline::parse(&text.replace("runs = [\"base\", \"kicked\"]", &lists)).unwrap_err(),
+            told
         );
     }
 }

@@ -46,7 +46,7 @@ pub(crate) const MOST_TERMS: usize = FOLLOWED - 16;
 pub(crate) const GRID_STEPS: u64 = 12;
 
 /// Longest window: bounds the tables.
-const MOST_STEPS: u64 = 16_384;
+pub(crate) const MOST_STEPS: u64 = 16_384;
 
 /// Ratio of the lengths of windows, about.
 const RATIO: f64 = 1.1;

@@ -397,9 +397,9 @@ fn windows_that_do_not_pay_are_hardly_tried() {
 fn creeping_blocks_take_windows_of_the_length_that_is_certified() {
     let set = ["friction.interfacial_stiffness_ratio=10", "time.duration_s=0.05"];
     let (_, counters) = run(Fast::new(plan("first-precursor", &set)));
-    assert!(counters.window_steps > 1_000_000, "{counters:?}");
-    assert!(counters.plain_steps < counters.window_steps / 50, "{counters:?}");
-    assert!(counters.applications < counters.window_steps / 4, "{counters:?}");
+    assert!(counters.window_steps > 500_000, "{counters:?}");
+    assert!(counters.plain_steps < counters.window_steps / 4, "{counters:?}");
+    assert!(counters.applications < counters.window_steps / 2, "{counters:?}");
 }
 
 /// To put a sample together takes as long as many steps.

@@ -15,7 +15,7 @@ use std::cell::Cell;
 
 use asperity_model::Plan;
 
-use crate::basis::MOST_TERMS;
+use crate::basis::{MOST_STEPS, MOST_TERMS};
 use crate::contacts::StopForce;
 use crate::state::ChainState;
 use crate::sweep::{Course, Reserve, margin};
@@ -128,7 +128,9 @@ impl Certificate {
                     sliding: velocity * sum + ROUNDING * v_scale + rounding * dt / plan.block_mass_kg * steps,
                 };
                 let certified = self.certified_by(plan, expansion, index, &reserve);
-                if certified.is_some() || !self.is_refused_by_reserve {
+                // Where a switch is near, single steps soon lead to it.
+                let is_near = || expansion.foreseen_steps() < MOST_STEPS as f64;
+                if certified.is_some() || !self.is_refused_by_reserve || is_near() {
                     return certified;
                 }
                 // What cancels in a long window may be far larger than what it adds up to. Of what is

@@ -352,20 +352,20 @@ fn a_run_that_is_stopped_is_a_row_with_the_reason() {
         "
 title = 'Time steps'
 scenario = 'rigid-contacts'
-set = ['slider.blocks=20', 'time.duration_s=1']
+set = ['slider.blocks=24']
 [[axis]]
 key = 'time.step_s'
-values = [1e-6, 1.2e-5]
+values = [2e-7, 2.5e-6]
 ",
     );
     let out = study.path("study");
     let (code, _, err) = sweep(&["plan", text(&study.path("sweep.toml")), "--out", text(&out)]);
     assert!(
-        code == 0 && err.contains("run 2, time.step_s=1.2e-5: warning: time.step_s = 1.2e-5 is"),
+        code == 0 && err.contains("run 2, time.step_s=2.5e-6: warning: time.step_s = 2.5e-6 is"),
         "{err}"
     );
     let (code, _, err) = sweep(&["run", text(&out)]);
-    assert!(code == 1 && err.contains("run 2, time.step_s=1.2e-5: in step "), "{code} {err}");
+    assert!(code == 1 && err.contains("run 2, time.step_s=2.5e-6: in step "), "{code} {err}");
     let (code, status, _) = sweep(&["status", text(&out)]);
     assert_eq!((code, status.as_str()), (1, "1 of 2 runs done, 1 failed\nfailed: 2\n"));
     let (code, ..) = sweep(&["collect", text(&out), "--to", "csv"]);

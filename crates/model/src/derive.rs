@@ -227,6 +227,13 @@ impl Scenario {
 /// Of the default as stated there are 46 global slips at 0.1, 48 at 0.4, 72 at 0.6.
 pub const ADVISED_SHARE: f64 = 0.4;
 
+impl Plan {
+    /// The time step as a share of [`Plan::longest_stable_step_s`].
+    pub fn step_share(&self) -> f64 {
+        self.grid.step_s() / self.longest_stable_step_s
+    }
+}
+
 /// The time step beyond which the scheme is unstable for a scenario's slider.
 pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
     let springs = Springs::of(scenario);

@@ -32,7 +32,11 @@ impl fmt::Display for Value {
         match self {
             Value::Flag(flag) => write!(f, "{flag}"),
             Value::Whole(number) => write!(f, "{number}"),
-            Value::Number(number) => write!(f, "{}", toml::Value::Float(*number)),
+            Value::Number(number) => {
+                // Both are TOML.
+                let (plain, short) = (toml::Value::Float(*number).to_string(), format!("{number:e}"));
+                f.write_str(if short.len() < plain.len() { &short } else { &plain })
+            }
             Value::Text(text) => write!(f, "{}", toml::Value::String(text.clone())),
         }
     }

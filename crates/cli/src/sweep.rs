@@ -426,14 +426,7 @@ fn collect_tables(arguments: &SweepCollectArguments, board: &Board) -> Result<()
     let (plan, mut results) = read(folder)?;
     let out = out.clone().unwrap_or_else(|| folder.join("tables"));
     create_folder(&out)?;
-    let formats: Vec<&dyn Format> = to
-        .iter()
-        .map(|format| match format {
-            #[cfg(feature = "analysis")]
-            SweepTable::Parquet => &Parquet as &dyn Format,
-            SweepTable::Csv => &Csv,
-        })
-        .collect();
+    let formats: Vec<&dyn Format> = to.iter().map(|table| format(*table)).collect();
     let inputs = Inputs::of([folder.join(FILE)]);
     let stages = board.stages("tables");
     let all = plan.rows.len();
@@ -447,6 +440,14 @@ fn collect_tables(arguments: &SweepCollectArguments, board: &Board) -> Result<()
     }
     board.line(&in_words(&plan, counts));
     outcome(counts)
+}
+
+fn format(table: SweepTable) -> &'static dyn Format {
+    match table {
+        #[cfg(feature = "analysis")]
+        SweepTable::Parquet => &Parquet,
+        SweepTable::Csv => &Csv,
+    }
 }
 
 fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {

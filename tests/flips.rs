@@ -17,6 +17,9 @@ use mcap::records::op;
 /// How many bits are flipped in a log, each in a copy of its own.
 const FLIPS: u64 = 2000;
 
+/// Of how many records at a log's beginning every bit of the length is flipped.
+const FIRST_RECORDS: usize = 8;
+
 /// How many of the copies are given to the built command.
 const CHECKED: u64 = 40;
 
@@ -118,6 +121,20 @@ fn flip(what: &str, bytes: &[u8], flips: u64, wrong: impl Fn(usize, Outcome) -> 
         }
         if let Some(wrong) = wrong(place, read(&path)) {
             unseen.push(format!("bit {bit} of byte {place}, kind 0x{:02x}: {wrong}", kinds[place]));
+        }
+    }
+    // Whatever a record says of its length, even that it reaches beyond the end of the file.
+    let first_records = kinds.iter().enumerate().skip(8).filter(|&(at, &kind)| kinds[at - 1] != kind);
+    for at in first_records.map(|(at, _)| at).take(FIRST_RECORDS) {
+        for bit in 0..64 {
+            let place = at + 1 + bit / 8;
+            let path = folder.path().join("length.mcap");
+            let mut copy = bytes.to_vec();
+            copy[place] ^= 1 << (bit % 8);
+            fs::write(&path, copy).expect("the folder can be written");
+            if let Some(wrong) = wrong(place, read(&path)) {
+                unseen.push(format!("bit {bit} of the length at byte {at}: {wrong}"));
+            }
         }
     }
     writeln!(std::io::stdout(), "{what}: {flips} bits of {}, by kind of record: {flipped:x?}", bytes.len())

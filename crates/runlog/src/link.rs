@@ -79,11 +79,13 @@ impl Link {
     }
 }
 
-/// Where among some bytes a record `chunk` of a run begins, if there is a whole one.
-pub(crate) fn find_link(bytes: &[u8], run_id: &str) -> Option<usize> {
+/// Where among some bytes a record `chunk` begins, if there is a whole one: of this run, or of
+/// any if it is not known which.
+pub(crate) fn find_link(bytes: &[u8], run_id: Option<&str>) -> Option<usize> {
+    let is_of_run = |link: &Link| run_id.is_none_or(|run_id| link.run_id == run_id);
     (0..bytes.len())
         .filter(|&at| bytes[at] == op::METADATA)
-        .find(|&at| link_at(&bytes[at..]).is_some_and(|(link, _)| link.run_id == run_id))
+        .find(|&at| link_at(&bytes[at..]).is_some_and(|(link, _)| is_of_run(&link)))
 }
 
 /// The longest `chunk` record with its head: six keys, a run id and five numbers.

@@ -171,14 +171,13 @@ impl Records {
     }
 
     /// Whether the rest of the file, which is no whole record, holds a record `chunk` of this
-    /// run: then it was longer once, and not cut off here.
+    /// run, or of any before the file has said of which it is: then it was not cut off here.
     fn goes_on(&mut self) -> io::Result<bool> {
-        let Some(run_id) = self.proof.run_id() else { return Ok(false) };
         self.source.seek(SeekFrom::Start(self.next_at))?;
         let mut bytes = Vec::new();
         loop {
             let read = self.source.by_ref().take(LONGEST_READ_BYTES as u64).read_to_end(&mut bytes)?;
-            if find_link(&bytes, run_id).is_some() {
+            if find_link(&bytes, self.proof.run_id()).is_some() {
                 return Ok(true);
             }
             if read == 0 {

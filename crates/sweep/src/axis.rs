@@ -297,20 +297,25 @@ impl Range {
         Ok(key)
     }
 
-    /// The value at a share of the way; the ends are as written.
+    /// The value at a share of the way, to twelve digits, so that a sixth of the way from 0 to 0.6
+    /// is 0.1; the ends are as written.
     fn at(&self, key: &Key, share: f64) -> Value {
         let (from, to) = (self.from, self.to);
         let value = match self.spacing {
             _ if share == 0.0 => from,
             _ if share == 1.0 => to,
-            Spacing::Linear => from + (to - from) * share,
-            Spacing::Log => from * libm::pow(to / from, share),
+            Spacing::Linear => twelve_digits(from + (to - from) * share),
+            Spacing::Log => twelve_digits(from * libm::pow(to / from, share)),
         };
         match key.kind {
             Kind::Count(..) => Value::Whole(value.round() as i64),
             _ => Value::Number(value),
         }
     }
+}
+
+fn twelve_digits(value: f64) -> f64 {
+    format!("{value:.11e}").parse().expect("a number as it was just printed")
 }
 
 /// A table of values, with the keys as its heading.
@@ -427,8 +432,9 @@ mod tests {
         let range = axis("key = 'time.duration_s'\nfrom = 1\nto = 2\ncount = 5").unwrap();
         assert_eq!(numbers(&range, 0), [1.0, 1.25, 1.5, 1.75, 2.0]);
         let log = axis("key = 'slider.mass_kg'\nfrom = 0.01\nto = 100\ncount = 5\nspacing = 'log'").unwrap();
-        let expected = [0.01, 0.1, 1.0, 10.0, 100.0];
-        assert!(numbers(&log, 0).iter().zip(expected).all(|(a, b): (&f64, f64)| (a / b - 1.0).abs() < 1e-15));
+        assert_eq!(numbers(&log, 0), [0.01, 0.1, 1.0, 10.0, 100.0]);
+        let tenths = axis("key = 'normal_load.tilt'\nfrom = -0.5\nto = 0.5\ncount = 11").unwrap();
+        assert_eq!(numbers(&tenths, 0), [-0.5, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5]);
         let whole = axis("key = 'slider.blocks'\nfrom = 10\nto = 40\ncount = 4").unwrap();
         assert_eq!(whole.rows[1], [Value::Whole(20)]);
         let rows = axis(

@@ -113,7 +113,7 @@ impl Cluster {
                 words("slurmd.log"),
                 self.said("squeue", &[])
             );
-            thread::sleep(Duration::from_millis(20));
+            thread::sleep(Duration::from_millis(50));
         }
     }
 
@@ -235,7 +235,7 @@ fn tables_of_job_arrays_whose_tasks_were_killed_are_those_of_one_machine() {
         "
 title = 'Runs for a cluster'
 scenario = 'default'
-set = ['time.duration_s=2']
+set = ['slider.blocks=50', 'time.duration_s=1']
 [[axis]]
 key = 'normal_load.tilt'
 from = -0.6

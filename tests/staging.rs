@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+#[cfg(unix)]
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread;
@@ -130,15 +132,20 @@ fn a_long_run_is_kept_when_it_is_told_to_stop_and_a_short_one_is_not() {
     wait_for("worker", || short.join("staging").exists());
     assert_eq!(terminate(&mut child), Some(143));
     assert_eq!(staged(&short), [""; 0]);
-    let has_bytes = || fs::metadata(begun(&long, 1)).is_ok_and(|file| file.len() > 0);
+    // Which file has the name, once it holds anything.
+    let log = || {
+        let file = fs::metadata(begun(&long, 1)).ok()?;
+        (file.len() > 0).then(|| file.ino())
+    };
     for times in 0..2 {
+        let before = log();
+        assert_eq!(before.is_some(), times > 0);
         let mut child = start(&long, &AT_ONCE);
-        wait_for("log", has_bytes);
-        // Nobody else makes it meanwhile; the lock tells, once it holds anything.
-        if times == 0 {
-            let (code, _, err) = sweep(&[&["run", text(&long)], &AT_ONCE[..]].concat());
-            assert!(code == 3 && err.contains("another process is making it"), "{code} {err}");
-        }
+        // A run that goes on writes another, which takes the place of the first.
+        wait_for("log", || log().is_some() && log() != before);
+        // Nobody else makes it meanwhile.
+        let (code, _, err) = sweep(&[&["run", text(&long)], &AT_ONCE[..]].concat());
+        assert!(code == 3 && err.contains("another process is making it"), "{code} {err}");
         assert_eq!(terminate(&mut child), Some(143));
         let (code, status, _) = sweep(&["status", text(&long)]);
         assert!(code == 3 && status.contains("missing: 1\nbegun: 1, with "), "{status}");

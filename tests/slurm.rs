@@ -16,6 +16,8 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use asperity_sweep::results::parse_ranges;
+
 use crate::support::binary::{succeed, text};
 use crate::sweep::{Study, kill, sweep, tables};
 
@@ -235,15 +237,13 @@ fn tables_of_job_arrays_whose_tasks_were_killed_are_those_of_one_machine() {
         "
 title = 'Runs for a cluster'
 scenario = 'default'
-set = ['slider.blocks=50', 'time.duration_s=1']
-[[axis]]
-key = 'normal_load.tilt'
-from = -0.6
-to = 0.6
-count = 7
+set = ['slider.blocks=50']
 [[axis]]
 key = 'parameter_set'
 values = ['as-coded', 'as-stated']
+[[axis]]
+key = 'time.duration_s'
+values = [12, 10, 1, 1.1, 1.2, 1.3, 1.4]
 ",
     );
     let [whole, out] = ["whole", "a study of 100 %"].map(|name| study.plan(name));
@@ -252,11 +252,12 @@ values = ['as-coded', 'as-stated']
     cluster.said("scontrol", &["update", "PartitionName=main", "State=DOWN"]);
     assert_eq!(cluster.submit(&script), ["1-3", "1-3", "1"], "seven parts, three in an array");
     let queue = cluster.said("squeue", &["-h", "-r", "-n", "asperity-sweep", "-o", "%F_%K"]);
-    let tasks: Vec<&str> = queue.lines().collect();
+    let mut tasks: Vec<&str> = queue.lines().collect();
+    tasks.sort_unstable();
     assert_eq!(tasks.len(), 7, "{queue}");
-    cluster.said("scancel", &[tasks[0]]);
+    cluster.said("scancel", &[tasks[6]]);
     cluster.said("scontrol", &["update", "PartitionName=main", "State=UP"]);
-    // Of what starts, the first two tasks are killed as soon as they are seen.
+    // The first two tasks that are seen are killed: the first two that start, whose runs take longest.
     let mut killed = BTreeSet::new();
     let deadline = Instant::now() + PATIENCE;
     while killed.len() < 2 {
@@ -277,8 +278,9 @@ values = ['as-coded', 'as-stated']
         }
     }
     cluster.wait_until_idle();
-    let left = lacks(&out);
-    assert!(!left.is_empty(), "the cancelled task, at least");
+    let left = parse_ranges(&lacks(&out), 14).expect("some are missing");
+    assert!([7, 14].iter().all(|run| left.contains(run)), "the cancelled task: {left:?}");
+    assert!(left.len() > 2, "nothing was killed half-way: {left:?}");
     let told = fs::read_to_string(out.join("collect.txt")).expect("the last job has run all the same");
     assert!(told.contains("runs.") && told.contains(" missing"), "{told}");
     // Only what is missing is submitted again, by the words of the status.
@@ -319,18 +321,27 @@ rows = [[10, 0.1], [400, 500.0]]
     let script = script(&study, &out, &["--tasks", "1"]);
     assert_eq!(cluster.submit(&script), ["1"]);
     cluster.wait_for("run that is done", |_| lacks(&out) == "2");
-    let array = cluster.said("squeue", &["-h", "-n", "asperity-sweep", "-t", "RUNNING", "-o", "%F"]);
-    let array = array.trim();
-    cluster.said("scancel", &["--signal=TERM", "--batch", array]);
+    let array = || {
+        let running = ["-h", "-n", "asperity-sweep", "-t", "RUNNING", "-o", "%F"];
+        cluster.said("squeue", &running).trim().to_owned()
+    };
+    let first = array();
+    cluster.said("scancel", &["--signal=TERM", "--batch", &first]);
     cluster.wait_until_idle();
-    let job = cluster.said("scontrol", &["show", "job", array]);
+    let job = cluster.said("scontrol", &["show", "job", &first]);
     assert!(job.contains("ExitCode=143:0"), "{job}");
-    assert_eq!(lacks(&out), "2");
-    assert_eq!(
-        cluster.processes("SLURM_ARRAY_TASK_ID"),
-        BTreeSet::new(),
-        "a worker goes on without its task"
-    );
+    let under_way = |cluster: &Cluster| cluster.processes("SLURM_ARRAY_TASK_ID");
+    assert_eq!((lacks(&out).as_str(), under_way(&cluster)), ("2", BTreeSet::new()));
+    // The same for a task that is cancelled while its worker makes a run.
+    assert_eq!(cluster.submit(&script), ["1"]);
+    let is_worker = |process: &u32| {
+        fs::read(format!("/proc/{process}/cmdline"))
+            .is_ok_and(|words| words.split(|byte| *byte == 0).any(|word| word == b"--worker"))
+    };
+    cluster.wait_for("worker", |cluster| under_way(cluster).iter().any(is_worker));
+    cluster.said("scancel", &[&array()]);
+    cluster.wait_until_idle();
+    assert_eq!((lacks(&out).as_str(), under_way(&cluster)), ("2", BTreeSet::new()));
     let emitted = fs::read_to_string(&script).expect("it is there");
     for words in ["--signal=B:TERM@60", "\n    exec "] {
         assert!(emitted.contains(words), "{words}: {emitted}");

@@ -59,7 +59,7 @@ pub enum KeepLog {
 }
 
 /// Bytes of records that wait in memory, at most; with more of them the log is begun.
-const MOST_WAITING_BYTES: usize = 32 << 20;
+const MOST_WAITING_BYTES: usize = 64 << 20;
 
 /// The log of one run.
 pub(crate) struct Log<'a> {

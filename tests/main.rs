@@ -39,6 +39,9 @@ mod runlog;
 mod ruptures;
 mod salvage;
 mod scenarios;
+#[cfg(target_os = "linux")]
+mod slurm;
+mod staging;
 mod stopped;
 mod summary;
 mod sweep;

@@ -13,7 +13,7 @@ use asperity_testkit::Random;
 use crate::support::binary::{asperity, run, succeed, text};
 
 /// A folder with a sweep in it.
-struct Study {
+pub(crate) struct Study {
     folder: tempfile::TempDir,
 }
 
@@ -30,17 +30,17 @@ rows = [[0.5, 0.3], [0.7, 0.45]]
 ";
 
 impl Study {
-    fn of(sweep: &str) -> Study {
+    pub(crate) fn of(sweep: &str) -> Study {
         let study = Study { folder: asperity_testkit::folder() };
         fs::write(study.path("sweep.toml"), sweep).expect("the folder can be written");
         study
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    fn plan(&self, name: &str) -> PathBuf {
+    pub(crate) fn plan(&self, name: &str) -> PathBuf {
         let out = self.path(name);
         succeed(&["sweep", "plan", text(&self.path("sweep.toml")), "--out", text(&out)]);
         out
@@ -48,7 +48,7 @@ impl Study {
 }
 
 /// The bytes of all tables of a study.
-fn tables(study: &Path) -> BTreeMap<String, Vec<u8>> {
+pub(crate) fn tables(study: &Path) -> BTreeMap<String, Vec<u8>> {
     let formats = if cfg!(feature = "analysis") { "parquet,csv" } else { "csv" };
     succeed(&["sweep", "collect", text(study), "--to", formats]);
     let entries = fs::read_dir(study.join("tables")).expect("there are tables");
@@ -62,12 +62,12 @@ fn tables(study: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 /// The rows of a CSV file, by the names of its columns.
-fn rows(csv: &[u8]) -> Vec<BTreeMap<String, String>> {
+pub(crate) fn rows(csv: &[u8]) -> Vec<BTreeMap<String, String>> {
     let mut reader = csv::Reader::from_reader(csv);
     reader.deserialize().map(|row| row.expect("it is CSV")).collect()
 }
 
-fn sweep(arguments: &[&str]) -> (i32, String, String) {
+pub(crate) fn sweep(arguments: &[&str]) -> (i32, String, String) {
     let output = asperity(&[&["sweep"], arguments].concat());
     let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     (output.status.code().unwrap_or(-1), words(&output.stdout), words(&output.stderr))
@@ -130,7 +130,7 @@ fn tables_of_a_study_are_those_of_its_runs() {
 
 /// The processes that a process has started.
 #[cfg(target_os = "linux")]
-fn children(parent: u32) -> Vec<u32> {
+pub(crate) fn children(parent: u32) -> Vec<u32> {
     let of = |task: PathBuf| fs::read_to_string(task.join("children")).unwrap_or_default();
     let tasks = fs::read_dir(format!("/proc/{parent}/task")).into_iter().flatten().flatten();
     let lists: Vec<String> = tasks.map(|task| of(task.path())).collect();
@@ -138,13 +138,13 @@ fn children(parent: u32) -> Vec<u32> {
 }
 
 #[cfg(target_os = "linux")]
-fn kill(process: u32) {
+pub(crate) fn kill(process: u32) {
     // It may be over already.
     let killed = Command::new("kill").args(["-9", &process.to_string()]).stderr(Stdio::null()).status();
     killed.expect("kill is there");
 }
 
-fn start(arguments: &[&str]) -> Child {
+pub(crate) fn start(arguments: &[&str]) -> Child {
     Command::new(env!("CARGO_BIN_EXE_asperity"))
         .args(["--quiet", "sweep"])
         .args(arguments)
@@ -407,6 +407,20 @@ fn a_list_of_commands_makes_all_runs() {
         assert!(status.success(), "{line}");
     }
     assert!(tables(&out) == tables(&whole), "other tables");
+    // By programs that run commands side by side, those that are there.
+    let file = study.path("commands.txt");
+    for (name, how) in [("xargs", "xargs -d '\\n' -P 2 -n 1 sh -c <"), ("parallel", "parallel --jobs 2 <")] {
+        let is_there = Command::new("sh").args(["-c", &format!("command -v {name}")]).output();
+        if !is_there.expect("there is a shell").status.success() {
+            continue;
+        }
+        let out = study.plan(&format!("by {name}"));
+        fs::write(&file, succeed(&["sweep", "emit", "list", text(&out), "--tasks", "3"]))
+            .expect("the folder can be written");
+        let status = Command::new("sh").args(["-c", &format!("{how} '{}'", text(&file))]).status();
+        assert!(status.expect("there is a shell").success(), "{name}");
+        assert!(tables(&out) == tables(&whole), "{name}: other tables");
+    }
     let script = study.path("sweep.slurm");
     fs::write(&script, succeed(&["sweep", "emit", "slurm", text(&out)])).expect("the folder can be written");
     let status = Command::new("bash").args(["-n", text(&script)]).status().expect("there is bash");

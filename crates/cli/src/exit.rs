@@ -71,6 +71,11 @@ impl Code {
         codes.into_iter().max_by_key(rank).unwrap_or(Code::Success)
     }
 
+    /// That of a process which a signal had told to stop, if that is how it ended.
+    pub(crate) fn of_signal(code: Option<i32>) -> Option<Code> {
+        [Code::Interrupted, Code::Terminated].into_iter().find(|signal| code == Some(*signal as i32))
+    }
+
     /// Nothing more to say, if there was anything to say.
     pub(crate) fn said(self) -> Result<(), Failure> {
         if self == Code::Success { Ok(()) } else { Err(Failure::Said(self)) }

@@ -5,7 +5,8 @@ use std::io::{self, BufRead, BufReader, Write};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread;
 use std::time::Duration;
 
@@ -14,16 +15,17 @@ use asperity_analysis::parquet_tables::Parquet;
 use asperity_export::Csv;
 use asperity_export::format::Format;
 use asperity_files::{Inputs, is_new_folder};
-use asperity_sweep::emit::{Job, MOST_TASKS};
+use asperity_run::Notice;
+use asperity_sweep::emit::{Array, Job, USUAL_TASKS, arrays};
 use asperity_sweep::plan::FILE;
 use asperity_sweep::results::{Counts, MOST_DEATHS, State, parse_ranges, ranges};
 use asperity_sweep::segment::{Kind, Writer};
-use asperity_sweep::work::{Made, make};
-use asperity_sweep::{Plan, PlanError, Results, Sweep, collect};
+use asperity_sweep::work::{Made, Ways, make};
+use asperity_sweep::{Plan, PlanError, Results, Sweep, collect, staging};
 
 use crate::args::{
     SweepChunk, SweepCollectArguments, SweepCommand, SweepEmitArguments, SweepEngine, SweepPlanArguments,
-    SweepRunArguments, SweepTable,
+    SweepRunArguments, SweepStatusArguments, SweepTable,
 };
 use crate::exit::{Code, Failure};
 use crate::interrupt;
@@ -35,9 +37,9 @@ use crate::terminal::{self, say};
 pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failure> {
     match command {
         SweepCommand::Plan(arguments) => plan(arguments, board),
-        SweepCommand::Run(arguments) if arguments.worker => work(&arguments.folder),
+        SweepCommand::Run(arguments) if arguments.worker => work(arguments),
         SweepCommand::Run(arguments) => run(arguments, board),
-        SweepCommand::Status(arguments) => status(&arguments.folder),
+        SweepCommand::Status(arguments) => status(arguments),
         SweepCommand::Collect(arguments) => collect_tables(arguments, board),
         SweepCommand::Emit(arguments) => emit(arguments),
     }
@@ -87,9 +89,12 @@ fn runs(count: u64) -> String {
 
 fn read(folder: &Path) -> Result<(Plan, Results), Failure> {
     let plan = Plan::read(folder).map_err(Failure::bad_input)?;
-    let results = Results::read(folder, &plan)
-        .map_err(|error| Failure::Failed(format!("{}: {error}", folder.display())))?;
+    let results = Results::read(folder, &plan).map_err(|error| unreadable(folder, &error))?;
     Ok((plan, results))
+}
+
+fn unreadable(folder: &Path, error: &io::Error) -> Failure {
+    Failure::Failed(format!("{}: {error}", folder.display()))
 }
 
 /// The exit code of a study in that state.
@@ -104,9 +109,16 @@ fn outcome(counts: Counts) -> Result<(), Failure> {
     code.said()
 }
 
-fn status(folder: &Path) -> Result<(), Failure> {
+fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
+    let SweepStatusArguments { folder, tasks, array_size } = arguments;
     let (plan, results) = read(folder)?;
     let counts = results.counts();
+    if let Some(tasks) = tasks {
+        for Array { offset, tasks } in arrays(results.missing(), *tasks, *array_size) {
+            say(format_args!("{offset} {tasks}"))?;
+        }
+        return outcome(counts);
+    }
     say(in_words(&plan, counts))?;
     let of = |word: &str| {
         ranges(plan.rows.iter().map(|row| row.run).filter(|run| results.state(*run).word() == word))
@@ -116,6 +128,13 @@ fn status(folder: &Path) -> Result<(), Failure> {
         if !runs.is_empty() {
             say(format_args!("{name}: {runs}"))?;
         }
+    }
+    let begun = staging::begun(folder).map_err(|error| unreadable(folder, &error))?;
+    let begun = || begun.iter().filter(|(run, _)| results.is_missing(*run));
+    if begun().next().is_some() {
+        let bytes: u64 = begun().map(|(_, bytes)| bytes).sum();
+        let runs = ranges(begun().map(|(run, _)| *run));
+        say(format_args!("begun: {runs}, with {:.1} MB in {}", bytes as f64 / 1e6, staging::FOLDER))?;
     }
     for (path, bytes) in &results.torn {
         say(format_args!("{}: its last {bytes} bytes are of no whole result", path.display()))?;
@@ -140,7 +159,7 @@ fn in_words(plan: &Plan, counts: Counts) -> String {
 }
 
 fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
-    let SweepRunArguments { folder, index, chunk, jobs, max_fails, .. } = arguments;
+    let SweepRunArguments { folder, index, chunk, jobs, max_fails, patience_s, .. } = arguments;
     let (plan, results) = read(folder)?;
     plan.check_code(folder).map_err(Failure::bad_input)?;
     let chosen: Option<BTreeSet<u64>> = match index {
@@ -167,11 +186,17 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
         return outcome(Counts { missing: 0, ..results.counts() });
     }
     interrupt::install()?;
+    let begun = staging::begun(folder).map_err(|error| unreadable(folder, &error))?;
+    // Left by workers that died between the result of a run and what they had to tidy up.
+    for (run, _) in begun.iter().filter(|(run, _)| !results.is_missing(*run)) {
+        staging::clear(folder, *run).map_err(Failure::failed)?;
+    }
     let jobs = jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
     let jobs = jobs.min(queue.len());
     let study = Study {
         plan: &plan,
         folder,
+        patience_s: *patience_s,
         max_fails: *max_fails,
         shared: Mutex::new(Shared {
             queue,
@@ -188,8 +213,7 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
         let supervisors: Vec<_> = (0..jobs).map(|_| scope.spawn(|| study.supervise())).collect();
         while !supervisors.iter().all(|supervisor| supervisor.is_finished()) {
             if interrupt::has_come() {
-                // What they are at is as if never begun.
-                study.shared().workers.iter().for_each(|worker| drop(lock(worker).kill()));
+                study.shared().workers.iter().for_each(|worker| lock(worker).tell = None);
             }
             thread::sleep(LOOK_INTERVAL);
         }
@@ -217,10 +241,17 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     outcome(counts)
 }
 
+/// How a worker begins to say that a run goes on from where it was.
+const GOES_ON: &str = "goes on ";
+
+/// What a worker says of a run that it leaves to another process.
+const BY_ANOTHER: &str = "by another";
+
 /// Runs that are being made, by workers in processes of their own.
 struct Study<'a> {
     plan: &'a Plan,
     folder: &'a Path,
+    patience_s: f64,
     max_fails: Option<u64>,
     shared: Mutex<Shared>,
     board: &'a Board,
@@ -230,7 +261,7 @@ struct Study<'a> {
 struct Shared {
     /// Runs to be made, and how often their process died.
     queue: VecDeque<(u64, u32)>,
-    workers: Vec<Arc<Mutex<Child>>>,
+    workers: Vec<Arc<Mutex<Reins>>>,
     /// Where deaths are written, once there is one.
     deaths: Option<Writer>,
     failed: u64,
@@ -248,28 +279,39 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// A process that makes runs, one after the other, as it is told.
 struct Worker {
-    child: Arc<Mutex<Child>>,
-    tell: Option<ChildStdin>,
+    reins: Arc<Mutex<Reins>>,
     hear: BufReader<ChildStdout>,
 }
 
+/// By what a worker is led. It ends when nobody can tell it anything more: the run that it is at
+/// is stopped.
+struct Reins {
+    child: Child,
+    tell: Option<ChildStdin>,
+}
+
 impl Worker {
-    fn start(folder: &Path) -> io::Result<Worker> {
+    fn start(folder: &Path, patience_s: f64) -> io::Result<Worker> {
         let mut child = Command::new(std::env::current_exe()?)
-            .args(["--quiet", "sweep", "run", "--worker"])
+            .args(["--quiet", "sweep", "run", "--worker", "--patience-s", &patience_s.to_string()])
             .arg(folder)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()?;
         let (tell, hear) = (child.stdin.take(), child.stdout.take());
         let hear = BufReader::new(hear.ok_or_else(|| io::Error::other("no pipe"))?);
-        Ok(Worker { child: Arc::new(Mutex::new(child)), tell, hear })
+        Ok(Worker { reins: Arc::new(Mutex::new(Reins { child, tell })), hear })
     }
 
-    /// Has it make a run; what it says of it, or nothing if it died.
-    fn make(&mut self, run: u64) -> Option<String> {
-        let tell = self.tell.as_mut()?;
-        writeln!(tell, "{run}").and_then(|()| tell.flush()).ok()?;
+    /// Has it make a run.
+    fn begin(&mut self, run: u64) -> Option<()> {
+        let mut reins = lock(&self.reins);
+        let tell = reins.tell.as_mut()?;
+        writeln!(tell, "{run}").and_then(|()| tell.flush()).ok()
+    }
+
+    /// What it says next of the run, or nothing if it died.
+    fn hear(&mut self) -> Option<String> {
         let mut line = String::new();
         let read = self.hear.read_line(&mut line).ok()?;
         (read > 0 && line.ends_with('\n')).then(|| line.trim_end().to_owned())
@@ -278,9 +320,9 @@ impl Worker {
 
 impl Drop for Worker {
     fn drop(&mut self) {
-        // It ends when nothing more is asked of it.
-        self.tell = None;
-        lock(&self.child).wait().ok();
+        let mut reins = lock(&self.reins);
+        reins.tell = None;
+        reins.child.wait().ok();
     }
 }
 
@@ -302,19 +344,26 @@ impl Study<'_> {
         let mut worker: Option<Worker> = None;
         while let Some((run, deaths)) = self.next() {
             if worker.is_none() {
-                worker = match Worker::start(self.folder) {
+                worker = match Worker::start(self.folder, self.patience_s) {
                     Ok(started) => {
-                        self.shared().workers.push(Arc::clone(&started.child));
+                        self.shared().workers.push(Arc::clone(&started.reins));
                         Some(started)
                     }
                     Err(error) => return self.give_up(format!("failed to start a worker: {error}")),
                 };
             }
             let Some(current) = &mut worker else { return };
-            match current.make(run) {
+            current.begin(run);
+            let said = loop {
+                match current.hear() {
+                    Some(said) if said.starts_with(GOES_ON) => self.tell(run, &said),
+                    said => break said,
+                }
+            };
+            match said {
                 Some(said) => self.heard(run, &said),
                 None => {
-                    let status = lock(&current.child).wait();
+                    let status = lock(&current.reins).child.wait();
                     worker = None;
                     // One that was told to stop, or told why it cannot go on.
                     if interrupt::has_come() {
@@ -323,6 +372,11 @@ impl Study<'_> {
                     match status {
                         Ok(status) if status.code().is_some_and(|code| code < 100) => {
                             return self.give_up("a worker cannot go on; it said why".to_owned());
+                        }
+                        // It was told to stop before we were, if we are: no fault of the run's.
+                        Ok(status) if Code::of_signal(status.code()).is_some() => {
+                            self.shared().queue.push_front((run, deaths));
+                            thread::sleep(LOOK_INTERVAL);
                         }
                         Ok(status) => self.died(run, deaths + 1, &status.to_string()),
                         Err(error) => return self.give_up(format!("a worker is lost: {error}")),
@@ -340,16 +394,17 @@ impl Study<'_> {
         let mut shared = self.shared();
         match said.split_once(' ') {
             Some(("done", events)) => shared.progress.done(events.parse().unwrap_or(0)),
+            _ if said == BY_ANOTHER => self.tell(run, "another process is making it, and is left to it"),
             _ => {
                 let reason = said.strip_prefix("failed ").unwrap_or(said);
-                self.tell_failure(run, reason);
+                self.tell(run, reason);
                 self.failed(&mut shared);
             }
         }
     }
 
     fn died(&self, run: u64, deaths: u32, how: &str) {
-        self.tell_failure(run, &format!("its process died, {how}"));
+        self.tell(run, &format!("its process died, {how}"));
         let mut shared = self.shared();
         let written = match &mut shared.deaths {
             Some(writer) => writer.add(Kind::Died, run, &[]).map_err(|error| error.to_string()),
@@ -369,9 +424,9 @@ impl Study<'_> {
         }
     }
 
-    fn tell_failure(&self, run: u64, reason: &str) {
+    fn tell(&self, run: u64, what: &str) {
         let values = self.plan.common.assignments(&self.plan.rows[run as usize - 1].values).join(" ");
-        self.board.line(&format!("run {run}, {values}: {reason}"));
+        self.board.line(&format!("run {run}, {values}: {what}"));
     }
 
     fn failed(&self, shared: &mut Shared) {
@@ -386,39 +441,68 @@ impl Study<'_> {
 
 /// Makes the runs that come in on standard input, a number a line, and says of each what became of
 /// it.
-fn work(folder: &Path) -> Result<(), Failure> {
-    // The first signal is for the run that is under way, which is then as if never begun.
+fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
+    let SweepRunArguments { folder, patience_s, .. } = arguments;
+    let patience = Duration::try_from_secs_f64(*patience_s).map_err(Failure::bad_input)?;
+    // The first signal is for the run that is under way.
     interrupt::install()?;
     let plan = Plan::read(folder).map_err(Failure::failed)?;
     plan.check_code(folder).map_err(Failure::failed)?;
+    create_folder(&folder.join(staging::FOLDER))?;
+    let is_left_alone = Arc::new(AtomicBool::new(false));
+    let told = listen(Arc::clone(&is_left_alone));
+    let stop = || interrupt::has_come() || is_left_alone.load(Ordering::Relaxed);
+    let tell = |notice: Notice<'_>| say(notice).unwrap_or(());
+    let ways = Ways { folder, slider: summary::slider, patience, stop: &stop, tell: &tell };
     let mut segment: Option<Writer> = None;
-    for line in io::stdin().lock().lines() {
+    for line in told {
         let line = line.map_err(Failure::failed)?;
         let run: u64 = line.trim().parse().map_err(|_| Failure::Failed(format!("{line} is no run")))?;
         let row = (run as usize).checked_sub(1).and_then(|index| plan.rows.get(index));
         let row = row.ok_or_else(|| Failure::Failed(format!("there is no run {run}")))?;
-        let made = make(&plan, row, folder, summary::slider, &interrupt::has_come);
-        let segment = match &mut segment {
-            Some(segment) => segment,
-            none => none.insert(Writer::create(folder, &plan.hash).map_err(Failure::failed)?),
-        };
-        let (kind, content, said) = match made.map_err(Failure::Failed)? {
+        let (kind, content, said) = match make(&plan, row, ways).map_err(Failure::Failed)? {
             Made::Done { content, events } => (Kind::Done, content, format!("done {events}")),
             Made::Failed(reason) => {
                 let said = format!("failed {}", reason.replace('\n', " "));
                 (Kind::Failed, reason.into_bytes(), said)
             }
-            Made::Stopped => return Err(Failure::Said(interrupt::code().unwrap_or(Code::Interrupted))),
+            Made::Stopped => break,
+            Made::ByAnother => {
+                say(BY_ANOTHER)?;
+                continue;
+            }
         };
-        segment
-            .add(kind, run, &content)
-            .map_err(|error| Failure::Failed(format!("failed to write a result: {error}")))?;
+        let segment = match &mut segment {
+            Some(segment) => segment,
+            none => none.insert(Writer::create(folder, &plan.hash).map_err(Failure::failed)?),
+        };
+        let unwritten = |error| Failure::Failed(format!("failed to write a result: {error}"));
+        segment.add(kind, run, &content).map_err(unwritten)?;
+        if staging::is_begun(folder, run) {
+            segment.sync().map_err(unwritten)?;
+            staging::clear(folder, run).map_err(Failure::failed)?;
+        }
         say(said)?;
     }
     if let Some(mut segment) = segment {
         segment.sync().map_err(Failure::failed)?;
     }
-    Ok(())
+    interrupt::code().map_or(Ok(()), Code::said)
+}
+
+/// The lines of standard input, and whether they have come to their end, which is known while a run
+/// is made.
+fn listen(is_over: Arc<AtomicBool>) -> mpsc::Receiver<io::Result<String>> {
+    let (send, receive) = mpsc::channel();
+    thread::spawn(move || {
+        for line in io::stdin().lock().lines() {
+            if send.send(line).is_err() {
+                return;
+            }
+        }
+        is_over.store(true, Ordering::Relaxed);
+    });
+    receive
 }
 
 fn collect_tables(arguments: &SweepCollectArguments, board: &Board) -> Result<(), Failure> {
@@ -453,8 +537,8 @@ fn format(table: SweepTable) -> &'static dyn Format {
 fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {
     let SweepEmitArguments { engine, folder, tasks, cores, time } = arguments;
     let plan = Plan::read(folder).map_err(Failure::bad_input)?;
-    let most = MOST_TASKS.min(plan.rows.len() as u64);
-    let tasks = tasks.unwrap_or(most);
+    let most = plan.rows.len() as u64;
+    let tasks = tasks.unwrap_or(most.min(USUAL_TASKS));
     if !(1..=most).contains(&tasks) {
         return Err(Failure::BadInput(format!("--tasks {tasks} (accepted: 1 to {most})")));
     }

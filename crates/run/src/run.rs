@@ -6,14 +6,13 @@ use std::time::{Duration, Instant};
 use asperity_detect::Detector;
 use asperity_model::{Plan, Scenario};
 use asperity_record::{Checkpoint, EventKind, RunEnd, RunHeader, RunStatus, SolverReport};
-use asperity_runlog::{
-    Existing, LogError, RunReader, RunWriter, Topics, Unfinished, WriteError, partial_path,
-};
+use asperity_runlog::{LogError, RunReader, Topics, Unfinished, WriteError, partial_path};
 use asperity_simulator::{Counters, SimulationError, Solver, SolverKind};
 use asperity_stream::{Given, Item, StreamError};
 
 use crate::detectors::{self, TopicError};
 use crate::header::header;
+use crate::log::{CHECKPOINT_INTERVAL, Log, LogTo};
 use crate::place::PlaceError;
 use crate::resume::{Again, Left, LeftError, Saved};
 use crate::watch::{Notice, Watch};
@@ -23,9 +22,6 @@ pub(crate) const CHECKPOINT_BYTES_PER_S: f64 = 1e5;
 
 /// Bytes of checkpoints beyond that in a whole run, where they are asked for more often.
 const CHECKPOINT_BYTES: f64 = 16e6;
-
-/// The time between checkpoints where nobody asks for another.
-pub const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(1);
 
 /// What is to be run.
 pub struct Task<'a> {
@@ -38,24 +34,6 @@ pub struct Task<'a> {
     /// Detectors of the caller's own. They look beside the registered ones, and what they emit
     /// stands after what those emit, in the log as well.
     pub detectors: Vec<Box<dyn Detector>>,
-}
-
-/// Where the log of a run goes.
-#[derive(Debug, Clone, Copy)]
-pub struct LogTo<'a> {
-    /// Its path, once it is whole; until then it stands at [`partial_path`].
-    pub path: &'a Path,
-    /// What becomes of a log that stands there.
-    pub existing: Existing,
-    /// Least time of work between two checkpoints.
-    pub checkpoint_interval: Duration,
-}
-
-impl<'a> LogTo<'a> {
-    /// A new log, with a checkpoint about once a second.
-    pub fn new(path: &'a Path) -> LogTo<'a> {
-        LogTo { path, existing: Existing::Refuse, checkpoint_interval: CHECKPOINT_INTERVAL }
-    }
 }
 
 impl<'a> Task<'a> {
@@ -205,26 +183,26 @@ pub fn run(
         stop,
         again: None,
         before: Before::default(),
-        checkpoints: log.map(|log| Checkpoints::every(log.checkpoint_interval)),
+        checkpoints: log.map(|log| Checkpoints::every(log.checkpoint_interval, log.after)),
         is_asked_to_stop: false,
         is_stopping: false,
         stopped: None,
     };
-    let mut writer = None;
-    if let Some(LogTo { path, existing, .. }) = log {
+    let mut writing = None;
+    if let Some(to) = log {
         let scenario_toml = scenario.to_commented_toml();
         let unfinished = match begin {
-            Begin::GoOn => Unfinished::of(path)?,
+            Begin::GoOn => Unfinished::of(to.path)?,
             Begin::Anew => None,
         };
         let left = match unfinished {
             Some(unfinished) => Left::of(unfinished, &header, &plan, &kinds)?,
             None => Left::Nothing,
         };
-        writer = Some(match left {
-            Left::Nothing => RunWriter::create(path, existing, &header, &scenario_toml, &kinds)?,
+        writing = Some(match left {
+            Left::Nothing => Log::new(to, header, scenario_toml, kinds)?,
             Left::Whole { unfinished, end } => {
-                unfinished.publish(existing)?;
+                unfinished.publish(to.existing)?;
                 watch.notice(Notice::LackedItsName);
                 let (status, counters) = (end.status, Counters::default());
                 return Ok(Outcome { status, counters, has_run: false, end: Some(*end) });
@@ -233,7 +211,7 @@ pub fn run(
                 let step = saved.chain.step;
                 watch.notice(Notice::GoesOn { step, time_s: plan.grid.time_s(step) });
                 source.go_on(&unfinished, *saved, &state)?;
-                RunWriter::resume(unfinished, existing, &header, &scenario_toml, &kinds)?
+                Log::resume(to, unfinished, header, scenario_toml, kinds)?
             }
         });
     }
@@ -242,12 +220,6 @@ pub fn run(
         || source.next(),
         detectors,
         |item| {
-            match (&item, &mut writer) {
-                (Item::Record(record), Some(writer)) => writer.record(record)?,
-                (Item::Event(event), Some(writer)) => writer.event(event)?,
-                (Item::Checkpoint(checkpoint), Some(writer)) => writer.checkpoint(checkpoint)?,
-                (_, None) => {}
-            }
             match &item {
                 Item::Record(record) => {
                     watch.record(record);
@@ -256,11 +228,11 @@ pub fn run(
                 Item::Event(event) => watch.event(event),
                 Item::Checkpoint(_) => {}
             }
-            Ok(())
+            writing.as_mut().map_or(Ok(()), |log| log.take(item))
         },
     );
-    if let (Err(StreamError::Sink(_) | StreamError::Thread(_)), Some(writer)) = (&outcome, &mut writer) {
-        writer.discard_if_empty();
+    if let (Err(StreamError::Sink(_) | StreamError::Thread(_)), Some(log)) = (&outcome, &mut writing) {
+        log.discard_if_empty();
     }
     let is_stopped = match outcome {
         Ok(()) => false,
@@ -285,15 +257,15 @@ pub fn run(
     if before.resumed > 0 {
         report.counts.insert("resumed".to_owned(), before.resumed);
     }
+    let status = stopped.as_ref().map_or(status, SimulationError::status);
+    let end = writing.map_or(Ok(None), |log| log.finish(status, stopped.as_ref(), report))?;
     if let Some(error) = stopped {
-        if let Some(writer) = writer {
-            writer.finish_stopped(error.status(), error.to_string(), report)?;
-        }
-        return Err(RunError::Simulation { error, log: log.map(|log| log.path.to_owned()) });
+        let log = log.filter(|_| end.is_some()).map(|log| log.path.to_owned());
+        return Err(RunError::Simulation { error, log });
     }
-    let end = writer.map(|writer| writer.finish(status, report)).transpose()?;
     if is_stopped {
-        return Err(RunError::Stopped { log: log.map(|log| partial_path(log.path)) });
+        let log = log.filter(|_| end.is_some()).map(|log| partial_path(log.path));
+        return Err(RunError::Stopped { log });
     }
     if let Some(ratio) = never_stopped {
         watch.notice(Notice::LoadNotReached { ratio });
@@ -315,14 +287,22 @@ struct Before {
 /// When the next checkpoint is due.
 struct Checkpoints {
     interval: Duration,
+    /// When the first is of use.
+    from: Instant,
     next: Instant,
     /// What is left of [`CHECKPOINT_BYTES`].
     left_bytes: f64,
 }
 
 impl Checkpoints {
-    fn every(interval: Duration) -> Checkpoints {
-        Checkpoints { interval, next: Instant::now() + interval, left_bytes: CHECKPOINT_BYTES }
+    fn every(interval: Duration, after: Duration) -> Checkpoints {
+        let now = Instant::now();
+        let (from, next) = (now + after, now + interval.max(after));
+        Checkpoints { interval, from, next, left_bytes: CHECKPOINT_BYTES }
+    }
+
+    fn are_of_use(&self) -> bool {
+        Instant::now() >= self.from
     }
 
     fn are_due(&self) -> bool {
@@ -367,6 +347,9 @@ impl Source<'_> {
         self.again = Some(Again::new(unfinished, saved.chain.step, state)?);
         self.before = Before { counters: saved.counters, resumed: saved.resumed };
         self.solver.restore(&saved.chain);
+        if let Some(checkpoints) = &mut self.checkpoints {
+            checkpoints.from = Instant::now();
+        }
         Ok(())
     }
 
@@ -391,6 +374,7 @@ impl Source<'_> {
         }
         match &self.checkpoints {
             None if stop => return Err(End::Stopped),
+            Some(checkpoints) if stop && !checkpoints.are_of_use() => return Err(End::Stopped),
             Some(checkpoints) if self.solver.is_between_records() && (stop || checkpoints.are_due()) => {
                 self.is_stopping = stop;
                 return Ok(Some(Given::Checkpoint(self.checkpoint())));

@@ -7,8 +7,9 @@ use asperity_runlog::Existing;
 use asperity_simulator::SolverKind;
 
 use crate::check::check;
+use crate::log::LogTo;
 use crate::place::{self, OtherRun, PlaceError, SCENARIO, SOLVER};
-use crate::run::{Begin, LogTo, Outcome, RunError, Task, run};
+use crate::run::{Begin, Outcome, RunError, Task, run};
 use crate::verdict::Verdict;
 use crate::watch::Watch;
 

@@ -40,6 +40,18 @@ impl Unfinished {
         self.held.path().to_owned()
     }
 
+    /// Removes it, with what another run that went on from it left.
+    ///
+    /// # Errors
+    /// If another process writes that, it lost its name, or the system refuses.
+    pub fn remove(self) -> Result<(), WriteError> {
+        if let Some(resumed) = Held::open(&resumed_path(&self.path))? {
+            must_be_ours(resumed.path())?;
+            resumed.remove()?;
+        }
+        Ok(self.held.remove()?)
+    }
+
     /// Gives it its final name, which only a whole one may have.
     ///
     /// # Errors

@@ -385,6 +385,14 @@ impl RunWriter {
         }
     }
 
+    /// Removes what there is of a log that nobody can or is to go on with.
+    ///
+    /// # Errors
+    /// If it lost its name, or the system refuses.
+    pub fn discard(&mut self) -> Result<(), WriteError> {
+        self.place.discard()
+    }
+
     fn at(&self, error: mcap::McapError) -> WriteError {
         WriteError::of_mcap(self.place.path(), error)
     }

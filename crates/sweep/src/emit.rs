@@ -1,9 +1,42 @@
 //! Scripts for the engines that clusters already run: they name runs, and `asperity` does the rest.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// How many parts a Slurm array is cut into at most: its own limit is 1001 unless somebody raised it.
-pub const MOST_TASKS: u64 = 1000;
+use crate::results::ranges;
+
+/// How many parts runs are cut into where nobody says: as many as fit one Slurm array unless somebody
+/// changed its limit, which is 1001.
+pub const USUAL_TASKS: u64 = 1000;
+
+/// Most tasks of one array, however many a cluster allows: their numbers are an argument of a
+/// command, which may have 128 KiB.
+const MOST_TASKS: usize = 10_000;
+
+/// A job array, which makes some of the parts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Array {
+    /// To be added to an index, for the number of its part.
+    pub offset: u64,
+    /// Its indices, as in `3,7-9`.
+    pub tasks: String,
+}
+
+/// The arrays that make missing runs, if all are cut into so many parts and every index is to be
+/// below `size`.
+pub fn arrays(missing: impl Iterator<Item = u64>, parts: u64, size: u64) -> Vec<Array> {
+    // Run `parts` is of the last part, as in `Job`.
+    let parts: BTreeSet<u64> = missing.map(|run| (run - 1) % parts + 1).collect();
+    let mut arrays: Vec<(u64, Vec<u64>)> = Vec::new();
+    for part in parts {
+        let offset = (part - 1) / (size - 1) * (size - 1);
+        match arrays.last_mut() {
+            Some((last, tasks)) if *last == offset && tasks.len() < MOST_TASKS => tasks.push(part - offset),
+            _ => arrays.push((offset, vec![part - offset])),
+        }
+    }
+    arrays.into_iter().map(|(offset, tasks)| Array { offset, tasks: ranges(tasks) }).collect()
+}
 
 /// What scripts need to know.
 #[derive(Debug, Clone)]
@@ -21,28 +54,42 @@ pub struct Job {
 }
 
 impl Job {
-    /// A job array for Slurm, and a job behind it that makes the tables of what there is.
+    /// A script for Slurm: it submits job arrays of what is missing, and a job behind them that makes
+    /// the tables of what there is.
     pub fn slurm(&self) -> String {
         let Job { tasks, cores, time, .. } = self;
-        let [program, folder] = [&self.program, &self.folder].map(|word| quoted(word));
+        let [program, folder, time] = [&self.program, &self.folder, time].map(|word| quoted(word));
         format!(
             "#!/bin/bash\n\
-             # Runs a sweep as a job array, and makes its tables when the array is over:\n\
+             # Runs a sweep in {tasks} parts as a job array, or several where MaxArraySize asks for it, and\n\
+             # makes its tables when they are over:\n\
              #     bash sweep.slurm\n\
-             # Done runs are not done again: called once more, it does what is missing. What a task killed\n\
-             # half-way has done is kept.\n\
+             # Called again, it submits the parts in which runs are missing. A minute before its time is up\n\
+             # a task is told so; what it has done is kept, and a long run is gone on with.\n\
              set -euo pipefail\n\
              program={program}\n\
              folder={folder}\n\
-             if [[ -z ${{SLURM_JOB_ID:-}} ]]; then\n    \
-                 array=$(sbatch --parsable --array=1-{tasks} --cpus-per-task={cores} --time={time} \\\n        \
-                     --signal=B:TERM@60 --job-name=asperity-sweep --output=/dev/null \"$0\")\n    \
-                 sbatch --dependency=afterany:\"$array\" --cpus-per-task=1 --time={time} \\\n        \
-                     --job-name=asperity-collect --output=\"$folder/collect.txt\" \\\n        \
-                     --wrap \"exec $(printf %q \"$program\") sweep collect $(printf %q \"$folder\")\"\n    \
-                 exit\n\
+             time={time}\n\
+             if [[ -n ${{SLURM_ARRAY_TASK_ID:-}} ]]; then\n    \
+                 part=$((${{1:-0}} + SLURM_ARRAY_TASK_ID))\n    \
+                 exec \"$program\" --quiet sweep run \"$folder\" --chunk \"$part/{tasks}\" --jobs {cores}\n\
              fi\n\
-             exec \"$program\" --quiet sweep run \"$folder\" --chunk \"$SLURM_ARRAY_TASK_ID/{tasks}\" --jobs {cores}\n"
+             size=$(scontrol show config | awk '$1 == \"MaxArraySize\" {{ print $3 }}')\n\
+             arrays=$(\"$program\" sweep status \"$folder\" --tasks {tasks} --array-size \"${{size:-1001}}\") ||\n    \
+                 (($? == 1 || $? == 3)) || exit\n\
+             output=${{folder//%/%%}}\n\
+             behind=\n\
+             while read -r offset tasks; do\n    \
+                 if [[ -z $tasks ]]; then continue; fi\n    \
+                 id=$(sbatch --parsable --array=\"$tasks\" --cpus-per-task={cores} --time=\"$time\" \\\n        \
+                     --signal=B:TERM@60 --job-name=asperity-sweep \\\n        \
+                     --output=\"$output/slurm.txt\" --open-mode=append \"$0\" \"$offset\")\n    \
+                 echo \"${{id%%;*}}: parts $tasks\"\n    \
+                 behind+=:${{id%%;*}}\n\
+             done <<< \"$arrays\"\n\
+             sbatch ${{behind:+--dependency=afterany$behind}} --cpus-per-task=1 --time=\"$time\" \\\n    \
+                 --job-name=asperity-collect --output=\"$output/collect.txt\" \\\n    \
+                 --wrap \"exec $(printf %q \"$program\") sweep collect $(printf %q \"$folder\")\"\n"
         )
     }
 
@@ -62,8 +109,10 @@ impl Job {
     pub fn row(&self) -> String {
         let Job { tasks, cores, .. } = self;
         let [program, folder] = [&self.program, &self.folder].map(|word| quoted(word));
-        let command =
-            format!("{program} --quiet sweep run {folder} --chunk {{directory}}/{tasks} --jobs {cores}");
+        let command = format!(
+            "{program} --quiet sweep run {folder} --chunk {{directory}}/{tasks} --jobs {cores} && \
+             touch workspace/{{directory}}/done"
+        );
         let command = toml::Value::String(command);
         format!(
             "# Put it into a folder of its own, with a folder in `workspace` for each part, called 1 to {tasks}:\n\
@@ -73,7 +122,9 @@ impl Job {
              [[action]]\n\
              name = \"run\"\n\
              command = {command}\n\
-             products = []\n\
+             products = [\"done\"]\n\
+             [action.group]\n\
+             maximum_size = 1\n\
              [action.resources]\n\
              processes.per_submission = 1\n\
              threads_per_process = {cores}\n"
@@ -88,4 +139,43 @@ fn quoted(word: &str) -> String {
         return word.to_owned();
     }
     format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Array, arrays};
+
+    fn of(missing: impl Iterator<Item = u64>, parts: u64, size: u64) -> Vec<(u64, String)> {
+        let arrays = arrays(missing, parts, size).into_iter();
+        arrays.map(|Array { offset, tasks }| (offset, tasks)).collect()
+    }
+
+    #[test]
+    fn indices_stay_below_the_size_of_an_array() {
+        let word = |offset, tasks: &str| (offset, tasks.to_owned());
+        assert_eq!(of(1..=1000, 1000, 1001), [word(0, "1-1000")]);
+        assert_eq!(of(1..=1001, 1001, 1001), [word(0, "1-1000"), word(1000, "1")]);
+        assert_eq!(of([2, 9, 23, 24].into_iter(), 12, 6), [word(0, "2"), word(5, "4"), word(10, "1-2")]);
+        assert_eq!(of(std::iter::empty(), 12, 6), []);
+        // Every other one of many: no argument gets too long.
+        let many = of((1..=400_000).step_by(2), 400_000, 4_000_001);
+        assert!(many.len() == 20 && many.iter().all(|(_, tasks)| tasks.len() < 100_000));
+    }
+
+    #[test]
+    fn every_missing_run_is_of_one_task() {
+        for (parts, size) in [(1, 2), (7, 4), (100, 31), (100, 1001)] {
+            let missing = || (1..=100_u64).filter(|run| run % 3 == 0);
+            let made: Vec<u64> = arrays(missing(), parts, size)
+                .iter()
+                .flat_map(|Array { offset, tasks }| {
+                    let tasks = crate::results::parse_ranges(tasks, size - 1).unwrap();
+                    tasks.into_iter().map(move |task| offset + task)
+                })
+                .collect();
+            let expected: std::collections::BTreeSet<u64> =
+                missing().map(|run| if run % parts == 0 { parts } else { run % parts }).collect();
+            assert_eq!(made, expected.into_iter().collect::<Vec<_>>(), "{parts} parts, {size}");
+        }
+    }
 }

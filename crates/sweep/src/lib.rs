@@ -32,7 +32,8 @@
 //!
 //! - [`axis`]: what varies; [`Sweep`]: the file that says so.
 //! - [`Plan`]: every run with its values and its id, made once and never changed.
-//! - [`work`]: one run, from its row to what is kept of it.
+//! - [`work`]: one run, from its row to what is kept of it; [`staging`]: where those stand that
+//!   take long.
 //! - [`segment`]: where a worker puts results; [`Results`]: what there is in all of them.
 //! - [`collect()`]: the tables.
 //! - [`emit`]: scripts for clusters.
@@ -46,6 +47,7 @@ pub mod emit;
 pub mod plan;
 pub mod results;
 pub mod segment;
+pub mod staging;
 mod sweep;
 pub mod work;
 

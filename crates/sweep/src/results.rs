@@ -123,6 +123,12 @@ impl Results {
         self.states[run as usize - 1]
     }
 
+    /// Whether a run of the plan is still to be made.
+    pub fn is_missing(&self, run: u64) -> bool {
+        let index = run.checked_sub(1).and_then(|index| usize::try_from(index).ok());
+        index.and_then(|index| self.states.get(index)).is_some_and(|state| state.is_missing())
+    }
+
     /// How many runs are in which state.
     pub fn counts(&self) -> Counts {
         let mut counts = Counts::default();

@@ -21,6 +21,8 @@ pub enum Keep {
     Summary,
     /// Its run log, a file of its own.
     Log,
+    /// The same, of runs that fail alone.
+    LogOfFailed,
 }
 
 impl Keep {

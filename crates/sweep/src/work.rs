@@ -1,21 +1,24 @@
 //! A run of a plan, made: from its row to what is kept of it.
 
+use std::error::Error;
 use std::fmt::Write;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::time::Duration;
 
-use asperity_files::create_folder;
 use asperity_model::Scenario;
 use asperity_record::{Event, EventPayload, Record, RunEnd, Rupture, SlipEvent, SolverReport};
-use asperity_run::{Begin, LogTo, RunError, Task, Watch, run};
-use asperity_runlog::Existing;
+use asperity_run::{Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Outcome, RunError, Task, Watch, run};
+use asperity_runlog::{Existing, WriteError};
 use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary};
 
 use crate::plan::{Plan, Row};
+use crate::staging;
 use crate::sweep::Keep;
 
-/// The folder of run logs, in that of the plan.
-pub const LOGS: &str = "logs";
+/// Work of a run from which on it keeps its unfinished log, and is gone on with instead of made
+/// again: what a kill may cost, against what a log costs.
+pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// What became of a run.
 #[derive(Debug)]
@@ -31,50 +34,60 @@ pub enum Made {
     Failed(String),
     /// It was stopped from outside.
     Stopped,
+    /// Another process has been making it for so long that it is left to that one.
+    ByAnother,
 }
 
-/// Where the log of a run stands.
-pub fn log(folder: &Path, run: u64) -> PathBuf {
-    folder.join(LOGS).join(format!("{run}.mcap"))
+/// How runs are made.
+#[derive(Clone, Copy)]
+pub struct Ways<'a> {
+    /// The folder of the plan, with [`staging`] in it.
+    pub folder: &'a Path,
+    /// What the summary needs to know of a scenario.
+    pub slider: fn(&Scenario) -> Slider,
+    /// Work of a run from which on it keeps its unfinished log, see [`PATIENCE`].
+    pub patience: Duration,
+    /// Whether to stop.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+    /// Is told that a run goes on, instead of from its beginning.
+    pub tell: &'a dyn Fn(Notice<'_>),
 }
 
-/// Makes a run. `slider` says what the summary needs to know of a scenario.
+/// Makes a run, or goes on with what was begun of it. Once the result is on the disk, what is left
+/// of it in [`staging`] is to be [cleared](staging::clear).
 ///
 /// # Errors
 /// If the system refuses something, which says nothing of the run.
-pub fn make(
-    plan: &Plan,
-    row: &Row,
-    folder: &Path,
-    slider: fn(&Scenario) -> Slider,
-    stop: &(dyn Fn() -> bool + Sync),
-) -> Result<Made, String> {
+pub fn make(plan: &Plan, row: &Row, ways: Ways<'_>) -> Result<Made, String> {
     let scenario = match plan.scenario(row) {
         Ok(scenario) => scenario,
         Err(reason) => return Err(format!("run {}: {reason}", row.run)),
     };
-    let keep = &plan.common.keep;
-    let mut task = Task::new(&scenario);
-    let log = log(folder, row.run);
-    if keep.contains(&Keep::Log) {
-        create_folder(&folder.join(LOGS)).map_err(|error| error.to_string())?;
-        task = task.log_to(LogTo { existing: Existing::Replace, ..LogTo::new(&log) });
+    let failed = |error: &dyn Error| format!("run {}: {error}", row.run);
+    let path = staging::log(ways.folder, row.run);
+    let mut made = make_from(Begin::GoOn, plan, row, &scenario, &path, ways);
+    // What nobody can go on with, or is whole without having been noted down, is made again.
+    if matches!(made.0, Err(RunError::Left(_)) | Ok(Outcome { has_run: false, .. })) {
+        staging::discard(ways.folder, row.run).map_err(|error| failed(&error))?;
+        made = make_from(Begin::Anew, plan, row, &scenario, &path, ways);
     }
-    let header = task.header();
-    let steps = header.steps;
-    let mut kept = Kept {
-        events: keep.contains(&Keep::Events),
-        ruptures: keep.contains(&Keep::Ruptures),
-        summarizer: Summarizer::new(&row.run.to_string(), &header, slider(&scenario)),
-        lines: String::new(),
+    let (outcome, Kept { summarizer, lines, .. }) = made;
+    let is_kept = match &outcome {
+        Ok(outcome) => outcome.end.is_some(),
+        Err(RunError::Simulation { log, .. }) => log.is_some(),
+        Err(_) => false,
     };
-    // What an earlier try left is not gone on with, so that all tries give the same.
-    let outcome = match run(task, Begin::Anew, stop, &mut kept) {
+    if is_kept {
+        staging::keep(ways.folder, row.run).map_err(|error| failed(&error))?;
+    }
+    let outcome = match outcome {
         Ok(outcome) => outcome,
         Err(RunError::Stopped { .. }) => return Ok(Made::Stopped),
         Err(RunError::Simulation { error, .. }) => return Ok(Made::Failed(error.to_string())),
-        Err(error) => return Err(format!("run {}: {error}", row.run)),
+        Err(RunError::Write(WriteError::Busy(_))) => return Ok(Made::ByAnother),
+        Err(error) => return Err(failed(&error)),
     };
+    let steps = Task::new(&scenario).header().steps;
     let end = outcome.end.unwrap_or_else(|| RunEnd {
         status: outcome.status,
         stopped: None,
@@ -86,21 +99,50 @@ pub fn make(
         topic_digests: Default::default(),
         solver: SolverReport { counts: outcome.counters.by_name(), fallbacks: Vec::new() },
     });
-    let Kept { summarizer, lines, .. } = kept;
     let summary = summarizer.finish(RupturesFrom::Log, Some(&end));
     let content = pack(&summary, &lines).map_err(|error| error.to_string())?;
     Ok(Made::Done { content, events: summary.event_count })
 }
 
+fn make_from<'a>(
+    begin: Begin,
+    plan: &Plan,
+    row: &Row,
+    scenario: &Scenario,
+    path: &Path,
+    ways: Ways<'a>,
+) -> (Result<Outcome, RunError>, Kept<'a>) {
+    let keeps = |keep: Keep| plan.common.keep.contains(&keep);
+    let log = LogTo {
+        existing: Existing::Replace,
+        checkpoint_interval: CHECKPOINT_INTERVAL.min(ways.patience),
+        keep: match () {
+            () if keeps(Keep::Log) => KeepLog::Always,
+            () if keeps(Keep::LogOfFailed) => KeepLog::IfStopped,
+            () => KeepLog::Never,
+        },
+        // One that is kept anyway need not wait.
+        after: if keeps(Keep::Log) { Duration::ZERO } else { ways.patience },
+        ..LogTo::new(path)
+    };
+    let task = Task::new(scenario).log_to(log);
+    let header = task.header();
+    let summarizer = Summarizer::new(&row.run.to_string(), &header, (ways.slider)(scenario));
+    let (events, ruptures) = (keeps(Keep::Events), keeps(Keep::Ruptures));
+    let mut kept = Kept { events, ruptures, summarizer, lines: String::new(), tell: ways.tell };
+    (run(task, begin, ways.stop, &mut kept), kept)
+}
+
 /// Looks on at a run, for what is kept of it.
-struct Kept {
+struct Kept<'a> {
+    tell: &'a dyn Fn(Notice<'_>),
     events: bool,
     ruptures: bool,
     summarizer: Summarizer,
     lines: String,
 }
 
-impl Watch for Kept {
+impl Watch for Kept<'_> {
     fn record(&mut self, record: &Record) {
         if let Record::Step(record) = record {
             self.summarizer.record(record);
@@ -118,11 +160,17 @@ impl Watch for Kept {
             writeln!(self.lines, "{}\t{}", event.topic, event.payload).expect("texts can be written to");
         }
     }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        if matches!(notice, Notice::GoesOn { .. }) {
+            (self.tell)(notice);
+        }
+    }
 }
 
 /// What was kept of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outcome {
+pub struct Content {
     /// Its numbers.
     pub summary: Summary,
     /// Its events, in order.
@@ -147,7 +195,7 @@ fn pack(summary: &Summary, lines: &str) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 /// If it is none of it, which the checksum of its frame should have told.
-pub fn unpack(content: &[u8]) -> io::Result<Outcome> {
+pub fn unpack(content: &[u8]) -> io::Result<Content> {
     let mut text = String::new();
     let decoder = zstd::stream::read::Decoder::new(content)?;
     io::Read::read_to_string(&mut io::Read::take(decoder, MOST_BYTES as u64), &mut text)?;
@@ -159,5 +207,5 @@ pub fn unpack(content: &[u8]) -> io::Result<Outcome> {
     };
     let events = lines.map(event).collect::<Option<Vec<_>>>();
     let events = events.ok_or_else(|| io::Error::other("an event without its topic"))?;
-    Ok(Outcome { summary, events })
+    Ok(Content { summary, events })
 }

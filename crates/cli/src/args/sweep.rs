@@ -4,6 +4,8 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use asperity_sweep::emit::USUAL_TASKS;
+use asperity_sweep::work::PATIENCE;
 use clap::{Args, Subcommand, ValueEnum};
 
 #[derive(Debug, Subcommand)]
@@ -40,13 +42,14 @@ Examples:
   asperity sweep run out/tilts --chunk 2/8 --jobs 4
 
 What is done is done: killed at any time and called again, it makes what is
-missing. A run that fails is recorded with its reason and does not stop the
+missing, and goes on with runs that had taken more than a minute. A run that fails is recorded with its reason and does not stop the
 others. One whose process died three times is not tried again.
 
 Exit codes:
   0    all runs that were asked for are done
   1    failure; or some of them failed
   2    bad input; the plan is by other code, or was edited
+  3    some were left to another process, which is making them
   130  interrupted by SIGINT; what was done is kept
   143  interrupted by SIGTERM, likewise")]
     Run(SweepRunArguments),
@@ -54,13 +57,14 @@ Exit codes:
     #[command(after_help = "\
 Examples:
   asperity sweep status out/tilts
+  asperity sweep status out/tilts --tasks 16
 
 Exit codes:
   0  all runs are done
   1  failure; or runs failed
   2  bad input
   3  runs are missing")]
-    Status(SweepFolder),
+    Status(SweepStatusArguments),
     /// Make the tables of a study: runs, slip events, ruptures.
     #[command(after_help = "\
 Examples:
@@ -123,12 +127,23 @@ pub(crate) struct SweepRunArguments {
     /// Make the runs that are named on standard input.
     #[arg(long, hide = true)]
     pub(crate) worker: bool,
+    /// Work of a run, in seconds, from which on it keeps its unfinished log.
+    #[arg(long, hide = true, value_name = "S", default_value_t = PATIENCE.as_secs_f64())]
+    pub(crate) patience_s: f64,
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct SweepFolder {
+pub(crate) struct SweepStatusArguments {
     /// Folder of the study.
     pub(crate) folder: PathBuf,
+    /// Of N parts, print those with missing runs, as arrays of a batch system:
+    /// a line each, with a number to be added to all indices, and indices.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) tasks: Option<u64>,
+    /// All indices are below this, as below MaxArraySize of Slurm.
+    #[arg(long, value_name = "N", default_value_t = USUAL_TASKS + 1, requires = "tasks",
+          value_parser = clap::value_parser!(u64).range(2..))]
+    pub(crate) array_size: u64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

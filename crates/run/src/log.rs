@@ -1,0 +1,205 @@
+//! The log of a run while the run goes on: whether it is kept, and from when on there is one.
+//!
+//! A log costs a short run more than its steps do. One that is only needed to go on with a long
+//! run, or to look into one that failed, is therefore not begun before the run is worth it; until
+//! then records wait in memory.
+
+use std::mem::{size_of, size_of_val, take};
+use std::path::Path;
+use std::time::Duration;
+
+use asperity_record::{EventKind, Record, RunEnd, RunHeader, RunStatus, SolverReport, Switch};
+use asperity_runlog::{Existing, RunWriter, Unfinished, WriteError};
+use asperity_simulator::SimulationError;
+use asperity_stream::Item;
+
+/// The time between checkpoints where nobody asks for another.
+pub const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(1);
+
+/// Where the log of a run goes.
+#[derive(Debug, Clone, Copy)]
+pub struct LogTo<'a> {
+    /// Its path, once it is whole; until then it stands at
+    /// [`partial_path`](asperity_runlog::partial_path).
+    pub path: &'a Path,
+    /// What becomes of a log that stands there.
+    pub existing: Existing,
+    /// Least time of work between two checkpoints.
+    pub checkpoint_interval: Duration,
+    /// Which logs get their path.
+    pub keep: KeepLog,
+    /// Work from which on the run can be gone on with. Before, records wait in memory, and a run
+    /// that is asked to stop leaves nothing behind.
+    pub after: Duration,
+}
+
+impl<'a> LogTo<'a> {
+    /// A new log, with a checkpoint about once a second.
+    pub fn new(path: &'a Path) -> LogTo<'a> {
+        LogTo {
+            path,
+            existing: Existing::Refuse,
+            checkpoint_interval: CHECKPOINT_INTERVAL,
+            keep: KeepLog::Always,
+            after: Duration::ZERO,
+        }
+    }
+}
+
+/// Which logs get their path at the end of their run. Any other stays unfinished where it is, so
+/// that a run can go on with it until whoever made it has made sure of what came of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KeepLog {
+    /// All.
+    Always,
+    /// Those of runs that could not go on.
+    IfStopped,
+    /// None.
+    Never,
+}
+
+/// Bytes of records that wait in memory, at most; with more of them the log is begun.
+const MOST_WAITING_BYTES: usize = 64 << 20;
+
+/// The log of one run.
+pub(crate) struct Log<'a> {
+    to: LogTo<'a>,
+    header: RunHeader,
+    scenario_toml: String,
+    kinds: Vec<EventKind>,
+    writer: Option<RunWriter>,
+    /// Whether a run could go on with what there is of it.
+    has_checkpoint: bool,
+    waiting: Vec<Item>,
+    waiting_bytes: usize,
+}
+
+impl<'a> Log<'a> {
+    /// Of a run that begins.
+    pub(crate) fn new(
+        to: LogTo<'a>,
+        header: RunHeader,
+        scenario_toml: String,
+        kinds: Vec<EventKind>,
+    ) -> Result<Log<'a>, WriteError> {
+        let (waiting, waiting_bytes) = (Vec::new(), 0);
+        let mut log = Log {
+            to,
+            header,
+            scenario_toml,
+            kinds,
+            writer: None,
+            has_checkpoint: false,
+            waiting,
+            waiting_bytes,
+        };
+        if to.after.is_zero() {
+            log.begin()?;
+        }
+        Ok(log)
+    }
+
+    /// Of a run that goes on.
+    pub(crate) fn resume(
+        to: LogTo<'a>,
+        unfinished: Unfinished,
+        header: RunHeader,
+        scenario_toml: String,
+        kinds: Vec<EventKind>,
+    ) -> Result<Log<'a>, WriteError> {
+        let writer = RunWriter::resume(unfinished, to.existing, &header, &scenario_toml, &kinds)?;
+        let (waiting, waiting_bytes) = (Vec::new(), 0);
+        let writer = Some(writer);
+        Ok(Log { to, header, scenario_toml, kinds, writer, has_checkpoint: true, waiting, waiting_bytes })
+    }
+
+    /// Takes the next item. The first checkpoint says that the run is worth a log.
+    pub(crate) fn take(&mut self, item: Item) -> Result<(), WriteError> {
+        let is_checkpoint = matches!(item, Item::Checkpoint(_));
+        if self.writer.is_none() {
+            self.waiting_bytes += bytes(&item);
+            if !is_checkpoint && self.waiting_bytes < MOST_WAITING_BYTES {
+                self.waiting.push(item);
+                return Ok(());
+            }
+            self.begin()?;
+        }
+        self.has_checkpoint |= is_checkpoint;
+        self.writer.as_mut().map_or(Ok(()), |writer| write(writer, &item))
+    }
+
+    fn begin(&mut self) -> Result<(), WriteError> {
+        let LogTo { path, existing, .. } = self.to;
+        let mut writer = RunWriter::create(path, existing, &self.header, &self.scenario_toml, &self.kinds)?;
+        for item in take(&mut self.waiting) {
+            write(&mut writer, &item)?;
+        }
+        self.writer = Some(writer);
+        Ok(())
+    }
+
+    /// Closes it after the last record; with how it ended if it is kept.
+    pub(crate) fn finish(
+        mut self,
+        status: RunStatus,
+        stopped: Option<&SimulationError>,
+        report: SolverReport,
+    ) -> Result<Option<RunEnd>, WriteError> {
+        let is_kept = match self.to.keep {
+            KeepLog::Always => true,
+            KeepLog::IfStopped => stopped.is_some(),
+            KeepLog::Never => false,
+        };
+        if status == RunStatus::Interrupted {
+            return self.interrupt(report);
+        }
+        if is_kept && self.writer.is_none() {
+            self.begin()?;
+        }
+        let Some(writer) = self.writer.filter(|_| is_kept) else { return Ok(None) };
+        let end = match stopped {
+            Some(error) => writer.finish_stopped(status, error.to_string(), report)?,
+            None => writer.finish(status, report)?,
+        };
+        Ok(Some(end))
+    }
+
+    fn interrupt(self, report: SolverReport) -> Result<Option<RunEnd>, WriteError> {
+        let Some(mut writer) = self.writer else { return Ok(None) };
+        if self.has_checkpoint || self.to.after.is_zero() {
+            return writer.finish(RunStatus::Interrupted, report).map(Some);
+        }
+        // Nobody could go on with it.
+        writer.discard()?;
+        Ok(None)
+    }
+
+    /// Removes what there is if that is nothing, after a failure.
+    pub(crate) fn discard_if_empty(&mut self) {
+        if let Some(writer) = &mut self.writer {
+            writer.discard_if_empty();
+        }
+    }
+}
+
+fn write(writer: &mut RunWriter, item: &Item) -> Result<(), WriteError> {
+    match item {
+        Item::Record(record) => writer.record(record),
+        Item::Event(event) => writer.event(event),
+        Item::Checkpoint(checkpoint) => writer.checkpoint(checkpoint),
+    }
+}
+
+/// About what an item takes in memory.
+fn bytes(item: &Item) -> usize {
+    let held = match item {
+        Item::Record(Record::Step(record)) => record.switches.len() * size_of::<Switch>(),
+        Item::Record(Record::Fields(record)) => {
+            record.detached.len() + 4 * size_of_val(record.displacement_m.as_slice())
+        }
+        Item::Record(Record::Window(record)) => 3 * size_of_val(record.displacement_m.as_slice()),
+        Item::Event(event) => event.topic.len() + event.payload.len(),
+        Item::Checkpoint(checkpoint) => checkpoint.state.len(),
+    };
+    size_of::<Item>() + held
+}

@@ -1,0 +1,97 @@
+//! Where runs stand that are under way: the unfinished logs of those that take long, so that a run
+//! that was killed goes on from there when it is made again, and logs that are to be kept, until
+//! they are whole.
+//!
+//! What stands here is a saving of time. Without it, a run is made from its beginning.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use asperity_files::{Existing, FileError, Held, create_folder};
+use asperity_runlog::{Unfinished, WriteError, partial_path};
+
+/// The folder of what is under way, in that of the plan.
+pub const FOLDER: &str = "staging";
+
+/// The folder of run logs that are kept, in that of the plan.
+pub const LOGS: &str = "logs";
+
+/// Where the log of a run gets whole, in the folder of a plan.
+pub fn log(folder: &Path, run: u64) -> PathBuf {
+    folder.join(FOLDER).join(name(run))
+}
+
+/// Where the log of a run is kept, in the folder of a plan.
+pub fn kept_log(folder: &Path, run: u64) -> PathBuf {
+    folder.join(LOGS).join(name(run))
+}
+
+fn name(run: u64) -> String {
+    format!("{run}.mcap")
+}
+
+/// Brings the whole log of a run to where it is kept, in place of what is there.
+///
+/// # Errors
+/// If the system refuses.
+pub(crate) fn keep(folder: &Path, run: u64) -> Result<(), FileError> {
+    create_folder(&folder.join(LOGS))?;
+    let path = log(folder, run);
+    match Held::open(&path)? {
+        Some(mut held) => held.rename(&kept_log(folder, run), Existing::Replace),
+        None => Err(FileError::Lost(path)),
+    }
+}
+
+/// Removes the whole log of a run that was not brought to where it would be kept.
+///
+/// # Errors
+/// If the system refuses.
+pub(crate) fn discard(folder: &Path, run: u64) -> Result<(), FileError> {
+    Held::open(&log(folder, run))?.map_or(Ok(()), |held| held.remove())
+}
+
+/// Whether there is an unfinished log of a run.
+pub fn is_begun(folder: &Path, run: u64) -> bool {
+    partial_path(&log(folder, run)).exists()
+}
+
+/// Removes the unfinished log of a run of which there is a result on the disk. What another process
+/// holds is left to that.
+///
+/// # Errors
+/// If the system refuses, or it is no run log.
+pub fn clear(folder: &Path, run: u64) -> Result<(), WriteError> {
+    match Unfinished::of(&log(folder, run)).and_then(|left| left.map_or(Ok(()), Unfinished::remove)) {
+        Err(WriteError::Busy(_) | WriteError::File(FileError::Lost(_))) => Ok(()),
+        cleared => cleared,
+    }
+}
+
+/// The runs that have an unfinished log, in order, and how many bytes that is.
+///
+/// # Errors
+/// If the folder cannot be read.
+pub fn begun(folder: &Path) -> io::Result<Vec<(u64, u64)>> {
+    let entries = match fs::read_dir(folder.join(FOLDER)) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) => return Err(error),
+    };
+    let mut begun = Vec::new();
+    for entry in entries {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let run = name.split('.').next().and_then(|run| run.parse().ok());
+        let Some(run) = run.filter(|run| partial_path(&log(folder, *run)) == entry.path()) else { continue };
+        match entry.metadata() {
+            Ok(file) => begun.push((run, file.len())),
+            // Its run is over by now.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => return Err(error),
+        }
+    }
+    begun.sort_unstable();
+    Ok(begun)
+}

@@ -1,0 +1,231 @@
+//! Runs of a study that take long keep what there is of them, and are gone on with; those that fail
+//! keep their logs where that is asked for.
+
+use std::collections::BTreeMap;
+use std::fs;
+#[cfg(unix)]
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use asperity_runlog::partial_path;
+
+use crate::support::binary::{asperity, succeed, text};
+use crate::sweep::{Study, rows, sweep, tables};
+
+const LONG: &str = "
+title = 'A run that is interrupted'
+scenario = 'default'
+set = ['slider.blocks=30', 'time.duration_s=1']
+[[axis]]
+key = 'normal_load.tilt'
+values = [-0.4, 0.3]
+";
+
+/// Has all runs of a study keep their unfinished logs from the beginning, with a checkpoint after
+/// every record.
+const AT_ONCE: [&str; 2] = ["--patience-s", "0"];
+
+fn staged(out: &Path) -> Vec<String> {
+    let Ok(entries) = fs::read_dir(out.join("staging")) else { return Vec::new() };
+    entries.map(|entry| entry.expect("it can be read").file_name().to_string_lossy().into_owned()).collect()
+}
+
+fn begun(out: &Path, run: u64) -> PathBuf {
+    partial_path(&out.join(format!("staging/{run}.mcap")))
+}
+
+/// Runs a study, which succeeds; the runs that went on.
+fn go_on(out: &Path, more: &[&str]) -> Vec<u64> {
+    let (code, _, err) = sweep(&[&["run", text(out)], more].concat());
+    assert_eq!(code, 0, "{err}");
+    let run = |line: &str| line.strip_prefix("run ")?.split(',').next()?.parse().ok();
+    err.lines().filter(|line| line.contains(": goes on from ")).filter_map(run).collect()
+}
+
+/// However far a run had come, and whatever of its end is lost.
+#[test]
+fn a_run_that_goes_on_gives_what_an_unbroken_one_gives() {
+    let study = Study::of(LONG);
+    let whole = study.plan("whole");
+    assert_eq!(go_on(&whole, &[]), [0; 0]);
+    // Short runs leave nothing behind, nor do they with a log.
+    assert_eq!(staged(&whole), [""; 0]);
+    let expected = tables(&whole);
+    let log = study.path("log.mcap");
+    let sets = ["slider.blocks=30", "time.duration_s=1", "normal_load.tilt=0.3"];
+    let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
+    let out = text(&log);
+    succeed(&[&["run", "default"], &sets[..], &["--checkpoint-s", "0", "--out", out]].concat());
+    let bytes = fs::read(&log).expect("it was just written");
+    for (n, share) in [0.0, 0.01, 0.2, 0.5, 0.7, 0.9, 0.999, 1.0].into_iter().enumerate() {
+        let out = study.plan(&format!("cut {n}"));
+        fs::create_dir(out.join("staging")).expect("the folder can be written");
+        let length = (bytes.len() as f64 * share) as usize;
+        fs::write(begun(&out, 2), &bytes[..length]).expect("the folder can be written");
+        let (code, status, _) = sweep(&["status", text(&out)]);
+        assert!(code == 3 && status.contains("\nbegun: 2, with "), "{status}");
+        let more: &[&str] = if n % 2 == 0 { &AT_ONCE } else { &[] };
+        let goes_on = (0.1..1.0).contains(&share);
+        assert!(!goes_on || go_on(&out, more) == [2], "{share}");
+        succeed(&["sweep", "run", text(&out)]);
+        assert!(tables(&out) == expected, "{share}: other tables");
+        assert_eq!(staged(&out), [""; 0], "{share}");
+    }
+    // The log of another run is none to go on with.
+    let other = study.plan("other");
+    fs::create_dir(other.join("staging")).expect("the folder can be written");
+    fs::write(begun(&other, 1), &bytes[..bytes.len() / 2]).expect("the folder can be written");
+    assert_eq!(go_on(&other, &[]), [0; 0]);
+    assert!(tables(&other) == expected, "other tables");
+    // What is no log is somebody else's.
+    let foreign = study.plan("foreign");
+    fs::create_dir(foreign.join("staging")).expect("the folder can be written");
+    fs::write(begun(&foreign, 1), "my notes").expect("the folder can be written");
+    let (code, _, err) = sweep(&["run", text(&foreign)]);
+    assert!(code == 1 && err.contains("1.mcap.partial"), "{code} {err}");
+    assert_eq!(fs::read_to_string(begun(&foreign, 1)).expect("it is there"), "my notes");
+}
+
+fn start(out: &Path, more: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_asperity"))
+        .args([&["--quiet", "sweep", "run", text(out)], more].concat())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the binary starts")
+}
+
+fn wait_for(what: &str, has_come: impl Fn() -> bool) {
+    let deadline = Instant::now() + Duration::from_secs(120);
+    while !has_come() {
+        assert!(Instant::now() < deadline, "no {what}");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[cfg(unix)]
+fn terminate(child: &mut Child) -> Option<i32> {
+    let killed = Command::new("kill").arg(child.id().to_string()).status().expect("kill is there");
+    assert!(killed.success());
+    child.wait().expect("it is ours").code()
+}
+
+/// It takes minutes: longer than anything that is done to it.
+const ENDLESS: &str = "
+title = 'A run that does not end'
+scenario = 'default'
+set = ['time.duration_s=500']
+[[axis]]
+key = 'slider.blocks'
+values = [400]
+";
+
+#[test]
+#[cfg(unix)]
+fn a_long_run_is_kept_when_it_is_told_to_stop_and_a_short_one_is_not() {
+    let study = Study::of(ENDLESS);
+    let [short, long] = ["short", "long"].map(|name| study.plan(name));
+    let mut child = start(&short, &[]);
+    wait_for("worker", || short.join("staging").exists());
+    assert_eq!(terminate(&mut child), Some(143));
+    assert_eq!(staged(&short), [""; 0]);
+    // Which file has the name, once it holds anything.
+    let log = || {
+        let file = fs::metadata(begun(&long, 1)).ok()?;
+        (file.len() > 0).then(|| file.ino())
+    };
+    for times in 0..2 {
+        let before = log();
+        assert_eq!(before.is_some(), times > 0);
+        let mut child = start(&long, &AT_ONCE);
+        // A run that goes on writes another, which takes the place of the first.
+        wait_for("log", || log().is_some() && log() != before);
+        // Nobody else makes it meanwhile.
+        let (code, _, err) = sweep(&[&["run", text(&long)], &AT_ONCE[..]].concat());
+        assert!(code == 3 && err.contains("another process is making it"), "{code} {err}");
+        assert_eq!(terminate(&mut child), Some(143));
+        let (code, status, _) = sweep(&["status", text(&long)]);
+        assert!(code == 3 && status.contains("missing: 1\nbegun: 1, with "), "{status}");
+    }
+    let checked = asperity(&["check", text(&begun(&long, 1))]);
+    assert_eq!(checked.status.code(), Some(3), "{}", String::from_utf8_lossy(&checked.stdout));
+}
+
+/// Two processes that begin the same runs at once, whoever makes which.
+#[test]
+fn two_that_make_the_same_runs_do_not_disturb_each_other() {
+    let study = Study::of(LONG);
+    let [whole, out] = ["whole", "both"].map(|name| study.plan(name));
+    succeed(&["sweep", "run", text(&whole)]);
+    let both = [0, 1].map(|_| start(&out, &AT_ONCE));
+    for mut child in both {
+        let code = child.wait().expect("it is ours").code();
+        assert!(matches!(code, Some(0 | 3)), "{code:?}");
+    }
+    assert_eq!(go_on(&out, &[]), [0; 0]);
+    assert!(tables(&out) == tables(&whole), "other tables");
+    assert_eq!(staged(&out), [""; 0]);
+}
+
+const FAILING: &str = "
+title = 'Time steps'
+scenario = 'rigid-contacts'
+set = ['slider.blocks=24']
+keep = [KEEP]
+[[axis]]
+key = 'time.step_s'
+values = [2e-7, 2.5e-6]
+";
+
+#[test]
+fn logs_are_kept_of_runs_that_fail_or_of_all() {
+    let mut seen: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+    for (keep, kept) in
+        [("'log-of-failed'", &["2.mcap"][..]), ("'log'", &["1.mcap", "2.mcap"]), ("'summary'", &[])]
+    {
+        for more in [&[][..], &AT_ONCE] {
+            let study = Study::of(&FAILING.replace("KEEP", keep));
+            let out = study.plan("study");
+            let (code, _, err) = sweep(&[&["run", text(&out)], more].concat());
+            assert!(code == 1 && err.contains("run 2, time.step_s=2.5e-6: in step "), "{code} {err}");
+            let entries = fs::read_dir(out.join("logs")).into_iter().flatten().flatten();
+            let mut logs: Vec<String> =
+                entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+            logs.sort();
+            assert_eq!(logs, kept, "{keep} {more:?}");
+            assert_eq!(staged(&out), [""; 0]);
+            for log in logs {
+                let checked = asperity(&["check", text(&out.join("logs").join(&log))]);
+                // Stopped, and whole.
+                assert_eq!(checked.status.code(), Some(if log == "2.mcap" { 7 } else { 0 }), "{log}");
+            }
+            let (code, ..) = sweep(&["collect", text(&out), "--to", "csv"]);
+            assert_eq!(code, 1);
+            let table = fs::read(out.join("tables/runs.csv")).expect("there is a table");
+            assert_eq!(rows(&table)[1]["status"], "failed");
+            let first = seen.entry("runs.csv".to_owned()).or_insert_with(|| table.clone());
+            assert_eq!(String::from_utf8_lossy(&table), String::from_utf8_lossy(first), "{keep} {more:?}");
+        }
+    }
+}
+
+#[test]
+fn what_is_missing_is_named_as_arrays_of_a_batch_system() {
+    let study = Study::of(&LONG.replace("[-0.4, 0.3]", "[-0.4, -0.3, -0.2, -0.1, 0, 0.1, 0.2]"));
+    let out = study.plan("study");
+    let of = |more: &[&str]| sweep(&[&["status", text(&out), "--tasks"], more].concat());
+    assert_eq!(of(&["7"]), (3, "0 1-7\n".to_owned(), String::new()));
+    assert_eq!(of(&["7", "--array-size", "4"]).1, "0 1-3\n3 1-3\n6 1\n");
+    succeed(&["sweep", "run", text(&out), "--index", "2,4-5"]);
+    assert_eq!(of(&["7", "--array-size", "4"]).1, "0 1,3\n3 3\n6 1\n");
+    assert_eq!(of(&["3"]).1, "0 1,3\n");
+    succeed(&["sweep", "run", text(&out)]);
+    assert_eq!(of(&["7"]), (0, String::new(), String::new()));
+    for (more, problem) in [(&["0"][..], "0"), (&["3", "--array-size", "1"], "1")] {
+        let (code, _, err) = of(more);
+        assert!(code == 2 && err.contains(problem) && err.contains("not in "), "{err}");
+    }
+}

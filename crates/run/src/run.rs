@@ -38,6 +38,18 @@ pub struct Task<'a> {
     /// Detectors of the caller's own. They look beside the registered ones, and what they emit
     /// stands after what those emit, in the log as well.
     pub detectors: Vec<Box<dyn Detector>>,
+    /// Which threads it is made on.
+    pub threads: Threads,
+}
+
+/// Which threads a run is made on. It is the same run either way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Threads {
+    /// Solver and detectors on two of their own, so that a run alone is over soonest.
+    #[default]
+    Several,
+    /// All on the calling one, for runs of which there is one for every core.
+    One,
 }
 
 /// Where the log of a run goes.
@@ -61,13 +73,25 @@ impl<'a> LogTo<'a> {
 impl<'a> Task<'a> {
     /// A run by the default solver, without a log, with the registered detectors.
     pub fn new(scenario: &'a Scenario) -> Task<'a> {
-        Task { scenario, solver: SolverKind::default(), log: None, detectors: Vec::new() }
+        Task {
+            scenario,
+            solver: SolverKind::default(),
+            log: None,
+            detectors: Vec::new(),
+            threads: Threads::default(),
+        }
     }
 
     /// With a log.
     #[must_use]
     pub fn log_to(self, log: LogTo<'a>) -> Task<'a> {
         Task { log: Some(log), ..self }
+    }
+
+    /// On the calling thread alone.
+    #[must_use]
+    pub fn on_one_thread(self) -> Task<'a> {
+        Task { threads: Threads::One, ..self }
     }
 
     /// With one more detector.
@@ -192,14 +216,16 @@ pub fn run(
     watch: &mut dyn Watch,
 ) -> Result<Outcome, RunError> {
     let plan = Plan::new(task.scenario);
-    let header = task.header();
+    let header = header(task.scenario, &plan, task.solver.name());
     for warning in task.scenario.warnings() {
         watch.notice(Notice::Warning(&warning));
     }
-    let Task { scenario, solver, log, detectors: own } = task;
+    let Task { scenario, solver, log, detectors: own, threads } = task;
     let mut detectors = detectors::all(&header, "");
+    // What the registered ones emit is described at length, and without a log nobody reads that.
+    let are_described = log.is_some() || !own.is_empty();
     detectors.extend(own);
-    let kinds = detectors::kinds_of(&detectors)?;
+    let kinds = if are_described { detectors::kinds_of(&detectors)? } else { Vec::new() };
     let mut source = Source {
         solver: solver.start(plan.clone()),
         stop,
@@ -238,27 +264,27 @@ pub fn run(
         });
     }
 
-    let outcome = asperity_stream::run(
-        || source.next(),
-        detectors,
-        |item| {
-            match (&item, &mut writer) {
-                (Item::Record(record), Some(writer)) => writer.record(record)?,
-                (Item::Event(event), Some(writer)) => writer.event(event)?,
-                (Item::Checkpoint(checkpoint), Some(writer)) => writer.checkpoint(checkpoint)?,
-                (_, None) => {}
+    let sink = |item| {
+        match (&item, &mut writer) {
+            (Item::Record(record), Some(writer)) => writer.record(record)?,
+            (Item::Event(event), Some(writer)) => writer.event(event)?,
+            (Item::Checkpoint(checkpoint), Some(writer)) => writer.checkpoint(checkpoint)?,
+            (_, None) => {}
+        }
+        match &item {
+            Item::Record(record) => {
+                watch.record(record);
+                watch.reached(record.step());
             }
-            match &item {
-                Item::Record(record) => {
-                    watch.record(record);
-                    watch.reached(record.step());
-                }
-                Item::Event(event) => watch.event(event),
-                Item::Checkpoint(_) => {}
-            }
-            Ok(())
-        },
-    );
+            Item::Event(event) => watch.event(event),
+            Item::Checkpoint(_) => {}
+        }
+        Ok(())
+    };
+    let outcome = match threads {
+        Threads::Several => asperity_stream::run(|| source.next(), detectors, sink),
+        Threads::One => asperity_stream::run_in_turn(|| source.next(), detectors, sink),
+    };
     if let (Err(StreamError::Sink(_) | StreamError::Thread(_)), Some(writer)) = (&outcome, &mut writer) {
         writer.discard_if_empty();
     }

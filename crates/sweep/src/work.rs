@@ -1,5 +1,6 @@
 //! A run of a plan, made: from its row to what is kept of it.
 
+use std::cell::RefCell;
 use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,6 +11,7 @@ use asperity_record::{Event, EventPayload, Record, RunEnd, Rupture, SlipEvent, S
 use asperity_run::{Begin, LogTo, RunError, Task, Watch, run};
 use asperity_runlog::Existing;
 use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary};
+use zstd::bulk::Compressor;
 
 use crate::plan::{Plan, Row};
 use crate::sweep::Keep;
@@ -49,18 +51,18 @@ pub fn make(
     slider: fn(&Scenario) -> Slider,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<Made, String> {
-    let scenario = match plan.scenario(row) {
-        Ok(scenario) => scenario,
+    let (scenario, header) = match plan.scenario(row) {
+        Ok(planned) => planned,
         Err(reason) => return Err(format!("run {}: {reason}", row.run)),
     };
     let keep = &plan.common.keep;
-    let mut task = Task::new(&scenario);
+    // The other cores have runs of their own.
+    let mut task = Task::new(&scenario).on_one_thread();
     let log = log(folder, row.run);
     if keep.contains(&Keep::Log) {
         create_folder(&folder.join(LOGS)).map_err(|error| error.to_string())?;
         task = task.log_to(LogTo { existing: Existing::Replace, ..LogTo::new(&log) });
     }
-    let header = task.header();
     let steps = header.steps;
     let mut kept = Kept {
         events: keep.contains(&Keep::Events),
@@ -140,7 +142,17 @@ fn pack(summary: &Summary, lines: &str) -> io::Result<Vec<u8>> {
     let mut text = serde_json::to_string(summary)?;
     text.push('\n');
     text.push_str(lines);
-    zstd::bulk::compress(text.as_bytes(), LEVEL)
+    thread_local! {
+        /// Its tables take longer to make than a short run's results to pack.
+        static PACKER: RefCell<Option<Compressor<'static>>> = const { RefCell::new(None) };
+    }
+    PACKER.with_borrow_mut(|packer| {
+        let packer = match packer {
+            Some(packer) => packer,
+            none => none.insert(Compressor::new(LEVEL)?),
+        };
+        packer.compress(text.as_bytes())
+    })
 }
 
 /// What was packed.

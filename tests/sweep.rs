@@ -154,70 +154,115 @@ pub(crate) fn start(arguments: &[&str]) -> Child {
         .expect("the binary starts")
 }
 
+/// Bytes of all segments of a study.
+#[cfg(target_os = "linux")]
+fn bytes_of_segments(study: &Path) -> u64 {
+    let segments = fs::read_dir(study.join("segments")).into_iter().flatten().flatten();
+    segments.filter_map(|segment| segment.metadata().ok()).map(|file| file.len()).sum()
+}
+
+/// How many whole results segments hold of each run that is done, by the form that the manual gives.
+fn results(study: &Path) -> BTreeMap<u64, usize> {
+    let mut results = BTreeMap::new();
+    for segment in fs::read_dir(study.join("segments")).expect("it is there") {
+        let bytes = fs::read(segment.expect("the folder can be read").path()).expect("it can be read");
+        let mut at = bytes.iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |end| end + 1);
+        while let Some(head) = bytes.get(at..at + 17) {
+            let run = u64::from_le_bytes(head[1..9].try_into().expect("there are eight"));
+            let length = u32::from_le_bytes(head[9..13].try_into().expect("there are four")) as usize;
+            at += 17 + length;
+            if head[0] == 1 && at <= bytes.len() {
+                *results.entry(run).or_default() += 1;
+            }
+        }
+    }
+    results
+}
+
+/// Where a run was killed depends on the clock; nothing that is asserted does.
 #[test]
 #[cfg(target_os = "linux")]
 fn killed_thirty_times_a_study_gives_the_same_tables() {
+    const RUNS: usize = 80;
     let text_of = "
 title = 'Runs to be killed'
 scenario = 'default'
-set = ['slider.blocks=30', 'time.duration_s=1']
+set = ['slider.blocks=30', 'time.duration_s=0.5']
 [[axis]]
 key = 'normal_load.tilt'
 from = -0.6
 to = 0.6
-count = 20
+count = 40
 [[axis]]
 key = 'parameter_set'
 values = ['as-coded', 'as-stated']
 ";
     let study = Study::of(text_of);
     let whole = study.plan("whole");
-    let started = Instant::now();
     succeed(&["sweep", "run", text(&whole)]);
-    let takes = started.elapsed();
-    let killed = study.plan("killed");
+    let expected = tables(&whole);
     let mut random = Random::new(11);
-    let (mut kills, mut before) = (0, 0);
-    let mut grew = 0;
+    let mut any = |below| random.below(below);
+    let (mut kills, mut studies) = (0, 0);
     while kills < 30 {
-        let mut parent = start(&["run", text(&killed)]);
-        let after = takes.as_secs_f64() * 0.25 * (random.below(1000) as f64 / 1000.0);
-        thread::sleep(Duration::from_secs_f64(after));
-        let workers = children(parent.id());
-        if parent.try_wait().expect("it is ours").is_some() {
-            break;
+        // One that is done before it was killed often enough is followed by another.
+        studies += 1;
+        let killed = study.plan(&format!("killed-{studies}"));
+        let mut before = 0;
+        while kills < 30 {
+            let mut parent = start(&["run", text(&killed)]);
+            let mut workers = Vec::new();
+            let mut grows_by = |results: u64, parent: &mut Child| {
+                // About as many: results differ in length.
+                let enough = bytes_of_segments(&killed) + results * 1500;
+                while bytes_of_segments(&killed) < enough && parent.try_wait().expect("it is ours").is_none()
+                {
+                    workers.extend(children(parent.id()));
+                    thread::sleep(Duration::from_millis(1));
+                }
+                workers.extend(children(parent.id()));
+                children(parent.id())
+            };
+            // At once, with something done, or after one worker is gone. That waits for those runs
+            // that were under way the last time, which nobody is to kill three times.
+            let kind = any(3);
+            let begun = grows_by([0, 1, 3][kind as usize], &mut parent);
+            if let (2, false) = (kind, begun.is_empty()) {
+                kill(begun[any(begun.len() as u64) as usize]);
+                kills += 1;
+                grows_by(any(3), &mut parent);
+            }
+            thread::sleep(Duration::from_millis(any(20)));
+            workers.extend(children(parent.id()));
+            let is_over = parent.try_wait().expect("it is ours").is_some();
+            if !is_over {
+                kill(parent.id());
+                kills += 1;
+            }
+            parent.wait().expect("it is ours");
+            // Workers that have lost their leader end with the run that they are at.
+            let deadline = Instant::now() + Duration::from_secs(60);
+            while workers.iter().any(|worker| Path::new(&format!("/proc/{worker}/exe")).exists()) {
+                assert!(Instant::now() < deadline, "a worker goes on without its leader");
+                thread::sleep(Duration::from_millis(5));
+            }
+            let (_, status, _) = sweep(&["status", text(&killed)]);
+            let done: usize = status.split(' ').next().and_then(|n| n.parse().ok()).expect("it counts them");
+            assert!(done >= before, "{status}");
+            assert_eq!(results(&killed).len(), done, "{status}");
+            before = done;
+            if is_over {
+                break;
+            }
         }
-        if kills % 2 == 0 {
-            kill(parent.id());
-        } else if let Some(worker) = workers.get(random.below(2) as usize) {
-            kill(*worker);
-            thread::sleep(Duration::from_secs_f64(0.05 * takes.as_secs_f64()));
-            kill(parent.id());
-        } else {
-            kill(parent.id());
-        }
-        parent.wait().expect("it is ours");
-        // Workers that have lost their leader end with the run that they are at.
-        let deadline = Instant::now() + Duration::from_secs(60);
-        while workers.iter().any(|worker| Path::new(&format!("/proc/{worker}/exe")).exists()) {
-            assert!(Instant::now() < deadline, "a worker goes on without its leader");
-            thread::sleep(Duration::from_millis(5));
-        }
-        kills += 1;
-        let (_, status, _) = sweep(&["status", text(&killed)]);
-        let done: u32 = status.split(' ').next().and_then(|n| n.parse().ok()).expect("it counts them");
-        assert!(done >= before, "{status}");
-        grew += u32::from(done > before);
-        before = done;
+        succeed(&["sweep", "run", text(&killed)]);
+        assert!(tables(&killed) == expected, "other tables");
+        // What was done was not made again.
+        assert_eq!(results(&killed), (1..=RUNS as u64).map(|run| (run, 1)).collect());
+        let bytes = bytes_of_segments(&killed);
+        succeed(&["sweep", "run", text(&killed)]);
+        assert_eq!(bytes_of_segments(&killed), bytes);
     }
-    assert!(kills >= 4 && grew >= 2, "{kills} kills, {grew} with something done");
-    succeed(&["sweep", "run", text(&killed)]);
-    assert!(tables(&killed) == tables(&whole), "other tables");
-    // Nothing is made again.
-    let segments = || fs::read_dir(killed.join("segments")).expect("it is there").count();
-    let count = segments();
-    succeed(&["sweep", "run", text(&killed)]);
-    assert_eq!(segments(), count);
 }
 
 #[test]

@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn our_own_schemas_give_the_columns_that_we_have() {
         for kind in [EventKind::of::<SlipEvent>(), EventKind::of::<GlobalSlip>()] {
-            let mut found = columns(&kind.schema.to_string()).unwrap();
+            let mut found = columns(&kind.schema().to_string()).unwrap();
             let mut own = kind.columns.to_vec();
             found.sort_by(|a, b| a.name.cmp(&b.name));
             own.sort_by(|a, b| a.name.cmp(&b.name));

@@ -4,6 +4,8 @@
 //! a new detector brings its own payload type with it, and the stream, the run
 //! log and replay carry it without knowing it.
 
+use std::sync::OnceLock;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -34,10 +36,11 @@ pub struct EventKind {
     pub table: &'static str,
     /// Name of the payload's schema.
     pub schema_name: String,
-    /// JSON schema of the payload.
-    pub schema: serde_json::Value,
     /// The columns of a table of such events.
     pub columns: &'static [Column],
+    /// Made when it is asked for: that takes longer than a short run.
+    schema: OnceLock<serde_json::Value>,
+    make_schema: fn() -> serde_json::Value,
     cells: fn(&str) -> Result<Vec<Cell>, serde_json::Error>,
 }
 
@@ -48,10 +51,16 @@ impl EventKind {
             topic: P::TOPIC,
             table: P::TABLE,
             schema_name: P::schema_name().into_owned(),
-            schema: schemars::schema_for!(P).to_value(),
             columns: P::COLUMNS,
+            schema: OnceLock::new(),
+            make_schema: || schemars::schema_for!(P).to_value(),
             cells: |payload| Ok(serde_json::from_str::<P>(payload)?.cells().as_ref().to_vec()),
         }
+    }
+
+    /// JSON schema of the payload.
+    pub fn schema(&self) -> &serde_json::Value {
+        self.schema.get_or_init(self.make_schema)
     }
 
     /// The row of an event of this kind, read off its payload.

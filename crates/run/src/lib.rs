@@ -67,7 +67,7 @@ pub use own::OwnProblem;
 pub use place::{OtherRun, PlaceError};
 pub use replay::{Comparison, Replay, ReplayError, Replayed};
 pub use resume::LeftError;
-pub use run::{Begin, Outcome, RunError, Task, run};
+pub use run::{Begin, Outcome, RunError, Task, Threads, run};
 pub use salvage::{SalvageProblem, salvage};
 pub use verdict::Verdict;
 pub use watch::{Notice, Watch};

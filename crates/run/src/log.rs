@@ -8,6 +8,7 @@ use std::mem::{size_of, size_of_val, take};
 use std::path::Path;
 use std::time::Duration;
 
+use asperity_model::Scenario;
 use asperity_record::{EventKind, Record, RunEnd, RunHeader, RunStatus, SolverReport, Switch};
 use asperity_runlog::{Existing, RunWriter, Unfinished, WriteError};
 use asperity_simulator::SimulationError;
@@ -65,7 +66,7 @@ const MOST_WAITING_BYTES: usize = 64 << 20;
 pub(crate) struct Log<'a> {
     to: LogTo<'a>,
     header: RunHeader,
-    scenario_toml: String,
+    scenario: &'a Scenario,
     kinds: Vec<EventKind>,
     writer: Option<RunWriter>,
     /// Whether a run could go on with what there is of it.
@@ -79,20 +80,12 @@ impl<'a> Log<'a> {
     pub(crate) fn new(
         to: LogTo<'a>,
         header: RunHeader,
-        scenario_toml: String,
+        scenario: &'a Scenario,
         kinds: Vec<EventKind>,
     ) -> Result<Log<'a>, WriteError> {
         let (waiting, waiting_bytes) = (Vec::new(), 0);
-        let mut log = Log {
-            to,
-            header,
-            scenario_toml,
-            kinds,
-            writer: None,
-            has_checkpoint: false,
-            waiting,
-            waiting_bytes,
-        };
+        let mut log =
+            Log { to, header, scenario, kinds, writer: None, has_checkpoint: false, waiting, waiting_bytes };
         if to.after.is_zero() {
             log.begin()?;
         }
@@ -104,13 +97,14 @@ impl<'a> Log<'a> {
         to: LogTo<'a>,
         unfinished: Unfinished,
         header: RunHeader,
-        scenario_toml: String,
+        scenario: &'a Scenario,
         kinds: Vec<EventKind>,
     ) -> Result<Log<'a>, WriteError> {
+        let scenario_toml = scenario.to_commented_toml();
         let writer = RunWriter::resume(unfinished, to.existing, &header, &scenario_toml, &kinds)?;
         let (waiting, waiting_bytes) = (Vec::new(), 0);
         let writer = Some(writer);
-        Ok(Log { to, header, scenario_toml, kinds, writer, has_checkpoint: true, waiting, waiting_bytes })
+        Ok(Log { to, header, scenario, kinds, writer, has_checkpoint: true, waiting, waiting_bytes })
     }
 
     /// Takes the next item. The first checkpoint says that the run is worth a log.
@@ -130,7 +124,8 @@ impl<'a> Log<'a> {
 
     fn begin(&mut self) -> Result<(), WriteError> {
         let LogTo { path, existing, .. } = self.to;
-        let mut writer = RunWriter::create(path, existing, &self.header, &self.scenario_toml, &self.kinds)?;
+        let scenario_toml = self.scenario.to_commented_toml();
+        let mut writer = RunWriter::create(path, existing, &self.header, &scenario_toml, &self.kinds)?;
         for item in take(&mut self.waiting) {
             write(&mut writer, &item)?;
         }

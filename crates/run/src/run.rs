@@ -34,18 +34,42 @@ pub struct Task<'a> {
     /// Detectors of the caller's own. They look beside the registered ones, and what they emit
     /// stands after what those emit, in the log as well.
     pub detectors: Vec<Box<dyn Detector>>,
+    /// Which threads it is made on.
+    pub threads: Threads,
+}
+
+/// Which threads a run is made on. It is the same run either way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Threads {
+    /// Solver and detectors on two of their own, so that a run alone is over soonest.
+    #[default]
+    Several,
+    /// All on the calling one, for runs of which there is one for every core.
+    One,
 }
 
 impl<'a> Task<'a> {
     /// A run by the default solver, without a log, with the registered detectors.
     pub fn new(scenario: &'a Scenario) -> Task<'a> {
-        Task { scenario, solver: SolverKind::default(), log: None, detectors: Vec::new() }
+        Task {
+            scenario,
+            solver: SolverKind::default(),
+            log: None,
+            detectors: Vec::new(),
+            threads: Threads::default(),
+        }
     }
 
     /// With a log.
     #[must_use]
     pub fn log_to(self, log: LogTo<'a>) -> Task<'a> {
         Task { log: Some(log), ..self }
+    }
+
+    /// On the calling thread alone.
+    #[must_use]
+    pub fn on_one_thread(self) -> Task<'a> {
+        Task { threads: Threads::One, ..self }
     }
 
     /// With one more detector.
@@ -170,11 +194,11 @@ pub fn run(
     watch: &mut dyn Watch,
 ) -> Result<Outcome, RunError> {
     let plan = Plan::new(task.scenario);
-    let header = task.header();
+    let header = header(task.scenario, &plan, task.solver.name());
     for warning in task.scenario.warnings() {
         watch.notice(Notice::Warning(&warning));
     }
-    let Task { scenario, solver, log, detectors: own } = task;
+    let Task { scenario, solver, log, detectors: own, threads } = task;
     let mut detectors = detectors::all(&header, "");
     detectors.extend(own);
     let kinds = detectors::kinds_of(&detectors)?;
@@ -190,7 +214,6 @@ pub fn run(
     };
     let mut writing = None;
     if let Some(to) = log {
-        let scenario_toml = scenario.to_commented_toml();
         let unfinished = match begin {
             Begin::GoOn => Unfinished::of(to.path)?,
             Begin::Anew => None,
@@ -200,7 +223,7 @@ pub fn run(
             None => Left::Nothing,
         };
         writing = Some(match left {
-            Left::Nothing => Log::new(to, header, scenario_toml, kinds)?,
+            Left::Nothing => Log::new(to, header, scenario, kinds)?,
             Left::Whole { unfinished, end } => {
                 unfinished.publish(to.existing)?;
                 watch.notice(Notice::LackedItsName);
@@ -211,26 +234,26 @@ pub fn run(
                 let step = saved.chain.step;
                 watch.notice(Notice::GoesOn { step, time_s: plan.grid.time_s(step) });
                 source.go_on(&unfinished, *saved, &state)?;
-                Log::resume(to, unfinished, header, scenario_toml, kinds)?
+                Log::resume(to, unfinished, header, scenario, kinds)?
             }
         });
     }
 
-    let outcome = asperity_stream::run(
-        || source.next(),
-        detectors,
-        |item| {
-            match &item {
-                Item::Record(record) => {
-                    watch.record(record);
-                    watch.reached(record.step());
-                }
-                Item::Event(event) => watch.event(event),
-                Item::Checkpoint(_) => {}
+    let sink = |item| {
+        match &item {
+            Item::Record(record) => {
+                watch.record(record);
+                watch.reached(record.step());
             }
-            writing.as_mut().map_or(Ok(()), |log| log.take(item))
-        },
-    );
+            Item::Event(event) => watch.event(event),
+            Item::Checkpoint(_) => {}
+        }
+        writing.as_mut().map_or(Ok(()), |log| log.take(item))
+    };
+    let outcome = match threads {
+        Threads::Several => asperity_stream::run(|| source.next(), detectors, sink),
+        Threads::One => asperity_stream::run_in_turn(|| source.next(), detectors, sink),
+    };
     if let (Err(StreamError::Sink(_) | StreamError::Thread(_)), Some(log)) = (&outcome, &mut writing) {
         log.discard_if_empty();
     }

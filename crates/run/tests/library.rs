@@ -97,7 +97,7 @@ fn scenario() -> Scenario {
 const NEVER: &(dyn Fn() -> bool + Sync) = &|| false;
 
 #[test]
-fn a_run_shows_the_same_with_a_log_and_without() {
+fn a_run_shows_the_same_with_a_log_and_without_and_on_one_thread() {
     let folder = folder();
     let (scenario, path) = (scenario(), folder.path().join("run.mcap"));
     let (mut bare, mut with_log) = (Seen::ALL, Seen::ALL);
@@ -110,6 +110,13 @@ fn a_run_shows_the_same_with_a_log_and_without() {
     assert_eq!(bare.events, with_log.events);
     assert_eq!(bare.reached, 3_000_000);
     assert!(bare.of(SlipEvent::TOPIC).len() > 20, "there is something to compare");
+    let alone = folder.path().join("alone.mcap");
+    let mut on_one_thread = Seen::ALL;
+    let task = Task::new(&scenario).log_to(LogTo::new(&alone)).on_one_thread();
+    let alone = run(task, Begin::Anew, NEVER, &mut on_one_thread).expect("it runs");
+    assert_eq!(alone.end, outcome.end);
+    assert_eq!(on_one_thread.records, with_log.records);
+    assert_eq!(on_one_thread.events, with_log.events);
     let refused = Task::new(&scenario).log_to(LogTo::new(&path));
     assert!(matches!(run(refused, Begin::Anew, NEVER, &mut ()), Err(RunError::Write(_))), "the log is kept");
 }

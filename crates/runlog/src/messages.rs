@@ -197,7 +197,7 @@ impl Topic {
         Topic {
             topic: kind.topic.to_owned(),
             schema_name: kind.schema_name.clone(),
-            schema: kind.schema.to_string(),
+            schema: kind.schema().to_string(),
         }
     }
 }

@@ -235,7 +235,7 @@ impl<'a> Walk<'a> {
                 let kind = self.events.iter().find(|kind| kind.topic == topic);
                 let kind = kind.ok_or_else(|| format!("a message of {topic}, which no run writes"))?;
                 let object = serde_json::from_slice(payload).map_err(refused)?;
-                if !has_the_fields_of(&kind.schema, &object) {
+                if !has_the_fields_of(kind.schema(), &object) {
                     return Err(format!("a message of {topic} with other fields"));
                 }
                 agree::event(topic, &String::from_utf8_lossy(payload), blocks).map_err(refused)?;

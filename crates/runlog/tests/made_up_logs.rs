@@ -240,7 +240,7 @@ fn events_of_detectors_that_are_not_known_are_salvaged_with_their_schema() {
     assert_eq!(salvaged.kept[Mark::TOPIC], Marked::MARKS);
     assert!(salvaged.lost.is_empty() && salvaged.gaps.is_empty() && salvaged.end_is_known, "{salvaged:?}");
     let first = reader.next_item().unwrap();
-    let schema = EventKind::of::<Mark>().schema.to_string();
+    let schema = EventKind::of::<Mark>().schema().to_string();
     assert_eq!(reader.event_schemas()[Mark::TOPIC], schema);
     let items: Vec<LogItem> = first.into_iter().chain(items(reader)).collect();
     assert_eq!(items.len() as u64, Marked::STEPS + Marked::MARKS);

@@ -33,9 +33,9 @@
 //! `(focus / 2) sum_l (|c_J(l)| |w_{J-1}| + |c_{J-1}(l)| |w_J|)`, and out of the double sum the
 //! same summed up twice.
 
-use asperity_model::Plan;
 use asperity_model::elastic::{Chain, Elastic};
 
+use crate::step_map::StepMap;
 use crate::sweep::{Coefficients, FOLLOWED, Sweeps};
 
 /// Most terms of a window. Of the coefficients, some more are followed: those behind the terms are
@@ -100,7 +100,7 @@ impl Length {
     }
 }
 
-/// The basis for a plan, and its coefficients.
+/// The basis for a step's map, and its coefficients.
 #[derive(Debug, Clone)]
 pub(crate) struct Basis {
     pub(crate) centre: f64,
@@ -115,8 +115,8 @@ pub(crate) struct Basis {
 }
 
 impl Basis {
-    pub(crate) fn of(plan: &Plan, sweeps: Sweeps) -> Basis {
-        let (ellipse, longest) = Ellipse::best(&spectrum(plan));
+    pub(crate) fn of(map: &StepMap, sweeps: Sweeps) -> Basis {
+        let (ellipse, longest) = Ellipse::best(&spectrum(map));
         let mut basis = Basis {
             centre: ellipse.centre,
             focus: ellipse.focus,
@@ -146,6 +146,11 @@ impl Basis {
             double_sums: Vec::new(),
             triple_sums: Vec::new(),
         }
+    }
+
+    /// What it takes in memory.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&*self.lengths) + size_of_val(&*self.double_sums) + size_of_val(&*self.triple_sums)
     }
 
     /// `s_j` of a number of steps on the grid.
@@ -199,11 +204,11 @@ fn first_of(coefficients: &[f64; FOLLOWED]) -> [f64; MOST_TERMS] {
 type Point = (f64, f64);
 
 /// Points of `B`'s spectrum (upper half), closely enough.
-fn spectrum(plan: &Plan) -> Vec<Point> {
+fn spectrum(map: &StepMap) -> Vec<Point> {
     const ALONG: u32 = 64;
-    let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
-    let Elastic::Chain(chain) = &plan.elastic;
-    let held = plan.friction.interfacial_stiffness_n_per_m + plan.drive.stiffest_n_per_m();
+    let (dt, m) = (map.step_s, map.block_mass_kg);
+    let Elastic::Chain(chain) = &map.elastic;
+    let held = map.interfacial_stiffness_n_per_m + map.stiffest_drive_n_per_m;
     let mut points = Vec::new();
     for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
         for along in 0..=ALONG {

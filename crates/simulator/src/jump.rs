@@ -29,6 +29,7 @@ use asperity_model::{Law, Plan};
 use crate::contacts::{Ramp, StopForce, least_threshold_n};
 use crate::cost::{self, Costs};
 use crate::energy::Accounts;
+use crate::kept::Kept;
 use crate::modes::{Coordinates, Modes};
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
@@ -63,7 +64,7 @@ enum Basis {
 impl Basis {
     fn of(plan: &Plan, sweeps: Sweeps) -> Option<Basis> {
         if plan.blocks <= STORED {
-            Modes::of(plan, sweeps).map(Basis::Stored)
+            Kept::HERE.modes(plan, sweeps).map(|stored| Basis::Stored(Modes::new(stored)))
         } else {
             Waves::of(plan, sweeps).map(Basis::Waves)
         }

@@ -21,9 +21,13 @@
 //! identity to within [`DEFECT`]. A chain that fails is refused, as at critical damping,
 //! where two modes become one.
 
-use asperity_model::{Elastic, Plan};
+use std::ops::Deref;
+use std::sync::Arc;
+
+use asperity_model::Elastic;
 
 use crate::complex::Complex;
+use crate::step_map::StepMap;
 use crate::sweep::Sweeps;
 
 /// Largest deviation of modes times coordinates from the identity.
@@ -49,19 +53,16 @@ struct Pencil {
 }
 
 impl Pencil {
-    fn of(plan: &Plan) -> Pencil {
-        let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
+    fn of(map: &StepMap) -> Pencil {
+        let StepMap { step_s: dt, block_mass_kg: m, elastic, drive_n_per_m: drive, .. } = map;
         let (by_stiffness, by_damping) = (dt * dt / m, dt / m);
-        let Elastic::Chain(chain) = &plan.elastic;
-        let drive = plan.drive.stiffness_n_per_m(plan.blocks);
-        let held = |n: usize| plan.friction.interfacial_stiffness_n_per_m + drive[n];
+        let Elastic::Chain(chain) = elastic;
+        let held = |n: usize| map.interfacial_stiffness_n_per_m + drive[n];
         Pencil {
-            stiffness: (0..plan.blocks)
-                .map(|n| by_stiffness * (held(n) + plan.elastic.diagonal_n_per_m(n)))
+            stiffness: (0..map.blocks())
+                .map(|n| by_stiffness * (held(n) + elastic.diagonal_n_per_m(n)))
                 .collect(),
-            damping: (0..plan.blocks)
-                .map(|n| by_damping * plan.elastic.damping_diagonal_kg_per_s(n))
-                .collect(),
+            damping: (0..map.blocks()).map(|n| by_damping * elastic.damping_diagonal_kg_per_s(n)).collect(),
             stiffness_beside: by_stiffness * chain.stiffness_n_per_m,
             damping_beside: by_damping * chain.damping_kg_per_s,
         }
@@ -217,11 +218,12 @@ impl Pencil {
     }
 }
 
-/// The modes of a plan's stuck chain. Coordinates are complex; the first `pairs` of
+/// The modes of a stuck chain. Coordinates are complex; the first `pairs` of
 /// them stand for a mode and its conjugate, those behind them are real.
-#[derive(Debug, Clone)]
-pub(crate) struct Modes {
+#[derive(Debug)]
+pub(crate) struct StoredModes {
     sweeps: Sweeps,
+    blocks: usize,
     pairs: usize,
     /// Unit of time in which velocities count as much as displacements.
     unit_s: f64,
@@ -239,9 +241,23 @@ pub(crate) struct Modes {
     /// Largest ratio of the norm `sqrt(I)` to that of numbers, between two states.
     spread: f64,
     powers: Powers,
+}
+
+/// The same with room to work in: what one solver has of them.
+#[derive(Debug, Clone)]
+pub(crate) struct Modes {
+    stored: Arc<StoredModes>,
     sizes: Vec<f64>,
     scratch: Vec<f64>,
     more_scratch: Vec<f64>,
+}
+
+impl Deref for Modes {
+    type Target = StoredModes;
+
+    fn deref(&self) -> &StoredModes {
+        &self.stored
+    }
 }
 
 /// One complex number per mode.
@@ -251,23 +267,23 @@ pub(crate) struct Coordinates {
     pub(crate) im: Vec<f64>,
 }
 
-impl Modes {
-    /// The modes of a plan's stuck chain; `None` if they do not span its states
-    /// well enough.
-    pub(crate) fn of(plan: &Plan, sweeps: Sweeps) -> Option<Modes> {
-        let blocks = plan.blocks;
-        let pencil = Pencil::of(plan);
+impl StoredModes {
+    /// The modes of the stuck chain; `None` if they do not span its states well enough.
+    pub(crate) fn of(map: &StepMap, sweeps: Sweeps) -> Option<Arc<StoredModes>> {
+        let blocks = map.blocks();
+        let pencil = Pencil::of(map);
         let (complex, real) = pencil.eigenvalues()?;
         let pairs = complex.len();
         let values: Vec<Complex> =
             complex.into_iter().chain(real.into_iter().map(|re| Complex { re, im: 0.0 })).collect();
         let count = values.len();
-        let dt = plan.grid.step_s();
-        let unit_s = (plan.block_mass_kg
-            / (plan.elastic.spectral_bound_n_per_m() + plan.friction.interfacial_stiffness_n_per_m))
+        let dt = map.step_s;
+        let unit_s = (map.block_mass_kg
+            / (map.elastic.spectral_bound_n_per_m() + map.interfacial_stiffness_n_per_m))
             .sqrt();
-        let mut modes = Modes {
+        let mut modes = StoredModes {
             sweeps,
+            blocks,
             pairs,
             unit_s,
             to_re: vec![0.0; count * 2 * blocks],
@@ -277,16 +293,13 @@ impl Modes {
             first_re: Vec::with_capacity(count),
             first_im: Vec::with_capacity(pairs),
             force_n: Vec::with_capacity(count * blocks),
-            spread: ((plan.elastic.spectral_bound_n_per_m() + plan.drive.stiffest_n_per_m())
-                / plan.friction.interfacial_stiffness_n_per_m
+            spread: ((map.elastic.spectral_bound_n_per_m() + map.stiffest_drive_n_per_m)
+                / map.interfacial_stiffness_n_per_m
                 + 1.0)
                 .sqrt(),
             powers: Powers::of(&values),
-            sizes: vec![0.0; count],
-            scratch: vec![0.0; 2 * blocks],
-            more_scratch: vec![0.0; 2 * blocks],
         };
-        let driven = plan.drive.stiffness_n_per_m(blocks);
+        let driven = &map.drive_n_per_m;
         for (e, &z) in values.iter().enumerate() {
             let x = pencil.null_vector(z);
             let settled = pencil.correction(z, &x).size() <= SETTLED * z.size();
@@ -320,10 +333,48 @@ impl Modes {
             }
             modes.force_n.extend((0..blocks).map(|n| {
                 let drive = x[n].scaled(-driven[n]);
-                times * (plan.elastic.pull_n(&x, &velocity, n) + drive).size()
+                times * (map.elastic.pull_n(&x, &velocity, n) + drive).size()
             }));
         }
-        (modes.powers.none_grows() && modes.span_states()).then_some(modes)
+        let none_grows = modes.powers.none_grows();
+        let stored = Arc::new(modes);
+        (none_grows && Modes::new(Arc::clone(&stored)).span_states()).then_some(stored)
+    }
+
+    /// What they take in memory.
+    pub(crate) fn bytes(&self) -> usize {
+        let StoredModes { to_re, to_im, from_re, from_im, force_n, powers, .. } = self;
+        let numbers: usize =
+            [to_re, to_im, from_re, from_im, force_n].iter().map(|matrix| matrix.len()).sum();
+        (numbers + 2 * BITS * powers.0[0].re.len()) * size_of::<f64>()
+    }
+
+    /// The largest share of a state, in the norm `sqrt(I)`, that its coordinates may
+    /// miss, by the largest deviation that was let through in each of them.
+    pub(crate) fn missed(&self) -> f64 {
+        (2 * self.blocks) as f64 * DEFECT * self.spread
+    }
+
+    /// The displacement of block 1 in it.
+    pub(crate) fn first_displacement_m(&self, coordinates: &Coordinates) -> f64 {
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        dot(&self.first_re, &coordinates.re) + dot(&self.first_im, &coordinates.im[..self.pairs])
+    }
+
+    /// `(1 + z)^steps - 1` of every mode.
+    pub(crate) fn growth(&self, steps: u64) -> Coordinates {
+        self.powers.growth(steps)
+    }
+}
+
+impl Modes {
+    pub(crate) fn new(stored: Arc<StoredModes>) -> Modes {
+        Modes {
+            sizes: vec![0.0; stored.first_re.len()],
+            scratch: vec![0.0; 2 * stored.blocks],
+            more_scratch: vec![0.0; 2 * stored.blocks],
+            stored,
+        }
     }
 
     /// Whether modes times coordinates is the identity.
@@ -345,23 +396,18 @@ impl Modes {
         })
     }
 
-    /// The largest share of a state, in the norm `sqrt(I)`, that its coordinates may
-    /// miss, by the largest deviation that was let through in each of them.
-    pub(crate) fn missed(&self) -> f64 {
-        self.scratch.len() as f64 * DEFECT * self.spread
-    }
-
     /// A state's coordinates; displacements, then velocities.
     pub(crate) fn project(&mut self, state: &[f64], coordinates: &mut Coordinates) {
         let blocks = state.len() / 2;
-        self.scratch.copy_from_slice(state);
-        for v in &mut self.scratch[blocks..] {
-            *v *= self.unit_s;
+        let Modes { stored, sizes, scratch, .. } = self;
+        scratch.copy_from_slice(state);
+        for v in &mut scratch[blocks..] {
+            *v *= stored.unit_s;
         }
-        coordinates.re.resize(self.sizes.len(), 0.0);
-        coordinates.im.resize(self.sizes.len(), 0.0);
-        self.sweeps.multiply(&mut coordinates.re, &self.to_re, &self.scratch);
-        self.sweeps.multiply(&mut coordinates.im[..self.pairs], &self.to_im, &self.scratch);
+        coordinates.re.resize(sizes.len(), 0.0);
+        coordinates.im.resize(sizes.len(), 0.0);
+        stored.sweeps.multiply(&mut coordinates.re, &stored.to_re, scratch);
+        stored.sweeps.multiply(&mut coordinates.im[..stored.pairs], &stored.to_im, scratch);
     }
 
     /// The state with these coordinates.
@@ -378,23 +424,18 @@ impl Modes {
     }
 
     fn compose_first(&mut self, coordinates: &Coordinates, modes: usize, state: &mut [f64]) {
-        let (size, pairs) = (state.len(), modes.min(self.pairs));
+        let Modes { stored, scratch, more_scratch, .. } = self;
+        let (size, pairs) = (state.len(), modes.min(stored.pairs));
         let blocks = size / 2;
         let (re, im) = (&coordinates.re[..modes], &coordinates.im[..pairs]);
-        self.sweeps.multiply(&mut self.scratch, &self.from_re[..modes * size], re);
-        self.sweeps.multiply(&mut self.more_scratch, &self.from_im[..pairs * size], im);
-        for ((y, re), im) in state.iter_mut().zip(&self.scratch).zip(&self.more_scratch) {
-            *y = re + im;
+        stored.sweeps.multiply(scratch, &stored.from_re[..modes * size], re);
+        stored.sweeps.multiply(more_scratch, &stored.from_im[..pairs * size], im);
+        for ((y, re), im) in state.iter_mut().zip(scratch).zip(more_scratch) {
+            *y = *re + *im;
         }
         for v in &mut state[blocks..] {
-            *v /= self.unit_s;
+            *v /= stored.unit_s;
         }
-    }
-
-    /// The displacement of block 1 in it.
-    pub(crate) fn first_displacement_m(&self, coordinates: &Coordinates) -> f64 {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        dot(&self.first_re, &coordinates.re) + dot(&self.first_im, &coordinates.im[..self.pairs])
     }
 
     /// Writes into `swing` how large the force on each block may become from there
@@ -403,12 +444,7 @@ impl Modes {
         for ((size, re), im) in self.sizes.iter_mut().zip(&coordinates.re).zip(&coordinates.im) {
             *size = (re * re + im * im).sqrt();
         }
-        self.sweeps.multiply(swing, &self.force_n, &self.sizes);
-    }
-
-    /// `(1 + z)^steps - 1` of every mode.
-    pub(crate) fn growth(&self, steps: u64) -> Coordinates {
-        self.powers.growth(steps)
+        self.stored.sweeps.multiply(swing, &self.stored.force_n, &self.sizes);
     }
 }
 

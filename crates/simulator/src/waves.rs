@@ -311,7 +311,8 @@ mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
     use super::Waves;
-    use crate::modes::{Coordinates, Modes};
+    use crate::modes::{Coordinates, Modes, StoredModes};
+    use crate::step_map::StepMap;
     use crate::sweep::Sweeps;
 
     #[test]
@@ -327,7 +328,8 @@ mod tests {
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
             let blocks = plan.blocks;
             let mut waves = Waves::of(&plan, Sweeps::Baseline).expect("the chain has waves");
-            let mut modes = Modes::of(&plan, Sweeps::Baseline).expect("the chain has modes");
+            let stored = StoredModes::of(&StepMap::of(&plan), Sweeps::Baseline);
+            let mut modes = Modes::new(stored.expect("the chain has modes"));
             // Of block 7's displacement and the last one's velocity, all waves have a part.
             let mut state = vec![0.0; 2 * blocks];
             state[6 % blocks] = 1e-9;
@@ -369,6 +371,6 @@ mod tests {
             .with_override("drive.stiffness_n_per_m=4e9");
         let plan = Plan::new(&Scenario::resolve(&source).unwrap());
         assert!(Waves::of(&plan, Sweeps::Baseline).is_none());
-        assert!(Modes::of(&plan, Sweeps::Baseline).is_some(), "unlike stored modes");
+        assert!(StoredModes::of(&StepMap::of(&plan), Sweeps::Baseline).is_some(), "unlike stored modes");
     }
 }

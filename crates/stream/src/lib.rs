@@ -11,6 +11,9 @@
 //! sink fills the channels and slows the source; memory stays flat. Whoever
 //! fails stops the others, and its error is the one that is reported.
 //!
+//! Where every core has a stream of its own, threads within one only get in each other's way:
+//! [`run_in_turn`] gives the sink the same sequence on the calling thread.
+//!
 //! A live run and a replay differ in their source only.
 //!
 //! ```
@@ -135,6 +138,26 @@ where
     })
 }
 
+/// Does the same as [`run`] on the calling thread, one record after the other.
+///
+/// # Errors
+/// The first failure of source or sink, after which the detectors are not told that the run is over.
+pub fn run_in_turn<SourceError, SinkError>(
+    mut source: impl FnMut() -> Result<Option<Given>, SourceError>,
+    mut detectors: Vec<Box<dyn Detector>>,
+    mut sink: impl FnMut(Item) -> Result<(), SinkError>,
+) -> Result<(), StreamError<SourceError, SinkError>> {
+    let mut events = Vec::new();
+    loop {
+        let fed = source().map_err(StreamError::Source)?.map_or(Fed::End, Fed::Given);
+        let ends = matches!(fed, Fed::End);
+        pass_on(fed, &mut detectors, &mut events, &mut sink).map_err(StreamError::Sink)?;
+        if ends {
+            return Ok(());
+        }
+    }
+}
+
 /// What goes to the detectors.
 enum Fed {
     Given(Given),
@@ -159,35 +182,36 @@ fn detect(detectors: &mut [Box<dyn Detector>], records: &Receiver<Fed>, to_sink:
     let mut events = Vec::new();
     for fed in records {
         let ends = matches!(fed, Fed::End);
-        match fed {
-            Fed::Given(Given::Checkpoint(checkpoint)) => {
-                if to_sink.send(Item::Checkpoint(checkpoint)).is_err() {
-                    return;
-                }
-            }
-            Fed::Given(Given::Record(record)) => {
-                if let Record::Step(step) = &record {
-                    for detector in detectors.iter_mut() {
-                        detector.observe(step, &mut |event| events.push(event));
-                    }
-                }
-                if to_sink.send(Item::Record(record)).is_err() {
-                    return;
-                }
-            }
-            Fed::End => {
-                for detector in detectors.iter_mut() {
-                    detector.finish(&mut |event| events.push(event));
-                }
-            }
-        }
-        for event in events.drain(..) {
-            if to_sink.send(Item::Event(event)).is_err() {
-                return;
-            }
-        }
-        if ends {
+        let passed_on = pass_on(fed, detectors, &mut events, &mut |item| to_sink.send(item));
+        if passed_on.is_err() || ends {
             return;
         }
     }
+}
+
+/// Gives the sink what was fed, and the events that the detectors make of it. `events` is room to
+/// work in.
+fn pass_on<E>(
+    fed: Fed,
+    detectors: &mut [Box<dyn Detector>],
+    events: &mut Vec<Event>,
+    sink: &mut impl FnMut(Item) -> Result<(), E>,
+) -> Result<(), E> {
+    match fed {
+        Fed::Given(Given::Checkpoint(checkpoint)) => sink(Item::Checkpoint(checkpoint))?,
+        Fed::Given(Given::Record(record)) => {
+            if let Record::Step(step) = &record {
+                for detector in detectors.iter_mut() {
+                    detector.observe(step, &mut |event| events.push(event));
+                }
+            }
+            sink(Item::Record(record))?;
+        }
+        Fed::End => {
+            for detector in detectors.iter_mut() {
+                detector.finish(&mut |event| events.push(event));
+            }
+        }
+    }
+    events.drain(..).try_for_each(|event| sink(Item::Event(event)))
 }

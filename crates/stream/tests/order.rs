@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use asperity_detect::Detector;
 use asperity_record::{Event, EventKind, Onset, Record, StepRecord};
-use asperity_stream::{Given, Item, StreamError, run};
+use asperity_stream::{Given, Item, StreamError, run, run_in_turn};
 use asperity_testkit::quiet_step;
 
 fn step(step: u64) -> Record {
@@ -72,6 +72,13 @@ fn events_follow_their_record_in_the_order_of_the_detectors() {
     }
     assert!(matches!(&seen[1302], Item::Event(event) if event.payload == "3 over"));
     assert_eq!(collect(Duration::from_millis(2)), seen, "a slow sink sees the same");
+    let mut in_turn = Vec::new();
+    let sink = |item| {
+        in_turn.push(item);
+        Ok::<(), String>(())
+    };
+    run_in_turn(source(1000), detectors(), sink).unwrap();
+    assert_eq!(in_turn, seen, "on one thread it sees the same");
 }
 
 #[test]
@@ -108,23 +115,32 @@ fn a_failing_sink_stops_the_run_with_its_own_error() {
         if seen == 300 { Err("disk full".to_owned()) } else { Ok(()) }
     });
     assert_eq!(outcome, Err(StreamError::Sink("disk full".to_owned())));
+    seen = 0;
+    let outcome = run_in_turn(source(u64::MAX - 1), detectors(), |_| {
+        seen += 1;
+        if seen == 300 { Err("disk full".to_owned()) } else { Ok(()) }
+    });
+    assert_eq!((outcome, seen), (Err(StreamError::Sink("disk full".to_owned())), 300));
 }
 
 #[test]
 fn a_failing_source_is_reported_and_closes_no_event() {
-    let mut next = 0;
-    let mut over = 0;
-    let outcome = run(
-        || {
+    for in_turn in [false, true] {
+        let (mut next, mut over, mut records) = (0, 0, 0);
+        let source = || {
             next += 1;
             if next < 50 { Ok(Some(Given::Record(step(next)))) } else { Err("overflow") }
-        },
-        detectors(),
-        |item| {
-            over += usize::from(matches!(item, Item::Event(event) if event.payload.ends_with("over")));
+        };
+        let sink = |item| {
+            over += usize::from(matches!(&item, Item::Event(event) if event.payload.ends_with("over")));
+            records += usize::from(matches!(item, Item::Record(_)));
             Ok::<(), String>(())
-        },
-    );
-    assert_eq!(outcome, Err(StreamError::Source("overflow")));
-    assert_eq!(over, 0);
+        };
+        let outcome = match in_turn {
+            false => run(source, detectors(), sink),
+            true => run_in_turn(source, detectors(), sink),
+        };
+        assert_eq!(outcome, Err(StreamError::Source("overflow")));
+        assert_eq!((over, records), (0, 49));
+    }
 }

@@ -24,7 +24,8 @@
 //! let plan = Plan::of(&Sweep::read(&path)?, false, None)?;
 //! assert_eq!(plan.rows.len(), 3);
 //! assert_eq!(plan.common.assignments(&plan.rows[2].values), ["normal_load.tilt=0.5"]);
-//! assert_eq!(plan.scenario(&plan.rows[2])?.normal_load.tilt, 0.5);
+//! let (scenario, _) = plan.scenario(&plan.rows[2])?;
+//! assert_eq!(scenario.normal_load.tilt, 0.5);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::{Scenario, ScenarioSource};
-use asperity_record::RECORD_SCHEMA_VERSION;
+use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_run::{CODE_VERSION, Task, at_once};
 use serde::{Deserialize, Serialize};
 
@@ -217,15 +217,15 @@ impl Plan {
         })
     }
 
-    /// The scenario of a run.
+    /// The scenario of a run, and what the run says of itself.
     ///
     /// # Errors
     /// If it is not what was planned, as when a file that the scenario names has changed.
-    pub fn scenario(&self, row: &Row) -> Result<Scenario, String> {
+    pub fn scenario(&self, row: &Row) -> Result<(Scenario, RunHeader), String> {
         let scenario = self.common.resolve(&row.values)?;
-        let id = Task::new(&scenario).header().run_id;
+        let header = Task::new(&scenario).header();
         match &row.id {
-            Some(planned) if *planned == id => Ok(scenario),
+            Some(planned) if *planned == header.run_id => Ok((scenario, header)),
             _ => {
                 Err("its scenario is another now than when it was planned; a file that it names has changed"
                     .to_owned())

@@ -1,5 +1,6 @@
 //! A run of a plan, made: from its row to what is kept of it.
 
+use std::cell::RefCell;
 use std::error::Error;
 use std::fmt::Write;
 use std::io;
@@ -7,10 +8,11 @@ use std::path::Path;
 use std::time::Duration;
 
 use asperity_model::Scenario;
-use asperity_record::{Event, EventPayload, Record, RunEnd, Rupture, SlipEvent, SolverReport};
+use asperity_record::{Event, EventPayload, Record, RunEnd, RunHeader, Rupture, SlipEvent, SolverReport};
 use asperity_run::{Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Outcome, RunError, Task, Watch, run};
 use asperity_runlog::{Existing, WriteError};
 use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary};
+use zstd::bulk::Compressor;
 
 use crate::plan::{Plan, Row};
 use crate::staging;
@@ -59,17 +61,17 @@ pub struct Ways<'a> {
 /// # Errors
 /// If the system refuses something, which says nothing of the run.
 pub fn make(plan: &Plan, row: &Row, ways: Ways<'_>) -> Result<Made, String> {
-    let scenario = match plan.scenario(row) {
-        Ok(scenario) => scenario,
+    let (scenario, header) = match plan.scenario(row) {
+        Ok(planned) => planned,
         Err(reason) => return Err(format!("run {}: {reason}", row.run)),
     };
     let failed = |error: &dyn Error| format!("run {}: {error}", row.run);
     let path = staging::log(ways.folder, row.run);
-    let mut made = make_from(Begin::GoOn, plan, row, &scenario, &path, ways);
+    let mut made = make_from(Begin::GoOn, plan, row, (&scenario, &header), &path, ways);
     // What nobody can go on with, or is whole without having been noted down, is made again.
     if matches!(made.0, Err(RunError::Left(_)) | Ok(Outcome { has_run: false, .. })) {
         staging::discard(ways.folder, row.run).map_err(|error| failed(&error))?;
-        made = make_from(Begin::Anew, plan, row, &scenario, &path, ways);
+        made = make_from(Begin::Anew, plan, row, (&scenario, &header), &path, ways);
     }
     let (outcome, Kept { summarizer, lines, .. }) = made;
     let is_kept = match &outcome {
@@ -87,7 +89,7 @@ pub fn make(plan: &Plan, row: &Row, ways: Ways<'_>) -> Result<Made, String> {
         Err(RunError::Write(WriteError::Busy(_))) => return Ok(Made::ByAnother),
         Err(error) => return Err(failed(&error)),
     };
-    let steps = Task::new(&scenario).header().steps;
+    let steps = header.steps;
     let end = outcome.end.unwrap_or_else(|| RunEnd {
         status: outcome.status,
         stopped: None,
@@ -108,7 +110,7 @@ fn make_from<'a>(
     begin: Begin,
     plan: &Plan,
     row: &Row,
-    scenario: &Scenario,
+    (scenario, header): (&Scenario, &RunHeader),
     path: &Path,
     ways: Ways<'a>,
 ) -> (Result<Outcome, RunError>, Kept<'a>) {
@@ -125,9 +127,9 @@ fn make_from<'a>(
         after: if keeps(Keep::Log) { Duration::ZERO } else { ways.patience },
         ..LogTo::new(path)
     };
-    let task = Task::new(scenario).log_to(log);
-    let header = task.header();
-    let summarizer = Summarizer::new(&row.run.to_string(), &header, (ways.slider)(scenario));
+    // The other cores have runs of their own.
+    let task = Task::new(scenario).on_one_thread().log_to(log);
+    let summarizer = Summarizer::new(&row.run.to_string(), header, (ways.slider)(scenario));
     let (events, ruptures) = (keeps(Keep::Events), keeps(Keep::Ruptures));
     let mut kept = Kept { events, ruptures, summarizer, lines: String::new(), tell: ways.tell };
     (run(task, begin, ways.stop, &mut kept), kept)
@@ -188,7 +190,17 @@ fn pack(summary: &Summary, lines: &str) -> io::Result<Vec<u8>> {
     let mut text = serde_json::to_string(summary)?;
     text.push('\n');
     text.push_str(lines);
-    zstd::bulk::compress(text.as_bytes(), LEVEL)
+    thread_local! {
+        /// Its tables take longer to make than a short run's results to pack.
+        static PACKER: RefCell<Option<Compressor<'static>>> = const { RefCell::new(None) };
+    }
+    PACKER.with_borrow_mut(|packer| {
+        let packer = match packer {
+            Some(packer) => packer,
+            none => none.insert(Compressor::new(LEVEL)?),
+        };
+        packer.compress(text.as_bytes())
+    })
 }
 
 /// What was packed.

@@ -11,11 +11,14 @@
 //!
 //! with `S_i D_2` a sum of the terms of [`crate::basis`].
 
+use std::sync::Arc;
+
 use asperity_model::elastic::{Chain, Elastic};
 use asperity_model::{Law, Plan, Reattach};
 
 use crate::basis::{Basis, MOST_TERMS};
 use crate::contacts::{Contacts, Ramp};
+use crate::kept::Kept;
 use crate::state::ChainState;
 use crate::sweep::{Guarded, Held, Second, Sweeps, TermChain, Terms};
 use crate::window::rows::Rows;
@@ -49,7 +52,7 @@ impl Sizes {
 pub(super) struct Expansion {
     pub(super) blocks: usize,
     pub(super) sweeps: Sweeps,
-    pub(super) basis: Basis,
+    pub(super) basis: Arc<Basis>,
     /// Friction spring of each block: `k_t` while stuck, 0 while sliding.
     spring: Vec<f64>,
     /// The same with the drive's, in the units of terms.
@@ -87,7 +90,11 @@ impl Expansion {
         Expansion {
             blocks,
             sweeps,
-            basis: if plan.friction.law.is_affine() { Basis::of(plan, sweeps) } else { Basis::none() },
+            basis: if plan.friction.law.is_affine() {
+                Kept::HERE.basis(plan, sweeps)
+            } else {
+                Arc::new(Basis::none())
+            },
             spring: several(1),
             scaled_spring: several(1),
             driven: plan.drive.springs.iter().map(|spring| (spring.block, 0.0)).collect(),
@@ -256,7 +263,7 @@ impl Expansion {
     /// The terms behind `w_from` up to `w_to`, and the guards of all but the last.
     pub(super) fn take_terms(&mut self, plan: &Plan, from: usize, to: usize) {
         let blocks = self.blocks;
-        let Basis { centre, focus, sigma, .. } = self.basis;
+        let Basis { centre, focus, sigma, .. } = *self.basis;
         let (by, unit) = (2.0 / focus, self.unit_of_terms(plan));
         let Elastic::Chain(chain) = &plan.elastic;
         let springs = Chain {

@@ -1,0 +1,206 @@
+//! What was found for a step's map, kept for the next run that has the same.
+//!
+//! Polynomials and modes take milliseconds to find, as long as all the rest of a short run. The runs
+//! of a study mostly differ in friction, load or start, of which neither knows. So a process keeps
+//! those that it used last: for the same map to the bit, so that a run is the same whichever runs
+//! went before it, and up to [`MOST_BYTES`].
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use asperity_model::Plan;
+
+use crate::basis::Basis;
+use crate::modes::StoredModes;
+use crate::step_map::StepMap;
+use crate::sweep::Sweeps;
+
+/// What is kept takes no more memory than this: some 20 chains of 100 blocks, or one of 512.
+const MOST_BYTES: usize = 48 << 20;
+
+/// The maps that were used last, the latest first.
+#[derive(Debug)]
+pub(crate) struct Kept(Mutex<VecDeque<Arc<Found>>>);
+
+/// What was found for one.
+#[derive(Debug)]
+struct Found {
+    map: StepMap,
+    bits: Vec<u64>,
+    sweeps: Sweeps,
+    basis: OnceLock<Arc<Basis>>,
+    /// `None` where they do not span the states.
+    modes: OnceLock<Option<Arc<StoredModes>>>,
+}
+
+impl Found {
+    fn bytes(&self) -> usize {
+        let modes = self.modes.get().and_then(Option::as_ref);
+        self.basis.get().map_or(0, |basis| basis.bytes()) + modes.map_or(0, |modes| modes.bytes())
+    }
+}
+
+impl Kept {
+    /// What this process keeps.
+    pub(crate) const HERE: &'static Kept = {
+        static HERE: Kept = Kept::nothing();
+        &HERE
+    };
+
+    const fn nothing() -> Kept {
+        Kept(Mutex::new(VecDeque::new()))
+    }
+
+    /// The polynomials of windows.
+    pub(crate) fn basis(&self, plan: &Plan, sweeps: Sweeps) -> Arc<Basis> {
+        let found = self.of(StepMap::of(plan), sweeps);
+        let basis = Arc::clone(found.basis.get_or_init(|| Arc::new(Basis::of(&found.map, sweeps))));
+        self.forget_oldest();
+        basis
+    }
+
+    /// The modes of the stuck chain, if they span its states well enough.
+    pub(crate) fn modes(&self, plan: &Plan, sweeps: Sweeps) -> Option<Arc<StoredModes>> {
+        let found = self.of(StepMap::of(plan), sweeps);
+        let modes = found.modes.get_or_init(|| StoredModes::of(&found.map, sweeps)).clone();
+        self.forget_oldest();
+        modes
+    }
+
+    /// Where what is found for a map belongs. It is found while no lock is held, so that other maps
+    /// need not wait; who needs the same waits for who began.
+    fn of(&self, map: StepMap, sweeps: Sweeps) -> Arc<Found> {
+        let bits = map.bits();
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = kept.iter().position(|found| found.bits == bits && found.sweeps == sweeps);
+        let found = match known.and_then(|index| kept.remove(index)) {
+            Some(found) => found,
+            None => Arc::new(Found { map, bits, sweeps, basis: OnceLock::new(), modes: OnceLock::new() }),
+        };
+        kept.push_front(Arc::clone(&found));
+        found
+    }
+
+    fn forget_oldest(&self) {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut bytes: usize = kept.iter().map(|found| found.bytes()).sum();
+        while bytes > MOST_BYTES {
+            let Some(oldest) = kept.pop_back() else { return };
+            bytes -= oldest.bytes();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use asperity_model::{Plan, Scenario, ScenarioSource};
+
+    use super::{Kept, MOST_BYTES};
+    use crate::fast::Fast;
+    use crate::modes::StoredModes;
+    use crate::solver::Solver;
+    use crate::step_map::StepMap;
+    use crate::sweep::Sweeps;
+
+    fn plan(set: &[&str]) -> Plan {
+        let source = ScenarioSource::new("test", "time.duration_s = 0.1\nslider.blocks = 10");
+        let source = set.iter().fold(source, |source, value| source.with_override(value));
+        Plan::new(&Scenario::resolve(&source).unwrap())
+    }
+
+    const SWEEPS: Sweeps = Sweeps::Baseline;
+
+    #[test]
+    fn what_no_map_depends_on_is_found_once_and_all_else_anew() {
+        let kept = Kept::nothing();
+        let first = (kept.basis(&plan(&[]), SWEEPS), kept.modes(&plan(&[]), SWEEPS).unwrap());
+        for set in [
+            "normal_load.tilt=0.5",
+            "friction.static_coefficient=0.9",
+            "initial_shear.beta=0.3",
+            "time.duration_s=0.2",
+            "drive.velocity_m_per_s=1e-3",
+        ] {
+            let again = (kept.basis(&plan(&[set]), SWEEPS), kept.modes(&plan(&[set]), SWEEPS).unwrap());
+            assert!(Arc::ptr_eq(&again.0, &first.0) && Arc::ptr_eq(&again.1, &first.1), "{set}");
+        }
+        for set in [
+            "time.step_s=2e-8",
+            "slider.mass_kg=12.000000000000002",
+            "slider.blocks=11",
+            "slider.relative_damping=3",
+            "friction.interfacial_stiffness_ratio=0.9",
+            "drive.stiffness_n_per_m=4.1e6",
+            "drive.kind=top",
+        ] {
+            let other = plan(&[set]);
+            let found = (kept.basis(&other, SWEEPS), kept.modes(&other, SWEEPS).unwrap());
+            assert!(!Arc::ptr_eq(&found.0, &first.0) && !Arc::ptr_eq(&found.1, &first.1), "{set}");
+            // What is kept is what would be found, to the bit but for the sign of zero.
+            let alone = StoredModes::of(&StepMap::of(&other), SWEEPS).unwrap();
+            assert_eq!(format!("{:?}", found.1), format!("{alone:?}"), "{set}");
+        }
+        let again = kept.modes(&plan(&[]), SWEEPS).unwrap();
+        assert!(Arc::ptr_eq(&again, &first.1), "it was used, and there is room");
+    }
+
+    #[test]
+    fn a_map_that_differs_in_one_bit_of_anything_is_another() {
+        let map = StepMap::of(&plan(&[]));
+        let bits = map.bits();
+        // The nodes, the numbers, and a spring for each of 10 blocks.
+        assert_eq!(bits.len(), 1 + 6 + 10);
+        let up = |number: &mut f64| *number = number.next_up();
+        let changes: [&dyn Fn(&mut StepMap); 5] = [
+            &|map| up(&mut map.step_s),
+            &|map| up(&mut map.block_mass_kg),
+            &|map| up(&mut map.interfacial_stiffness_n_per_m),
+            &|map| up(&mut map.drive_n_per_m[9]),
+            &|map| up(&mut map.stiffest_drive_n_per_m),
+        ];
+        for change in changes {
+            let mut other = map.clone();
+            change(&mut other);
+            assert_ne!(other.bits(), bits, "{other:?}");
+        }
+    }
+
+    #[test]
+    fn memory_is_bounded_and_the_oldest_goes_first() {
+        let kept = Kept::nothing();
+        let bytes = || kept.0.lock().unwrap().iter().map(|found| found.bytes()).sum::<usize>();
+        let of = |blocks: usize| plan(&[&format!("slider.blocks={blocks}")]);
+        let used = Arc::downgrade(&kept.basis(&of(2), SWEEPS));
+        let unused = Arc::downgrade(&kept.basis(&of(3), SWEEPS));
+        let mut largest = 0;
+        for blocks in 4..70 {
+            drop(kept.basis(&of(2), SWEEPS));
+            drop(kept.basis(&of(blocks), SWEEPS));
+            largest = largest.max(bytes());
+            assert!(bytes() <= MOST_BYTES, "{blocks}: {}", bytes());
+        }
+        assert!(largest > MOST_BYTES / 2, "{largest}: nothing had to go");
+        assert!(unused.upgrade().is_none() && used.upgrade().is_some());
+    }
+
+    #[test]
+    fn a_run_after_others_is_the_run_alone() {
+        let run = |plan: &Plan| {
+            let mut solver = Fast::new(plan.clone());
+            let mut records = Vec::new();
+            while let Some(record) = solver.next_record().unwrap() {
+                records.push(format!("{record:?}"));
+            }
+            assert!(solver.counters().windows > 0 && solver.counters().jumps > 0);
+            records
+        };
+        let plans =
+            ["normal_load.tilt=0", "normal_load.tilt=0.4", "friction.interfacial_stiffness_ratio=0.7"]
+                .map(|set| plan(&[set, "time.duration_s=1"]));
+        let first: Vec<_> = plans.iter().map(run).collect();
+        let again: Vec<_> = plans.iter().rev().map(run).collect();
+        assert!(first.iter().eq(again.iter().rev()));
+    }
+}

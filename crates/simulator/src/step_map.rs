@@ -1,0 +1,63 @@
+//! What the map of a step depends on, as far as it is linear in the state: neither thresholds nor
+//! loads, nor where the drive point is.
+//!
+//! The polynomials of windows ([`crate::basis`]) and the modes of the stuck chain
+//! ([`crate::modes`]) are made of this and of nothing else, so runs that have it in common can have
+//! them in common ([`crate::kept`]).
+
+use asperity_model::Plan;
+use asperity_model::elastic::{Chain, Elastic};
+
+/// The linear part of a plan's steps.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct StepMap {
+    pub(crate) step_s: f64,
+    pub(crate) block_mass_kg: f64,
+    pub(crate) elastic: Elastic,
+    /// Of the friction spring of a stuck block.
+    pub(crate) interfacial_stiffness_n_per_m: f64,
+    /// `K_n` of every block.
+    pub(crate) drive_n_per_m: Vec<f64>,
+    /// The largest stiffness of a driving spring.
+    pub(crate) stiffest_drive_n_per_m: f64,
+}
+
+impl StepMap {
+    pub(crate) fn of(plan: &Plan) -> StepMap {
+        StepMap {
+            step_s: plan.grid.step_s(),
+            block_mass_kg: plan.block_mass_kg,
+            elastic: plan.elastic.clone(),
+            interfacial_stiffness_n_per_m: plan.friction.interfacial_stiffness_n_per_m,
+            drive_n_per_m: plan.drive.stiffness_n_per_m(plan.blocks),
+            stiffest_drive_n_per_m: plan.drive.stiffest_n_per_m(),
+        }
+    }
+
+    pub(crate) fn blocks(&self) -> usize {
+        self.drive_n_per_m.len()
+    }
+
+    /// All of it, to the bit.
+    pub(crate) fn bits(&self) -> Vec<u64> {
+        let StepMap {
+            step_s,
+            block_mass_kg,
+            elastic,
+            interfacial_stiffness_n_per_m,
+            drive_n_per_m,
+            stiffest_drive_n_per_m,
+        } = self;
+        let Elastic::Chain(Chain { nodes, stiffness_n_per_m, damping_kg_per_s }) = elastic;
+        let numbers = [
+            step_s,
+            block_mass_kg,
+            stiffness_n_per_m,
+            damping_kg_per_s,
+            interfacial_stiffness_n_per_m,
+            stiffest_drive_n_per_m,
+        ];
+        let numbers = numbers.into_iter().chain(drive_n_per_m).map(|number| number.to_bits());
+        std::iter::once(*nodes as u64).chain(numbers).collect()
+    }
+}

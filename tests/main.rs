@@ -40,6 +40,8 @@ mod ruptures;
 mod salvage;
 mod scenarios;
 mod stopped;
+#[cfg(feature = "analysis")]
+mod study_figures;
 mod summary;
 mod sweep;
 #[cfg(feature = "analysis")]

@@ -3,6 +3,7 @@
 
 mod args;
 mod check;
+mod collect;
 mod completions;
 mod diff;
 mod event_table;

@@ -9,22 +9,18 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-#[cfg(feature = "analysis")]
-use asperity_analysis::parquet_tables::Parquet;
-use asperity_export::Csv;
-use asperity_export::format::Format;
 use asperity_files::{Inputs, is_new_folder};
 use asperity_sweep::emit::{Job, MOST_TASKS};
 use asperity_sweep::plan::FILE;
 use asperity_sweep::results::{Counts, MOST_DEATHS, State, parse_ranges, ranges};
 use asperity_sweep::segment::{Kind, Writer};
 use asperity_sweep::work::{Made, make};
-use asperity_sweep::{Plan, PlanError, Results, Sweep, collect};
+use asperity_sweep::{Plan, PlanError, Results, Sweep};
 
 use crate::args::{
-    SweepChunk, SweepCollectArguments, SweepCommand, SweepEmitArguments, SweepEngine, SweepPlanArguments,
-    SweepRunArguments, SweepTable,
+    SweepChunk, SweepCommand, SweepEmitArguments, SweepEngine, SweepPlanArguments, SweepRunArguments,
 };
+use crate::collect;
 use crate::exit::{Code, Failure};
 use crate::interrupt;
 use crate::outputs::{create_folder, refused};
@@ -38,7 +34,9 @@ pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failu
         SweepCommand::Run(arguments) if arguments.worker => work(&arguments.folder),
         SweepCommand::Run(arguments) => run(arguments, board),
         SweepCommand::Status(arguments) => status(&arguments.folder),
-        SweepCommand::Collect(arguments) => collect_tables(arguments, board),
+        SweepCommand::Collect(arguments) => collect::tables(arguments, board),
+        #[cfg(feature = "analysis")]
+        SweepCommand::Draw(arguments) => collect::figures(arguments, board),
         SweepCommand::Emit(arguments) => emit(arguments),
     }
 }
@@ -85,7 +83,7 @@ fn runs(count: u64) -> String {
     if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
 }
 
-fn read(folder: &Path) -> Result<(Plan, Results), Failure> {
+pub(crate) fn read(folder: &Path) -> Result<(Plan, Results), Failure> {
     let plan = Plan::read(folder).map_err(Failure::bad_input)?;
     let results = Results::read(folder, &plan)
         .map_err(|error| Failure::Failed(format!("{}: {error}", folder.display())))?;
@@ -93,7 +91,7 @@ fn read(folder: &Path) -> Result<(Plan, Results), Failure> {
 }
 
 /// The exit code of a study in that state.
-fn outcome(counts: Counts) -> Result<(), Failure> {
+pub(crate) fn outcome(counts: Counts) -> Result<(), Failure> {
     let code = if counts.missing > 0 {
         Code::Incomplete
     } else if counts.failed + counts.quarantined > 0 {
@@ -126,7 +124,7 @@ fn status(folder: &Path) -> Result<(), Failure> {
     outcome(counts)
 }
 
-fn in_words(plan: &Plan, counts: Counts) -> String {
+pub(crate) fn in_words(plan: &Plan, counts: Counts) -> String {
     let Counts { done, failed, quarantined, refused, missing } = counts;
     let mut words = format!("{} of {} done", done, runs(plan.rows.len() as u64));
     let others =
@@ -419,35 +417,6 @@ fn work(folder: &Path) -> Result<(), Failure> {
         segment.sync().map_err(Failure::failed)?;
     }
     Ok(())
-}
-
-fn collect_tables(arguments: &SweepCollectArguments, board: &Board) -> Result<(), Failure> {
-    let SweepCollectArguments { folder, to, out } = arguments;
-    let (plan, mut results) = read(folder)?;
-    let out = out.clone().unwrap_or_else(|| folder.join("tables"));
-    create_folder(&out)?;
-    let formats: Vec<&dyn Format> = to.iter().map(|table| format(*table)).collect();
-    let inputs = Inputs::of([folder.join(FILE)]);
-    let stages = board.stages("tables");
-    let all = plan.rows.len();
-    let (counts, paths) = collect(&plan, &mut results, &out, inputs, &formats, |run| {
-        stages.reached("runs", run as usize, all);
-    })
-    .map_err(Failure::failed)?;
-    drop(stages);
-    for path in paths {
-        say(path.display())?;
-    }
-    board.line(&in_words(&plan, counts));
-    outcome(counts)
-}
-
-fn format(table: SweepTable) -> &'static dyn Format {
-    match table {
-        #[cfg(feature = "analysis")]
-        SweepTable::Parquet => &Parquet,
-        SweepTable::Csv => &Csv,
-    }
 }
 
 fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {

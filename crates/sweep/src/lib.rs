@@ -49,7 +49,7 @@ pub mod segment;
 mod sweep;
 pub mod work;
 
-pub use collect::{CollectError, collect};
+pub use collect::{CollectError, RUNS, Watch, collect};
 pub use plan::{Plan, PlanError};
 pub use results::Results;
 pub use sweep::{Keep, Sweep, SweepError};

@@ -19,6 +19,8 @@ mod disk;
 #[cfg(feature = "analysis")]
 mod end_to_end;
 mod export;
+#[cfg(feature = "analysis")]
+mod figures_page;
 mod files;
 mod flips;
 mod foxglove;

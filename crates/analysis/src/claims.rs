@@ -109,7 +109,7 @@ pub struct Claim {
     pub near: Option<f64>,
     /// Where the source speaks in words: the largest value that bears it out.
     pub at_most: Option<f64>,
-    /// The same for the smallest value.
+    /// Where the source speaks in words: the smallest value that bears it out.
     pub at_least: Option<f64>,
     /// What a reader should know of the outcome.
     #[serde(default)]

@@ -289,7 +289,7 @@ fn number(what: &str, name: &str, label: &Option<String>, scale: Option<Scale>) 
         format!("{what} = {name:?} is no number of the summary (accepted: {})", names.join(", "))
     })?;
     let bare = key.label();
-    let own = with_unit(if bare.contains("F_T/F_N") { &bare } else { bare.as_str() }, key.column.unit);
+    let own = with_unit(&bare, key.column.unit);
     Ok(Quantity {
         column: name.to_owned(),
         label: label.clone().unwrap_or(own),
@@ -307,19 +307,18 @@ fn with_unit(label: &str, unit: Option<&str>) -> String {
     }
 }
 
-/// Symbol and unit of a key, or its last words.
+/// Symbol and unit of a key, or its name in words.
 fn key_label(path: &str) -> String {
     let key = KEYS.iter().find(|key| key.path == path);
-    let last = path.rsplit('.').next().unwrap_or(path);
     let is_number = key.is_some_and(|key| matches!(key.kind, KeyKind::Number(..)));
     let unit = unit_of(path).filter(|_| is_number);
     let symbol = key.map_or("", |key| key.symbol);
-    if symbol.is_empty() || path == "friction.interfacial_stiffness_ratio" && symbol.len() > 12 {
+    if symbol.is_empty() {
         let end = unit
             .filter(|unit| *unit != "1")
             .map(|unit| format!("_{}", unit.to_lowercase().replace('/', "_per_")));
-        let bare = end.as_deref().and_then(|end| last.strip_suffix(end)).unwrap_or(last);
-        return with_unit(&bare.replace('_', " "), unit);
+        let bare = end.as_deref().and_then(|end| path.strip_suffix(end)).unwrap_or(path);
+        return with_unit(&bare.replace(['_', '.'], " "), unit);
     }
     with_unit(&greek(symbol), unit)
 }

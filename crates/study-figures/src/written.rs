@@ -48,17 +48,17 @@ pub struct PhaseMap {
     /// Values of keys, as `slider.blocks=100`: other runs are not shown.
     #[serde(default)]
     pub at: Vec<String>,
-    /// What the axis is called, where that is not symbol and unit; `k_t` and `k_{t}` set subscripts.
+    /// What the axis across is called, where that is not symbol and unit; `k_t` and `k_{t}` set subscripts.
     pub x_label: Option<String>,
-    /// The same of the other axis.
+    /// What the axis upwards is called, where that is not symbol and unit.
     pub y_label: Option<String>,
-    /// The same of the colours.
+    /// What the colours are called, where that is not symbol and unit.
     pub colour_label: Option<String>,
-    /// How the axis is divided; by default as the sweep's.
+    /// How the axis across is divided; by default as the sweep's.
     pub x_scale: Option<Scale>,
-    /// The same of the other axis.
+    /// How the axis upwards is divided; by default as the sweep's.
     pub y_scale: Option<Scale>,
-    /// The same of the colours, by default `linear`.
+    /// How the colours are divided; by default `linear`.
     pub colour_scale: Option<Scale>,
 }
 
@@ -92,17 +92,17 @@ pub struct Family {
     /// `front_speed_over_wave_speed_ratio` the steady front.
     #[serde(default)]
     pub theory: bool,
-    /// What the axis is called, where that is not symbol and unit; `k_t` and `k_{t}` set subscripts.
+    /// What the axis across is called, where that is not symbol and unit; `k_t` and `k_{t}` set subscripts.
     pub x_label: Option<String>,
-    /// The same of the other axis.
+    /// What the axis upwards is called, where that is not symbol and unit.
     pub y_label: Option<String>,
-    /// The same of the colours.
+    /// What the colours are called, where that is not symbol and unit.
     pub colour_label: Option<String>,
-    /// How the axis is divided; by default as the sweep's, or `linear`.
+    /// How the axis across is divided; by default as the sweep's, or `linear`.
     pub x_scale: Option<Scale>,
-    /// The same of the other axis, by default `linear`.
+    /// How the axis upwards is divided; by default `linear`.
     pub y_scale: Option<Scale>,
-    /// The same of the colours, by default as the sweep's.
+    /// How the colours are divided; by default as the sweep's.
     pub colour_scale: Option<Scale>,
 }
 
@@ -115,7 +115,8 @@ pub struct Lengths {
     /// Stands above the figure.
     #[serde(default)]
     pub title: String,
-    /// The law drawn as a line; by default the one that each scenario calls for.
+    /// The law drawn as a line; by default the one that each scenario calls for. Where runs of one
+    /// colour have more than twelve laws, none is drawn.
     pub law: Option<LengthLaw>,
     /// A key with marks and a law of its own for each of its values.
     pub colour: Option<String>,

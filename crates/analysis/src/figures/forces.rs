@@ -20,9 +20,9 @@ pub(crate) struct Forces {
     /// Stands above the figure.
     #[serde(default)]
     title: String,
-    /// Where the time axis begins and ends; the whole run if absent.
+    /// Where the time axis begins; with the run if absent.
     from_s: Option<f64>,
-    /// Where it ends.
+    /// Where the time axis ends; with the run if absent.
     to_s: Option<f64>,
 }
 

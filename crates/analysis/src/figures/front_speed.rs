@@ -24,9 +24,9 @@ pub(crate) struct FrontSpeed {
     /// Stands above the legend.
     #[serde(default)]
     note: String,
-    /// The ends of the axis of speeds, over `c`. Faster fronts are not shown.
+    /// The lower end of the axis of speeds, over `c`. Faster fronts are not shown.
     from_speed: f64,
-    /// The upper end.
+    /// The upper end of the axis of speeds, over `c`.
     to_speed: f64,
     /// Runs that belong together.
     series: Vec<Runs>,

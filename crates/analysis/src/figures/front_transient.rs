@@ -22,9 +22,9 @@ pub(crate) struct FrontTransient {
     /// Stands above the legend.
     #[serde(default)]
     note: String,
-    /// The ends of the axis of speeds, over `c`.
+    /// The lower end of the axis of speeds, over `c`.
     from_speed: f64,
-    /// The upper end.
+    /// The upper end of the axis of speeds, over `c`.
     to_speed: f64,
     /// The runs, each with what the legend calls it.
     series: Vec<Labelled>,

@@ -19,9 +19,9 @@ pub(crate) struct Pulse {
     /// Stands above the figure.
     #[serde(default)]
     title: String,
-    /// How much time is shown, before the pulse comes to a block and after, over `a / c`.
+    /// How much time is shown before a pulse comes to a block, over `a / c`.
     before: f64,
-    /// The same after it has come.
+    /// How much time is shown after a pulse has come to a block, over `a / c`.
     after: f64,
     /// Runs; all blocks of their dense windows are shown.
     series: Vec<Labelled>,

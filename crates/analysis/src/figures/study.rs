@@ -16,13 +16,13 @@ use crate::study::parameter;
 pub(crate) struct StudyFigure {
     /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
-    /// The scenario key that the runs differ in, and what the axis calls it.
+    /// The scenario key that the runs differ in.
     parameter: String,
-    /// What its axis is called.
+    /// What the axis across is called.
     parameter_label: String,
-    /// What is measured, and what the axis calls it.
+    /// What is measured.
     measure: Measure,
-    /// What its axis is called.
+    /// What the axis upwards is called.
     measure_label: String,
     /// Whether the parameter's axis is logarithmic, with a label at every decade.
     #[serde(default)]

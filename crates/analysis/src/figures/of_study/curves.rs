@@ -42,7 +42,7 @@ const MARKERS: [Marker; 5] =
 
 impl Looks {
     /// Of the colours of a figure: numbers on a scale, words one by one.
-    fn of(gathered: &Gathered, has_lines: bool) -> Looks {
+    fn of(gathered: &Gathered, has_lines: bool, has_marks: bool) -> Looks {
         let places = &gathered.colours.places;
         let (mut bar, mut heading, mut rows) = (None, String::new(), Vec::new());
         let Some(colour) = &gathered.figure.colour else {
@@ -62,10 +62,10 @@ impl Looks {
         let looks = MARKERS.into_iter().cycle().zip(WORDS.into_iter().cycle());
         let all: Vec<(Marker, RGBColor)> = looks.take(places.len()).collect();
         for ((marker, color), word) in all.iter().zip(gathered.colours.words()) {
-            let sample = if has_lines {
-                Sample::LineAndMarks(Dash::Solid, *marker, *color)
-            } else {
-                Sample::Marks(*marker, *color)
+            let sample = match (has_lines, has_marks) {
+                (true, true) => Sample::LineAndMarks(Dash::Solid, *marker, *color),
+                (true, false) => Sample::Line(Dash::Solid, *color),
+                (false, _) => Sample::Marks(*marker, *color),
             };
             rows.push((sample, word));
         }
@@ -88,6 +88,9 @@ fn explain(rows: &mut Vec<(Sample, String)>, bands: bool, theory: Option<(Dash, 
 /// Numbers of runs in one place across, in ascending order; none where no run has the number.
 type Column = (f64, Vec<f64>);
 
+/// A run in a family: across, upwards, and its number if it is done.
+type Shown = (f64, f64, Option<u64>);
+
 /// A surface between two courses, one for each stretch without gaps.
 fn surfaces(columns: &[Column], low: f64, high: f64, color: RGBColor, strength: f64) -> Vec<Item> {
     let stretches = columns.split(|(_, values)| values.is_empty()).filter(|stretch| stretch.len() > 1);
@@ -100,6 +103,15 @@ fn surfaces(columns: &[Column], low: f64, high: f64, color: RGBColor, strength: 
         Item::Surface(outline, color, strength)
     };
     stretches.map(surface).collect()
+}
+
+/// Adds what theory says of a colour; one grey line where it says the same of several.
+fn add_law(lines: &mut Vec<Item>, course: Vec<(f64, f64)>, dash: Dash, color: RGBColor) {
+    let same = |other: &Item| matches!(other, Item::Line(known, ..) if same_course(known, &course));
+    match lines.iter_mut().find(|other| same(other)) {
+        Some(Item::Line(.., shared)) => *shared = GREY,
+        _ => lines.push(Item::Line(course, dash, color)),
+    }
 }
 
 fn same_course(a: &[(f64, f64)], b: &[(f64, f64)]) -> bool {
@@ -122,12 +134,13 @@ pub(super) fn family(
     scenario_of: ScenarioOf<'_>,
 ) -> Result<Paper, String> {
     let figure = &gathered.figure;
-    let mut series: BTreeMap<(usize, usize), Vec<(f64, f64, u64)>> = BTreeMap::new();
+    let mut series: BTreeMap<(usize, usize), Vec<Shown>> = BTreeMap::new();
     for sample in gathered.samples.iter().filter(|sample| sample.x.is_finite()) {
         let of = series.entry((sample.panel, sample.colour)).or_default();
-        of.push((sample.x, sample.y, sample.run));
+        let run = sample.done.then_some(sample.run);
+        of.push((sample.x, sample.y, run));
     }
-    let Looks { all: looks, bar, heading, mut rows } = Looks::of(gathered, joined);
+    let Looks { all: looks, bar, heading, mut rows } = Looks::of(gathered, joined, true);
     let mut panels: BTreeMap<usize, [Vec<Item>; 4]> = BTreeMap::new();
     let (mut ys, mut bands, mut has_theory) = (Vec::new(), false, false);
     for ((panel, colour), mut points) in series {
@@ -175,17 +188,17 @@ pub(super) fn family(
         if let Some(theory) = theory {
             let mut course = Vec::new();
             for runs in points.chunk_by(|a, b| a.0 == b.0) {
-                course.push((runs[0].0, theory.of(&scenario_of(runs[0].2)?).unwrap_or(f64::NAN)));
+                // Of runs that share a place, the first one speaks.
+                let y = match runs.iter().find_map(|(.., run)| *run) {
+                    Some(run) => theory.of(&scenario_of(run)?).unwrap_or(f64::NAN),
+                    None => f64::NAN,
+                };
+                course.push((runs[0].0, y));
             }
             let finite: Vec<f64> = course.iter().map(|(_, y)| *y).filter(|y| y.is_finite()).collect();
             has_theory |= !finite.is_empty();
             ys.extend(finite);
-            // One line where it says the same of several colours.
-            let same = |other: &Item| matches!(other, Item::Line(known, ..) if same_course(known, &course));
-            match theories.iter_mut().find(|other| same(other)) {
-                Some(Item::Line(.., shared)) => *shared = GREY,
-                _ => theories.push(Item::Line(course, Dash::Dashed, color)),
-            }
+            add_law(theories, course, Dash::Dashed, color);
         }
     }
     explain(&mut rows, bands, has_theory.then_some((Dash::Dashed, "theory")));
@@ -209,13 +222,14 @@ pub(super) fn lengths(
     scenario_of: ScenarioOf<'_>,
 ) -> Result<Paper, String> {
     let figure = &gathered.figure;
-    let Looks { all: looks, bar, heading, mut rows } = Looks::of(gathered, figure.is_spread);
+    let Looks { all: looks, bar, heading, mut rows } =
+        Looks::of(gathered, figure.is_spread, !figure.is_spread);
     let mut panels: BTreeMap<usize, [Vec<Item>; 3]> = BTreeMap::new();
     let mut largest: f64 = 0.0;
     let mut labels: Vec<String> = Vec::new();
     let mut is_tangled = false;
     let mut runs: BTreeMap<(usize, usize), Vec<u64>> = BTreeMap::new();
-    for sample in &gathered.samples {
+    for sample in gathered.samples.iter().filter(|sample| sample.done) {
         runs.entry((sample.panel, sample.colour)).or_default().push(sample.run);
     }
     for ((panel, colour), runs) in runs {
@@ -223,11 +237,7 @@ pub(super) fn lengths(
         let [_, lines, _] = panels.entry(panel).or_default();
         let mut laws: Vec<(LengthLaw, LengthLawParameters)> = Vec::new();
         for run in runs {
-            let scenario = match scenario_of(run) {
-                Ok(scenario) => scenario,
-                // One that the scenario refuses has no law.
-                Err(_) => continue,
-            };
+            let scenario = scenario_of(run)?;
             if scenario.drive.kind == DriveKind::LeftRight {
                 continue;
             }
@@ -249,7 +259,8 @@ pub(super) fn lengths(
             let course: Vec<(f64, f64)> =
                 shares.map(|length| (law.load_ratio(&parameters, length), length)).collect();
             largest = course.iter().fold(largest, |largest, (load, _)| largest.max(*load));
-            lines.push(Item::Line(course, if figure.is_spread { Dash::Dashed } else { Dash::Solid }, color));
+            let dash = if figure.is_spread { Dash::Dashed } else { Dash::Solid };
+            add_law(lines, course, dash, color);
             if !labels.contains(&law.label()) {
                 labels.push(law.label());
             }
@@ -312,7 +323,7 @@ pub(super) fn lengths(
     }
     explain(&mut rows, figure.is_spread, label.map(|label| (dash, label)));
     if is_tangled {
-        rows.push((Sample::Empty, "laws differ".to_owned()));
+        rows.push((Sample::Nothing, "laws differ".to_owned()));
     }
     let panels = panels.into_iter().map(|(panel, layers)| (panel, layers.concat())).collect();
     Ok(Paper {

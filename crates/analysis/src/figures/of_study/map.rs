@@ -8,6 +8,7 @@ use super::colours::viridis;
 use super::gather::{Gathered, Values};
 use super::paper::{Bar, Item, Panel, Paper, Sample};
 use super::scale::{Scale, number};
+use crate::figures::plot::{GREY, Marker};
 
 /// The radius of a place where places are scattered.
 const DISC: i32 = 22;
@@ -69,11 +70,7 @@ pub(super) fn paper(gathered: &Gathered, statistic: Statistic, scattered: bool) 
             None if spot.done => {
                 is_empty = true;
                 if scattered {
-                    items.push(Item::Marks(
-                        vec![(at_x, at_y)],
-                        crate::figures::plot::Marker::Circle,
-                        crate::figures::plot::GREY,
-                    ));
+                    items.push(Item::Marks(vec![(at_x, at_y)], Marker::Circle, GREY));
                 }
             }
             None => {
@@ -84,7 +81,8 @@ pub(super) fn paper(gathered: &Gathered, statistic: Statistic, scattered: bool) 
     }
     let mut rows = Vec::new();
     if is_empty {
-        rows.push((Sample::Empty, "none".to_owned()));
+        let sample = if scattered { Sample::Marks(Marker::Circle, GREY) } else { Sample::Empty };
+        rows.push((sample, "none".to_owned()));
     }
     if is_crossed {
         rows.push((Sample::Crossed, "no run".to_owned()));

@@ -47,6 +47,8 @@ pub(super) enum Sample {
     Surface(RGBColor, f64),
     Empty,
     Crossed,
+    /// Words alone.
+    Nothing,
 }
 
 /// A colour bar.
@@ -324,6 +326,7 @@ impl Sample {
             }
             Sample::Empty => stroke(root, frame, Dash::Solid, INK, 2),
             Sample::Crossed => mark(root, middle, Marker::Cross, GREY),
+            Sample::Nothing => Ok(()),
         }
     }
 }

@@ -93,6 +93,7 @@ impl Schema {
                 Value::Null => String::new(),
                 Value::String(text) if text.is_empty() => String::new(),
                 Value::Array(list) if list.is_empty() => String::new(),
+                Value::String(text) if text == "μ_k" => "as in Chapter 5 of the thesis".to_owned(),
                 Value::String(text) => format!("`\"{text}\"`"),
                 other => format!("`{other}`"),
             };

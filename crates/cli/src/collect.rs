@@ -24,7 +24,7 @@ use crate::args::{SweepCollectArguments, SweepTable};
 use crate::exit::Failure;
 use crate::outputs::create_folder;
 use crate::progress::{Board, Stages};
-use crate::sweep::{in_words, outcome, read};
+use crate::study::{in_words, outcome, read};
 use crate::terminal::say;
 
 /// The folder of the figures of a study.

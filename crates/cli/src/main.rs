@@ -22,6 +22,7 @@ mod run;
 mod ruptures;
 mod salvage;
 mod scenario;
+mod study;
 mod summary;
 mod sweep;
 mod terminal;

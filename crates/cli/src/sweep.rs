@@ -15,7 +15,7 @@ use asperity_sweep::plan::FILE;
 use asperity_sweep::results::{Counts, MOST_DEATHS, State, parse_ranges, ranges};
 use asperity_sweep::segment::{Kind, Writer};
 use asperity_sweep::work::{Made, make};
-use asperity_sweep::{Plan, PlanError, Results, Sweep};
+use asperity_sweep::{Plan, PlanError, Sweep};
 
 use crate::args::{
     SweepChunk, SweepCommand, SweepEmitArguments, SweepEngine, SweepPlanArguments, SweepRunArguments,
@@ -25,6 +25,7 @@ use crate::exit::{Code, Failure};
 use crate::interrupt;
 use crate::outputs::{create_folder, refused};
 use crate::progress::{Board, StudyProgress};
+use crate::study::{in_words, outcome, read, runs};
 use crate::summary;
 use crate::terminal::{self, say};
 
@@ -79,29 +80,6 @@ fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
 /// Most runs of a plan of which warnings are told.
 const MOST_WARNED: usize = 3;
 
-fn runs(count: u64) -> String {
-    if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
-}
-
-pub(crate) fn read(folder: &Path) -> Result<(Plan, Results), Failure> {
-    let plan = Plan::read(folder).map_err(Failure::bad_input)?;
-    let results = Results::read(folder, &plan)
-        .map_err(|error| Failure::Failed(format!("{}: {error}", folder.display())))?;
-    Ok((plan, results))
-}
-
-/// The exit code of a study in that state.
-pub(crate) fn outcome(counts: Counts) -> Result<(), Failure> {
-    let code = if counts.missing > 0 {
-        Code::Incomplete
-    } else if counts.failed + counts.quarantined > 0 {
-        Code::Failed
-    } else {
-        Code::Success
-    };
-    code.said()
-}
-
 fn status(folder: &Path) -> Result<(), Failure> {
     let (plan, results) = read(folder)?;
     let counts = results.counts();
@@ -122,19 +100,6 @@ fn status(folder: &Path) -> Result<(), Failure> {
         say(format_args!("{}: no segment of this plan, left alone", path.display()))?;
     }
     outcome(counts)
-}
-
-pub(crate) fn in_words(plan: &Plan, counts: Counts) -> String {
-    let Counts { done, failed, quarantined, refused, missing } = counts;
-    let mut words = format!("{} of {} done", done, runs(plan.rows.len() as u64));
-    let others =
-        [(failed, "failed"), (quarantined, "quarantined"), (refused, "refused"), (missing, "missing")];
-    for (count, word) in others {
-        if count > 0 {
-            words.push_str(&format!(", {count} {word}"));
-        }
-    }
-    words
 }
 
 fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {

@@ -70,6 +70,9 @@ struct Parts<'a> {
     at: &'a [String],
 }
 
+/// Keys and the one value of each that is shown.
+type Slice = Vec<(String, Place)>;
+
 impl Known<'_> {
     fn phase_map(&self, map: &PhaseMap) -> Result<Figure, String> {
         let PhaseMap { file, title, x, y, colour, statistic, facet, over, at, .. } = map;
@@ -197,11 +200,7 @@ impl Known<'_> {
 
     /// Facet and slice; and that every axis has a part in the figure, since runs that differ in
     /// something else would stand in one place as if they were the same.
-    fn rest(
-        &self,
-        used: &[(&str, &str)],
-        parts: &Parts<'_>,
-    ) -> Result<(Option<Quantity>, Vec<(String, Place)>), String> {
+    fn rest(&self, used: &[(&str, &str)], parts: &Parts<'_>) -> Result<(Option<Quantity>, Slice), String> {
         let mut used = used.to_vec();
         let mut facet = None;
         if let Some(name) = parts.facet {
@@ -217,7 +216,7 @@ impl Known<'_> {
             self.key("over", name)?;
             used.push(("over", name));
         }
-        let mut slice = Vec::new();
+        let mut slice = Slice::new();
         for text in parts.at {
             let (name, value) = text
                 .split_once('=')

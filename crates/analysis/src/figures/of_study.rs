@@ -14,18 +14,15 @@ mod scale;
 use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
-use asperity_model::Scenario;
 use asperity_record::{Cell, Column};
 use asperity_study_figures::{Figure, Kind};
 
 use crate::error::AnalysisError;
 use gather::Gathered;
+pub use gather::ScenarioOf;
 
 /// The tables whose rows are asked for.
 const TABLES: [&str; 2] = ["runs", "ruptures"];
-
-/// Gives the scenario of a run by its number, for theories.
-pub type ScenarioOf<'a> = &'a dyn Fn(u64) -> Result<Scenario, String>;
 
 /// Gathers what figures show, and draws them.
 #[derive(Debug)]

@@ -7,9 +7,8 @@ use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_study_figures::{Place, Theory, quantile};
 use plotters::prelude::RGBColor;
 
-use super::ScenarioOf;
 use super::colours::{LINES, WORDS, viridis};
-use super::gather::{Gathered, LEVELS, Loads};
+use super::gather::{Gathered, LEVELS, Loads, ScenarioOf};
 use super::map::in_order;
 use super::paper::{Bar, Item, Paper, Sample};
 use super::scale::Scale;
@@ -208,7 +207,7 @@ pub(super) fn family(
     Ok(Paper {
         title: figure.title.clone(),
         x: Scale::of(&figure.x.label, figure.x.log, 0.04, xs.into_iter().filter(|x| x.is_finite())),
-        y: Scale::of(&figure.y.label, figure.y.log, 0.06, ys.into_iter()).from_zero(lowest),
+        y: Scale::of(&figure.y.label, figure.y.log, 0.06, ys.into_iter()).down_to_zero(lowest),
         panels: in_order(gathered, panels),
         bar,
         heading,

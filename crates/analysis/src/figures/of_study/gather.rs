@@ -2,8 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use asperity_model::Scenario;
 use asperity_record::{Cell, Column};
 use asperity_study_figures::{Figure, Kind, Place, Quantity};
+
+/// Gives the scenario of a run by its number, for theories.
+pub type ScenarioOf<'a> = &'a dyn Fn(u64) -> Result<Scenario, String>;
 
 /// A run as a figure shows it.
 #[derive(Debug, Clone, Copy)]

@@ -19,6 +19,8 @@ mod disk;
 #[cfg(feature = "analysis")]
 mod end_to_end;
 mod export;
+#[cfg(feature = "analysis")]
+mod figures_page;
 mod files;
 mod flips;
 mod foxglove;
@@ -43,6 +45,8 @@ mod scenarios;
 mod slurm;
 mod staging;
 mod stopped;
+#[cfg(feature = "analysis")]
+mod study_figures;
 mod summary;
 mod sweep;
 #[cfg(feature = "analysis")]

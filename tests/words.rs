@@ -384,6 +384,7 @@ pages_that_run! {
     convergence_runs: "docs/convergence.md",
     diff_runs: "docs/diff.md",
     extending_runs: "docs/extending.md",
+    figures_run: "docs/figures.md",
     model_runs: "docs/model.md",
     outputs_run: "docs/outputs.md",
     performance_runs: "docs/performance.md",

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::error::AnalysisError;
@@ -17,7 +18,7 @@ use crate::run_data::RunData;
 const TOLERANCE: f64 = 0.02;
 
 /// What an agreement is worth.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// Measured in a run, which could have given something else.
@@ -43,7 +44,7 @@ impl Kind {
 }
 
 /// Whose statement a claim is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 pub enum Speaker {
     /// That of the text which the pipeline is about; the quote is verbatim.
     #[default]
@@ -64,7 +65,7 @@ impl Speaker {
 }
 
 /// One claim, as the pipeline has it.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
     /// Where it is made, or what it is about: a figure, equation or section.
@@ -108,7 +109,7 @@ pub struct Claim {
     pub near: Option<f64>,
     /// Where the source speaks in words: the largest value that bears it out.
     pub at_most: Option<f64>,
-    /// The same for the smallest value.
+    /// Where the source speaks in words: the smallest value that bears it out.
     pub at_least: Option<f64>,
     /// What a reader should know of the outcome.
     #[serde(default)]
@@ -116,7 +117,7 @@ pub struct Claim {
 }
 
 /// What a claim is measured in.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Runs {
     /// The run to measure.

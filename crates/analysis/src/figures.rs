@@ -15,6 +15,7 @@ mod kind;
 mod lengths;
 mod load;
 mod loads;
+pub mod of_study;
 mod onset;
 mod plot;
 mod pulse;
@@ -30,6 +31,7 @@ use std::path::Path;
 
 use asperity_files::FileSet;
 use asperity_stream::at_once;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::error::AnalysisError;
@@ -39,7 +41,7 @@ use kind::Figure;
 macro_rules! kinds {
     ($($(#[$doc:meta])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
         /// The figures of a pipeline, by kind.
-        #[derive(Debug, Clone, Default, Deserialize)]
+        #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Figures {
             $($(#[$doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*

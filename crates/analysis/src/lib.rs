@@ -37,6 +37,7 @@
 //! - [`runs`]: the runs of a pipeline, single and in ensembles.
 //! - [`figures`]: drawn with plotters and an embedded font.
 //! - [`pipeline`]: the TOML that says which runs, tables, figures and claims.
+//! - [`reference`]: what may stand in it, as `docs/figures.md` has it.
 
 mod beside_theory;
 pub mod claims;
@@ -54,6 +55,7 @@ pub mod parquet_tables;
 pub mod pipeline;
 pub mod precursors;
 pub mod record;
+pub mod reference;
 pub mod run_data;
 pub mod runs;
 pub mod study;

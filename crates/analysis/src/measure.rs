@@ -3,6 +3,7 @@
 use asperity_model::analytic::{self, LengthLaw, LengthLawParameters, LoadCurve};
 use asperity_model::front;
 use asperity_record::{Direction, SlipEvent, StepRecord};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::beside_theory::{
@@ -16,7 +17,7 @@ use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
 
 /// What can be measured. To add one: a variant, and an arm in [`Measure::of`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
     /// First time at which `F_T / F_N` has reached `mu_d`, s.

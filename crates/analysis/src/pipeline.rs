@@ -10,6 +10,7 @@ use asperity_record::bounds::check_toml;
 use asperity_stream::at_once;
 use asperity_summary::Summary;
 use polars::prelude::DataFrame;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::claims::{self, Claim};
@@ -22,7 +23,7 @@ use crate::study::Study;
 use crate::{record, summaries, table_file, tables};
 
 /// A pipeline, as written.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pipeline {
     /// What it reproduces, for headings.
@@ -51,7 +52,7 @@ pub struct Pipeline {
 }
 
 /// A run whose precursors are compared with a length law.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PrecursorSpec {
     /// The run.

@@ -13,12 +13,13 @@
 //! it was made.
 
 use asperity_record::{Direction, Rupture, SlipEvent};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::run_data::RunData;
 
 /// What to do with slip events before they are taken for precursors.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PrecursorRules {
     /// Fewest distinct blocks of an event that counts; applied after merging.

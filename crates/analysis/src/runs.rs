@@ -9,10 +9,11 @@
 use std::collections::BTreeMap;
 
 use asperity_record::bounds::LONGEST_TOML_BYTES;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A run: a scenario and overrides.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunSpec {
     /// Its name, for files and for the rest of the pipeline.
@@ -29,7 +30,7 @@ const MOST_MEMBERS: usize = 1000;
 
 /// Runs that differ in one key: `NAME-1`, `NAME-2` and so on. Where a list of runs names the
 /// ensemble, it means all of them.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ensemble {
     /// The name, which those of its runs begin with.
@@ -42,6 +43,7 @@ pub struct Ensemble {
     /// The key in which they differ.
     pub key: String,
     /// Its values, one for each run.
+    #[schemars(with = "Vec<serde_json::Value>")]
     pub values: Vec<toml::Value>,
 }
 

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::error::AnalysisError;
@@ -10,7 +11,7 @@ use crate::measure::Measure;
 use crate::run_data::RunData;
 
 /// A table with one row per run, as the pipeline has it.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
     /// Its name, for the file.

@@ -3,6 +3,7 @@
 
 mod args;
 mod check;
+mod collect;
 mod completions;
 mod diff;
 mod event_table;
@@ -21,6 +22,7 @@ mod run;
 mod ruptures;
 mod salvage;
 mod scenario;
+mod study;
 mod summary;
 mod sweep;
 mod terminal;

@@ -10,10 +10,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread;
 use std::time::Duration;
 
-#[cfg(feature = "analysis")]
-use asperity_analysis::parquet_tables::Parquet;
-use asperity_export::Csv;
-use asperity_export::format::Format;
 use asperity_files::{Inputs, is_new_folder};
 use asperity_run::Notice;
 use asperity_sweep::emit::{Array, Job, USUAL_TASKS, arrays};
@@ -21,16 +17,18 @@ use asperity_sweep::plan::FILE;
 use asperity_sweep::results::{Counts, MOST_DEATHS, State, parse_ranges, ranges};
 use asperity_sweep::segment::{Kind, Writer};
 use asperity_sweep::work::{Made, Ways, make};
-use asperity_sweep::{Plan, PlanError, Results, Sweep, collect, staging};
+use asperity_sweep::{Plan, PlanError, Sweep, staging};
 
 use crate::args::{
-    SweepChunk, SweepCollectArguments, SweepCommand, SweepEmitArguments, SweepEngine, SweepPlanArguments,
-    SweepRunArguments, SweepStatusArguments, SweepTable,
+    SweepChunk, SweepCommand, SweepEmitArguments, SweepEngine, SweepPlanArguments, SweepRunArguments,
+    SweepStatusArguments,
 };
+use crate::collect;
 use crate::exit::{Code, Failure};
 use crate::interrupt;
 use crate::outputs::{create_folder, refused};
 use crate::progress::{Board, StudyProgress};
+use crate::study::{in_words, outcome, read, runs, unreadable};
 use crate::summary;
 use crate::terminal::{self, say};
 
@@ -40,7 +38,9 @@ pub(crate) fn command(command: &SweepCommand, board: &Board) -> Result<(), Failu
         SweepCommand::Run(arguments) if arguments.worker => work(arguments),
         SweepCommand::Run(arguments) => run(arguments, board),
         SweepCommand::Status(arguments) => status(arguments),
-        SweepCommand::Collect(arguments) => collect_tables(arguments, board),
+        SweepCommand::Collect(arguments) => collect::tables(arguments, board),
+        #[cfg(feature = "analysis")]
+        SweepCommand::Draw(arguments) => collect::figures(arguments, board),
         SweepCommand::Emit(arguments) => emit(arguments),
     }
 }
@@ -83,32 +83,6 @@ fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
 /// Most runs of a plan of which warnings are told.
 const MOST_WARNED: usize = 3;
 
-fn runs(count: u64) -> String {
-    if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
-}
-
-fn read(folder: &Path) -> Result<(Plan, Results), Failure> {
-    let plan = Plan::read(folder).map_err(Failure::bad_input)?;
-    let results = Results::read(folder, &plan).map_err(|error| unreadable(folder, &error))?;
-    Ok((plan, results))
-}
-
-fn unreadable(folder: &Path, error: &io::Error) -> Failure {
-    Failure::Failed(format!("{}: {error}", folder.display()))
-}
-
-/// The exit code of a study in that state.
-fn outcome(counts: Counts) -> Result<(), Failure> {
-    let code = if counts.missing > 0 {
-        Code::Incomplete
-    } else if counts.failed + counts.quarantined > 0 {
-        Code::Failed
-    } else {
-        Code::Success
-    };
-    code.said()
-}
-
 fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
     let SweepStatusArguments { folder, tasks, array_size } = arguments;
     let (plan, results) = read(folder)?;
@@ -143,19 +117,6 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
         say(format_args!("{}: no segment of this plan, left alone", path.display()))?;
     }
     outcome(counts)
-}
-
-fn in_words(plan: &Plan, counts: Counts) -> String {
-    let Counts { done, failed, quarantined, refused, missing } = counts;
-    let mut words = format!("{} of {} done", done, runs(plan.rows.len() as u64));
-    let others =
-        [(failed, "failed"), (quarantined, "quarantined"), (refused, "refused"), (missing, "missing")];
-    for (count, word) in others {
-        if count > 0 {
-            words.push_str(&format!(", {count} {word}"));
-        }
-    }
-    words
 }
 
 fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
@@ -503,35 +464,6 @@ fn listen(is_over: Arc<AtomicBool>) -> mpsc::Receiver<io::Result<String>> {
         is_over.store(true, Ordering::Relaxed);
     });
     receive
-}
-
-fn collect_tables(arguments: &SweepCollectArguments, board: &Board) -> Result<(), Failure> {
-    let SweepCollectArguments { folder, to, out } = arguments;
-    let (plan, mut results) = read(folder)?;
-    let out = out.clone().unwrap_or_else(|| folder.join("tables"));
-    create_folder(&out)?;
-    let formats: Vec<&dyn Format> = to.iter().map(|table| format(*table)).collect();
-    let inputs = Inputs::of([folder.join(FILE)]);
-    let stages = board.stages("tables");
-    let all = plan.rows.len();
-    let (counts, paths) = collect(&plan, &mut results, &out, inputs, &formats, |run| {
-        stages.reached("runs", run as usize, all);
-    })
-    .map_err(Failure::failed)?;
-    drop(stages);
-    for path in paths {
-        say(path.display())?;
-    }
-    board.line(&in_words(&plan, counts));
-    outcome(counts)
-}
-
-fn format(table: SweepTable) -> &'static dyn Format {
-    match table {
-        #[cfg(feature = "analysis")]
-        SweepTable::Parquet => &Parquet,
-        SweepTable::Csv => &Csv,
-    }
 }
 
 fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {

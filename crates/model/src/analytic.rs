@@ -10,7 +10,7 @@ use crate::scenario::Scenario;
 use crate::words::{DriveKind, FrictionLaw};
 
 /// Which prediction of `F_T / F_N` at a precursor length a table is compared with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 pub enum LengthLaw {
     /// (5.22), for a tilted load.
     #[serde(rename = "eq-5.22")]

@@ -38,7 +38,7 @@ pub struct ChainState {
     pub single_steps: u64,
     /// The same for jumps: none is tried before this step.
     pub no_jump_before_step: u64,
-    /// Steps that leaps have saved over what was spent on them, up to a limit ([`crate::cost`]).
+    /// Steps that leaps have saved over what was spent on them, up to a limit.
     #[serde(default)]
     pub saved_steps: u64,
     /// The step in which the drive point stopped or will stop; `u64::MAX` for none that is

@@ -7,6 +7,7 @@ use std::path::Path;
 use asperity_model::keys::{KEYS, Key, Kind};
 use asperity_model::text;
 use asperity_record::{Column, ColumnKind};
+use asperity_study_figures::{self as study_figures, Place};
 use serde::{Deserialize, Serialize};
 
 /// Most runs of a sweep.
@@ -110,6 +111,10 @@ pub struct Axis {
     pub keys: Vec<&'static Key>,
     /// The values of the keys, point by point.
     pub rows: Vec<Vec<Value>>,
+    /// Which of the keys are spaced by factors.
+    pub log: Vec<bool>,
+    /// Whether its points follow one another, as those of a list or a range.
+    pub joined: bool,
 }
 
 /// The ways of writing an axis, for errors.
@@ -130,6 +135,8 @@ impl Written {
                 Axis {
                     keys: vec![key_of(key)?],
                     rows: values.iter().map(|value| vec![value.clone()]).collect(),
+                    log: vec![false],
+                    joined: true,
                 }
             }
             (Some(key), None, true, None, None, None, None) => {
@@ -143,7 +150,7 @@ impl Written {
                 few_enough(count)?;
                 let last = (count.max(2) - 1) as f64;
                 let rows = (0..count).map(|n| vec![range.at(key, n as f64 / last)]).collect();
-                Axis { keys: vec![key], rows }
+                Axis { keys: vec![key], rows, log: vec![range.spacing == Spacing::Log], joined: true }
             }
             (None, None, false, Some(keys), Some(rows), None, None) => {
                 let keys = keys.iter().map(|key| key_of(key)).collect::<Result<Vec<_>, _>>()?;
@@ -156,7 +163,7 @@ impl Written {
                         keys.len()
                     ));
                 }
-                Axis { keys, rows: rows.clone() }
+                Axis { log: vec![false; keys.len()], keys, rows: rows.clone(), joined: true }
             }
             (None, None, false, None, None, Some(csv), None) => table(&folder.join(csv))?,
             (None, None, false, None, None, None, Some(method)) => {
@@ -212,6 +219,21 @@ impl Axis {
         Ok(())
     }
 
+    /// What figures ask of it.
+    pub(crate) fn for_figures(&self) -> study_figures::Axis<'_> {
+        let key = |n: usize| {
+            let mut seen = BTreeSet::new();
+            let values = self.rows.iter().map(|row| &row[n]).filter(|value| seen.insert(sortable(value)));
+            study_figures::Key {
+                path: self.keys[n].path,
+                is_number: matches!(column(self.keys[n]).kind, ColumnKind::Number | ColumnKind::Step),
+                log: self.log[n],
+                values: values.map(place).collect(),
+            }
+        };
+        study_figures::Axis { keys: (0..self.keys.len()).map(key).collect(), joined: self.joined }
+    }
+
     /// Its columns in a table.
     pub fn columns(&self) -> impl Iterator<Item = Column> {
         self.keys.iter().map(|key| column(key))
@@ -231,6 +253,16 @@ pub(crate) fn column(key: &Key) -> Column {
         kind,
         unit: asperity_record::unit_of(key.path).filter(|_| kind == ColumnKind::Number),
         about: key.doc.into(),
+    }
+}
+
+/// Where a value stands in a figure.
+fn place(value: &Value) -> Place {
+    match value {
+        Value::Flag(flag) => Place::Word(flag.to_string()),
+        Value::Whole(number) => Place::Number(*number as f64),
+        Value::Number(number) => Place::Number(*number),
+        Value::Text(text) => Place::Word(text.clone()),
     }
 }
 
@@ -339,7 +371,7 @@ fn table(path: &Path) -> Result<Axis, String> {
         });
         rows.push(row.collect::<Result<Vec<_>, _>>()?);
     }
-    Ok(Axis { keys, rows })
+    Ok(Axis { log: vec![false; keys.len()], keys, rows, joined: false })
 }
 
 fn read_cell(key: &Key, cell: &str) -> Value {
@@ -374,7 +406,12 @@ fn drawn(method: Method, ranges: &[Range], count: u64, seed: u64) -> Result<Axis
         let values = ranges.iter().zip(&keys).zip(&shares);
         values.map(|((range, key), shares)| range.at(key, shares[n])).collect()
     };
-    Ok(Axis { rows: (0..count as usize).map(row).collect(), keys })
+    Ok(Axis {
+        rows: (0..count as usize).map(row).collect(),
+        log: ranges.iter().map(|range| range.spacing == Spacing::Log).collect(),
+        joined: keys.len() == 1,
+        keys,
+    })
 }
 
 /// Numbers without pattern: SplitMix64's output function of seed, stream and number, the same on

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use asperity_export::batch::Batch;
 use asperity_export::format::{Format, FormatError, TableWriter};
 use asperity_export::layout::Layout;
-use asperity_files::{Existing, FileError, FileSet, Inputs};
+use asperity_files::{FileError, FileSet};
 use asperity_model::keys::{KEYS, Key};
 use asperity_record::{Cell, Column, ColumnKind, EventKind, Rupture, SlipEvent};
 use asperity_summary::Summary;
@@ -50,18 +50,30 @@ pub enum CollectError {
     },
 }
 
-/// Writes the tables into a folder, in place of those that are there: all, or none if something
-/// fails. `watch` is told of each run.
+/// Who sees the rows of the tables as they are made: those of a run's events, then that of the run.
+pub trait Watch {
+    /// A table begins: `runs`, `events` or `ruptures`.
+    fn begin(&mut self, table: &'static str, columns: &[Column]);
+
+    /// A row of it.
+    fn row(&mut self, table: &'static str, cells: &[Cell]);
+}
+
+/// What the table of runs is called.
+pub const RUNS: &str = "runs";
+
+/// Writes the tables into a folder, as files of a set, in these formats; there may be none, and
+/// then `watch` alone sees the rows.
 ///
 /// # Errors
 /// If a result cannot be read, or a table cannot be written.
 pub fn collect(
     plan: &Plan,
     results: &mut Results,
+    files: &FileSet,
     folder: &Path,
-    inputs: Inputs,
     formats: &[&dyn Format],
-    mut watch: impl FnMut(u64),
+    watch: &mut dyn Watch,
 ) -> Result<(Counts, Vec<PathBuf>), CollectError> {
     let keys: Vec<&Key> = plan
         .common
@@ -69,7 +81,6 @@ pub fn collect(
         .iter()
         .filter_map(|path| KEYS.iter().find(|key| key.path == path.as_str()))
         .collect();
-    let files = FileSet::new(Existing::Replace, inputs);
     let kinds = [(Keep::Events, EventKind::of::<SlipEvent>()), (Keep::Ruptures, EventKind::of::<Rupture>())];
     let summary_columns: Vec<usize> = (0..Summary::KEYS.len())
         .filter(|n| {
@@ -85,13 +96,15 @@ pub fn collect(
         Column::new("ended", ColumnKind::Word, "How the run ended, see `status` of a summary."),
     ]);
     columns.extend(summary_columns.iter().map(|n| Summary::KEYS[*n].column.clone()));
-    let mut runs = Tables::begin(&files, folder, "runs", columns, formats)?;
+    watch.begin(RUNS, &columns);
+    let mut runs = Tables::begin(files, folder, RUNS, columns, formats)?;
     let mut of_events = Vec::new();
     for (keep, kind) in &kinds {
         if plan.common.keep.contains(keep) {
             let mut columns = common_columns(&keys);
             columns.extend(kind.columns.iter().cloned());
-            of_events.push((kind, Tables::begin(&files, folder, kind.table, columns, formats)?));
+            watch.begin(kind.table, &columns);
+            of_events.push((kind, Tables::begin(files, folder, kind.table, columns, formats)?));
         }
     }
     let mut words = Words::default();
@@ -113,6 +126,7 @@ pub fn collect(
                     let Some((kind, tables)) = table else { continue };
                     let mut cells = common.clone();
                     cells.extend(kind.cells(&event.payload).map_err(|error| unreadable(error.into()))?);
+                    watch.row(kind.table, &cells);
                     tables.push(&cells)?;
                 }
                 summary = Some(outcome.summary);
@@ -135,8 +149,8 @@ pub fn collect(
             let value = values.as_ref().map_or(&serde_json::Value::Null, |values| &values[*n]);
             cell(value, Summary::KEYS[*n].column.kind, &mut words)
         }));
+        watch.row(RUNS, &cells);
         runs.push(&cells)?;
-        watch(row.run);
     }
     let about = [
         ("asperity:title".to_owned(), plan.common.title.clone()),
@@ -147,7 +161,6 @@ pub fn collect(
     for (_, tables) in of_events {
         paths.extend(tables.finish(&about)?);
     }
-    files.publish()?;
     Ok((results.counts(), paths))
 }
 

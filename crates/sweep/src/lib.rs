@@ -52,7 +52,7 @@ pub mod staging;
 mod sweep;
 pub mod work;
 
-pub use collect::{CollectError, collect};
+pub use collect::{CollectError, RUNS, Watch, collect};
 pub use plan::{Plan, PlanError};
 pub use results::Results;
 pub use sweep::{Keep, Sweep, SweepError};

@@ -11,6 +11,7 @@ use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::{Scenario, ScenarioSource};
 use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_run::{CODE_VERSION, Task, at_once};
+use asperity_study_figures::Figure;
 use serde::{Deserialize, Serialize};
 
 use crate::axis::Value;
@@ -23,7 +24,7 @@ pub const FILE: &str = "plan.ndjson";
 const FORMAT: u32 = 1;
 
 /// What all runs have in common.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Common {
     format: u32,
@@ -43,6 +44,9 @@ pub struct Common {
     pub record_schema_version: u32,
     /// The code that the plan was made by and that runs it.
     pub code_version: String,
+    /// What is drawn of its tables.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub figures: Vec<Figure>,
 }
 
 /// A run of a plan.
@@ -124,6 +128,7 @@ impl Plan {
             keys: sweep.keys(),
             record_schema_version: RECORD_SCHEMA_VERSION,
             code_version: CODE_VERSION.to_owned(),
+            figures: sweep.figures.clone(),
         };
         let numbers: Vec<u64> = (0..sweep.count()).collect();
         let rows = at_once(&numbers, jobs, |number| {

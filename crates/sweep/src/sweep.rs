@@ -5,6 +5,7 @@ use std::path::Path;
 
 use asperity_model::{builtin, text};
 use asperity_record::bounds::check_toml;
+use asperity_study_figures::{Figure, Figures};
 use serde::{Deserialize, Serialize};
 
 use crate::axis::{Axis, MOST_RUNS, Value, Written};
@@ -42,6 +43,8 @@ struct File {
     keep: Vec<Keep>,
     #[serde(default)]
     axis: Vec<Written>,
+    #[serde(default)]
+    figure: Figures,
 }
 
 /// Many runs of one scenario.
@@ -60,6 +63,8 @@ pub struct Sweep {
     /// What varies. Every point of each is combined with all points of the others; the last one
     /// changes from run to run.
     pub axes: Vec<Axis>,
+    /// What is drawn of its tables.
+    pub figures: Vec<Figure>,
 }
 
 /// A sweep that cannot be read.
@@ -85,7 +90,7 @@ impl Sweep {
 
     fn parse(text: &str, folder: &Path) -> Result<Sweep, String> {
         check_toml(text).map_err(|too_long| too_long.to_string())?;
-        let File { title, scenario, set, mut keep, axis } =
+        let File { title, scenario, set, mut keep, axis, figure } =
             toml::from_str(text).map_err(|error| error.to_string())?;
         if axis.is_empty() {
             return Err("nothing varies (accepted: one or more [[axis]])".to_owned());
@@ -127,7 +132,9 @@ impl Sweep {
                 )
             })?,
         };
-        let sweep = Sweep { title, scenario, scenario_toml, set, keep, axes };
+        let for_figures: Vec<_> = axes.iter().map(Axis::for_figures).collect();
+        let figures = figure.understand(&for_figures, keep.contains(&Keep::Ruptures))?;
+        let sweep = Sweep { title, scenario, scenario_toml, set, keep, axes, figures };
         match sweep.runs() {
             Some(_) => Ok(sweep),
             None => Err(format!("its axes make too many runs (accepted: up to {MOST_RUNS})")),
@@ -198,6 +205,11 @@ mod tests {
             (many.to_owned(), "too many runs"),
             (format!("keep = ['movies']\n{TILTS}"), "unknown variant"),
             (format!("colour = 1\n{TILTS}"), "unknown field"),
+            (
+                format!("{TILTS}[[figure.family]]\nfile = 'a.png'\nx = 'normal_load.tilt'\ny = 'count'\n"),
+                "figure.family \"a.png\": y = \"count\" is no number",
+            ),
+            (format!("keep = ['events']\n{TILTS}[[figure.lengths]]\nfile = 'a.png'\n"), "keeps no ruptures"),
         ] {
             let error = parse(&text).unwrap_err();
             assert!(error.contains(problem), "{text}: {error}");

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use asperity_model::front::{self, relative_prestress};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, find};
@@ -11,11 +12,14 @@ use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED,
 use crate::fronts;
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Arrest {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// The run.
     run: String,
+    /// Stands above the figure.
     #[serde(default)]
     title: String,
 }

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, run_names};
@@ -10,10 +11,12 @@ use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
 use crate::curves::ring_down;
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Damping {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// The runs, each with what the legend calls it.
     series: Vec<Labelled>,
 }
 

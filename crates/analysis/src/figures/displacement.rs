@@ -2,17 +2,21 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, find};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Displacement {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// The run.
     run: String,
+    /// Stands above the figure.
     #[serde(default)]
     title: String,
     /// The blocks, counted from 1.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, find};
@@ -9,15 +10,19 @@ use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Panel, RED, Series,
 use crate::curves::pull_ratio;
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Forces {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// The run.
     run: String,
+    /// Stands above the figure.
     #[serde(default)]
     title: String,
-    /// Where the time axis begins and ends; the whole run if absent.
+    /// Where the time axis begins; with the run if absent.
     from_s: Option<f64>,
+    /// Where the time axis ends; with the run if absent.
     to_s: Option<f64>,
 }
 

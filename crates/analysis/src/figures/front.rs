@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{DYNAMIC, Figure, coefficient_lines, find};
@@ -9,10 +10,12 @@ use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet};
 use crate::curves::front_profile;
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Front {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// The run.
     run: String,
     /// The length of the precursor; the nearest one is shown.
     blocks: u32,

@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 
 use asperity_model::front;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, find};
@@ -12,26 +13,32 @@ use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
 use crate::fronts;
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FrontSpeed {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// Stands above the figure.
     #[serde(default)]
     title: String,
     /// Stands above the legend.
     #[serde(default)]
     note: String,
-    /// The ends of the axis of speeds, over `c`. Faster fronts are not shown.
+    /// The lower end of the axis of speeds, over `c`. Faster fronts are not shown.
     from_speed: f64,
+    /// The upper end of the axis of speeds, over `c`.
     to_speed: f64,
+    /// Runs that belong together.
     series: Vec<Runs>,
 }
 
 /// Runs with one damping, one kind of contact and one drive, and what the legend calls them.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Runs {
+    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
     label: String,
+    /// The runs.
     runs: Vec<String>,
 }
 

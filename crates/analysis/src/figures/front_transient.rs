@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, run_names};
@@ -10,18 +11,22 @@ use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
 use crate::fronts;
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FrontTransient {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// Stands above the figure.
     #[serde(default)]
     title: String,
     /// Stands above the legend.
     #[serde(default)]
     note: String,
-    /// The ends of the axis of speeds, over `c`.
+    /// The lower end of the axis of speeds, over `c`.
     from_speed: f64,
+    /// The upper end of the axis of speeds, over `c`.
     to_speed: f64,
+    /// The runs, each with what the legend calls it.
     series: Vec<Labelled>,
 }
 

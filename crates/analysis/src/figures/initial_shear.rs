@@ -2,16 +2,19 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, run_names};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct InitialShear {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// The runs, each with what the legend calls it.
     series: Vec<Labelled>,
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::plot::{BLUE, Dash, Look, RED, Series, Sheet};
@@ -20,10 +21,12 @@ pub(super) trait Figure: Sync {
 }
 
 /// A run and what the legend calls it; `k_t` and `k_{t}` set subscripts.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Labelled {
+    /// The run.
     pub(super) run: String,
+    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
     pub(super) label: String,
 }
 

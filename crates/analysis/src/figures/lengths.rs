@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, run_names};
@@ -15,13 +16,17 @@ use crate::curves;
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Lengths {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// Stands above the figure.
     #[serde(default)]
     title: String,
+    /// The length law drawn as a line.
     law: LengthLaw,
+    /// The runs, each with what the legend calls it.
     series: Vec<Labelled>,
 }
 

@@ -5,17 +5,21 @@
 use std::collections::BTreeMap;
 
 use asperity_model::analytic::LoadCurve;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{DYNAMIC, Figure, coefficient_lines, find};
 use super::plot::{Axis, Corner, Dash, GREEN, INK, Look, Panel, Series, Sheet};
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Load {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// The run.
     run: String,
+    /// Stands above the figure.
     #[serde(default)]
     title: String,
     /// Whether to show the number of sliding blocks beneath.

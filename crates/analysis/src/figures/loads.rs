@@ -3,17 +3,21 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, find};
 use super::plot::{Axis, BLUE, Corner, Dash, Look, Panel, RED, Series, Sheet};
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Loads {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// The run.
     run: String,
+    /// Stands above the figure.
     #[serde(default)]
     title: String,
 }

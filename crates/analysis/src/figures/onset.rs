@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use asperity_model::analytic;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, run_names};
@@ -12,14 +13,16 @@ use crate::beside_theory::AFFECTED_THRESHOLD;
 use crate::curves::first_onset_fields;
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Onset {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
     /// How many blocks to show from the driven end.
     blocks: u32,
     /// Whether to show the decay on a logarithmic axis.
     logarithmic: bool,
+    /// The runs, one in each panel, each with its title.
     panel: Vec<Labelled>,
 }
 

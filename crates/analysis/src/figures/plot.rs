@@ -15,7 +15,7 @@ use plotters::style::{Color, ShapeStyle};
 
 use super::text::{self, Align, FONT};
 
-type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
+pub(super) type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
 type Chart<'a, 'b> = ChartContext<'a, BitMapBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// Colours that stay apart for colour-blind eyes and in grey.
@@ -128,11 +128,11 @@ pub(super) enum Sheet {
 }
 
 /// Pixels of a panel: 6 by 4 inches at 300 dots per inch.
-const PANEL: (u32, u32) = (1800, 1200);
-const TICK_TEXT: f64 = 40.0;
-const LABEL_TEXT: f64 = 48.0;
-const LINE_WIDTH: u32 = 4;
-const FRAME_WIDTH: u32 = 3;
+pub(super) const PANEL: (u32, u32) = (1800, 1200);
+pub(super) const TICK_TEXT: f64 = 40.0;
+pub(super) const LABEL_TEXT: f64 = 48.0;
+pub(super) const LINE_WIDTH: u32 = 4;
+pub(super) const FRAME_WIDTH: u32 = 3;
 const MARK_RADIUS: i32 = 11;
 
 impl Sheet {
@@ -288,7 +288,7 @@ impl Panel {
     }
 }
 
-fn stroke(
+pub(super) fn stroke(
     root: &Area<'_>,
     path: Vec<(i32, i32)>,
     dash: Dash,
@@ -351,7 +351,12 @@ fn dashes(path: &[(i32, i32)], pattern: &[f64]) -> Vec<Vec<(i32, i32)>> {
     pieces
 }
 
-fn mark(root: &Area<'_>, (x, y): (i32, i32), marker: Marker, color: RGBColor) -> Result<(), String> {
+pub(super) fn mark(
+    root: &Area<'_>,
+    (x, y): (i32, i32),
+    marker: Marker,
+    color: RGBColor,
+) -> Result<(), String> {
     let r = MARK_RADIUS;
     let outline = match marker {
         Marker::Circle => {

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, run_names};
@@ -10,14 +11,17 @@ use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
 use crate::fronts;
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Pulse {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// Stands above the figure.
     #[serde(default)]
     title: String,
-    /// How much time is shown, before the pulse comes to a block and after, over `a / c`.
+    /// How much time is shown before a pulse comes to a block, over `a / c`.
     before: f64,
+    /// How much time is shown after a pulse has come to a block, over `a / c`.
     after: f64,
     /// Runs; all blocks of their dense windows are shown.
     series: Vec<Labelled>,

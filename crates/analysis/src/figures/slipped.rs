@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, run_names};
@@ -11,12 +12,15 @@ use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
 use crate::curves::growing_slips;
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Slipped {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// Stands above the figure.
     #[serde(default)]
     title: String,
+    /// The runs, each with what the legend calls it.
     series: Vec<Labelled>,
 }
 

@@ -4,34 +4,41 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, find};
 use super::plot::{Axis, Corner, Dash, Look, Panel, RED, Series, Sheet, nth};
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Spread {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// A panel for each case.
     panel: Vec<Case>,
 }
 
 /// Runs of one case.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Case {
+    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
     label: String,
     /// The time that the source gives, s.
     stated_s: f64,
+    /// Its runs, in one or several series.
     series: Vec<Steps>,
 }
 
 /// Runs that differ in what should not matter.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Steps {
+    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
     label: String,
+    /// The runs.
     runs: Vec<String>,
 }
 

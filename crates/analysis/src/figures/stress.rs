@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use asperity_record::FieldRecord;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, find};
@@ -11,10 +12,12 @@ use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet
 use crate::curves::pull_ratio;
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Stress {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// The run.
     run: String,
     /// One panel per instant; the recorded state nearest to it is shown.
     at_s: Vec<f64>,

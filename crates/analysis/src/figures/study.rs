@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, find};
@@ -10,15 +11,18 @@ use crate::measure::Measure;
 use crate::run_data::RunData;
 use crate::study::parameter;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StudyFigure {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
-    /// The scenario key that the runs differ in, and what the axis calls it.
+    /// The scenario key that the runs differ in.
     parameter: String,
+    /// What the axis across is called.
     parameter_label: String,
-    /// What is measured, and what the axis calls it.
+    /// What is measured.
     measure: Measure,
+    /// What the axis upwards is called.
     measure_label: String,
     /// Whether the parameter's axis is logarithmic, with a label at every decade.
     #[serde(default)]
@@ -26,14 +30,17 @@ pub(crate) struct StudyFigure {
     /// What the parameter is multiplied by for the axis, as 1000 for millimetres.
     #[serde(default = "one")]
     parameter_factor: f64,
+    /// Runs that belong together.
     series: Vec<Runs>,
 }
 
 /// Runs that belong together, and what the legend calls them.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Runs {
+    /// What the legend calls it; `k_t` and `k_{t}` set subscripts.
     label: String,
+    /// The runs.
     runs: Vec<String>,
 }
 

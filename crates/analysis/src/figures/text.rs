@@ -1,7 +1,7 @@
-//! Labels with subscripts, in the embedded font.
+//! Labels with subscripts and superscripts, in the embedded font.
 //!
 //! `F_T/F_N` sets the letter after each underscore as a subscript, `k_{tot}`
-//! the group in braces. The font comes with the program, so figures look the
+//! the group in braces; `10^{8}` sets it as a superscript. The font comes with the program, so figures look the
 //! same on every machine and need no font library.
 
 use std::sync::Once;
@@ -32,9 +32,31 @@ pub(super) enum Align {
     Center,
 }
 
-/// Size of subscripts relative to the text, and how far they hang below it.
-const SUBSCRIPT_SIZE: f64 = 0.68;
-const SUBSCRIPT_DROP: f64 = 0.26;
+/// Size of subscripts and superscripts relative to the text.
+const SCRIPT_SIZE: f64 = 0.68;
+
+/// Where a piece of a label stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Script {
+    On,
+    Below,
+    Above,
+}
+
+impl Script {
+    fn size(self, size: f64) -> f64 {
+        if self == Script::On { size } else { size * SCRIPT_SIZE }
+    }
+
+    /// How far it hangs below the line.
+    fn drop(self, size: f64) -> i32 {
+        match self {
+            Script::On => 0,
+            Script::Below => (size * 0.26) as i32,
+            Script::Above => (size * -0.34) as i32,
+        }
+    }
+}
 
 /// Draws a label; `upward` turns it to read from bottom to top.
 pub(super) fn draw(
@@ -47,11 +69,9 @@ pub(super) fn draw(
 ) -> Result<(), String> {
     let pieces: Vec<(String, f64, i32, i32)> = pieces(label)
         .into_iter()
-        .map(|(text, subscript)| {
-            let (size, drop) =
-                if subscript { (size * SUBSCRIPT_SIZE, (size * SUBSCRIPT_DROP) as i32) } else { (size, 0) };
-            let width = width(area, &text, size)?;
-            Ok((text, size, drop, width))
+        .map(|(text, script)| {
+            let width = width(area, &text, script.size(size))?;
+            Ok((text, script.size(size), script.drop(size), width))
         })
         .collect::<Result<_, String>>()?;
     let total: i32 = pieces.iter().map(|(.., width)| width).sum();
@@ -77,10 +97,7 @@ pub(super) fn label_width(
     label: &str,
     size: f64,
 ) -> Result<i32, String> {
-    pieces(label)
-        .into_iter()
-        .map(|(text, subscript)| width(area, &text, if subscript { size * SUBSCRIPT_SIZE } else { size }))
-        .sum()
+    pieces(label).into_iter().map(|(text, script)| width(area, &text, script.size(size))).sum()
 }
 
 fn width(area: &DrawingArea<BitMapBackend<'_>, Shift>, text: &str, size: f64) -> Result<i32, String> {
@@ -89,22 +106,26 @@ fn width(area: &DrawingArea<BitMapBackend<'_>, Shift>, text: &str, size: f64) ->
     Ok(width as i32)
 }
 
-/// Text and whether it is a subscript.
-fn pieces(label: &str) -> Vec<(String, bool)> {
-    let mut pieces = vec![(String::new(), false)];
+/// Text and where it stands.
+fn pieces(label: &str) -> Vec<(String, Script)> {
+    let mut pieces = vec![(String::new(), Script::On)];
     let mut letters = label.chars().peekable();
     while let Some(letter) = letters.next() {
-        if letter == '_' {
-            let subscript = if letters.next_if_eq(&'{').is_some() {
-                letters.by_ref().take_while(|&letter| letter != '}').collect()
-            } else {
-                letters.next().into_iter().collect()
-            };
-            pieces.push((subscript, true));
-            pieces.push((String::new(), false));
-        } else if let Some((text, _)) = pieces.last_mut() {
-            text.push(letter);
-        }
+        let script = match letter {
+            '_' => Script::Below,
+            '^' => Script::Above,
+            _ => {
+                pieces.last_mut().expect("there is always a piece").0.push(letter);
+                continue;
+            }
+        };
+        let text = if letters.next_if_eq(&'{').is_some() {
+            letters.by_ref().take_while(|&letter| letter != '}').collect()
+        } else {
+            letters.next().into_iter().collect()
+        };
+        pieces.push((text, script));
+        pieces.push((String::new(), Script::On));
     }
     pieces.retain(|(text, _)| !text.is_empty());
     pieces
@@ -115,10 +136,11 @@ mod tests {
     use super::pieces;
 
     #[test]
-    fn underscores_set_subscripts() {
+    fn underscores_set_subscripts_and_carets_superscripts() {
         let text =
-            |label| pieces(label).into_iter().map(|(text, sub)| format!("{text}{sub}")).collect::<Vec<_>>();
-        assert_eq!(text("F_T/F_N"), ["Ffalse", "Ttrue", "/Ffalse", "Ntrue"]);
-        assert_eq!(text("k_{tot} a"), ["kfalse", "tottrue", " afalse"]);
+            |label| pieces(label).into_iter().map(|(text, at)| format!("{text} {at:?}")).collect::<Vec<_>>();
+        assert_eq!(text("F_T/F_N"), ["F On", "T Below", "/F On", "N Below"]);
+        assert_eq!(text("k_{tot} a"), ["k On", "tot Below", " a On"]);
+        assert_eq!(text("10^{8} m^2"), ["10 On", "8 Above", " m On", "2 Above"]);
     }
 }

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, find};
@@ -10,11 +11,14 @@ use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet, nth
 use crate::curves::event_in_window;
 use crate::run_data::RunData;
 
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Velocities {
+    /// The file, ending in `.png`; it stands in the folder `figures`.
     file: String,
+    /// The run.
     run: String,
+    /// Stands above the figure.
     #[serde(default)]
     title: String,
     /// The length of the event; the nearest one within the dense window is shown.

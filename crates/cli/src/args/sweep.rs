@@ -65,14 +65,15 @@ Exit codes:
   2  bad input
   3  runs are missing")]
     Status(SweepStatusArguments),
-    /// Make the tables of a study: runs, slip events, ruptures.
+    /// Make the tables of a study, and its figures: runs, slip events, ruptures.
     #[command(after_help = "\
 Examples:
   asperity sweep collect out/tilts
   asperity sweep collect out/tilts --to csv -o out/tables
 
-Every table has a column for each key that varies. The files are the same bytes
-whatever the way the runs were made. Tables that are there are replaced.
+Every table has a column for each key that varies. Figures are those that the
+sweep asks for, in `figures`. The files are the same bytes whatever the way the
+runs were made. Those that are there are replaced.
 
 Exit codes:
   0  the tables hold all runs
@@ -80,6 +81,23 @@ Exit codes:
   2  bad input
   3  runs are missing, and the tables say which")]
     Collect(SweepCollectArguments),
+    /// Draw the figures of a study, without making tables.
+    #[cfg(feature = "analysis")]
+    #[command(after_help = "\
+Examples:
+  asperity sweep draw out/tilts
+  asperity sweep draw out/tilts --from out/tilts.toml
+
+A plan is never changed, but what is drawn of its runs may be: with --from, the
+figures are those that the sweep asks for as it is now. docs/figures.md explains
+every key of them. Figures that are there are replaced.
+
+Exit codes:
+  0  the figures show all runs
+  1  failure; or runs failed
+  2  bad input; the sweep varies other keys than the plan
+  3  runs are missing")]
+    Draw(SweepDrawArguments),
     /// Print a script that makes the runs on a cluster.
     #[command(after_help = "\
 Examples:
@@ -167,7 +185,21 @@ pub(crate) struct SweepCollectArguments {
     /// The formats of the tables.
     #[arg(long, value_enum, value_name = "FORMAT", value_delimiter = ',', default_value = TABLES)]
     pub(crate) to: Vec<SweepTable>,
-    /// Folder for the tables [default: tables, in that of the study].
+    /// Folder for the tables, and for a folder of figures [default: tables and
+    /// figures, in that of the study].
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+#[cfg(feature = "analysis")]
+#[derive(Debug, Args)]
+pub(crate) struct SweepDrawArguments {
+    /// Folder of the study.
+    pub(crate) folder: PathBuf,
+    /// The sweep whose figures are drawn [default: as it was planned].
+    #[arg(long, value_name = "SWEEP.toml")]
+    pub(crate) from: Option<PathBuf>,
+    /// Folder for the figures [default: figures, in that of the study].
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: Option<PathBuf>,
 }

@@ -1,0 +1,250 @@
+//! Axes and colour bars: where a value stands, and which values are labelled.
+
+/// Most marks between the ends of an axis.
+const MOST_TICKS: f64 = 7.0;
+
+/// An axis, or a colour bar.
+#[derive(Debug, Clone)]
+pub(super) struct Scale {
+    label: String,
+    from: f64,
+    to: f64,
+    log: bool,
+    /// Names of the values 0, 1 and so on, if it is one of words.
+    words: Vec<String>,
+    /// Whether only whole numbers are labelled.
+    whole: bool,
+}
+
+/// A mark on an axis; those between bear no label.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Tick {
+    pub(super) at: f64,
+    pub(super) label: String,
+}
+
+impl Scale {
+    /// A scale that holds these values, with a margin as a share of its length on both sides.
+    /// Values that have no place on a logarithmic scale are left out.
+    pub(super) fn of(
+        label: &str,
+        log: bool,
+        margin: f64,
+        values: impl Iterator<Item = f64> + Clone,
+    ) -> Scale {
+        let place = |value: f64| if log { value.log10() } else { value };
+        let places = || values.clone().map(place).filter(|place| place.is_finite());
+        let (low, high) =
+            (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
+        let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
+        // Of one value alone, what is about it.
+        let half = if log { 0.5 } else { (0.1 * low.abs()).max(1e-300) };
+        let (low, high) = match (high > low, low == 0.0 && !log) {
+            (true, _) => (low, high),
+            (false, true) => (0.0, 1.0),
+            (false, false) => (low - half, high + half),
+        };
+        let space = margin * (high - low);
+        let whole = !log && values.clone().all(|value| value.fract() == 0.0);
+        Scale { label: label.to_owned(), from: low - space, to: high + space, log, words: Vec::new(), whole }
+    }
+
+    /// The same, from zero where that leaves no more than half of it empty.
+    pub(super) fn down_to_zero(mut self, lowest: f64) -> Scale {
+        if !self.log && lowest >= 0.0 && lowest <= 0.5 * self.to {
+            self.from = 0.0;
+        }
+        self
+    }
+
+    /// A scale of words, one after the other.
+    pub(super) fn of_words(label: &str, words: &[String]) -> Scale {
+        let to = words.len() as f64 - 0.5;
+        Scale { label: label.to_owned(), from: -0.5, to, log: false, words: words.to_vec(), whole: true }
+    }
+
+    /// A scale with these ends, whatever values it holds.
+    pub(super) fn between(label: &str, from: f64, to: f64) -> Scale {
+        Scale { label: label.to_owned(), from, to, log: false, words: Vec::new(), whole: false }
+    }
+
+    /// A scale with these ends, given as its values.
+    pub(super) fn reaching(mut self, from: f64, to: f64) -> Scale {
+        (self.from, self.to) = if self.log { (from.log10(), to.log10()) } else { (from, to) };
+        self
+    }
+
+    /// How far along it a value stands, from 0 to 1; none if it is not on it.
+    pub(super) fn share(&self, value: f64) -> Option<f64> {
+        let place = if self.log { value.log10() } else { value };
+        let share = (place - self.from) / (self.to - self.from);
+        (-1e-9..=1.0 + 1e-9).contains(&share).then_some(share)
+    }
+
+    /// The middle between two values.
+    pub(super) fn between_values(&self, a: f64, b: f64) -> f64 {
+        if self.log { (a * b).sqrt() } else { (a + b) / 2.0 }
+    }
+
+    /// A value beyond `b`, as far from it as half of what `a` is from it.
+    pub(super) fn beyond(&self, a: f64, b: f64) -> f64 {
+        if self.log { b * (b / a).sqrt() } else { b + (b - a) / 2.0 }
+    }
+
+    /// The ends of a cell about a value that stands alone.
+    pub(super) fn about(&self, value: f64) -> (f64, f64) {
+        if !self.words.is_empty() {
+            (value - 0.5, value + 0.5)
+        } else if self.log {
+            (10f64.powf(self.from), 10f64.powf(self.to))
+        } else {
+            (self.from, self.to)
+        }
+    }
+
+    /// Its label, with the power of ten that is taken out of its numbers.
+    pub(super) fn label(&self) -> String {
+        let power = self.power();
+        if power == 0 {
+            return self.label.clone();
+        }
+        let ten = format!("10^{{{}}}", minus(&power.to_string()));
+        match self.label.rfind('(') {
+            Some(at) if self.label.ends_with(')') => {
+                format!("{}({ten} {}", &self.label[..at], &self.label[at + 1..])
+            }
+            _ => format!("{} ({ten})", self.label),
+        }
+    }
+
+    fn power(&self) -> i32 {
+        let largest = self.from.abs().max(self.to.abs());
+        let is_plain = self.log || !self.words.is_empty() || (1e-2..1e5).contains(&largest) || largest == 0.0;
+        if is_plain { 0 } else { (largest.log10() + 1e-9).floor() as i32 }
+    }
+
+    /// The values that are labelled.
+    pub(super) fn ticks(&self) -> Vec<Tick> {
+        if !self.words.is_empty() {
+            let tick = |(n, word): (usize, &String)| Tick { at: n as f64, label: word.clone() };
+            return self.words.iter().enumerate().map(tick).collect();
+        }
+        if self.log {
+            return self.decades();
+        }
+        let unit = 10f64.powi(self.power());
+        let (from, to) = (self.from / unit, self.to / unit);
+        let rough = (to - from) / MOST_TICKS;
+        let decade = 10f64.powf(rough.log10().floor());
+        let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * decade);
+        let step = step.into_iter().find(|step| *step >= rough * 0.999).unwrap_or(10.0 * decade);
+        let step = if self.whole && unit == 1.0 { step.max(1.0) } else { step };
+        let decimals = (-(step.log10() + 1e-9).floor()).max(0.0) as usize;
+        let (first, last) = ((from / step - 1e-9).ceil() as i64, (to / step + 1e-9).floor() as i64);
+        (first..=last)
+            .map(|n| {
+                let value = n as f64 * step;
+                Tick { at: value * unit, label: minus(&format!("{value:.decimals$}")) }
+            })
+            .collect()
+    }
+
+    /// Powers of ten, and where there are few of them numbers between.
+    fn decades(&self) -> Vec<Tick> {
+        let (first, last) = ((self.from - 1e-9).ceil() as i32, (self.to + 1e-9).floor() as i32);
+        let every = ((last - first) / 8 + 1).max(1) as usize;
+        if last - first >= 2 {
+            let tick = |n: i32| Tick { at: 10f64.powi(n), label: power_of_ten(n) };
+            return (first..=last).step_by(every).map(tick).collect();
+        }
+        let is_within = |value: &f64| (self.from - 1e-9..=self.to + 1e-9).contains(&value.log10());
+        let all = |factors: &[f64]| -> Vec<f64> {
+            let values =
+                (first - 1..=last).flat_map(|n| factors.iter().map(move |factor| factor * 10f64.powi(n)));
+            values.filter(is_within).collect()
+        };
+        let few = all(&[1.0, 2.0, 5.0]);
+        let values = if few.len() < 3 { all(&[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0]) } else { few };
+        values.into_iter().map(|at| Tick { at, label: number(at) }).collect()
+    }
+
+    /// Values marked without a label: those between powers of ten.
+    pub(super) fn between_ticks(&self) -> Vec<f64> {
+        if !self.log {
+            return Vec::new();
+        }
+        let decades = self.from.floor() as i32..=self.to.ceil() as i32;
+        let values = decades.flat_map(|n| (1..10).map(move |factor| f64::from(factor) * 10f64.powi(n)));
+        values.filter(|value| self.share(*value).is_some()).collect()
+    }
+}
+
+fn power_of_ten(n: i32) -> String {
+    match n {
+        -2..=3 => number(10f64.powi(n)),
+        _ => format!("10^{{{}}}", minus(&n.to_string())),
+    }
+}
+
+/// A number as it stands in a figure: four digits, and very large and small ones with a power of
+/// ten.
+pub(super) fn number(value: f64) -> String {
+    let plain = |value: f64, digits: i32| {
+        let decimals = (digits - 1 - value.abs().log10().floor() as i32).max(0) as usize;
+        let text = format!("{value:.decimals$}");
+        let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        minus(short)
+    };
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if (1e-3..1e5).contains(&value.abs()) {
+        return plain(value, 4);
+    }
+    let power = (value.abs().log10() + 1e-12).floor() as i32;
+    let (digits, ten) = (plain(value / 10f64.powi(power), 4), minus(&power.to_string()));
+    if digits == "1" { format!("10^{{{ten}}}") } else { format!("{digits}·10^{{{ten}}}") }
+}
+
+/// With the sign as it is printed; a rounded zero has none.
+fn minus(text: &str) -> String {
+    match text.strip_prefix('-') {
+        Some(zero) if zero.chars().all(|c| c == '0' || c == '.') => zero.to_owned(),
+        Some(digits) => format!("\u{2212}{digits}"),
+        None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Scale, number};
+
+    fn labels(scale: &Scale) -> Vec<String> {
+        scale.ticks().into_iter().map(|tick| tick.label).collect()
+    }
+
+    #[test]
+    fn ticks_are_round_and_powers_of_ten_are_powers() {
+        let of = |log, values: &[f64]| Scale::of("t (s)", log, 0.0, values.iter().copied());
+        assert_eq!(labels(&of(false, &[-0.5, 0.5])), ["−0.4", "−0.2", "0.0", "0.2", "0.4"]);
+        assert_eq!(labels(&of(false, &[0.0, 3.0])), ["0", "1", "2", "3"]);
+        let small = of(false, &[1e-8, 4e-8]);
+        assert_eq!(
+            (labels(&small).concat().as_str(), small.label().as_str()),
+            ("1.01.52.02.53.03.54.0", "t (10^{−8} s)")
+        );
+        assert_eq!(labels(&of(true, &[1e-8, 1e-4])), ["10^{−8}", "10^{−7}", "10^{−6}", "10^{−5}", "10^{−4}"]);
+        assert_eq!(labels(&of(true, &[0.04, 0.6])), ["0.05", "0.1", "0.2", "0.5"]);
+        assert_eq!(of(true, &[0.01, 1.0]).share(0.1), Some(0.5));
+        // One value, none, and one that has no place.
+        assert!((of(false, &[2.0]).share(2.0).unwrap() - 0.5).abs() < 1e-12);
+        assert!(!labels(&of(false, &[])).is_empty());
+        assert_eq!(of(true, &[0.0, 1.0, 100.0]).share(10.0), Some(0.5));
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        let all = [0.0, -0.25, 1234.56, 1e-8, -2.5e-7, 1e5, 100.0];
+        assert_eq!(all.map(number), ["0", "−0.25", "1235", "10^{−8}", "−2.5·10^{−7}", "10^{5}", "100"]);
+    }
+}

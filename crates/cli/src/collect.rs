@@ -1,0 +1,189 @@
+//! `asperity sweep collect` and `asperity sweep draw`: the tables of a study and its figures, both made
+//! of the results of its runs as they pass.
+
+use std::path::{Path, PathBuf};
+
+#[cfg(feature = "analysis")]
+use asperity_analysis::figures::of_study::Drawer;
+#[cfg(feature = "analysis")]
+use asperity_analysis::parquet_tables::Parquet;
+use asperity_export::Csv;
+use asperity_export::format::Format;
+use asperity_files::{Existing, FileSet, Inputs};
+use asperity_record::{Cell, Column};
+use asperity_study_figures::Figure;
+use asperity_sweep::plan::FILE;
+use asperity_sweep::results::Counts;
+#[cfg(feature = "analysis")]
+use asperity_sweep::{Keep, Sweep};
+use asperity_sweep::{Plan, RUNS, Results, Watch, collect};
+
+#[cfg(feature = "analysis")]
+use crate::args::SweepDrawArguments;
+use crate::args::{SweepCollectArguments, SweepTable};
+use crate::exit::Failure;
+use crate::outputs::create_folder;
+use crate::progress::{Board, Stages};
+use crate::study::{in_words, outcome, read};
+use crate::terminal::say;
+
+/// The folder of the figures of a study.
+const FIGURES: &str = "figures";
+
+pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result<(), Failure> {
+    let SweepCollectArguments { folder, to, out } = arguments;
+    let (plan, results) = read(folder)?;
+    let tables = out.clone().unwrap_or_else(|| folder.join("tables"));
+    create_folder(&tables)?;
+    let formats: Vec<&dyn Format> = to.iter().map(|table| format(*table)).collect();
+    let study = Study { plan: &plan, inputs: Inputs::of([folder.join(FILE)]), board };
+    let figures = Figures { all: &plan.common.figures, folder: out.as_ref().unwrap_or(folder).join(FIGURES) };
+    let counts = study.make(results, &tables, &formats, &figures)?;
+    board.line(&in_words(&plan, counts));
+    outcome(counts)
+}
+
+#[cfg(feature = "analysis")]
+pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(), Failure> {
+    let SweepDrawArguments { folder, from, out } = arguments;
+    let (plan, results) = read(folder)?;
+    let mut inputs = vec![folder.join(FILE)];
+    let all = match from {
+        None => plan.common.figures.clone(),
+        Some(path) => {
+            inputs.push(path.clone());
+            figures_of(path, &plan)?
+        }
+    };
+    let asks = from.clone().unwrap_or_else(|| folder.join(FILE));
+    if all.is_empty() {
+        return Err(Failure::BadInput(format!(
+            "{} asks for no figures (accepted: [[figure.phase-map]], [[figure.family]], [[figure.lengths]] in a sweep, by \
+             --from)",
+            asks.display()
+        )));
+    }
+    let study = Study { plan: &plan, inputs: Inputs::of(&inputs), board };
+    let to = out.clone().unwrap_or_else(|| folder.join(FIGURES));
+    let counts = study.make(results, folder, &[], &Figures { all: &all, folder: to })?;
+    board.line(&in_words(&plan, counts));
+    outcome(counts)
+}
+
+/// The figures that a sweep asks for as it is now.
+#[cfg(feature = "analysis")]
+fn figures_of(path: &Path, plan: &Plan) -> Result<Vec<Figure>, Failure> {
+    let sweep = Sweep::read(path).map_err(Failure::bad_input)?;
+    let keys = &plan.common.keys;
+    if sweep.keys() != *keys {
+        return Err(Failure::BadInput(format!(
+            "--from {}: it varies {} (accepted: a sweep that varies what the plan does, {})",
+            path.display(),
+            sweep.keys().join(", "),
+            keys.join(", ")
+        )));
+    }
+    let lengths = |figure: &&Figure| matches!(figure.kind, asperity_study_figures::Kind::Lengths { .. });
+    match sweep.figures.iter().find(lengths) {
+        Some(figure) if !plan.common.keep.contains(&Keep::Ruptures) => Err(Failure::BadInput(format!(
+            "--from {}: figure.lengths {:?}: the study has kept no ruptures (accepted: figures of other kinds)",
+            path.display(),
+            figure.file
+        ))),
+        _ => Ok(sweep.figures),
+    }
+}
+
+fn format(table: SweepTable) -> &'static dyn Format {
+    match table {
+        #[cfg(feature = "analysis")]
+        SweepTable::Parquet => &Parquet,
+        SweepTable::Csv => &Csv,
+    }
+}
+
+/// A study whose tables or figures are made.
+struct Study<'a> {
+    plan: &'a Plan,
+    inputs: Inputs,
+    board: &'a Board,
+}
+
+/// What is drawn, and where.
+struct Figures<'a> {
+    all: &'a [Figure],
+    folder: PathBuf,
+}
+
+impl Study<'_> {
+    /// Makes all of them, or none if something fails, and says which files they are.
+    fn make(
+        self,
+        mut results: Results,
+        tables: &Path,
+        formats: &[&dyn Format],
+        figures: &Figures<'_>,
+    ) -> Result<Counts, Failure> {
+        let files = FileSet::new(Existing::Replace, self.inputs);
+        let mut passing = Passing {
+            stages: self.board.stages("tables"),
+            done: 0,
+            of: self.plan.rows.len(),
+            #[cfg(feature = "analysis")]
+            drawer: Drawer::new(figures.all),
+        };
+        let (counts, mut paths) = collect(self.plan, &mut results, &files, tables, formats, &mut passing)
+            .map_err(Failure::failed)?;
+        if !figures.all.is_empty() {
+            #[cfg(feature = "analysis")]
+            {
+                create_folder(&figures.folder)?;
+                let scenario_of = |run: u64| {
+                    let planned = self.plan.scenario(&self.plan.rows[run as usize - 1]);
+                    planned.map(|(scenario, _)| scenario)
+                };
+                let drawn = passing.drawer.draw(&scenario_of, &files, &figures.folder);
+                paths.extend(drawn.map_err(Failure::failed)?);
+            }
+            #[cfg(not(feature = "analysis"))]
+            self.board.line(&format!(
+                "{} is left as it is: this program was built without figures",
+                figures.folder.display()
+            ));
+        }
+        drop(passing);
+        files.publish().map_err(Failure::failed)?;
+        paths.sort();
+        paths.into_iter().try_for_each(|path| say(path.display()))?;
+        Ok(counts)
+    }
+}
+
+/// Sees the rows of the tables.
+struct Passing {
+    stages: Stages,
+    done: usize,
+    of: usize,
+    #[cfg(feature = "analysis")]
+    drawer: Drawer,
+}
+
+impl Watch for Passing {
+    fn begin(&mut self, table: &'static str, columns: &[Column]) {
+        #[cfg(feature = "analysis")]
+        self.drawer.begin(table, columns);
+        #[cfg(not(feature = "analysis"))]
+        let (_, _) = (table, columns);
+    }
+
+    fn row(&mut self, table: &'static str, cells: &[Cell]) {
+        #[cfg(feature = "analysis")]
+        self.drawer.row(table, cells);
+        #[cfg(not(feature = "analysis"))]
+        let _ = cells;
+        if table == RUNS {
+            self.done += 1;
+            self.stages.reached("runs", self.done, self.of);
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! Figures as a sweep writes them. The comments on the keys are what `docs/figures.md` says of them.
+
+use asperity_model::analytic::LengthLaw;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The figures of a sweep, by kind.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Figures {
+    /// A number of the summary as colour over two keys that vary. A place without the number is
+    /// empty; one whose runs all failed, or are not made, is crossed out.
+    #[serde(default, rename = "phase-map")]
+    pub phase_map: Vec<PhaseMap>,
+    /// Curves of a number against a key that varies or another number, a curve for every value of
+    /// `colour`. A run without the number leaves a gap.
+    #[serde(default)]
+    pub family: Vec<Family>,
+    /// L_p/L of precursors against F_T/F_N at their onset, with the length law. The sweep keeps
+    /// `ruptures`.
+    #[serde(default)]
+    pub lengths: Vec<Lengths>,
+}
+
+/// One number of the runs over two keys that vary.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PhaseMap {
+    /// The file, ending in `.png`; it stands in the folder `figures` of the study.
+    pub file: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    pub title: String,
+    /// The key across.
+    pub x: String,
+    /// The key upwards.
+    pub y: String,
+    /// The number of the summary that gives the colour; of a flag, 1 for yes.
+    pub colour: String,
+    /// Which number stands for several runs in one place.
+    #[serde(default)]
+    pub statistic: Statistic,
+    /// A key with a panel for each of its values.
+    pub facet: Option<String>,
+    /// Keys of axes whose runs share a place, as seeds.
+    #[serde(default)]
+    pub over: Vec<String>,
+    /// Values of keys, as `slider.blocks=100`: other runs are not shown.
+    #[serde(default)]
+    pub at: Vec<String>,
+    /// What the axis across is called, where that is not symbol and unit; `k_t` and `k_{t}` set subscripts.
+    pub x_label: Option<String>,
+    /// What the axis upwards is called, where that is not symbol and unit.
+    pub y_label: Option<String>,
+    /// What the colours are called, where that is not symbol and unit.
+    pub colour_label: Option<String>,
+    /// How the axis across is divided; by default as the sweep's.
+    pub x_scale: Option<Scale>,
+    /// How the axis upwards is divided; by default as the sweep's.
+    pub y_scale: Option<Scale>,
+    /// How the colours are divided; by default `linear`.
+    pub colour_scale: Option<Scale>,
+}
+
+/// A number of the runs as a family of curves.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Family {
+    /// The file, ending in `.png`; it stands in the folder `figures` of the study.
+    pub file: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    pub title: String,
+    /// What stands across: a key that varies, or a number of the summary, which then has a mark
+    /// for each run.
+    pub x: String,
+    /// What stands upwards: a number of the summary.
+    pub y: String,
+    /// A key with a curve for each of its values.
+    pub colour: Option<String>,
+    /// A key with a panel for each of its values.
+    pub facet: Option<String>,
+    /// Keys of axes whose runs share a place, as seeds. The curve is their median, the darker band
+    /// lies between the quartiles, the lighter one between the extremes.
+    #[serde(default)]
+    pub over: Vec<String>,
+    /// Values of keys, as `slider.blocks=100`: other runs are not shown.
+    #[serde(default)]
+    pub at: Vec<String>,
+    /// Whether to show what theory says of `y` as a dashed line: of `first_global_rupture_ft_fn`
+    /// the length law at L_p = L, of `first_global_rupture_onset_s` the load in time, of
+    /// `front_speed_over_wave_speed_ratio` the steady front.
+    #[serde(default)]
+    pub theory: bool,
+    /// What the axis across is called, where that is not symbol and unit; `k_t` and `k_{t}` set subscripts.
+    pub x_label: Option<String>,
+    /// What the axis upwards is called, where that is not symbol and unit.
+    pub y_label: Option<String>,
+    /// What the colours are called, where that is not symbol and unit.
+    pub colour_label: Option<String>,
+    /// How the axis across is divided; by default as the sweep's, or `linear`.
+    pub x_scale: Option<Scale>,
+    /// How the axis upwards is divided; by default `linear`.
+    pub y_scale: Option<Scale>,
+    /// How the colours are divided; by default as the sweep's.
+    pub colour_scale: Option<Scale>,
+}
+
+/// Precursor lengths against load.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Lengths {
+    /// The file, ending in `.png`; it stands in the folder `figures` of the study.
+    pub file: String,
+    /// Stands above the figure.
+    #[serde(default)]
+    pub title: String,
+    /// The law drawn as a line; by default the one that each scenario calls for. Where runs of one
+    /// colour have more than twelve laws, none is drawn.
+    pub law: Option<LengthLaw>,
+    /// A key with marks and a law of its own for each of its values.
+    pub colour: Option<String>,
+    /// A key with a panel for each of its values.
+    pub facet: Option<String>,
+    /// Keys of axes whose runs belong together, as seeds. Instead of marks there are bands of the
+    /// load at which precursors have come to a length: median, quartiles, extremes.
+    #[serde(default)]
+    pub over: Vec<String>,
+    /// Values of keys, as `slider.blocks=100`: other runs are not shown.
+    #[serde(default)]
+    pub at: Vec<String>,
+    /// What the colours are called, where that is not symbol and unit.
+    pub colour_label: Option<String>,
+    /// How the colours are divided; by default as the sweep's axis.
+    pub colour_scale: Option<Scale>,
+}
+
+/// How an axis is divided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scale {
+    /// Equal steps are equal differences.
+    Linear,
+    /// Equal steps are equal factors.
+    Log,
+}
+
+/// One number for several.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Statistic {
+    /// The middle one.
+    #[default]
+    Median,
+    /// Their mean.
+    Mean,
+    /// The smallest.
+    Smallest,
+    /// The largest.
+    Largest,
+}
+
+impl Statistic {
+    /// What it makes of numbers in ascending order; none of none.
+    pub fn of(self, ascending: &[f64]) -> Option<f64> {
+        let count = ascending.len();
+        match self {
+            Statistic::Median => quantile(ascending, 0.5),
+            Statistic::Mean => (count > 0).then(|| ascending.iter().sum::<f64>() / count as f64),
+            Statistic::Smallest => ascending.first().copied(),
+            Statistic::Largest => ascending.last().copied(),
+        }
+    }
+}
+
+/// The number below which a share of them lies, between two numbers by a straight line.
+pub fn quantile(ascending: &[f64], share: f64) -> Option<f64> {
+    let at = share * (ascending.len().checked_sub(1)? as f64);
+    let (low, high) = (ascending[at.floor() as usize], ascending[at.ceil() as usize]);
+    Some(low + (high - low) * at.fract())
+}

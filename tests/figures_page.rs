@@ -1,0 +1,53 @@
+//! `docs/figures.md` has every key of every figure, study and claim, and every measure, as the code
+//! describes them, and an example of each kind.
+//!
+//! To write into the page what the code says now:
+//! `UPDATE_EXPECT=1 cargo xtask test --test root figures_page::`
+
+use std::env;
+use std::fs;
+
+use asperity_analysis::reference::parts;
+
+use crate::support::clients::file;
+use crate::support::markdown::blocks;
+
+const PAGE: &str = "docs/figures.md";
+
+fn page() -> String {
+    fs::read_to_string(file(PAGE)).expect("the page is there")
+}
+
+#[test]
+fn the_page_says_what_the_code_does() {
+    let mut page = page();
+    for (name, text) in parts() {
+        let begin = format!("<!-- from the code: {name} -->\n");
+        let start = page.find(&begin).unwrap_or_else(|| panic!("{PAGE} lacks {begin}")) + begin.len();
+        let length = page[start..].find("<!-- end -->").expect("what is from the code ends");
+        let text = format!("\n{}\n\n", text.trim_end());
+        if env::var_os("UPDATE_EXPECT").is_some() {
+            page.replace_range(start..start + length, &text);
+            continue;
+        }
+        assert!(page[start..start + length] == text, "{PAGE}: of {name} the code says\n{text}");
+    }
+    if env::var_os("UPDATE_EXPECT").is_some() {
+        fs::write(file(PAGE), page).expect("the page can be written");
+    }
+}
+
+/// The examples are run as those of all pages are.
+#[test]
+fn every_kind_has_an_example() {
+    let page = page();
+    let examples: String =
+        blocks(&page).into_iter().filter(|block| block.language == "toml").map(|block| block.text).collect();
+    let headings = page.lines().filter_map(|line| line.strip_prefix("### `")?.strip_suffix('`'));
+    let mut found = 0;
+    for kind in headings {
+        found += 1;
+        assert!(examples.lines().any(|line| line == kind), "{PAGE}: {kind} has no example");
+    }
+    assert!(found > 20, "{found} kinds");
+}

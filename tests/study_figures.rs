@@ -1,0 +1,220 @@
+//! Figures of a parameter study: what is drawn is what the tables hold, whatever the way they were made,
+//! and names that are not there are refused before any run is made.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::support::binary::{asperity, succeed, text};
+
+/// A sweep that takes seconds: tilts, stiffnesses by factors, and a spread of friction with two seeds.
+const SWEEP: &str = "
+title = 'Short runs'
+scenario = 'default'
+set = ['slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1.5', 'friction.static_spread=0.05']
+[[axis]]
+key = 'normal_load.tilt'
+values = [-0.5, 0, 0.5]
+[[axis]]
+key = 'friction.interfacial_stiffness_ratio'
+from = 0.05
+to = 0.5
+count = 2
+spacing = 'log'
+[[axis]]
+key = 'friction.spread_seed'
+values = [1, 2]
+";
+
+const FIGURES: &str = "
+[[figure.phase-map]]
+file = 'map.png'
+x = 'normal_load.tilt'
+y = 'friction.interfacial_stiffness_ratio'
+colour = 'first_slip_s'
+over = ['friction.spread_seed']
+[[figure.family]]
+file = 'family.png'
+x = 'normal_load.tilt'
+y = 'first_slip_ft_fn'
+colour = 'friction.interfacial_stiffness_ratio'
+over = ['friction.spread_seed']
+[[figure.lengths]]
+file = 'lengths.png'
+colour = 'normal_load.tilt'
+facet = 'friction.interfacial_stiffness_ratio'
+at = ['friction.spread_seed=1']
+";
+
+struct Study {
+    folder: tempfile::TempDir,
+}
+
+impl Study {
+    fn of(sweep: &str) -> Study {
+        let study = Study { folder: asperity_testkit::folder() };
+        study.write("sweep.toml", sweep);
+        study
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn write(&self, name: &str, content: &str) {
+        fs::write(self.path(name), content).expect("the folder can be written");
+    }
+
+    fn plan(&self, name: &str) -> PathBuf {
+        let out = self.path(name);
+        succeed(&["sweep", "plan", text(&self.path("sweep.toml")), "--out", text(&out)]);
+        out
+    }
+}
+
+/// The bytes of the figures in a folder, by name.
+fn pictures(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = fs::read_dir(folder).expect("there are figures");
+    let mut all: Vec<(String, Vec<u8>)> = entries
+        .map(|entry| {
+            let path = entry.expect("the folder can be read").path();
+            let name = path.file_name().expect("a file has a name").to_string_lossy().into_owned();
+            (name, fs::read(path).expect("it can be read"))
+        })
+        .collect();
+    all.sort();
+    all
+}
+
+fn names(pictures: &[(String, Vec<u8>)]) -> Vec<&str> {
+    pictures.iter().map(|(name, _)| name.as_str()).collect()
+}
+
+/// In parts and another order, from results or with tables of any format: the same bytes.
+#[test]
+fn figures_depend_on_the_plan_alone() {
+    let study = Study::of(&format!("{SWEEP}{FIGURES}"));
+    let one = study.plan("one");
+    succeed(&["sweep", "run", text(&one), "--jobs", "1"]);
+    let said = succeed(&["sweep", "collect", text(&one)]);
+    assert!(said.contains("one/figures/lengths.png"), "{said}");
+    let expected = pictures(&one.join("figures"));
+    assert_eq!(names(&expected), ["family.png", "lengths.png", "map.png"]);
+    assert!(expected.iter().all(|(_, bytes)| bytes.starts_with(b"\x89PNG") && bytes.len() > 5000));
+
+    let parts = study.plan("parts");
+    for part in ["3/3", "1/3", "2/3"] {
+        succeed(&["sweep", "run", text(&parts), "--chunk", part]);
+    }
+    succeed(&["sweep", "collect", text(&parts), "--to", "csv", "-o", text(&study.path("csv"))]);
+    assert!(expected == pictures(&study.path("csv/figures")), "by parts, beside tables as CSV");
+    assert!(!parts.join("figures").exists());
+    succeed(&["sweep", "draw", text(&parts)]);
+    assert!(expected == pictures(&parts.join("figures")), "without tables");
+    assert!(!parts.join("tables").exists());
+    // Other figures of the same runs; the plan stays as it is.
+    let plan = fs::read(parts.join("plan.ndjson")).expect("it is there");
+    study.write("other.toml", &format!("{SWEEP}{}", FIGURES.replace("first_slip_s", "event_count")));
+    let other = study.path("other");
+    succeed(&["sweep", "draw", text(&parts), "--from", text(&study.path("other.toml")), "-o", text(&other)]);
+    let drawn = pictures(&other);
+    assert!(drawn[0] == expected[0] && drawn[1] == expected[1] && drawn[2] != expected[2]);
+    assert_eq!(plan, fs::read(parts.join("plan.ndjson")).expect("it is there"));
+}
+
+/// What no run has is no zero: an empty place, not the colour or the height of nought.
+#[test]
+fn a_number_that_is_missing_is_a_gap() {
+    let study = Study::of(&format!("{SWEEP}{FIGURES}"));
+    let out = study.plan("study");
+    // Before any run is made there is nothing but frames.
+    assert_eq!(asperity(&["sweep", "draw", text(&out)]).status.code(), Some(3));
+    let empty = pictures(&out.join("figures"));
+    assert_eq!(names(&empty), ["family.png", "lengths.png", "map.png"]);
+    // Both seeds of the first place, then all places but that.
+    succeed(&["sweep", "run", text(&out), "--index", "1-2"]);
+    assert_eq!(asperity(&["sweep", "draw", text(&out)]).status.code(), Some(3));
+    let some = pictures(&out.join("figures"));
+    succeed(&["sweep", "run", text(&out), "--index", "3-12"]);
+    succeed(&["sweep", "draw", text(&out)]);
+    let whole = pictures(&out.join("figures"));
+    for ((empty, some), whole) in empty.iter().zip(&some).zip(&whole) {
+        assert!(empty != some && some != whole, "{}", empty.0);
+    }
+    // In a second and a half no slider slips as a whole: all places are empty, and none is crossed out.
+    let none = FIGURES.replace("first_slip_s", "recurrence_steady_s");
+    let none = none.replace("first_slip_ft_fn", "recurrence_steady_s");
+    study.write("none.toml", &format!("{SWEEP}{none}"));
+    let to = study.path("none");
+    succeed(&["sweep", "draw", text(&out), "--from", text(&study.path("none.toml")), "-o", text(&to)]);
+    let none = pictures(&to);
+    assert!(none[2] != empty[2], "runs without the number are no missing runs");
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_when_it_is_planned() {
+    for (from, to, problem) in [
+        (
+            "'first_slip_s'",
+            "'first_slip'",
+            "figure.phase-map \"map.png\": colour = \"first_slip\" is no number of the summary (accepted: ",
+        ),
+        (
+            "x = 'normal_load.tilt'",
+            "x = 'normal_load.tlit'",
+            "x = \"normal_load.tlit\" does not vary (accepted: normal_load.tilt, ",
+        ),
+        (
+            "colour = 'first_slip_s'\nover",
+            "colour = 'first_slip_s'\nat",
+            "at: \"friction.spread_seed\" is not accepted (accepted: key=value)",
+        ),
+        (
+            "at = ['friction.spread_seed=1']",
+            "at = ['friction.spread_seed=7']",
+            "7 is not among the values of friction.spread_seed (accepted: 1, 2)",
+        ),
+        (
+            "at = ['friction.spread_seed=1']",
+            "",
+            "friction.spread_seed varies, and the figure says nothing of it (accepted: ",
+        ),
+        ("file = 'family.png'", "file = '../family.png'", "is no name of a figure (accepted: "),
+        ("[[figure.lengths]]", "[[figure.length]]", "unknown field `length`"),
+        (
+            "colour = 'first_slip_s'",
+            "colour = 'first_slip_s'\nx_scale = 'log'",
+            "x_scale = \"log\" with normal_load.tilt = -0.5 (accepted: ",
+        ),
+    ] {
+        let figures = FIGURES.replacen(from, to, 1);
+        assert_ne!(figures, FIGURES, "{from}");
+        let study = Study::of(&format!("{SWEEP}{figures}"));
+        let out = study.path("study");
+        let output = asperity(&["sweep", "plan", text(&study.path("sweep.toml")), "--out", text(&out)]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(problem) && said.contains("sweep.toml"), "{said}");
+        assert!(!out.exists(), "nothing is planned");
+    }
+}
+
+#[test]
+fn figures_are_drawn_of_what_the_plan_has() {
+    let study = Study::of(SWEEP);
+    let out = study.plan("study");
+    let refused = |arguments: &[&str], problem: &str| {
+        let output = asperity(&[&["sweep", "draw", text(&out)], arguments].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(problem), "{said}");
+        assert!(!out.join("figures").exists());
+    };
+    refused(&[], "plan.ndjson asks for no figures (accepted: [[figure.phase-map]]");
+    study.write(
+        "other.toml",
+        &SWEEP.replace("normal_load.tilt", "slider.mass_kg").replace("[-0.5, 0, 0.5]", "[1]"),
+    );
+    refused(&["--from", text(&study.path("other.toml"))], "it varies slider.mass_kg, ");
+    study.write("torn.toml", "title = ");
+    refused(&["--from", text(&study.path("torn.toml"))], "torn.toml: ");
+}

@@ -85,7 +85,10 @@ Exit codes:
 Examples:
   asperity sweep emit slurm out/tilts --tasks 16 --cores 4 > out/sweep.slurm
   asperity sweep emit list out/tilts --tasks 16 > out/commands.txt
-  asperity sweep emit row out/tilts > out/workflow.toml")]
+  asperity sweep emit row out/tilts > out/workflow.toml
+
+`bash out/sweep.slurm` submits what is missing, as job arrays, and behind them a
+job that makes the tables; called again, what is missing then.")]
     Emit(SweepEmitArguments),
 }
 

@@ -42,8 +42,9 @@ Examples:
   asperity sweep run out/tilts --chunk 2/8 --jobs 4
 
 What is done is done: killed at any time and called again, it makes what is
-missing, and goes on with runs that had taken more than a minute. A run that fails is recorded with its reason and does not stop the
-others. One whose process died three times is not tried again.
+missing, and goes on with runs that had taken more than a minute. A run that
+fails is recorded with its reason and does not stop the others. One whose
+process died three times is not tried again.
 
 Exit codes:
   0    all runs that were asked for are done

@@ -74,6 +74,11 @@ fn a_run_that_goes_on_gives_what_an_unbroken_one_gives() {
         assert!(tables(&out) == expected, "{share}: other tables");
         assert_eq!(staged(&out), [""; 0], "{share}");
     }
+    // So it is where a worker died between the result and what it had to tidy up.
+    fs::write(begun(&whole, 2), &bytes[..bytes.len() / 2]).expect("the folder can be written");
+    assert!(!sweep(&["status", text(&whole)]).1.contains("begun"));
+    assert_eq!(go_on(&whole, &[]), [0; 0]);
+    assert_eq!(staged(&whole), [""; 0]);
     // The log of another run is none to go on with.
     let other = study.plan("other");
     fs::create_dir(other.join("staging")).expect("the folder can be written");

@@ -134,6 +134,11 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
         chosen.as_ref().is_none_or(|chosen| chosen.contains(run))
             && chunk.is_none_or(|SweepChunk { part, of }| run % of == part % of)
     };
+    let begun = staging::begun(folder).map_err(|error| unreadable(folder, &error))?;
+    // Left by workers that died between the result of a run and what they had to tidy up.
+    for (run, _) in begun.iter().filter(|(run, _)| !results.is_missing(*run)) {
+        staging::clear(folder, *run).map_err(Failure::failed)?;
+    }
     let queue: VecDeque<(u64, u32)> = results
         .missing()
         .filter(is_chosen)
@@ -147,11 +152,6 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
         return outcome(Counts { missing: 0, ..results.counts() });
     }
     interrupt::install()?;
-    let begun = staging::begun(folder).map_err(|error| unreadable(folder, &error))?;
-    // Left by workers that died between the result of a run and what they had to tidy up.
-    for (run, _) in begun.iter().filter(|(run, _)| !results.is_missing(*run)) {
-        staging::clear(folder, *run).map_err(Failure::failed)?;
-    }
     let jobs = jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
     let jobs = jobs.min(queue.len());
     let study = Study {

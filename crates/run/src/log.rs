@@ -198,3 +198,63 @@ fn bytes(item: &Item) -> usize {
     };
     size_of::<Item>() + held
 }
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use asperity_model::Plan;
+    use asperity_record::{Checkpoint, FieldRecord, Record, RunStatus, SolverReport};
+    use asperity_runlog::partial_path;
+    use asperity_stream::Item;
+
+    use super::{KeepLog, Log, LogTo, MOST_WAITING_BYTES};
+    use crate::header::header;
+
+    fn state(step: u64) -> Item {
+        let zeros = || vec![0.0; 100];
+        Item::Record(Record::Fields(FieldRecord {
+            step,
+            time_s: step as f64 * 1e-7,
+            displacement_m: zeros(),
+            velocity_m_per_s: zeros(),
+            tangential_force_n: zeros(),
+            stick_position_m: zeros(),
+            detached: vec![0; 100],
+        }))
+    }
+
+    #[test]
+    fn a_log_that_need_not_be_kept_is_begun_at_a_checkpoint_or_when_too_much_waits() {
+        let folder = tempfile::tempdir().unwrap();
+        let scenario = asperity_model::resolve::<&str>("default", &[]).unwrap();
+        let header = header(&scenario, &Plan::new(&scenario), "fast");
+        for (n, checkpoint_after) in [Some(3), None].into_iter().enumerate() {
+            let path = folder.path().join(format!("{n}.mcap"));
+            let after = Duration::from_secs(60);
+            let to = LogTo { keep: KeepLog::Never, after, ..LogTo::new(&path) };
+            let mut log = Log::new(to, header.clone(), String::new(), Vec::new()).unwrap();
+            let mut steps = 0;
+            while !partial_path(&path).exists() {
+                assert!(log.waiting_bytes < MOST_WAITING_BYTES && log.waiting.len() == steps as usize);
+                if checkpoint_after == Some(steps) {
+                    log.take(Item::Checkpoint(Checkpoint { step: steps, state: "{}".to_owned() })).unwrap();
+                } else {
+                    log.take(state(steps)).unwrap();
+                    steps += 1;
+                }
+            }
+            assert!(log.waiting.is_empty());
+            match checkpoint_after {
+                Some(expected) => assert_eq!(steps, expected),
+                // A state takes between three and four kilobytes.
+                None => assert!(
+                    (MOST_WAITING_BYTES / 4000..MOST_WAITING_BYTES / 3000).contains(&(steps as usize))
+                ),
+            }
+            // It stays where it is, for whoever made the run to remove.
+            assert_eq!(log.finish(RunStatus::Complete, None, SolverReport::default()).unwrap(), None);
+            assert!(partial_path(&path).exists() && !path.exists());
+        }
+    }
+}

@@ -42,8 +42,9 @@ Examples:
   asperity sweep run out/tilts --chunk 2/8 --jobs 4
 
 What is done is done: killed at any time and called again, it makes what is
-missing, and goes on with runs that had taken more than a minute. A run that fails is recorded with its reason and does not stop the
-others. One whose process died three times is not tried again.
+missing, and goes on with runs that had taken more than a minute. A run that
+fails is recorded with its reason and does not stop the others. One whose
+process died three times is not tried again.
 
 Exit codes:
   0    all runs that were asked for are done
@@ -103,7 +104,10 @@ Exit codes:
 Examples:
   asperity sweep emit slurm out/tilts --tasks 16 --cores 4 > out/sweep.slurm
   asperity sweep emit list out/tilts --tasks 16 > out/commands.txt
-  asperity sweep emit row out/tilts > out/workflow.toml")]
+  asperity sweep emit row out/tilts > out/workflow.toml
+
+`bash out/sweep.slurm` submits what is missing, as job arrays, and behind them a
+job that makes the tables; called again, what is missing then.")]
     Emit(SweepEmitArguments),
 }
 

@@ -22,6 +22,7 @@ loop, which takes about ten minutes in all. Parts:
   runs      the default run
   chains    longer and shorter chains
   pays      runs in which the fast solver may not pay, beside the plain one
+  studies   asperity sweep run, beside bare solvers in as many processes
   logs      reading run logs
   diff      comparing event tables of up to a million events
   chapter5  asperity reproduce pipelines/chapter5.toml

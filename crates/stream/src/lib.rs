@@ -182,7 +182,7 @@ fn detect(detectors: &mut [Box<dyn Detector>], records: &Receiver<Fed>, to_sink:
     let mut events = Vec::new();
     for fed in records {
         let ends = matches!(fed, Fed::End);
-        let passed_on = pass_on(fed, detectors, &mut events, &mut |item| to_sink.send(item));
+        let passed_on = pass_on(fed, detectors, &mut events, &mut |item| to_sink.send(item).map_err(drop));
         if passed_on.is_err() || ends {
             return;
         }

@@ -10,6 +10,7 @@ mod diff;
 mod logs;
 mod pays;
 mod scalar;
+mod studies;
 
 use std::ffi::OsString;
 use std::fs;
@@ -27,11 +28,12 @@ const ROUNDS: usize = 5;
 const SCALAR_STEPS: u64 = 2_000_000;
 
 /// What can be measured, by name.
-const PARTS: [(&str, fn()); 7] = [
+const PARTS: [(&str, fn()); 8] = [
     ("loop", against_c),
     ("runs", default_runs),
     ("chains", long_chains),
     ("pays", pays::pays),
+    ("studies", studies::studies),
     ("logs", logs::logs),
     ("diff", diff::tables),
     ("chapter5", whole_chapter),
@@ -40,6 +42,10 @@ const PARTS: [(&str, fn()); 7] = [
 fn main() -> ExitCode {
     // Cargo hands `--bench` to every benchmark.
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    if let Some((studies::MAKE_RUNS, arguments)) = arguments.split_first().map(|(name, rest)| (&**name, rest))
+    {
+        return studies::make_runs(arguments);
+    }
     let parts = arguments.iter().map(|name| PARTS.iter().find(|(part, _)| part == name).ok_or(name));
     match parts.collect::<Result<Vec<_>, _>>() {
         Ok(parts) if parts.is_empty() => PARTS.iter().for_each(|(_, measure)| measure()),

@@ -37,7 +37,7 @@
 //! - [`runs`]: the runs of a pipeline, single and in ensembles.
 //! - [`figures`]: drawn with plotters and an embedded font.
 //! - [`pipeline`]: the TOML that says which runs, tables, figures and claims.
-//! - [`reference`]: what may stand in it, as `docs/figures.md` has it.
+//! - [`mod@reference`]: what may stand in it, as `docs/figures.md` has it.
 
 mod beside_theory;
 pub mod claims;

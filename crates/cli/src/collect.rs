@@ -11,6 +11,8 @@ use asperity_export::Csv;
 use asperity_export::format::Format;
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_record::{Cell, Column};
+#[cfg(feature = "analysis")]
+use asperity_run::CODE_VERSION;
 use asperity_study_figures::Figure;
 use asperity_sweep::plan::FILE;
 use asperity_sweep::results::Counts;
@@ -138,9 +140,14 @@ impl Study<'_> {
             #[cfg(feature = "analysis")]
             {
                 create_folder(&figures.folder)?;
+                // The ids of a plan by other code are other ones, and say nothing of its scenarios.
+                let is_own = self.plan.common.code_version == CODE_VERSION;
                 let scenario_of = |run: u64| {
-                    let planned = self.plan.scenario(&self.plan.rows[run as usize - 1]);
-                    planned.map(|(scenario, _)| scenario)
+                    let row = &self.plan.rows[run as usize - 1];
+                    if !is_own {
+                        return self.plan.common.resolve(&row.values);
+                    }
+                    self.plan.scenario(row).map(|(scenario, _)| scenario)
                 };
                 let drawn = passing.drawer.draw(&scenario_of, &files, &figures.folder);
                 paths.extend(drawn.map_err(Failure::failed)?);

@@ -245,7 +245,11 @@ impl Common {
         self.keys.iter().zip(values).map(|(key, value)| format!("{key}={value}")).collect()
     }
 
-    fn resolve(&self, values: &[Value]) -> Result<Scenario, String> {
+    /// The scenario with these values, as this program understands it.
+    ///
+    /// # Errors
+    /// If it refuses them.
+    pub fn resolve(&self, values: &[Value]) -> Result<Scenario, String> {
         let source = ScenarioSource::new(&self.scenario, &self.scenario_toml);
         let assignments = self.set.iter().cloned().chain(self.assignments(values));
         let source = assignments.fold(source, |source, assignment| source.with_override(&assignment));

@@ -40,6 +40,8 @@ mod ruptures;
 mod salvage;
 mod scenarios;
 mod stopped;
+#[cfg(feature = "analysis")]
+mod streaming;
 mod summary;
 mod sweep;
 #[cfg(feature = "analysis")]

@@ -46,6 +46,7 @@ mod slurm;
 mod staging;
 mod stopped;
 #[cfg(feature = "analysis")]
+mod streaming;
 mod study_figures;
 mod summary;
 mod sweep;

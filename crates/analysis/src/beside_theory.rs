@@ -12,7 +12,7 @@ use crate::run_data::RunData;
 pub(crate) const AFFECTED_THRESHOLD: f64 = 0.0049;
 
 pub(crate) fn time_to_reach(run: &RunData, load_ratio: f64) -> Option<f64> {
-    run.steps.iter().find(|record| record.load_ratio() >= load_ratio).map(|record| record.time_s)
+    run.loads().iter().find(|record| record.load_ratio() >= load_ratio).map(|record| record.time_s)
 }
 
 pub(crate) fn residual(run: &RunData, law: LengthLaw) -> Option<f64> {
@@ -50,7 +50,7 @@ pub(crate) fn ahead_of_front_error(run: &RunData) -> Option<f64> {
         .iter()
         .filter_map(|precursor| {
             let ahead = precursor.last_block as usize;
-            let fields = run.fields_at(precursor.end.end_step?)?;
+            let fields = run.states().at_precursor_end(precursor.end.end_step?)?;
             Some(fields.tangential_force_n.get(ahead)? / run.plan.normal_load_n[ahead])
         })
         .collect();
@@ -78,7 +78,7 @@ pub(crate) fn load_curve_error(run: &RunData) -> Option<f64> {
         low + (high - low) * (time_s - from_s) / (to_s - from_s)
     };
     let deviations = run
-        .steps
+        .loads()
         .iter()
         .take_while(|record| record.time_s <= end_s)
         .map(|record| record.load_ratio() - theory(record.time_s));
@@ -86,7 +86,7 @@ pub(crate) fn load_curve_error(run: &RunData) -> Option<f64> {
 }
 
 pub(crate) fn initial_shear_error(run: &RunData) -> Option<f64> {
-    let fields = run.fields_at(0)?;
+    let fields = run.states().first()?;
     let plan = &run.plan;
     let expected = asperity_model::initial::shear_profile(
         run.scenario.initial_shear.beta,
@@ -136,13 +136,13 @@ mod tests {
 
     use crate::made_up;
     use crate::measure::Measure;
-    use crate::run_data::RunData;
+    use crate::run_data::{Load, RunData};
 
     /// Three blocks with these forces at every onset and end.
     fn with_fields(forces_n: [f64; 3]) -> RunData {
         let mut run = made_up::run("", &made_up::EVENTS);
         let steps = run.slips.iter().flat_map(|slip| [Some(slip.onset_step), slip.end_step]).flatten();
-        run.fields = steps
+        let states: Vec<FieldRecord> = steps
             .map(|step| FieldRecord {
                 step,
                 time_s: run.plan.grid.time_s(step),
@@ -153,6 +153,7 @@ mod tests {
                 detached: vec![0; 3],
             })
             .collect();
+        made_up::with_states(&mut run, &states);
         run
     }
 
@@ -182,24 +183,19 @@ mod tests {
     fn the_load_curve_is_compared_up_to_the_dynamic_coefficient() {
         let mut run = made_up::run("time.duration_s = 5", &[]);
         let curve = asperity_model::analytic::LoadCurve::of(&run.scenario).unwrap().points();
-        run.steps = curve
-            .iter()
-            .map(|&(time_s, ratio)| StepRecord {
-                driving_force_n: 400.0 * ratio,
-                normal_load_n: 400.0,
-                ..quiet_step((time_s / 1e-7) as u64, time_s, 0.0)
-            })
-            .collect();
+        let record = |driving_force_n: f64, step: u64, time_s: f64| {
+            let step = quiet_step(step, time_s, 0.0);
+            Load::from(&StepRecord { driving_force_n, normal_load_n: 400.0, ..step })
+        };
+        let along =
+            curve.iter().map(|&(time_s, ratio)| record(400.0 * ratio, (time_s / 1e-7) as u64, time_s));
+        run.loads = along.collect();
         assert!(Measure::LoadCurveError.of(&run, None).unwrap() < 1e-12);
         assert!(Measure::TimeToDynamicCoefficientError.of(&run, None).unwrap() < 1e-12);
-        run.steps[100].driving_force_n -= 400.0 * 0.045;
+        run.loads[100].driving_force_n -= 400.0 * 0.045;
         assert!((Measure::LoadCurveError.of(&run, None).unwrap() - 0.1).abs() < 1e-9);
         // Behind the end of the theory nothing counts.
-        run.steps.push(StepRecord {
-            driving_force_n: 0.0,
-            normal_load_n: 400.0,
-            ..quiet_step(40_000_000, 4.0, 0.0)
-        });
+        run.loads.push(record(0.0, 40_000_000, 4.0));
         assert!((Measure::LoadCurveError.of(&run, None).unwrap() - 0.1).abs() < 1e-9);
     }
 

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use asperity_record::RunHeader;
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -13,6 +14,7 @@ use serde::Deserialize;
 use crate::error::AnalysisError;
 use crate::measure::Measure;
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 /// Relative deviation up to which a number stated is taken to agree.
 const TOLERANCE: f64 = 0.02;
@@ -145,6 +147,16 @@ impl Claim {
         own.chain(others).map(String::as_str)
     }
 
+    /// What it reads of each of its runs.
+    pub(crate) fn wants(&self) -> Wants {
+        self.measure.wants()
+    }
+
+    /// The number stated.
+    fn stated(&self) -> Option<f64> {
+        self.stated.as_ref().and_then(|text| text.parse().ok())
+    }
+
     /// Its lists of runs, in which an ensemble may stand for its members.
     pub(crate) fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
         let second = self.as_stated.iter_mut().flat_map(|runs| [&mut runs.spread, &mut runs.minus_spread]);
@@ -203,26 +215,41 @@ pub struct Judgement {
     pub verdict: &'static str,
 }
 
-/// Measures every claim.
-pub fn judge<'a>(claims: &'a [Claim], runs: &BTreeMap<String, RunData>) -> Vec<Outcome<'a>> {
+/// What the claims of a list measure in one run, in their order; `None` for those that do not speak
+/// of it, and where the run does not have it.
+#[derive(Debug, Clone)]
+pub struct Measured(Vec<Option<f64>>);
+
+impl Measured {
+    /// Measures a run.
+    pub fn of(claims: &[Claim], run: &RunData) -> Measured {
+        let speaks = |claim: &Claim| claim.runs().any(|name| name == run.name);
+        let measure = |claim: &Claim| claim.measure.of(run, claim.near.or(claim.stated()));
+        Measured(claims.iter().map(|claim| speaks(claim).then(|| measure(claim)).flatten()).collect())
+    }
+}
+
+/// Judges every claim by what was measured in the runs, by their names.
+pub fn judge<'a>(claims: &'a [Claim], runs: &BTreeMap<&str, &Measured>) -> Vec<Outcome<'a>> {
     claims
         .iter()
-        .map(|claim| {
+        .enumerate()
+        .map(|(index, claim)| {
+            let measured = |run: &str| runs.get(run).and_then(|measured| measured.0[index]);
             let own = Runs {
                 run: claim.run.clone(),
                 minus: claim.minus.clone(),
                 spread: claim.spread.clone(),
                 minus_spread: claim.minus_spread.clone(),
             };
-            let as_stated = claim.as_stated.as_ref().map(|second| judge_in(claim, second, runs));
-            Outcome { claim, own: judge_in(claim, &own, runs), as_stated }
+            let as_stated = claim.as_stated.as_ref().map(|second| judge_in(claim, second, &measured));
+            Outcome { claim, own: judge_in(claim, &own, &measured), as_stated }
         })
         .collect()
 }
 
-fn judge_in(claim: &Claim, of: &Runs, runs: &BTreeMap<String, RunData>) -> Judgement {
-    let stated: Option<f64> = claim.stated.as_ref().and_then(|text| text.parse().ok());
-    let measure = |name: &String| claim.measure.of(runs.get(name)?, claim.near.or(stated));
+fn judge_in(claim: &Claim, of: &Runs, measure: &dyn Fn(&str) -> Option<f64>) -> Judgement {
+    let stated = claim.stated();
     let difference = |name: &String, minus: Option<&String>| match minus {
         None => measure(name),
         Some(other) => Some(measure(name)? - measure(other)?),
@@ -332,17 +359,17 @@ pub fn table(outcomes: &[Outcome<'_>]) -> Result<DataFrame, AnalysisError> {
 }
 
 /// The claims as a page of Markdown, headed by what the runs were.
-pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &BTreeMap<String, RunData>) -> String {
-    let distinct = |value: &dyn Fn(&RunData) -> String| -> String {
-        let values: std::collections::BTreeSet<String> = runs.values().map(value).collect();
+pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &[&RunHeader]) -> String {
+    let distinct = |value: &dyn Fn(&RunHeader) -> String| -> String {
+        let values: std::collections::BTreeSet<String> = runs.iter().map(|run| value(run)).collect();
         values.into_iter().collect::<Vec<_>>().join(", ")
     };
     let mut page = format!(
         "# {title}: claims\n\nParameter set {}; dt = {} s; solver {}; code version {}.\n\n",
-        distinct(&|run| run.header.parameter_set.clone()),
-        distinct(&|run| format!("{:e}", run.header.time_step_s)),
-        distinct(&|run| run.header.solver.clone()),
-        distinct(&|run| run.header.code_version.clone()),
+        distinct(&|run| run.parameter_set.clone()),
+        distinct(&|run| format!("{:e}", run.time_step_s)),
+        distinct(&|run| run.solver.clone()),
+        distinct(&|run| run.code_version.clone()),
     );
     for speaker in [Speaker::Source, Speaker::Project] {
         let of_speaker: Vec<&Outcome<'_>> =
@@ -449,8 +476,20 @@ fn score(page: &mut String, speaker: Speaker, outcomes: &[&Outcome<'_>]) {
 mod tests {
     use std::collections::BTreeMap;
 
-    use super::{Claim, half_last_digit, judge, markdown, table};
+    use super::{Claim, Measured, Outcome, half_last_digit, judge, markdown, table};
     use crate::made_up;
+    use crate::run_data::RunData;
+
+    fn judged<'a>(claims: &'a [Claim], runs: &mut BTreeMap<String, RunData>) -> Vec<Outcome<'a>> {
+        runs.iter_mut().for_each(|(name, run)| run.name.clone_from(name));
+        let measured = runs.iter().map(|(name, run)| (name.as_str(), Measured::of(claims, run)));
+        let measured: BTreeMap<&str, Measured> = measured.collect();
+        judge(claims, &measured.iter().map(|(name, measured)| (*name, measured)).collect())
+    }
+
+    fn page_of(outcomes: &[Outcome<'_>], runs: &BTreeMap<String, RunData>) -> String {
+        markdown("title", outcomes, &runs.values().map(|run| &run.header).collect::<Vec<_>>())
+    }
 
     #[test]
     fn half_a_digit_is_read_off_the_text() {
@@ -467,7 +506,7 @@ mod tests {
     #[test]
     fn spreads_differences_and_second_runs_are_judged() {
         let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);
-        let runs = BTreeMap::from([
+        let mut runs = BTreeMap::from([
             ("early".to_owned(), global(10_000_000)),
             ("late".to_owned(), global(20_000_000)),
             ("none".to_owned(), made_up::run("", &[(1, 2, &[1])])),
@@ -482,7 +521,7 @@ mod tests {
             ),
             claim("run = \"late\"\nminus = \"none\"\nat_least = 0"),
         ];
-        let outcomes = judge(&claims, &runs);
+        let outcomes = judged(&claims, &mut runs);
         let verdicts: Vec<&str> = outcomes.iter().map(|outcome| outcome.own.verdict).collect();
         assert_eq!(
             verdicts,
@@ -497,13 +536,13 @@ mod tests {
         assert_eq!((second.ours, second.verdict), (Some(-1.0), "differs"));
 
         assert!(table(&outcomes).unwrap().column("as_stated_verdict").is_ok());
-        let page = markdown("title", &outcomes, &runs);
+        let page = page_of(&outcomes, &runs);
         assert!(page.contains("1 agree, 2 differ, 1 not reached, 2 in a spread."), "{page}");
         assert!(page.contains("| late minus early |"), "{page}");
         assert!(page.contains(" -1.0000, **differs** |"), "{page}");
         // Without second runs neither has a column for them.
         assert!(table(&outcomes[..4]).unwrap().column("as_stated_verdict").is_err());
-        assert!(!markdown("title", &outcomes[..4], &runs).contains("as-stated"));
+        assert!(!page_of(&outcomes[..4], &runs).contains("as-stated"));
     }
 
     #[test]
@@ -529,8 +568,8 @@ mod tests {
         let global = |step: u64| made_up::run("", &[(step, step + 9, &[1, 2, 3])]);
         let steps = [10_000_000, 20_000_000, 40_000_000, 15_000_000];
         let names = ["one", "two", "four", "half"];
-        let runs = names.map(str::to_owned).into_iter().zip(steps.map(global)).collect();
-        let judged = |rest: &str| judge(&[claim(rest)], &runs)[0].own.clone();
+        let mut runs = names.map(str::to_owned).into_iter().zip(steps.map(global)).collect();
+        let mut judged = |rest: &str| judged(&[claim(rest)], &mut runs)[0].own.clone();
         let median = judged("run = \"one\"\nspread = [\"four\", \"two\"]\nat_least = 1.5");
         assert_eq!((median.ours, median.verdict), (Some(2.0), "agrees"));
         assert_eq!(median.rule, "at least 1.5, the median of 3 runs");
@@ -543,11 +582,11 @@ mod tests {
 
     #[test]
     fn statements_of_the_project_stand_and_count_apart() {
-        let runs = BTreeMap::from([("r".to_owned(), made_up::run("", &[(9, 19, &[1, 2, 3])]))]);
+        let mut runs = BTreeMap::from([("r".to_owned(), made_up::run("", &[(9, 19, &[1, 2, 3])]))]);
         let claims =
             [claim("run = \"r\"\nof = \"this project\"\nat_least = 5"), claim("run = \"r\"\nat_most = 5")];
-        let outcomes = judge(&claims, &runs);
-        let page = markdown("title", &outcomes, &runs);
+        let outcomes = judged(&claims, &mut runs);
+        let page = page_of(&outcomes, &runs);
         let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text}: {page}"));
         let ours = place("What this project says:");
         assert!(place("What the source says:") < ours);

@@ -2,10 +2,10 @@
 //! tables show.
 
 use asperity_model::analytic::{self, LengthLaw, LengthLawParameters};
-use asperity_record::{FieldRecord, Rupture, SlipEvent, StepRecord};
+use asperity_record::{FieldRecord, Rupture, SlipEvent};
 
 use crate::precursors::{self, Precursor, PrecursorRules};
-use crate::run_data::RunData;
+use crate::run_data::{Load, RunData};
 
 /// One precursor beside the theory.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,7 +90,7 @@ pub fn line(points: &[PrecursorPoint]) -> Option<(f64, f64)> {
 
 /// The state at the onset of the first slip event.
 pub fn first_onset_fields(run: &RunData) -> Option<&FieldRecord> {
-    run.fields_at(run.slips.first()?.onset_step)
+    run.states().at_first_onset()
 }
 
 /// The precursor whose length is nearest to `blocks`; the earliest of equals.
@@ -103,9 +103,9 @@ pub fn nearest_precursor(run: &RunData, blocks: f64) -> Option<Precursor<'_>> {
 /// That precursor, and `tau_n / p_n` of every block at its end.
 pub fn front_profile(run: &RunData, blocks: f64) -> Option<(Precursor<'_>, Vec<f64>)> {
     let precursor = nearest_precursor(run, blocks)?;
-    let fields = run.fields_at(precursor.end.end_step?)?;
+    let fields = run.states().at_precursor_end(precursor.end.end_step?)?;
     // The load of that step, which need not be that of the start.
-    let record = run.steps.iter().find(|record| record.step == fields.step)?;
+    let record = run.loads().iter().find(|record| record.step == fields.step)?;
     let factor = record.normal_load_n / run.plan.total_normal_load_n;
     let loads = run.plan.normal_load_n.iter().map(|p| p * factor);
     let profile = fields.tangential_force_n.iter().zip(loads).map(|(tau, p)| tau / p).collect();
@@ -125,7 +125,7 @@ pub fn event_in_window(run: &RunData, blocks: f64) -> Option<&SlipEvent> {
 
 /// The sum of the magnitudes of all driving forces over the normal load: `F_T / F_N`
 /// where all pull one way.
-pub fn pull_ratio(record: &StepRecord) -> f64 {
+pub fn pull_ratio(record: &Load) -> f64 {
     let pull_n = record.end_forces_n.map_or(record.driving_force_n, |ends| ends[0].abs() + ends[1].abs());
     pull_n / record.normal_load_n
 }
@@ -140,7 +140,7 @@ pub fn growing_slips(run: &RunData) -> Vec<(f64, f64)> {
             continue;
         }
         most = slip.blocks_slipped;
-        if let Some(record) = run.record_at(slip.onset_step) {
+        if let Some(record) = run.load_at(slip.onset_step) {
             grown.push((pull_ratio(record), f64::from(most) / f64::from(run.header.blocks)));
         }
         if most == run.header.blocks {
@@ -156,7 +156,7 @@ pub fn ring_down(run: &RunData) -> Vec<(f64, f64, f64)> {
     let initial = run.plan.initial.velocity_m_per_s[0];
     let shape = analytic::mode_shape(run.scenario.initial_velocity.mode, run.header.blocks);
     let rate = (run.plan.elastic.stiffness_n_per_m() / run.plan.block_mass_kg).sqrt();
-    run.windows
+    run.windows()
         .iter()
         .filter(|record| record.first_block == 1)
         .map(|record| {
@@ -169,18 +169,19 @@ pub fn ring_down(run: &RunData) -> Vec<(f64, f64, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::{FieldRecord, StepRecord};
+    use asperity_record::FieldRecord;
 
     use super::{PrecursorPoint, front_profile, growing_slips, line, pull_ratio};
     use crate::made_up;
     use crate::made_up::EVENTS;
+    use crate::run_data::Load;
 
     #[test]
     fn fronts_are_over_the_load_of_their_step() {
         let mut run = made_up::run("", &[(20_000_000, 20_000_100, &[1, 2, 3])]);
         let step = run.slips[0].end_step.unwrap();
-        run.steps.push(StepRecord { step, normal_load_n: 300.0, ..run.steps[0].clone() });
-        run.fields.push(FieldRecord {
+        run.loads.push(Load { step, normal_load_n: 300.0, ..run.loads[0] });
+        let state = FieldRecord {
             step,
             time_s: run.plan.grid.time_s(step),
             displacement_m: vec![0.0; 3],
@@ -188,7 +189,8 @@ mod tests {
             tangential_force_n: vec![45.0; 3],
             stick_position_m: vec![0.0; 3],
             detached: vec![0; 3],
-        });
+        };
+        made_up::with_states(&mut run, &[state]);
         let (_, profile) = front_profile(&run, 3.0).unwrap();
         // 100 N on each of three blocks, not the 133 N of the start.
         assert!(profile.iter().all(|ratio| (ratio - 0.45).abs() < 1e-12), "{profile:?}");
@@ -206,13 +208,13 @@ mod tests {
     #[test]
     fn both_ends_count_with_the_current_load() {
         let mut run = made_up::run("", &EVENTS);
-        run.steps[1].end_forces_n = Some([-30.0, 20.0]);
-        run.steps[1].normal_load_n = 100.0;
-        assert_eq!(pull_ratio(&run.steps[1]), 0.5);
+        run.loads[1].end_forces_n = Some([-30.0, 20.0]);
+        run.loads[1].normal_load_n = 100.0;
+        assert_eq!(pull_ratio(&run.loads[1]), 0.5);
         // Events 0, 1 and 5 are each larger than all before; records lie a step before onsets.
         let grown = growing_slips(&run);
         assert_eq!(grown, [(0.0025, 1.0 / 3.0), (0.5, 2.0 / 3.0), (0.0025, 1.0)]);
-        assert_eq!(run.record_at(250).unwrap().step, 199);
-        assert_eq!(run.record_at(0).unwrap().step, 99);
+        assert_eq!(run.load_at(250).unwrap().step, 199);
+        assert_eq!(run.load_at(0).unwrap().step, 99);
     }
 }

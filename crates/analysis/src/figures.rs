@@ -1,7 +1,8 @@
 //! The figures, drawn at print quality.
 //!
 //! Each kind of figure is a module with a specification, as the pipeline writes
-//! it, and a way to draw it. To add one: a module, and a line in `kinds!`.
+//! it, the part that it takes of a run, and a way to draw it from its parts. To add one: a module,
+//! and a line in `kinds!`.
 
 mod arrest;
 mod damping;
@@ -26,17 +27,18 @@ mod study;
 mod text;
 mod velocities;
 
-use std::collections::BTreeMap;
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 use asperity_files::FileSet;
-use asperity_stream::at_once;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::error::AnalysisError;
 use crate::run_data::RunData;
-use kind::Figure;
+use crate::wants::Wants;
+use kind::{AnyFigure, AnyPart, Parts};
 
 macro_rules! kinds {
     ($($(#[$doc:meta])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
@@ -48,9 +50,9 @@ macro_rules! kinds {
         }
 
         impl Figures {
-            fn all(&self) -> Vec<&dyn Figure> {
-                let mut all: Vec<&dyn Figure> = Vec::new();
-                $(all.extend(self.$field.iter().map(|figure| figure as &dyn Figure));)*
+            fn all(&self) -> Vec<&dyn AnyFigure> {
+                let mut all: Vec<&dyn AnyFigure> = Vec::new();
+                $(all.extend(self.$field.iter().map(|figure| figure as &dyn AnyFigure));)*
                 all
             }
         }
@@ -112,22 +114,60 @@ impl Figures {
         self.all().into_iter().map(|figure| figure.file())
     }
 
-    /// Draws all figures into a folder, as files of a set; `drawn` is called after each.
-    pub(crate) fn draw(
-        &self,
-        runs: &BTreeMap<String, RunData>,
-        files: &FileSet,
-        folder: &Path,
-        drawn: &(dyn Fn() + Sync),
-    ) -> Result<(), AnalysisError> {
-        at_once(&self.all(), None, |figure| {
+    /// What they read of a run.
+    pub(crate) fn wants(&self, run: &str) -> Wants {
+        let of_run = self.all().into_iter().filter(|figure| figure.runs().contains(&run));
+        of_run.fold(Wants::NOTHING, |wants, figure| wants | figure.wants())
+    }
+}
+
+/// Figures that are drawn one by one, each as soon as it has its part of all its runs.
+pub(crate) struct Gathering<'a> {
+    figures: Vec<Begun<'a>>,
+    folder: PathBuf,
+}
+
+/// A figure, and its parts of the runs that have gone by.
+struct Begun<'a> {
+    figure: &'a dyn AnyFigure,
+    runs: BTreeSet<&'a str>,
+    parts: Mutex<Parts<AnyPart>>,
+}
+
+impl<'a> Gathering<'a> {
+    /// For the figures of a pipeline, to be drawn into a folder.
+    pub(crate) fn begin(figures: &'a Figures, folder: PathBuf) -> Gathering<'a> {
+        let begun = |figure: &'a dyn AnyFigure| Begun {
+            figure,
+            runs: figure.runs().into_iter().collect(),
+            parts: Mutex::default(),
+        };
+        Gathering { figures: figures.all().into_iter().map(begun).collect(), folder }
+    }
+
+    /// Takes the parts of all figures of a run, and draws those that it was the last one for, as files
+    /// of a set. Says how many that were.
+    pub(crate) fn run(&self, run: &RunData, files: &FileSet) -> Result<usize, AnalysisError> {
+        let mut drawn = 0;
+        for Begun { figure, runs, parts } in &self.figures {
+            if !runs.contains(run.name.as_str()) {
+                continue;
+            }
             let failed = |problem: String| AnalysisError::Figure { file: figure.file().to_owned(), problem };
-            let sheet = figure.sheet(runs).map_err(failed)?;
-            sheet.write(&files.create_by_path(&folder.join(figure.file()))?).map_err(failed)?;
-            drawn();
-            Ok(())
-        })
-        .map(drop)
+            let part = figure.part(run).map_err(failed)?;
+            let whole = {
+                let mut parts = parts.lock().expect("whoever adds a part does not panic");
+                parts.insert(run.name.clone(), part);
+                (parts.len() == runs.len()).then(|| std::mem::take(&mut *parts))
+            };
+            if let Some(parts) = whole {
+                let sheet = figure.sheet(parts).map_err(failed)?;
+                let path = self.folder.join(figure.file());
+                sheet.write(&files.create_by_path(&path)?).map_err(failed)?;
+                drawn += 1;
+            }
+        }
+        Ok(drawn)
     }
 }
 
@@ -139,17 +179,18 @@ pub const OVERVIEW: [&str; 2] = ["load.png", "precursors.png"];
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn draw_overview(run: RunData, files: &FileSet, folder: &Path) -> Result<(), AnalysisError> {
-    let name = run.name.clone();
-    let label = name.clone();
+pub fn draw_overview(run: &RunData, files: &FileSet, folder: &Path) -> Result<(), AnalysisError> {
     let law = asperity_model::analytic::LengthLaw::natural(&run.scenario);
     let figures = Figures {
-        load: vec![load::Load::of_run(OVERVIEW[0], &name)],
-        lengths: vec![lengths::Lengths::of_run(OVERVIEW[1], &name, label, law)],
+        load: vec![load::Load::of_run(OVERVIEW[0], &run.name)],
+        lengths: vec![lengths::Lengths::of_run(OVERVIEW[1], &run.name, run.name.clone(), law)],
         ..Figures::default()
     };
-    figures.draw(&BTreeMap::from([(name, run)]), files, folder, &|| {})
+    Gathering::begin(&figures, folder.to_owned()).run(run, files).map(drop)
 }
+
+/// What [`draw_overview`] reads of a run.
+pub const OVERVIEW_WANTS: Wants = Wants::LOADS;
 
 #[cfg(test)]
 mod tests {
@@ -158,19 +199,20 @@ mod tests {
     use asperity_record::{FieldRecord, WindowRecord};
 
     use super::Figures;
-    use super::kind::Figure;
+    use super::kind::AnyFigure;
     use super::plot::{Panel, Sheet};
     use crate::made_up;
     use crate::made_up::EVENTS;
     use crate::run_data::RunData;
+    use crate::wants::Wants;
 
     /// A run with a state whose load has fallen to a quarter.
-    fn runs() -> BTreeMap<String, RunData> {
+    fn runs(wants: Wants) -> BTreeMap<String, RunData> {
         let mut run = made_up::run("", &EVENTS);
-        for record in &mut run.steps[3..] {
+        for record in &mut run.loads[3..] {
             record.normal_load_n = 100.0;
         }
-        run.fields = vec![FieldRecord {
+        let state = FieldRecord {
             step: 450,
             time_s: run.plan.grid.time_s(450),
             displacement_m: vec![0.0; 3],
@@ -178,15 +220,26 @@ mod tests {
             tangential_force_n: vec![1.0, 2.0, 3.0],
             stick_position_m: vec![0.0; 3],
             detached: vec![0; 3],
-        }];
+        };
+        run.kept |= wants;
+        made_up::with_states(&mut run, &[state]);
         BTreeMap::from([("a".to_owned(), run)])
+    }
+
+    /// A figure of runs that have kept what it wants.
+    fn drawn(figure: &dyn AnyFigure, runs: BTreeMap<String, RunData>) -> Result<Sheet, String> {
+        let part = |(name, run): (String, RunData)| {
+            let kept = RunData { kept: figure.wants(), ..run };
+            Ok((name, figure.part(&kept)?))
+        };
+        figure.sheet(runs.into_iter().map(part).collect::<Result<_, String>>()?)
     }
 
     fn sheet(text: &str) -> Result<Sheet, String> {
         let figures: Figures = toml::from_str(text).unwrap();
-        let all: Vec<&dyn Figure> = figures.all();
+        let all: Vec<&dyn AnyFigure> = figures.all();
         assert_eq!((all.len(), all[0].file(), all[0].runs()), (1, "f.png", vec!["a"]));
-        all[0].sheet(&runs())
+        drawn(all[0], runs(all[0].wants()))
     }
 
     fn single(text: &str) -> Panel {
@@ -222,7 +275,7 @@ mod tests {
         let figures: Figures = toml::from_str(text).unwrap();
         let sheared = made_up::run("initial_shear.beta = 0.2", &EVENTS);
         let Sheet::Single(panel) =
-            figures.all()[0].sheet(&BTreeMap::from([("a".to_owned(), sheared)])).unwrap()
+            drawn(figures.all()[0], BTreeMap::from([("a".to_owned(), sheared)])).unwrap()
         else {
             panic!("one panel")
         };
@@ -238,13 +291,13 @@ mod tests {
                      series = [{ label = \"A\", runs = [\"a\"] }]";
         assert_eq!(single(study).series[1].points, [(3f64.log10(), 3.0)]);
         let refused = sheet(&study.replace("slider.blocks", "normal_load.tilt")).unwrap_err();
-        assert_eq!(refused, "normal_load.tilt of run a is 0: no place on a logarithmic axis");
+        assert_eq!(refused, "normal_load.tilt of run test is 0: no place on a logarithmic axis");
     }
 
     /// The panels of a figure of one run, which is called `a`.
     fn stacked(text: &str, run: RunData) -> Result<Box<[Panel; 2]>, String> {
         let figures: Figures = toml::from_str(text).unwrap();
-        match figures.all()[0].sheet(&BTreeMap::from([("a".to_owned(), run)]))? {
+        match drawn(figures.all()[0], BTreeMap::from([("a".to_owned(), run)]))? {
             Sheet::Stacked(panels) => Ok(panels),
             other => panic!("{other:?}"),
         }
@@ -271,7 +324,7 @@ mod tests {
             text.replace("front-speed", "front-transient").replace("runs = [\"a\"]", "run = \"a\"");
         let figures: Figures = toml::from_str(&transient).unwrap();
         let run = made_up::pulse(12, "prestress.ratio = 0.6");
-        let Sheet::Single(panel) = figures.all()[0].sheet(&BTreeMap::from([("a".to_owned(), run)])).unwrap()
+        let Sheet::Single(panel) = drawn(figures.all()[0], BTreeMap::from([("a".to_owned(), run)])).unwrap()
         else {
             panic!("one panel")
         };

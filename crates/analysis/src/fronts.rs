@@ -2,7 +2,7 @@
 //! they left behind.
 
 use asperity_model::front::{Front, relative_prestress};
-use asperity_record::{Direction, Switch};
+use asperity_record::Direction;
 
 use crate::run_data::RunData;
 
@@ -22,29 +22,19 @@ pub(crate) struct Passage {
 /// The blocks that a front has passed which came from block 1: all up to the first one that never
 /// slid.
 pub(crate) fn passages(run: &RunData) -> Vec<Passage> {
-    let mut first: Vec<Option<(u64, &Switch)>> = vec![None; run.plan.blocks];
-    let mut last = first.clone();
-    for record in &run.steps {
-        for switch in &record.switches {
-            let block = switch.block as usize - 1;
-            first[block].get_or_insert((record.step, switch));
-            last[block] = Some((record.step, switch));
-        }
-    }
     // A switch takes effect in the next step.
     let after = |step: u64| run.plan.grid.time_s(step + 1);
-    let pairs = first.into_iter().zip(last).map_while(|(first, last)| first.zip(last)).zip(1..);
-    pairs
-        .map(|(((first_step, first), (last_step, last)), block)| {
-            let stopped = last.direction == Direction::Attach;
-            Passage {
-                block,
-                arrival_s: after(first_step),
-                stop_s: stopped.then(|| after(last_step)),
-                slip_m: stopped.then_some(last.displacement_m - first.displacement_m),
-            }
-        })
-        .collect()
+    let slid = run.switches.iter().map_while(|switched| switched.as_ref()).zip(1..);
+    slid.map(|([first, last], block)| {
+        let stopped = last.direction == Direction::Attach;
+        Passage {
+            block,
+            arrival_s: after(first.step),
+            stop_s: stopped.then(|| after(last.step)),
+            slip_m: stopped.then_some(last.displacement_m - first.displacement_m),
+        }
+    })
+    .collect()
 }
 
 /// The blocks over which a front is taken to be steady: from the middle of the slider to 11/12 of
@@ -136,11 +126,11 @@ pub(crate) fn arrest_prestress(run: &RunData) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::{Direction, StepRecord, Switch};
-    use asperity_testkit::{quiet_step, switch};
+    use asperity_record::Direction;
 
     use super::*;
     use crate::made_up::pulse;
+    use crate::run_data::Switched;
 
     #[test]
     fn speed_length_and_slip_are_those_of_the_steady_span() {
@@ -169,21 +159,18 @@ mod tests {
         // Block 7: (0.54 - 0.45) / 0.25.
         assert!((arrest_prestress(&run).unwrap() - 0.36).abs() < 1e-9);
         // One that slides at the end may still go on; one far away is not of this front.
-        run.steps.pop();
+        let [first, last] = run.switches[6].as_mut().unwrap();
+        *last = *first;
         assert_eq!(arrest_prestress(&run), None);
-        run.steps[0].switches.push(switch(10, Direction::Detach));
+        run.switches[9] = run.switches[0];
         assert_eq!(passages(&run).len(), 7);
     }
 
     #[test]
     fn blocks_that_slide_again_slid_from_first_to_last() {
         let mut run = pulse(12, "prestress.ratio = 0.6");
-        let again = |step: u64, direction, displacement_m| StepRecord {
-            switches: vec![Switch { displacement_m, ..switch(8, direction) }],
-            ..quiet_step(step, run.plan.grid.time_s(step), 0.0)
-        };
-        let more = [again(5000, Direction::Detach, 3e-6), again(5100, Direction::Attach, 4e-6)];
-        run.steps.extend(more);
+        let again = Switched { step: 5100, direction: Direction::Attach, displacement_m: 4e-6 };
+        run.switches[7].as_mut().unwrap()[1] = again;
         let passage = passages(&run)[7];
         assert!((passage.slip_m.unwrap() - 3e-6).abs() < 1e-15);
         assert!((passage.stop_s.unwrap() - 5.101e-6).abs() < 1e-15);

@@ -18,13 +18,18 @@
 //!
 //! In reading order:
 //!
-//! - [`run_data`]: a run log in memory.
+//! - [`wants`]: what is to be kept of a run.
+//! - `growth`: precursors told from other slip events, one by one.
+//! - [`states`]: the states of all blocks that something is measured in.
+//! - [`run_data`]: what is kept of a run while its records pass.
 //! - [`precursors`]: which slip events count as precursors.
 //! - [`curves`]: what is read off a run for measures, tables and figures alike.
 //! - `beside_theory`: single numbers that set a run beside a theory.
+//! - `beside_hold`: the same before the drive is held and after it.
 //! - `fronts`: fronts through the slider, read off its switches.
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
+//! - [`load_table`]: the one table that grows with the records of a run, written as they pass.
 //! - [`summaries`]: summaries of runs as files.
 //! - [`record`]: what tables and figures were made of, beside them.
 //! - `parquet_bounds`, [`parquet_table`]: Parquet of others, held against the length of its file
@@ -38,7 +43,9 @@
 //! - [`figures`]: drawn with plotters and an embedded font.
 //! - [`pipeline`]: the TOML that says which runs, tables, figures and claims.
 //! - [`mod@reference`]: what may stand in it, as `docs/figures.md` has it.
+//! - [`reduction`]: tables and figures of a pipeline, made of one run after the other.
 
+mod beside_hold;
 mod beside_theory;
 pub mod claims;
 pub mod curves;
@@ -46,6 +53,8 @@ mod error;
 pub mod event_file;
 pub mod figures;
 mod fronts;
+mod growth;
+pub mod load_table;
 #[cfg(test)]
 mod made_up;
 pub mod measure;
@@ -55,12 +64,15 @@ pub mod parquet_tables;
 pub mod pipeline;
 pub mod precursors;
 pub mod record;
+pub mod reduction;
 pub mod reference;
 pub mod run_data;
 pub mod runs;
+pub mod states;
 pub mod study;
 pub mod summaries;
 pub mod table_file;
 pub mod tables;
+pub mod wants;
 
 pub use error::AnalysisError;

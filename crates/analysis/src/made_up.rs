@@ -1,10 +1,14 @@
 //! Made-up runs for unit tests.
 
+use std::collections::BTreeSet;
+
 use asperity_model::{Plan, Scenario, ScenarioSource};
-use asperity_record::{Direction, RunHeader, SlipEvent, StepRecord, Switch};
+use asperity_record::{Direction, FieldRecord, Record, RunHeader, SlipEvent, StepRecord, Switch};
 use asperity_testkit::{quiet_step, slip_event, switch};
 
-use crate::run_data::RunData;
+use crate::run_data::{Collector, RunData};
+use crate::states::States;
+use crate::wants::Wants;
 
 /// Slip events of three blocks: onset and end step, blocks.
 pub(crate) const EVENTS: [(u64, u64, &[u32]); 7] = [
@@ -24,12 +28,15 @@ pub(crate) fn run(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData
     let source = ScenarioSource::new("test", &text);
     let scenario = Scenario::resolve(&source).unwrap();
     let plan = Plan::new(&scenario);
-    let steps = events.iter().map(|&(onset, _, blocks)| StepRecord {
-        driving_force_n: 1.0,
-        normal_load_n: 400.0,
-        switches: blocks.iter().map(|&block| switch(block, Direction::Detach)).collect(),
-        ..quiet_step(onset - 1, plan.grid.time_s(onset - 1), 0.0)
-    });
+    let steps: Vec<StepRecord> = events
+        .iter()
+        .map(|&(onset, _, blocks)| StepRecord {
+            driving_force_n: 1.0,
+            normal_load_n: 400.0,
+            switches: blocks.iter().map(|&block| switch(block, Direction::Detach)).collect(),
+            ..quiet_step(onset - 1, plan.grid.time_s(onset - 1), 0.0)
+        })
+        .collect();
     let slips = events.iter().zip(0..).map(|(&(onset, end, blocks), event)| SlipEvent {
         onset_s: plan.grid.time_s(onset),
         end_s: Some(plan.grid.time_s(end)),
@@ -43,31 +50,48 @@ pub(crate) fn run(scenario_toml: &str, events: &[(u64, u64, &[u32])]) -> RunData
         ft_fn_max: 0.1,
         ..slip_event(onset, end, *blocks.iter().min().unwrap()..=*blocks.iter().max().unwrap())
     });
-    RunData {
-        name: "test".to_owned(),
-        header: RunHeader {
-            record_schema_version: 1,
-            scenario: "test".to_owned(),
-            scenario_hash: String::new(),
-            run_id: String::new(),
-            code_version: String::new(),
-            parameter_set: "as-coded".to_owned(),
-            solver: "plain".to_owned(),
-            blocks: 3,
-            time_step_s: plan.grid.step_s(),
-            longest_stable_step_s: Some(plan.longest_stable_step_s),
-            steps: plan.steps,
-            scales: None,
-        },
-        steps: steps.collect(),
-        slips: slips.collect(),
-        ruptures: None,
-        lacks: None,
-        scenario,
-        plan,
-        fields: Vec::new(),
-        windows: Vec::new(),
+    gone_by(&scenario, &steps, slips)
+}
+
+/// What is kept of a run with these step records and slip events.
+fn gone_by(scenario: &Scenario, steps: &[StepRecord], slips: impl IntoIterator<Item = SlipEvent>) -> RunData {
+    let plan = Plan::new(scenario);
+    let header = RunHeader {
+        record_schema_version: 1,
+        scenario: "test".to_owned(),
+        scenario_hash: String::new(),
+        run_id: String::new(),
+        code_version: String::new(),
+        parameter_set: "as-coded".to_owned(),
+        solver: "plain".to_owned(),
+        blocks: plan.blocks as u32,
+        time_step_s: plan.grid.step_s(),
+        longest_stable_step_s: Some(plan.longest_stable_step_s),
+        steps: plan.steps,
+        scales: None,
+    };
+    let mut collector = Collector::new("test", header, scenario.clone(), Wants::all());
+    steps.iter().for_each(|step| collector.record(&Record::Step(step.clone())));
+    slips.into_iter().for_each(|slip| collector.slip(slip));
+    collector.finish(false)
+}
+
+/// Lets these states of all blocks go by once more, among the slip events that the run has.
+pub(crate) fn with_states(run: &mut RunData, states: &[FieldRecord]) {
+    let mut kept = States::new(run.header.blocks, &run.kept);
+    let onsets = run.slips.iter().map(|slip| slip.onset_step);
+    let ends = run.slips.iter().filter_map(|slip| slip.end_step);
+    let steps: BTreeSet<u64> = onsets.chain(ends).chain(states.iter().map(|state| state.step)).collect();
+    for step in steps {
+        let slides =
+            |slip: &&SlipEvent| slip.onset_step <= step && slip.end_step.is_none_or(|end| step < end);
+        let sliding = run.slips.iter().filter(slides).count() as u32;
+        kept.step(&StepRecord { sliding, ..quiet_step(step, run.plan.grid.time_s(step), 0.0) });
+        states.iter().filter(|state| state.step == step).for_each(|state| kept.state(state));
+        run.slips.iter().filter(|slip| slip.end_step == Some(step)).for_each(|slip| kept.slip(slip));
     }
+    kept.end();
+    run.states = kept;
 }
 
 /// Twelve blocks, of which those up to `reached` slide one after the other for 250 steps each,
@@ -78,21 +102,18 @@ pub(crate) fn pulse(reached: u32, toml: &str) -> RunData {
          drive = {{ kind = \"top\", velocity_m_per_s = 0, stiffness_n_per_m = 1.65e8 }}\n{toml}"
     );
     let scenario = Scenario::resolve(&ScenarioSource::new("test", &text)).unwrap();
-    let mut made_up = run("", &[]);
-    made_up.plan = Plan::new(&scenario);
-    made_up.scenario = scenario;
+    let plan = Plan::new(&scenario);
     let arrival = |block: u32| if block <= 3 { 30 * block } else { 90 + 100 * (block - 3) };
     let mut records: Vec<StepRecord> = (1..=reached)
         .flat_map(|block| {
             [(arrival(block), Direction::Detach, 1e-6), (arrival(block) + 250, Direction::Attach, 3e-6)].map(
                 |(step, direction, displacement_m)| StepRecord {
                     switches: vec![Switch { displacement_m, ..switch(block, direction) }],
-                    ..quiet_step(u64::from(step), made_up.plan.grid.time_s(u64::from(step)), 0.0)
+                    ..quiet_step(u64::from(step), plan.grid.time_s(u64::from(step)), 0.0)
                 },
             )
         })
         .collect();
     records.sort_by_key(|record| record.step);
-    made_up.steps = records;
-    made_up
+    gone_by(&scenario, &records, [])
 }

@@ -2,22 +2,28 @@
 
 use asperity_model::analytic::{self, LengthLaw, LengthLawParameters, LoadCurve};
 use asperity_model::front;
-use asperity_record::{Direction, SlipEvent, StepRecord};
+use asperity_record::SlipEvent;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::beside_hold::{
+    Side, hyperbola_error, longest_flank, mean_in_time, parabola_error, points_beside_hold,
+    residual_beside_hold, sag,
+};
 use crate::beside_theory::{
     AFFECTED_THRESHOLD, affected_blocks, affected_blocks_error, affected_cut_off, ahead_of_front_error,
     decaying_drive_onset_error, initial_shear_error, intercept_error, largest, load_curve_error,
     onset_profile_error, residual, ring_down_error, slope_error, time_to_reach,
 };
-use crate::curves::{self, PrecursorPoint, event_in_window, front_profile, nearest_precursor};
+use crate::curves::{self, event_in_window, front_profile, nearest_precursor};
 use crate::fronts;
 use crate::precursors::{self, PrecursorRules};
-use crate::run_data::RunData;
+use crate::run_data::{Load, RunData};
+use crate::wants::Wants;
 
-/// What can be measured. To add one: a variant, and an arm in [`Measure::of`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+/// What can be measured. To add one: a variant, an arm in [`Measure::of`], and one in
+/// [`Measure::wants`] where it reads more than slip events, ruptures and switches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Measure {
     /// First time at which `F_T / F_N` has reached `mu_d`, s.
@@ -217,6 +223,36 @@ impl Measure {
         words
     }
 
+    /// What it reads of a run.
+    pub fn wants(self) -> Wants {
+        match self {
+            Measure::TimeToDynamicCoefficient
+            | Measure::SlopeToDynamicCoefficient
+            | Measure::TimeToDynamicCoefficientError
+            | Measure::LoadCurveError
+            | Measure::RisingShare
+            | Measure::LargestLoadRatio
+            | Measure::MeanAfterGlobalSlip
+            | Measure::MeanAfterGlobalSlipError
+            | Measure::SagBeforeHold
+            | Measure::SagAfterHold
+            | Measure::ParabolaErrorAfterHold
+            | Measure::HyperbolaErrorAfterHold
+            | Measure::LengthAtLoad => Wants::LOADS,
+            Measure::AffectedBlocks
+            | Measure::AffectedCutOffLowest
+            | Measure::AffectedCutOffHighest
+            | Measure::AffectedBlocksError
+            | Measure::AheadOfFrontError
+            | Measure::InitialShearError
+            | Measure::OnsetProfileError
+            | Measure::LargestDisplacementMm => Wants::STATES,
+            Measure::MeanBehindFront | Measure::MeanBehindFrontError => Wants::LOADS | Wants::STATES,
+            Measure::RingDownError | Measure::ForwardShare | Measure::LowestVelocity => Wants::WINDOWS,
+            _ => Wants::NOTHING,
+        }
+    }
+
     /// Measures a run; `None` where the run does not have what it takes. `near`
     /// is a number of blocks, for measures that look for the nearest precursor, or
     /// the load `F_T / F_N` for those that are taken at one.
@@ -277,14 +313,8 @@ impl Measure {
             Measure::OnsetProfileError => onset_profile_error(run),
             Measure::RingDownError => ring_down_error(run),
             Measure::FirstGlobalSlipTime => Some(run.first_global_slip()?.onset_s),
-            Measure::LargestDisplacementMm => run
-                .fields
-                .iter()
-                .flat_map(|record| &record.displacement_m)
-                .copied()
-                .reduce(f64::max)
-                .map(|u| u * 1e3),
-            Measure::LargestLoadRatio => run.steps.iter().map(StepRecord::load_ratio).reduce(f64::max),
+            Measure::LargestDisplacementMm => run.states().largest_displacement_m().map(|u| u * 1e3),
+            Measure::LargestLoadRatio => run.loads().iter().map(Load::load_ratio).reduce(f64::max),
             Measure::MeanAfterGlobalSlip => mean_after_global_slip(run),
             Measure::MeanAfterGlobalSlipError => Some((mean_after_global_slip(run)? - 1.0).abs()),
             Measure::GlobalSlipMiddleError => {
@@ -309,10 +339,7 @@ impl Measure {
             }
             Measure::EventOverCrossing => over_crossing(run, event_in_window(run, near?)?),
             Measure::MedianEventOverCrossing => median_over_crossing(run),
-            Measure::Reattachments => {
-                let switches = run.steps.iter().flat_map(|record| &record.switches);
-                Some(switches.filter(|switch| switch.direction == Direction::Attach).count() as f64)
-            }
+            Measure::Reattachments => Some(run.reattachments as f64),
             Measure::ForwardShare => {
                 let velocities = velocities_in_event(run, near?)?;
                 let forward = velocities.iter().filter(|&&velocity| velocity > 0.0).count();
@@ -360,88 +387,8 @@ fn mean_behind_front(run: &RunData, near: f64) -> Option<f64> {
 
 fn mean_after_global_slip(run: &RunData) -> Option<f64> {
     let from = run.first_global_slip()?.onset_step;
-    let records = &run.steps[run.steps.partition_point(|record| record.step < from)..];
-    Some(mean_in_time(records, StepRecord::load_ratio)? / run.plan.friction.dynamic_coefficient)
-}
-
-/// One side of the step from which on the drive is held.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Side {
-    BeforeHold,
-    AfterHold,
-}
-
-impl Side {
-    /// Whether steps from the first to the second lie wholly on this side; `None`
-    /// if the drive is never held.
-    fn holds(self, run: &RunData, (from, to): (u64, u64)) -> Option<bool> {
-        let hold = run.plan.drive.hold_from_step?;
-        Some(match self {
-            Side::BeforeHold => to < hold,
-            Side::AfterHold => from >= hold,
-        })
-    }
-}
-
-/// The step records of the longest rest between two slip events on one side of the hold;
-/// after it, of those in which the normal load falls, or rises, evenly.
-fn longest_flank(run: &RunData, side: Side) -> Option<&[StepRecord]> {
-    let hold_step = run.plan.drive.hold_from_step?;
-    let mut longest: Option<(u64, u64)> = None;
-    for pair in run.slips.windows(2) {
-        let Some(from) = pair[0].end_step else { continue };
-        let to = pair[1].onset_step - 1;
-        let is_even = run.plan.load_course.next_knot(from, hold_step) >= to
-            && run.plan.load_factor(from, hold_step) != run.plan.load_factor(to, hold_step);
-        if side == Side::AfterHold && !is_even {
-            continue;
-        }
-        let is_longer = longest.is_none_or(|(start, end)| to - from > end - start);
-        if side.holds(run, (from, to))? && is_longer {
-            longest = Some((from, to));
-        }
-    }
-    let (from, to) = longest?;
-    let first = run.steps.partition_point(|record| record.step < from);
-    let end = run.steps.partition_point(|record| record.step <= to);
-    Some(&run.steps[first..end])
-}
-
-/// Mean of what step records hold, linear between them.
-fn mean_in_time(records: &[StepRecord], of: impl Fn(&StepRecord) -> f64) -> Option<f64> {
-    let (first, last) = (records.first()?, records.last()?);
-    let area: f64 = records
-        .windows(2)
-        .map(|pair| (pair[1].time_s - pair[0].time_s) * (of(&pair[0]) + of(&pair[1])) / 2.0)
-        .sum();
-    (last.time_s > first.time_s).then(|| area / (last.time_s - first.time_s))
-}
-
-fn sag(flank: &[StepRecord]) -> Option<f64> {
-    let (first, last) = (flank.first()?.load_ratio(), flank.last()?.load_ratio());
-    let mean = mean_in_time(flank, StepRecord::load_ratio)?;
-    (last != first).then(|| ((first + last) / 2.0 - mean) / (last - first))
-}
-
-fn parabola_error(flank: &[StepRecord]) -> Option<f64> {
-    let point = |record: &StepRecord| (record.time_s, record.load_ratio());
-    let ((t0, y0), (t1, y1), (t2, y2)) =
-        (point(flank.first()?), point(flank.get(flank.len() / 2)?), point(flank.last()?));
-    // Lagrange's form; it needs three points in time.
-    let parabola = |t: f64| {
-        y0 * (t - t1) * (t - t2) / ((t0 - t1) * (t0 - t2))
-            + y1 * (t - t0) * (t - t2) / ((t1 - t0) * (t1 - t2))
-            + y2 * (t - t0) * (t - t1) / ((t2 - t0) * (t2 - t1))
-    };
-    let has_three = t0 < t1 && t1 < t2 && y2 != y0;
-    largest(flank.iter().map(point).map(|(t, y)| (y - parabola(t)) / (y2 - y0))).filter(|_| has_three)
-}
-
-fn hyperbola_error(flank: &[StepRecord]) -> Option<f64> {
-    let force_n = flank.first()?.driving_force_n;
-    let rise = flank.last()?.load_ratio() - flank.first()?.load_ratio();
-    let deviation = |record: &StepRecord| (record.load_ratio() - force_n / record.normal_load_n) / rise;
-    largest(flank.iter().map(deviation)).filter(|_| rise != 0.0)
+    let records = &run.loads()[run.loads().partition_point(|record| record.step < from)..];
+    Some(mean_in_time(records, Load::load_ratio)? / run.plan.friction.dynamic_coefficient)
 }
 
 /// The global slips that have ended.
@@ -457,27 +404,6 @@ fn largest_drop(run: &RunData) -> Option<&SlipEvent> {
 /// The middle between the extrema of `F_T / F_N` in a slip.
 fn middle(slip: &SlipEvent) -> f64 {
     (slip.ft_fn_max + slip.ft_fn_min) / 2.0
-}
-
-/// The precursors on one side of the hold, beside the law that the scenario calls for.
-fn points_beside_hold(run: &RunData, side: Side) -> Option<Vec<PrecursorPoint>> {
-    let rules = PrecursorRules::default();
-    let points = curves::precursor_points(run, LengthLaw::natural(&run.scenario), &rules);
-    let mut kept = Vec::new();
-    for (precursor, point) in precursors::find(run, &rules).iter().zip(points) {
-        let onset = precursor.start.onset_step;
-        if side.holds(run, (onset, onset))? {
-            kept.push(point);
-        }
-    }
-    Some(kept)
-}
-
-fn residual_beside_hold(run: &RunData, side: Side) -> Option<f64> {
-    let points = points_beside_hold(run, side)?;
-    let squares: f64 = points.iter().map(|point| (point.ft_fn - point.predicted).powi(2)).sum();
-    let mean = squares / points.len() as f64;
-    (!points.is_empty()).then(|| mean.sqrt() / run.plan.friction.dynamic_coefficient)
 }
 
 /// Duration of a slip event over the time in which sound crosses its blocks.
@@ -500,15 +426,15 @@ fn median_over_crossing(run: &RunData) -> Option<f64> {
 fn velocities_in_event(run: &RunData, blocks: f64) -> Option<Vec<f64>> {
     let event = event_in_window(run, blocks)?;
     let steps = event.onset_step..event.end_step?;
-    let records = run.windows.iter().filter(|record| record.window == 0 && steps.contains(&record.step));
+    let records = run.windows().iter().filter(|record| record.window == 0 && steps.contains(&record.step));
     let velocities: Vec<f64> = records.flat_map(|record| &record.velocity_m_per_s).copied().collect();
     (!velocities.is_empty()).then_some(velocities)
 }
 
 fn rising_share(run: &RunData) -> Option<f64> {
-    let (first, last) = (run.steps.first()?, run.steps.last()?);
+    let (first, last) = (run.loads().first()?, run.loads().last()?);
     let rising_s: f64 = run
-        .steps
+        .loads()
         .windows(2)
         .filter(|pair| pair[1].driving_force_n > pair[0].driving_force_n)
         .map(|pair| pair[1].time_s - pair[0].time_s)
@@ -541,7 +467,7 @@ mod tests {
     use super::Measure;
     use crate::made_up;
     use crate::made_up::EVENTS;
-    use crate::run_data::RunData;
+    use crate::run_data::{Load, RunData};
 
     /// Slips before and after a hold at 1 s, in steps of 1e-7 s; the load falls from 400 N at
     /// 1 s to 100 N at 4 s.
@@ -568,7 +494,7 @@ mod tests {
                 ..quiet_step(step, run.plan.grid.time_s(step), 0.0)
             }
         });
-        run.steps = between.collect();
+        run.loads = between.map(|record| Load::from(&record)).collect();
         run
     }
 
@@ -669,12 +595,33 @@ mod tests {
         for (slip, load) in run.slips.iter_mut().zip([0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6]) {
             slip.ft_fn_onset = load;
         }
-        for (record, load) in run.steps.iter_mut().zip([0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6]) {
+        for (record, load) in run.loads.iter_mut().zip([0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6]) {
             record.driving_force_n = load * record.normal_load_n;
         }
         let at = |load| Measure::LengthAtLoad.of(&run, Some(load));
         assert_eq!([at(0.05), at(0.15), at(0.35)], [Some(0.0), Some(1.0 / 3.0), Some(2.0 / 3.0)]);
         // The run never came to such a load.
         assert_eq!(at(0.7), None);
+    }
+    /// Whoever reads what was not kept of a run panics.
+    #[test]
+    fn every_measure_wants_what_it_reads_and_gives_the_same_of_it() {
+        let refused = toml::from_str::<Named>("measure = \"?\"").unwrap_err().to_string();
+        let names: Vec<&str> = refused.split('`').skip(1).step_by(2).filter(|name| *name != "?").collect();
+        assert!(names.len() > 60 && names.contains(&"ring-down-error"), "{refused}");
+        let whole = [unloaded(), made_up::pulse(12, "prestress.ratio = 0.6")];
+        for name in names {
+            let Named { measure } = toml::from_str(&format!("measure = \"{name}\"")).unwrap();
+            for whole in &whole {
+                let kept = RunData { kept: measure.wants(), ..whole.clone() };
+                let [ours, theirs] = [&kept, whole].map(|run| measure.of(run, Some(2.0)));
+                assert_eq!(ours.map(f64::to_bits), theirs.map(f64::to_bits), "{name}");
+            }
+        }
+    }
+
+    #[derive(serde::Deserialize, Debug)]
+    struct Named {
+        measure: Measure,
     }
 }

@@ -1,26 +1,20 @@
-//! The TOML that says what to run, reduce and draw; and the reducing and drawing.
+//! The TOML that says what to run, reduce and draw.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
-use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_record::bounds::check_toml;
-use asperity_stream::at_once;
-use asperity_summary::Summary;
-use polars::prelude::DataFrame;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::claims::{self, Claim};
-use crate::error::AnalysisError;
+use crate::claims::Claim;
 use crate::figures::Figures;
 use crate::precursors::PrecursorRules;
-use crate::run_data::RunData;
 use crate::runs::{Ensemble, RunSpec, SpellOut};
 use crate::study::Study;
-use crate::{record, summaries, table_file, tables};
+use crate::tables::FirstGlobalSlip;
+use crate::wants::Wants;
+use crate::{summaries, table_file, tables};
 
 /// A pipeline, as written.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -66,77 +60,27 @@ pub struct PrecursorSpec {
 
 impl PrecursorSpec {
     /// The name of its table.
-    fn table(&self) -> String {
+    pub(crate) fn table(&self) -> String {
         table_of(&self.run, &format!("precursors-{}", self.law.file_word()))
     }
 }
 
 /// The name of a table of one run.
-fn table_of(run: &str, what: &str) -> String {
+pub(crate) fn table_of(run: &str, what: &str) -> String {
     format!("{run}.{what}")
 }
 
 /// The name of a table of several.
-fn study_table(study: &Study) -> String {
+pub(crate) fn study_table(study: &Study) -> String {
     format!("study-{}", study.name)
 }
 
-/// What the record of a reduction is called after.
-const COMMAND: &str = "reproduce";
-
 /// The names of the tables that there is one of.
-const RESIDUALS: &str = "residuals";
-const FIRST_GLOBAL_SLIPS: &str = "first-global-slips";
-const CLAIMS: &str = "claims";
+pub(crate) const RESIDUALS: &str = "residuals";
+pub(crate) const FIRST_GLOBAL_SLIPS: &str = "first-global-slips";
+pub(crate) const CLAIMS: &str = "claims";
 /// The same claims as a page.
-const CLAIMS_PAGE: &str = "claims.md";
-
-/// What a reduction is busy with, in this order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
-    /// Reading the runs, and writing the tables of each.
-    Runs,
-    /// Writing the tables of several runs, and the claims.
-    Tables,
-    /// Drawing the figures.
-    Figures,
-}
-
-/// How far a reduction has come.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Progress {
-    /// What it is busy with.
-    pub stage: Stage,
-    /// How many runs, tables or figures of this stage are done.
-    pub done: usize,
-    /// How many there are.
-    pub of: usize,
-}
-
-/// Who is told how far a reduction has come: by whichever thread has done something, one at a
-/// time.
-type Watcher<'a> = &'a mut (dyn FnMut(Progress) + Send);
-
-/// Counts what is done in a stage.
-struct Counter<'a> {
-    stage: Stage,
-    of: usize,
-    told: Mutex<(usize, Watcher<'a>)>,
-}
-
-impl<'a> Counter<'a> {
-    fn begin(stage: Stage, of: usize, watcher: Watcher<'a>) -> Counter<'a> {
-        watcher(Progress { stage, done: 0, of });
-        Counter { stage, of, told: Mutex::new((0, watcher)) }
-    }
-
-    fn one_more(&self) {
-        let mut told = self.told.lock().expect("whoever is told does not panic");
-        let (done, watcher) = &mut *told;
-        *done += 1;
-        watcher(Progress { stage: self.stage, done: *done, of: self.of });
-    }
-}
+pub(crate) const CLAIMS_PAGE: &str = "claims.md";
 
 impl Pipeline {
     /// Parses a pipeline and checks that it speaks of no run that it does not have.
@@ -243,7 +187,7 @@ impl Pipeline {
             .collect()
     }
 
-    /// All files that [`Pipeline::reduce`] writes into a folder, but for the record of them.
+    /// All files that a reduction writes into a folder, but for the record of them.
     pub fn outputs(&self, out: &Path) -> Vec<PathBuf> {
         let (tables, figures) = (out.join("tables"), out.join("figures"));
         let mut outputs: Vec<PathBuf> =
@@ -255,101 +199,21 @@ impl Pipeline {
         outputs
     }
 
-    /// Reads the runs, and writes `tables/`, `figures/` and last `reproduce.json`, which says what
-    /// they are, into `out`, in place of those that are there: all, or none if something fails. None of
-    /// them is written over what was read, `inputs` among it. `summaries` are those of the runs, in
-    /// their order. `watcher` is told of every stage as it begins and of everything that is
-    /// done in it.
-    ///
-    /// # Errors
-    /// If a log cannot be read, a figure lacks its data, or a file cannot be written.
-    pub fn reduce(
-        &self,
-        runs_folder: &Path,
-        out: &Path,
-        mut inputs: Inputs,
-        summaries: &[Summary],
-        watcher: &mut (dyn FnMut(Progress) + Send),
-    ) -> Result<(), AnalysisError> {
-        let (table_folder, figure_folder) = (out.join("tables"), out.join("figures"));
-        create_folder(&table_folder)?;
-        create_folder(&figure_folder)?;
-        let log = |spec: &RunSpec| runs_folder.join(format!("{}.mcap", spec.name));
-        inputs.add(self.run.iter().map(log));
-        let files = FileSet::new(Existing::Replace, inputs);
-        files.reserve(self.outputs(out))?;
-        files.reserve([record::path(out, COMMAND)])?;
-        summaries::write_table(&files, &table_folder.join(summaries::TABLE), summaries)?;
-        for summary in summaries {
-            let file = table_of(&summary.run, summaries::JSON);
-            summaries::write_json(&files, &table_folder.join(file), summary)?;
+    /// What tables, figures, studies and claims read of a run.
+    pub(crate) fn wants(&self, run: &str) -> Wants {
+        let mut wants = self.figure.wants(run);
+        for spec in self.precursors.iter().filter(|spec| spec.run == run) {
+            wants |= spec.rules.wants();
         }
-        let counter = Counter::begin(Stage::Runs, self.run.len(), watcher);
-        let specs: Vec<(&RunSpec, &Summary)> = self.run.iter().zip(summaries).collect();
-        let runs = at_once(&specs, None, |(spec, summary)| {
-            let run = RunData::read(&spec.name, &log(spec))?;
-            let write = |what: &str, mut table: DataFrame| {
-                table_file::write(&files, &table_folder, &table_of(&run.name, what), &mut table)
-            };
-            write(tables::RUPTURES, tables::ruptures(&run, summary)?)?;
-            let laws: Vec<(LengthLaw, PrecursorRules)> = self.laws_of(spec).collect();
-            if !laws.is_empty() {
-                write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&run, summary, &laws)?)?;
-            }
-            write("events", tables::events(&run)?)?;
-            write("load", tables::load_curve(&run)?)?;
-            counter.one_more();
-            Ok::<_, AnalysisError>((spec.name.clone(), run))
-        })?;
-        let runs = BTreeMap::from_iter(runs);
-        self.write_tables(&runs, &files, &table_folder, watcher)?;
-        let counter = Counter::begin(Stage::Figures, self.figure.files().count(), watcher);
-        self.figure.draw(&runs, &files, &figure_folder, &|| counter.one_more())?;
-        record::write(&files, out, COMMAND, runs.values(), self.outputs(out))?;
-        Ok(files.publish()?)
-    }
-
-    /// Writes the tables of several runs, and the claims.
-    fn write_tables(
-        &self,
-        runs: &BTreeMap<String, RunData>,
-        files: &FileSet,
-        folder: &Path,
-        watcher: Watcher<'_>,
-    ) -> Result<(), AnalysisError> {
-        let singles =
-            [!self.precursors.is_empty(), !self.first_global_slips.is_empty(), !self.claim.is_empty()];
-        let of =
-            self.precursors.len() + self.study.len() + singles.into_iter().filter(|&there| there).count();
-        let counter = Counter::begin(Stage::Tables, of, watcher);
-        let write = |name: &str, mut table: DataFrame| {
-            table_file::write(files, folder, name, &mut table)?;
-            counter.one_more();
-            Ok::<_, AnalysisError>(())
-        };
-        let mut compared: Vec<(&RunData, LengthLaw, PrecursorRules)> = Vec::new();
-        for spec in &self.precursors {
-            let PrecursorSpec { run, law, rules } = spec;
-            let run = &runs[run];
-            write(&spec.table(), tables::precursors(run, *law, rules)?)?;
-            compared.push((run, *law, *rules));
+        if self.first_global_slips.iter().any(|name| name == run) {
+            wants |= FirstGlobalSlip::WANTS;
         }
-        if !compared.is_empty() {
-            write(RESIDUALS, tables::residual_table(&compared)?)?;
+        for study in self.study.iter().filter(|study| study.runs.iter().any(|name| name == run)) {
+            wants |= study.wants();
         }
-        if !self.first_global_slips.is_empty() {
-            let all: Vec<&RunData> = self.first_global_slips.iter().map(|run| &runs[run]).collect();
-            write(FIRST_GLOBAL_SLIPS, tables::first_global_slips(&all)?)?;
+        for claim in self.claim.iter().filter(|claim| claim.runs().any(|name| name == run)) {
+            wants |= claim.wants();
         }
-        for study in &self.study {
-            write(&study_table(study), study.table(runs)?)?;
-        }
-        if !self.claim.is_empty() {
-            let outcomes = claims::judge(&self.claim, runs);
-            write(CLAIMS, claims::table(&outcomes)?)?;
-            let page = claims::markdown(&self.title, &outcomes, runs);
-            files.write(&folder.join(CLAIMS_PAGE), page)?;
-        }
-        Ok(())
+        wants
     }
 }

@@ -12,11 +12,13 @@
 //! By default nothing is dropped or merged, and every table says by which rules
 //! it was made.
 
-use asperity_record::{Direction, Rupture, SlipEvent};
+use asperity_record::{Rupture, SlipEvent};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+pub use crate::growth::Growth;
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 /// What to do with slip events before they are taken for precursors.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
@@ -49,6 +51,11 @@ impl PrecursorRules {
         }
         Ok(())
     }
+
+    /// What they are applied to: merged events are counted by their blocks anew.
+    pub fn wants(&self) -> Wants {
+        if self.merge_gap_s > 0.0 { Wants::DETACHMENTS } else { Wants::NOTHING }
+    }
 }
 
 /// A precursor, or the slip of the whole slider that ends the list.
@@ -70,53 +77,6 @@ impl Precursor<'_> {
     /// `L_p / L` (5.17).
     pub fn length_ratio(&self, blocks: u32) -> f64 {
         f64::from(self.last_block) / f64::from(blocks)
-    }
-}
-
-/// Tells precursors from other slip events as they go by, in the order of their onsets: a
-/// precursor starts at block 1 and runs farther than any before it, until the whole slider
-/// has slid. This is the rule for slip events one by one, nothing merged or dropped.
-///
-/// ```
-/// use asperity_analysis::precursors::Growth;
-///
-/// let mut growth = Growth::new(100);
-/// // First and last block, and how many blocks slid.
-/// let slips = [(1, 5, 5), (40, 60, 21), (1, 3, 3), (1, 17, 17), (1, 100, 100), (1, 100, 100)];
-/// let found = slips.map(|(first, last, slipped)| growth.extends(first, last, slipped));
-/// assert_eq!(found, [true, false, false, true, true, false]);
-/// assert!(growth.is_over());
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Growth {
-    blocks: u32,
-    longest: u32,
-    over: bool,
-}
-
-impl Growth {
-    /// For a slider of this many blocks.
-    pub fn new(blocks: u32) -> Growth {
-        Growth { blocks, longest: 0, over: false }
-    }
-
-    /// Whether the next slip event is a precursor, or the slip of the whole slider that ends
-    /// them.
-    pub fn extends(&mut self, first_block: u32, last_block: u32, blocks_slipped: u32) -> bool {
-        if self.over {
-            return false;
-        }
-        self.over = blocks_slipped == self.blocks;
-        let extends = first_block == 1 && (last_block > self.longest || self.over);
-        if extends {
-            self.longest = last_block;
-        }
-        extends
-    }
-
-    /// Whether the whole slider has slid, so that no precursor follows.
-    pub fn is_over(&self) -> bool {
-        self.over
     }
 }
 
@@ -171,11 +131,10 @@ fn belongs_together(before: &SlipEvent, next: &SlipEvent, merge_gap_s: f64) -> b
 /// each detached at the step before the onset or later.
 fn distinct_blocks(run: &RunData, onset_step: u64, end_step: u64) -> u32 {
     let mut slid = vec![false; run.header.blocks as usize];
-    let from = run.steps.partition_point(|record| record.step + 1 < onset_step);
-    for record in run.steps[from..].iter().take_while(|record| record.step + 1 < end_step) {
-        for switch in record.switches.iter().filter(|switch| switch.direction == Direction::Detach) {
-            slid[switch.block as usize - 1] = true;
-        }
+    let detachments = run.detachments();
+    let from = detachments.partition_point(|(step, _)| step + 1 < onset_step);
+    for (_, block) in detachments[from..].iter().take_while(|(step, _)| step + 1 < end_step) {
+        slid[*block as usize - 1] = true;
     }
     slid.iter().filter(|&&slid| slid).count() as u32
 }

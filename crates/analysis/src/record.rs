@@ -7,7 +7,6 @@ use asperity_record::RunHeader;
 use serde::Serialize;
 
 use crate::error::AnalysisError;
-use crate::run_data::RunData;
 
 /// The layout of [`Record`].
 const VERSION: u32 = 1;
@@ -35,7 +34,7 @@ pub fn write<'a, P: AsRef<Path>>(
     files: &FileSet,
     folder: &Path,
     command: &str,
-    runs: impl IntoIterator<Item = &'a RunData>,
+    runs: impl IntoIterator<Item = (&'a str, &'a RunHeader)>,
     written: impl IntoIterator<Item = P>,
 ) -> Result<(), AnalysisError> {
     let from_folder = |path: P| {
@@ -45,7 +44,7 @@ pub fn write<'a, P: AsRef<Path>>(
     let record = Record {
         format: &format!("asperity-{command}"),
         version: VERSION,
-        runs: runs.into_iter().map(|run| Run { name: &run.name, run: &run.header }).collect(),
+        runs: runs.into_iter().map(|(name, run)| Run { name, run }).collect(),
         files: written.into_iter().map(from_folder).collect(),
     };
     let text = serde_json::to_string_pretty(&record).expect("texts and finite numbers can always be JSON");

@@ -1,17 +1,71 @@
-//! A run log in memory, as far as tables and figures need it.
+//! What tables, figures and measures are made of: kept of a run while its records pass, live or out
+//! of its log.
+//!
+//! A run has far more records than anything is made of. [`Collector`] sees each once and keeps what
+//! [`Wants`] names, in a form that holds no more than is read.
 
 use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{
-    Event, EventPayload, FieldRecord, Record, RunHeader, Rupture, SlipEvent, StepRecord, WindowRecord,
+    Direction, Event, EventPayload, Record, RunHeader, Rupture, SlipEvent, StepRecord, WindowRecord,
 };
-use asperity_runlog::{LogItem, RunReader, Topics};
+use asperity_runlog::{LogItem, RunReader};
 
 use crate::error::AnalysisError;
+use crate::states::States;
+use crate::wants::Wants;
 
-/// Everything in a run log.
-#[derive(Debug)]
+/// The loads of a step record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load {
+    /// The step.
+    pub step: u64,
+    /// Simulated time at its end, s.
+    pub time_s: f64,
+    /// Sum of the driving forces `F_T`, N.
+    pub driving_force_n: f64,
+    /// Total normal load `F_N`, N.
+    pub normal_load_n: f64,
+    /// The driving forces on the first and the last block, N, where the drive pulls both ways.
+    pub end_forces_n: Option<[f64; 2]>,
+    /// How many blocks slid.
+    pub sliding: u32,
+}
+
+impl From<&StepRecord> for Load {
+    fn from(record: &StepRecord) -> Load {
+        Load {
+            step: record.step,
+            time_s: record.time_s,
+            driving_force_n: record.driving_force_n,
+            normal_load_n: record.normal_load_n,
+            end_forces_n: record.end_forces_n,
+            sliding: record.sliding,
+        }
+    }
+}
+
+impl Load {
+    /// `F_T / F_N`.
+    pub fn load_ratio(&self) -> f64 {
+        self.driving_force_n / self.normal_load_n
+    }
+}
+
+/// When a block switched, and where it was.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Switched {
+    /// The step at whose end it did.
+    pub step: u64,
+    /// Whether it detached or re-attached.
+    pub direction: Direction,
+    /// Its displacement, m.
+    pub displacement_m: f64,
+}
+
+/// What is kept of a run.
+#[derive(Debug, Clone)]
 pub struct RunData {
     /// The run's name in its pipeline.
     pub name: String,
@@ -21,12 +75,6 @@ pub struct RunData {
     pub scenario: Scenario,
     /// The numbers derived from it.
     pub plan: Plan,
-    /// Step records, in order.
-    pub steps: Vec<StepRecord>,
-    /// States of all blocks, in order.
-    pub fields: Vec<FieldRecord>,
-    /// Dense windows, in order.
-    pub windows: Vec<WindowRecord>,
     /// Slip events, in order.
     pub slips: Vec<SlipEvent>,
     /// Ruptures, in the order in which they became certain, as in the log; none where the log is
@@ -34,15 +82,24 @@ pub struct RunData {
     pub ruptures: Option<Vec<Rupture>>,
     /// What of the run is missing, where the log does not hold all of it.
     pub lacks: Option<String>,
+    /// The first and the last switch of every block.
+    pub switches: Vec<Option<[Switched; 2]>>,
+    /// How often blocks re-attached, all together.
+    pub reattachments: u64,
+    pub(crate) kept: Wants,
+    pub(crate) loads: Vec<Load>,
+    pub(crate) states: States,
+    pub(crate) windows: Vec<WindowRecord>,
+    pub(crate) detachments: Vec<(u64, u32)>,
 }
 
 impl RunData {
-    /// Reads a run log.
+    /// Reads a run log and keeps all that measures can be made of.
     ///
     /// # Errors
     /// If the log is damaged, incomplete, or holds what cannot be understood.
     pub fn read(name: &str, path: &Path) -> Result<RunData, AnalysisError> {
-        let data = RunData::read_part(name, path)?;
+        let data = RunData::read_part(name, path, Wants::all())?;
         match data.lacks {
             None => Ok(data),
             Some(problem) => Err(AnalysisError::Run { run: path.display().to_string(), problem }),
@@ -50,65 +107,61 @@ impl RunData {
     }
 
     /// Reads what there is in a run log that ends too early or was salvaged, see
-    /// [`RunData::lacks`].
+    /// [`RunData::lacks`], and keeps what is wanted of it.
     ///
     /// # Errors
     /// If the log is damaged, or holds what cannot be understood.
-    pub fn read_part(name: &str, path: &Path) -> Result<RunData, AnalysisError> {
-        let understood = |problem: String| AnalysisError::Run { run: path.display().to_string(), problem };
-        let mut reader = RunReader::open(path, Topics::ALL)?;
-        // Of a log that breaks off so early, or was salvaged without it, no scenario says what it is of.
-        if reader.scenario_toml().is_empty() {
-            return Err(understood("it has no attachment `scenario.toml`".to_owned()));
-        }
-        let source =
-            ScenarioSource::logged(format!("{}: scenario.toml", path.display()), reader.scenario_toml());
-        let scenario = Scenario::resolve(&source).map_err(|errors| understood(errors.to_string()))?;
-        // What is read by block and step from here on is that of the header.
-        if scenario.hash() != reader.header().scenario_hash {
-            return Err(understood(format!(
-                "scenario.toml has the hash {}, metadata `run` says {}",
-                scenario.hash(),
-                reader.header().scenario_hash
-            )));
-        }
-        let mut data = RunData {
-            name: name.to_owned(),
-            header: reader.header().clone(),
-            plan: Plan::new(&scenario),
-            scenario,
-            steps: Vec::new(),
-            fields: Vec::new(),
-            windows: Vec::new(),
-            slips: Vec::new(),
-            ruptures: None,
-            lacks: None,
-        };
-        let mut ruptures = Vec::new();
+    pub fn read_part(name: &str, path: &Path, wants: Wants) -> Result<RunData, AnalysisError> {
+        let mut reader = RunReader::open(path, wants.topics())?;
+        let mut collector = Collector::of_log(name, path, &reader, wants)?;
         loop {
-            let item = match reader.next_item() {
-                Ok(Some(item)) => item,
+            match reader.next_item() {
+                Ok(Some(item)) => collector.item(&item)?,
                 Ok(None) => break,
                 Err(error) if error.problem.is_early_end() => {
-                    data.lacks = Some(error.problem.to_string());
+                    collector.lacks(error.problem.to_string());
                     break;
                 }
                 Err(error) => return Err(error.into()),
-            };
-            match item {
-                LogItem::Record(Record::Step(record)) => data.steps.push(record),
-                LogItem::Record(Record::Fields(record)) => data.fields.push(record),
-                LogItem::Record(Record::Window(record)) => data.windows.push(record),
-                LogItem::Event(event) => {
-                    data.slips.extend(decoded(&event).map_err(understood)?);
-                    ruptures.extend(decoded(&event).map_err(understood)?);
-                }
             }
         }
-        if reader.event_topics().any(|topic| topic == Rupture::TOPIC) {
-            data.ruptures = Some(ruptures);
-        }
-        Ok(data)
+        Ok(collector.finish(reader.event_topics().any(|topic| topic == Rupture::TOPIC)))
+    }
+
+    /// The loads at every step record.
+    ///
+    /// # Panics
+    /// If they were not kept: whoever reads them says so in its [`Wants`].
+    pub fn loads(&self) -> &[Load] {
+        assert!(self.kept.loads, "the loads of run {} are read, but nobody wanted them", self.name);
+        &self.loads
+    }
+
+    /// The states of all blocks that were kept.
+    ///
+    /// # Panics
+    /// If there are none: whoever reads them says so in its [`Wants`].
+    pub fn states(&self) -> &States {
+        assert!(self.kept.topics().fields, "states of run {} are read, but nobody wanted them", self.name);
+        &self.states
+    }
+
+    /// Dense windows, in order.
+    ///
+    /// # Panics
+    /// If they were not kept: whoever reads them says so in its [`Wants`].
+    pub fn windows(&self) -> &[WindowRecord] {
+        assert!(self.kept.windows, "the windows of run {} are read, but nobody wanted them", self.name);
+        &self.windows
+    }
+
+    /// Step and block of every detachment, in order.
+    ///
+    /// # Panics
+    /// If they were not kept: whoever reads them says so in its [`Wants`].
+    pub fn detachments(&self) -> &[(u64, u32)] {
+        assert!(self.kept.detachments, "detachments of run {} are read, but nobody wanted them", self.name);
+        &self.detachments
     }
 
     /// The ruptures in the order of their onsets; none where the log has none.
@@ -125,16 +178,11 @@ impl RunData {
         slip.end_step.is_none_or(|end| rupture.onset_step < end).then_some(slip)
     }
 
-    /// The state of all blocks after a step, if it was recorded.
-    pub fn fields_at(&self, step: u64) -> Option<&FieldRecord> {
-        let index = self.fields.binary_search_by_key(&step, |record| record.step).ok()?;
-        Some(&self.fields[index])
-    }
-
-    /// The last step record up to a step, or the first one where the step is before it.
-    pub fn record_at(&self, step: u64) -> Option<&StepRecord> {
-        let after = self.steps.partition_point(|record| record.step <= step);
-        self.steps.get(after.saturating_sub(1))
+    /// The loads at the last step record up to a step, or at the first one where the step is before
+    /// it.
+    pub fn load_at(&self, step: u64) -> Option<&Load> {
+        let after = self.loads().partition_point(|load| load.step <= step);
+        self.loads.get(after.saturating_sub(1))
     }
 
     /// The first slip event in which every block slid.
@@ -143,6 +191,237 @@ impl RunData {
     }
 }
 
-fn decoded<P: EventPayload>(event: &Event) -> Result<Option<P>, String> {
-    event.decode().transpose().map_err(|error| format!("an event of {} cannot be read: {error}", event.topic))
+/// Sees a run go by, and keeps of it what is wanted.
+#[derive(Debug)]
+pub struct Collector {
+    run: RunData,
+    ruptures: Vec<Rupture>,
+    /// Whose it is, for errors.
+    place: String,
+}
+
+impl Collector {
+    /// For a run that is about to go by.
+    pub fn new(name: &str, header: RunHeader, scenario: Scenario, wants: Wants) -> Collector {
+        let plan = Plan::new(&scenario);
+        let run = RunData {
+            name: name.to_owned(),
+            states: States::new(header.blocks, &wants),
+            switches: vec![None; header.blocks as usize],
+            header,
+            scenario,
+            plan,
+            slips: Vec::new(),
+            ruptures: None,
+            lacks: None,
+            reattachments: 0,
+            kept: wants,
+            loads: Vec::new(),
+            windows: Vec::new(),
+            detachments: Vec::new(),
+        };
+        Collector { run, ruptures: Vec::new(), place: name.to_owned() }
+    }
+
+    /// For a log that is about to be read.
+    ///
+    /// # Errors
+    /// If its scenario cannot be understood, or is not that of its header.
+    pub fn of_log(
+        name: &str,
+        path: &Path,
+        reader: &RunReader,
+        wants: Wants,
+    ) -> Result<Collector, AnalysisError> {
+        let path = path.display();
+        let understood = |problem: String| AnalysisError::Run { run: path.to_string(), problem };
+        // Of a log that breaks off so early, or was salvaged without it, no scenario says what it is of.
+        if reader.scenario_toml().is_empty() {
+            return Err(understood("it has no attachment `scenario.toml`".to_owned()));
+        }
+        let source = ScenarioSource::logged(format!("{path}: scenario.toml"), reader.scenario_toml());
+        let scenario = Scenario::resolve(&source).map_err(|errors| understood(errors.to_string()))?;
+        // What is read by block and step from here on is that of the header.
+        if scenario.hash() != reader.header().scenario_hash {
+            return Err(understood(format!(
+                "scenario.toml has the hash {}, metadata `run` says {}",
+                scenario.hash(),
+                reader.header().scenario_hash
+            )));
+        }
+        let collector = Collector::new(name, reader.header().clone(), scenario, wants);
+        Ok(Collector { place: path.to_string(), ..collector })
+    }
+
+    /// The run's name.
+    pub fn name(&self) -> &str {
+        &self.run.name
+    }
+
+    /// Whether its drive pulls both ways.
+    pub fn both_ways(&self) -> bool {
+        self.run.plan.drive.pulls_both_ways()
+    }
+
+    /// Its scenario.
+    pub fn scenario(&self) -> &Scenario {
+        &self.run.scenario
+    }
+
+    /// Takes what passes.
+    ///
+    /// # Errors
+    /// If an event cannot be read.
+    pub fn item(&mut self, item: &LogItem) -> Result<(), AnalysisError> {
+        match item {
+            LogItem::Record(record) => {
+                self.record(record);
+                Ok(())
+            }
+            LogItem::Event(event) => self.event(event),
+        }
+    }
+
+    /// Takes a record.
+    pub fn record(&mut self, record: &Record) {
+        match record {
+            Record::Step(record) => self.step(record),
+            Record::Fields(record) => self.run.states.state(record),
+            Record::Window(record) if self.run.kept.windows => self.run.windows.push(record.clone()),
+            Record::Window(_) => {}
+        }
+    }
+
+    fn step(&mut self, record: &StepRecord) {
+        let run = &mut self.run;
+        run.states.step(record);
+        if run.kept.loads {
+            run.loads.push(Load::from(record));
+        }
+        for switch in &record.switches {
+            let switched = Switched {
+                step: record.step,
+                direction: switch.direction,
+                displacement_m: switch.displacement_m,
+            };
+            let [_, last] = run.switches[switch.block as usize - 1].get_or_insert([switched, switched]);
+            *last = switched;
+            match switch.direction {
+                Direction::Attach => run.reattachments += 1,
+                Direction::Detach if run.kept.detachments => {
+                    run.detachments.push((record.step, switch.block));
+                }
+                Direction::Detach => {}
+            }
+        }
+    }
+
+    /// Takes an event.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn event(&mut self, event: &Event) -> Result<(), AnalysisError> {
+        if let Some(slip) = self.decoded::<SlipEvent>(event)? {
+            self.slip(slip);
+        }
+        self.ruptures.extend(self.decoded::<Rupture>(event)?);
+        Ok(())
+    }
+
+    pub(crate) fn slip(&mut self, slip: SlipEvent) {
+        self.run.states.slip(&slip);
+        self.run.slips.push(slip);
+    }
+
+    fn decoded<P: EventPayload>(&self, event: &Event) -> Result<Option<P>, AnalysisError> {
+        event.decode().transpose().map_err(|error| AnalysisError::Run {
+            run: self.place.clone(),
+            problem: format!("an event of {} cannot be read: {error}", event.topic),
+        })
+    }
+
+    /// Takes note of what is missing.
+    fn lacks(&mut self, problem: String) {
+        self.run.lacks = Some(problem);
+    }
+
+    /// What was kept, once all has passed; whether ruptures were looked for.
+    pub fn finish(self, has_ruptures: bool) -> RunData {
+        let Collector { mut run, ruptures, .. } = self;
+        run.states.end();
+        run.ruptures = has_ruptures.then_some(ruptures);
+        run
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::{Direction, FieldRecord, StepRecord};
+    use asperity_testkit::{quiet_step, slip_event, switch};
+
+    use crate::made_up;
+    use crate::states::States;
+    use crate::wants::Wants;
+
+    #[test]
+    fn of_switches_there_stay_the_first_and_the_last_of_each_block() {
+        let run = made_up::run("", &[(100, 101, &[1]), (200, 201, &[1, 3]), (300, 301, &[1])]);
+        let [first, last] = run.switches[0].unwrap();
+        assert_eq!((first.step, last.step, last.direction), (99, 299, Direction::Detach));
+        assert_eq!(run.switches[1], None);
+        assert_eq!(run.detachments(), [(99, 1), (199, 1), (199, 3), (299, 1)]);
+    }
+
+    fn state(step: u64, displacement_m: f64) -> FieldRecord {
+        FieldRecord {
+            step,
+            time_s: step as f64,
+            displacement_m: vec![displacement_m; 3],
+            velocity_m_per_s: vec![0.0; 3],
+            tangential_force_n: vec![0.0; 3],
+            stick_position_m: vec![0.0; 3],
+            detached: vec![0; 3],
+        }
+    }
+
+    /// However many events there are, no more states stay than there are precursors; and it is all the
+    /// same whether an event is told before the state at its end or after.
+    #[test]
+    fn states_at_the_first_onset_and_at_ends_of_precursors_stay() {
+        for event_first in [false, true] {
+            let mut states =
+                States::new(3, &(Wants { states_near_s: vec![24.6], ..Wants::STATES } | Wants::NOTHING));
+            states.state(&state(0, -2.0));
+            for event in 0..1000u64 {
+                let (onset, end) = (10 * event + 2, 10 * event + 5);
+                let step = |step: u64, sliding| StepRecord {
+                    sliding,
+                    switches: vec![switch(1, Direction::Detach)],
+                    ..quiet_step(step, step as f64, 0.0)
+                };
+                // Event 1 takes one block more, event 500 all three.
+                let last = if event >= 500 { 3 } else { 1 + event.min(1) as u32 };
+                let slip = slip_event(onset, end, 1..=last);
+                states.step(&step(onset, 1));
+                states.state(&state(onset, 0.0));
+                states.state(&state(onset + 1, 0.5));
+                states.step(&step(end, 0));
+                if event_first {
+                    states.slip(&slip);
+                }
+                states.state(&state(end, 0.0));
+                if !event_first {
+                    states.slip(&slip);
+                }
+            }
+            states.end();
+            assert_eq!(states.first().unwrap().displacement_m[0], -2.0);
+            assert_eq!(states.at_first_onset().unwrap().step, 2);
+            let kept: Vec<u64> =
+                (0..10_010).filter(|step| states.at_precursor_end(*step).is_some()).collect();
+            assert_eq!(kept, [5, 15, 5005]);
+            assert_eq!(states.largest_displacement_m(), Some(0.5));
+            assert_eq!(states.near(24.6).unwrap().step, 25);
+        }
+    }
 }

@@ -1,7 +1,5 @@
 //! Single numbers of several runs against a parameter that they differ in.
 
-use std::collections::BTreeMap;
-
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -9,6 +7,7 @@ use serde::Deserialize;
 use crate::error::AnalysisError;
 use crate::measure::Measure;
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 /// A table with one row per run, as the pipeline has it.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -24,37 +23,59 @@ pub struct Study {
     pub measures: Vec<Measure>,
 }
 
+/// What a study has of a run: a row of its table.
+#[derive(Debug, Clone)]
+pub struct StudyRow {
+    run: String,
+    parameter_set: String,
+    time_step_s: f64,
+    parameter: f64,
+    measured: Vec<Option<f64>>,
+}
+
 impl Study {
+    /// What it reads of each of its runs.
+    pub fn wants(&self) -> Wants {
+        self.measures.iter().fold(Wants::NOTHING, |wants, measure| wants | measure.wants())
+    }
+
+    /// The row of a run.
+    ///
+    /// # Errors
+    /// If the run has no such parameter.
+    pub fn row(&self, run: &RunData) -> Result<StudyRow, AnalysisError> {
+        let parameter = parameter(run, &self.parameter).map_err(|problem| AnalysisError::Run {
+            run: run.name.clone(),
+            problem: format!("study {}: {problem}", self.name),
+        })?;
+        Ok(StudyRow {
+            run: run.name.clone(),
+            parameter_set: run.header.parameter_set.clone(),
+            time_step_s: run.header.time_step_s,
+            parameter,
+            measured: self.measures.iter().map(|measure| measure.of(run, None)).collect(),
+        })
+    }
+
     /// The table: run, parameter set, time step, parameter, measures.
     ///
     /// # Errors
-    /// If a run has no such parameter, or polars refuses.
-    pub fn table(&self, runs: &BTreeMap<String, RunData>) -> Result<DataFrame, AnalysisError> {
-        let members: Vec<&RunData> = self.runs.iter().map(|name| &runs[name]).collect();
-        let values = members
-            .iter()
-            .map(|run| {
-                parameter(run, &self.parameter).map_err(|problem| AnalysisError::Run {
-                    run: run.name.clone(),
-                    problem: format!("study {}: {problem}", self.name),
-                })
-            })
-            .collect::<Result<Vec<f64>, AnalysisError>>()?;
-        let texts = |name: &str, value: &dyn Fn(&RunData) -> String| -> Column {
-            Series::new(name.into(), members.iter().map(|run| value(run)).collect::<Vec<String>>()).into()
+    /// If polars refuses.
+    pub fn table(&self, rows: &[&StudyRow]) -> Result<DataFrame, AnalysisError> {
+        let texts = |name: &str, value: &dyn Fn(&StudyRow) -> String| -> Column {
+            Series::new(name.into(), rows.iter().map(|row| value(row)).collect::<Vec<String>>()).into()
+        };
+        let numbers = |name: &str, value: &dyn Fn(&StudyRow) -> f64| -> Column {
+            Series::new(name.into(), rows.iter().map(|row| value(row)).collect::<Vec<f64>>()).into()
         };
         let mut columns = vec![
-            texts("run", &|run| run.name.clone()),
-            texts("parameter_set", &|run| run.header.parameter_set.clone()),
-            Series::new(
-                "time_step_s".into(),
-                members.iter().map(|run| run.header.time_step_s).collect::<Vec<f64>>(),
-            )
-            .into(),
-            Series::new(self.parameter.as_str().into(), values).into(),
+            texts("run", &|row| row.run.clone()),
+            texts("parameter_set", &|row| row.parameter_set.clone()),
+            numbers("time_step_s", &|row| row.time_step_s),
+            numbers(&self.parameter, &|row| row.parameter),
         ];
-        for measure in &self.measures {
-            let measured: Vec<Option<f64>> = members.iter().map(|run| measure.of(run, None)).collect();
+        for (index, measure) in self.measures.iter().enumerate() {
+            let measured: Vec<Option<f64>> = rows.iter().map(|row| row.measured[index]).collect();
             columns.push(Series::new(measure.name().replace(' ', "_").into(), measured).into());
         }
         Ok(DataFrame::new_infer_height(columns)?)
@@ -78,24 +99,19 @@ pub fn parameter(run: &RunData, key: &str) -> Result<f64, String> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
     use super::{Study, parameter};
     use crate::made_up;
     use crate::made_up::EVENTS;
 
     #[test]
     fn a_study_has_a_row_per_run_and_a_column_per_measure() {
-        let runs = BTreeMap::from([
-            ("a".to_owned(), made_up::run("", &EVENTS)),
-            ("b".to_owned(), made_up::run("", &[])),
-        ]);
         let study: Study = toml::from_str(
             "name = \"s\"\nparameter = \"slider.blocks\"\nruns = [\"b\", \"a\"]\n\
              measures = [\"precursor-count\", \"residual-rms-5.57\"]",
         )
         .unwrap();
-        let table = study.table(&runs).unwrap();
+        let rows = [made_up::run("", &[]), made_up::run("", &EVENTS)].map(|run| study.row(&run).unwrap());
+        let table = study.table(&rows.each_ref()).unwrap();
         let names: Vec<&str> = table.get_column_names().into_iter().map(|name| name.as_str()).collect();
         assert_eq!(
             names,

@@ -1,10 +1,8 @@
 //! The tables that a run is reduced to.
 
 use asperity_export::batch::Batch;
-use asperity_export::layout::{StepParts, step_columns};
-use asperity_export::rows;
 use asperity_model::analytic::LengthLaw;
-use asperity_record::{Cell, ColumnKind, EventPayload, Rupture, SlipEvent, StepRecord};
+use asperity_record::{Cell, ColumnKind, EventPayload, Rupture, SlipEvent};
 use asperity_summary::Summary;
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 
@@ -13,6 +11,7 @@ use crate::error::AnalysisError;
 use crate::parquet_tables;
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 /// The tables of ruptures, by themselves or behind the name of their run.
 pub const RUPTURES: &str = "ruptures";
@@ -130,67 +129,102 @@ pub fn precursors(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Resu
     ])
 }
 
-/// The load curve: one row per step record.
-///
-/// # Errors
-/// If polars refuses.
-pub fn load_curve(run: &RunData) -> Result<DataFrame, AnalysisError> {
-    // Where the drive pulls both ways its sum says little.
-    let is_pulled_both_ways = |record: &StepRecord| record.end_forces_n.is_some();
-    let end_forces = !run.steps.is_empty() && run.steps.iter().all(is_pulled_both_ways);
-    let parts = StepParts { end_forces, energies: false };
-    let columns = step_columns(parts);
-    let mut rows = Batch::new(&columns);
-    run.steps.iter().for_each(|record| rows::step(&mut rows, record, parts));
-    Ok(parquet_tables::frame(&columns, &rows)?)
+/// How well the precursors of a run follow a length law: a row of [`residual_table`].
+#[derive(Debug, Clone)]
+pub struct ResidualRow {
+    run: String,
+    law: LengthLaw,
+    found: Option<Residuals>,
+    dynamic_coefficient: f64,
+    rules: PrecursorRules,
+}
+
+impl ResidualRow {
+    /// That of a run.
+    pub fn of(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> ResidualRow {
+        ResidualRow {
+            run: run.name.clone(),
+            law,
+            found: residuals(run, law, rules),
+            dynamic_coefficient: run.scenario.friction.dynamic_coefficient,
+            rules: *rules,
+        }
+    }
 }
 
 /// The residuals of several runs as a table.
 ///
 /// # Errors
 /// If polars refuses.
-pub fn residual_table(runs: &[(&RunData, LengthLaw, PrecursorRules)]) -> Result<DataFrame, AnalysisError> {
-    let all: Vec<Option<Residuals>> =
-        runs.iter().map(|(run, law, rules)| residuals(run, *law, rules)).collect();
+pub fn residual_table(rows: &[ResidualRow]) -> Result<DataFrame, AnalysisError> {
     frame(vec![
-        column("run", runs.iter().map(|(run, ..)| run.name.clone()).collect::<Vec<_>>()),
-        column("law", runs.iter().map(|(_, law, _)| law.table_word()).collect::<Vec<_>>()),
-        counts("precursors", all.iter().map(|found| found.map_or(0, |found| found.count as u32))),
-        gaps("rms", all.iter().map(|found| found.map(|found| found.rms))),
-        gaps("max", all.iter().map(|found| found.map(|found| found.max))),
-        gaps(
-            "rms_over_mu_d",
-            runs.iter().zip(&all).map(|((run, ..), found)| {
-                found.map(|found| found.rms / run.scenario.friction.dynamic_coefficient)
-            }),
-        ),
-        counts("min_blocks", runs.iter().map(|(.., rules)| rules.min_blocks)),
-        numbers("merge_gap_s", runs.iter().map(|(.., rules)| rules.merge_gap_s)),
+        column("run", rows.iter().map(|row| row.run.clone()).collect::<Vec<_>>()),
+        column("law", rows.iter().map(|row| row.law.table_word()).collect::<Vec<_>>()),
+        counts("precursors", rows.iter().map(|row| row.found.map_or(0, |found| found.count as u32))),
+        gaps("rms", rows.iter().map(|row| row.found.map(|found| found.rms))),
+        gaps("max", rows.iter().map(|row| row.found.map(|found| found.max))),
+        gaps("rms_over_mu_d", rows.iter().map(|row| Some(row.found?.rms / row.dynamic_coefficient))),
+        counts("min_blocks", rows.iter().map(|row| row.rules.min_blocks)),
+        numbers("merge_gap_s", rows.iter().map(|row| row.rules.merge_gap_s)),
     ])
 }
 
-/// The first global slips of several runs beside what tells the runs apart.
+/// When a run slips as a whole for the first time, beside what tells it from others: a row of
+/// [`first_global_slips`].
+#[derive(Debug, Clone)]
+pub struct FirstGlobalSlip {
+    run: String,
+    parameter_set: String,
+    step_s: f64,
+    duration_s: f64,
+    normal_load_start_n: f64,
+    beta: f64,
+    onset_s: Option<f64>,
+    ft_fn_onset: Option<f64>,
+    normal_load_onset_n: Option<f64>,
+    global_slips: u32,
+}
+
+impl FirstGlobalSlip {
+    /// What it reads of a run.
+    pub const WANTS: Wants = Wants::LOADS;
+
+    /// That of a run.
+    pub fn of(run: &RunData) -> FirstGlobalSlip {
+        let slip = run.first_global_slip();
+        let load = slip.and_then(|slip| run.loads().iter().find(|load| load.step == slip.onset_step));
+        let global = run.slips.iter().filter(|slip| slip.is_global(run.header.blocks));
+        FirstGlobalSlip {
+            run: run.name.clone(),
+            parameter_set: run.header.parameter_set.clone(),
+            step_s: run.header.time_step_s,
+            duration_s: run.plan.grid.time_s(run.header.steps),
+            normal_load_start_n: run.plan.total_normal_load_n,
+            beta: run.scenario.initial_shear.beta,
+            onset_s: slip.map(|slip| slip.onset_s),
+            ft_fn_onset: slip.map(|slip| slip.ft_fn_onset),
+            normal_load_onset_n: load.map(|load| load.normal_load_n),
+            global_slips: global.count() as u32,
+        }
+    }
+}
+
+/// The first global slips of several runs.
 ///
 /// # Errors
 /// If polars refuses.
-pub fn first_global_slips(runs: &[&RunData]) -> Result<DataFrame, AnalysisError> {
-    let slips: Vec<_> = runs.iter().map(|run| run.first_global_slip()).collect();
-    let loads = runs.iter().zip(&slips).map(|(run, slip)| {
-        let onset = (*slip)?.onset_step;
-        run.steps.iter().find(|record| record.step == onset).map(|record| record.normal_load_n)
-    });
-    let global = |run: &RunData| run.slips.iter().filter(|slip| slip.is_global(run.header.blocks)).count();
+pub fn first_global_slips(rows: &[&FirstGlobalSlip]) -> Result<DataFrame, AnalysisError> {
     frame(vec![
-        column("run", runs.iter().map(|run| run.name.clone()).collect::<Vec<_>>()),
-        column("parameter_set", runs.iter().map(|run| run.header.parameter_set.clone()).collect::<Vec<_>>()),
-        numbers("step_s", runs.iter().map(|run| run.header.time_step_s)),
-        numbers("duration_s", runs.iter().map(|run| run.plan.grid.time_s(run.header.steps))),
-        numbers("normal_load_start_n", runs.iter().map(|run| run.plan.total_normal_load_n)),
-        numbers("beta", runs.iter().map(|run| run.scenario.initial_shear.beta)),
-        gaps("onset_s", slips.iter().map(|slip| slip.map(|slip| slip.onset_s))),
-        gaps("ft_fn_onset", slips.iter().map(|slip| slip.map(|slip| slip.ft_fn_onset))),
-        gaps("normal_load_onset_n", loads),
-        counts("global_slips", runs.iter().map(|run| global(run) as u32)),
+        column("run", rows.iter().map(|row| row.run.clone()).collect::<Vec<_>>()),
+        column("parameter_set", rows.iter().map(|row| row.parameter_set.clone()).collect::<Vec<_>>()),
+        numbers("step_s", rows.iter().map(|row| row.step_s)),
+        numbers("duration_s", rows.iter().map(|row| row.duration_s)),
+        numbers("normal_load_start_n", rows.iter().map(|row| row.normal_load_start_n)),
+        numbers("beta", rows.iter().map(|row| row.beta)),
+        gaps("onset_s", rows.iter().map(|row| row.onset_s)),
+        gaps("ft_fn_onset", rows.iter().map(|row| row.ft_fn_onset)),
+        gaps("normal_load_onset_n", rows.iter().map(|row| row.normal_load_onset_n)),
+        counts("global_slips", rows.iter().map(|row| row.global_slips)),
     ])
 }
 

@@ -604,7 +604,7 @@ pub(crate) struct ReproduceArguments {
     /// The solver to use; both give the same events.
     #[arg(long, value_enum, default_value = "fast")]
     pub(crate) solver: SolverChoice,
-    /// How many runs to make at once [default: one per core].
+    /// How many runs to make, and to reduce, at once [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<std::num::NonZeroUsize>,
 }

@@ -1,17 +1,23 @@
 //! `asperity reproduce` and `asperity reduce`: runs to tables and figures.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-use asperity_analysis::pipeline::{Pipeline, Progress, Stage};
+use asperity_analysis::load_table::LoadTable;
+use asperity_analysis::pipeline::Pipeline;
 use asperity_analysis::precursors::PrecursorRules;
+use asperity_analysis::reduction::{Progress, Reduction};
 use asperity_analysis::run_data::RunData;
+use asperity_analysis::tables::ResidualRow;
 use asperity_analysis::{AnalysisError, figures, record, summaries, table_file, tables};
 use asperity_files::{Existing, FileSet, FolderLock, Inputs, is_new_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
+use asperity_record::{EventPayload, Record, Rupture};
 use asperity_run::study::{Job, Stored};
 use asperity_run::{SolverKind, Verdict, at_once};
-use asperity_summary::Summary;
+use asperity_runlog::{LogError, LogItem, RunReader};
+use asperity_summary::{RupturesFrom, Summarizer, Summary};
 
 use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
@@ -44,16 +50,25 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
             format!("{}: {checked} (accepted: what asperity salvage makes of it)", arguments.run.display()),
         ));
     }
-    let mut data = RunData::read_part(&name, &arguments.run).map_err(|error| {
+    let wants = figures::OVERVIEW_WANTS | rules.wants();
+    let mut data = RunData::read_part(&name, &arguments.run, wants).map_err(|error| {
         if verdict.holds_all() { Failure::failed(error) } else { Failure::Log(verdict, error.to_string()) }
     })?;
     if data.ruptures.is_none() && verdict.holds_all() {
         data.ruptures = Some(ruptures::found_in_steps(&arguments.run)?);
     }
-    let summary = summary::of_log(&arguments.run, &checked)?;
     create_folder(out)?;
     let law = LengthLaw::natural(&data.scenario);
     let files = FileSet::new(Existing::Refuse, Inputs::of([&arguments.run]));
+    let both_ways = data.plan.drive.pulls_both_ways();
+    let mut loads = LoadTable::begin(&files, out, "load", both_ways).map_err(not_written)?;
+    let mut written = Ok(());
+    let summary = summary::of_log_seen(&arguments.run, &checked, &mut |record| {
+        if written.is_ok() {
+            written = loads.push(record);
+        }
+    })?;
+    written.and_then(|()| loads.finish()).map_err(not_written)?;
     if !verdict.holds_all() {
         let note = format!(
             "These tables and figures are of what there is of a run. Its log is not whole.\n{}: {checked}\n",
@@ -68,9 +83,9 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
             write(tables::PRECURSOR_RUPTURES, tables::precursor_ruptures(&data, &summary, &[(law, rules)])?)?;
         }
         table_file::write(&files, out, "events", &mut tables::events(&data)?)?;
-        table_file::write(&files, out, "load", &mut tables::load_curve(&data)?)?;
         table_file::write(&files, out, "precursors", &mut tables::precursors(&data, law, &rules)?)?;
-        table_file::write(&files, out, "residuals", &mut tables::residual_table(&[(&data, law, rules)])?)?;
+        let residuals = ResidualRow::of(&data, law, &rules);
+        table_file::write(&files, out, "residuals", &mut tables::residual_table(&[residuals])?)?;
         summaries::write_table(&files, &out.join(summaries::TABLE), [&summary])?;
         summaries::write_json(&files, &out.join(summaries::JSON), &summary)?;
         let of_ruptures = [tables::RUPTURES, tables::PRECURSOR_RUPTURES];
@@ -80,8 +95,8 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
             .flat_map(|name| table_file::paths(out, name));
         let tables = tables.chain([summaries::TABLE, summaries::JSON].map(|name| out.join(name)));
         let figures = figures::OVERVIEW.iter().map(|name| out.join(name));
-        record::write(&files, out, "reduce", [&data], tables.chain(figures))?;
-        figures::draw_overview(data, &files, out)?;
+        record::write(&files, out, "reduce", [(name.as_str(), &data.header)], tables.chain(figures))?;
+        figures::draw_overview(&data, &files, out)?;
         Ok(files.publish()?)
     };
     write().map_err(not_written)?;
@@ -164,17 +179,19 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
         return Err(Failure::Said(code));
     }
     board.line("reducing and drawing");
-    let summaries = summaries(&pipeline, &runs_folder)?;
+    let reduction = Reduction::begin(&pipeline, &arguments.out, inputs).map_err(not_written)?;
     let stages = board.stages("reduction");
-    let mut tell = |Progress { stage, done, of }: Progress| {
-        let stage = match stage {
-            Stage::Runs => "runs read",
-            Stage::Tables => "tables",
-            Stage::Figures => "figures",
-        };
-        stages.reached(stage, done, of);
-    };
-    pipeline.reduce(&runs_folder, &arguments.out, inputs, &summaries, &mut tell).map_err(not_written)?;
+    let done = AtomicUsize::new(0);
+    let runs = pipeline.run.len();
+    stages.reached("runs", 0, runs);
+    at_once(&pipeline.run, arguments.jobs, |spec| {
+        let log = runs_folder.join(format!("{}.mcap", spec.name));
+        reduce_log(&reduction, &spec.name, &log)?;
+        stages.reached("runs", done.fetch_add(1, Ordering::Relaxed) + 1, runs);
+        Ok::<(), Failure>(())
+    })?;
+    let mut tell = |Progress { done, of }: Progress| stages.reached("tables", done, of);
+    let summaries = reduction.finish(&mut tell).map_err(not_written)?;
     drop(stages);
     tell_misleading(&summaries, board);
     print_where_to_look(&pipeline, &arguments.out)?;
@@ -198,12 +215,30 @@ fn inputs(arguments: &ReproduceArguments, pipeline: &Pipeline, jobs: &[Job]) -> 
     inputs
 }
 
-/// The summaries of its runs.
-fn summaries(pipeline: &Pipeline, runs_folder: &Path) -> Result<Vec<Summary>, Failure> {
-    at_once(&pipeline.run, None, |run| {
-        let log = runs_folder.join(format!("{}.mcap", run.name));
-        summary::of_whole_log(&log)
-    })
+/// Hands a run to a reduction, out of its log, which is read once.
+fn reduce_log(reduction: &Reduction<'_>, name: &str, log: &Path) -> Result<(), Failure> {
+    let failed = |error: LogError| Failure::failed(error);
+    let mut reader = RunReader::open(log, reduction.wants(name).topics()).map_err(failed)?;
+    let mut passing = reduction.passing_log(name, log, &reader).map_err(not_written)?;
+    let mut summarizer = Summarizer::new(name, reader.header(), summary::slider(passing.scenario()));
+    while let Some(item) = reader.next_item().map_err(failed)? {
+        passing.item(&item).map_err(not_written)?;
+        match &item {
+            LogItem::Record(Record::Step(record)) => summarizer.record(record),
+            LogItem::Record(_) => {}
+            LogItem::Event(event) => {
+                let problem = |error| {
+                    let log = log.display();
+                    Failure::failed(format!("{log}: an event of {} cannot be read: {error}", event.topic))
+                };
+                summarizer.event(event).map_err(problem)?;
+            }
+        }
+    }
+    let has_ruptures = reader.event_topics().any(|topic| topic == Rupture::TOPIC);
+    let ruptures_from = if has_ruptures { RupturesFrom::Log } else { RupturesFrom::None };
+    let summary = summarizer.finish(ruptures_from, reader.end());
+    reduction.passed(passing, has_ruptures, summary).map_err(not_written)
 }
 
 /// Says of which runs raw slip events do not tell what happened: their claims and figures stand on

@@ -7,7 +7,7 @@ use std::path::Path;
 use asperity_export::{CsvRows, Spelling};
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_model::{DriveKind, Scenario, ScenarioSource};
-use asperity_record::{EventPayload, Record, Rupture};
+use asperity_record::{EventPayload, Record, Rupture, StepRecord};
 use asperity_run::{Checked, Verdict, at_once};
 use asperity_runlog::{LogItem, RunReader, Topics};
 use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary, text};
@@ -140,7 +140,19 @@ pub(crate) fn slider(scenario: &Scenario) -> Slider {
 pub(crate) fn of_log(run: &Path, checked: &Checked) -> Result<Summary, Failure> {
     // Where something in a log contradicts the rest, all messages must be counted to stop before it.
     let most = (checked.verdict == Verdict::Damaged).then_some(checked.seen.messages);
-    read(run, checked.verdict, most)
+    read(run, checked.verdict, most, &mut |_| {})
+}
+
+/// The same of a log in which nothing contradicts the rest; `seen` is told of every step record.
+///
+/// # Errors
+/// As [`of_log`].
+pub(crate) fn of_log_seen(
+    run: &Path,
+    checked: &Checked,
+    seen: &mut dyn FnMut(&StepRecord),
+) -> Result<Summary, Failure> {
+    read(run, checked.verdict, None, seen)
 }
 
 /// The summary of a log that is known to be whole.
@@ -148,10 +160,15 @@ pub(crate) fn of_log(run: &Path, checked: &Checked) -> Result<Summary, Failure> 
 /// # Errors
 /// If it is not.
 pub(crate) fn of_whole_log(run: &Path) -> Result<Summary, Failure> {
-    read(run, Verdict::Whole, None)
+    read(run, Verdict::Whole, None, &mut |_| {})
 }
 
-fn read(run: &Path, verdict: Verdict, most_messages: Option<u64>) -> Result<Summary, Failure> {
+fn read(
+    run: &Path,
+    verdict: Verdict,
+    most_messages: Option<u64>,
+    seen: &mut dyn FnMut(&StepRecord),
+) -> Result<Summary, Failure> {
     let topics = if most_messages.is_some() { Topics::ALL } else { Topics { events: true, ..Topics::STEPS } };
     let mut left = most_messages.unwrap_or(u64::MAX);
     let mut reader = RunReader::open(run, topics).map_err(Failure::failed)?;
@@ -171,7 +188,10 @@ fn read(run: &Path, verdict: Verdict, most_messages: Option<u64>) -> Result<Summ
     {
         left -= 1;
         match item {
-            LogItem::Record(Record::Step(record)) => summarizer.record(&record),
+            LogItem::Record(Record::Step(record)) => {
+                summarizer.record(&record);
+                seen(&record);
+            }
             LogItem::Record(_) => {}
             LogItem::Event(event) => summarizer.event(&event).map_err(|error| {
                 unreadable(format!("an event of {} cannot be read: {error}", event.topic))

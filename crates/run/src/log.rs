@@ -233,7 +233,7 @@ mod tests {
             let path = folder.path().join(format!("{n}.mcap"));
             let after = Duration::from_secs(60);
             let to = LogTo { keep: KeepLog::Never, after, ..LogTo::new(&path) };
-            let mut log = Log::new(to, header.clone(), String::new(), Vec::new()).unwrap();
+            let mut log = Log::new(to, header.clone(), &scenario, Vec::new()).unwrap();
             let mut steps = 0;
             while !partial_path(&path).exists() {
                 assert!(log.waiting_bytes < MOST_WAITING_BYTES && log.waiting.len() == steps as usize);

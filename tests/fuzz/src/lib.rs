@@ -222,15 +222,17 @@ pub fn pipeline(text: &[u8]) {
 pub fn tables(script: &[u8]) {
     use asperity_analysis::precursors::PrecursorRules;
     use asperity_analysis::run_data::RunData;
+    use asperity_analysis::tables::ResidualRow;
     use asperity_model::analytic::LengthLaw;
 
     let path = scratch("tables.mcap");
     fs::write(&path, edits::edited(short_log(), script)).expect("the scratch folder can be written");
     if let Ok(run) = RunData::read("fuzz", &path) {
         let rules = PrecursorRules { min_blocks: 2, merge_gap_s: 1e-3 };
+        let residuals = ResidualRow::of(&run, LengthLaw::Linear, &rules);
         let made = [
             asperity_analysis::tables::events(&run).map(drop),
-            asperity_analysis::tables::load_curve(&run).map(drop),
+            asperity_analysis::tables::residual_table(&[residuals]).map(drop),
             asperity_analysis::tables::precursors(&run, LengthLaw::Tilted, &rules).map(drop),
         ];
         for problem in made.into_iter().filter_map(Result::err) {

@@ -1,13 +1,11 @@
 //! How a slip pulse ends where the prestress falls: prestress and slip along the slider, and the
 //! speed of the pulse below.
 
-use std::collections::BTreeMap;
-
 use asperity_model::front::{self, relative_prestress};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, find};
+use super::kind::{Figure, Parts, all_of_one};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED, Series, Sheet};
 use crate::fronts;
 use crate::run_data::RunData;
@@ -28,6 +26,8 @@ pub(crate) struct Arrest {
 const BETWEEN_MARKS: usize = 12;
 
 impl Figure for Arrest {
+    type Part = Sheet;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -36,8 +36,7 @@ impl Figure for Arrest {
         vec![&self.run]
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
-        let run = find(runs, &self.run)?;
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let blocks = run.plan.blocks;
         let theory = fronts::theory(run)
             .filter(|theory| theory.top_stiffness > 0.0)
@@ -111,5 +110,9 @@ impl Figure for Arrest {
             note: String::new(),
         };
         Ok(Sheet::Stacked(Box::new([upper, lower])))
+    }
+
+    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
+        all_of_one(parts, &self.run)
     }
 }

@@ -1,15 +1,14 @@
 //! How the shortest wave dies away: undamped, under-damped, critical and
 //! over-damped, simulated and after (5.28) (Figure 5.5).
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, run_names};
+use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
 use crate::curves::ring_down;
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -24,6 +23,8 @@ pub(crate) struct Damping {
 const MARKS: usize = 40;
 
 impl Figure for Damping {
+    type Part = Vec<(f64, f64, f64)>;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -32,11 +33,19 @@ impl Figure for Damping {
         run_names(&self.series)
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+    fn wants(&self) -> Wants {
+        Wants::WINDOWS
+    }
+
+    fn part(&self, run: &RunData) -> Result<Self::Part, String> {
+        Ok(ring_down(run))
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut series = Vec::new();
         let mut longest: f64 = 0.0;
         for (index, labelled) in self.series.iter().enumerate() {
-            let points = ring_down(labelled.find(runs)?);
+            let points = labelled.find(&parts)?;
             let (marker, dash, color) = nth(index);
             longest = points.iter().fold(longest, |longest, (phase, ..)| longest.max(*phase));
             series.push(Series {

@@ -1,13 +1,12 @@
 //! Displacement of chosen blocks against time (Figure 6.7).
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, find};
+use super::kind::{Figure, Parts, all_of_one};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -24,6 +23,8 @@ pub(crate) struct Displacement {
 }
 
 impl Figure for Displacement {
+    type Part = Sheet;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -32,8 +33,11 @@ impl Figure for Displacement {
         vec![&self.run]
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
-        let run = find(runs, &self.run)?;
+    fn wants(&self) -> Wants {
+        Wants { displacements_of: self.blocks.iter().copied().collect(), ..Wants::NOTHING }
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let mut series = Vec::new();
         for (index, &block) in self.blocks.iter().enumerate() {
             if !(1..=run.header.blocks).contains(&block) {
@@ -43,10 +47,13 @@ impl Figure for Displacement {
                 ));
             }
             let (_, dash, color) = nth(index);
-            let at = |displacement_m: &[f64]| displacement_m[block as usize - 1] * 1e3;
+            let course = run.states().displacement_of(block);
             series.push(Series {
                 label: format!("block {block}"),
-                points: run.fields.iter().map(|record| (record.time_s, at(&record.displacement_m))).collect(),
+                points: course
+                    .iter()
+                    .map(|(time_s, displacement_m)| (*time_s, displacement_m * 1e3))
+                    .collect(),
                 look: Look::Line(dash, color),
             });
         }
@@ -64,5 +71,9 @@ impl Figure for Displacement {
             legend: Corner::TopLeft,
             note: String::new(),
         })))
+    }
+
+    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
+        all_of_one(parts, &self.run)
     }
 }

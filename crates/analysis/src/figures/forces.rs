@@ -1,14 +1,13 @@
 //! `F_T`, `F_N`, `mu_s F_N` and `mu_d F_N` against time.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, find};
+use super::kind::{Figure, Parts, all_of_one};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Panel, RED, Series, Sheet};
 use crate::curves::pull_ratio;
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -27,6 +26,8 @@ pub(crate) struct Forces {
 }
 
 impl Figure for Forces {
+    type Part = Sheet;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -35,12 +36,15 @@ impl Figure for Forces {
         vec![&self.run]
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
-        let run = find(runs, &self.run)?;
+    fn wants(&self) -> Wants {
+        Wants::LOADS
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let from_s = self.from_s.unwrap_or(0.0);
         let to_s = self.to_s.unwrap_or(run.plan.grid.time_s(run.header.steps));
         let shown: Vec<_> =
-            run.steps.iter().filter(|record| (from_s..=to_s).contains(&record.time_s)).collect();
+            run.loads().iter().filter(|record| (from_s..=to_s).contains(&record.time_s)).collect();
         if shown.len() < 2 {
             return Err(format!("run {} has no records from {from_s} s to {to_s} s", run.name));
         }
@@ -76,5 +80,9 @@ impl Figure for Forces {
             legend: Corner::TopRight,
             note: String::new(),
         })))
+    }
+
+    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
+        all_of_one(parts, &self.run)
     }
 }

@@ -1,14 +1,13 @@
 //! `tau_n / p_n` along the slider after a precursor (Figure 5.6).
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{DYNAMIC, Figure, coefficient_lines, find};
+use super::kind::{DYNAMIC, Figure, Parts, all_of_one, coefficient_lines};
 use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet};
 use crate::curves::front_profile;
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -22,6 +21,8 @@ pub(crate) struct Front {
 }
 
 impl Figure for Front {
+    type Part = Sheet;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -30,8 +31,11 @@ impl Figure for Front {
         vec![&self.run]
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
-        let run = find(runs, &self.run)?;
+    fn wants(&self) -> Wants {
+        Wants::LOADS | Wants::STATES
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let (precursor, profile) = front_profile(run, f64::from(self.blocks))
             .ok_or_else(|| format!("run {} has no precursor with fields at its end", run.name))?;
         let last = f64::from(run.header.blocks);
@@ -61,5 +65,9 @@ impl Figure for Front {
             legend: Corner::TopRight,
             note: String::new(),
         })))
+    }
+
+    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
+        all_of_one(parts, &self.run)
     }
 }

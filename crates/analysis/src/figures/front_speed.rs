@@ -2,13 +2,11 @@
 //! contacts as lines. Below, how far the marks are from their lines; or, where the theory does not
 //! speak of some of them, how much faster each is than a front on rigid contacts without damping.
 
-use std::collections::BTreeMap;
-
 use asperity_model::front;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, find};
+use super::kind::{Figure, Parts, find};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
 use crate::fronts;
 use crate::run_data::RunData;
@@ -42,7 +40,18 @@ struct Runs {
     runs: Vec<String>,
 }
 
+/// What is shown of a run.
+pub(crate) struct Part {
+    prestress: f64,
+    /// Damping and stiffness of the top drive, where there is a theory.
+    law: Option<(f64, f64)>,
+    speed: Option<f64>,
+    error: Option<f64>,
+}
+
 impl Figure for FrontSpeed {
+    type Part = Part;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -51,7 +60,18 @@ impl Figure for FrontSpeed {
         self.series.iter().flat_map(|series| series.runs.iter().map(String::as_str)).collect()
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData) -> Result<Part, String> {
+        let prestress = front::relative_prestress(&run.plan, run.plan.blocks / 2)
+            .ok_or_else(|| format!("run {} has no static friction above sliding friction", run.name))?;
+        Ok(Part {
+            prestress,
+            law: fronts::theory(run).map(|theory| (theory.relative_damping, theory.top_stiffness)),
+            speed: fronts::speed_over_c(run),
+            error: fronts::speed_error(run),
+        })
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let (mut speeds, mut deviations, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
         for (index, series) in self.series.iter().enumerate() {
             let (marker, dash, color) = nth(index);
@@ -59,17 +79,13 @@ impl Figure for FrontSpeed {
             let (mut points, mut errors, mut ratio) = (Vec::new(), Vec::new(), Vec::new());
             let mut law = None;
             for name in &series.runs {
-                let run = find(runs, name)?;
-                let prestress = front::relative_prestress(&run.plan, run.plan.blocks / 2)
-                    .ok_or_else(|| format!("run {name} has no static friction above sliding friction"))?;
-                if let Some(theory) = fronts::theory(run) {
-                    law.get_or_insert((theory.relative_damping, theory.top_stiffness));
-                }
+                let Part { prestress, law: of_run, speed, error } = *find(&parts, name)?;
+                law = law.or(of_run);
                 // A front that did not come so far leaves a gap.
-                let Some(speed) = fronts::speed_over_c(run) else { continue };
+                let Some(speed) = speed else { continue };
                 points.push((prestress, speed));
                 ratio.push((prestress, speed * (1.0 - prestress * prestress).sqrt()));
-                errors.extend(fronts::speed_error(run).map(|error| (prestress, (1e3 * error.abs()).log10())));
+                errors.extend(error.map(|error| (prestress, (1e3 * error.abs()).log10())));
             }
             let of =
                 |label: &str, points: Vec<(f64, f64)>, look| Series { label: label.to_owned(), points, look };

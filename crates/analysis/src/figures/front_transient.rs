@@ -1,12 +1,10 @@
 //! Speed of fronts from block to block along the slider: how they become steady; beyond the last
 //! block in grey, what theory says of it.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, run_names};
+use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
 use crate::fronts;
 use crate::run_data::RunData;
@@ -30,7 +28,17 @@ pub(crate) struct FrontTransient {
     series: Vec<Labelled>,
 }
 
+/// What is shown of a run.
+pub(crate) struct Part {
+    blocks: f64,
+    /// The logarithm of the block, and the speed there.
+    local: Vec<(f64, f64)>,
+    steady: Option<f64>,
+}
+
 impl Figure for FrontTransient {
+    type Part = Part;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -39,21 +47,23 @@ impl Figure for FrontTransient {
         run_names(&self.series)
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+    fn part(&self, run: &RunData) -> Result<Part, String> {
+        let local: Vec<(f64, f64)> =
+            fronts::local_speeds(run).iter().map(|(block, speed)| (block.log10(), *speed)).collect();
+        if local.is_empty() {
+            return Err(format!("run {} has no front from block 1", run.name));
+        }
+        let steady = fronts::theory(run).and_then(|theory| theory.speed_over_c());
+        Ok(Part { blocks: run.plan.blocks as f64, local, steady })
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut series = Vec::new();
-        let blocks = |run: &RunData| run.plan.blocks as f64;
-        let all: Vec<&RunData> =
-            self.series.iter().map(|labelled| labelled.find(runs)).collect::<Result<_, _>>()?;
-        let longest = all.iter().map(|run| blocks(run)).fold(1.0, f64::max).log10();
+        let longest = parts.values().map(|part| part.blocks).fold(1.0, f64::max).log10();
         for (index, labelled) in self.series.iter().enumerate() {
-            let run = all[index];
+            let part = labelled.find(&parts)?;
             let (_, dash, color) = nth(index);
-            let local: Vec<(f64, f64)> =
-                fronts::local_speeds(run).iter().map(|(block, speed)| (block.log10(), *speed)).collect();
-            if local.is_empty() {
-                return Err(format!("run {} has no front from block 1", run.name));
-            }
-            if let Some(steady) = fronts::theory(run).and_then(|theory| theory.speed_over_c()) {
+            if let Some(steady) = part.steady {
                 series.push(Series {
                     label: String::new(),
                     points: vec![(longest, steady), (longest.ceil(), steady)],
@@ -62,7 +72,7 @@ impl Figure for FrontTransient {
             }
             series.push(Series {
                 label: labelled.label.clone(),
-                points: local,
+                points: part.local.clone(),
                 look: Look::Line(dash, color),
             });
         }

@@ -1,13 +1,12 @@
 //! Initial shear profiles: as set up, and as (5.50) asks (Figure 5.7).
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, run_names};
+use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -21,7 +20,15 @@ pub(crate) struct InitialShear {
 /// One block in this many is marked, so that the lines beneath can be seen.
 const MARKED: usize = 6;
 
+/// What is shown of a run.
+pub(crate) struct Part {
+    beta: f64,
+    shear: Vec<(f64, f64)>,
+}
+
 impl Figure for InitialShear {
+    type Part = Part;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -30,31 +37,35 @@ impl Figure for InitialShear {
         run_names(&self.series)
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+    fn wants(&self) -> Wants {
+        Wants::STATES
+    }
+
+    fn part(&self, run: &RunData) -> Result<Part, String> {
+        let fields = run.states().first().ok_or_else(|| format!("run {} has no initial fields", run.name))?;
+        let x = |n: usize| n as f64 * run.plan.spacing_m / run.plan.length_m;
+        let shear = fields.tangential_force_n.iter().zip(&run.plan.normal_load_n).enumerate();
+        Ok(Part {
+            beta: run.scenario.initial_shear.beta,
+            shear: shear.step_by(MARKED).map(|(n, (tau, p))| (x(n), tau / p)).collect(),
+        })
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut series = Vec::new();
         let mut largest: f64 = 0.1;
         for (index, labelled) in self.series.iter().enumerate() {
-            let run = labelled.find(runs)?;
-            let fields = run.fields_at(0).ok_or_else(|| format!("run {} has no initial fields", run.name))?;
+            let Part { beta, shear } = labelled.find(&parts)?;
             let (marker, dash, color) = nth(index);
-            let beta = run.scenario.initial_shear.beta;
             largest = largest.max(beta.abs());
             series.push(Series {
                 label: labelled.label.clone(),
-                points: vec![(0.0, -beta), (1.0, beta)],
+                points: vec![(0.0, -beta), (1.0, *beta)],
                 look: Look::Line(dash, color),
             });
-            let x = |n: usize| n as f64 * run.plan.spacing_m / run.plan.length_m;
             series.push(Series {
                 label: labelled.label.clone(),
-                points: fields
-                    .tangential_force_n
-                    .iter()
-                    .zip(&run.plan.normal_load_n)
-                    .enumerate()
-                    .step_by(MARKED)
-                    .map(|(n, (tau, p))| (x(n), tau / p))
-                    .collect(),
+                points: shear.clone(),
                 look: Look::Marks(marker, color),
             });
         }

@@ -1,5 +1,6 @@
 //! What the kinds of figures have in common.
 
+use std::any::Any;
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
@@ -7,17 +8,73 @@ use serde::Deserialize;
 
 use super::plot::{BLUE, Dash, Look, RED, Series, Sheet};
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
-/// A kind of figure.
+/// A kind of figure. It takes its part of every run as runs go by, one after the other, and is drawn
+/// from these parts once it has all.
 pub(super) trait Figure: Sync {
+    /// What it takes of a run: the points that it shows, and no more.
+    type Part: Send + 'static;
+
     /// The file to write, without folder.
     fn file(&self) -> &str;
 
     /// The runs it is made of.
     fn runs(&self) -> Vec<&str>;
 
-    /// What is on it; in words, what its runs lack.
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String>;
+    /// What it reads of a run beside slip events, ruptures and switches.
+    fn wants(&self) -> Wants {
+        Wants::NOTHING
+    }
+
+    /// Its part of a run; in words, what the run lacks.
+    fn part(&self, run: &RunData) -> Result<Self::Part, String>;
+
+    /// What is on it, made of the parts of all its runs; in words, what they lack.
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String>;
+}
+
+/// Parts by the name of their run.
+pub(super) type Parts<P> = BTreeMap<String, P>;
+
+/// A figure of whichever kind.
+pub(super) trait AnyFigure: Sync {
+    fn file(&self) -> &str;
+    fn runs(&self) -> Vec<&str>;
+    fn wants(&self) -> Wants;
+    fn part(&self, run: &RunData) -> Result<AnyPart, String>;
+    fn sheet(&self, parts: Parts<AnyPart>) -> Result<Sheet, String>;
+}
+
+/// A part of a figure of whichever kind.
+pub(super) type AnyPart = Box<dyn Any + Send>;
+
+impl<F: Figure> AnyFigure for F {
+    fn file(&self) -> &str {
+        Figure::file(self)
+    }
+
+    fn runs(&self) -> Vec<&str> {
+        Figure::runs(self)
+    }
+
+    fn wants(&self) -> Wants {
+        Figure::wants(self)
+    }
+
+    fn part(&self, run: &RunData) -> Result<AnyPart, String> {
+        Ok(Box::new(Figure::part(self, run)?))
+    }
+
+    fn sheet(&self, parts: Parts<AnyPart>) -> Result<Sheet, String> {
+        let own = |part: AnyPart| *part.downcast().expect("a figure gets back the parts that it took");
+        Figure::sheet(self, parts.into_iter().map(|(run, part)| (run, own(part))).collect())
+    }
+}
+
+/// What is on a figure of one run, whose part is all of it.
+pub(super) fn all_of_one(parts: Parts<Sheet>, run: &str) -> Result<Sheet, String> {
+    find(&parts, run).cloned()
 }
 
 /// A run and what the legend calls it; `k_t` and `k_{t}` set subscripts.
@@ -31,8 +88,8 @@ pub(super) struct Labelled {
 }
 
 impl Labelled {
-    pub(super) fn find<'a>(&self, runs: &'a BTreeMap<String, RunData>) -> Result<&'a RunData, String> {
-        find(runs, &self.run)
+    pub(super) fn find<'a, P>(&self, parts: &'a Parts<P>) -> Result<&'a P, String> {
+        find(parts, &self.run)
     }
 }
 
@@ -59,7 +116,7 @@ pub(super) fn coefficient_lines(run: &RunData, to_x: f64, dynamic: &str) -> [Ser
     ]
 }
 
-/// The run of this name.
-pub(super) fn find<'a>(runs: &'a BTreeMap<String, RunData>, name: &str) -> Result<&'a RunData, String> {
-    runs.get(name).ok_or_else(|| format!("there is no run {name}"))
+/// The part of the run of this name.
+pub(super) fn find<'a, P>(parts: &'a Parts<P>, name: &str) -> Result<&'a P, String> {
+    parts.get(name).ok_or_else(|| format!("there is no run {name}"))
 }

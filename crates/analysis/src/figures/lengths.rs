@@ -4,17 +4,16 @@
 //! The laws are for a slider that is being driven. Where the drive is held, precursors
 //! after that bear another mark, and the line is dashed beyond the load reached by then.
 
-use std::collections::BTreeMap;
-
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, run_names};
+use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Marker, Panel, Series, Sheet, nth};
 use crate::curves;
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -37,7 +36,17 @@ impl Lengths {
     }
 }
 
+/// What is shown of a run.
+pub(crate) struct Part {
+    law: Vec<(f64, f64)>,
+    points: Vec<(f64, f64)>,
+    /// Both in their place, where the drive is held.
+    beside_hold: Option<[Series; 4]>,
+}
+
 impl Figure for Lengths {
+    type Part = Part;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -46,29 +55,47 @@ impl Figure for Lengths {
         run_names(&self.series)
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+    fn wants(&self) -> Wants {
+        Wants::LOADS
+    }
+
+    fn part(&self, run: &RunData) -> Result<Part, String> {
+        let parameters = LengthLawParameters::of(&run.scenario);
+        let law: Vec<(f64, f64)> = (0..=400)
+            .map(|i| f64::from(i) / 400.0)
+            .map(|x| (self.law.load_ratio(&parameters, x), x))
+            .collect();
+        let points: Vec<(f64, f64)> = curves::precursor_points(run, self.law, &PrecursorRules::default())
+            .into_iter()
+            .map(|point| (point.ft_fn, point.lp_l))
+            .collect();
+        let hold_step = run.plan.drive.hold_from_step;
+        let beside_hold = hold_step.map(|hold_step| beside_hold(run, hold_step, &points, &law));
+        Ok(Part { law, points, beside_hold })
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut series = Vec::new();
         let mut longest: f64 = 0.0;
         for (index, labelled) in self.series.iter().enumerate() {
-            let run = labelled.find(runs)?;
+            let Part { law, points, beside_hold } = labelled.find(&parts)?;
             let (marker, dash, color) = nth(index);
-            let parameters = LengthLawParameters::of(&run.scenario);
-            let law: Vec<(f64, f64)> = (0..=400)
-                .map(|i| f64::from(i) / 400.0)
-                .map(|x| (self.law.load_ratio(&parameters, x), x))
-                .collect();
-            let points: Vec<(f64, f64)> = curves::precursor_points(run, self.law, &PrecursorRules::default())
-                .into_iter()
-                .map(|point| (point.ft_fn, point.lp_l))
-                .collect();
-            longest = law.iter().chain(&points).fold(longest, |longest, (load, _)| longest.max(*load));
-            match run.plan.drive.hold_from_step {
+            longest = law.iter().chain(points).fold(longest, |longest, (load, _)| longest.max(*load));
+            match beside_hold {
                 None => {
                     let label = || labelled.label.clone();
-                    series.push(Series { label: label(), points, look: Look::Marks(marker, color) });
-                    series.push(Series { label: label(), points: law, look: Look::Line(dash, color) });
+                    series.push(Series {
+                        label: label(),
+                        points: points.clone(),
+                        look: Look::Marks(marker, color),
+                    });
+                    series.push(Series {
+                        label: label(),
+                        points: law.clone(),
+                        look: Look::Line(dash, color),
+                    });
                 }
-                Some(hold_step) => series.extend(beside_hold(run, hold_step, &points, &law)),
+                Some(of_both_sides) => series.extend(of_both_sides.clone()),
             }
         }
         // Curves first, so that marks lie on top of them.
@@ -92,8 +119,8 @@ fn beside_hold(run: &RunData, hold_step: u64, points: &[(f64, f64)], law: &[(f64
     let (before, after): (Vec<_>, Vec<_>) =
         found.iter().zip(points).partition(|(precursor, _)| precursor.start.onset_step < hold_step);
     let marks = |found: Vec<(_, &(f64, f64))>| found.into_iter().map(|(_, point)| *point).collect();
-    let at_hold = run.steps.partition_point(|record| record.step <= hold_step);
-    let reached = at_hold.checked_sub(1).map_or(0.0, |index| run.steps[index].load_ratio());
+    let at_hold = run.loads().partition_point(|load| load.step <= hold_step);
+    let reached = at_hold.checked_sub(1).map_or(0.0, |index| run.loads()[index].load_ratio());
     let end = law.partition_point(|(load, _)| *load <= reached);
     let (valid, beyond) = (law[..end].to_vec(), law[end.saturating_sub(1)..].to_vec());
     let hold_s = run.plan.grid.time_s(hold_step);

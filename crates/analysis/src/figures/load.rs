@@ -2,15 +2,14 @@
 //! of its rise; and the number of sliding blocks beneath (Figures 5.13, 5.15 to 5.18, 6.5, 6.8
 //! to 6.12).
 
-use std::collections::BTreeMap;
-
 use asperity_model::analytic::LoadCurve;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{DYNAMIC, Figure, coefficient_lines, find};
+use super::kind::{DYNAMIC, Figure, Parts, all_of_one, coefficient_lines};
 use super::plot::{Axis, Corner, Dash, GREEN, INK, Look, Panel, Series, Sheet};
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -46,6 +45,8 @@ impl Load {
 }
 
 impl Figure for Load {
+    type Part = Sheet;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -54,12 +55,15 @@ impl Figure for Load {
         vec![&self.run]
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
-        let run = find(runs, &self.run)?;
+    fn wants(&self) -> Wants {
+        Wants::LOADS
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let duration_s = run.plan.grid.time_s(run.header.steps);
         let mu_s = run.plan.friction.static_coefficient;
         let load: Vec<(f64, f64)> =
-            run.steps.iter().map(|record| (record.time_s, record.load_ratio())).collect();
+            run.loads().iter().map(|record| (record.time_s, record.load_ratio())).collect();
         let lowest = load.iter().fold(0.0f64, |low, (_, ratio)| low.min(*ratio));
         let highest = load.iter().fold(mu_s, |high, (_, ratio)| high.max(*ratio));
         // While the normal load falls the curve swings across the whole panel, and the
@@ -92,7 +96,7 @@ impl Figure for Load {
         if !self.sliding {
             return Ok(Sheet::Single(Box::new(upper)));
         }
-        let sliding = run.steps.iter().filter(|record| record.sliding > 0);
+        let sliding = run.loads().iter().filter(|record| record.sliding > 0);
         let lower = Panel {
             title: String::new(),
             x: Axis::new("t (s)", 0.0, duration_s),
@@ -106,5 +110,9 @@ impl Figure for Load {
             note: String::new(),
         };
         Ok(Sheet::Stacked(Box::new([upper, lower])))
+    }
+
+    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
+        all_of_one(parts, &self.run)
     }
 }

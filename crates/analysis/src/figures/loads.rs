@@ -1,14 +1,13 @@
 //! Normal load and driving force against time, in one plot (Figures 6.3, 6.14, 6.16, 6.18,
 //! 6.20, 6.22).
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, find};
+use super::kind::{Figure, Parts, all_of_one};
 use super::plot::{Axis, BLUE, Corner, Dash, Look, Panel, RED, Series, Sheet};
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -23,6 +22,8 @@ pub(crate) struct Loads {
 }
 
 impl Figure for Loads {
+    type Part = Sheet;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -31,12 +32,15 @@ impl Figure for Loads {
         vec![&self.run]
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
-        let run = find(runs, &self.run)?;
+    fn wants(&self) -> Wants {
+        Wants::LOADS
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let normal: Vec<(f64, f64)> =
-            run.steps.iter().map(|record| (record.time_s, record.normal_load_n)).collect();
+            run.loads().iter().map(|record| (record.time_s, record.normal_load_n)).collect();
         let driving: Vec<(f64, f64)> =
-            run.steps.iter().map(|record| (record.time_s, record.driving_force_n)).collect();
+            run.loads().iter().map(|record| (record.time_s, record.driving_force_n)).collect();
         let both = || normal.iter().chain(&driving).map(|(_, force_n)| *force_n);
         let (lowest, highest) = (both().fold(0.0, f64::min), both().fold(0.0, f64::max));
         Ok(Sheet::Single(Box::new(Panel {
@@ -50,5 +54,9 @@ impl Figure for Loads {
             legend: Corner::TopRight,
             note: String::new(),
         })))
+    }
+
+    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
+        all_of_one(parts, &self.run)
     }
 }

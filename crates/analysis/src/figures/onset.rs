@@ -1,17 +1,16 @@
 //! `tau_n` along the slider when the first precursor starts, with (5.45) and the
 //! exact decay of the discrete chain (Figures 5.19, 5.20).
 
-use std::collections::BTreeMap;
-
 use asperity_model::analytic;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, run_names};
+use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED, Series, Sheet};
 use crate::beside_theory::AFFECTED_THRESHOLD;
 use crate::curves::first_onset_fields;
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -30,6 +29,8 @@ pub(crate) struct Onset {
 const FLOOR: f64 = -4.0;
 
 impl Figure for Onset {
+    type Part = Panel;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -38,16 +39,27 @@ impl Figure for Onset {
         run_names(&self.panel)
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
-        let mut panels =
-            self.panel.iter().map(|panel| self.panel(panel, runs)).collect::<Result<Vec<Panel>, String>>()?;
+    fn wants(&self) -> Wants {
+        Wants::STATES
+    }
+
+    fn part(&self, run: &RunData) -> Result<Panel, String> {
+        self.panel(run)
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
+        let mut panels = self
+            .panel
+            .iter()
+            .map(|labelled| Ok(Panel { title: labelled.label.clone(), ..labelled.find(&parts)?.clone() }))
+            .collect::<Result<Vec<Panel>, String>>()?;
         Ok(if panels.len() == 1 { Sheet::Single(Box::new(panels.remove(0))) } else { Sheet::Grid(panels) })
     }
 }
 
 impl Onset {
-    fn panel(&self, labelled: &Labelled, runs: &BTreeMap<String, RunData>) -> Result<Panel, String> {
-        let run = labelled.find(runs)?;
+    /// All but its title.
+    fn panel(&self, run: &RunData) -> Result<Panel, String> {
         let fields = first_onset_fields(run)
             .ok_or_else(|| format!("run {} has no fields at its first onset", run.name))?;
         let tau = &fields.tangential_force_n;
@@ -90,7 +102,7 @@ impl Onset {
             });
         }
         Ok(Panel {
-            title: labelled.label.clone(),
+            title: String::new(),
             x: Axis::new("block n", 0.0, last + 1.0),
             y: if self.logarithmic {
                 Axis::decades("τ_n/τ_1", FLOOR, 0.3)

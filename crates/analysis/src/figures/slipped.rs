@@ -2,15 +2,14 @@
 //! before them, wherever they began: for drives from the top and from both ends,
 //! where fronts need not start at block 1.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, run_names};
+use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, Corner, Dash, GREY, Look, Panel, Series, Sheet, nth};
 use crate::curves::growing_slips;
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -24,7 +23,15 @@ pub(crate) struct Slipped {
     series: Vec<Labelled>,
 }
 
+/// What is shown of a run.
+pub(crate) struct Part {
+    points: Vec<(f64, f64)>,
+    dynamic_coefficient: f64,
+}
+
 impl Figure for Slipped {
+    type Part = Part;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -33,18 +40,26 @@ impl Figure for Slipped {
         run_names(&self.series)
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+    fn wants(&self) -> Wants {
+        Wants::LOADS
+    }
+
+    fn part(&self, run: &RunData) -> Result<Part, String> {
+        let dynamic_coefficient = run.plan.friction.dynamic_coefficient;
+        Ok(Part { points: growing_slips(run), dynamic_coefficient })
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut series = Vec::new();
         let mut highest: f64 = 0.0;
         for (index, labelled) in self.series.iter().enumerate() {
-            let run = labelled.find(runs)?;
             let (marker, _, color) = nth(index);
-            let points = growing_slips(run);
+            let points = labelled.find(&parts)?.points.clone();
             highest = points.iter().fold(highest, |highest, (load, _)| highest.max(*load));
             series.push(Series { label: labelled.label.clone(), points, look: Look::Marks(marker, color) });
         }
         if let Some(first) = self.series.first() {
-            let mu_d = first.find(runs)?.plan.friction.dynamic_coefficient;
+            let mu_d = first.find(&parts)?.dynamic_coefficient;
             let line = Series {
                 label: "F_T/F_N = μ_d × share".to_owned(),
                 points: vec![(0.0, 0.0), (mu_d, 1.0)],

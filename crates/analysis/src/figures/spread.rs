@@ -2,12 +2,10 @@
 //! source gives: how far such a time is an outcome of the parameters, and how far it is one
 //! draw among many.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, find};
+use super::kind::{Figure, Parts, find};
 use super::plot::{Axis, Corner, Dash, Look, Panel, RED, Series, Sheet, nth};
 use crate::run_data::RunData;
 
@@ -50,6 +48,8 @@ impl Spread {
 }
 
 impl Figure for Spread {
+    type Part = (f64, f64);
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -59,14 +59,15 @@ impl Figure for Spread {
         series.flat_map(|steps| &steps.runs).map(String::as_str).collect()
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
-        let mut all = Vec::new();
-        for name in self.runs() {
-            let run = find(runs, name)?;
-            let slip = run.first_global_slip();
-            let slip = slip.ok_or_else(|| format!("run {name} has no slip of the whole slider"))?;
-            all.push((run.header.time_step_s.log10(), slip.onset_s));
-        }
+    fn part(&self, run: &RunData) -> Result<Self::Part, String> {
+        let slip = run.first_global_slip();
+        let slip = slip.ok_or_else(|| format!("run {} has no slip of the whole slider", run.name))?;
+        Ok((run.header.time_step_s.log10(), slip.onset_s))
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
+        let all =
+            self.runs().into_iter().map(|name| find(&parts, name).copied()).collect::<Result<Vec<_>, _>>()?;
         if all.is_empty() {
             return Err("panel: there are no runs to show".to_owned());
         }

@@ -1,16 +1,15 @@
 //! `tau_n`, `mu_s p_n` and `mu_d p_n` along the slider at chosen instants, with the
 //! normal load of the instant.
 
-use std::collections::BTreeMap;
-
 use asperity_record::FieldRecord;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, find};
+use super::kind::{Figure, Parts, all_of_one};
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet};
 use crate::curves::pull_ratio;
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -24,6 +23,8 @@ pub(crate) struct Stress {
 }
 
 impl Figure for Stress {
+    type Part = Sheet;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -32,22 +33,28 @@ impl Figure for Stress {
         vec![&self.run]
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
-        let run = find(runs, &self.run)?;
+    fn wants(&self) -> Wants {
+        Wants { states_near_s: self.at_s.clone(), ..Wants::LOADS }
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let mut panels = Vec::new();
         for at_s in &self.at_s {
-            let distance = |fields: &&FieldRecord| (fields.time_s - at_s).abs();
-            let fields = run.fields.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            let fields = run.states().near(*at_s);
             let fields =
                 fields.ok_or_else(|| format!("run {} has no fields to show at {at_s} s", run.name))?;
             panels.push(panel(run, fields)?);
         }
         Ok(if panels.len() == 1 { Sheet::Single(Box::new(panels.remove(0))) } else { Sheet::Grid(panels) })
     }
+
+    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
+        all_of_one(parts, &self.run)
+    }
 }
 
 fn panel(run: &RunData, fields: &FieldRecord) -> Result<Panel, String> {
-    let record = run.record_at(fields.step).ok_or_else(|| format!("run {} has no step records", run.name))?;
+    let record = run.load_at(fields.step).ok_or_else(|| format!("run {} has no step records", run.name))?;
     let course = record.normal_load_n / run.plan.total_normal_load_n;
     let along = |values: &[f64], factor: f64| -> Vec<(f64, f64)> {
         let position_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;

@@ -1,15 +1,14 @@
 //! One number per run against a parameter that the runs differ in.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, find};
+use super::kind::{Figure, Parts, find};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
 use crate::measure::Measure;
 use crate::run_data::RunData;
 use crate::study::parameter;
+use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -49,6 +48,8 @@ fn one() -> f64 {
 }
 
 impl Figure for StudyFigure {
+    type Part = (f64, Option<f64>);
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -57,23 +58,31 @@ impl Figure for StudyFigure {
         self.series.iter().flat_map(|series| series.runs.iter().map(String::as_str)).collect()
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
+    fn wants(&self) -> Wants {
+        self.measure.wants()
+    }
+
+    fn part(&self, run: &RunData) -> Result<Self::Part, String> {
+        let at = parameter(run, &self.parameter)? * self.parameter_factor;
+        if self.logarithmic && at <= 0.0 {
+            return Err(format!(
+                "{} of run {} is {at}: no place on a logarithmic axis",
+                self.parameter, run.name
+            ));
+        }
+        Ok((at, self.measure.of(run, None)))
+    }
+
+    fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut drawn = Vec::new();
         for (index, series) in self.series.iter().enumerate() {
             let (marker, dash, color) = nth(index);
             let mut points = Vec::new();
             for name in &series.runs {
-                let run = find(runs, name)?;
-                let at = parameter(run, &self.parameter)? * self.parameter_factor;
-                if self.logarithmic && at <= 0.0 {
-                    return Err(format!(
-                        "{} of run {name} is {at}: no place on a logarithmic axis",
-                        self.parameter
-                    ));
-                }
+                let (at, measured) = *find(&parts, name)?;
                 let at = if self.logarithmic { at.log10() } else { at };
                 // A run without such a number leaves a gap.
-                points.extend(self.measure.of(run, None).map(|value| (at, value)));
+                points.extend(measured.map(|value| (at, value)));
             }
             let line = Look::Line(dash, color);
             drawn.push(Series { label: series.label.clone(), points: points.clone(), look: line });

@@ -1,15 +1,14 @@
 //! Velocities of the blocks of a dense window through a slip event, and the number of
 //! sliding blocks beneath (Figures A.1, A.2).
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, find};
+use super::kind::{Figure, Parts, all_of_one};
 use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet, nth};
 use crate::curves::event_in_window;
 use crate::run_data::RunData;
+use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -33,6 +32,8 @@ const AFTER: f64 = 0.42;
 const WHOLE: f64 = 20.0;
 
 impl Figure for Velocities {
+    type Part = Sheet;
+
     fn file(&self) -> &str {
         &self.file
     }
@@ -41,8 +42,11 @@ impl Figure for Velocities {
         vec![&self.run]
     }
 
-    fn sheet(&self, runs: &BTreeMap<String, RunData>) -> Result<Sheet, String> {
-        let run = find(runs, &self.run)?;
+    fn wants(&self) -> Wants {
+        Wants::WINDOWS
+    }
+
+    fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let missing = || format!("run {} has no slip event that begins and ends in a dense window", run.name);
         let event = event_in_window(run, f64::from(self.blocks)).ok_or_else(missing)?;
         let duration_s = event.end_s.ok_or_else(missing)? - event.onset_s;
@@ -53,7 +57,7 @@ impl Figure for Velocities {
         // Up to the next event, so that no other takes over the axes.
         let next_step = run.slips.iter().map(|slip| slip.onset_step).find(|step| *step > event.onset_step);
         let records: Vec<_> = run
-            .windows
+            .windows()
             .iter()
             .filter(|record| record.window == 0 && (from..=to).contains(&since(record.time_s)))
             .take_while(|record| next_step.is_none_or(|step| record.step < step))
@@ -111,5 +115,9 @@ impl Figure for Velocities {
             note: String::new(),
         };
         Ok(Sheet::Stacked(Box::new([upper, lower])))
+    }
+
+    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
+        all_of_one(parts, &self.run)
     }
 }

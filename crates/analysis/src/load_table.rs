@@ -1,0 +1,96 @@
+//! The load curve of a run as a table, written while its step records pass.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use asperity_export::batch::Batch;
+use asperity_export::layout::{StepParts, step_columns};
+use asperity_export::{CsvRows, Spelling, rows};
+use asperity_files::FileSet;
+use asperity_record::{Cell, Column, StepRecord};
+use polars::prelude::{BatchedWriter, ParquetWriter};
+
+use crate::error::AnalysisError;
+use crate::parquet_tables;
+use crate::table_file;
+
+/// Rows of a row group: those that polars puts into one. No more are held at a time.
+const GROUP_ROWS: usize = 512 * 512;
+
+/// A row per step record, as CSV and as Parquet.
+pub struct LoadTable {
+    parts: StepParts,
+    columns: Vec<Column>,
+    /// Of the next row group.
+    rows: Batch,
+    line: Vec<Cell>,
+    paths: [PathBuf; 2],
+    csv: CsvRows<File>,
+    parquet: BatchedWriter<File>,
+    /// Row groups that are written.
+    groups: usize,
+}
+
+impl LoadTable {
+    /// Begins `NAME.csv` and `NAME.parquet` in a folder, as files of a set. Where the drive pulls
+    /// both ways its sum says little, and the forces on both ends are given as well.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn begin(
+        files: &FileSet,
+        folder: &Path,
+        name: &str,
+        both_ways: bool,
+    ) -> Result<LoadTable, AnalysisError> {
+        let paths = table_file::paths(folder, name);
+        let parts = StepParts { end_forces: both_ways, energies: false };
+        let columns = step_columns(parts);
+        let csv = CsvRows::new(files.create(&paths[0])?, &columns, Spelling::Plain)
+            .map_err(|error| refused(&paths[0], &error))?;
+        let rows = Batch::new(&columns);
+        let file = files.create(&paths[1])?;
+        let parquet = parquet_tables::frame(&columns, &rows)
+            .and_then(|empty| ParquetWriter::new(file).batched(empty.schema()))
+            .map_err(|error| refused(&paths[1], &error))?;
+        Ok(LoadTable { parts, columns, rows, line: Vec::new(), paths, csv, parquet, groups: 0 })
+    }
+
+    /// Writes the row of a step record.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn push(&mut self, record: &StepRecord) -> Result<(), AnalysisError> {
+        rows::step(&mut self.rows, record, self.parts);
+        let row = self.rows.rows() - 1;
+        self.line.clear();
+        self.line.extend(self.rows.columns().iter().map(|values| values.cell(row)));
+        self.csv.push(&self.line).map_err(|error| refused(&self.paths[0], &error))?;
+        if self.rows.rows() == GROUP_ROWS { self.end_group() } else { Ok(()) }
+    }
+
+    /// Writes what is still to be written.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn finish(mut self) -> Result<(), AnalysisError> {
+        // A table without rows has a row group as well.
+        if self.rows.rows() > 0 || self.groups == 0 {
+            self.end_group()?;
+        }
+        self.csv.finish().map_err(|error| refused(&self.paths[0], &error))?;
+        self.parquet.finish().map(drop).map_err(|error| refused(&self.paths[1], &error))
+    }
+
+    fn end_group(&mut self) -> Result<(), AnalysisError> {
+        let group = parquet_tables::frame(&self.columns, &self.rows);
+        let written = group.and_then(|group| self.parquet.write_batch(&group));
+        self.groups += 1;
+        self.rows.clear();
+        written.map_err(|error| refused(&self.paths[1], &error))
+    }
+}
+
+fn refused(path: &Path, problem: &impl ToString) -> AnalysisError {
+    AnalysisError::Write { path: path.display().to_string(), problem: problem.to_string() }
+}

@@ -1,0 +1,100 @@
+//! What is to be kept of a run while its records pass: each measure, figure and table says what it
+//! reads, and nothing else stays in memory.
+
+use std::collections::BTreeSet;
+use std::ops::{BitOr, BitOrAssign};
+
+use asperity_runlog::Topics;
+
+/// What tables, figures and measures want of a run beside its slip events, its ruptures and what
+/// became of each block, which are always kept.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Wants {
+    /// The loads at every step record.
+    pub loads: bool,
+    /// The states of all blocks that something is measured in: the first one, that at the first
+    /// onset and those at the ends of precursors; and the largest displacement in any.
+    pub states: bool,
+    /// The states nearest to these times, s.
+    pub states_near_s: Vec<f64>,
+    /// The displacement of these blocks, counted from 1, in all states.
+    pub displacements_of: BTreeSet<u32>,
+    /// The dense windows.
+    pub windows: bool,
+    /// Every detachment: which block, and when.
+    pub detachments: bool,
+}
+
+impl Wants {
+    /// Nothing more.
+    pub const NOTHING: Wants = Wants::these(false, false, false, false);
+    /// The loads.
+    pub const LOADS: Wants = Wants::these(true, false, false, false);
+    /// The states.
+    pub const STATES: Wants = Wants::these(false, true, false, false);
+    /// The dense windows.
+    pub const WINDOWS: Wants = Wants::these(false, false, true, false);
+    /// The detachments.
+    pub const DETACHMENTS: Wants = Wants::these(false, false, false, true);
+
+    const fn these(loads: bool, states: bool, windows: bool, detachments: bool) -> Wants {
+        Wants {
+            loads,
+            states,
+            states_near_s: Vec::new(),
+            displacements_of: BTreeSet::new(),
+            windows,
+            detachments,
+        }
+    }
+
+    /// All that measures can be made of.
+    pub fn all() -> Wants {
+        Wants::LOADS | Wants::STATES | Wants::WINDOWS | Wants::DETACHMENTS
+    }
+
+    /// Whether it needs states of all blocks to be read.
+    fn reads_states(&self) -> bool {
+        self.states || !self.states_near_s.is_empty() || !self.displacements_of.is_empty()
+    }
+
+    /// What of a log must be decoded.
+    pub fn topics(&self) -> Topics {
+        Topics { steps: true, events: true, fields: self.reads_states(), windows: self.windows }
+    }
+}
+
+impl BitOrAssign for Wants {
+    fn bitor_assign(&mut self, other: Wants) {
+        self.loads |= other.loads;
+        self.states |= other.states;
+        self.windows |= other.windows;
+        self.detachments |= other.detachments;
+        self.states_near_s.extend(other.states_near_s);
+        self.displacements_of.extend(other.displacements_of);
+    }
+}
+
+impl BitOr for Wants {
+    type Output = Wants;
+
+    fn bitor(mut self, other: Wants) -> Wants {
+        self |= other;
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Wants;
+
+    #[test]
+    fn what_two_want_is_what_both_want() {
+        let near = Wants { states_near_s: vec![0.5], ..Wants::default() };
+        let both = Wants::LOADS | near;
+        assert!(both.loads && !both.states && both.states_near_s == [0.5]);
+        // States are decoded for whatever is made of them, and windows only where they are shown.
+        assert!(both.topics().fields && !both.topics().windows);
+        assert!(!Wants::LOADS.topics().fields && Wants::all().topics().windows);
+    }
+}

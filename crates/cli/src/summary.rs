@@ -147,6 +147,7 @@ pub(crate) fn of_log(run: &Path, checked: &Checked) -> Result<Summary, Failure> 
 ///
 /// # Errors
 /// As [`of_log`].
+#[cfg(feature = "analysis")]
 pub(crate) fn of_log_seen(
     run: &Path,
     checked: &Checked,

@@ -83,6 +83,12 @@ pub(crate) struct Walk<'a> {
     salvaged: Salvaged,
 }
 
+/// No state of so many blocks has more bytes, by far: half a dozen numbers for each, of two dozen
+/// bytes.
+fn longest_state(blocks: u32) -> usize {
+    4096 + 512 * blocks as usize
+}
+
 impl<'a> Walk<'a> {
     pub(crate) fn new(events: &'a [EventKind], header: &'a RunHeader) -> Walk<'a> {
         Walk {
@@ -216,6 +222,10 @@ impl<'a> Walk<'a> {
                     return Err(format!("step {step}: a switch of block {block} of a chain of {blocks}"));
                 }
                 Kind::Switch { step }
+            }
+            // In memory these take several times as much as here.
+            FIELDS | WINDOW if payload.len() > longest_state(blocks) => {
+                return Err(format!("a message of {topic} of {} bytes, for {blocks} blocks", payload.len()));
             }
             FIELDS => {
                 let record: FieldRecord = serde_json::from_slice(payload).map_err(refused)?;

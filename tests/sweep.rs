@@ -421,6 +421,10 @@ values = [2e-7, 2.5e-6]
     // It is not tried again.
     let (code, _, err) = sweep(&["run", text(&out)]);
     assert!(code == 1 && !err.contains("in step"), "{err}");
+    // Who asks for some runs is told of those.
+    for (run, expected) in [("1", 0), ("2", 1)] {
+        assert_eq!(sweep(&["run", text(&out), "--index", run]).0, expected, "run {run}");
+    }
 }
 
 #[test]

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use asperity_record::RunHeader;
+use asperity_summary::median;
 use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -265,7 +266,7 @@ fn judge_in(claim: &Claim, of: &Runs, measure: &dyn Fn(&str) -> Option<f64>) -> 
         .collect();
     draws.sort_by(f64::total_cmp);
     // Of one run's number in words there is no more than itself.
-    let ours = if is_spread && stated.is_none() { median(&draws) } else { own };
+    let ours = if is_spread && stated.is_none() { median(draws.iter().copied()) } else { own };
     let deviation = ours.zip(stated).map(|(ours, stated)| ours - stated);
     let of_runs = if is_spread { format!(", the median of {} runs", draws.len()) } else { String::new() };
     let (rule, holds): (String, Option<bool>) = match (stated, claim.at_most, claim.at_least) {
@@ -277,7 +278,7 @@ fn judge_in(claim: &Claim, of: &Runs, measure: &dyn Fn(&str) -> Option<f64>) -> 
                     format!(
                         "within 2 % of {low:.4} to {high:.4}, the spread of {} runs; median {:.4}, {} below",
                         draws.len(),
-                        median(&draws).unwrap_or(f64::NAN),
+                        median(draws.iter().copied()).unwrap_or(f64::NAN),
                         draws.iter().filter(|&&draw| draw < stated).count()
                     ),
                     Some((low - tolerance..=high + tolerance).contains(&stated)),
@@ -306,12 +307,6 @@ fn judge_in(claim: &Claim, of: &Runs, measure: &dyn Fn(&str) -> Option<f64>) -> 
         None => "not reached",
     };
     Judgement { ours, deviation, rule, verdict }
-}
-
-/// The middle of sorted values, or of the two in the middle.
-fn median(sorted: &[f64]) -> Option<f64> {
-    let upper = *sorted.get(sorted.len() / 2)?;
-    Some(if sorted.len() % 2 == 1 { upper } else { (sorted[sorted.len() / 2 - 1] + upper) / 2.0 })
 }
 
 /// Half a unit of the last digit of a decimal number as written.

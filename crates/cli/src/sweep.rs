@@ -14,7 +14,7 @@ use asperity_files::{Inputs, is_new_folder};
 use asperity_run::Notice;
 use asperity_sweep::emit::{Array, Job, USUAL_TASKS, arrays};
 use asperity_sweep::plan::FILE;
-use asperity_sweep::results::{Counts, MOST_DEATHS, State, parse_ranges, ranges};
+use asperity_sweep::results::{MOST_DEATHS, Results, State, parse_ranges, ranges};
 use asperity_sweep::segment::{Kind, Writer};
 use asperity_sweep::work::{Made, Ways, make};
 use asperity_sweep::{Plan, PlanError, Sweep, staging};
@@ -149,7 +149,7 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
         .collect();
     if queue.is_empty() {
         board.line(&in_words(&plan, results.counts()));
-        return outcome(Counts { missing: 0, ..results.counts() });
+        return outcome(results.counts_of(is_chosen));
     }
     interrupt::install()?;
     let jobs = jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
@@ -160,11 +160,11 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
         patience_s: *patience_s,
         max_fails: *max_fails,
         shared: Mutex::new(Shared {
+            progress: board.study(queue.len() as u64),
             queue,
             workers: Vec::new(),
             deaths: None,
             failed: 0,
-            progress: board.study(results.missing().filter(is_chosen).count() as u64),
             problem: None,
         }),
         board,
@@ -188,18 +188,9 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     if let Some(problem) = shared.problem {
         return Err(Failure::Failed(problem));
     }
-    let (plan, results) = read(folder)?;
+    let results = Results::read(folder, &plan).map_err(|error| unreadable(folder, &error))?;
     board.line(&in_words(&plan, results.counts()));
-    let mut counts = Counts::default();
-    for row in plan.rows.iter().filter(|row| is_chosen(&row.run)) {
-        match results.state(row.run) {
-            State::Failed(_) => counts.failed += 1,
-            State::Quarantined => counts.quarantined += 1,
-            State::Missing(_) => counts.missing += 1,
-            State::Done(_) | State::Refused => {}
-        }
-    }
-    outcome(counts)
+    outcome(results.counts_of(is_chosen))
 }
 
 /// How a worker begins to say that a run goes on from where it was.

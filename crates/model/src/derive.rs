@@ -3,6 +3,7 @@
 use crate::elastic::{Chain, Elastic};
 use crate::initial;
 use crate::load::{self, LoadCourse};
+use crate::mixed::mixed;
 use crate::plan::{Ageing, Drive, DriveSpring, Friction, Law, Plan, RecordingPlan, WindowPlan};
 use crate::scenario::Scenario;
 use crate::words::{DriveKind, FrictionLaw, ScheduleFrom, Start};
@@ -162,11 +163,8 @@ pub(crate) fn drawn_offsets(scenario: &Scenario) -> [Vec<f64>; 2] {
 /// A number from -1 to 1 without pattern: SplitMix64's output function of seed, stream and
 /// block.
 fn evenly(seed: u64, stream: u64, block: u64) -> f64 {
-    let mut z = (seed << 32 | stream << 31 | block).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^= z >> 31;
-    (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    let number = mixed((seed << 32 | stream << 31 | block).wrapping_add(1));
+    (number >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
 /// The slider's constants, needed before there is a plan.

@@ -39,6 +39,7 @@
 //! - [`plan`]: the [`Plan`]: the numbers of the physics.
 //! - [`chain`]: the stuck chain at rest or in steady motion.
 //! - [`initial`]: displacements, velocities and friction springs at the start.
+//! - `mixed`: numbers without pattern.
 //! - `derive`: from a scenario to a plan.
 //! - `law_keys`: keys that some friction laws alone ask for.
 //! - `drawn`: whether what a text says was drawn is what is drawn.
@@ -64,6 +65,7 @@ pub mod initial;
 pub mod keys;
 mod law_keys;
 pub mod load;
+mod mixed;
 mod near;
 pub mod plan;
 mod profile;
@@ -78,6 +80,7 @@ mod words;
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
 pub use load::LoadCourse;
+pub use mixed::mixed;
 pub use plan::{Ageing, Drive, DriveSpring, Friction, InitialState, Law, Plan, RecordingPlan, WindowPlan};
 pub use resolve::{ResolveError, resolve};
 pub use scenario::Scenario;

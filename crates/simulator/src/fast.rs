@@ -89,6 +89,23 @@ impl Fast {
         }
     }
 
+    /// Takes the steps that are best taken one by one, with nothing beside them, up to the last of
+    /// them or to one that is recorded.
+    fn take_single_steps(&mut self) -> Result<(), SimulationError> {
+        while self.recorder.is_empty() && self.stepper.state().step < self.plan.steps {
+            let state = self.stepper.state_mut();
+            let was_sliding = state.sliding > 0;
+            if state.single_steps <= 1 {
+                break;
+            }
+            let driving = self.stepper.take_step();
+            self.stepper.state_mut().single_steps -= 1;
+            self.pay_for_spans();
+            self.recorder.observe(&self.plan, &mut self.stepper, was_sliding, driving)?;
+        }
+        Ok(())
+    }
+
     fn take_plain_step(&mut self) -> Result<(), SimulationError> {
         let was_sliding = self.stepper.state().sliding > 0;
         let driving = self.stepper.take_step();
@@ -324,14 +341,18 @@ impl Solver for Fast {
 
     fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
         loop {
-            if let Some(record) = self.recorder.next()? {
-                return Ok(Some(record));
+            if !self.recorder.is_empty() {
+                return self.recorder.next();
             }
             if self.stepper.state().step == self.plan.steps {
                 return Ok(None);
             }
             if let Some(leap) = self.leap {
                 self.continue_leap(leap)?;
+                continue;
+            }
+            if self.stepper.state().single_steps > 1 {
+                self.take_single_steps()?;
                 continue;
             }
             // The first and the first-after step of an event are taken plainly, and

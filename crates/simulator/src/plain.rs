@@ -55,8 +55,8 @@ impl Solver for Plain {
 
     fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
         loop {
-            if let Some(record) = self.recorder.next()? {
-                return Ok(Some(record));
+            if !self.recorder.is_empty() {
+                return self.recorder.next();
             }
             let state = self.stepper.state();
             if state.step == self.plan.steps {

@@ -45,5 +45,6 @@ pub mod text;
 
 pub use key::Key;
 pub use measures::WIDE_BLOCKS;
+pub use statistics::median;
 pub use summarizer::{LengthLaw, RupturesFrom, Slider, Summarizer};
 pub use summary::Summary;

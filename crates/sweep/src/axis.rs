@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::Path;
 
 use asperity_model::keys::{KEYS, Key, Kind};
-use asperity_model::text;
+use asperity_model::{mixed, text};
 use asperity_record::{Column, ColumnKind};
 use asperity_study_figures::{self as study_figures, Place};
 use serde::{Deserialize, Serialize};
@@ -425,11 +425,7 @@ struct Draws {
 impl Draws {
     fn bits(&mut self) -> u64 {
         self.next += 1;
-        let state = self.seed << 32 ^ self.stream << 24 ^ self.next;
-        let mut z = state.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        mixed(self.seed << 32 ^ self.stream << 24 ^ self.next)
     }
 
     /// From 0 up to 1, without 1.

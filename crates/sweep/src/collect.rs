@@ -88,7 +88,8 @@ pub fn collect(
             name != "run" && name != "status" && !plan.common.keys.iter().any(|key| key == name)
         })
         .collect();
-    let mut columns = common_columns(&keys);
+    let common_columns = common_columns(&keys);
+    let mut columns = common_columns.clone();
     columns.extend([
         Column::new("status", ColumnKind::Word, "`done`, `failed`, `quarantined`, `refused` or `missing`."),
         Column::new("reason", ColumnKind::Word, "Why it failed or was refused."),
@@ -101,7 +102,7 @@ pub fn collect(
     let mut of_events = Vec::new();
     for (keep, kind) in &kinds {
         if plan.common.keep.contains(keep) {
-            let mut columns = common_columns(&keys);
+            let mut columns = common_columns.clone();
             columns.extend(kind.columns.iter().cloned());
             watch.begin(kind.table, &columns);
             of_events.push((kind, Tables::begin(files, folder, kind.table, columns, formats)?));
@@ -110,7 +111,7 @@ pub fn collect(
     let mut words = Words::default();
     for row in &plan.rows {
         let state = results.state(row.run);
-        let common = common_cells(row, &keys, &mut words);
+        let common = common_cells(row, &common_columns, &mut words);
         let unreadable = |error| CollectError::Result { run: row.run, error };
         let mut cells = common.clone();
         let word =
@@ -169,15 +170,15 @@ fn common_columns(keys: &[&Key]) -> Vec<Column> {
     std::iter::once(run).chain(keys.iter().map(|key| axis::column(key))).collect()
 }
 
-fn common_cells(row: &Row, keys: &[&Key], words: &mut Words) -> Vec<Cell> {
-    let value = |(key, value): (&&Key, &Value)| match (axis::column(key).kind, value) {
+fn common_cells(row: &Row, columns: &[Column], words: &mut Words) -> Vec<Cell> {
+    let value = |(column, value): (&Column, &Value)| match (column.kind, value) {
         (ColumnKind::Number, Value::Whole(number)) => Cell::Number(*number as f64),
         (_, Value::Whole(number)) => Cell::Step(number.unsigned_abs()),
         (_, Value::Number(number)) => Cell::Number(*number),
         (_, Value::Flag(flag)) => Cell::Flag(*flag),
         (_, Value::Text(text)) => words.cell(text),
     };
-    std::iter::once(Cell::Step(row.run)).chain(keys.iter().zip(&row.values).map(value)).collect()
+    std::iter::once(Cell::Step(row.run)).chain(columns[1..].iter().zip(&row.values).map(value)).collect()
 }
 
 fn cell(value: &serde_json::Value, kind: ColumnKind, words: &mut Words) -> Cell {

@@ -95,7 +95,7 @@ impl Results {
                 let place = Place { segment: number, at: frame.at, length: frame.length };
                 results.take(frame.run, frame.kind, place);
             }
-            let (_, torn) = reader.torn()?;
+            let torn = reader.torn()?;
             if torn > 0 {
                 results.torn.push((path, torn));
             }
@@ -131,8 +131,13 @@ impl Results {
 
     /// How many runs are in which state.
     pub fn counts(&self) -> Counts {
+        self.counts_of(|_| true)
+    }
+
+    /// The same of some runs alone.
+    pub fn counts_of(&self, is_counted: impl Fn(&u64) -> bool) -> Counts {
         let mut counts = Counts::default();
-        for state in &self.states {
+        for (_, state) in (1..).zip(&self.states).filter(|(run, _)| is_counted(run)) {
             *match state {
                 State::Missing(_) => &mut counts.missing,
                 State::Done(_) => &mut counts.done,

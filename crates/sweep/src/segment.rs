@@ -14,7 +14,7 @@
 //! all numbers with the least byte first. What follows a frame that is not whole is as if it had not
 //! been written.
 
-use std::fs::{self, File};
+use std::fs::{self, DirEntry, File};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -148,7 +148,6 @@ pub struct Frame {
 /// A segment that is read: its frames, as far as they are whole.
 #[derive(Debug)]
 pub struct Reader {
-    path: PathBuf,
     file: BufReader<File>,
     at: u64,
     content: Vec<u8>,
@@ -166,7 +165,7 @@ impl Reader {
         match file.read_exact(&mut found) {
             Ok(()) if found == expected.as_bytes() => {
                 let at = expected.len() as u64;
-                Ok(Some(Reader { path: path.to_owned(), file, at, content: Vec::new() }))
+                Ok(Some(Reader { file, at, content: Vec::new() }))
             }
             Ok(()) => Ok(None),
             Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(None),
@@ -208,12 +207,12 @@ impl Reader {
         Ok(content)
     }
 
-    /// Where it stands, and how many bytes at its end are of no whole frame.
+    /// How many bytes at its end are of no whole frame.
     ///
     /// # Errors
     /// If the file cannot be read.
-    pub fn torn(&self) -> io::Result<(&Path, u64)> {
-        Ok((&self.path, self.file.get_ref().metadata()?.len().saturating_sub(self.at)))
+    pub fn torn(&self) -> io::Result<u64> {
+        Ok(self.file.get_ref().metadata()?.len().saturating_sub(self.at))
     }
 }
 
@@ -230,20 +229,24 @@ fn whole(read: io::Result<()>) -> io::Result<bool> {
 /// # Errors
 /// If the folder cannot be read.
 pub fn all(folder: &Path) -> io::Result<Vec<PathBuf>> {
-    let entries = match fs::read_dir(folder.join(FOLDER)) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(error) => return Err(error),
-    };
     let mut paths = Vec::new();
-    for entry in entries {
-        let path = entry?.path();
+    for entry in entries(&folder.join(FOLDER))? {
+        let path = entry.path();
         if path.extension().is_some_and(|extension| extension == "seg") {
             paths.push(path);
         }
     }
     paths.sort();
     Ok(paths)
+}
+
+/// What is in a folder, which need not be there.
+pub(crate) fn entries(folder: &Path) -> io::Result<Vec<DirEntry>> {
+    match fs::read_dir(folder) {
+        Ok(entries) => entries.collect(),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+        Err(error) => Err(error),
+    }
 }
 
 #[cfg(test)]
@@ -269,7 +272,7 @@ mod tests {
                 assert_eq!(content, format!("result {}", frame.run).as_bytes());
                 runs.push(frame.run);
             }
-            let torn = reader.torn().unwrap().1;
+            let torn = reader.torn().unwrap();
             Some((runs, torn))
         };
         assert_eq!(read(), Some((vec![1, 2, 3, 4], 0)));

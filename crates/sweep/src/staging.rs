@@ -4,12 +4,13 @@
 //!
 //! What stands here is a saving of time. Without it, a run is made from its beginning.
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileError, Held, create_folder};
 use asperity_runlog::{Unfinished, WriteError, partial_path};
+
+use crate::segment::entries;
 
 /// The folder of what is under way, in that of the plan.
 pub const FOLDER: &str = "staging";
@@ -74,14 +75,8 @@ pub fn clear(folder: &Path, run: u64) -> Result<(), WriteError> {
 /// # Errors
 /// If the folder cannot be read.
 pub fn begun(folder: &Path) -> io::Result<Vec<(u64, u64)>> {
-    let entries = match fs::read_dir(folder.join(FOLDER)) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(error) => return Err(error),
-    };
     let mut begun = Vec::new();
-    for entry in entries {
-        let entry = entry?;
+    for entry in entries(&folder.join(FOLDER))? {
         let name = entry.file_name().to_string_lossy().into_owned();
         let run = name.split('.').next().and_then(|run| run.parse().ok());
         let Some(run) = run.filter(|run| partial_path(&log(folder, *run)) == entry.path()) else { continue };

@@ -82,6 +82,11 @@ impl LoadTable {
         self.parquet.finish().map(drop).map_err(|error| refused(&self.paths[1], &error))
     }
 
+    /// Takes the table back, as if it had never been begun.
+    pub fn discard(self, files: &FileSet) {
+        self.paths.iter().for_each(|path| files.discard(path));
+    }
+
     fn end_group(&mut self) -> Result<(), AnalysisError> {
         let group = parquet_tables::frame(&self.columns, &self.rows);
         let written = group.and_then(|group| self.parquet.write_batch(&group));

@@ -1,8 +1,8 @@
 //! Tables and figures of a pipeline, made of one run after the other.
 //!
-//! A run is seen once, live or out of its log, and dropped before the next: of each there stay the
-//! rows that tables of several runs have, what claims measure, and the points of figures that still
-//! wait for other runs.
+//! A run is seen once, while it is made or while its log is checked, and dropped before the next: of
+//! each there stay the rows that tables of several runs have, what claims measure, and the points of
+//! figures that still wait for other runs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,6 @@ use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_model::Scenario;
 use asperity_model::analytic::LengthLaw;
 use asperity_record::{Event, Record, RunHeader};
-use asperity_runlog::{LogItem, RunReader};
 use asperity_summary::Summary;
 use polars::prelude::DataFrame;
 
@@ -69,17 +68,6 @@ pub struct Passing {
 }
 
 impl Passing {
-    /// A record or an event out of its log.
-    ///
-    /// # Errors
-    /// If an event cannot be read, or a table cannot be written.
-    pub fn item(&mut self, item: &LogItem) -> Result<(), AnalysisError> {
-        match item {
-            LogItem::Record(record) => self.record(record),
-            LogItem::Event(event) => self.event(event),
-        }
-    }
-
     /// A record of it.
     ///
     /// # Errors
@@ -98,11 +86,6 @@ impl Passing {
     /// If it cannot be read.
     pub fn event(&mut self, event: &Event) -> Result<(), AnalysisError> {
         self.collector.event(event)
-    }
-
-    /// Its scenario.
-    pub fn scenario(&self) -> &Scenario {
-        self.collector.scenario()
     }
 }
 
@@ -129,11 +112,11 @@ impl<'a> Reduction<'a> {
     }
 
     /// What it reads of a run.
-    pub fn wants(&self, run: &str) -> Wants {
+    fn wants(&self, run: &str) -> Wants {
         self.pipeline.wants(run)
     }
 
-    /// A run is about to go by.
+    /// A run is about to go by, while it is made or out of its log.
     ///
     /// # Errors
     /// If a table cannot be written.
@@ -143,21 +126,15 @@ impl<'a> Reduction<'a> {
         header: RunHeader,
         scenario: Scenario,
     ) -> Result<Passing, AnalysisError> {
-        self.begun(Collector::new(run, header, scenario, self.wants(run)))
-    }
-
-    /// A run is about to go by, out of its log.
-    ///
-    /// # Errors
-    /// If its scenario cannot be understood, or a table cannot be written.
-    pub fn passing_log(&self, run: &str, path: &Path, reader: &RunReader) -> Result<Passing, AnalysisError> {
-        self.begun(Collector::of_log(run, path, reader, self.wants(run))?)
-    }
-
-    fn begun(&self, collector: Collector) -> Result<Passing, AnalysisError> {
+        let collector = Collector::new(run, header, scenario, self.wants(run));
         let name = table_of(collector.name(), "load");
         let loads = LoadTable::begin(&self.files, &self.tables, &name, collector.both_ways())?;
         Ok(Passing { collector, loads })
+    }
+
+    /// What has gone by was not the run: it is as if nothing had.
+    pub fn discard(&self, passing: Passing) {
+        passing.loads.discard(&self.files);
     }
 
     /// A run has gone by, and this is its summary: writes its tables, and draws the figures that it was

@@ -263,11 +263,6 @@ impl Collector {
         self.run.plan.drive.pulls_both_ways()
     }
 
-    /// Its scenario.
-    pub fn scenario(&self) -> &Scenario {
-        &self.run.scenario
-    }
-
     /// Takes what passes.
     ///
     /// # Errors

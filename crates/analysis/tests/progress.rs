@@ -4,7 +4,8 @@ use std::path::Path;
 
 use asperity_analysis::pipeline::Pipeline;
 use asperity_analysis::reduction::{Progress, Reduction};
-use asperity_runlog::RunReader;
+use asperity_model::{Scenario, ScenarioSource};
+use asperity_runlog::{LogItem, RunReader, Topics};
 use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary};
 
 const PIPELINE: &str = r#"
@@ -45,10 +46,19 @@ fn every_table_of_several_runs_is_told() {
     // Whichever run comes first, the tables have them in the order of the pipeline.
     let summaries = ["left-right", "complete"].map(|name| -> Summary {
         let log = runs.join(format!("{name}.mcap"));
-        let mut reader = RunReader::open(&log, reduction.wants(name).topics()).expect("the log is there");
-        let mut passing = reduction.passing_log(name, &log, &reader).expect("its scenario is sound");
+        let mut reader = RunReader::open(&log, Topics::ALL).expect("the log is there");
+        let source = ScenarioSource::logged("scenario.toml".to_owned(), reader.scenario_toml());
+        let scenario = Scenario::resolve(&source).expect("its scenario is sound");
+        let passing = || reduction.passing(name, reader.header().clone(), scenario.clone());
+        // What is taken back leaves nothing behind.
+        reduction.discard(passing().expect("tables can be begun"));
+        let mut passing = passing().expect("tables can be begun again");
         while let Some(item) = reader.next_item().expect("the log is whole") {
-            passing.item(&item).expect("what it holds can be reduced");
+            match item {
+                LogItem::Record(record) => passing.record(&record),
+                LogItem::Event(event) => passing.event(&event),
+            }
+            .expect("what it holds can be reduced");
         }
         let summarizer = Summarizer::new(name, reader.header(), Slider::default());
         let summary = summarizer.finish(RupturesFrom::None, None);

@@ -1,22 +1,22 @@
 //! `asperity reproduce` and `asperity reduce`: runs to tables and figures.
 
+use std::num::NonZeroUsize;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 use asperity_analysis::load_table::LoadTable;
 use asperity_analysis::pipeline::Pipeline;
 use asperity_analysis::precursors::PrecursorRules;
-use asperity_analysis::reduction::{Progress, Reduction};
+use asperity_analysis::reduction::{Passing, Progress, Reduction};
 use asperity_analysis::run_data::RunData;
 use asperity_analysis::tables::ResidualRow;
 use asperity_analysis::{AnalysisError, figures, record, summaries, table_file, tables};
 use asperity_files::{Existing, FileSet, FolderLock, Inputs, is_new_folder};
 use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
-use asperity_record::{EventPayload, Record, Rupture};
+use asperity_record::{Event, Record, RunEnd};
 use asperity_run::study::{Job, Stored};
-use asperity_run::{SolverKind, Verdict, at_once};
-use asperity_runlog::{LogError, LogItem, RunReader};
+use asperity_run::{Notice, SolverKind, Threads, Verdict, Watch, at_once};
 use asperity_summary::{RupturesFrom, Summarizer, Summary};
 
 use crate::args::{ReduceArguments, ReproduceArguments};
@@ -149,13 +149,16 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     }
     create_folder(&runs_folder)?;
     interrupt::install()?;
+    // Runs are reduced as they go by: out of their logs while these are checked, or while they are made.
+    let reduction = Reduction::begin(&pipeline, &arguments.out, inputs).map_err(not_written)?;
+    let reduction = Reducing { reduction, solver, runs_folder: &runs_folder };
     let stored = at_once(&jobs, arguments.jobs, |job| {
-        Ok::<_, Failure>(if arguments.fresh { Stored::Nothing } else { job.stored(&runs_folder, solver) })
+        if arguments.fresh { Ok(Stored::Nothing) } else { reduction.of_log(job) }
     })?;
     let mut missing = Vec::new();
     for (job, stored) in jobs.into_iter().zip(&stored) {
         match stored {
-            Stored::Whole => continue,
+            Stored::Whole(_) => continue,
             Stored::Nothing => {}
             Stored::Unfit(why) => board.line(&format!("{}: made again: {why}", job.name)),
         }
@@ -168,8 +171,11 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     // The longest first, so that no core waits for one at the end.
     missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));
     let overall = board.overall(missing.iter().map(|job| (job.name.clone(), job.cost())));
+    // Where every core has a run of its own, more threads only cost.
+    let cores = arguments.jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+    let threads = if missing.len() > cores { Threads::One } else { Threads::Several };
     at_once(&missing, arguments.jobs, |job| {
-        make_run(job, &runs_folder, solver, arguments.fresh, overall.board())?;
+        reduction.of_run(job, arguments.fresh, threads, overall.board())?;
         overall.done(&job.name);
         Ok::<(), Failure>(())
     })?;
@@ -178,31 +184,12 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     if let Some(code) = interrupt::code() {
         return Err(Failure::Said(code));
     }
-    board.line("reducing and drawing");
-    let reduction = Reduction::begin(&pipeline, &arguments.out, inputs).map_err(not_written)?;
     let stages = board.stages("reduction");
-    let done = AtomicUsize::new(0);
-    let runs = pipeline.run.len();
-    stages.reached("runs", 0, runs);
-    at_once(&pipeline.run, arguments.jobs, |spec| {
-        let log = runs_folder.join(format!("{}.mcap", spec.name));
-        reduce_log(&reduction, &spec.name, &log)?;
-        stages.reached("runs", done.fetch_add(1, Ordering::Relaxed) + 1, runs);
-        Ok::<(), Failure>(())
-    })?;
     let mut tell = |Progress { done, of }: Progress| stages.reached("tables", done, of);
-    let summaries = reduction.finish(&mut tell).map_err(not_written)?;
+    let summaries = reduction.reduction.finish(&mut tell).map_err(not_written)?;
     drop(stages);
     tell_misleading(&summaries, board);
     print_where_to_look(&pipeline, &arguments.out)?;
-    Ok(())
-}
-
-fn make_run(job: &Job, folder: &Path, solver: SolverKind, fresh: bool, board: &Board) -> Result<(), Failure> {
-    let mut progress = board.run(&job.name, job.steps(), job.scenario.time.duration_s);
-    let outcome = job.make(folder, solver, fresh, &interrupt::has_come, &mut progress);
-    let outcome = outcome.map_err(|error| run::failure(error, board, &format!("run {}", job.name)))?;
-    progress.end(outcome.has_run);
     Ok(())
 }
 
@@ -215,30 +202,103 @@ fn inputs(arguments: &ReproduceArguments, pipeline: &Pipeline, jobs: &[Job]) -> 
     inputs
 }
 
-/// Hands a run to a reduction, out of its log, which is read once.
-fn reduce_log(reduction: &Reduction<'_>, name: &str, log: &Path) -> Result<(), Failure> {
-    let failed = |error: LogError| Failure::failed(error);
-    let mut reader = RunReader::open(log, reduction.wants(name).topics()).map_err(failed)?;
-    let mut passing = reduction.passing_log(name, log, &reader).map_err(not_written)?;
-    let mut summarizer = Summarizer::new(name, reader.header(), summary::slider(passing.scenario()));
-    while let Some(item) = reader.next_item().map_err(failed)? {
-        passing.item(&item).map_err(not_written)?;
-        match &item {
-            LogItem::Record(Record::Step(record)) => summarizer.record(record),
-            LogItem::Record(_) => {}
-            LogItem::Event(event) => {
-                let problem = |error| {
-                    let log = log.display();
-                    Failure::failed(format!("{log}: an event of {} cannot be read: {error}", event.topic))
-                };
-                summarizer.event(event).map_err(problem)?;
+/// A reduction that runs are handed to as they go by, each once.
+struct Reducing<'a> {
+    reduction: Reduction<'a>,
+    solver: SolverKind,
+    runs_folder: &'a Path,
+}
+
+impl Reducing<'_> {
+    /// Hands a run to it out of its log while that is checked, if there is one that stands for it.
+    fn of_log(&self, job: &Job) -> Result<Stored, Failure> {
+        if !job.log(self.runs_folder).exists() {
+            return Ok(Stored::Nothing);
+        }
+        let mut nobody = ();
+        let mut passage = self.passage(job, &mut nobody)?;
+        let stored = job.stored(self.runs_folder, self.solver, &mut passage);
+        match &stored {
+            Stored::Whole(end) => self.passed(passage, end)?,
+            Stored::Nothing | Stored::Unfit(_) => self.reduction.discard(passage.passing),
+        }
+        Ok(stored)
+    }
+
+    /// Makes a run, and hands it to it meanwhile.
+    fn of_run(&self, job: &Job, fresh: bool, threads: Threads, board: &Board) -> Result<(), Failure> {
+        let mut progress = board.run(&job.name, job.steps(), job.scenario.time.duration_s);
+        let mut passage = self.passage(job, &mut progress)?;
+        let outcome =
+            job.make(self.runs_folder, self.solver, fresh, threads, &interrupt::has_come, &mut passage);
+        let outcome = outcome.map_err(|error| run::failure(error, board, &format!("run {}", job.name)))?;
+        match outcome.end.filter(|_| outcome.has_run) {
+            Some(end) => self.passed(passage, &end)?,
+            // It lacked its name only, and nothing has gone by.
+            None => {
+                self.reduction.discard(passage.passing);
+                if let Stored::Unfit(why) = self.of_log(job)? {
+                    return Err(Failure::Failed(format!("run {}: {why}", job.name)));
+                }
+            }
+        }
+        progress.end(outcome.has_run);
+        Ok(())
+    }
+
+    fn passage<'a>(&self, job: &Job, also: &'a mut dyn Watch) -> Result<Passage<'a>, Failure> {
+        let header = job.header(self.solver);
+        let summarizer = Summarizer::new(&job.name, &header, summary::slider(&job.scenario));
+        let passing = self.reduction.passing(&job.name, header, job.scenario.clone()).map_err(not_written)?;
+        Ok(Passage { passing, summarizer, problem: None, also })
+    }
+
+    fn passed(&self, passage: Passage<'_>, end: &RunEnd) -> Result<(), Failure> {
+        let Passage { passing, summarizer, problem, .. } = passage;
+        problem.map_or(Ok(()), Err)?;
+        let summary = summarizer.finish(RupturesFrom::Log, Some(end));
+        self.reduction.passed(passing, true, summary).map_err(not_written)
+    }
+}
+
+/// A run that goes by.
+struct Passage<'a> {
+    passing: Passing,
+    summarizer: Summarizer,
+    /// The first that occurred; nothing is taken after it.
+    problem: Option<Failure>,
+    /// Who looks on as well.
+    also: &'a mut dyn Watch,
+}
+
+impl Watch for Passage<'_> {
+    fn record(&mut self, record: &Record) {
+        self.also.record(record);
+        if self.problem.is_none() {
+            self.problem = self.passing.record(record).map_err(not_written).err();
+            if let Record::Step(record) = record {
+                self.summarizer.record(record);
             }
         }
     }
-    let has_ruptures = reader.event_topics().any(|topic| topic == Rupture::TOPIC);
-    let ruptures_from = if has_ruptures { RupturesFrom::Log } else { RupturesFrom::None };
-    let summary = summarizer.finish(ruptures_from, reader.end());
-    reduction.passed(passing, has_ruptures, summary).map_err(not_written)
+
+    fn event(&mut self, event: &Event) {
+        self.also.event(event);
+        if self.problem.is_none() {
+            let taken = self.passing.event(event).map_err(not_written);
+            let problem =
+                |error| Failure::failed(format!("an event of {} cannot be read: {error}", event.topic));
+            self.problem = taken.and_then(|()| self.summarizer.event(event).map_err(problem)).err();
+        }
+    }
+
+    fn reached(&mut self, step: u64) {
+        self.also.reached(step);
+    }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        self.also.notice(notice);
+    }
 }
 
 /// Says of which runs raw slip events do not tell what happened: their claims and figures stand on

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use asperity_record::{EventPayload, Record, RunHeader, RunStatus, SlipEvent};
+use asperity_record::{EventPayload, Record, RunEnd, RunHeader, RunStatus, SlipEvent};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 
 use crate::agreement::{Agreement, Difference, OtherDetectors};
@@ -11,6 +11,7 @@ use crate::detectors;
 use crate::header::CODE_VERSION;
 use crate::own::{self, Own, OwnProblem};
 use crate::verdict::Verdict;
+use crate::watch::Watch;
 
 /// What was found of a log; in words by [`Display`](fmt::Display), which begin with the verdict.
 #[derive(Debug)]
@@ -47,19 +48,24 @@ impl fmt::Display for Checked {
 ///
 /// Of a salvaged log, what is missing is held against the gaps that its numbers leave.
 pub fn check(log: &Path) -> Checked {
-    judge(log, false)
+    check_seen(log, &mut ())
+}
+
+/// The same, with somebody who sees the records and events that are read.
+pub fn check_seen(log: &Path, watch: &mut dyn Watch) -> Checked {
+    judge(log, false, watch)
 }
 
 /// The same, and makes the run of a log of this very program again, by the same solver: every
 /// record must be the one that it gives. It takes about as long as the run did.
 pub fn check_again(log: &Path) -> Checked {
-    judge(log, true)
+    judge(log, true, &mut ())
 }
 
-fn judge(log: &Path, again: bool) -> Checked {
+fn judge(log: &Path, again: bool, watch: &mut dyn Watch) -> Checked {
     let mut seen = Seen::default();
     let mut header = None;
-    let problem = seen.read(log, again, &mut header).err();
+    let problem = seen.read(log, again, &mut header, watch).err();
     let is_ours = header.as_ref().is_some_and(|header: &RunHeader| header.code_version == CODE_VERSION);
     let verdict = match &problem {
         Some(problem) => problem.verdict(),
@@ -143,6 +149,8 @@ pub struct Seen {
     pub other_events_from: Option<usize>,
     /// Which topics of events only the log has, or only this program.
     pub other_detectors: OtherDetectors,
+    /// What it says at its end, once that has been read.
+    pub end: Option<RunEnd>,
 }
 
 impl fmt::Display for Seen {
@@ -171,7 +179,13 @@ fn shortened(version: &str) -> String {
 
 impl Seen {
     /// Reads a log; `found` is what it says of itself, once that is known.
-    fn read(&mut self, run: &Path, again: bool, found: &mut Option<RunHeader>) -> Result<(), CheckProblem> {
+    fn read(
+        &mut self,
+        run: &Path,
+        again: bool,
+        found: &mut Option<RunHeader>,
+        watch: &mut dyn Watch,
+    ) -> Result<(), CheckProblem> {
         let mut reader = RunReader::open(run, Topics::ALL)?;
         let header = found.insert(reader.header().clone()).clone();
         self.other_code = (header.code_version != CODE_VERSION).then(|| header.code_version.clone());
@@ -224,6 +238,7 @@ impl Seen {
             }
             match item {
                 LogItem::Event(event) => {
+                    watch.event(&event);
                     self.slips += u64::from(event.topic == SlipEvent::TOPIC);
                     self.events += 1;
                     if let Some(both) = &mut both {
@@ -231,6 +246,7 @@ impl Seen {
                     }
                 }
                 LogItem::Record(record) => {
+                    watch.record(&record);
                     self.record(&header, &record, reader.has_gap())?;
                     if let Some(own) = &mut own {
                         own.record(&record, reader.is_after_gap())?;
@@ -256,7 +272,8 @@ impl Seen {
         if ours && scenario_is_lost {
             own::plan(&header, reader.scenario_toml())?;
         }
-        let end = reader.end();
+        self.end = reader.end().cloned();
+        let end = self.end.as_ref();
         let status = end.map_or(RunStatus::Complete, |end| end.status);
         let why = end.and_then(|end| end.stopped.as_deref());
         // If it has not begun, there was no message at all.

@@ -59,7 +59,7 @@ pub mod verify;
 mod watch;
 
 pub use agreement::{Difference, OtherDetectors};
-pub use check::{CheckProblem, Checked, Seen, check, check_again};
+pub use check::{CheckProblem, Checked, Seen, check, check_again, check_seen};
 pub use forecast::{Forecast, MostLogBytes};
 pub use header::CODE_VERSION;
 pub use log::{CHECKPOINT_INTERVAL, KeepLog, LogTo};

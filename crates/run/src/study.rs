@@ -3,21 +3,23 @@
 use std::path::{Path, PathBuf};
 
 use asperity_model::{Plan, Scenario};
+use asperity_record::{RunEnd, RunHeader};
 use asperity_runlog::Existing;
 use asperity_simulator::SolverKind;
 
-use crate::check::check;
+use crate::check::check_seen;
 use crate::log::LogTo;
 use crate::place::{self, OtherRun, PlaceError, SCENARIO, SOLVER};
-use crate::run::{Begin, Outcome, RunError, Task, run};
+use crate::run::{Begin, Outcome, RunError, Task, Threads, run};
 use crate::verdict::Verdict;
 use crate::watch::Watch;
 
 /// What there is of a run already.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Stored {
-    /// Its log: whole, by this very program with its detectors, of this scenario and solver.
-    Whole,
+    /// Its log: whole, by this very program with its detectors, of this scenario and solver; and what
+    /// it says at its end.
+    Whole(Box<RunEnd>),
     /// No log.
     Nothing,
     /// A log that cannot stand for it, and why.
@@ -49,19 +51,25 @@ impl Job {
         folder.join(format!("{}.mcap", self.name))
     }
 
-    /// Whether its log is there already, so that it need not be made.
-    pub fn stored(&self, folder: &Path, solver: SolverKind) -> Stored {
+    /// What the run says of itself in its log.
+    pub fn header(&self, solver: SolverKind) -> RunHeader {
+        Task { solver, ..Task::new(&self.scenario) }.header()
+    }
+
+    /// Whether its log is there already, so that it need not be made. `watch` sees what is read of it,
+    /// in vain if the log cannot stand for the run.
+    pub fn stored(&self, folder: &Path, solver: SolverKind, watch: &mut dyn Watch) -> Stored {
         let log = self.log(folder);
-        let checked = check(&log);
+        let checked = check_seen(&log, watch);
         let Some(found) = checked.header.as_ref().filter(|_| checked.verdict != Verdict::NoRunLog) else {
             return Stored::Nothing;
         };
-        let wanted = Task { solver, ..Task::new(&self.scenario) }.header();
+        let wanted = self.header(solver);
         if let Err(other) = OtherRun::unless_same(&log, found, &wanted, &[SCENARIO, SOLVER]) {
             return Stored::Unfit(format!("its log is of another {}", other.what));
         }
-        match checked.verdict {
-            Verdict::Whole => Stored::Whole,
+        match (checked.verdict, &checked.seen.end) {
+            (Verdict::Whole, Some(end)) => Stored::Whole(Box::new(end.clone())),
             _ => Stored::Unfit(format!("its log is {checked}")),
         }
     }
@@ -72,8 +80,7 @@ impl Job {
     /// # Errors
     /// If it is something else.
     pub fn check_place(&self, folder: &Path, solver: SolverKind, fresh: bool) -> Result<(), PlaceError> {
-        let wanted = Task { solver, ..Task::new(&self.scenario) }.header();
-        place::check(&self.log(folder), &wanted, fresh)
+        place::check(&self.log(folder), &self.header(solver), fresh)
     }
 
     /// Makes the run, or goes on with what was begun of it, unless it is to be made `fresh`. A
@@ -86,13 +93,14 @@ impl Job {
         folder: &Path,
         solver: SolverKind,
         fresh: bool,
+        threads: Threads,
         stop: &(dyn Fn() -> bool + Sync),
         watch: &mut dyn Watch,
     ) -> Result<Outcome, RunError> {
         self.check_place(folder, solver, fresh)?;
         let path = self.log(folder);
         let log = LogTo { existing: Existing::Replace, ..LogTo::new(&path) };
-        let task = Task { solver, ..Task::new(&self.scenario) }.log_to(log);
+        let task = Task { solver, threads, ..Task::new(&self.scenario) }.log_to(log);
         let begin = if !fresh && task.is_begun() { Begin::GoOn } else { Begin::Anew };
         run(task, begin, stop, watch)
     }

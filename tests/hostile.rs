@@ -244,13 +244,33 @@ fn hostile_texts_are_refused_with_place_and_reason() {
         let log = fixtures().join("../logs/v2/complete.mcap");
         refused(folder, &["replay", text(&log), "--detectors", text(&file)], &file);
     }
+    for file in files(&fixtures().join("sweeps")) {
+        refused(folder, &["sweep", "plan", text(&file), "--out", "never"], &file);
+        assert!(!folder.join("never").exists());
+    }
     if cfg!(feature = "analysis") {
         for file in files(&fixtures().join("pipelines")) {
             refused(folder, &["reproduce", text(&file), "--out", "never"], &file);
             assert!(!folder.join("never").exists());
         }
+        let sweep = folder.join("sweep.toml");
+        fs::write(&sweep, SWEEP).expect("the folder can be written");
+        let planned = bounded(folder, &["sweep", "plan", text(&sweep), "--out", "study"]);
+        assert_eq!(planned.code, Some(0), "{}", planned.err);
+        for file in files(&fixtures().join("sweeps")) {
+            refused(folder, &["sweep", "draw", "study", "--from", text(&file)], &file);
+            assert!(!folder.join("study/figures").exists());
+        }
     }
 }
+
+const SWEEP: &str = "
+title = 'Tilts'
+scenario = 'default'
+[[axis]]
+key = 'normal_load.tilt'
+values = [0.1, 0.2]
+";
 
 /// Too large to keep: made here.
 #[test]
@@ -269,6 +289,7 @@ fn large_texts_are_refused_within_bounds() {
         let file = folder.join(name);
         fs::write(&file, content).expect("the folder can be written");
         refused(folder, &["scenario", "show", text(&file)], &file);
+        refused(folder, &["sweep", "plan", text(&file), "--out", "never"], &file);
         if cfg!(feature = "analysis") {
             refused(folder, &["reproduce", text(&file), "--out", "never"], &file);
         }
@@ -276,6 +297,7 @@ fn large_texts_are_refused_within_bounds() {
     let endless = Path::new("/dev/zero");
     if endless.exists() {
         refused(folder, &["scenario", "show", text(endless)], endless);
+        refused(folder, &["sweep", "plan", text(endless), "--out", "never"], endless);
         refused(folder, &["check", text(endless)], endless);
     }
 }

@@ -11,7 +11,7 @@ use asperity_study_figures::{self as study_figures, Place};
 use serde::{Deserialize, Serialize};
 
 /// Most runs of a sweep.
-pub const MOST_RUNS: u64 = 10_000_000;
+pub const MOST_RUNS: u64 = 1_000_000;
 
 /// The value of a key in one run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -197,7 +197,10 @@ impl Written {
 impl Axis {
     fn check(&self) -> Result<(), String> {
         let names = names(&self.keys);
-        if self.rows.is_empty() || self.keys.is_empty() {
+        if self.keys.is_empty() {
+            return Err("it sets no keys (accepted: one or more)".to_owned());
+        }
+        if self.rows.is_empty() {
             return Err(format!("{names}: no values (accepted: one or more)"));
         }
         let mut seen = BTreeSet::new();

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{
-    Direction, Event, EventPayload, Record, RunHeader, Rupture, SlipEvent, StepRecord, WindowRecord,
+    Arrival, Direction, Event, EventPayload, Record, RunHeader, Rupture, SlipEvent, StepRecord, WindowRecord,
 };
 use asperity_runlog::{LogItem, RunReader};
 
@@ -91,6 +91,7 @@ pub struct RunData {
     pub(crate) states: States,
     pub(crate) windows: Vec<WindowRecord>,
     pub(crate) detachments: Vec<(u64, u32)>,
+    pub(crate) arrivals: Vec<Arrival>,
 }
 
 impl RunData {
@@ -164,6 +165,15 @@ impl RunData {
         &self.detachments
     }
 
+    /// How ruptures passed their blocks, one rupture after the other as in the log.
+    ///
+    /// # Panics
+    /// If it was not kept: whoever reads it says so in its [`Wants`].
+    pub fn arrivals(&self) -> &[Arrival] {
+        assert!(self.kept.arrivals, "arrivals of run {} are read, but nobody wanted them", self.name);
+        &self.arrivals
+    }
+
     /// The ruptures in the order of their onsets; none where the log has none.
     pub fn ruptures_by_onset(&self) -> Vec<&Rupture> {
         let mut ruptures: Vec<&Rupture> = self.ruptures.iter().flatten().collect();
@@ -219,6 +229,7 @@ impl Collector {
             loads: Vec::new(),
             windows: Vec::new(),
             detachments: Vec::new(),
+            arrivals: Vec::new(),
         };
         Collector { run, ruptures: Vec::new(), place: name.to_owned() }
     }
@@ -325,6 +336,9 @@ impl Collector {
             self.slip(slip);
         }
         self.ruptures.extend(self.decoded::<Rupture>(event)?);
+        if self.run.kept.arrivals {
+            self.run.arrivals.extend(self.decoded::<Arrival>(event)?);
+        }
         Ok(())
     }
 

@@ -106,11 +106,12 @@ kinds! {
     /// Slip and speed of a pulse along the slider, and where it ends.
     "arrest" arrest: arrest::Arrest,
     /// Block against time: where and when blocks slid, how fronts came to them, and how far slip
-    /// had come; of a whole run, of a part of it, or of one rupture. Where the log has dense windows,
-    /// colours tell the velocity.
+    /// had come; of a whole run, of a part of it, or of one rupture. Where the log has dense windows or
+    /// states of ruptures, colours tell the velocity.
     "space-time" space_time: space_time::SpaceTime,
     /// Speed of the front of a rupture from block to block, with the wave speed and the theory of
-    /// steady fronts under the force that each block bore before.
+    /// steady fronts under the force that each block bore before. That knows no front, and gives no
+    /// line, where a block bore no more than sliding friction.
     "front-profile" front_profile: front_profile::FrontProfile,
     /// `tau_n / p_n` along the slider before and after each precursor.
     "stress-sequence" stress_sequence: stress_sequence::StressSequence,

@@ -19,7 +19,7 @@ pub struct Wants {
     pub states_near_s: Vec<f64>,
     /// The displacement of these blocks, counted from 1, in all states.
     pub displacements_of: BTreeSet<u32>,
-    /// The dense windows.
+    /// The dense windows, and the states of all blocks while many slide.
     pub windows: bool,
     /// Every detachment: which block, and when.
     pub detachments: bool,

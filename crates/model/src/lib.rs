@@ -78,7 +78,9 @@ mod words;
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
 pub use load::LoadCourse;
-pub use plan::{Ageing, Drive, DriveSpring, Friction, InitialState, Law, Plan, RecordingPlan, WindowPlan};
+pub use plan::{
+    Ageing, Drive, DriveSpring, Friction, InitialState, Law, Plan, RecordingPlan, RuptureFields, WindowPlan,
+};
 pub use resolve::{ResolveError, resolve};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};

@@ -86,6 +86,9 @@ const FRONT_ACROSS: f64 = 14.0;
 const INSTANTS: usize = 300;
 const SHADES: f64 = 32.0;
 
+/// How strong the colours of patches are beneath velocities.
+const PALE: f64 = 0.35;
+
 /// The part of space and time that is shown.
 struct View {
     from_s: f64,
@@ -161,6 +164,9 @@ pub(super) fn map(
     let view = View::of(run, zoom, times_s, blocks)?;
     let sorts: BTreeMap<u64, (&Rupture, Sort)> =
         sorted(run)?.into_iter().map(|(rupture, sort)| (rupture.rupture, (rupture, sort))).collect();
+    let (velocities, bar) = velocities(run, &view);
+    // Beneath velocities patches are pale, and show where blocks slide too slowly for a colour.
+    let strength = if bar.is_some() { PALE } else { 1.0 };
     let mut rows = Vec::new();
     let mut layers: BTreeMap<Sort, Vec<Item>> = BTreeMap::new();
     let mut fronts = Vec::new();
@@ -171,7 +177,13 @@ pub(super) fn map(
         let mut passed: Vec<&Arrival> =
             arrivals.iter().filter(|arrival| view.has_block(arrival.block)).collect();
         passed.sort_by_key(|arrival| arrival.block);
-        layers.entry(*sort).or_default().extend(patches(&view, &passed, sort.color(), grain_s, end_of_run_s));
+        layers.entry(*sort).or_default().extend(patches(
+            &view,
+            &passed,
+            paler(sort.color(), strength),
+            grain_s,
+            end_of_run_s,
+        ));
         if rupture.arrival_s - rupture.onset_s >= FRONT_ACROSS * grain_s {
             let came = |arrival: &&Arrival| (arrival.arrival_s, f64::from(arrival.block));
             let in_view = |(time_s, _): &(f64, f64)| (view.from_s..=view.to_s).contains(time_s);
@@ -183,16 +195,19 @@ pub(super) fn map(
             }
         }
     }
-    let (velocities, bar) = velocities(run, &view);
     for sort in Sort::ALL.into_iter().filter(|sort| layers.get(sort).is_some_and(|items| !items.is_empty())) {
-        rows.push((Sample::Surface(sort.color(), 1.0), sort.label().to_owned()));
+        rows.push((Sample::Surface(sort.color(), strength), sort.label().to_owned()));
     }
     if !fronts.is_empty() {
         rows.push((Sample::Line(Dash::Solid, INK), "arrivals".to_owned()));
     }
-    let creep = creep_front(run, &view);
+    // About a rupture only what was before it, since from then on its own arrivals tell.
+    let (creep, label) = match zoom {
+        Some(rupture) => (before(rupture, &view), "farthest before"),
+        None => (creep_front(run, &view), "farthest so far"),
+    };
     if creep.len() > 1 {
-        rows.push((Sample::Line(Dash::Dashed, GREEN), "farthest so far".to_owned()));
+        rows.push((Sample::Line(Dash::Dashed, GREEN), label.to_owned()));
     }
     let creep = Item::Line(creep, Dash::Dashed, GREEN);
     let items = layers.into_values().flatten().chain(velocities).chain(fronts).chain([creep]).collect();
@@ -231,6 +246,19 @@ fn patches(view: &View, passed: &[&Arrival], color: RGBColor, grain_s: f64, end_
         .collect()
 }
 
+/// A colour mixed with white: so much of it, from 0 to 1.
+fn paler(color: RGBColor, strength: f64) -> RGBColor {
+    let mix = |part: u8| (255.0 + strength * (f64::from(part) - 255.0)).round() as u8;
+    RGBColor(mix(color.0), mix(color.1), mix(color.2))
+}
+
+/// The farthest block that had slid before a rupture.
+fn before(rupture: &Rupture, view: &View) -> Vec<(f64, f64)> {
+    let block = rupture.farthest_block_before.filter(|block| view.has_block(*block));
+    let ends = [view.from_s, view.to_s].map(|time_s| view.clock.place(time_s));
+    block.map_or(Vec::new(), |block| ends.map(|time| (time, f64::from(block))).to_vec())
+}
+
 /// The farthest block that has slid by a time, until it is the last one.
 fn creep_front(run: &RunData, view: &View) -> Vec<(f64, f64)> {
     let mut arrivals: Vec<(f64, u32)> =
@@ -260,12 +288,12 @@ fn creep_front(run: &RunData, view: &View) -> Vec<(f64, f64)> {
     shown.into_iter().map(|(time_s, block)| (view.place(time_s), f64::from(block))).collect()
 }
 
-/// Velocities of the dense windows in view, and their colours; those below a thousandth of the
-/// largest have the darkest.
+/// Velocities of the dense records in view, and their colours; those below a thousandth of the
+/// largest have none.
 fn velocities(run: &RunData, view: &View) -> (Vec<Item>, Option<Bar>) {
     let mut windows: BTreeMap<u32, Vec<&WindowRecord>> = BTreeMap::new();
     let in_view = |record: &&WindowRecord| (view.from_s..=view.to_s).contains(&record.time_s);
-    for record in run.windows().iter().filter(in_view) {
+    for record in run.windows().iter().chain(run.rupture_fields()).filter(in_view) {
         windows.entry(record.window).or_default().push(record);
     }
     let speeds = windows.values().flatten().flat_map(|record| &record.velocity_m_per_s);
@@ -274,8 +302,10 @@ fn velocities(run: &RunData, view: &View) -> (Vec<Item>, Option<Bar>) {
         return (Vec::new(), None);
     }
     let scale = Scale::of("|v_n| (m/s)", true, 0.0, [1e-3 * fastest, fastest].into_iter());
-    let shade =
-        |velocity: f64| (scale.share(velocity.abs()).unwrap_or(0.0) * SHADES).floor().min(SHADES - 1.0);
+    let shade = |velocity: f64| {
+        let share = scale.share(velocity.abs())?;
+        Some((share * SHADES).floor().min(SHADES - 1.0))
+    };
     let mut items = Vec::new();
     for records in windows.values() {
         let between_steps = records.windows(2).map(|pair| pair[1].step.saturating_sub(pair[0].step)).min();
@@ -285,13 +315,14 @@ fn velocities(run: &RunData, view: &View) -> (Vec<Item>, Option<Bar>) {
         for (n, record) in shown.iter().enumerate() {
             let next = shown.get(n + 1).map_or(u64::MAX, |next| next.step);
             let to_s = run.plan.grid.time_s(next.min(record.step + longest));
-            let blocks: Vec<(u32, f64)> = (record.first_block..)
+            let blocks: Vec<(u32, Option<f64>)> = (record.first_block..)
                 .zip(&record.velocity_m_per_s)
                 .filter(|(block, _)| view.has_block(*block))
                 .map(|(block, velocity)| (block, shade(*velocity)))
                 .collect();
             for alike in blocks.chunk_by(|a, b| a.1 == b.1) {
-                let color = viridis((alike[0].1 + 0.5) / SHADES);
+                let Some(shade) = alike[0].1 else { continue };
+                let color = viridis((shade + 0.5) / SHADES);
                 let span = (alike[0].0, alike[alike.len() - 1].0);
                 items.push(view.cell(record.time_s, to_s.max(record.time_s), span, color));
             }
@@ -442,11 +473,12 @@ mod tests {
         .len();
         let paper = map(&run, None, [None, None], [None, None]).unwrap();
         let found = &cells(&paper)[plain..];
-        // Blocks 1 and 2 are alike in the first record, and none in the second.
+        // Blocks 1 and 2 are alike in the first record, and not in the second; block 3 rests.
         let shown: Vec<(f64, f64)> = found.iter().map(|cell| (cell.2, cell.3)).collect();
-        assert_eq!(shown, [(0.5, 2.5), (2.5, 3.5), (0.5, 1.5), (1.5, 2.5), (2.5, 3.5)]);
+        assert_eq!(shown, [(0.5, 2.5), (0.5, 1.5), (1.5, 2.5)]);
         assert!((found[0].0 - 0.35).abs() < 1e-9 && (found[0].1 - 0.36).abs() < 1e-9, "{found:?}");
-        assert!(found[0].4 == found[3].4 && found[0].4 != found[2].4 && found[1].4 == found[4].4);
+        assert!(found[0].4 == found[2].4 && found[0].4 != found[1].4);
+        assert_eq!(cells(&paper)[0].4, plotters::prelude::RGBColor(211, 211, 211), "grey, a third of it");
         assert!(paper.bar.is_some());
     }
 }

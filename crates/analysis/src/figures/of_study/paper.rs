@@ -16,7 +16,7 @@ use crate::figures::text::{self, Align};
 
 /// Something in a panel, in values of its axes.
 #[derive(Debug, Clone)]
-pub(in crate::figures) enum Item {
+pub(crate) enum Item {
     /// A line.
     Line(Vec<(f64, f64)>, Dash, RGBColor),
     /// A surface in a paler colour: so much of it, from 0 to 1.
@@ -35,15 +35,15 @@ pub(in crate::figures) enum Item {
 
 /// A panel.
 #[derive(Debug, Clone, Default)]
-pub(in crate::figures) struct Panel {
-    pub(in crate::figures) title: String,
+pub(crate) struct Panel {
+    pub(crate) title: String,
     /// From back to front.
-    pub(in crate::figures) items: Vec<Item>,
+    pub(crate) items: Vec<Item>,
 }
 
 /// What stands beside a row of the key.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::figures) enum Sample {
+pub(crate) enum Sample {
     Line(Dash, RGBColor),
     LineAndMarks(Dash, Marker, RGBColor),
     Marks(Marker, RGBColor),
@@ -56,15 +56,15 @@ pub(in crate::figures) enum Sample {
 
 /// A colour bar.
 #[derive(Debug, Clone)]
-pub(in crate::figures) struct Bar {
-    pub(in crate::figures) scale: Scale,
+pub(crate) struct Bar {
+    pub(crate) scale: Scale,
     /// How much of the colour scale is in use.
-    pub(in crate::figures) span: f64,
+    pub(crate) span: f64,
 }
 
 /// Where the key stands in the rectangle of a sheet.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::figures) enum Key {
+pub(crate) enum Key {
     /// At the right, with so many pixels.
     Beside(i32),
     /// At the foot, with room for so many rows, without a colour bar.
@@ -73,15 +73,15 @@ pub(in crate::figures) enum Key {
 
 /// A sheet of panels.
 #[derive(Debug, Clone)]
-pub(in crate::figures) struct Paper {
-    pub(in crate::figures) title: String,
-    pub(in crate::figures) x: Scale,
-    pub(in crate::figures) y: Scale,
-    pub(in crate::figures) panels: Vec<Panel>,
-    pub(in crate::figures) bar: Option<Bar>,
+pub(crate) struct Paper {
+    pub(crate) title: String,
+    pub(crate) x: Scale,
+    pub(crate) y: Scale,
+    pub(crate) panels: Vec<Panel>,
+    pub(crate) bar: Option<Bar>,
     /// Above the rows.
-    pub(in crate::figures) heading: String,
-    pub(in crate::figures) rows: Vec<(Sample, String)>,
+    pub(crate) heading: String,
+    pub(crate) rows: Vec<(Sample, String)>,
 }
 
 /// Pixels of a panel that stands beside others.
@@ -111,7 +111,7 @@ const LETTER: f64 = 0.6;
 
 impl Paper {
     /// Draws it as a PNG into a file that is there.
-    pub(in crate::figures) fn write(&self, path: &Path) -> Result<(), String> {
+    pub(crate) fn write(&self, path: &Path) -> Result<(), String> {
         text::embed_font();
         let (width, height) = self.size();
         let root = BitMapBackend::new(path, (width as u32, height as u32)).into_drawing_area();
@@ -145,7 +145,7 @@ impl Paper {
     }
 
     /// Draws it into a rectangle of a picture: its upper left corner, its width and height.
-    pub(in crate::figures) fn draw(
+    pub(crate) fn draw(
         &self,
         root: &Area<'_>,
         (left, top): (i32, i32),
@@ -179,7 +179,7 @@ impl Paper {
     }
 
     /// How wide the key is beside the panels, in pixels.
-    pub(in crate::figures) fn key_width(&self) -> i32 {
+    pub(crate) fn key_width(&self) -> i32 {
         let letters = |text: &str| {
             (text.chars().filter(|c| !"{}_^".contains(*c)).count() as f64 * TICK_TEXT * LETTER) as i32
         };

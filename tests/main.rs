@@ -38,6 +38,7 @@ mod resume;
 #[cfg(feature = "analysis")]
 mod rules;
 mod runlog;
+mod rupture_fields;
 mod ruptures;
 mod salvage;
 mod scenarios;

@@ -9,23 +9,32 @@ mod damping;
 mod displacement;
 mod forces;
 mod front;
+mod front_profile;
 mod front_speed;
 mod front_transient;
 mod initial_shear;
 mod kind;
 mod lengths;
 mod load;
+mod load_ruptures;
 mod loads;
 pub mod of_study;
 mod onset;
+mod overview;
+mod page;
 mod plot;
 mod pulse;
+mod recurrence;
+mod sizes;
 mod slipped;
+mod space_time;
 mod spread;
 mod stress;
+mod stress_sequence;
 mod study;
 mod text;
 mod velocities;
+mod which;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -96,6 +105,26 @@ kinds! {
     "pulse" pulse: pulse::Pulse,
     /// Slip and speed of a pulse along the slider, and where it ends.
     "arrest" arrest: arrest::Arrest,
+    /// Block against time: where and when blocks slid, how fronts came to them, and how far slip
+    /// had come; of a whole run, of a part of it, or of one rupture. Where the log has dense windows or
+    /// states of ruptures, colours tell the velocity.
+    "space-time" space_time: space_time::SpaceTime,
+    /// Speed of the front of a rupture from block to block, with the wave speed and the theory of
+    /// steady fronts under the force that each block bore before. That knows no front, and gives no
+    /// line, where a block bore no more than sliding friction.
+    "front-profile" front_profile: front_profile::FrontProfile,
+    /// `tau_n / p_n` along the slider before and after each precursor.
+    "stress-sequence" stress_sequence: stress_sequence::StressSequence,
+    /// The load curve with its ruptures: precursors and global slips have the numbers that they have
+    /// in the table of ruptures.
+    "load-ruptures" load_ruptures: load_ruptures::LoadRuptures,
+    /// How ruptures are distributed by size, global slips apart, with a law fitted.
+    "sizes" sizes: sizes::Sizes,
+    /// How the times between ruptures are distributed, with a law fitted.
+    "recurrence" recurrence: recurrence::Recurrence,
+    /// A run on one page: its load curve with numbered ruptures, its space-time map, the sizes and
+    /// recurrence times of its ruptures, and its first numbers.
+    "overview" overview: overview::Overview,
 }
 
 impl Figures {

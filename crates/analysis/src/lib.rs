@@ -27,6 +27,7 @@
 //! - `beside_theory`: single numbers that set a run beside a theory.
 //! - `beside_hold`: the same before the drive is held and after it.
 //! - `fronts`: fronts through the slider, read off its switches.
+//! - `distributions`: distributions of sizes and times, with what is fitted to them.
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
 //! - [`load_table`]: the one table that grows with the records of a run, written as they pass.
@@ -49,6 +50,7 @@ mod beside_hold;
 mod beside_theory;
 pub mod claims;
 pub mod curves;
+mod distributions;
 mod error;
 pub mod event_file;
 pub mod figures;

@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
-use asperity_record::{Direction, FieldRecord, Record, RunHeader, SlipEvent, StepRecord, Switch};
+use asperity_record::{
+    Arrival, Direction, FieldRecord, Record, RunHeader, Rupture, SlipEvent, StepRecord, Switch,
+};
 use asperity_testkit::{quiet_step, slip_event, switch};
 
 use crate::run_data::{Collector, RunData};
@@ -92,6 +94,81 @@ pub(crate) fn with_states(run: &mut RunData, states: &[FieldRecord]) {
     }
     kept.end();
     run.states = kept;
+}
+
+/// A block that a rupture passes: its number, the steps of its arrival and, if it stops, of its stop.
+pub(crate) type Passed = (u32, u64, Option<u64>);
+
+/// Gives a run these ruptures, each by the blocks that it passes in the order of their arrival.
+pub(crate) fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
+    let time_s = |step: u64| run.plan.grid.time_s(step);
+    let c_m_per_s = |from: &Passed, to: &Passed| {
+        let way_m = f64::from(to.0.abs_diff(from.0)) * run.plan.spacing_m;
+        (to.1 > from.1).then(|| way_m / (time_s(to.1) - time_s(from.1)))
+    };
+    let mut told = Vec::new();
+    let mut arrivals = Vec::new();
+    for (number, passed) in ruptures.iter().enumerate() {
+        let (number, first) = (number as u64, passed[0]);
+        let blocks = passed.iter().map(|(block, ..)| *block);
+        let (low, high) = (blocks.clone().min().unwrap(), blocks.max().unwrap());
+        let end_step = passed.iter().map(|(.., stop)| *stop).collect::<Option<Vec<u64>>>();
+        let end_step = end_step.map(|stops| stops.into_iter().max().unwrap());
+        let last = passed[passed.len() - 1];
+        told.push(Rupture {
+            rupture: number,
+            onset_s: time_s(first.1),
+            end_s: end_step.map(time_s),
+            first_block: low,
+            last_block: high,
+            nucleation_block: first.0,
+            reached_every_block: (low, high) == (1, run.header.blocks),
+            ft_fn_onset: 0.01 * number as f64,
+            ft_fn_arrival: 0.0,
+            ft_fn_end: None,
+            onset_step: first.1,
+            arrival_s: time_s(last.1),
+            end_step,
+            detachments: passed.len() as u64,
+            front_speed_up_m_per_s: c_m_per_s(&first, &last),
+            front_speed_down_m_per_s: None,
+            mean_slip_m: None,
+            largest_slip_m: None,
+            potency_m2: None,
+            mean_force_drop_n: None,
+            farthest_block_before: None,
+            overlapping: false,
+            open: false,
+            drive_work_j: None,
+            prestress_work_j: None,
+            friction_heat_j: None,
+            anchor_change_j: None,
+            viscous_loss_j: None,
+            kinetic_change_j: None,
+            elastic_change_j: None,
+            scheme_work_j: None,
+        });
+        for (n, (block, arrival_step, stop_step)) in passed.iter().enumerate() {
+            arrivals.push(Arrival {
+                rupture: number,
+                block: *block,
+                arrival_s: time_s(*arrival_step),
+                stop_s: stop_step.map(time_s),
+                arrival_step: *arrival_step,
+                stop_step: *stop_step,
+                detachments: 1,
+                slip_m: None,
+                force_detach_n: 0.0,
+                force_attach_n: None,
+                front_speed_m_per_s: n
+                    .checked_sub(1)
+                    .and_then(|before| c_m_per_s(&passed[before], &passed[n])),
+            });
+        }
+    }
+    run.ruptures = Some(told);
+    run.arrivals = arrivals;
+    run.kept.arrivals = true;
 }
 
 /// Twelve blocks, of which those up to `reached` slide one after the other for 250 steps each,

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{
-    Direction, Event, EventPayload, Record, RunHeader, Rupture, SlipEvent, StepRecord, WindowRecord,
+    Arrival, Direction, Event, EventPayload, Record, RunHeader, Rupture, SlipEvent, StepRecord, WindowRecord,
 };
 use asperity_runlog::{LogItem, RunReader};
 
@@ -90,7 +90,9 @@ pub struct RunData {
     pub(crate) loads: Vec<Load>,
     pub(crate) states: States,
     pub(crate) windows: Vec<WindowRecord>,
+    pub(crate) rupture_fields: Vec<WindowRecord>,
     pub(crate) detachments: Vec<(u64, u32)>,
+    pub(crate) arrivals: Vec<Arrival>,
 }
 
 impl RunData {
@@ -155,6 +157,15 @@ impl RunData {
         &self.windows
     }
 
+    /// The states of all blocks while many slide, in order.
+    ///
+    /// # Panics
+    /// If they were not kept: whoever reads them says so in its [`Wants`].
+    pub fn rupture_fields(&self) -> &[WindowRecord] {
+        assert!(self.kept.windows, "states of ruptures of {} are read, but nobody wanted them", self.name);
+        &self.rupture_fields
+    }
+
     /// Step and block of every detachment, in order.
     ///
     /// # Panics
@@ -162,6 +173,15 @@ impl RunData {
     pub fn detachments(&self) -> &[(u64, u32)] {
         assert!(self.kept.detachments, "detachments of run {} are read, but nobody wanted them", self.name);
         &self.detachments
+    }
+
+    /// How ruptures passed their blocks, one rupture after the other as in the log.
+    ///
+    /// # Panics
+    /// If it was not kept: whoever reads it says so in its [`Wants`].
+    pub fn arrivals(&self) -> &[Arrival] {
+        assert!(self.kept.arrivals, "arrivals of run {} are read, but nobody wanted them", self.name);
+        &self.arrivals
     }
 
     /// The ruptures in the order of their onsets; none where the log has none.
@@ -218,7 +238,9 @@ impl Collector {
             kept: wants,
             loads: Vec::new(),
             windows: Vec::new(),
+            rupture_fields: Vec::new(),
             detachments: Vec::new(),
+            arrivals: Vec::new(),
         };
         Collector { run, ruptures: Vec::new(), place: name.to_owned() }
     }
@@ -282,7 +304,12 @@ impl Collector {
         match record {
             Record::Step(record) => self.step(record),
             Record::Fields(record) => self.run.states.state(record),
-            Record::Window(record) if self.run.kept.windows => self.run.windows.push(record.clone()),
+            Record::Window(record) if self.run.kept.windows => {
+                let run = &mut self.run;
+                let is_chosen = (record.window as usize) < run.plan.recording.windows.len();
+                let of = if is_chosen { &mut run.windows } else { &mut run.rupture_fields };
+                of.push(record.clone());
+            }
             Record::Window(_) => {}
         }
     }
@@ -320,6 +347,9 @@ impl Collector {
             self.slip(slip);
         }
         self.ruptures.extend(self.decoded::<Rupture>(event)?);
+        if self.run.kept.arrivals {
+            self.run.arrivals.extend(self.decoded::<Arrival>(event)?);
+        }
         Ok(())
     }
 
@@ -351,9 +381,10 @@ impl Collector {
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::{Direction, FieldRecord, StepRecord};
+    use asperity_record::{Direction, FieldRecord, Record, StepRecord, WindowRecord};
     use asperity_testkit::{quiet_step, slip_event, switch};
 
+    use super::Collector;
     use crate::made_up;
     use crate::states::States;
     use crate::wants::Wants;
@@ -365,6 +396,30 @@ mod tests {
         assert_eq!((first.step, last.step, last.direction), (99, 299, Direction::Detach));
         assert_eq!(run.switches[1], None);
         assert_eq!(run.detachments(), [(99, 1), (199, 1), (199, 3), (299, 1)]);
+    }
+
+    /// States of ruptures have the number behind the windows that the scenario asks for.
+    #[test]
+    fn states_of_ruptures_are_no_windows() {
+        let toml = "recording.window = [{from_s=0,to_s=1e-3,every_s=1e-5,first_block=2,last_block=3}]\n\
+                    recording.rupture_fields_from_blocks = 2\nrecording.rupture_fields_s = 1e-6";
+        let run = made_up::run(toml, &[]);
+        let mut collector = Collector::new("a", run.header.clone(), run.scenario.clone(), Wants::WINDOWS);
+        for (window, first_block) in [(0, 2), (1, 1), (1, 1)] {
+            collector.record(&Record::Window(WindowRecord {
+                window,
+                step: 10,
+                time_s: 1e-6,
+                sliding: 2,
+                first_block,
+                displacement_m: Vec::new(),
+                velocity_m_per_s: Vec::new(),
+                tangential_force_n: Vec::new(),
+            }));
+        }
+        let run = collector.finish(false);
+        assert_eq!((run.windows().len(), run.rupture_fields().len()), (1, 2));
+        assert_eq!((run.windows()[0].first_block, run.rupture_fields()[0].first_block), (2, 1));
     }
 
     fn state(step: u64, displacement_m: f64) -> FieldRecord {

@@ -17,11 +17,13 @@ use crate::wants::Wants;
 pub struct States {
     first: Option<FieldRecord>,
     at_first_onset: Option<FieldRecord>,
+    at_precursor_onsets: Vec<FieldRecord>,
     at_precursor_ends: Vec<FieldRecord>,
     near_s: Vec<(f64, Option<FieldRecord>)>,
     displacements: BTreeMap<u32, Vec<(f64, f64)>>,
     largest_displacement_m: Option<f64>,
     keeps: bool,
+    keeps_onsets: bool,
     /// States at onsets and ends since the last slip event.
     waiting: Vec<FieldRecord>,
     /// Ends of precursors whose state is still to come.
@@ -37,11 +39,13 @@ impl States {
         States {
             first: None,
             at_first_onset: None,
+            at_precursor_onsets: Vec::new(),
             at_precursor_ends: Vec::new(),
             near_s: wants.states_near_s.iter().map(|at_s| (*at_s, None)).collect(),
             displacements: wants.displacements_of.iter().map(|block| (*block, Vec::new())).collect(),
             largest_displacement_m: None,
             keeps: wants.states,
+            keeps_onsets: wants.precursor_onsets,
             waiting: Vec::new(),
             awaited: Vec::new(),
             growth: Growth::new(blocks),
@@ -97,6 +101,10 @@ impl States {
             self.any_slip = true;
         }
         let extends = self.growth.extends(slip.first_block, slip.last_block, slip.blocks_slipped);
+        if extends && self.keeps_onsets {
+            let at_onset = self.waiting.iter().find(|state| state.step == slip.onset_step);
+            self.at_precursor_onsets.extend(at_onset.cloned());
+        }
         if let Some(end_step) = slip.end_step.filter(|_| extends) {
             match self.waiting.iter().position(|state| state.step == end_step) {
                 Some(index) => self.at_precursor_ends.push(self.waiting.swap_remove(index)),
@@ -123,6 +131,12 @@ impl States {
     /// That at the onset of the first slip event.
     pub fn at_first_onset(&self) -> Option<&FieldRecord> {
         self.at_first_onset.as_ref()
+    }
+
+    /// That at the onset of a precursor, raw slip events taken one by one: after the first step in
+    /// which a block slid.
+    pub fn at_precursor_onset(&self, step: u64) -> Option<&FieldRecord> {
+        self.at_precursor_onsets.iter().find(|state| state.step == step)
     }
 
     /// That at the end of a precursor, raw slip events taken one by one.

@@ -19,10 +19,14 @@ pub struct Wants {
     pub states_near_s: Vec<f64>,
     /// The displacement of these blocks, counted from 1, in all states.
     pub displacements_of: BTreeSet<u32>,
-    /// The dense windows.
+    /// The dense windows, and the states of all blocks while many slide.
     pub windows: bool,
     /// Every detachment: which block, and when.
     pub detachments: bool,
+    /// How each rupture passed its blocks.
+    pub arrivals: bool,
+    /// The states at the onsets of precursors, beside those at their ends.
+    pub precursor_onsets: bool,
 }
 
 impl Wants {
@@ -45,6 +49,8 @@ impl Wants {
             displacements_of: BTreeSet::new(),
             windows,
             detachments,
+            arrivals: false,
+            precursor_onsets: false,
         }
     }
 
@@ -70,6 +76,8 @@ impl BitOrAssign for Wants {
         self.states |= other.states;
         self.windows |= other.windows;
         self.detachments |= other.detachments;
+        self.arrivals |= other.arrivals;
+        self.precursor_onsets |= other.precursor_onsets;
         self.states_near_s.extend(other.states_near_s);
         self.displacements_of.extend(other.displacements_of);
     }

@@ -33,6 +33,7 @@ const RULES: &[Rule] = &[
     the_scheme_is_stable,
     times_are_whole_numbers_of_steps,
     windows_are_inside_run_and_chain,
+    rupture_fields_have_a_cadence_and_a_size,
 ];
 
 /// Checks a scenario, each key of which is in its range, against the rules.
@@ -358,6 +359,7 @@ fn times_are_whole_numbers_of_steps(scenario: &Scenario, refusals: &mut Refusals
             ("time.duration_s", scenario.time.duration_s, false),
             ("recording.sample_s", scenario.recording.sample_s, true),
             ("recording.fields_s", scenario.recording.fields_s, true),
+            ("recording.rupture_fields_s", scenario.recording.rupture_fields_s, true),
         ]);
     for (key, value_s, zero_allowed) in times {
         if let Some((problem, accepted)) = wrong(value_s, zero_allowed) {
@@ -398,6 +400,33 @@ fn windows_are_inside_run_and_chain(scenario: &Scenario, refusals: &mut Refusals
                 format!("a whole number from {} to {blocks}", window.first_block),
             );
         }
+    }
+}
+
+fn rupture_fields_have_a_cadence_and_a_size(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    let (from_blocks, every_s) =
+        (scenario.recording.rupture_fields_from_blocks, scenario.recording.rupture_fields_s);
+    let blocks = scenario.slider.blocks;
+    if from_blocks > blocks {
+        refusals.refuse(
+            "recording.rupture_fields_from_blocks",
+            format!("{from_blocks} blocks never slide at once in a chain of {blocks}"),
+            format!("a whole number from 0 to {blocks}"),
+        );
+    }
+    if from_blocks > 0 && every_s == 0.0 {
+        refusals.refuse(
+            "recording.rupture_fields_s",
+            format!("0 is no cadence, and recording.rupture_fields_from_blocks = {from_blocks} asks for one"),
+            "a multiple of time.step_s above 0",
+        );
+    }
+    if from_blocks == 0 && every_s > 0.0 {
+        refusals.refuse(
+            "recording.rupture_fields_s",
+            format!("{every_s} has no meaning without recording.rupture_fields_from_blocks"),
+            "0, or recording.rupture_fields_from_blocks from 1",
+        );
     }
 }
 
@@ -480,6 +509,19 @@ mod tests {
         (
             "[[recording.window]]\nfrom_s = 0\nto_s = 9\nevery_s = 1e-3\nfirst_block = 1\nlast_block = 2",
             "recording.window.to_s: 9 is not inside the run",
+        ),
+        (
+            "recording.rupture_fields_from_blocks = 101\nrecording.rupture_fields_s = 1e-5",
+            "recording.rupture_fields_from_blocks: 101 blocks never slide at once in a chain of 100 \
+             (accepted: a whole number from 0 to 100)",
+        ),
+        (
+            "recording.rupture_fields_from_blocks = 10",
+            "recording.rupture_fields_s: 0 is no cadence, and recording.rupture_fields_from_blocks = 10 asks for one",
+        ),
+        (
+            "recording.rupture_fields_s = 1e-5",
+            "recording.rupture_fields_s: 0.00001 has no meaning without recording.rupture_fields_from_blocks",
         ),
         ("initial_shear.profile_csv = \"no such file\"", "initial_shear.profile_csv: no such file: "),
     ];

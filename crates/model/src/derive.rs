@@ -4,7 +4,9 @@ use crate::elastic::{Chain, Elastic};
 use crate::initial;
 use crate::load::{self, LoadCourse};
 use crate::mixed::mixed;
-use crate::plan::{Ageing, Drive, DriveSpring, Friction, Law, Plan, RecordingPlan, WindowPlan};
+use crate::plan::{
+    Ageing, Drive, DriveSpring, Friction, Law, Plan, RecordingPlan, RuptureFields, WindowPlan,
+};
 use crate::scenario::Scenario;
 use crate::words::{DriveKind, FrictionLaw, ScheduleFrom, Start};
 use asperity_record::{Scales, TimeGrid};
@@ -89,6 +91,13 @@ impl Plan {
                         blocks: window.first_block as usize - 1..window.last_block as usize,
                     })
                     .collect(),
+                rupture_fields: match scenario.recording.rupture_fields_from_blocks {
+                    0 => None,
+                    from_blocks => Some(RuptureFields {
+                        from_blocks,
+                        every_steps: steps(scenario.recording.rupture_fields_s),
+                    }),
+                },
             },
         };
         if scenario.time.start == Start::Loaded {

@@ -508,6 +508,22 @@ pub const KEYS: &[Key] = &[
         kind: Flag,
         default: Is(Value::Flag(true)),
     },
+    Key {
+        path: "recording.rupture_fields_from_blocks",
+        symbol: "",
+        doc: "Whether to record the states of all blocks while at least so many blocks slide at once, at the cadence \
+              recording.rupture_fields_s; 0 for not at all. So large ruptures are recorded whose time is not known \
+              before.",
+        kind: Count(0, MOST_BLOCKS),
+        default: Is(Value::Count(0)),
+    },
+    Key {
+        path: "recording.rupture_fields_s",
+        symbol: "",
+        doc: "Cadence of these states, a whole number of steps; 0 if there are none.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.0)),
+    },
 ];
 
 /// What was drawn at random, in texts that the program writes, for other programs: it follows from

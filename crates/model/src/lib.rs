@@ -81,7 +81,9 @@ pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
 pub use load::LoadCourse;
 pub use mixed::mixed;
-pub use plan::{Ageing, Drive, DriveSpring, Friction, InitialState, Law, Plan, RecordingPlan, WindowPlan};
+pub use plan::{
+    Ageing, Drive, DriveSpring, Friction, InitialState, Law, Plan, RecordingPlan, RuptureFields, WindowPlan,
+};
 pub use resolve::{ResolveError, resolve};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};

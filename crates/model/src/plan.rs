@@ -202,6 +202,31 @@ pub struct RecordingPlan {
     pub event_fields: bool,
     /// Dense windows of chosen blocks.
     pub windows: Vec<WindowPlan>,
+    /// Whether to record all blocks while many slide.
+    pub rupture_fields: Option<RuptureFields>,
+}
+
+/// When to record all blocks because many slide at once: a window that the run itself opens. Its
+/// records have the number behind those of the dense windows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RuptureFields {
+    /// Fewest blocks that slide in the step, 1 or more.
+    pub from_blocks: u32,
+    /// Multiples of so many steps are recorded, 1 or more.
+    pub every_steps: u64,
+}
+
+impl RuptureFields {
+    /// Whether they are recorded after a step in which so many blocks slid.
+    pub fn are_due(&self, step: u64, sliding: u32) -> bool {
+        sliding >= self.from_blocks && step.is_multiple_of(self.every_steps)
+    }
+
+    /// The next step after `step` after which they are recorded, if so many blocks go on sliding.
+    pub fn next_due(&self, step: u64, detached: u32) -> Option<u64> {
+        (detached >= self.from_blocks)
+            .then(|| (step / self.every_steps).saturating_add(1).checked_mul(self.every_steps))?
+    }
 }
 
 /// A dense window: steps `from, from + every, ...` up to `to`, some blocks.

@@ -200,6 +200,10 @@ pub struct Recording {
     pub sample_s: f64,
     pub fields_s: f64,
     pub event_fields: bool,
+    #[serde(skip_serializing_if = "is_default")]
+    pub rupture_fields_from_blocks: u32,
+    #[serde(skip_serializing_if = "is_default")]
+    pub rupture_fields_s: f64,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub window: Vec<Window>,
 }

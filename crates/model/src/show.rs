@@ -1,5 +1,7 @@
 //! A scenario as TOML to read and to edit, commented from the key table.
 
+use asperity_record::TimeGrid;
+
 use crate::derive::{ADVISED_SHARE, drawn_offsets};
 use crate::keys::{self, DRAWN_KEYS, KEYS, Key, WINDOW_KEYS};
 use crate::law_keys;
@@ -57,6 +59,9 @@ impl Scenario {
             let drawn = toml::Value::Array(drawn.into_iter().map(toml::Value::Float).collect());
             comment_and_value(&mut out, key, name, &drawn, None);
         }
+        if leave_to_parameter_set && self.recording.window.is_empty() {
+            out.push_str(&self.example_of_a_window());
+        }
         for window in &self.recording.window {
             out.push_str("\n[[recording.window]]\n");
             let value = toml::Value::try_from(window).expect("a window is plain numbers");
@@ -70,6 +75,29 @@ impl Scenario {
 }
 
 impl Scenario {
+    /// A dense window of the whole run and all blocks, commented out.
+    fn example_of_a_window(&self) -> String {
+        let grid = TimeGrid::new(self.time.step_s);
+        let every_steps = (grid.nearest_step(self.time.duration_s) / 1000).max(1);
+        let example = |key: &str| match key {
+            "to_s" => toml::Value::Float(self.time.duration_s),
+            "every_s" => toml::Value::Float(grid.time_s(every_steps)),
+            "first_block" => toml::Value::Integer(1),
+            "last_block" => toml::Value::Integer(i64::from(self.slider.blocks)),
+            _ => toml::Value::Float(0.0),
+        };
+        let mut out = "\n# Dense windows record the state of chosen blocks at short intervals, as many windows as wanted.\n\
+                       # This one is an example; uncomment its lines for a window.\n# [[recording.window]]\n"
+            .to_owned();
+        for key in WINDOW_KEYS {
+            for line in wrap(&format!("{} Accepted: {}.", key.doc, key.kind), 96) {
+                out.push_str(&format!("#   {line}\n"));
+            }
+            out.push_str(&format!("# {} = {}\n", key.path, example(key.path)));
+        }
+        out
+    }
+
     /// How far the time step is from where the scheme is unstable.
     fn comment_on_step(&self) -> String {
         let longest_s = self.longest_stable_step_s();
@@ -140,6 +168,34 @@ mod tests {
             assert_eq!(resolve(&scenario.to_commented_toml()).unwrap(), scenario);
             assert_eq!(resolve(&scenario.to_editable_toml()).unwrap(), scenario);
         }
+    }
+
+    /// The example of a dense window is one: uncommented, it is accepted, and says what it says.
+    #[test]
+    fn the_window_shown_as_an_example_is_a_window() {
+        for (name, text) in crate::builtin::all() {
+            let scenario = resolve(text).unwrap();
+            let shown = scenario.to_editable_toml();
+            if !scenario.recording.window.is_empty() {
+                assert!(!shown.contains("# [[recording.window]]"), "{name}");
+                continue;
+            }
+            let is_of_example = |line: &str| {
+                line.starts_with("# [[") || line.split(' ').nth(2) == Some("=") && !line.contains("uncomment")
+            };
+            let from = shown.find("\n# Dense windows").unwrap();
+            let lines = shown[from..].lines();
+            let lines = lines.map(|line| if is_of_example(line) { &line[2..] } else { line });
+            let uncommented = shown[..from].to_owned() + &lines.collect::<Vec<&str>>().join("\n");
+            let windows =
+                resolve(&uncommented).unwrap_or_else(|errors| panic!("{name}: {errors}")).recording.window;
+            assert_eq!(windows.len(), 1, "{name}");
+            assert_eq!(
+                (windows[0].to_s, windows[0].last_block),
+                (scenario.time.duration_s, scenario.slider.blocks)
+            );
+        }
+        assert!(!resolve("").unwrap().to_commented_toml().contains("Dense windows"), "logs have no examples");
     }
 
     /// Written out, mass and damping of the set as-coded once ran under the name

@@ -45,7 +45,7 @@ pub struct MostLogBytes {
     pub samples: u64,
     /// States of all blocks that are scheduled, that of the start included.
     pub states: u64,
-    /// Records of dense windows.
+    /// Records of dense windows, and of ruptures as if enough blocks slid all the time.
     pub window_records: u64,
     /// Bytes of all these, with all that every log has.
     pub scheduled_bytes: u64,
@@ -98,6 +98,7 @@ fn plain_step_s(plan: Plan, trial: Duration) -> f64 {
         fields_every_steps: 0,
         event_fields: false,
         windows: Vec::new(),
+        rupture_fields: None,
     };
     let mut solver = SolverKind::Plain.start(Plan { recording, ..plan });
     let started = Instant::now();
@@ -141,10 +142,13 @@ impl MostLogBytes {
             let count = (window.to_step - window.from_step) / window.every_steps + 1;
             (count, step + most.window(window.blocks.len()))
         });
+        // As if so many blocks slid all the time; these records stand without one of their step.
+        let of_rupture =
+            recording.rupture_fields.map(|fields| (on_cadence(fields.every_steps), most.window(plan.blocks)));
         // Steps may be so many that no number holds the bytes of a record of each.
         let times = |count: u64, bytes: u64| count.saturating_mul(bytes);
         let (window_records, window_bytes) =
-            of_windows.fold((0, 0), |(records, bytes): (u64, u64), (count, each)| {
+            of_windows.chain(of_rupture).fold((0, 0), |(records, bytes): (u64, u64), (count, each)| {
                 (records.saturating_add(count), bytes.saturating_add(times(count, each)))
             });
         let frame = most.frame() + checkpoint + state;

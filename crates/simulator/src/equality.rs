@@ -220,6 +220,7 @@ fn bare(plan: &Plan) -> Plan {
     plan.recording.fields_every_steps = (plan.steps / 100).max(1);
     plan.recording.event_fields = false;
     plan.recording.windows.clear();
+    plan.recording.rupture_fields = None;
     plan
 }
 

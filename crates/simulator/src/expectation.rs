@@ -19,7 +19,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use asperity_model::{Law, Plan, Reattach};
+use asperity_model::{Law, Plan, Reattach, RuptureFields};
 use asperity_record::{Direction, FieldRecord, Record, RunStatus, StepRecord, Switch, WindowRecord};
 
 use crate::audit::Audit;
@@ -34,6 +34,7 @@ use crate::state::ChainState;
 const ROUNDING: f64 = 1e-12;
 
 const MISSING_FIELDS: &str = "the state of all blocks, which the scenario asks for, does not follow";
+const OWED_WINDOW: &str = "the state of a dense window that was due before is not there";
 const MISSING_WINDOW: &str = "the state of a dense window, which the scenario asks for, does not follow";
 
 /// A record that no run of the plan gives in this place.
@@ -71,6 +72,8 @@ pub struct Expectation {
     budget: Budget,
     audit: Audit,
     stop: Option<SimulationError>,
+    /// The next step whose record is the state of a rupture alone, if no block switches before.
+    rupture_due: Option<u64>,
     /// The last state of all blocks, for the windows of the same step.
     fields: Option<FieldRecord>,
 }
@@ -124,6 +127,7 @@ impl Expectation {
             budget: Budget::of(&plan),
             audit: Audit::of(&plan),
             stop: None,
+            rupture_due: None,
             fields: None,
             plan,
         }
@@ -201,6 +205,7 @@ impl Expectation {
     fn lose_sight(&mut self) {
         self.last = None;
         self.due.clear();
+        self.rupture_due = None;
         self.fields_are_open = true;
         self.anchor_m.fill(f64::NAN);
         self.stuck_since_step.fill(u64::MAX);
@@ -222,11 +227,14 @@ impl Expectation {
             self.lose_sight();
         }
         let step = record.step;
+        if self.rupture_due.is_some_and(|due| due < step) && !self.has_gaps {
+            return Err(MISSING_WINDOW.to_owned());
+        }
         let edge = match &self.last {
             Some(last) => {
                 let edge = last.is_before_edge();
                 let last_step = last.record.step;
-                let next = if edge { last_step + 1 } else { recorder::next_due(&self.plan, last_step) };
+                let next = if edge { last_step + 1 } else { recorder::next_step_due(&self.plan, last_step) };
                 if step > next {
                     return Err(format!("there is no record of step {next}, which the scenario asks for"));
                 }
@@ -255,7 +263,9 @@ impl Expectation {
         let Some(detached) = (record.sliding + detach).checked_sub(attach) else {
             return Err(format!("{attach} blocks re-attach, and {} slide", record.sliding));
         };
-        self.due = recorder::due_states(&self.plan, step, edge.unwrap_or(false)).collect();
+        self.due = recorder::due_states(&self.plan, step, edge.unwrap_or(false), record.sliding).collect();
+        let of_rupture = self.plan.recording.rupture_fields;
+        self.rupture_due = of_rupture.and_then(|fields| fields.next_due(step, detached));
         self.fields_are_open = edge.is_none();
         self.fields = None;
         self.last = Some(Last { record: record.clone(), detached });
@@ -430,7 +440,8 @@ impl Expectation {
             self.is_state_of(&last.record, record)?;
         }
         self.anchor_m.copy_from_slice(&record.stick_position_m);
-        if !self.plan.recording.windows.is_empty() {
+        let recording = &self.plan.recording;
+        if !recording.windows.is_empty() || recording.rupture_fields.is_some() {
             self.fields = Some(record.clone());
         }
         Ok(())
@@ -552,18 +563,25 @@ impl Expectation {
     fn window(&mut self, record: &WindowRecord, is_after_gap: bool) -> Result<(), String> {
         self.begun = true;
         if self.owed_windows && !is_after_gap {
-            return Err("the state of a dense window that was due before is not there".to_owned());
+            return Err(OWED_WINDOW.to_owned());
         }
         self.owed_windows = false;
-        let plan = &self.plan.recording.windows;
-        let Some(of) = plan.get(record.window as usize) else {
+        let recording = &self.plan.recording;
+        let index = record.window as usize;
+        let of_rupture = recording.rupture_fields.filter(|_| index == recording.windows.len());
+        if index >= recording.windows.len() && of_rupture.is_none() {
             return Err(format!("the scenario has no dense window {}", record.window));
-        };
-        let expected = (of.blocks.start as u32 + 1, of.blocks.len());
+        }
+        let blocks = recorder::blocks_of(&self.plan, index);
+        let expected = (blocks.start as u32 + 1, blocks.len());
         if (record.first_block, record.displacement_m.len()) != expected {
             return Err(format!("dense window {} is of other blocks", record.window));
         }
-        let Some(last) = self.last.as_ref().filter(|last| last.record.step == record.step) else {
+        let is_of_last = self.last.as_ref().is_some_and(|last| last.record.step == record.step);
+        if let Some(fields) = of_rupture.filter(|_| !is_of_last) {
+            return self.of_rupture(record, fields, is_after_gap);
+        }
+        let Some(last) = self.last.as_ref().filter(|_| is_of_last) else {
             if !self.has_gaps {
                 return Err("there is no step record of this dense window".to_owned());
             }
@@ -575,13 +593,13 @@ impl Expectation {
         }
         // States stand in the order in which they are due; one before it may be missing.
         while let Some(due) = self.due.pop_front() {
-            if due == Due::Window(record.window as usize) {
+            if due == Due::Window(index) {
                 if let Some(fields) = &self.fields {
                     let of_all =
                         [&fields.displacement_m, &fields.velocity_m_per_s, &fields.tangential_force_n];
                     let found =
                         [&record.displacement_m, &record.velocity_m_per_s, &record.tangential_force_n];
-                    if of_all.iter().zip(found).any(|(all, found)| all[of.blocks.clone()] != found[..]) {
+                    if of_all.iter().zip(found).any(|(all, found)| all[blocks.clone()] != found[..]) {
                         return Err("a dense window and the state of all blocks differ".to_owned());
                     }
                 }
@@ -596,5 +614,38 @@ impl Expectation {
             }
         }
         Err("a dense window stands where the scenario asks for none".to_owned())
+    }
+
+    /// The state of a rupture after a step that has no record: between two others, while no block
+    /// switches.
+    fn of_rupture(
+        &mut self,
+        record: &WindowRecord,
+        fields: RuptureFields,
+        is_after_gap: bool,
+    ) -> Result<(), String> {
+        if !fields.are_due(record.step, record.sliding) {
+            return Err("the state of a rupture stands where the scenario asks for none".to_owned());
+        }
+        self.nothing_is_due()?;
+        if self.has_gaps {
+            // Which steps are missing is not known; what was due before is excused by this one alone.
+            if std::mem::take(&mut self.owed_windows) && !is_after_gap {
+                return Err(OWED_WINDOW.to_owned());
+            }
+            return Ok(());
+        }
+        let detached = self.last.as_ref().map_or(0, |last| last.detached);
+        if record.sliding != detached {
+            return Err(format!("{} blocks slide, and {detached} are detached", record.sliding));
+        }
+        match self.rupture_due {
+            Some(due) if due == record.step => {
+                self.rupture_due = fields.next_due(due, detached);
+                Ok(())
+            }
+            Some(due) if due < record.step => Err(MISSING_WINDOW.to_owned()),
+            _ => Err("the state of a rupture stands where the scenario asks for none".to_owned()),
+        }
     }
 }

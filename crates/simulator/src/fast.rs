@@ -420,7 +420,7 @@ impl Solver for Fast {
         self.stepper.restore(state);
         self.leap = None;
         self.is_inside = false;
-        self.recorder.continue_after(&self.plan, state.step);
+        self.recorder.continue_after(&self.plan, state);
     }
 }
 

@@ -86,6 +86,6 @@ impl Solver for Plain {
 
     fn restore(&mut self, state: &ChainState) {
         self.stepper.restore(state);
-        self.recorder.continue_after(&self.plan, state.step);
+        self.recorder.continue_after(&self.plan, state);
     }
 }

@@ -29,7 +29,7 @@ impl Recorder {
         let stop = state_not_finite(initial);
         let first = Record::Fields(fields(plan, initial));
         Recorder {
-            due_step: next_due(plan, initial.step),
+            due_step: next_due(plan, initial.step, initial.detached),
             ready: if stop.is_none() { VecDeque::from([first]) } else { VecDeque::new() },
             audit: Audit::of(plan),
             stop,
@@ -79,15 +79,15 @@ impl Recorder {
         let record = load(plan, step, state.hold_step, 0, driving, None, Vec::new());
         self.is_finite(not_finite(&record, step, state))?;
         self.ready.push_back(Record::Step(record));
-        self.due_step = next_due(plan, step);
+        self.due_step = next_due(plan, step, state.detached);
         Ok(())
     }
 
-    /// Forgets what is ready, and goes on behind `step`.
-    pub(crate) fn continue_after(&mut self, plan: &Plan, step: u64) {
+    /// Forgets what is ready, and goes on behind a state.
+    pub(crate) fn continue_after(&mut self, plan: &Plan, state: &ChainState) {
         self.ready.clear();
         self.stop = None;
-        self.due_step = next_due(plan, step);
+        self.due_step = next_due(plan, state.step, state.detached);
     }
 
     /// Takes note of a single step: records it if a block switched in it, if it is
@@ -120,19 +120,33 @@ impl Recorder {
         edge: bool,
     ) -> Result<(), SimulationError> {
         let step = state.step;
+        if !edge && switched.is_empty() && next_step_due(plan, step - 1) != step {
+            // Nothing but the state of a rupture is asked for. Where it is not finite, the next step
+            // record says so, as it does in a run without these states.
+            if state_not_finite(state).is_none() {
+                self.states(plan, state, false);
+            }
+            self.due_step = next_due(plan, step, state.detached);
+            return Ok(());
+        }
         let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
         let record = load(plan, step, state.hold_step, state.sliding, driving, energy, switches);
         self.is_finite(state_not_finite(state).or_else(|| not_finite(&record, step, state)))?;
         self.stop = self.audit.stops(&record);
         self.ready.push_back(Record::Step(record));
-        for due in due_states(plan, step, edge) {
+        self.states(plan, state, edge);
+        self.due_step = next_due(plan, step, state.detached);
+        Ok(())
+    }
+
+    /// Records the states that are due behind a step.
+    fn states(&mut self, plan: &Plan, state: &ChainState, edge: bool) {
+        for due in due_states(plan, state.step, edge, state.sliding) {
             self.ready.push_back(match due {
                 Due::Fields => Record::Fields(fields(plan, state)),
-                Due::Window(index) => window_record(plan, state, index, &plan.recording.windows[index]),
+                Due::Window(index) => window_record(plan, state, index),
             });
         }
-        self.due_step = next_due(plan, step);
-        Ok(())
     }
 
     /// That nothing was found which is not finite; or else the run ends here.
@@ -168,28 +182,37 @@ fn load(
 pub(crate) enum Due {
     /// Of all blocks.
     Fields,
-    /// Of a dense window, by its number in the plan.
+    /// Of a dense window, by its number in the plan, or of a rupture, by the number behind those.
     Window(usize),
 }
 
-/// What is recorded behind the record of a step, in this order; `edge` tells whether the step is the
-/// onset or end of a slip event.
-pub(crate) fn due_states(plan: &Plan, step: u64, edge: bool) -> impl Iterator<Item = Due> {
+/// What is recorded behind a step, in this order; `edge` tells whether the step is the onset or end of
+/// a slip event, `sliding` how many blocks slid in it. The state of a rupture may be all there is of a
+/// step, everything else follows the record of its step.
+pub(crate) fn due_states(plan: &Plan, step: u64, edge: bool, sliding: u32) -> impl Iterator<Item = Due> {
     let recording = &plan.recording;
     let fields = (edge && recording.event_fields) || is_on_cadence(recording.fields_every_steps, step);
     let is_in = move |window: &WindowPlan| next_in_window(window, step - 1) == Some(step);
     let windows = recording.windows.iter().enumerate();
     let windows = windows.filter(move |(_, window)| is_in(window)).map(|(index, _)| Due::Window(index));
-    fields.then_some(Due::Fields).into_iter().chain(windows)
+    let of_rupture = recording.rupture_fields.is_some_and(|fields| fields.are_due(step, sliding));
+    let of_rupture = of_rupture.then_some(Due::Window(recording.windows.len()));
+    fields.then_some(Due::Fields).into_iter().chain(windows).chain(of_rupture)
 }
 
 pub(crate) fn is_on_cadence(every: u64, step: u64) -> bool {
     every > 0 && step.is_multiple_of(every)
 }
 
-/// The first step after `step` at which a cadence or the end of the run asks
-/// for a record; behind the end there is none.
-pub(crate) fn next_due(plan: &Plan, step: u64) -> u64 {
+/// The first step after `step` at which a cadence, a rupture or the end of the run asks for a record;
+/// behind the end there is none. `detached` blocks slide until then.
+pub(crate) fn next_due(plan: &Plan, step: u64, detached: u32) -> u64 {
+    let of_rupture = plan.recording.rupture_fields.and_then(|fields| fields.next_due(step, detached));
+    next_step_due(plan, step).min(of_rupture.unwrap_or(u64::MAX))
+}
+
+/// The same of the records of steps, which states of ruptures do not have.
+pub(crate) fn next_step_due(plan: &Plan, step: u64) -> u64 {
     if step >= plan.steps {
         return u64::MAX;
     }
@@ -235,8 +258,13 @@ pub(crate) fn fields(plan: &Plan, state: &ChainState) -> FieldRecord {
     }
 }
 
-fn window_record(plan: &Plan, state: &ChainState, index: usize, window: &WindowPlan) -> Record {
-    let blocks = window.blocks.clone();
+/// The blocks of a dense window, or of a rupture, counted from 0.
+pub(crate) fn blocks_of(plan: &Plan, index: usize) -> std::ops::Range<usize> {
+    plan.recording.windows.get(index).map_or(0..plan.blocks, |window| window.blocks.clone())
+}
+
+fn window_record(plan: &Plan, state: &ChainState, index: usize) -> Record {
+    let blocks = blocks_of(plan, index);
     Record::Window(WindowRecord {
         window: index as u32,
         step: state.step,

@@ -1,7 +1,7 @@
 //! What a solver records is what a plan makes one expect, and hardly anything else is.
 
 use asperity_model::Plan;
-use asperity_record::{Energy, Record, RunStatus, StepRecord};
+use asperity_record::{Energy, Record, RunStatus, StepRecord, WindowRecord};
 use asperity_simulator::{Departure, Expectation, Fast, Plain, Solver};
 
 const SHORT: [&str; 4] =
@@ -41,6 +41,9 @@ fn take(
 
 const WINDOWS: &str = "recording.window=[{from_s=0.02,to_s=0.03,every_s=1e-5,first_block=2,last_block=5},{from_s=0,to_s=0.1,every_s=3e-3,first_block=1,last_block=12}]";
 
+/// While three blocks slide at once.
+const RUPTURES: [&str; 2] = ["recording.rupture_fields_from_blocks=3", "recording.rupture_fields_s=2e-5"];
+
 /// Recorded densely, so that there is some of everything.
 fn dense() -> Vec<Plan> {
     [
@@ -50,6 +53,8 @@ fn dense() -> Vec<Plan> {
         &["drive.kind=left-right", "friction.reattach=two-way", WINDOWS],
         &["friction.ageing_coefficient=0.02", "friction.ageing_time_s=1e-3", WINDOWS],
         &["time.start=loaded", "recording.sample_s=1e-4"],
+        &RUPTURES,
+        &[RUPTURES[0], RUPTURES[1], "recording.sample_s=1e-4", "recording.event_fields=false", WINDOWS],
     ]
     .map(plan)
     .into()
@@ -208,4 +213,73 @@ fn a_load_that_was_reached_is_not_said_to_be_missing() {
     assert!(expectation.clone().finish(RunStatus::Complete, None).is_ok());
     let told = expectation.finish(RunStatus::LoadNotReached, None).unwrap_err();
     assert!(told.what.contains("and it has been"), "{told}");
+}
+
+/// The states of ruptures are those of a window that is always open, where enough blocks slide; and
+/// nothing else is recorded otherwise, by either solver.
+#[test]
+fn ruptures_are_recorded_while_they_are_large() {
+    let windows = |records: &[Record], number: u32| -> Vec<WindowRecord> {
+        let of = records.iter().filter_map(|record| match record {
+            Record::Window(record) if record.window == number => Some(record.clone()),
+            _ => None,
+        });
+        of.collect()
+    };
+    let open = "recording.window=[{from_s=0,to_s=0.1,every_s=2e-5,first_block=1,last_block=12}]";
+    let all = windows(&records(Plain::new(plan(&[open]))), 0);
+    let expected: Vec<WindowRecord> = all.into_iter().filter(|record| record.sliding >= 3).collect();
+    assert!(expected.len() > 30, "{} records", expected.len());
+    let bare = plan(&[]);
+    let with = plan(&RUPTURES);
+    for (plain, dense) in [
+        (records(Plain::new(bare.clone())), records(Plain::new(with.clone()))),
+        (records(Fast::new(bare)), records(Fast::new(with))),
+    ] {
+        assert_eq!(windows(&dense, 0).len(), expected.len());
+        for (found, expected) in windows(&dense, 0).iter().zip(&expected) {
+            assert_eq!((found.step, found.sliding), (expected.step, expected.sliding));
+            // The fast solver rounds otherwise.
+            let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs().max(1e-6);
+            let pairs = found.displacement_m.iter().zip(&expected.displacement_m);
+            assert!(pairs.clone().all(|(a, b)| close(*a, *b)), "step {}", found.step);
+        }
+        let others: Vec<Record> =
+            dense.into_iter().filter(|record| !matches!(record, Record::Window(_))).collect();
+        assert!(others == plain, "the other records are the same to the bit");
+    }
+}
+
+/// Records of ruptures where there should be none, or changed ones.
+#[test]
+fn states_of_ruptures_that_no_run_has_are_seen() {
+    let plan = plan(&RUPTURES);
+    let records = records(Fast::new(plan.clone()));
+    let number = |is: &dyn Fn(&WindowRecord) -> bool| {
+        let found = records.iter().position(|record| matches!(record, Record::Window(window) if is(window)));
+        found.expect("there is one")
+    };
+    let with_step = |number: usize| {
+        let Record::Window(window) = &records[number] else { panic!("a window") };
+        matches!(&records[number - 1], Record::Step(step) if step.step == window.step)
+    };
+    let alone =
+        (1..records.len()).find(|n| matches!(records[*n], Record::Window(_)) && !with_step(*n)).unwrap();
+    assert!(alone > 0 && number(&|window| window.sliding >= 3) <= alone);
+    let told = |change: &dyn Fn(&mut WindowRecord)| {
+        let mut all = records.clone();
+        let Record::Window(window) = &mut all[alone] else { panic!("a window") };
+        change(window);
+        take(&plan, &all, false, |_| true).unwrap_err().to_string()
+    };
+    assert!(told(&|window| window.step += 1).contains("where the scenario asks for none"));
+    assert!(told(&|window| window.step += 200).contains("does not follow"));
+    assert!(told(&|window| window.sliding += 1).contains("blocks slide, and"));
+    assert!(told(&|window| window.sliding = 2).contains("where the scenario asks for none"));
+    assert!(told(&|window| window.window = 1).contains("no dense window 1"));
+    assert!(told(&|window| window.first_block = 2).contains("of other blocks"));
+    // One twice, and one more at the end of a stretch.
+    let mut twice = records.clone();
+    twice.insert(alone, records[alone].clone());
+    assert!(take(&plan, &twice, false, |_| true).is_err());
 }

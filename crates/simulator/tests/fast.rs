@@ -351,8 +351,14 @@ fn dense_samples_are_handed_out_one_by_one() {
 
 #[test]
 fn a_restored_state_continues_to_the_bit() {
-    let cases: [&[&str]; 4] = [
+    let cases: [&[&str]; 5] = [
         &["time.duration_s=0.15"],
+        // States of ruptures, from inside of windows.
+        &[
+            "time.duration_s=0.15",
+            "recording.rupture_fields_from_blocks=2",
+            "recording.rupture_fields_s=1e-5",
+        ],
         // An unloaded block that chatters, until nothing is left of what leaps have saved.
         &["normal_load.tilt=1", "time.step_s=1e-7", "time.duration_s=0.004"],
         // Windows that cost what they save.

@@ -4,12 +4,12 @@
 //! lengths than can be told apart on paper. So memory grows by some tens of bytes with each run,
 //! whatever the number of its events.
 
-mod colours;
+pub(super) mod colours;
 mod curves;
 mod gather;
 mod map;
-mod paper;
-mod scale;
+pub(super) mod paper;
+pub(super) mod scale;
 
 use std::path::{Path, PathBuf};
 

@@ -4,6 +4,7 @@
 //! what colours say.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::Shift;
@@ -125,6 +126,14 @@ pub(super) enum Sheet {
     Stacked(Box<[Panel; 2]>),
     /// Two columns, row by row.
     Grid(Vec<Panel>),
+    /// A picture of another make.
+    Other(Arc<dyn Picture>),
+}
+
+/// What is drawn as a whole, without panels of this file.
+pub(super) trait Picture: std::fmt::Debug + Send + Sync {
+    /// Draws it as a PNG into a file that is there.
+    fn write(&self, path: &Path) -> Result<(), String>;
 }
 
 /// Pixels of a panel: 6 by 4 inches at 300 dots per inch.
@@ -140,6 +149,7 @@ impl Sheet {
     pub(super) fn write(&self, path: &Path) -> Result<(), String> {
         text::embed_font();
         let (width, height) = match self {
+            Sheet::Other(picture) => return picture.write(path),
             Sheet::Single(_) => PANEL,
             Sheet::Stacked(_) => (PANEL.0, PANEL.1 * 3 / 2),
             Sheet::Grid(panels) => (PANEL.0 * 2, PANEL.1 * (panels.len() as u32).div_ceil(2)),
@@ -160,6 +170,7 @@ impl Sheet {
                         panel.draw(&root, area)?;
                     }
                 }
+                Sheet::Other(_) => {}
             }
             root.present().map_err(|error| error.to_string())
         }

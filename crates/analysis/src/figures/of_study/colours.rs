@@ -17,7 +17,7 @@ const VIRIDIS: [(u8, u8, u8); 10] = [
 ];
 
 /// Colours for words, by Okabe and Ito, without their yellow, which is lost on white.
-pub(super) const WORDS: [RGBColor; 8] = [
+pub(crate) const WORDS: [RGBColor; 8] = [
     RGBColor(0, 0, 0),
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -29,10 +29,10 @@ pub(super) const WORDS: [RGBColor; 8] = [
 ];
 
 /// How much of the scale lines and marks use: its light end is lost on white.
-pub(super) const LINES: f64 = 0.88;
+pub(crate) const LINES: f64 = 0.88;
 
 /// The colour at a share of the scale.
-pub(super) fn viridis(share: f64) -> RGBColor {
+pub(crate) fn viridis(share: f64) -> RGBColor {
     let at = share.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     let low = (at.floor() as usize).min(VIRIDIS.len() - 2);
     let between = at - low as f64;

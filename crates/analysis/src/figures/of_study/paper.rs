@@ -9,13 +9,14 @@ use plotters::style::Color;
 use super::colours::viridis;
 use super::scale::Scale;
 use crate::figures::plot::{
-    Area, Dash, FRAME_WIDTH, GREY, INK, LABEL_TEXT, LINE_WIDTH, Marker, PANEL, TICK_TEXT, mark, stroke,
+    Area, Dash, FRAME_WIDTH, GREY, INK, LABEL_TEXT, LINE_WIDTH, Marker, PANEL, Picture, TICK_TEXT, mark,
+    stroke,
 };
 use crate::figures::text::{self, Align};
 
 /// Something in a panel, in values of its axes.
 #[derive(Debug, Clone)]
-pub(super) enum Item {
+pub(crate) enum Item {
     /// A line.
     Line(Vec<(f64, f64)>, Dash, RGBColor),
     /// A surface in a paler colour: so much of it, from 0 to 1.
@@ -28,19 +29,21 @@ pub(super) enum Item {
     Cell((f64, f64), (f64, f64), RGBColor),
     /// A grey cross: runs that are not there.
     Crossed((f64, f64)),
+    /// Small words in the middle of this point, or reading upwards from it.
+    Words((f64, f64), String, bool),
 }
 
 /// A panel.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Panel {
-    pub(super) title: String,
+pub(crate) struct Panel {
+    pub(crate) title: String,
     /// From back to front.
-    pub(super) items: Vec<Item>,
+    pub(crate) items: Vec<Item>,
 }
 
 /// What stands beside a row of the key.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Sample {
+pub(crate) enum Sample {
     Line(Dash, RGBColor),
     LineAndMarks(Dash, Marker, RGBColor),
     Marks(Marker, RGBColor),
@@ -53,23 +56,32 @@ pub(super) enum Sample {
 
 /// A colour bar.
 #[derive(Debug, Clone)]
-pub(super) struct Bar {
-    pub(super) scale: Scale,
+pub(crate) struct Bar {
+    pub(crate) scale: Scale,
     /// How much of the colour scale is in use.
-    pub(super) span: f64,
+    pub(crate) span: f64,
+}
+
+/// Where the key stands in the rectangle of a sheet.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Key {
+    /// At the right, with so many pixels.
+    Beside(i32),
+    /// At the foot, with room for so many rows, without a colour bar.
+    Below(i32),
 }
 
 /// A sheet of panels.
 #[derive(Debug, Clone)]
-pub(super) struct Paper {
-    pub(super) title: String,
-    pub(super) x: Scale,
-    pub(super) y: Scale,
-    pub(super) panels: Vec<Panel>,
-    pub(super) bar: Option<Bar>,
+pub(crate) struct Paper {
+    pub(crate) title: String,
+    pub(crate) x: Scale,
+    pub(crate) y: Scale,
+    pub(crate) panels: Vec<Panel>,
+    pub(crate) bar: Option<Bar>,
     /// Above the rows.
-    pub(super) heading: String,
-    pub(super) rows: Vec<(Sample, String)>,
+    pub(crate) heading: String,
+    pub(crate) rows: Vec<(Sample, String)>,
 }
 
 /// Pixels of a panel that stands beside others.
@@ -88,6 +100,9 @@ const SAMPLE: i32 = 100;
 const PAD: i32 = 28;
 const BAR_WIDTH: i32 = 56;
 
+/// Words in a panel, 7 points high.
+const SMALL_TEXT: f64 = 29.0;
+
 /// Digits stand a little above the middle of their line.
 const LOWER: i32 = 6;
 
@@ -96,8 +111,17 @@ const LETTER: f64 = 0.6;
 
 impl Paper {
     /// Draws it as a PNG into a file that is there.
-    pub(super) fn write(&self, path: &Path) -> Result<(), String> {
+    pub(crate) fn write(&self, path: &Path) -> Result<(), String> {
         text::embed_font();
+        let (width, height) = self.size();
+        let root = BitMapBackend::new(path, (width as u32, height as u32)).into_drawing_area();
+        root.fill(&WHITE).map_err(|error| error.to_string())?;
+        self.draw(&root, (0, 0), (width, height), Key::Beside(self.key_width()))?;
+        root.present().map_err(|error| error.to_string())
+    }
+
+    /// How many panels stand beside and above each other.
+    fn columns_and_rows(&self) -> (i32, i32) {
         let columns = match self.panels.len() {
             0 | 1 => 1,
             2..=4 => 2,
@@ -105,27 +129,57 @@ impl Paper {
         };
         let rows = (self.panels.len().max(1) as i32).div_euclid(columns)
             + i32::from(self.panels.len() as i32 % columns != 0);
+        (columns, rows)
+    }
+
+    fn title_height(&self) -> i32 {
+        if self.title.is_empty() { 0 } else { TITLE }
+    }
+
+    /// Width and height on a sheet of its own, in pixels.
+    fn size(&self) -> (i32, i32) {
+        let (columns, rows) = self.columns_and_rows();
         let key = self.key_width();
         let small = if columns == 1 { (PANEL.0 as i32 - key, PANEL.1 as i32) } else { SMALL_PANEL };
-        let title = if self.title.is_empty() { 0 } else { TITLE };
-        let (width, height) = (columns * small.0 + key, title + rows * small.1);
-        let root = BitMapBackend::new(path, (width as u32, height as u32)).into_drawing_area();
-        root.fill(&WHITE).map_err(|error| error.to_string())?;
-        let middle = (columns * small.0 / 2 + LEFT / 2, 20 + TITLE / 2);
-        fitted(&root, &self.title, middle, LABEL_TEXT, width - 2 * PAD, false)?;
+        (columns * small.0 + key, self.title_height() + rows * small.1)
+    }
+
+    /// Draws it into a rectangle of a picture: its upper left corner, its width and height.
+    pub(crate) fn draw(
+        &self,
+        root: &Area<'_>,
+        (left, top): (i32, i32),
+        (width, height): (i32, i32),
+        key: Key,
+    ) -> Result<(), String> {
+        let (columns, rows) = self.columns_and_rows();
+        let title = self.title_height();
+        let (beside, below) = match key {
+            Key::Beside(wide) => (wide, 0),
+            Key::Below(rows) => (0, ROW * rows),
+        };
+        let small = ((width - beside) / columns, (height - title - below) / rows);
+        let middle = (left + columns * small.0 / 2 + LEFT / 2, top + 20 + TITLE / 2);
+        fitted(root, &self.title, middle, LABEL_TEXT, width - 2 * PAD, false)?;
         for (n, panel) in self.panels.iter().enumerate() {
             let (column, row) = (n as i32 % columns, n as i32 / columns);
             let above = if panel.title.is_empty() { ABOVE } else { TITLE };
-            let low = (column * small.0 + LEFT, title + row * small.1 + above);
-            let high = ((column + 1) * small.0 - RIGHT, title + (row + 1) * small.1 - BELOW);
-            self.panel(&root, panel, low, high)?;
+            let low = (left + column * small.0 + LEFT, top + title + row * small.1 + above);
+            let high = (left + (column + 1) * small.0 - RIGHT, top + title + (row + 1) * small.1 - BELOW);
+            self.panel(root, panel, low, high)?;
         }
-        let top = title + if columns == 1 { ABOVE } else { TITLE };
-        self.key(&root, columns * small.0 + PAD, top, height - BELOW)?;
-        root.present().map_err(|error| error.to_string())
+        match key {
+            Key::Beside(_) => {
+                let above = if columns == 1 { ABOVE } else { TITLE };
+                let at = (left + columns * small.0 + PAD, top + title + above);
+                self.key(root, at, top + height - BELOW)
+            }
+            Key::Below(_) => self.key(root, (left + LEFT, top + height - below), top + height),
+        }
     }
 
-    fn key_width(&self) -> i32 {
+    /// How wide the key is beside the panels, in pixels.
+    pub(crate) fn key_width(&self) -> i32 {
         let letters = |text: &str| {
             (text.chars().filter(|c| !"{}_^".contains(*c)).count() as f64 * TICK_TEXT * LETTER) as i32
         };
@@ -184,7 +238,7 @@ impl Paper {
         fitted(root, &self.y.label(), (low.0 - LEFT + 45, middle.1), LABEL_TEXT, tall, true)
     }
 
-    fn key(&self, root: &Area<'_>, left: i32, top: i32, bottom: i32) -> Result<(), String> {
+    fn key(&self, root: &Area<'_>, (left, top): (i32, i32), bottom: i32) -> Result<(), String> {
         let heading = i32::from(!self.heading.is_empty());
         let below = ROW * (self.rows.len() as i32 + heading);
         let mut y = top + ROW / 2;
@@ -283,6 +337,11 @@ fn draw(
                 root.draw(&Rectangle::new([low, high], color.filled())).map_err(failed)?;
             }
         }
+        Item::Words(point, words, upward) => {
+            let Some((x, y)) = pixel(*point) else { return Ok(()) };
+            let half = if *upward { text::label_width(root, words, SMALL_TEXT)? / 2 } else { 0 };
+            text::draw(root, words, (x, y - half), SMALL_TEXT, Align::Center, *upward)?;
+        }
         Item::Crossed(point) => {
             if let Some(point) = pixel(*point) {
                 mark(root, point, Marker::Cross, GREY)?;
@@ -328,5 +387,11 @@ impl Sample {
             Sample::Crossed => mark(root, middle, Marker::Cross, GREY),
             Sample::Nothing => Ok(()),
         }
+    }
+}
+
+impl Picture for Paper {
+    fn write(&self, path: &Path) -> Result<(), String> {
+        Paper::write(self, path)
     }
 }

@@ -5,7 +5,7 @@ const MOST_TICKS: f64 = 7.0;
 
 /// An axis, or a colour bar.
 #[derive(Debug, Clone)]
-pub(super) struct Scale {
+pub(crate) struct Scale {
     label: String,
     from: f64,
     to: f64,
@@ -18,15 +18,15 @@ pub(super) struct Scale {
 
 /// A mark on an axis; those between bear no label.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Tick {
-    pub(super) at: f64,
-    pub(super) label: String,
+pub(crate) struct Tick {
+    pub(crate) at: f64,
+    pub(crate) label: String,
 }
 
 impl Scale {
     /// A scale that holds these values, with a margin as a share of its length on both sides.
     /// Values that have no place on a logarithmic scale are left out.
-    pub(super) fn of(
+    pub(crate) fn of(
         label: &str,
         log: bool,
         margin: f64,
@@ -50,7 +50,7 @@ impl Scale {
     }
 
     /// The same, from zero where that leaves no more than half of it empty.
-    pub(super) fn down_to_zero(mut self, lowest: f64) -> Scale {
+    pub(crate) fn down_to_zero(mut self, lowest: f64) -> Scale {
         if !self.log && lowest >= 0.0 && lowest <= 0.5 * self.to {
             self.from = 0.0;
         }
@@ -58,41 +58,41 @@ impl Scale {
     }
 
     /// A scale of words, one after the other.
-    pub(super) fn of_words(label: &str, words: &[String]) -> Scale {
+    pub(crate) fn of_words(label: &str, words: &[String]) -> Scale {
         let to = words.len() as f64 - 0.5;
         Scale { label: label.to_owned(), from: -0.5, to, log: false, words: words.to_vec(), whole: true }
     }
 
     /// A scale with these ends, whatever values it holds.
-    pub(super) fn between(label: &str, from: f64, to: f64) -> Scale {
+    pub(crate) fn between(label: &str, from: f64, to: f64) -> Scale {
         Scale { label: label.to_owned(), from, to, log: false, words: Vec::new(), whole: false }
     }
 
     /// A scale with these ends, given as its values.
-    pub(super) fn reaching(mut self, from: f64, to: f64) -> Scale {
+    pub(crate) fn reaching(mut self, from: f64, to: f64) -> Scale {
         (self.from, self.to) = if self.log { (from.log10(), to.log10()) } else { (from, to) };
         self
     }
 
     /// How far along it a value stands, from 0 to 1; none if it is not on it.
-    pub(super) fn share(&self, value: f64) -> Option<f64> {
+    pub(crate) fn share(&self, value: f64) -> Option<f64> {
         let place = if self.log { value.log10() } else { value };
         let share = (place - self.from) / (self.to - self.from);
         (-1e-9..=1.0 + 1e-9).contains(&share).then_some(share)
     }
 
     /// The middle between two values.
-    pub(super) fn between_values(&self, a: f64, b: f64) -> f64 {
+    pub(crate) fn between_values(&self, a: f64, b: f64) -> f64 {
         if self.log { (a * b).sqrt() } else { (a + b) / 2.0 }
     }
 
     /// A value beyond `b`, as far from it as half of what `a` is from it.
-    pub(super) fn beyond(&self, a: f64, b: f64) -> f64 {
+    pub(crate) fn beyond(&self, a: f64, b: f64) -> f64 {
         if self.log { b * (b / a).sqrt() } else { b + (b - a) / 2.0 }
     }
 
     /// The ends of a cell about a value that stands alone.
-    pub(super) fn about(&self, value: f64) -> (f64, f64) {
+    pub(crate) fn about(&self, value: f64) -> (f64, f64) {
         if !self.words.is_empty() {
             (value - 0.5, value + 0.5)
         } else if self.log {
@@ -103,7 +103,7 @@ impl Scale {
     }
 
     /// Its label, with the power of ten that is taken out of its numbers.
-    pub(super) fn label(&self) -> String {
+    pub(crate) fn label(&self) -> String {
         let power = self.power();
         if power == 0 {
             return self.label.clone();
@@ -124,7 +124,7 @@ impl Scale {
     }
 
     /// The values that are labelled.
-    pub(super) fn ticks(&self) -> Vec<Tick> {
+    pub(crate) fn ticks(&self) -> Vec<Tick> {
         if !self.words.is_empty() {
             let tick = |(n, word): (usize, &String)| Tick { at: n as f64, label: word.clone() };
             return self.words.iter().enumerate().map(tick).collect();
@@ -169,7 +169,7 @@ impl Scale {
     }
 
     /// Values marked without a label: those between powers of ten.
-    pub(super) fn between_ticks(&self) -> Vec<f64> {
+    pub(crate) fn between_ticks(&self) -> Vec<f64> {
         if !self.log {
             return Vec::new();
         }
@@ -188,7 +188,7 @@ fn power_of_ten(n: i32) -> String {
 
 /// A number as it stands in a figure: four digits, and very large and small ones with a power of
 /// ten.
-pub(super) fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     let plain = |value: f64, digits: i32| {
         let decimals = (digits - 1 - value.abs().log10().floor() as i32).max(0) as usize;
         let text = format!("{value:.decimals$}");

@@ -1,0 +1,79 @@
+//! A page of pictures, one above or beside the other, with a table of numbers.
+
+use std::path::Path;
+
+use plotters::prelude::{BitMapBackend, IntoDrawingArea, WHITE};
+
+use super::of_study::paper::{Key, Paper};
+use super::plot::{Area, Dash, FRAME_WIDTH, INK, LABEL_TEXT, Picture, TICK_TEXT, stroke};
+use super::text::{self, Align};
+
+/// A page of the format A4 upright, 300 dots per inch.
+const SIZE: (i32, i32) = (2480, 3508);
+const MARGIN: i32 = 60;
+const TITLE: i32 = 130;
+
+/// Height of a row of the table.
+const ROW: i32 = 66;
+
+/// What stands on a page, from top to bottom.
+#[derive(Debug)]
+pub(super) struct Page {
+    pub(super) title: String,
+    /// Each over the whole width.
+    pub(super) wide: Vec<Paper>,
+    /// Side by side below them.
+    pub(super) beside: Vec<Paper>,
+    /// At the foot: what a number is of, and the number.
+    pub(super) numbers: Vec<(String, String)>,
+}
+
+impl Picture for Page {
+    fn write(&self, path: &Path) -> Result<(), String> {
+        text::embed_font();
+        let root = BitMapBackend::new(path, (SIZE.0 as u32, SIZE.1 as u32)).into_drawing_area();
+        root.fill(&WHITE).map_err(|error| error.to_string())?;
+        self.draw(&root)?;
+        root.present().map_err(|error| error.to_string())
+    }
+}
+
+impl Page {
+    fn draw(&self, root: &Area<'_>) -> Result<(), String> {
+        let width = SIZE.0 - 2 * MARGIN;
+        text::draw(root, &self.title, (SIZE.0 / 2, MARGIN + TITLE / 2), LABEL_TEXT, Align::Center, false)?;
+        let rows = self.numbers.len().div_ceil(2) as i32;
+        let table = ROW * rows + ROW;
+        let pictures = self.wide.len() as i32 + i32::from(!self.beside.is_empty());
+        let height = (SIZE.1 - 2 * MARGIN - TITLE - table) / pictures.max(1);
+        let mut top = MARGIN + TITLE;
+        // Keys of one width, so that the panels have one as well.
+        let key = self.wide.iter().map(Paper::key_width).max().unwrap_or(0);
+        for paper in &self.wide {
+            paper.draw(root, (MARGIN, top), (width, height), Key::Beside(key))?;
+            top += height;
+        }
+        let share = width / self.beside.len().max(1) as i32;
+        let key_rows = self.beside.iter().map(|paper| paper.rows.len() as i32).max().unwrap_or(0);
+        for (n, paper) in self.beside.iter().enumerate() {
+            paper.draw(root, (MARGIN + share * n as i32, top), (share, height), Key::Below(key_rows))?;
+        }
+        self.table(root, SIZE.1 - MARGIN - table + ROW / 2, rows)
+    }
+
+    /// In two columns, filled one after the other.
+    fn table(&self, root: &Area<'_>, top: i32, rows: i32) -> Result<(), String> {
+        let rule =
+            |y: i32| stroke(root, vec![(MARGIN, y), (SIZE.0 - MARGIN, y)], Dash::Solid, INK, FRAME_WIDTH);
+        let half = (SIZE.0 - 2 * MARGIN) / 2;
+        for (n, (of, number)) in self.numbers.iter().enumerate() {
+            let (column, row) = (n as i32 / rows.max(1), n as i32 % rows.max(1));
+            let left = MARGIN + column * half + 20;
+            let y = top + row * ROW + ROW / 2;
+            text::draw(root, of, (left, y), TICK_TEXT, Align::Left, false)?;
+            text::draw(root, number, (left + half * 11 / 20, y), TICK_TEXT, Align::Left, false)?;
+        }
+        rule(top)?;
+        rule(top + rows * ROW)
+    }
+}

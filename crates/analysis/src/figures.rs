@@ -41,12 +41,12 @@ use crate::wants::Wants;
 use kind::{AnyFigure, AnyPart, Parts};
 
 macro_rules! kinds {
-    ($($(#[$doc:meta])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
+    ($($(#[doc = $doc:literal])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
         /// The figures of a pipeline, by kind.
         #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Figures {
-            $($(#[$doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*
+            $($(#[doc = $doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*
         }
 
         impl Figures {
@@ -54,6 +54,17 @@ macro_rules! kinds {
                 let mut all: Vec<&dyn AnyFigure> = Vec::new();
                 $(all.extend(self.$field.iter().map(|figure| figure as &dyn AnyFigure));)*
                 all
+            }
+
+            /// All of them in the order of their files, each with what figures of its kind show.
+            pub(crate) fn told(&self) -> Vec<(Listed<'_>, &'static str)> {
+                let mut told = Vec::new();
+                $(told.extend(self.$field.iter().map(|figure| {
+                    let figure: &dyn AnyFigure = figure;
+                    (Listed { file: figure.file(), runs: figure.runs() }, concat!($($doc),*).trim_ascii())
+                }));)*
+                told.sort_by_key(|(figure, _)| figure.file);
+                told
             }
         }
     };
@@ -96,6 +107,12 @@ kinds! {
     "pulse" pulse: pulse::Pulse,
     /// Slip and speed of a pulse along the slider, and where it ends.
     "arrest" arrest: arrest::Arrest,
+}
+
+/// A figure by its file, and the runs that it is made of.
+pub(crate) struct Listed<'a> {
+    pub(crate) file: &'a str,
+    pub(crate) runs: Vec<&'a str>,
 }
 
 impl Figures {

@@ -166,7 +166,11 @@ fn words(schema: &Value) -> Vec<(&str, String)> {
 
 /// The comment on a key, on one line and as pages write symbols.
 fn said(schema: &Value) -> String {
-    let text = schema["description"].as_str().unwrap_or_default();
+    spelled(schema["description"].as_str().unwrap_or_default())
+}
+
+/// The words of a doc comment as they stand on a page.
+pub(crate) fn spelled(text: &str) -> String {
     let mut line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
     // What links lead to in rustdoc is not on the page.
     for link in ["[`LoadCurve`]", "[`balance_load_ratio`]", "[`screened_load_ratio`]"] {

@@ -16,6 +16,7 @@ mod man;
 mod outputs;
 mod progress;
 mod replay;
+mod report;
 #[cfg(feature = "analysis")]
 mod reproduce;
 mod run;
@@ -23,6 +24,7 @@ mod ruptures;
 mod salvage;
 mod scenario;
 mod study;
+mod study_page;
 mod summary;
 mod sweep;
 mod terminal;
@@ -85,6 +87,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Replay(arguments) => replay::command(&arguments, board),
         Command::Export(arguments) => export::command(&arguments, &board),
         Command::Diff(arguments) => diff::command(&arguments),
+        Command::Report(arguments) => report::command(&arguments, &board),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments, &board),
         #[cfg(feature = "analysis")]

@@ -53,7 +53,7 @@ asperity.longTable = (box, options) => {
       line.setAttribute("aria-selected", row === chosen);
       for (const column of options.columns) {
         const cell = line.insertCell(), text = column.text(row);
-        cell.textContent = text ?? "–";
+        cell.textContent = text === null ? "–" : text.replace("-", "−");
         cell.className = `${column.number ? "number" : ""}${text === null ? " none" : ""}`;
       }
       return line;

@@ -6,7 +6,7 @@ use asperity_page::markup::{Cell, Row, table, text};
 use asperity_record::unit_of;
 use toml::{Table, Value};
 
-use crate::symbols::{number, symbol};
+use crate::symbols::{number, rounded, symbol};
 
 /// The keys of a scenario with their values, in the order of the key table.
 pub(crate) struct Asked(Vec<(&'static Key, Value)>);
@@ -28,6 +28,22 @@ impl Asked {
         Asked(keys.filter_map(|key| Some((key, value(key)?))).collect())
     }
 
+    /// Whether a key speaks of what another one leaves out.
+    fn is_idle(&self, key: &Key) -> bool {
+        const NEEDS: [(&str, &[&str]); 4] = [
+            ("friction.ageing_time_s", &["friction.ageing_coefficient"]),
+            ("friction.spread_seed", &["friction.static_spread", "friction.dynamic_spread"]),
+            ("initial_velocity.mode", &["initial_velocity.amplitude_m_per_s"]),
+            ("normal_load.schedule_from", &["normal_load.schedule_s"]),
+        ];
+        const WEAKENING: &str = "velocity-weakening";
+        if key.path == "friction.weakening_velocity_m_per_s" {
+            return self.get("friction.law").and_then(Value::as_str) != Some(WEAKENING);
+        }
+        let is_off = |other: &&str| self.get(other).is_none_or(does_nothing);
+        NEEDS.iter().any(|(path, others)| *path == key.path && others.iter().all(is_off))
+    }
+
     pub(crate) fn get(&self, path: &str) -> Option<&Value> {
         self.0.iter().find(|(key, _)| key.path == path).map(|(_, value)| value)
     }
@@ -42,10 +58,9 @@ pub(crate) fn differing(all: &[Asked]) -> Vec<&'static Key> {
 /// The parameters that are the same in all scenarios, as a table. Those that nobody asked for and that
 /// do nothing are left out.
 pub(crate) fn parameters(first: &Asked, differing: &[&'static Key]) -> String {
-    let same = first
-        .0
-        .iter()
-        .filter(|(key, value)| !differing.iter().any(|other| other.path == key.path) && !does_nothing(value));
+    let same = first.0.iter().filter(|(key, value)| {
+        !differing.iter().any(|other| other.path == key.path) && !does_nothing(value) && !first.is_idle(key)
+    });
     let rows = same.map(|(key, value)| {
         Row::from(vec![
             Cell::Html(symbol(key.symbol)),
@@ -56,6 +71,49 @@ pub(crate) fn parameters(first: &Asked, differing: &[&'static Key]) -> String {
         ])
     });
     table("", &["symbol", "#value", "unit", "key", "meaning"], rows)
+}
+
+/// What describes the model in a few numbers, for the place beside its sketch.
+const MAIN: [&str; 16] = [
+    "slider.blocks",
+    "slider.length_m",
+    "slider.mass_kg",
+    "slider.youngs_modulus_pa",
+    "slider.relative_damping",
+    "friction.static_coefficient",
+    "friction.dynamic_coefficient",
+    "friction.interfacial_stiffness_ratio",
+    "drive.stiffness_n_per_m",
+    "drive.velocity_m_per_s",
+    "normal_load.total_n",
+    "normal_load.tilt",
+    "initial_shear.beta",
+    "prestress.ratio",
+    "time.step_s",
+    "time.duration_s",
+];
+
+/// The parameters that describe the model, in short; those that do nothing are left out, and of those
+/// that runs differ in it says so.
+pub(crate) fn main(first: &Asked, differing: &[&'static Key]) -> String {
+    let row = |path: &&str| {
+        let key = KEYS.iter().find(|key| key.path == *path)?;
+        let value = first.get(path)?;
+        let differs = differing.iter().any(|other| other.path == *path);
+        let (value, unit) = match (differs, value) {
+            (true, _) => ("differs".to_owned(), ""),
+            (false, value) if does_nothing(value) => return None,
+            (false, Value::Float(value)) => (rounded(*value, 6), unit(key)),
+            (false, other) => (text(other), unit(key)),
+        };
+        let title = text(key.doc);
+        Some(format!(
+            "<div title=\"{title}\"><dt>{}</dt><dd>{value} {}</dd></div>\n",
+            symbol(key.symbol),
+            text(unit)
+        ))
+    };
+    format!("<dl class=\"main\">\n{}</dl>\n", MAIN.iter().filter_map(row).collect::<String>())
 }
 
 /// The unit of a key; none for what is counted or chosen.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use asperity_page::markup::{Cell, Row, section, sortable_table, table, text};
 
-use crate::symbols::rounded;
+use crate::symbols::{formulas, rounded};
 
 /// A claim and what became of it; in the words of the table of claims.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,44 +140,60 @@ fn measured(judgement: &Judgement) -> String {
     format!("<span title=\"{}\">{ours}</span>", text(&judgement.rule))
 }
 
-/// What is said beside what it is about: those of the source first, those of this project apart.
+/// What is said beside what it is about: those of the source first, those of this project apart. What
+/// has the same words stands below them.
 pub(crate) fn beside(claims: &[&Claim]) -> String {
     let mut out = String::new();
     for (speaker, title) in SPEAKERS {
-        let of: Vec<&&Claim> = claims.iter().filter(|claim| claim.of == speaker).collect();
-        if of.is_empty() {
+        let mut quotes: Vec<(&str, Vec<&Claim>)> = Vec::new();
+        for claim in claims.iter().filter(|claim| claim.of == speaker) {
+            match quotes.iter_mut().find(|(quote, _)| *quote == claim.quote) {
+                Some((_, same)) => same.push(claim),
+                None => quotes.push((&claim.quote, vec![claim])),
+            }
+        }
+        if quotes.is_empty() {
             continue;
         }
-        out += &format!("<h4>{title} says</h4>\n<ul class=\"claims\">\n");
-        for claim in of {
-            let stated = match claim.stated.as_str() {
-                "" => text(&claim.own.rule),
-                stated => format!("stated {}", text(stated)),
-            };
-            let note = match claim.note.as_str() {
-                "" => String::new(),
-                note => format!(" <span class=\"soft\">{}</span>", text(note)),
-            };
-            out += &format!(
-                "<li>{} {}: {} <span class=\"soft\">({stated}; {})</span>{note}</li>\n",
-                verdict(&claim.own.verdict),
-                quoted(claim),
-                measured(&claim.own),
-                text(&claim.measure)
-            );
+        out += &format!("<h4>{title} says</h4>\n");
+        for (_, same) in quotes {
+            out += &format!("<p class=\"quote\">{}</p>\n<ul class=\"claims\">\n", quoted(same[0]));
+            for claim in same {
+                let stated = match claim.stated.as_str() {
+                    "" => text(&claim.own.rule),
+                    stated => format!("stated {}", text(stated)),
+                };
+                let note = match claim.note.as_str() {
+                    "" => String::new(),
+                    note => format!("; {}", text(note)),
+                };
+                out += &format!(
+                    "<li>{} {} <span class=\"soft\">{}, run {}; {stated}{note}</span></li>\n",
+                    verdict(&claim.own.verdict),
+                    measured(&claim.own),
+                    text(&claim.measure),
+                    link(&claim.run),
+                );
+            }
+            out += "</ul>\n";
         }
-        out += "</ul>\n";
     }
     out
 }
 
+/// The name of a run as a link to what the page says of it.
+pub(crate) fn link(run: &str) -> String {
+    format!("<a href=\"#run-{0}\" data-run=\"{0}\">{0}</a>", text(run))
+}
+
 /// The words of the source in quotation marks.
 fn quoted(claim: &Claim) -> String {
-    if claim.of == "the source" { format!("“{}”", text(&claim.quote)) } else { text(&claim.quote) }
+    let words = formulas(&claim.quote);
+    if claim.of == "the source" { format!("“{words}”") } else { words }
 }
 
 /// All claims, a table for each speaker.
-pub(crate) fn all(claims: &[Claim], link_of_run: &dyn Fn(&str) -> String) -> String {
+pub(crate) fn all(claims: &[Claim]) -> String {
     let mut out = String::new();
     for (number, (speaker, title)) in SPEAKERS.into_iter().enumerate() {
         let of: Vec<&Claim> = claims.iter().filter(|claim| claim.of == speaker).collect();
@@ -214,7 +230,7 @@ pub(crate) fn all(claims: &[Claim], link_of_run: &dyn Fn(&str) -> String) -> Str
             let mut cells = vec![
                 Cell::Html(verdict(&claim.own.verdict)),
                 Cell::text(&claim.about),
-                Cell::Html(link_of_run(&claim.run)),
+                Cell::Html(link(&claim.run)),
                 Cell::Html(format!("{}{note}", quoted(claim))),
                 Cell::Html(format!("<code>{}</code>", text(&claim.measure))),
                 if claim.stated.is_empty() { Cell::None } else { Cell::number(&claim.stated) },
@@ -298,8 +314,10 @@ mod tests {
         let listed = beside(&claims.iter().collect::<Vec<_>>());
         let (source, project) = listed.split_once("This project says").unwrap();
         assert!(source.matches("<li>").count() == 2 && project.matches("<li>").count() == 1);
-        assert!(source.contains("“it &lt;slips&gt;”") && project.contains(" it &lt;slips&gt;:"));
-        let table = all(&claims, &|run| run.to_owned());
+        // The words once, and without quotation marks where they are ours.
+        assert_eq!(source.matches("“it &lt;slips&gt;”").count(), 1);
+        assert!(project.contains(">it &lt;slips&gt;</p>"), "{project}");
+        let table = all(&claims);
         assert_eq!(table.matches("<table").count(), 2);
         assert!(table.contains("−1"), "{table}");
     }

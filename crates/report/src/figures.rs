@@ -4,7 +4,7 @@ use asperity_page::markup::{section, text};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use crate::claims::{Claim, beside, figures_named, numbered};
+use crate::claims::{Claim, beside, figures_named, link, numbered};
 
 /// A figure.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,12 +92,7 @@ impl Figure {
         let said = if said.is_empty() { said } else { format!("<div class=\"said\">{said}</div>\n") };
         let image =
             self.image().unwrap_or_else(|| "<p class=\"soft\">This figure is not there.</p>".to_owned());
-        let links: Vec<String> = self
-            .runs
-            .iter()
-            .take(8)
-            .map(|run| format!("<a href=\"#run-{0}\" data-run=\"{0}\">{0}</a>", text(run)))
-            .collect();
+        let links: Vec<String> = self.runs.iter().take(8).map(|run| link(run)).collect();
         let more = match self.runs.len().saturating_sub(8) {
             0 => String::new(),
             more => format!(" and {more} more"),

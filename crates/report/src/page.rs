@@ -6,7 +6,7 @@ use asperity_page::markup::{counted, section, text};
 use asperity_page::{CURVES, Document, LONG_TABLE, MAP, Part};
 use asperity_record::RunHeader;
 
-use crate::asked::{Asked, differing, parameters};
+use crate::asked::{self, Asked, differing, parameters};
 use crate::claims::{self, SPEAKERS, Score};
 use crate::sketch::sketch;
 use crate::study::{Run, Study};
@@ -24,8 +24,9 @@ impl Study {
         let sketches: Vec<String> = self.runs.iter().map(|run| sketch(&run.scenario)).collect();
         let what = match (sketches.first(), asked.first()) {
             (Some(sketch), Some(first)) => format!(
-                "{sketch}<details><summary>{}</summary>\n<div class=\"wide\">{}</div></details>\n",
-                if self.runs.len() == 1 { "Parameters" } else { "Parameters that all runs share" },
+                "<div class=\"model\">{sketch}{}</div>\n<details><summary>{}</summary>\n<div class=\"wide\">{}</div></details>\n",
+                asked::main(first, &differing),
+                if self.runs.len() == 1 { "All parameters" } else { "All parameters that the runs share" },
                 parameters(first, &differing)
             ),
             _ => String::new(),
@@ -38,7 +39,7 @@ impl Study {
             section("Runs", &runs::table_of(&self.runs, &asked, &differing)),
             runs::pair(&self.runs),
             runs::details(&self.runs, &asked, &differing, &self.claims, &self.figures, &sketches),
-            claims::all(&self.claims, &runs::link),
+            claims::all(&self.claims),
             section("Files", &runs::links(&self.links)),
             self.footer(),
         ];

@@ -113,6 +113,15 @@
     act();
     isFollowing = false;
   }
+  // Text with subscripts, as F_T/F_N.
+  function lettered(pen, text, x, y, scale) {
+    pen.textAlign = "left";
+    for (const [, index, plain] of text.matchAll(/_(\w)|([^_]+)/g)) {
+      pen.font = `${(index ? 9 : 12) * scale}px ${map.FONT}`;
+      pen.fillText(index ?? plain, x, y + (index ? 3 * scale : 0));
+      x += pen.measureText(index ?? plain).width;
+    }
+  }
   function marks(u) {
     const pen = u.ctx, scale = devicePixelRatio, { left, top, width, height } = u.bbox;
     const x = (t) => u.valToPos(t, "x", true), y = (load) => u.valToPos(load, "y", true);
@@ -122,9 +131,11 @@
     pen.save();
     pen.translate(left - 46 * scale, top + height / 2);
     pen.rotate(-Math.PI / 2);
-    pen.textAlign = "center";
-    pen.fillText("F_T / F_N", 0, 0);
+    lettered(pen, "F_T/F_N", -20 * scale, 0, scale);
     pen.restore();
+    pen.strokeStyle = colour("ink");
+    pen.lineWidth = scale;
+    pen.strokeRect(left, top, width, height);
     pen.beginPath();
     pen.rect(left, top, width, height);
     pen.clip();
@@ -133,19 +144,14 @@
       pen.strokeStyle = pen.fillStyle = colour(n ? "rust-line" : "blue-line");
       pen.setLineDash(n ? [8 * scale, 3 * scale, 2 * scale, 3 * scale] : [6 * scale, 4 * scale]);
       pen.beginPath(); pen.moveTo(left, y(value)); pen.lineTo(left + width, y(value)); pen.stroke();
-      const [letter, index] = name.split("_"), at = left + 6 * scale, foot = y(value) - 4 * scale;
-      pen.font = `${12 * scale}px ${map.FONT}`;
-      pen.fillText(letter, at, foot);
-      const next = at + pen.measureText(letter).width;
-      pen.font = `${9 * scale}px ${map.FONT}`;
-      pen.fillText(index, next, foot + 3 * scale);
+      lettered(pen, name, left + 6 * scale, y(value) + (y(value) - top < 18 * scale ? 13 : -5) * scale, scale);
     }
     pen.setLineDash([]);
     const { min, max } = u.scales.x;
     for (let k = 0; k < ruptures.length; k++) {
       const r = ruptures[k], t = onset(k);
       if (!r[KIND] || t < min || t > max || !isShown(k)) continue;
-      const look = LOOKS[LOOK_OF_KIND[r[KIND]]], px = x(t), py = y(r[FROM]), size = 4 * scale;
+      const look = LOOKS[LOOK_OF_KIND[r[KIND]]], px = x(t), py = y(r[FROM]), size = 3 * scale;
       pen.fillStyle = colour(`${look.colour}-line`);
       pen.beginPath();
       if (r[KIND] === 2) pen.rect(px - size, py - size, 2 * size, 2 * size);
@@ -235,7 +241,7 @@
       column("blocks", "blocks", blocks, (k) => `${blocks(k)}: ${ruptures[k][FIRST]}–${ruptures[k][LAST]}`),
       column("nucleation", "first sliding", (k) => ruptures[k][NUCLEATION], (k) => String(ruptures[k][NUCLEATION])),
       column("load", "F_T/F_N", (k) => ruptures[k][FROM], (k) => ruptures[k][FROM].toFixed(4)),
-      column("drop", "drop", drop, (k) => digits(drop(k), 3)),
+      column("drop", "drop (10⁻³)", drop, (k) => (drop(k) === null ? null : digits(drop(k) * 1e3, 3))),
       column("front", "v/c", front, (k) => digits(front(k), 3)),
       column("slip", "mean slip (µm)", (k) => ruptures[k][SLIP], (k) => (ruptures[k][SLIP] === null ? null : digits(ruptures[k][SLIP] * 1e6, 3))),
     ],

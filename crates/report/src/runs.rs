@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::asked::{self, Asked};
-use crate::claims::{Claim, beside};
+use crate::claims::{Claim, beside, link};
 use crate::figures::{Figure, is_beside_one};
 use crate::seen::SeenRupture;
 use crate::study::{Link, Run};
@@ -105,11 +105,6 @@ fn kind(seen: &SeenRupture) -> (u8, &'static str) {
     }
 }
 
-/// The name of a run as a link to what the page says of it.
-pub(crate) fn link(run: &str) -> String {
-    format!("<a href=\"#run-{0}\" data-run=\"{0}\">{0}</a>", text(run))
-}
-
 /// The table of runs: their numbers, and where they differ.
 pub(crate) fn table_of(runs: &[Run], asked: &[Asked], differing: &[&'static Key]) -> String {
     if runs.len() < 2 {
@@ -160,8 +155,8 @@ pub(crate) fn pair(runs: &[Run]) -> String {
     let options: String =
         runs.iter().map(|run| format!("<option value=\"{0}\">{0}</option>", text(&run.name))).collect();
     let chooser = format!(
-        "<label>run <select id=\"run\"{}>{options}</select></label>",
-        if runs.len() == 1 { " disabled" } else { "" }
+        "<label{}>run <select id=\"run\">{options}</select></label>",
+        if runs.len() == 1 { " hidden" } else { "" }
     );
     section(
         if runs.len() == 1 { "The run" } else { "The runs, one by one" },
@@ -293,13 +288,13 @@ fn widest(run: &Run) -> String {
             Cell::number(rupture.onset_s),
             Cell::text(format!("{} to {}", rupture.first_block, rupture.last_block)),
             Cell::Value(rupture.ft_fn_onset, rounded(rupture.ft_fn_onset, 4)),
-            optional(drop, 3),
+            optional(drop.map(|drop| drop * 1e3), 3),
             optional(speed.zip(run.summary.wave_speed_m_per_s).map(|(v, c)| v / c), 3),
             optional(rupture.mean_slip_m.map(|slip| slip * 1e6), 3),
         ])
     });
     let headings =
-        ["#rupture", "kind", "#onset (s)", "blocks", "#F_T/F_N", "#drop", "#v/c", "#mean slip (µm)"];
+        ["#rupture", "kind", "#onset (s)", "blocks", "#F_T/F_N", "#drop (10⁻³)", "#v/c", "#mean slip (µm)"];
     let caption = match run.seen.rupture_count {
         count if count > LISTED as u64 => format!("The {LISTED} widest of {count} ruptures"),
         _ => "Its ruptures, the widest first".to_owned(),

@@ -77,8 +77,11 @@ impl Sketch<'_> {
         self.chain();
         self.loads();
         self.drive();
+        // Without a bar above there is nothing above the loads.
+        let from = if self.from_above() { 0.0 } else { self.top() - 5.0 - LONGEST - 10.0 };
         format!(
-            "<svg class=\"sketch\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">{}</svg>\n",
+            "<svg class=\"sketch\" viewBox=\"0 {from} {WIDTH} {}\" role=\"img\" aria-label=\"{}\">{}</svg>\n",
+            HEIGHT - from,
             text(words),
             self.out
         )
@@ -280,13 +283,12 @@ impl Sketch<'_> {
             };
             self.spring([point, middle], [edge, middle]);
             self.path("g", &format!("M{point:.1} {:.1}v20", middle - 10.0));
-            let (above, anchor) = (middle - 22.0, if is_first { "end" } else { "start" });
+            let above = middle - 22.0;
             self.arrow([point - 14.0 * direction, above], [point + 14.0 * direction, above]);
             let middle_of = (point + edge) / 2.0;
             self.words(middle_of, middle + 22.0, "middle", "<tspan class=\"i\">K</tspan>");
             if n == 0 {
-                let x = if is_first { point + 22.0 } else { point - 22.0 };
-                self.words(x, above - 12.0, anchor, &velocity);
+                self.words(point - 30.0, above - 12.0, "start", &velocity);
             }
         }
     }
@@ -317,7 +319,9 @@ mod tests {
         assert_eq!((few.matches("<rect").count(), few.matches("· · ·").count()), (5, 0));
         assert!(few.contains("more towards"), "{few}");
         assert!(of(&["drive.kind='top'"]).contains("from the top"));
-        assert!(of(&["drive.kind='left-right'"]).contains("block 1 backwards"));
+        assert!(
+            of(&["drive.kind='left-right'", "friction.reattach='two-way'"]).contains("block 1 backwards")
+        );
         let rigid = of(&["friction.law='rigid'"]);
         assert!(rigid.contains("without a friction spring") && rigid.len() < side.len());
         for svg in [side, few, rigid] {

@@ -4,7 +4,7 @@ use asperity_model::Scenario;
 use asperity_page::Document;
 use asperity_page::markup::{Cell, Row, paragraph, section, sortable_table, table, text};
 
-use crate::asked::{Asked, parameters};
+use crate::asked::{Asked, main as main_of, parameters};
 use crate::figures::{Figure, figures};
 use crate::page::STYLE;
 use crate::runs::links;
@@ -47,10 +47,12 @@ impl Sweep {
         let varied: Vec<&'static Key> =
             self.varied.iter().filter_map(|(path, _)| KEYS.iter().find(|key| key.path == path)).collect();
         let asked = self.scenario.as_ref().map_or(String::new(), |scenario| {
+            let asked = Asked::of(scenario);
             format!(
-                "{}<details><summary>Parameters that all runs share</summary>\n<div class=\"wide\">{}</div></details>\n",
+                "<div class=\"model\">{}{}</div>\n<details><summary>Parameters that all runs share</summary>\n<div class=\"wide\">{}</div></details>\n",
                 sketch(scenario),
-                parameters(&Asked::of(scenario), &varied)
+                main_of(&asked, &varied),
+                parameters(&asked, &varied)
             )
         });
         let rows = self.varied.iter().map(|(path, values)| {

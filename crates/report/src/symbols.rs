@@ -33,6 +33,54 @@ pub(crate) fn symbol(written: &str) -> String {
     written.split(' ').map(part).collect::<String>()
 }
 
+/// Words with formulas between dollar signs, as the source writes them, as HTML.
+pub(crate) fn formulas(words: &str) -> String {
+    const SIGNS: [(&str, &str); 14] = [
+        ("\\rightarrow", "→"),
+        ("\\infty", "∞"),
+        ("\\alpha", "α"),
+        ("\\approx", "≈"),
+        ("\\cdot", "·"),
+        ("\\%", "%"),
+        ("\\int", "∫"),
+        ("\\pm", "±"),
+        ("\\sqrt", "√"),
+        ("\\text ", ""),
+        ("\\mathrm", ""),
+        ("\\left", ""),
+        ("\\right", ""),
+        ("~", " "),
+    ];
+    let parts: Vec<&str> = words.split('$').collect();
+    if parts.len() % 2 == 0 {
+        return text(words);
+    }
+    let formula = |part: &str| {
+        let mut out = part.to_owned();
+        for (word, letter) in SIGNS {
+            out = out.replace(word, letter);
+        }
+        for (word, letter) in GREEK {
+            out = out.replace(&format!("\\{word}"), letter);
+        }
+        let mut html = String::new();
+        let mut rest = text(out).replace("\\", "");
+        // `_{p}` and `_p` are subscripts, `^` in place of `_` superscripts; braces elsewhere group.
+        while let Some((before, after)) = rest.clone().split_once(['_', '^']) {
+            let tag = if rest[before.len()..].starts_with('_') { "sub" } else { "sup" };
+            let (index, left) = match after.strip_prefix('{').and_then(|after| after.split_once('}')) {
+                Some((index, left)) => (index, left),
+                None => after.split_at(after.chars().next().map_or(0, char::len_utf8)),
+            };
+            html += &format!("{}<{tag}>{}</{tag}>", before.replace(['{', '}'], ""), index.trim());
+            rest = left.to_owned();
+        }
+        html + &rest.replace(['{', '}'], "")
+    };
+    let set = |(n, part): (usize, &&str)| if n % 2 == 1 { formula(part) } else { text(part) };
+    parts.iter().enumerate().map(set).collect()
+}
+
 /// The same as plain text, for headings and labels.
 pub(crate) fn plain(written: &str) -> String {
     let mut out = written.to_owned();
@@ -74,7 +122,7 @@ fn signed(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{number, plain, round, rounded, symbol};
+    use super::{formulas, number, plain, round, rounded, symbol};
 
     #[test]
     fn symbols_are_those_of_the_field() {
@@ -82,6 +130,14 @@ mod tests {
         assert_eq!(symbol("k_t / k"), "<i>k</i><sub>t</sub>/<i>k</i>");
         assert_eq!((symbol("dt").as_str(), plain("theta").as_str()), ("Δt", "θ"));
         assert_eq!((plain("beta"), plain("k_t / k")), ("β".to_owned(), "k_t/k".to_owned()));
+    }
+
+    #[test]
+    fn formulas_of_the_source_can_be_read() {
+        assert_eq!(formulas("$L_{p}$ falls, $\\mu_k$ < 1"), "L<sub>p</sub> falls, μ<sub>k</sub> &lt; 1");
+        assert_eq!(formulas("$k_t/k \\rightarrow \\infty$"), "k<sub>t</sub>/k → ∞");
+        assert_eq!(formulas("$F_{N}^{\\text {start }}$"), "F<sub>N</sub><sup>start</sup>");
+        assert_eq!(formulas("for 5 $"), "for 5 $");
     }
 
     #[test]

@@ -141,7 +141,7 @@ asperity.map = (canvas, options) => {
       pen.translate(16, tops[top] + panel / 2);
       pen.rotate(-Math.PI / 2);
       pen.textAlign = "center";
-      pen.fillText("block", 0, 0);
+      pen.fillText(what.panels[top].title || "block", 0, 0);
       pen.restore();
     }
   }

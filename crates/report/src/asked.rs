@@ -164,7 +164,7 @@ mod tests {
         assert!(table.contains("<i>μ</i><sub>d</sub>") && !table.contains("<i>μ</i><sub>s</sub>"));
         assert!(table.contains("10<sup>−8</sup>"), "the time step: {table}");
         // Nobody asked for ageing, nor has the law a use for weakening.
-        assert!(!table.contains("ageing_coefficient") && !table.contains("weakening"));
+        assert!(!table.contains("ageing_coefficient") && !table.contains("weakening_velocity"));
         assert!(differing(&all[..1]).is_empty());
     }
 }

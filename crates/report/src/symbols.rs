@@ -64,7 +64,7 @@ pub(crate) fn formulas(words: &str) -> String {
             out = out.replace(&format!("\\{word}"), letter);
         }
         let mut html = String::new();
-        let mut rest = text(out).replace("\\", "");
+        let mut rest = text(out).replace("\\", "").replace("{{", "{").replace("}}", "}");
         // `_{p}` and `_p` are subscripts, `^` in place of `_` superscripts; braces elsewhere group.
         while let Some((before, after)) = rest.clone().split_once(['_', '^']) {
             let tag = if rest[before.len()..].starts_with('_') { "sub" } else { "sup" };

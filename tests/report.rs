@@ -75,8 +75,8 @@ fn a_rupture_picked_in_one_is_shown_in_all() {
                   const all = [...run.ruptures].sort((a, b) => b[4] - b[3] - a[4] + a[3]), r = all[0]; \
                   const canvas = document.getElementById('map'); canvas.scrollIntoView({ block: 'end' }); \
                   const box = canvas.getBoundingClientRect(), whole = run.dt * run.steps; \
-                  const x = box.x + 62 + (r[1] * run.dt + .01 * whole) / (1.02 * whole) * (box.width - 76); \
-                  return [r[0], x, box.y + 12 + (box.height - 86) * (1 - r[4] / 2 / run.blocks)]; })()";
+                  const x = (r[1] * run.dt + .01 * whole) / (1.02 * whole) * (canvas.clientWidth - 76); \
+                  return [r[0], box.x + canvas.clientLeft + 62.7 + x, box.y + 12 + (box.height - 86) * (1 - r[4] / 2 / run.blocks)]; })()";
     let at = tab.eval(widest);
     let place = |n: usize| at[n].as_f64().expect("a number");
     let number = at[0].to_string();
@@ -90,8 +90,9 @@ fn a_rupture_picked_in_one_is_shown_in_all() {
     );
 
     // From the table to the others.
-    tab.click_on("#ruptures tbody tr[data-row]");
-    let first = tab.says("document.querySelector('#ruptures tbody tr[data-row] td').textContent");
+    let before = "document.querySelector('#ruptures tr:has(+ [aria-selected=true]) td').textContent";
+    let first = tab.says(before);
+    tab.click_on("#ruptures tr:has(+ [aria-selected=true])");
     assert_eq!(tab.says(chosen), first);
 
     // From the load curve: the middle of its panel is near some rupture.
@@ -212,9 +213,10 @@ fn pages_are_light_dark_and_printed() {
     let folder = asperity_testkit::folder();
     let page = page_of_a_run(folder.path());
     // The corner of the map's panel, and the page around it.
-    let colours = "(() => { const c = document.getElementById('map'); \
-                   return [getComputedStyle(document.body).backgroundColor, \
-                   `rgb(${[...c.getContext('2d').getImageData(2, 2, 1, 1).data].slice(0, 3).join(', ')})`]; })()";
+    let colours = "(() => { const copy = document.createElement('canvas').getContext('2d', { willReadFrequently: true }); \
+                   copy.drawImage(document.getElementById('map'), 0, 0); \
+                   const dot = [...copy.getImageData(2, 2, 1, 1).data].slice(0, 3); \
+                   return [getComputedStyle(document.body).backgroundColor, `rgb(${dot.join(', ')})`]; })()";
     let mut seen = Vec::new();
     for scheme in ["light", "dark"] {
         let mut tab = Tab::open(&browser, &page, SIZE, scheme);

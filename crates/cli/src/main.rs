@@ -31,6 +31,7 @@ mod terminal;
 mod validate;
 #[cfg(feature = "analysis")]
 mod verify;
+mod way;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::{Scenario, ScenarioSource};
 use asperity_record::{EventPayload, Record, Rupture};
-use asperity_report::{Claim, Entry, Gather, Judgement, Limits, Link, Recorded, Run, Study, encoded, index};
+use asperity_report::{Claim, Entry, Gather, Judgement, Limits, Link, Recorded, Run, Study, index};
 use asperity_run::{Checked, Verdict, at_once};
 use asperity_runlog::{LogItem, RunReader, Topics};
 use asperity_summary::{RupturesFrom, Summarizer};
@@ -18,6 +18,7 @@ use crate::exit::{self, Code, Failure};
 use crate::outputs::refused;
 use crate::progress::Board;
 use crate::terminal::say;
+use crate::way::way;
 use crate::{judge, ruptures, study_page, summary};
 
 /// What a study's own page is called.
@@ -319,44 +320,4 @@ fn entry(folder: &Path, kind: Kind, out: &Path) -> Result<Entry, Failure> {
         claims,
         figures: there.map(|figure| (format!("{way}{}", figure.file), figure.caption)).collect(),
     })
-}
-
-/// The way from a page to a path beside or below it, or anywhere else, as a link has it; that to a
-/// folder ends in a slash.
-pub(crate) fn way(page: &Path, to: &Path) -> String {
-    let whole = |path: &Path| {
-        let there = if path.as_os_str().is_empty() { Path::new(".") } else { path };
-        fs::canonicalize(there).or_else(|_| std::path::absolute(there)).unwrap_or_else(|_| there.to_owned())
-    };
-    let (from, to) = (whole(page.parent().unwrap_or(Path::new(""))), whole(to));
-    let (from, parts): (Vec<Component<'_>>, Vec<Component<'_>>) =
-        (from.components().collect(), to.components().collect());
-    let shared = from.iter().zip(&parts).take_while(|(a, b)| a == b).count();
-    let up = std::iter::repeat_n("..".to_owned(), from.len() - shared);
-    let down = parts[shared..].iter().map(|part| part.as_os_str().to_string_lossy().into_owned());
-    let mut way = up.chain(down).collect::<Vec<_>>().join("/");
-    if to.is_dir() && !way.is_empty() {
-        way.push('/');
-    }
-    encoded(&way)
-}
-
-#[cfg(test)]
-mod tests {
-    use std::fs;
-
-    use super::way;
-
-    #[test]
-    fn links_lead_from_the_page_to_the_file() {
-        let folder = asperity_testkit::folder();
-        let path = folder.path();
-        fs::create_dir_all(path.join("a b/runs")).unwrap();
-        fs::create_dir_all(path.join("pages")).unwrap();
-        fs::write(path.join("a b/runs/x.mcap"), "").unwrap();
-        let page = path.join("pages/page.html");
-        assert_eq!(way(&page, &path.join("a b")), "../a%20b/");
-        assert_eq!(way(&page, &path.join("a b/runs/x.mcap")), "../a%20b/runs/x.mcap");
-        assert_eq!(way(&path.join("a b/report.html"), &path.join("a b")), "");
-    }
 }

@@ -14,8 +14,8 @@ use crate::args::ReportArguments;
 use crate::exit::Failure;
 use crate::outputs::refused;
 use crate::progress::Board;
-use crate::report::way;
 use crate::study;
+use crate::way::way;
 
 /// The numbers of runs that the page shows beside the keys that vary.
 const NUMBERS: [&str; 8] = [

@@ -147,11 +147,15 @@
       lettered(pen, name, left + 6 * scale, y(value) + (y(value) - top < 18 * scale ? 13 : -5) * scale, scale);
     }
     pen.setLineDash([]);
-    const { min, max } = u.scales.x;
+    const { min, max } = u.scales.x, marked = [];
     for (let k = 0; k < ruptures.length; k++) {
       const r = ruptures[k], t = onset(k);
-      if (!r[KIND] || t < min || t > max || !isShown(k)) continue;
-      const look = LOOKS[LOOK_OF_KIND[r[KIND]]], px = x(t), py = y(r[FROM]), size = 3 * scale;
+      if (r[KIND] && t >= min && t <= max && isShown(k)) marked.push(k);
+    }
+    // Where they would hide the curve they come into view with the zoom.
+    const isCrowded = marked.length > width / scale / 6;
+    for (const k of isCrowded ? [] : marked) {
+      const r = ruptures[k], t = onset(k), look = LOOKS[LOOK_OF_KIND[r[KIND]]], px = x(t), py = y(r[FROM]), size = 3 * scale;
       pen.fillStyle = colour(`${look.colour}-line`);
       pen.beginPath();
       if (r[KIND] === 2) pen.rect(px - size, py - size, 2 * size, 2 * size);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
 use asperity_record::{Cell, Column};
-use asperity_report::{Entry, Figure, Link, Sweep, picture};
+use asperity_report::{Entry, Figure, Link, Sweep, encoded, picture};
 use asperity_sweep::results::Counts;
 use asperity_sweep::{Plan, RUNS, Watch, collect};
 
@@ -65,7 +65,7 @@ impl Watch for Rows {
         }
         self.count += 1;
         if self.rows.len() < Sweep::ROWS {
-            self.rows.push(self.shown.iter().map(|&n| cells[n].clone()).collect());
+            self.rows.push(self.shown.iter().map(|&n| cells[n]).collect());
         }
     }
 }
@@ -143,11 +143,10 @@ pub(crate) fn page(
 
 /// The links to tables, by their paths.
 pub(crate) fn links(page: &Path, tables: impl IntoIterator<Item = PathBuf>) -> Vec<Link> {
-    let folder = way(page, page.parent().unwrap_or(Path::new("")));
     let link = |path: PathBuf| {
         let words = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let of = path.parent().unwrap_or(Path::new(""));
-        Link { path: format!("{folder}{}{words}", way(page, of)), words }
+        Link { path: format!("{}{}", way(page, of), encoded(words.as_bytes())), words }
     };
     let mut links: Vec<Link> = tables.into_iter().map(link).collect();
     links.sort();

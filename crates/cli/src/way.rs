@@ -17,12 +17,12 @@ pub(crate) fn way(page: &Path, to: &Path) -> String {
         (from.components().collect(), to.components().collect());
     let shared = from.iter().zip(&parts).take_while(|(a, b)| a == b).count();
     let up = std::iter::repeat_n("..".to_owned(), from.len() - shared);
-    let down = parts[shared..].iter().map(|part| part.as_os_str().to_string_lossy().into_owned());
+    let down = parts[shared..].iter().map(|part| encoded(part.as_os_str().as_encoded_bytes()));
     let mut way = up.chain(down).collect::<Vec<_>>().join("/");
     if to.is_dir() && !way.is_empty() {
         way.push('/');
     }
-    encoded(&way)
+    way
 }
 
 #[cfg(test)]

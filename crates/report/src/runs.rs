@@ -304,7 +304,7 @@ fn widest(run: &Run) -> String {
 
 /// Number of blocks from the first to the last.
 fn blocks(rupture: &Rupture) -> u32 {
-    rupture.last_block - rupture.first_block + 1
+    rupture.last_block.abs_diff(rupture.first_block) + 1
 }
 
 /// The numbers of a summary by their groups.

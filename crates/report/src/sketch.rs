@@ -78,7 +78,7 @@ impl Sketch<'_> {
         self.loads();
         self.drive();
         // Without a bar above there is nothing above the loads.
-        let from = if self.from_above() { 0.0 } else { self.top() - 5.0 - LONGEST - 10.0 };
+        let from = if self.has_top_drive() { 0.0 } else { self.top() - 5.0 - LONGEST - 10.0 };
         format!(
             "<svg class=\"sketch\" viewBox=\"0 {from} {WIDTH} {}\" role=\"img\" aria-label=\"{}\">{}</svg>\n",
             HEIGHT - from,
@@ -202,10 +202,8 @@ impl Sketch<'_> {
             }
         }
         let last = self.x(self.blocks.len() - 1);
-        let end = format!(
-            "μ<tspan class=\"d\" dy=\"3\">s</tspan><tspan dy=\"-3\">, μ</tspan><tspan class=\"d\" dy=\"3\">d</tspan>"
-        );
-        self.words(last + 30.0, SURFACE - 6.0, "start", &end);
+        let end = "μ<tspan class=\"d\" dy=\"3\">s</tspan><tspan dy=\"-3\">, μ</tspan><tspan class=\"d\" dy=\"3\">d</tspan>";
+        self.words(last + 30.0, SURFACE - 6.0, "start", end);
         let span = if self.plan.blocks > 1 { SURFACE + 30.0 } else { SURFACE };
         let (from, to) = (self.x(0), last);
         self.path(
@@ -231,7 +229,7 @@ impl Sketch<'_> {
         }
         let foot = self.top() - 5.0;
         // Beside the driving springs, where these come from above.
-        let beside = if self.from_above() { 14.0 } else { 0.0 };
+        let beside = if self.has_top_drive() { 14.0 } else { 0.0 };
         for place in 0..self.blocks.len() {
             let share = self.plan.normal_load_n[self.blocks[place]].abs() / most;
             let x = self.x(place) + beside;
@@ -246,7 +244,7 @@ impl Sketch<'_> {
     }
 
     /// Whether springs pull blocks inside the row.
-    fn from_above(&self) -> bool {
+    fn has_top_drive(&self) -> bool {
         self.plan.drive.pulls_inside(self.plan.blocks) || (self.plan.drive.springs.len() > 2)
     }
 
@@ -254,7 +252,7 @@ impl Sketch<'_> {
         let middle = self.top() + BLOCK[1] / 2.0;
         let velocity =
             format!("<tspan class=\"i\">V</tspan> = {}", spelled(self.plan.drive.velocity_m_per_s, "m/s"));
-        if self.from_above() {
+        if self.has_top_drive() {
             let (left, right) = (self.x(0) - 34.0, self.x(self.blocks.len() - 1) + 34.0);
             let bar = 22.0;
             self.path("g", &format!("M{left:.1} {bar}H{right:.1}"));

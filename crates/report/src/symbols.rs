@@ -52,7 +52,7 @@ pub(crate) fn formulas(words: &str) -> String {
         ("~", " "),
     ];
     let parts: Vec<&str> = words.split('$').collect();
-    if parts.len() % 2 == 0 {
+    if parts.len().is_multiple_of(2) {
         return text(words);
     }
     let formula = |part: &str| {

@@ -41,6 +41,9 @@ impl Curve {
     }
 }
 
+/// Makes those of a list wider that are to stay, by the blocks beside them.
+pub(crate) type Stays<T> = dyn Fn(&mut [(u32, T)]);
+
 /// The widest of what comes, of equals the first; a few more while it is gathered.
 #[derive(Debug, Clone)]
 pub(crate) struct Widest<T> {
@@ -56,7 +59,7 @@ impl<T> Widest<T> {
 
     /// One more, of so many blocks. `stays` says which are kept however narrow they are; those seen
     /// so far are given to it.
-    pub(crate) fn push(&mut self, blocks: u32, one: T, stays: &dyn Fn(&mut [(u32, T)])) {
+    pub(crate) fn push(&mut self, blocks: u32, one: T, stays: &Stays<T>) {
         self.seen += 1;
         self.kept.push((blocks, one));
         if self.kept.len() >= 2 * self.most.max(1) {
@@ -64,7 +67,7 @@ impl<T> Widest<T> {
         }
     }
 
-    fn thin(&mut self, stays: &dyn Fn(&mut [(u32, T)])) {
+    fn thin(&mut self, stays: &Stays<T>) {
         stays(&mut self.kept);
         // Stable: of equals the first ones stay.
         self.kept.sort_by_key(|(blocks, _)| std::cmp::Reverse(*blocks));
@@ -72,7 +75,7 @@ impl<T> Widest<T> {
     }
 
     /// Those that stay, and how many there were.
-    pub(crate) fn finish(mut self, stays: &dyn Fn(&mut [(u32, T)])) -> (Vec<T>, u64) {
+    pub(crate) fn finish(mut self, stays: &Stays<T>) -> (Vec<T>, u64) {
         if self.kept.len() > self.most {
             self.thin(stays);
         }

@@ -62,6 +62,23 @@ struct Titled {
 struct Title {
     file: String,
     title: Option<String>,
+    /// Of numbers against a parameter.
+    measure_label: Option<String>,
+    parameter_label: Option<String>,
+}
+
+impl Title {
+    /// What the figure is called by its file; none if it has no title.
+    fn by_file(self) -> Option<(String, String)> {
+        let axes = self.measure_label.zip(self.parameter_label);
+        let axes = axes.map(|(measure, parameter)| format!("{measure} against {parameter}"));
+        let title = self.title.filter(|title| !title.is_empty());
+        let words = match (title, axes) {
+            (Some(title), Some(axes)) => format!("{title}: {axes}"),
+            (title, axes) => title.or(axes)?,
+        };
+        Some((self.file, words))
+    }
 }
 
 /// A run whose precursors are compared with a length law.
@@ -114,7 +131,7 @@ impl Pipeline {
         let mut pipeline: Pipeline = toml::from_str(text).map_err(|error| error.to_string())?;
         let titled: Titled = toml::from_str(text).map_err(|error| error.to_string())?;
         let titles = titled.figure.into_values().flatten();
-        pipeline.titles = titles.filter_map(|one| Some((one.file, one.title?))).collect();
+        pipeline.titles = titles.filter_map(Title::by_file).collect();
         pipeline.spell_out_ensembles()?;
         if pipeline.run.is_empty() {
             return Err("there are no runs (accepted: [[run]] or [[ensemble]])".to_owned());
@@ -229,7 +246,7 @@ impl Pipeline {
     pub(crate) fn contents(&self) -> Contents {
         let shown = |(figure, about): (Listed<'_>, &str)| {
             let about = spelled(about);
-            let caption = match self.titles.get(figure.file).filter(|title| !title.is_empty()) {
+            let caption = match self.titles.get(figure.file) {
                 Some(title) => format!("{about} {title}."),
                 None => about,
             };

@@ -103,8 +103,9 @@ impl Figure {
             _ => format!(" Runs {}{more}.", links.join(", ")),
         };
         format!(
-            "<div class=\"figure\" id=\"{}\">\n<figure>{image}\n<figcaption><b>{}.</b> {}{runs}</figcaption></figure>\n\
+            "<div class=\"figure{}\" id=\"{}\">\n<figure>{image}\n<figcaption><b>{}.</b> {}{runs}</figcaption></figure>\n\
              {said}</div>\n",
+            if said.is_empty() { " alone" } else { "" },
             text(self.stem()),
             text(self.name()),
             text(&self.caption)
@@ -114,7 +115,11 @@ impl Figure {
 
 /// All figures.
 pub(crate) fn figures(figures: &[Figure], claims: &[Claim]) -> String {
-    section("Figures", &figures.iter().map(|figure| figure.html(claims)).collect::<String>())
+    if figures.is_empty() {
+        return String::new();
+    }
+    let all: String = figures.iter().map(|figure| figure.html(claims)).collect();
+    section("Figures", &format!("<div class=\"figures\">\n{all}</div>\n"))
 }
 
 /// Whether a claim stands beside a figure of these.

@@ -8,7 +8,7 @@ use asperity_record::RunHeader;
 
 use crate::asked::{self, Asked, differing, parameters};
 use crate::claims::{self, SPEAKERS, Score};
-use crate::sketch::sketch;
+use crate::sketch::{kind, sketch};
 use crate::study::{Run, Study};
 use crate::{figures, runs};
 
@@ -24,8 +24,9 @@ impl Study {
         let sketches: Vec<String> = self.runs.iter().map(|run| sketch(&run.scenario)).collect();
         let what = match (sketches.first(), asked.first()) {
             (Some(sketch), Some(first)) => format!(
-                "<div class=\"model\">{sketch}{}</div>\n<details><summary>{}</summary>\n<div class=\"wide\">{}</div></details>\n",
+                "<div class=\"model\">{sketch}{}</div>\n{}<details><summary>{}</summary>\n<div class=\"wide\">{}</div></details>\n",
                 asked::main(first, &differing),
+                self.other_models(&sketches),
                 if self.runs.len() == 1 { "All parameters" } else { "All parameters that the runs share" },
                 parameters(first, &differing)
             ),
@@ -51,6 +52,31 @@ impl Study {
             parts: &parts,
         }
         .html()
+    }
+
+    /// The sketches of further models, which differ in drive or contact from those before.
+    fn other_models(&self, sketches: &[String]) -> String {
+        let kinds: Vec<_> = self.runs.iter().map(|run| kind(&run.scenario)).collect();
+        let mut out = String::new();
+        for (place, one) in kinds.iter().enumerate() {
+            if kinds[..place].contains(one) {
+                continue;
+            }
+            let runs: Vec<String> = (place..kinds.len())
+                .filter(|&other| kinds[other] == *one)
+                .map(|other| claims::link(&self.runs[other].name))
+                .collect();
+            let more = runs.len().saturating_sub(8);
+            let named = runs[..runs.len() - more].join(", ");
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            if place > 0 {
+                out += &format!(
+                    "<figure>{}<figcaption>The model of {named}{more}.</figcaption></figure>\n",
+                    sketches[place]
+                );
+            }
+        }
+        if out.is_empty() { out } else { format!("<div class=\"model\">{out}</div>\n") }
     }
 
     /// What everybody reads.

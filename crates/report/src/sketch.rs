@@ -24,20 +24,33 @@ pub(crate) fn sketch(scenario: &Scenario) -> String {
     Sketch::of(&plan).svg(&words)
 }
 
-/// What is seen in it.
-fn words(plan: &Plan) -> String {
-    let contact = match plan.friction.law {
+/// What tells the sketches of scenarios apart: where the drive pulls, and what holds the blocks.
+pub(crate) fn kind(scenario: &Scenario) -> (&'static str, &'static str) {
+    let plan = Plan::new(scenario);
+    (contact(&plan), drive(&plan))
+}
+
+fn contact(plan: &Plan) -> &'static str {
+    match plan.friction.law {
         Law::Springs => "each held by a friction spring while it sticks",
         Law::Rigid { .. } => "each stuck or sliding, without a friction spring",
-    };
-    let drive = match plan.drive.springs.as_slice() {
-        [] => "no drive".to_owned(),
-        [_] => "a spring drives block 1 from the side".to_owned(),
+    }
+}
+
+fn drive(plan: &Plan) -> &'static str {
+    match plan.drive.springs.as_slice() {
+        [] => "no drive",
+        [_] => "a spring drives block 1 from the side",
         [_, _] if plan.drive.pulls_both_ways() => {
-            "springs pull block 1 backwards and the last block forwards".to_owned()
+            "springs pull block 1 backwards and the last block forwards"
         }
-        _ => "springs drive the blocks from the top".to_owned(),
-    };
+        _ => "springs drive the blocks from the top",
+    }
+}
+
+/// What is seen in it.
+fn words(plan: &Plan) -> String {
+    let (contact, drive) = (contact(plan), drive(plan));
     let first = plan.normal_load_n.first().copied().unwrap_or_default();
     let last = plan.normal_load_n.last().copied().unwrap_or_default();
     let load = if (first - last).abs() <= 1e-9 * first.abs().max(last.abs()) {

@@ -247,7 +247,7 @@ impl Pipeline {
         let shown = |(figure, about): (Listed<'_>, &str)| {
             let about = spelled(about);
             let caption = match self.titles.get(figure.file) {
-                Some(title) => format!("{about} {title}."),
+                Some(title) => format!("{}: {title}.", about.trim_end_matches('.')),
                 None => about,
             };
             let runs = figure.runs.into_iter().collect::<BTreeSet<_>>();

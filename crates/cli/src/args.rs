@@ -590,10 +590,9 @@ Examples:
 Runs already in the folder are reused if their logs are whole (see asperity
 check: made by this very program with its detectors). Those that are not are
 made again, and a line says why; those of another scenario or solver only with
---fresh, which repeats all. Tables, figures and
-report.html, the page of all of it, are replaced together; reproduce.json says
-what they were made of. One process at a time writes into
-the folder.")]
+--fresh, which repeats all. Tables, figures and report.html, the page of all of
+it, are replaced together; reproduce.json says what they were made of. One
+process at a time writes into the folder.")]
 pub(crate) struct ReproduceArguments {
     /// The pipeline.
     #[arg(value_name = "PIPELINE.toml")]

@@ -139,7 +139,7 @@ mod tests {
             runs: vec!["default".to_owned(), "tilted".to_owned()],
             picture: Picture::Png(b"png".to_vec()),
         };
-        let html = figures(&[figure.clone()], &[]);
+        let html = figures(std::slice::from_ref(&figure), &[]);
         assert!(html.contains("alt=\"Figure 5.9: L_p/L against F_T/F_N. Runs: default, tilted.\""), "{html}");
         assert!(html.contains("src=\"data:image/png;base64,cG5n\"") && html.contains("href=\"#run-tilted\""));
         let gone = Figure { picture: Picture::None, path: "figures/speed-over-c.png".to_owned(), ..figure };

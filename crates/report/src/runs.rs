@@ -121,7 +121,11 @@ pub(crate) fn table_of(runs: &[Run], asked: &[Asked], differing: &[&'static Key]
     headings.extend(NUMBERS.iter().map(|(_, heading)| (*heading).to_owned()));
     let rows = runs.iter().zip(asked).map(|(run, asked)| {
         let mut cells = vec![Cell::Html(link(&run.name))];
-        cells.extend(shown.iter().map(|key| asked.get(key.path).map_or(Cell::None, asked::cell)));
+        cells.extend(shown.iter().map(|key| match asked.get(key.path) {
+            Some(toml::Value::Float(value)) => Cell::Value(*value, rounded(*value, 6)),
+            Some(other) => asked::cell(other),
+            None => Cell::None,
+        }));
         cells.extend(NUMBERS.iter().map(|(key, _)| number_of(&run.summary, key)));
         Row::from(cells)
     });

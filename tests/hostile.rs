@@ -98,6 +98,7 @@ fn read_by_all(file: &Path, must_refuse: bool, consistent: bool) {
         vec!["events", "--format", "json", text(file)],
         vec!["summary", text(file)],
         vec!["replay", text(file)],
+        vec!["report", text(file), "--out", "page.html"],
     ];
     if cfg!(feature = "analysis") {
         commands.push(vec!["reduce", text(file), "--out", "reduced"]);
@@ -120,6 +121,7 @@ fn read_by_all(file: &Path, must_refuse: bool, consistent: bool) {
     for arguments in commands {
         if must_refuse || bounded(folder, &arguments).code != Some(0) {
             fs::remove_dir_all(folder.join("reduced")).ok();
+            fs::remove_file(folder.join("page.html")).ok();
             refused(folder, &arguments, file);
         }
     }

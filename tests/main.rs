@@ -34,6 +34,8 @@ mod prestress;
 #[cfg(feature = "analysis")]
 mod recipes;
 mod reference;
+#[cfg(feature = "analysis")]
+mod report;
 mod resume;
 #[cfg(feature = "analysis")]
 mod rules;
@@ -74,6 +76,8 @@ mod laws;
 /// What these tests share.
 mod support {
     pub(crate) mod binary;
+    #[cfg(feature = "analysis")]
+    pub(crate) mod browser;
     pub(crate) mod clients;
     pub(crate) mod forgeries;
     #[cfg(feature = "analysis")]

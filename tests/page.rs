@@ -5,44 +5,12 @@
 //! `ASPERITY_NO_SKIPS=1` they fail instead.
 
 use std::collections::BTreeMap;
-use std::env;
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::support::binary::{asperity, run, succeed, text};
-
-/// What the browser is called, and how it is kept from calling home.
-const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
-const QUIET: [&str; 10] = [
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-dev-shm-usage",
-    "--virtual-time-budget=10000",
-];
-
-/// The browser, unless the test skips.
-fn browser() -> Option<PathBuf> {
-    let folders =
-        env::var_os("PATH").map(|path| env::split_paths(&path).collect::<Vec<_>>()).unwrap_or_default();
-    let candidates = NAMES.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
-    if let Some(found) = candidates.into_iter().find(|path| path.is_file()) {
-        return Some(found);
-    }
-    let reason = format!("no browser is installed (accepted: one of {} on PATH)", NAMES.join(", "));
-    let no_skips = env::var_os("ASPERITY_NO_SKIPS").is_some_and(|value| value == "1");
-    assert!(!no_skips, "page must not be skipped: {reason}");
-    // Not eprintln, which the test harness captures: a skip must be seen.
-    writeln!(std::io::stderr(), "SKIPPED page: {reason}").expect("stderr can be written");
-    None
-}
+use crate::support::browser::{QUIET, browser};
 
 /// The attributes that the page's script leaves on the root element, after the
 /// page has been loaded and `script` has run behind its own.
@@ -57,6 +25,7 @@ fn loaded(browser: &Path, page: &Path, script: &str) -> BTreeMap<String, String>
     fs::write(&tried, html.replace("</body>", &behind)).expect("the folder can be written");
     let output = Command::new(browser)
         .args(QUIET)
+        .arg("--virtual-time-budget=10000")
         .arg(format!("--user-data-dir={}", text(folder.path())))
         .args(["--window-size=1280,1000", "--dump-dom"])
         .arg(format!("file://{}", text(&tried)))

@@ -70,6 +70,7 @@ fn names_of_files_and_arguments_stay_within_their_line() {
             &["events", text(&file)][..],
             &["summary", text(&file)],
             &["replay", text(&file)],
+            &["report", text(&file), "--out", "never.html"],
             &["diff", text(&file), text(&file)],
             &["salvage", text(&file), "--out", "never.mcap"],
             &["run", hostile, "--out", "never.mcap"],
@@ -230,6 +231,9 @@ fn a_name_that_is_no_utf_8_is_a_name_for_every_command() {
     let record = fs::read_to_string(Path::new(&tables).join("replay.json")).expect("there is a record");
     assert!(record.contains("caf\u{fffd}.mcap"), "{record}");
     with_out("export", &log, &["--quiet", "--to", "csv"], &named("-exported"));
+    with_out("report", &log, &[], &named(".html"));
+    let page = fs::read_to_string(named(".html")).expect("there is a page");
+    assert!(page.contains("<h1>Run caf\u{fffd}</h1>") && page.contains("href=\"caf%E9.mcap\""), "{page}");
     if cfg!(feature = "analysis") {
         with_out("reduce", &log, &[], &named("-reduced"));
     }

@@ -113,7 +113,7 @@ fn every_command_goes_by_the_verdict_of_check() {
     for (verdict, log) in &logs {
         for (command, cell) in &table[*verdict] {
             let out = folder.path().join(format!("{command} of {verdict}"));
-            let file = out.with_extension("mcap");
+            let [file, page] = ["mcap", "html"].map(|ending| out.with_extension(ending));
             let arguments: Vec<&str> = match command.as_str() {
                 "check" => vec!["check", text(log)],
                 "events" => vec!["events", text(log)],
@@ -123,6 +123,7 @@ fn every_command_goes_by_the_verdict_of_check() {
                 "diff" => vec!["diff", text(&whole), text(log)],
                 "salvage" => vec!["salvage", text(log), "--out", text(&file)],
                 "reduce" if cfg!(feature = "analysis") => vec!["reduce", text(log), "--out", text(&out)],
+                "report" => vec!["report", text(log), "--out", text(&page)],
                 // Tested below.
                 "reduce" | "reproduce" => continue,
                 other => panic!("the table speaks of {other}"),
@@ -146,6 +147,12 @@ fn every_command_goes_by_the_verdict_of_check() {
             let is_written = fs::read_dir(&out).is_ok_and(|mut entries| entries.next().is_some());
             assert!(!cell.contains("refused") || !is_written, "{what}");
             assert_eq!(file.exists(), command == "salvage" && cell.contains("what is left"), "{what}");
+            if command == "report" {
+                assert_eq!(page.exists(), !cell.contains("refused"), "{what}");
+                let says = page.exists()
+                    && fs::read_to_string(&page).expect("it is text").contains("Not all of this run");
+                assert_eq!(says, [3, 5, 7].contains(&code), "{what}");
+            }
             if command == "reduce" && is_written {
                 let note = fs::read_to_string(out.join("what-is-missing.txt")).ok();
                 assert_eq!(note.is_some(), code != 0, "{what}");
@@ -153,7 +160,7 @@ fn every_command_goes_by_the_verdict_of_check() {
             }
         }
     }
-    assert!(commands >= 42, "{commands} commands");
+    assert!(commands >= 49, "{commands} commands");
 }
 
 /// Of several logs the worst counts.

@@ -388,6 +388,7 @@ pages_that_run! {
     model_runs: "docs/model.md",
     outputs_run: "docs/outputs.md",
     performance_runs: "docs/performance.md",
+    report_runs: "docs/report.md",
     run_logs_run: "docs/run-logs.md",
     rules_run: "docs/rules.md",
     ruptures_run: "docs/ruptures.md",

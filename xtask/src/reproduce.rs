@@ -34,7 +34,8 @@ Examples:
   cargo xtask reproduce-all --out /tmp/all --fresh --jobs 1
 
 Runs found in the folder are used again if their scenario and the code that made
-them are the same; --fresh repeats them.")]
+them are the same; --fresh repeats them. Each study has a page report.html;
+reproduce-all writes index.html, which leads to all of them.")]
 pub(crate) struct ReproduceArguments {
     /// Folder for runs, tables and figures; for reproduce-all, of one such folder each
     /// [default: out/NAME, or out/NAME-as-stated for that set].
@@ -79,6 +80,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, names: &[&str]) -> Result<
         ),
         None => None,
     };
+    let mut folders = Vec::new();
     for name in names {
         let out = match &given {
             Some(out) if names.len() == 1 => out.clone(),
@@ -87,7 +89,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, names: &[&str]) -> Result<
             None => Path::new("out").join(name),
         };
         let mut asperity = asperity()?;
-        asperity.args(["reproduce", &pipeline(name), "--out"]).arg(out);
+        asperity.args(["reproduce", &pipeline(name), "--out"]).arg(&out);
         if let Some(set) = set {
             asperity.arg("--set").arg(format!("parameter_set={}", set.word()));
         }
@@ -98,6 +100,15 @@ pub(crate) fn command(arguments: &ReproduceArguments, names: &[&str]) -> Result<
             asperity.arg("--jobs").arg(jobs.to_string());
         }
         run(&mut asperity)?;
+        folders.push(out);
     }
-    Ok(())
+    if folders.len() == 1 {
+        return Ok(());
+    }
+    let index = match set {
+        Some(ParameterSet::AsStated) if given.is_none() => "index-as-stated.html",
+        _ => "index.html",
+    };
+    let page = given.unwrap_or_else(|| PathBuf::from("out")).join(index);
+    run(asperity()?.arg("report").args(folders).arg("--out").arg(page).arg("--force"))
 }

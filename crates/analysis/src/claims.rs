@@ -353,6 +353,29 @@ pub fn table(outcomes: &[Outcome<'_>]) -> Result<DataFrame, AnalysisError> {
     Ok(DataFrame::new_infer_height(columns)?)
 }
 
+/// The claims as a page has them: as they are in the table.
+pub(crate) fn told(outcomes: &[Outcome<'_>]) -> Vec<asperity_report::Claim> {
+    let judgement = |found: &Judgement| asperity_report::Judgement {
+        ours: found.ours,
+        rule: found.rule.clone(),
+        verdict: found.verdict.to_owned(),
+    };
+    let told = |outcome: &Outcome<'_>| asperity_report::Claim {
+        about: outcome.claim.about.clone(),
+        of: outcome.claim.of.word().to_owned(),
+        run: outcome.claim.run.clone(),
+        quote: outcome.claim.quote.clone(),
+        measure: outcome.claim.measure.name(),
+        stated: outcome.claim.stated.clone().unwrap_or_default(),
+        own: judgement(&outcome.own),
+        deviation: outcome.own.deviation,
+        kind: outcome.claim.kind.word().to_owned(),
+        note: outcome.claim.note.clone(),
+        as_stated: outcome.as_stated.as_ref().map(judgement),
+    };
+    outcomes.iter().map(told).collect()
+}
+
 /// The claims as a page of Markdown, headed by what the runs were.
 pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &[&RunHeader]) -> String {
     let distinct = |value: &dyn Fn(&RunHeader) -> String| -> String {

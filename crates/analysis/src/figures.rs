@@ -50,12 +50,12 @@ use crate::wants::Wants;
 use kind::{AnyFigure, AnyPart, Parts};
 
 macro_rules! kinds {
-    ($($(#[$doc:meta])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
+    ($($(#[doc = $doc:literal])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
         /// The figures of a pipeline, by kind.
         #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Figures {
-            $($(#[$doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*
+            $($(#[doc = $doc])* #[serde(default, rename = $name)] $field: Vec<$kind>),*
         }
 
         impl Figures {
@@ -63,6 +63,17 @@ macro_rules! kinds {
                 let mut all: Vec<&dyn AnyFigure> = Vec::new();
                 $(all.extend(self.$field.iter().map(|figure| figure as &dyn AnyFigure));)*
                 all
+            }
+
+            /// All of them in the order of their files, each with what figures of its kind show.
+            pub(crate) fn told(&self) -> Vec<(Listed<'_>, &'static str)> {
+                let mut told = Vec::new();
+                $(told.extend(self.$field.iter().map(|figure| {
+                    let figure: &dyn AnyFigure = figure;
+                    (Listed { file: figure.file(), runs: figure.runs() }, concat!($($doc),*).trim_ascii())
+                }));)*
+                told.sort_by_key(|(figure, _)| figure.file);
+                told
             }
         }
     };
@@ -125,6 +136,12 @@ kinds! {
     /// A run on one page: its load curve with numbered ruptures, its space-time map, the sizes and
     /// recurrence times of its ruptures, and its first numbers.
     "overview" overview: overview::Overview,
+}
+
+/// A figure by its file, and the runs that it is made of.
+pub(crate) struct Listed<'a> {
+    pub(crate) file: &'a str,
+    pub(crate) runs: Vec<&'a str>,
 }
 
 impl Figures {

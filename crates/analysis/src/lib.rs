@@ -42,6 +42,7 @@
 //! - [`study`]: the same numbers of several runs against a parameter.
 //! - [`runs`]: the runs of a pipeline, single and in ensembles.
 //! - [`figures`]: drawn with plotters and an embedded font.
+//! - `spelling`: doc comments as words on a page.
 //! - [`pipeline`]: the TOML that says which runs, tables, figures and claims.
 //! - [`mod@reference`]: what may stand in it, as `docs/figures.md` has it.
 //! - [`reduction`]: tables and figures of a pipeline, made of one run after the other.
@@ -70,6 +71,7 @@ pub mod reduction;
 pub mod reference;
 pub mod run_data;
 pub mod runs;
+mod spelling;
 pub mod states;
 pub mod study;
 pub mod summaries;

@@ -1,16 +1,19 @@
 //! The TOML that says what to run, reduce and draw.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use asperity_model::analytic::LengthLaw;
 use asperity_record::bounds::check_toml;
+use asperity_report::{Contents, Shown};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::claims::Claim;
-use crate::figures::Figures;
+use crate::figures::{Figures, Listed};
 use crate::precursors::PrecursorRules;
 use crate::runs::{Ensemble, RunSpec, SpellOut};
+use crate::spelling::spelled;
 use crate::study::Study;
 use crate::tables::FirstGlobalSlip;
 use crate::wants::Wants;
@@ -43,6 +46,39 @@ pub struct Pipeline {
     /// The claims.
     #[serde(default)]
     pub claim: Vec<Claim>,
+    /// The titles of its figures, by their files.
+    #[serde(skip)]
+    titles: BTreeMap<String, String>,
+}
+
+/// A pipeline as far as its figures have titles, whatever their kinds.
+#[derive(Deserialize)]
+struct Titled {
+    #[serde(default)]
+    figure: BTreeMap<String, Vec<Title>>,
+}
+
+#[derive(Deserialize)]
+struct Title {
+    file: String,
+    title: Option<String>,
+    /// Of numbers against a parameter.
+    measure_label: Option<String>,
+    parameter_label: Option<String>,
+}
+
+impl Title {
+    /// What the figure is called by its file; none if it has no title.
+    fn by_file(self) -> Option<(String, String)> {
+        let axes = self.measure_label.zip(self.parameter_label);
+        let axes = axes.map(|(measure, parameter)| format!("{measure} against {parameter}"));
+        let title = self.title.filter(|title| !title.is_empty());
+        let words = match (title, axes) {
+            (Some(title), Some(axes)) => format!("{title}: {axes}"),
+            (title, axes) => title.or(axes)?,
+        };
+        Some((self.file, words))
+    }
 }
 
 /// A run whose precursors are compared with a length law.
@@ -75,6 +111,9 @@ pub(crate) fn study_table(study: &Study) -> String {
     format!("study-{}", study.name)
 }
 
+/// The page of all of it.
+pub(crate) const REPORT: &str = "report.html";
+
 /// The names of the tables that there is one of.
 pub(crate) const RESIDUALS: &str = "residuals";
 pub(crate) const FIRST_GLOBAL_SLIPS: &str = "first-global-slips";
@@ -90,11 +129,14 @@ impl Pipeline {
     pub fn parse(text: &str) -> Result<Pipeline, String> {
         check_toml(text).map_err(|too_long| too_long.to_string())?;
         let mut pipeline: Pipeline = toml::from_str(text).map_err(|error| error.to_string())?;
+        let titled: Titled = toml::from_str(text).map_err(|error| error.to_string())?;
+        let titles = titled.figure.into_values().flatten();
+        pipeline.titles = titles.filter_map(Title::by_file).collect();
         pipeline.spell_out_ensembles()?;
         if pipeline.run.is_empty() {
             return Err("there are no runs (accepted: [[run]] or [[ensemble]])".to_owned());
         }
-        let mut names = std::collections::BTreeSet::new();
+        let mut names = BTreeSet::new();
         for run in &pipeline.run {
             if !names.insert(run.name.as_str()) {
                 return Err(format!("two runs are called {}", run.name));
@@ -135,7 +177,7 @@ impl Pipeline {
         // None takes the place of another.
         let tables = pipeline.tables();
         let tables = tables.iter().map(|table| ("table", table.as_str()));
-        let mut written = std::collections::BTreeSet::new();
+        let mut written = BTreeSet::new();
         for file in tables.chain(pipeline.figure.files().map(|file| ("figure file", file))) {
             if !written.insert(file) {
                 let (what, name) = file;
@@ -196,7 +238,28 @@ impl Pipeline {
         outputs.push(tables.join(summaries::TABLE));
         outputs.extend(self.run.iter().map(|run| tables.join(table_of(&run.name, summaries::JSON))));
         outputs.extend(self.figure.files().map(|file| figures.join(file)));
+        outputs.push(out.join(REPORT));
         outputs
+    }
+
+    /// What its page shows beside its runs.
+    pub(crate) fn contents(&self) -> Contents {
+        let shown = |(figure, about): (Listed<'_>, &str)| {
+            let about = spelled(about);
+            let caption = match self.titles.get(figure.file) {
+                Some(title) => format!("{}: {title}.", about.trim_end_matches('.')),
+                None => about,
+            };
+            let runs = figure.runs.into_iter().collect::<BTreeSet<_>>();
+            // In the order of the pipeline.
+            let runs = self.run.iter().filter(|run| runs.contains(run.name.as_str()));
+            Shown {
+                file: format!("figures/{}", figure.file),
+                caption,
+                runs: runs.map(|run| run.name.clone()).collect(),
+            }
+        };
+        Contents { title: self.title.clone(), figures: self.figure.told().into_iter().map(shown).collect() }
     }
 
     /// What tables, figures, studies and claims read of a run.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
 use asperity_record::RunHeader;
+use asperity_report::Contents;
 use serde::Serialize;
 
 use crate::error::AnalysisError;
@@ -18,6 +19,9 @@ struct Record<'a> {
     runs: Vec<Run<'a>>,
     /// Paths from the folder that this stands in.
     files: Vec<String>,
+    /// What stands on the page among them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    page: Option<&'a Contents>,
 }
 
 #[derive(Serialize)]
@@ -36,6 +40,7 @@ pub fn write<'a, P: AsRef<Path>>(
     command: &str,
     runs: impl IntoIterator<Item = (&'a str, &'a RunHeader)>,
     written: impl IntoIterator<Item = P>,
+    page: Option<&Contents>,
 ) -> Result<(), AnalysisError> {
     let from_folder = |path: P| {
         let path = path.as_ref();
@@ -46,6 +51,7 @@ pub fn write<'a, P: AsRef<Path>>(
         version: VERSION,
         runs: runs.into_iter().map(|(name, run)| Run { name, run }).collect(),
         files: written.into_iter().map(from_folder).collect(),
+        page,
     };
     let text = serde_json::to_string_pretty(&record).expect("texts and finite numbers can always be JSON");
     Ok(files.write_record(&path(folder, command), text + "\n")?)

@@ -5,6 +5,7 @@
 //! figures that still wait for other runs.
 
 use std::collections::BTreeMap;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -12,6 +13,7 @@ use asperity_files::{Existing, FileSet, Inputs, create_folder};
 use asperity_model::Scenario;
 use asperity_model::analytic::LengthLaw;
 use asperity_record::{Event, Record, RunHeader};
+use asperity_report::{Gather, Limits, Run, Seen, Study as Page};
 use asperity_summary::Summary;
 use polars::prelude::DataFrame;
 
@@ -19,7 +21,9 @@ use crate::claims::{self, Measured};
 use crate::error::AnalysisError;
 use crate::figures::Gathering;
 use crate::load_table::LoadTable;
-use crate::pipeline::{CLAIMS, CLAIMS_PAGE, FIRST_GLOBAL_SLIPS, Pipeline, RESIDUALS, study_table, table_of};
+use crate::pipeline::{
+    CLAIMS, CLAIMS_PAGE, FIRST_GLOBAL_SLIPS, Pipeline, REPORT, RESIDUALS, study_table, table_of,
+};
 use crate::precursors::PrecursorRules;
 use crate::run_data::Collector;
 use crate::study::StudyRow;
@@ -53,7 +57,10 @@ pub struct Reduction<'a> {
 /// What stays of a run.
 struct Passed {
     header: RunHeader,
+    scenario: Scenario,
     summary: Summary,
+    /// What the page shows of it.
+    seen: Seen,
     residuals: Vec<ResidualRow>,
     first_global_slip: Option<FirstGlobalSlip>,
     /// One for each study that the run is in, by the study's place in the pipeline.
@@ -65,6 +72,7 @@ struct Passed {
 pub struct Passing {
     collector: Collector,
     loads: LoadTable,
+    page: Gather,
 }
 
 impl Passing {
@@ -74,6 +82,7 @@ impl Passing {
     /// If a table cannot be written.
     pub fn record(&mut self, record: &Record) -> Result<(), AnalysisError> {
         self.collector.record(record);
+        self.page.record(record);
         match record {
             Record::Step(record) => self.loads.push(record),
             Record::Fields(_) | Record::Window(_) => Ok(()),
@@ -85,7 +94,11 @@ impl Passing {
     /// # Errors
     /// If it cannot be read.
     pub fn event(&mut self, event: &Event) -> Result<(), AnalysisError> {
-        self.collector.event(event)
+        self.collector.event(event)?;
+        self.page.event(event).map_err(|error| AnalysisError::Run {
+            run: self.collector.name().to_owned(),
+            problem: format!("an event of {} cannot be read: {error}", event.topic),
+        })
     }
 }
 
@@ -129,7 +142,8 @@ impl<'a> Reduction<'a> {
         let collector = Collector::new(run, header, scenario, self.wants(run));
         let name = table_of(collector.name(), "load");
         let loads = LoadTable::begin(&self.files, &self.tables, &name, collector.both_ways())?;
-        Ok(Passing { collector, loads })
+        let page = Gather::new(collector.steps(), Limits::of_runs(self.pipeline.run.len()));
+        Ok(Passing { collector, loads, page })
     }
 
     /// What has gone by was not the run: it is as if nothing had.
@@ -148,7 +162,7 @@ impl<'a> Reduction<'a> {
         has_ruptures: bool,
         summary: Summary,
     ) -> Result<(), AnalysisError> {
-        let Passing { collector, loads } = passing;
+        let Passing { collector, loads, page } = passing;
         loads.finish()?;
         let run = collector.finish(has_ruptures);
         let write = |what: &str, mut table: DataFrame| {
@@ -179,6 +193,8 @@ impl<'a> Reduction<'a> {
                 .collect::<Result<_, AnalysisError>>()?,
             measured: Measured::of(&self.pipeline.claim, &run),
             header: run.header.clone(),
+            scenario: run.scenario.clone(),
+            seen: page.finish(),
         };
         self.figures.run(&run, &self.files)?;
         self.passed.lock().expect("whoever adds a run does not panic").insert(run.name, stays);
@@ -195,6 +211,8 @@ impl<'a> Reduction<'a> {
         let Reduction { pipeline, out, tables: folder, files, passed, .. } = self;
         let mut runs = passed.into_inner().expect("whoever adds a run does not panic");
         let singles = [
+            // The summaries, and the page.
+            true,
             true,
             !pipeline.precursors.is_empty(),
             !pipeline.first_global_slips.is_empty(),
@@ -232,18 +250,37 @@ impl<'a> Reduction<'a> {
             write(&study_table(study), study.table(&rows)?)?;
             one_more(1);
         }
+        let mut told = Vec::new();
         if !pipeline.claim.is_empty() {
             let measured = runs.iter().map(|(name, run)| (name.as_str(), &run.measured)).collect();
             let outcomes = claims::judge(&pipeline.claim, &measured);
             write(CLAIMS, claims::table(&outcomes)?)?;
             let headers: Vec<&RunHeader> = runs.values().map(|run| &run.header).collect();
             files.write(&folder.join(CLAIMS_PAGE), claims::markdown(&pipeline.title, &outcomes, &headers))?;
+            told = claims::told(&outcomes);
             one_more(1);
         }
-        let headers = runs.iter().map(|(name, run)| (name.as_str(), &run.header));
-        record::write(&files, out, COMMAND, headers, pipeline.outputs(out))?;
+        let contents = pipeline.contents();
+        let headers = pipeline.run.iter().map(|spec| (spec.name.as_str(), &runs[&spec.name].header));
+        record::write(&files, out, COMMAND, headers, pipeline.outputs(out), Some(&contents))?;
+        let in_order = pipeline.run.iter().filter_map(|spec| runs.remove_entry(&spec.name));
+        let shown = in_order.map(|(name, run)| Run {
+            name,
+            header: run.header,
+            scenario: run.scenario,
+            summary: run.summary,
+            seen: run.seen,
+            lacks: None,
+            links: Vec::new(),
+        });
+        let written = pipeline.outputs(out);
+        let from_folder = |path: &PathBuf| path.strip_prefix(out).unwrap_or(path).display().to_string();
+        let written: Vec<String> = written.iter().map(from_folder).collect();
+        let read = |file: &str| fs::read(files.begun(&out.join(file))?).ok();
+        let page = Page::of(&contents, &written, shown.collect(), told, &read, true);
+        files.write(&out.join(REPORT), page.html())?;
+        one_more(1);
         files.publish()?;
-        let names = pipeline.run.iter().map(|spec| &spec.name);
-        Ok(names.filter_map(|name| Some(runs.remove(name)?.summary)).collect())
+        Ok(page.runs.into_iter().map(|run| run.summary).collect())
     }
 }

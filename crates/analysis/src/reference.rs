@@ -7,6 +7,7 @@ use serde_json::{Map, Value};
 
 use crate::measure::Measure;
 use crate::pipeline::Pipeline;
+use crate::spelling::spelled;
 
 /// The parts of the page that are made from the code: the name of each, and its text.
 pub fn parts() -> Vec<(&'static str, String)> {
@@ -166,36 +167,7 @@ fn words(schema: &Value) -> Vec<(&str, String)> {
 
 /// The comment on a key, on one line and as pages write symbols.
 fn said(schema: &Value) -> String {
-    let text = schema["description"].as_str().unwrap_or_default();
-    let mut line: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    // What links lead to in rustdoc is not on the page.
-    for link in ["[`LoadCurve`]", "[`balance_load_ratio`]", "[`screened_load_ratio`]"] {
-        line = line.replace(link, "the [load in time](model.md#the-load-in-time)");
-    }
-    const SYMBOLS: [(&str, &str); 18] = [
-        ("`F_T / F_N`", "F_T/F_N"),
-        ("`L_p / L`", "L_p/L"),
-        ("`L_p = L`", "L_p = L"),
-        ("`mu_s / mu_d`", "μ_s/μ_d"),
-        ("`mu_d`", "μ_d"),
-        ("`mu_s`", "μ_s"),
-        ("`mu_s F_N`", "μ_s F_N"),
-        ("`mu_d F_N`", "μ_d F_N"),
-        ("`mu_s p_n`", "μ_s p_n"),
-        ("`mu_d p_n`", "μ_d p_n"),
-        ("`tau / p`", "τ/p"),
-        ("`tau_n / p_n`", "τ_n/p_n"),
-        ("`tau_n`", "τ_n"),
-        ("`tau`", "τ"),
-        ("`alpha = (mu_s + mu_d) / 2`", "α = (μ_s + μ_d)/2"),
-        ("`alpha`", "α"),
-        ("`2 tau / gamma`", "2τ/γ"),
-        ("`F_N`", "F_N"),
-    ];
-    for (written, printed) in SYMBOLS {
-        line = line.replace(written, printed);
-    }
-    line.replace("`F_T`", "F_T").replace("`p`", "p")
+    spelled(schema["description"].as_str().unwrap_or_default())
 }
 
 /// A paragraph in lines of 120 columns at most.

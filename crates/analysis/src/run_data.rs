@@ -280,6 +280,11 @@ impl Collector {
         &self.run.name
     }
 
+    /// How many steps it is to take.
+    pub fn steps(&self) -> u64 {
+        self.run.header.steps
+    }
+
     /// Whether its drive pulls both ways.
     pub fn both_ways(&self) -> bool {
         self.run.plan.drive.pulls_both_ways()

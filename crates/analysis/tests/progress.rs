@@ -68,9 +68,11 @@ fn every_table_of_several_runs_is_told() {
     let mut told = Vec::new();
     let in_order = reduction.finish(&mut |progress| told.push(progress)).expect("the tables can be written");
     assert_eq!(in_order, [summaries[1].clone(), summaries[0].clone()]);
-    // The summaries, the residuals, the first global slips and the study.
-    let expected: Vec<Progress> = (0..=4).map(|done| Progress { done, of: 4 }).collect();
+    // The summaries, the residuals, the first global slips, the study, and the page.
+    let expected: Vec<Progress> = (0..=5).map(|done| Progress { done, of: 5 }).collect();
     assert_eq!(told, expected);
+    let page = std::fs::read_to_string(out.path().join("report.html")).expect("it is there");
+    assert!(page.contains("id=\"run-complete\"") && page.contains("src=\"data:image/png;base64,"));
     let tables = std::fs::read_dir(out.path().join("tables")).expect("tables are written").count();
     // Ruptures, events and load of each run, the precursors among the ruptures of one and those
     // among its events, and the last three above, as CSV and as Parquet; the summaries of both in one table, and each by itself.

@@ -6,8 +6,10 @@ use std::sync::LazyLock;
 use asperity_run::SolverKind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+pub(crate) use report::ReportArguments;
 pub(crate) use sweep::*;
 
+mod report;
 mod sweep;
 
 /// What `--version` says: the package's version, and that of the code that shapes a run.
@@ -31,6 +33,7 @@ Examples:
   asperity check out/mine.mcap
   asperity export out/mine.mcap --to csv -o out/tables
   asperity diff out/before.mcap out/after.mcap
+  asperity report out/mine.mcap --out out/mine.html
   asperity reduce out/mine.mcap -o out/mine
 
 Exit codes:
@@ -71,6 +74,8 @@ pub(crate) enum Command {
     Salvage(SalvageArguments),
     /// Compare two runs, or two folders of runs: numbers, ruptures and slip events.
     Diff(DiffArguments),
+    /// Put runs, or a whole study, on one page.
+    Report(ReportArguments),
     /// Run the detectors again on the records of a log, and compare the events.
     Replay(ReplayArguments),
     /// Write run logs as tables for data frames: Parquet, CSV or NDJSON.
@@ -585,9 +590,9 @@ Examples:
 Runs already in the folder are reused if their logs are whole (see asperity
 check: made by this very program with its detectors). Those that are not are
 made again, and a line says why; those of another scenario or solver only with
---fresh, which repeats all. Tables and figures are replaced together;
-reproduce.json says what they were made of. One process at a time writes into
-the folder.")]
+--fresh, which repeats all. Tables, figures and report.html, the page of all of
+it, are replaced together; reproduce.json says what they were made of. One
+process at a time writes into the folder.")]
 pub(crate) struct ReproduceArguments {
     /// The pipeline.
     #[arg(value_name = "PIPELINE.toml")]

@@ -1,6 +1,7 @@
 //! `asperity sweep collect` and `asperity sweep draw`: the tables of a study and its figures, both made
 //! of the results of its runs as they pass.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 #[cfg(feature = "analysis")]
@@ -26,7 +27,9 @@ use crate::args::{SweepCollectArguments, SweepTable};
 use crate::exit::Failure;
 use crate::outputs::create_folder;
 use crate::progress::{Board, Stages};
+use crate::report;
 use crate::study::{in_words, outcome, read};
+use crate::study_page::{self, Rows, Shown};
 use crate::terminal::say;
 
 /// The folder of the figures of a study.
@@ -39,7 +42,9 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
     create_folder(&tables)?;
     let formats: Vec<&dyn Format> = to.iter().map(|table| format(*table)).collect();
     let study = Study { plan: &plan, inputs: Inputs::of([folder.join(FILE)]), board };
-    let figures = Figures { all: &plan.common.figures, folder: out.as_ref().unwrap_or(folder).join(FIGURES) };
+    let own = out.as_ref().unwrap_or(folder);
+    let figures =
+        Figures { all: &plan.common.figures, folder: own.join(FIGURES), page: Some(own.join(report::PAGE)) };
     let counts = study.make(results, &tables, &formats, &figures)?;
     board.line(&in_words(&plan, counts));
     outcome(counts)
@@ -67,7 +72,9 @@ pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(
     }
     let study = Study { plan: &plan, inputs: Inputs::of(&inputs), board };
     let to = out.clone().unwrap_or_else(|| folder.join(FIGURES));
-    let counts = study.make(results, folder, &[], &Figures { all: &all, folder: to })?;
+    // The page of the study shows them as they are.
+    let page = out.is_none().then(|| folder.join(report::PAGE));
+    let counts = study.make(results, folder, &[], &Figures { all: &all, folder: to, page })?;
     board.line(&in_words(&plan, counts));
     outcome(counts)
 }
@@ -115,6 +122,8 @@ struct Study<'a> {
 struct Figures<'a> {
     all: &'a [Figure],
     folder: PathBuf,
+    /// The page on which they stand; none if it is left as it is.
+    page: Option<PathBuf>,
 }
 
 impl Study<'_> {
@@ -131,6 +140,7 @@ impl Study<'_> {
             stages: self.board.stages("tables"),
             done: 0,
             of: self.plan.rows.len(),
+            rows: Rows::of(&self.plan.common.keys),
             #[cfg(feature = "analysis")]
             drawer: Drawer::new(figures.all),
         };
@@ -158,7 +168,11 @@ impl Study<'_> {
                 figures.folder.display()
             ));
         }
-        drop(passing);
+        let rows = passing.finish();
+        if let Some(path) = &figures.page {
+            write_page(path, self.plan, counts, rows, &paths, &files, figures)?;
+            paths.push(path.clone());
+        }
         files.publish().map_err(Failure::failed)?;
         paths.sort();
         paths.into_iter().try_for_each(|path| say(path.display()))?;
@@ -166,28 +180,61 @@ impl Study<'_> {
     }
 }
 
+/// Writes the page, of what is about to be published.
+fn write_page(
+    page: &Path,
+    plan: &Plan,
+    counts: Counts,
+    rows: Rows,
+    written: &[PathBuf],
+    files: &FileSet,
+    figures: &Figures<'_>,
+) -> Result<(), Failure> {
+    let mut tables: Vec<PathBuf> =
+        written.iter().filter(|path| !path.starts_with(&figures.folder)).cloned().collect();
+    if tables.is_empty() {
+        // Figures alone are drawn again; the tables are those that are there.
+        tables = study_page::tables_in(page.parent().unwrap_or(Path::new("")));
+    }
+    let read = |file: &str| {
+        let path = figures.folder.join(file.strip_prefix("figures/")?);
+        // As it is where this program draws nothing.
+        fs::read(files.begun(&path).unwrap_or(path)).ok()
+    };
+    let shown =
+        Shown { figures: figures.all, links: study_page::links(page, tables), way: "", provenance: true };
+    let html = study_page::page(plan, counts, rows, shown, &read).html();
+    files.write(page, html).map_err(Failure::failed)
+}
+
 /// Sees the rows of the tables.
 struct Passing {
     stages: Stages,
     done: usize,
     of: usize,
+    rows: Rows,
     #[cfg(feature = "analysis")]
     drawer: Drawer,
+}
+
+impl Passing {
+    /// The rows for the page.
+    fn finish(self) -> Rows {
+        self.rows
+    }
 }
 
 impl Watch for Passing {
     fn begin(&mut self, table: &'static str, columns: &[Column]) {
         #[cfg(feature = "analysis")]
         self.drawer.begin(table, columns);
-        #[cfg(not(feature = "analysis"))]
-        let (_, _) = (table, columns);
+        self.rows.begin(table, columns);
     }
 
     fn row(&mut self, table: &'static str, cells: &[Cell]) {
         #[cfg(feature = "analysis")]
         self.drawer.row(table, cells);
-        #[cfg(not(feature = "analysis"))]
-        let _ = cells;
+        self.rows.row(table, cells);
         if table == RUNS {
             self.done += 1;
             self.stages.reached("runs", self.done, self.of);

@@ -16,6 +16,7 @@ mod man;
 mod outputs;
 mod progress;
 mod replay;
+mod report;
 #[cfg(feature = "analysis")]
 mod reproduce;
 mod run;
@@ -23,12 +24,14 @@ mod ruptures;
 mod salvage;
 mod scenario;
 mod study;
+mod study_page;
 mod summary;
 mod sweep;
 mod terminal;
 mod validate;
 #[cfg(feature = "analysis")]
 mod verify;
+mod way;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -85,6 +88,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
         Command::Replay(arguments) => replay::command(&arguments, board),
         Command::Export(arguments) => export::command(&arguments, &board),
         Command::Diff(arguments) => diff::command(&arguments),
+        Command::Report(arguments) => report::command(&arguments, &board),
         #[cfg(feature = "analysis")]
         Command::Reduce(arguments) => reproduce::reduce_command(&arguments, &board),
         #[cfg(feature = "analysis")]

@@ -95,7 +95,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
             .flat_map(|name| table_file::paths(out, name));
         let tables = tables.chain([summaries::TABLE, summaries::JSON].map(|name| out.join(name)));
         let figures = figures::OVERVIEW.iter().map(|name| out.join(name));
-        record::write(&files, out, "reduce", [(name.as_str(), &data.header)], tables.chain(figures))?;
+        record::write(&files, out, "reduce", [(name.as_str(), &data.header)], tables.chain(figures), None)?;
         figures::draw_overview(&data, &files, out)?;
         Ok(files.publish()?)
     };

@@ -7,19 +7,21 @@
 //! timelines, drawn on a canvas because there may be ten thousand events.
 
 mod findings;
-mod markup;
 mod physics;
 mod results;
 mod timeline;
 mod words;
 
-use crate::report::{Class, Report, RunDiff, Verdict};
-use markup::{Cell, Row, json, table, text};
-use timeline::Thinning;
-use words::{class_cell, counted, key, paragraph, section, short};
+use asperity_page::markup::{
+    Cell, Row, counted, json, paragraph, section, short, sortable_table, table, text,
+};
+use asperity_page::{Document, MAP, Part};
 
-const STYLE: &str = include_str!("page/page.css");
-const SCRIPT: &str = include_str!("page/timeline.js");
+use crate::report::{Class, Report, RunDiff, Verdict};
+use timeline::Thinning;
+use words::{class_cell, key};
+
+const OWN: Part = Part { style: include_str!("page/diff.css"), script: include_str!("page/diff.js") };
 
 /// How many findings of each class a report has to keep of a pair of runs for a page.
 pub const FINDINGS_OF_A_CLASS: usize = 1000;
@@ -43,17 +45,8 @@ pub fn page(report: &Report) -> String {
         results::provenance(report),
         meanings(),
     ];
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; \
-         script-src 'unsafe-inline'; img-src data:\">\n\
-         <meta name=\"viewport\" content=\"width=device-width\">\n<title>{}</title>\n\
-         <style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{}</main>\n\
-         <script type=\"application/json\" id=\"data\">{}</script>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
-        text(&title),
-        sections.concat(),
-        json(&timeline::timeline(report, &listed)),
-    )
+    let data = (" id=\"data\"".to_owned(), json(&timeline::timeline(report, &listed)));
+    Document { title, main: sections.concat(), data: vec![data], parts: &[MAP, OWN] }.html()
 }
 
 /// What everybody reads: the outcome in one word and one sentence.
@@ -153,7 +146,7 @@ fn runs(report: &Report) -> String {
         cells.push(Cell::optional(run.horizon.as_ref().map(|horizon| horizon.at_s)));
         Row::from(cells)
     });
-    section("Runs", &format!("<div class=\"wide\">{}</div>\n", table("", &headings, rows)))
+    section("Runs", &sortable_table("runs", "", &headings, rows))
 }
 
 fn timelines(report: &Report) -> String {
@@ -192,7 +185,7 @@ fn timelines(report: &Report) -> String {
              <button data-action=\"right\" aria-label=\"later\">▶</button>\
              <button data-action=\"whole\">whole run</button><button data-action=\"save\">save as PNG</button>\n</div>\n\
              <div class=\"controls needs-script\"><fieldset><legend>show</legend>{boxes}</fieldset></div>\n\
-             <figure class=\"needs-script\">\n<canvas id=\"timeline\" tabindex=\"0\" role=\"img\" aria-label=\"Space-time \
+             <figure class=\"needs-script\">\n<canvas id=\"timeline\" class=\"map\" tabindex=\"0\" role=\"img\" aria-label=\"Space-time \
              timelines of the old run above and the new run below; every event a rectangle from its onset to its end and \
              from its first to its last block. The same is in the tables of this page.\"></canvas>\n\
              <figcaption>Each rectangle is a rupture or a slip event: onset to end across, first to last block up; none is drawn \

@@ -129,6 +129,14 @@ impl FileSet {
         file.write_all(content.as_ref()).map_err(FileError::io(path))
     }
 
+    /// Where a file stands that has been begun and has not got its name, for a reader; what was written
+    /// of it must have reached the system.
+    pub fn begun(&self, path: &Path) -> Option<PathBuf> {
+        let state = self.state();
+        let output = state.outputs.iter().find(|output| output.path == path)?;
+        output.staged.as_ref().map(|staged| staged.at.clone())
+    }
+
     /// Takes a file back, as if it had never been begun.
     pub fn discard(&self, path: &Path) {
         let state = &mut *self.state();

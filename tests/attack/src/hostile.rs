@@ -27,7 +27,7 @@ const STOP: &str = "ulimit -v 1500000; ulimit -t 8";
 const LONGEST: usize = 10_000_000;
 
 /// What reads a kind of file; FILE stands for its name.
-const ON_LOGS: [&[&str]; 10] = [
+const ON_LOGS: [&[&str]; 11] = [
     &["check", "FILE"],
     &["salvage", "FILE", "--out", "salvaged.mcap"],
     &["events", "FILE"],
@@ -36,6 +36,7 @@ const ON_LOGS: [&[&str]; 10] = [
     &["export", "FILE", "--to", "parquet", "--out", "exported-parquet"],
     &["reduce", "FILE", "--out", "reduced"],
     &["replay", "FILE"],
+    &["report", "FILE", "--out", "page.html"],
     &["diff", "FILE", "FILE"],
     &["scenario", "show", "FILE"],
 ];

@@ -86,6 +86,8 @@ impl Writer {
             writer("export parquet", export("parquet", &[]), false),
             writer("export parquet --force", export("parquet", &["--force"]), true),
             writer("reduce", on(&["reduce"], out), false),
+            writer("report", on(&["report"], &["--out", "page.html"]), false),
+            writer("report --force", on(&["report"], &["--out", "page.html", "--force"]), true),
             writer("replay", on(&["replay"], &[out, &["--quiet"]].concat()), false),
             writer(
                 "diff",

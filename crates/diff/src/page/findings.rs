@@ -1,8 +1,8 @@
 //! The list of findings: which events, what differs, by which rule.
 
-use super::markup::{Cell, Row, table, text};
-use super::words::{class_cell, name, paragraph, section, short, short_or_zero};
+use super::words::{class_cell, name, short_or_zero};
 use crate::report::{CellChange, Extent, Finding, Report};
+use asperity_page::markup::{Cell, Row, paragraph, section, short, table, text};
 
 /// Most findings that the page lists; the timeline shows all of them.
 pub(super) const LISTED_MOST: usize = 2000;

@@ -1,10 +1,10 @@
 //! What a physicist asks of two runs first: the numbers that describe them, and their ruptures.
 
+use asperity_page::markup::{Cell, Row, counted, paragraph, section, short, table, text};
 use serde_json::Value;
 
 use super::findings::events;
-use super::markup::{Cell, Row, table, text};
-use super::words::{class_cell, counted, name, paragraph, section, short};
+use super::words::{class_cell, name};
 use crate::report::{Class, Finding, NumberChange, Report, RunDiff, RuptureDiff};
 
 /// Most ruptures that the page lists of a run, the largest first.

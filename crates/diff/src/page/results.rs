@@ -1,9 +1,9 @@
 //! What follows from the events that differ: where runs part, which results change, and what
 //! else tells the runs apart.
 
-use super::markup::{Cell, Row, table, text};
-use super::words::{counted, name, paragraph, section, short, short_or_zero};
+use super::words::{name, short_or_zero};
 use crate::report::{Report, Sample};
+use asperity_page::markup::{Cell, Row, counted, paragraph, section, short, table, text};
 
 /// Most rows of a table of downstream changes.
 const DOWNSTREAM_MOST: usize = 200;

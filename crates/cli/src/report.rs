@@ -1,0 +1,323 @@
+//! `asperity report`: runs, a study or several as a page.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use asperity_files::{Existing, FileSet, Inputs};
+use asperity_model::{Scenario, ScenarioSource};
+use asperity_record::{EventPayload, Record, Rupture};
+use asperity_report::{Claim, Entry, Gather, Judgement, Limits, Link, Recorded, Run, Study, index};
+use asperity_run::{Checked, Verdict, at_once};
+use asperity_runlog::{LogItem, RunReader, Topics};
+use asperity_summary::{RupturesFrom, Summarizer};
+use serde::Deserialize;
+
+use crate::args::ReportArguments;
+use crate::exit::{self, Code, Failure};
+use crate::outputs::refused;
+use crate::progress::Board;
+use crate::terminal::say;
+use crate::way::way;
+use crate::{judge, ruptures, study_page, summary};
+
+/// What a study's own page is called.
+pub(crate) const PAGE: &str = "report.html";
+/// The record of a pipeline.
+const RECORD: &str = "reproduce.json";
+/// The table of its claims.
+const CLAIMS: &str = "tables/claims.csv";
+
+const ACCEPTED: &str = "run logs; or folders of a pipeline, which have a reproduce.json, or of a sweep, which have a \
+                        plan.ndjson";
+
+pub(crate) fn command(arguments: &ReportArguments, board: &Board) -> Result<(), Failure> {
+    let ReportArguments { of, out, .. } = arguments;
+    exit::folder_is_there("--out", out)?;
+    let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
+    let files = FileSet::new(existing, Inputs::of(of.iter().filter(|path| path.is_file())));
+    let not_written = |error| refused("--out", &error, true);
+    files.reserve([out]).map_err(not_written)?;
+    let kinds = of.iter().map(|path| Kind::of(path)).collect::<Result<Vec<Kind>, Failure>>()?;
+    let mut codes = Vec::new();
+    let html = match kinds.as_slice() {
+        [Kind::Pipeline] => {
+            let mut study = pipeline(&of[0], arguments, &files)?;
+            study.lead(&way(out, &of[0]));
+            study.html()
+        }
+        [Kind::Sweep] => study_page::of_folder(&of[0], arguments, &files, board)?,
+        kinds if kinds.iter().all(|kind| *kind == Kind::Log) => {
+            let (study, told) = logs(arguments, board)?;
+            codes = told;
+            study.html()
+        }
+        kinds if kinds.iter().all(|kind| *kind != Kind::Log) => {
+            let entries = of.iter().zip(kinds).map(|(folder, kind)| entry(folder, *kind, out));
+            index("Studies", &entries.collect::<Result<Vec<Entry>, Failure>>()?)
+        }
+        _ => {
+            return Err(Failure::BadInput(format!(
+                "{} is a folder and others are not (accepted: {ACCEPTED})",
+                of[kinds.iter().position(|kind| *kind != Kind::Log).unwrap_or_default()].display()
+            )));
+        }
+    };
+    files.write(out, html).map_err(not_written)?;
+    files.publish().map_err(not_written)?;
+    say(out.display())?;
+    Code::worst(codes).said()
+}
+
+/// What stands at a path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Log,
+    Pipeline,
+    Sweep,
+}
+
+impl Kind {
+    fn of(path: &Path) -> Result<Kind, Failure> {
+        if !path.is_dir() {
+            // Whether it is a run log is found out when it is read.
+            return Ok(Kind::Log);
+        }
+        if path.join(RECORD).is_file() {
+            Ok(Kind::Pipeline)
+        } else if path.join(asperity_sweep::plan::FILE).is_file() {
+            Ok(Kind::Sweep)
+        } else {
+            Err(Failure::BadInput(format!(
+                "{}: a folder of neither a pipeline nor a sweep (accepted: {ACCEPTED})",
+                path.display()
+            )))
+        }
+    }
+}
+
+/// Runs by their logs.
+fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>), Failure> {
+    let ReportArguments { of, out, .. } = arguments;
+    let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let stems: BTreeSet<String> = of.iter().map(|path| stem(path)).collect();
+    // Where two logs have one name, their paths are names.
+    let is_told_apart = stems.len() == of.len();
+    let limits = Limits::of_runs(of.len());
+    let found = at_once(of, None, |path| {
+        let checked = judge::readable(path)?;
+        if checked.verdict == Verdict::Damaged {
+            return Err(Failure::Log(
+                checked.verdict,
+                format!("{}: {checked} (accepted: what asperity salvage makes of it)", path.display()),
+            ));
+        }
+        let name = if is_told_apart { stem(path) } else { path.display().to_string() };
+        let mut run = run(&name, path, &checked, limits)?;
+        let words = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        run.links = vec![Link { path: way(out, path), words }];
+        Ok((run, checked))
+    })?;
+    let mut runs: Vec<Run> = Vec::new();
+    let mut codes = Vec::new();
+    for (path, (run, checked)) in of.iter().zip(found) {
+        if let Err(failure) = judge::tell(path, &checked, board) {
+            exit::report(&failure);
+            codes.push(failure.code());
+        }
+        runs.push(run);
+    }
+    let title = match runs.as_slice() {
+        [run] => format!("Run {}", run.name),
+        runs => format!("{} runs", runs.len()),
+    };
+    let study = Study {
+        title,
+        runs,
+        claims: Vec::new(),
+        figures: Vec::new(),
+        links: Vec::new(),
+        provenance: !arguments.no_provenance,
+    };
+    Ok((study, codes))
+}
+
+/// A run out of its log, which is read once, as far as it is sound.
+fn run(name: &str, log: &Path, checked: &Checked, limits: Limits) -> Result<Run, Failure> {
+    let problem = |problem: String| Failure::Log(checked.verdict, format!("{}: {problem}", log.display()));
+    let topics = Topics { events: true, ..Topics::STEPS };
+    let mut reader = RunReader::open(log, topics).map_err(Failure::failed)?;
+    // Of a log that breaks off so early, or was salvaged without it, nothing says what was asked.
+    if reader.scenario_toml().is_empty() {
+        return Err(problem("it has no attachment `scenario.toml`".to_owned()));
+    }
+    let source = ScenarioSource::logged(format!("{}: scenario.toml", log.display()), reader.scenario_toml());
+    let scenario = Scenario::resolve(&source).map_err(|errors| problem(errors.to_string()))?;
+    let header = reader.header().clone();
+    let mut summarizer = Summarizer::new(name, &header, summary::slider(&scenario));
+    let mut page = Gather::new(header.steps, limits);
+    loop {
+        match reader.next_item() {
+            Ok(Some(LogItem::Record(record))) => {
+                if let Record::Step(record) = &record {
+                    summarizer.record(record);
+                }
+                page.record(&record);
+            }
+            Ok(Some(LogItem::Event(event))) => {
+                let unread = |error| problem(format!("an event of {} cannot be read: {error}", event.topic));
+                summarizer.event(&event).map_err(unread)?;
+                page.event(&event).map_err(unread)?;
+            }
+            Ok(None) => break,
+            Err(error) if error.problem.is_early_end() => break,
+            Err(error) => return Err(Failure::failed(error)),
+        }
+    }
+    let holds_all = checked.verdict.holds_all();
+    let ruptures_from = if reader.event_topics().any(|topic| topic == Rupture::TOPIC) {
+        RupturesFrom::Log
+    } else if holds_all {
+        for rupture in ruptures::found_in_steps(log)? {
+            summarizer.rupture(&rupture);
+            page.rupture(rupture);
+        }
+        RupturesFrom::Steps
+    } else {
+        RupturesFrom::None
+    };
+    Ok(Run {
+        name: name.to_owned(),
+        summary: summarizer.finish(ruptures_from, reader.end()),
+        seen: page.finish(),
+        header,
+        scenario,
+        lacks: (!holds_all).then(|| checked.to_string()),
+        links: Vec::new(),
+    })
+}
+
+/// The record of a pipeline's folder.
+fn recorded(folder: &Path) -> Result<Recorded, Failure> {
+    let path = folder.join(RECORD);
+    let bad = |problem: String| Failure::BadInput(format!("{}: {problem}", path.display()));
+    let text = fs::read_to_string(&path).map_err(|error| bad(format!("{error} (accepted: a text file)")))?;
+    Recorded::read(&text).map_err(bad)
+}
+
+/// A pipeline out of its folder.
+fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Result<Study, Failure> {
+    let recorded = recorded(folder)?;
+    let path = folder.join(RECORD);
+    let Some(contents) = recorded.page else {
+        return Err(Failure::BadInput(format!(
+            "{}: it does not say what its figures show, as it was written by an older version (accepted: a folder that \
+             asperity reproduce has been called for since, which uses the runs that are there)",
+            path.display()
+        )));
+    };
+    let logs: Vec<PathBuf> =
+        recorded.runs.iter().map(|run| folder.join("runs").join(format!("{}.mcap", run.name))).collect();
+    let figures = contents.figures.iter().map(|figure| folder.join(&figure.file));
+    let inputs = logs.iter().cloned().chain(figures).chain([path, folder.join(CLAIMS)]);
+    files.add_inputs(inputs).map_err(|error| refused("--out", &error, true))?;
+    let limits = Limits::of_runs(logs.len());
+    let places: Vec<usize> = (0..logs.len()).collect();
+    let runs = at_once(&places, None, |&place| {
+        let (of, log) = (&recorded.runs[place], &logs[place]);
+        let checked = judge::holds_all(log)?;
+        let run = run(&of.name, log, &checked, limits)?;
+        if run.header != of.run {
+            return Err(Failure::BadInput(format!(
+                "{}: it is of another run than {RECORD} says (accepted: the log that its tables were made of; asperity \
+                 reproduce makes them of what is there)",
+                log.display()
+            )));
+        }
+        Ok(run)
+    })?;
+    let claims = if recorded.files.iter().any(|file| file == CLAIMS) {
+        claims(&folder.join(CLAIMS))?
+    } else {
+        Vec::new()
+    };
+    let read = |file: &str| fs::read(folder.join(file)).ok();
+    Ok(Study::of(&contents, &recorded.files, runs, claims, &read, !arguments.no_provenance))
+}
+
+/// A row of the table of claims.
+#[derive(Deserialize)]
+struct ClaimRow {
+    about: String,
+    of: String,
+    run: String,
+    quote: String,
+    measure: String,
+    stated: String,
+    ours: Option<f64>,
+    deviation: Option<f64>,
+    rule: String,
+    verdict: String,
+    kind: String,
+    note: String,
+    #[serde(default)]
+    as_stated_ours: Option<f64>,
+    #[serde(default)]
+    as_stated_rule: String,
+    #[serde(default)]
+    as_stated_verdict: String,
+}
+
+/// The claims of a table.
+fn claims(table: &Path) -> Result<Vec<Claim>, Failure> {
+    let bad = |error: csv::Error| {
+        Failure::BadInput(format!("{}: {error} (accepted: the table of a pipeline)", table.display()))
+    };
+    let mut reader = csv::Reader::from_path(table).map_err(bad)?;
+    let claim = |row: ClaimRow| Claim {
+        as_stated: (!row.as_stated_verdict.is_empty()).then_some(Judgement {
+            ours: row.as_stated_ours,
+            rule: row.as_stated_rule,
+            verdict: row.as_stated_verdict,
+        }),
+        about: row.about,
+        of: row.of,
+        run: row.run,
+        quote: row.quote,
+        measure: row.measure,
+        stated: row.stated,
+        own: Judgement { ours: row.ours, rule: row.rule, verdict: row.verdict },
+        deviation: row.deviation,
+        kind: row.kind,
+        note: row.note,
+    };
+    reader.deserialize().map(|row| row.map(claim).map_err(bad)).collect()
+}
+
+/// A study among several.
+fn entry(folder: &Path, kind: Kind, out: &Path) -> Result<Entry, Failure> {
+    let way = way(out, folder);
+    let report = folder.join(PAGE).is_file().then(|| format!("{way}{PAGE}"));
+    if kind == Kind::Sweep {
+        return study_page::entry(folder, &way, report);
+    }
+    let recorded = recorded(folder)?;
+    let contents = recorded.page.unwrap_or_default();
+    let there = contents.figures.into_iter().filter(|figure| folder.join(&figure.file).is_file());
+    let title = match contents.title {
+        title if title.is_empty() => folder.display().to_string(),
+        title => title,
+    };
+    let claims = if recorded.files.iter().any(|file| file == CLAIMS) {
+        claims(&folder.join(CLAIMS))?
+    } else {
+        Vec::new()
+    };
+    Ok(Entry {
+        title,
+        report,
+        runs: recorded.runs.len() as u64,
+        claims,
+        figures: there.map(|figure| (format!("{way}{}", figure.file), figure.caption)).collect(),
+    })
+}

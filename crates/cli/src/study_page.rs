@@ -1,0 +1,204 @@
+//! The page of a parameter study.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use asperity_files::FileSet;
+use asperity_record::{Cell, Column};
+use asperity_report::{Entry, Figure, Link, Sweep, encoded, picture};
+use asperity_sweep::results::Counts;
+use asperity_sweep::{Plan, RUNS, Watch, collect};
+
+use crate::args::ReportArguments;
+use crate::exit::Failure;
+use crate::outputs::refused;
+use crate::progress::Board;
+use crate::study;
+use crate::way::way;
+
+/// The numbers of runs that the page shows beside the keys that vary.
+const NUMBERS: [&str; 8] = [
+    "precursor_count",
+    "longest_precursor_ratio",
+    "global_rupture_count",
+    "first_global_rupture_onset_s",
+    "first_global_rupture_ft_fn",
+    "front_speed_over_wave_speed_ratio",
+    "recurrence_steady_s",
+    "reason",
+];
+
+/// The rows of the table of runs that the page shows.
+pub(crate) struct Rows {
+    keys: Vec<String>,
+    shown: Vec<usize>,
+    columns: Vec<(String, Option<&'static str>)>,
+    rows: Vec<Vec<Cell>>,
+    count: u64,
+}
+
+impl Rows {
+    /// For a study that varies these keys.
+    pub(crate) fn of(keys: &[String]) -> Rows {
+        Rows { keys: keys.to_vec(), shown: Vec::new(), columns: Vec::new(), rows: Vec::new(), count: 0 }
+    }
+}
+
+impl Watch for Rows {
+    fn begin(&mut self, table: &'static str, columns: &[Column]) {
+        if table != RUNS {
+            return;
+        }
+        let is_shown = |name: &str| {
+            ["run", "status"].contains(&name)
+                || self.keys.iter().any(|key| key == name)
+                || NUMBERS.contains(&name)
+        };
+        self.shown = (0..columns.len()).filter(|&n| is_shown(&columns[n].name)).collect();
+        self.columns = self.shown.iter().map(|&n| (columns[n].name.to_string(), columns[n].unit)).collect();
+    }
+
+    fn row(&mut self, table: &'static str, cells: &[Cell]) {
+        if table != RUNS {
+            return;
+        }
+        self.count += 1;
+        if self.rows.len() < Sweep::ROWS {
+            self.rows.push(self.shown.iter().map(|&n| cells[n]).collect());
+        }
+    }
+}
+
+/// What the page of a study shows beside its runs.
+pub(crate) struct Shown<'a> {
+    /// Its figures.
+    pub(crate) figures: &'a [asperity_study_figures::Figure],
+    /// The links to its tables.
+    pub(crate) links: Vec<Link>,
+    /// The way from the page to the folder of the study.
+    pub(crate) way: &'a str,
+    /// Whether it says by which code the runs were made.
+    pub(crate) provenance: bool,
+}
+
+/// The page of a study; `read` gives what a figure's file holds.
+pub(crate) fn page(
+    plan: &Plan,
+    counts: Counts,
+    rows: Rows,
+    shown: Shown<'_>,
+    read: &dyn Fn(&str) -> Option<Vec<u8>>,
+) -> Sweep {
+    let varied = plan.common.keys.iter().enumerate().map(|(n, key)| {
+        let mut values: Vec<String> = Vec::new();
+        let mut known = BTreeSet::new();
+        for row in &plan.rows {
+            let value = row.values[n].to_string();
+            if known.insert(value.clone()) {
+                values.push(value);
+            }
+        }
+        let words = match values.as_slice() {
+            few if few.len() <= 10 => few.join(", "),
+            [first, .., last] => format!("{} values, {first} to {last}", values.len()),
+            _ => String::new(),
+        };
+        (key.clone(), words)
+    });
+    let figures = shown.figures.iter().map(|figure| {
+        let label = |quantity: &asperity_study_figures::Quantity| quantity.label.clone();
+        let mut caption = format!("{} against {}", label(&figure.y), label(&figure.x));
+        if let Some(colour) = &figure.colour {
+            caption += &format!("; colour: {}", label(colour));
+        }
+        if let Some(facet) = &figure.facet {
+            caption += &format!("; a panel for each {}", label(facet));
+        }
+        if !figure.title.is_empty() {
+            caption = format!("{}: {caption}", figure.title);
+        }
+        let file = format!("figures/{}", figure.file);
+        Figure {
+            picture: picture(&file, read),
+            path: format!("{}{file}", shown.way),
+            caption: caption + ".",
+            runs: Vec::new(),
+        }
+    });
+    let accepted = plan.rows.iter().find(|row| row.refused.is_none());
+    Sweep {
+        title: plan.common.title.clone(),
+        scenario: accepted.and_then(|row| plan.common.resolve(&row.values).ok()),
+        varied: varied.collect(),
+        state: study::in_words(plan, counts),
+        columns: rows.columns,
+        rows: rows.rows,
+        row_count: rows.count,
+        figures: figures.collect(),
+        links: shown.links,
+        code_version: shown.provenance.then(|| plan.common.code_version.clone()),
+    }
+}
+
+/// The links to tables, by their paths.
+pub(crate) fn links(page: &Path, tables: impl IntoIterator<Item = PathBuf>) -> Vec<Link> {
+    let link = |path: PathBuf| {
+        let words = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let of = path.parent().unwrap_or(Path::new(""));
+        Link { path: format!("{}{}", way(page, of), encoded(words.as_bytes())), words }
+    };
+    let mut links: Vec<Link> = tables.into_iter().map(link).collect();
+    links.sort();
+    links
+}
+
+/// The page of a study out of its folder, with the tables and figures that are there.
+pub(crate) fn of_folder(
+    folder: &Path,
+    arguments: &ReportArguments,
+    files: &FileSet,
+    board: &Board,
+) -> Result<String, Failure> {
+    let (plan, mut results) = study::read(folder)?;
+    let tables = tables_in(folder);
+    let figures = plan.common.figures.iter().map(|figure| folder.join("figures").join(&figure.file));
+    let inputs = figures.chain(tables.iter().cloned()).chain([folder.join(asperity_sweep::plan::FILE)]);
+    files.add_inputs(inputs).map_err(|error| refused("--out", &error, true))?;
+    let mut rows = Rows::of(&plan.common.keys);
+    let (counts, _) = collect(&plan, &mut results, files, folder, &[], &mut rows).map_err(Failure::failed)?;
+    board.line(&study::in_words(&plan, counts));
+    let read = |file: &str| fs::read(folder.join(file)).ok();
+    let shown = Shown {
+        figures: &plan.common.figures,
+        links: links(&arguments.out, tables),
+        way: &way(&arguments.out, folder),
+        provenance: !arguments.no_provenance,
+    };
+    Ok(page(&plan, counts, rows, shown, &read).html())
+}
+
+/// The study among several.
+pub(crate) fn entry(folder: &Path, way: &str, report: Option<String>) -> Result<Entry, Failure> {
+    let (plan, _) = study::read(folder)?;
+    let there =
+        plan.common.figures.iter().filter(|figure| folder.join("figures").join(&figure.file).is_file());
+    let figures = there.map(|figure| {
+        let words = format!("{} against {}", figure.y.label, figure.x.label);
+        (format!("{way}figures/{}", figure.file), words)
+    });
+    Ok(Entry {
+        title: plan.common.title.clone(),
+        report,
+        runs: plan.rows.len() as u64,
+        claims: Vec::new(),
+        figures: figures.collect(),
+    })
+}
+
+/// The tables in the folder of a study.
+pub(crate) fn tables_in(folder: &Path) -> Vec<PathBuf> {
+    let has_one = |path: &PathBuf| path.extension().is_some_and(|end| end == "csv" || end == "parquet");
+    let entries = fs::read_dir(folder.join("tables")).into_iter().flatten().filter_map(Result::ok);
+    entries.map(|entry| entry.path()).filter(has_one).collect()
+}

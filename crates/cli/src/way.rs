@@ -1,0 +1,46 @@
+//! Links from a page to the files beside it.
+
+use std::fs;
+use std::path::{Component, Path};
+
+use asperity_report::encoded;
+
+/// The way from a page to a path beside or below it, or anywhere else, as a link has it; that to a
+/// folder ends in a slash.
+pub(crate) fn way(page: &Path, to: &Path) -> String {
+    let whole = |path: &Path| {
+        let there = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+        fs::canonicalize(there).or_else(|_| std::path::absolute(there)).unwrap_or_else(|_| there.to_owned())
+    };
+    let (from, to) = (whole(page.parent().unwrap_or(Path::new(""))), whole(to));
+    let (from, parts): (Vec<Component<'_>>, Vec<Component<'_>>) =
+        (from.components().collect(), to.components().collect());
+    let shared = from.iter().zip(&parts).take_while(|(a, b)| a == b).count();
+    let up = std::iter::repeat_n("..".to_owned(), from.len() - shared);
+    let down = parts[shared..].iter().map(|part| encoded(part.as_os_str().as_encoded_bytes()));
+    let mut way = up.chain(down).collect::<Vec<_>>().join("/");
+    if to.is_dir() && !way.is_empty() {
+        way.push('/');
+    }
+    way
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::way;
+
+    #[test]
+    fn links_lead_from_the_page_to_the_file() {
+        let folder = asperity_testkit::folder();
+        let path = folder.path();
+        fs::create_dir_all(path.join("a b/runs")).unwrap();
+        fs::create_dir_all(path.join("pages")).unwrap();
+        fs::write(path.join("a b/runs/x.mcap"), "").unwrap();
+        let page = path.join("pages/page.html");
+        assert_eq!(way(&page, &path.join("a b")), "../a%20b/");
+        assert_eq!(way(&page, &path.join("a b/runs/x.mcap")), "../a%20b/runs/x.mcap");
+        assert_eq!(way(&path.join("a b/report.html"), &path.join("a b")), "");
+    }
+}

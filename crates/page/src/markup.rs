@@ -1,0 +1,158 @@
+//! HTML by hand: escaping, and tables. A page is one document of a fixed form, for which a template
+//! language would be one more thing to know.
+
+use std::fmt::Display;
+
+use asperity_record::printable;
+
+/// A value as text in HTML, in content and in quoted attributes. Marks that turn the direction of
+/// writing would show the rest of the line in another order, so they are spelled out.
+pub fn text(value: impl Display) -> String {
+    let mut out = String::new();
+    for c in printable(&value.to_string()).chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// JSON as the content of a script element, which a tag within would end.
+///
+/// # Panics
+/// If it is nothing that JSON can hold, as a map whose keys are no texts.
+pub fn json(value: &impl serde::Serialize) -> String {
+    let json =
+        serde_json::to_string(value).expect("what a page knows is numbers and texts, which JSON holds");
+    json.replace('<', "\\u003c")
+}
+
+/// A section under a heading; nothing where there is nothing to say.
+pub fn section(title: &str, body: &str) -> String {
+    if body.is_empty() {
+        String::new()
+    } else {
+        format!("<section>\n<h2>{}</h2>\n{body}</section>\n", text(title))
+    }
+}
+
+/// A paragraph of plain text.
+pub fn paragraph(words: &str) -> String {
+    format!("<p>{}</p>\n", text(words))
+}
+
+/// A number and its thing, in the singular where there is one.
+pub fn counted(count: u64, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
+/// A number by three decimals or, if it is large or small, three digits.
+pub fn short(value: f64) -> String {
+    if value != 0.0 && !(1e-3..1e4).contains(&value.abs()) {
+        format!("{value:.2e}")
+    } else {
+        format!("{value:.3}")
+    }
+}
+
+/// A cell of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// Text, escaped here.
+    Text(String),
+    /// A number, set to the right.
+    Number(String),
+    /// A number that is shown as HTML, and sorted by its value.
+    Value(f64, String),
+    /// HTML that is escaped already.
+    Html(String),
+    /// Nothing.
+    None,
+}
+
+impl Cell {
+    /// Text.
+    pub fn text(value: impl Display) -> Cell {
+        Cell::Text(value.to_string())
+    }
+
+    /// A number.
+    pub fn number(value: impl Display) -> Cell {
+        Cell::Number(value.to_string())
+    }
+
+    /// A number, or nothing for none.
+    pub fn optional(value: Option<impl Display>) -> Cell {
+        value.map_or(Cell::None, Cell::number)
+    }
+
+    fn html(&self) -> String {
+        match self {
+            Cell::Text(value) => format!("<td>{}</td>", text(value)),
+            Cell::Number(value) => format!("<td class=\"number\">{}</td>", text(value)),
+            Cell::Value(value, html) => format!("<td class=\"number\" data-value=\"{value}\">{html}</td>"),
+            Cell::Html(html) => format!("<td>{html}</td>"),
+            Cell::None => "<td class=\"number none\">–</td>".to_owned(),
+        }
+    }
+}
+
+/// A row, with what else its tag says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Further attributes, as HTML.
+    pub attributes: String,
+    /// Its cells.
+    pub cells: Vec<Cell>,
+}
+
+impl From<Vec<Cell>> for Row {
+    fn from(cells: Vec<Cell>) -> Row {
+        Row { attributes: String::new(), cells }
+    }
+}
+
+/// A table. Headings that begin with `#` are of numbers.
+pub fn table(caption: &str, headings: &[&str], rows: impl IntoIterator<Item = Row>) -> String {
+    set("", caption, headings, rows)
+}
+
+/// A table that scripts let one sort and, if it is long, filter.
+pub fn sortable_table(
+    id: &str,
+    caption: &str,
+    headings: &[&str],
+    rows: impl IntoIterator<Item = Row>,
+) -> String {
+    let id = format!(" id=\"{}\" class=\"sortable\"", text(id));
+    format!("<div class=\"wide\">{}</div>\n", set(&id, caption, headings, rows))
+}
+
+fn set(attributes: &str, caption: &str, headings: &[&str], rows: impl IntoIterator<Item = Row>) -> String {
+    let mut out = format!("<table{attributes}>");
+    if !caption.is_empty() {
+        out.push_str(&format!("<caption>{}</caption>", text(caption)));
+    }
+    out.push_str("<thead><tr>");
+    for heading in headings {
+        match heading.strip_prefix('#') {
+            Some(heading) => {
+                out.push_str(&format!("<th scope=\"col\" class=\"number\">{}</th>", text(heading)))
+            }
+            None => out.push_str(&format!("<th scope=\"col\">{}</th>", text(heading))),
+        }
+    }
+    out.push_str("</tr></thead>\n<tbody>\n");
+    for row in rows {
+        out.push_str(&format!("<tr{}>", row.attributes));
+        row.cells.iter().for_each(|cell| out.push_str(&cell.html()));
+        out.push_str("</tr>\n");
+    }
+    out.push_str("</tbody></table>\n");
+    out
+}

@@ -1,0 +1,170 @@
+//! What was asked: the parameters of scenarios, with symbols and units.
+
+use asperity_model::Scenario;
+use asperity_model::keys::{KEYS, Key};
+use asperity_page::markup::{Cell, Row, table, text};
+use asperity_record::unit_of;
+use toml::{Table, Value};
+
+use crate::symbols::{number, rounded, symbol};
+
+/// The keys of a scenario with their values, in the order of the key table.
+pub(crate) struct Asked(Vec<(&'static Key, Value)>);
+
+/// Keys of a name, which no parameter is.
+const NAMES: [&str; 2] = ["name", "summary"];
+
+impl Asked {
+    /// Of a scenario; what the friction law has no use for is not among them.
+    pub(crate) fn of(scenario: &Scenario) -> Asked {
+        let toml: Table = toml::from_str(&scenario.to_commented_toml())
+            .expect("a scenario is written as the TOML that it is read from");
+        let value = |key: &Key| {
+            let mut parts = key.path.split('.');
+            let first = toml.get(parts.next()?)?;
+            parts.try_fold(first, |value, part| value.get(part)).cloned()
+        };
+        let keys = KEYS.iter().filter(|key| !NAMES.contains(&key.path));
+        Asked(keys.filter_map(|key| Some((key, value(key)?))).collect())
+    }
+
+    /// Whether a key speaks of what another one leaves out.
+    fn is_idle(&self, key: &Key) -> bool {
+        const NEEDS: [(&str, &[&str]); 4] = [
+            ("friction.ageing_time_s", &["friction.ageing_coefficient"]),
+            ("friction.spread_seed", &["friction.static_spread", "friction.dynamic_spread"]),
+            ("initial_velocity.mode", &["initial_velocity.amplitude_m_per_s"]),
+            ("normal_load.schedule_from", &["normal_load.schedule_s"]),
+        ];
+        const WEAKENING: &str = "velocity-weakening";
+        if key.path == "friction.weakening_velocity_m_per_s" {
+            return self.get("friction.law").and_then(Value::as_str) != Some(WEAKENING);
+        }
+        let is_off = |other: &&str| self.get(other).is_none_or(does_nothing);
+        NEEDS.iter().any(|(path, others)| *path == key.path && others.iter().all(is_off))
+    }
+
+    pub(crate) fn get(&self, path: &str) -> Option<&Value> {
+        self.0.iter().find(|(key, _)| key.path == path).map(|(_, value)| value)
+    }
+}
+
+/// The keys in which scenarios differ.
+pub(crate) fn differing(all: &[Asked]) -> Vec<&'static Key> {
+    let differs = |key: &&Key| all.windows(2).any(|pair| pair[0].get(key.path) != pair[1].get(key.path));
+    KEYS.iter().filter(|key| !NAMES.contains(&key.path)).filter(differs).collect()
+}
+
+/// The parameters that are the same in all scenarios, as a table. Those that nobody asked for and that
+/// do nothing are left out.
+pub(crate) fn parameters(first: &Asked, differing: &[&'static Key]) -> String {
+    let same = first.0.iter().filter(|(key, value)| {
+        !differing.iter().any(|other| other.path == key.path) && !does_nothing(value) && !first.is_idle(key)
+    });
+    let rows = same.map(|(key, value)| {
+        Row::from(vec![
+            Cell::Html(symbol(key.symbol)),
+            cell(value),
+            Cell::text(unit(key)),
+            Cell::Html(format!("<code>{}</code>", text(key.path))),
+            Cell::Html(format!("<span class=\"soft\">{}</span>", text(key.doc))),
+        ])
+    });
+    table("", &["symbol", "#value", "unit", "key", "meaning"], rows)
+}
+
+/// What describes the model in a few numbers, for the place beside its sketch.
+const MAIN: [&str; 16] = [
+    "slider.blocks",
+    "slider.length_m",
+    "slider.mass_kg",
+    "slider.youngs_modulus_pa",
+    "slider.relative_damping",
+    "friction.static_coefficient",
+    "friction.dynamic_coefficient",
+    "friction.interfacial_stiffness_ratio",
+    "drive.stiffness_n_per_m",
+    "drive.velocity_m_per_s",
+    "normal_load.total_n",
+    "normal_load.tilt",
+    "initial_shear.beta",
+    "prestress.ratio",
+    "time.step_s",
+    "time.duration_s",
+];
+
+/// The parameters that describe the model, in short; those that do nothing are left out, and of those
+/// that runs differ in it says so.
+pub(crate) fn main(first: &Asked, differing: &[&'static Key]) -> String {
+    let row = |path: &&str| {
+        let key = KEYS.iter().find(|key| key.path == *path)?;
+        let value = first.get(path)?;
+        let differs = differing.iter().any(|other| other.path == *path);
+        let (value, unit) = match (differs, value) {
+            (true, _) => ("differs".to_owned(), ""),
+            (false, value) if does_nothing(value) => return None,
+            (false, Value::Float(value)) => (rounded(*value, 6), unit(key)),
+            (false, other) => (text(other), unit(key)),
+        };
+        let title = text(key.doc);
+        Some(format!(
+            "<div title=\"{title}\"><dt>{}</dt><dd>{value} {}</dd></div>\n",
+            symbol(key.symbol),
+            text(unit)
+        ))
+    };
+    format!("<dl class=\"main\">\n{}</dl>\n", MAIN.iter().filter_map(row).collect::<String>())
+}
+
+/// The unit of a key; none for what is counted or chosen.
+pub(crate) fn unit(key: &Key) -> &'static str {
+    unit_of(key.path).filter(|unit| *unit != "1").unwrap_or_default()
+}
+
+/// A value as a cell.
+pub(crate) fn cell(value: &Value) -> Cell {
+    match value {
+        Value::Float(value) => Cell::Value(*value, number(*value)),
+        Value::Integer(value) => Cell::number(value),
+        Value::Boolean(flag) => Cell::text(if *flag { "yes" } else { "no" }),
+        Value::String(words) => Cell::text(words),
+        Value::Array(values) => Cell::text(format!("{} values", values.len())),
+        other => Cell::text(other),
+    }
+}
+
+/// Zero, none, or empty.
+fn does_nothing(value: &Value) -> bool {
+    match value {
+        Value::Float(value) => *value == 0.0,
+        Value::Integer(value) => *value == 0,
+        Value::Boolean(flag) => !flag,
+        Value::String(words) => words.is_empty(),
+        Value::Array(values) => values.is_empty(),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_model::resolve;
+
+    use super::{Asked, differing, parameters};
+
+    #[test]
+    fn what_differs_is_told_apart_from_what_is_the_same() {
+        let of = |set: &[&str]| Asked::of(&resolve("default", set).unwrap());
+        let all = [of(&[]), of(&["friction.static_coefficient=0.9", "slider.blocks=50"])];
+        let keys = differing(&all);
+        assert_eq!(
+            keys.iter().map(|key| key.path).collect::<Vec<_>>(),
+            ["slider.blocks", "friction.static_coefficient"]
+        );
+        let table = parameters(&all[0], &keys);
+        assert!(table.contains("<i>μ</i><sub>d</sub>") && !table.contains("<i>μ</i><sub>s</sub>"));
+        assert!(table.contains("10<sup>−8</sup>"), "the time step: {table}");
+        // Nobody asked for ageing, nor has the law a use for weakening.
+        assert!(!table.contains("ageing_coefficient") && !table.contains("weakening_velocity"));
+        assert!(differing(&all[..1]).is_empty());
+    }
+}

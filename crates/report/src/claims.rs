@@ -1,0 +1,338 @@
+//! Claims on a page: the score, what is said beside a figure or a run, and the table of all.
+
+use std::collections::BTreeMap;
+
+use asperity_page::markup::{Cell, Row, section, sortable_table, table, text};
+
+use crate::symbols::{formulas, rounded};
+
+/// A claim and what became of it; in the words of the table of claims.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Claim {
+    /// What it is about: a figure, equation or section.
+    pub about: String,
+    /// Whose it is: `the source` or `this project`.
+    pub of: String,
+    /// The run that it is measured in.
+    pub run: String,
+    /// Its words.
+    pub quote: String,
+    /// What is measured.
+    pub measure: String,
+    /// The number stated, as it is written; empty where there are words alone.
+    pub stated: String,
+    /// What was measured.
+    pub own: Judgement,
+    /// Ours minus stated.
+    pub deviation: Option<f64>,
+    /// What an agreement is worth.
+    pub kind: String,
+    /// What a reader should know.
+    pub note: String,
+    /// The same in runs with the parameter set `as-stated`.
+    pub as_stated: Option<Judgement>,
+}
+
+/// What was measured, and how it stands to what is claimed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judgement {
+    /// The number; none where the run does not have it.
+    pub ours: Option<f64>,
+    /// The rule in words.
+    pub rule: String,
+    /// `agrees`, `differs`, `not reached` or `in the spread`.
+    pub verdict: String,
+}
+
+/// Verdicts, and the mark that each has beside its word and colour.
+const VERDICTS: [(&str, &str, &str); 4] = [
+    ("agrees", "✓", "agrees"),
+    ("differs", "✗", "differs"),
+    ("in the spread", "≈", "spread"),
+    ("not reached", "○", "none"),
+];
+
+/// How the claims of one speaker came out.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Score {
+    counts: BTreeMap<String, u64>,
+}
+
+impl Score {
+    /// Of the claims of a speaker.
+    pub fn of(claims: &[Claim], speaker: &str) -> Score {
+        let mut score = Score::default();
+        for claim in claims.iter().filter(|claim| claim.of == speaker) {
+            *score.counts.entry(claim.own.verdict.clone()).or_default() += 1;
+        }
+        score
+    }
+
+    /// All in all.
+    pub fn total(&self) -> u64 {
+        self.counts.values().sum()
+    }
+
+    /// As in `83 of 101 agree, 12 differ`.
+    pub fn words(&self) -> String {
+        let of = |verdict: &str| self.counts.get(verdict).copied().unwrap_or_default();
+        let mut words = format!("{} of {} agree", of("agrees"), self.total());
+        for (verdict, said) in [
+            ("differs", "differ"),
+            ("in the spread", "in the spread of runs"),
+            ("not reached", "not reached"),
+        ] {
+            if of(verdict) > 0 {
+                words += &format!(", {} {said}", of(verdict));
+            }
+        }
+        words
+    }
+}
+
+/// Whose claims there may be, and what a heading calls them.
+pub(crate) const SPEAKERS: [(&str, &str); 2] =
+    [("the source", "The source"), ("this project", "This project")];
+
+/// The scores as a table, speaker by speaker and kind by kind.
+pub(crate) fn scores(claims: &[Claim]) -> String {
+    const KINDS: [(&str, &str); 4] = [
+        ("simulated", "measured in a run, which could have given something else"),
+        ("arithmetic", "worked out from the parameters alone"),
+        ("selection", "looked for in a run because the source shows it"),
+        ("construction", "put in by the program itself"),
+    ];
+    let mut rows = Vec::new();
+    for (speaker, title) in SPEAKERS {
+        for (kind, meaning) in KINDS {
+            let of: Vec<&Claim> =
+                claims.iter().filter(|claim| claim.of == speaker && claim.kind == kind).collect();
+            if of.is_empty() {
+                continue;
+            }
+            let mut cells = vec![
+                Cell::text(title),
+                Cell::Html(format!("{kind} <span class=\"soft\">({meaning})</span>")),
+            ];
+            cells.extend(VERDICTS.map(|(verdict, ..)| {
+                let count = of.iter().filter(|claim| claim.own.verdict == verdict).count();
+                Cell::optional(Some(count).filter(|&count| count > 0))
+            }));
+            rows.push(Row::from(cells));
+        }
+    }
+    if rows.is_empty() {
+        return String::new();
+    }
+    let headings = ["says", "kind", "#✓ agrees", "#✗ differs", "#≈ in the spread", "#○ not reached"];
+    table("", &headings, rows)
+}
+
+/// A verdict, told apart by word, mark and colour.
+fn verdict(verdict: &str) -> String {
+    let found = VERDICTS.iter().find(|(word, ..)| *word == verdict);
+    let (mark, class) = found.map_or(("", "none"), |(_, mark, class)| (mark, class));
+    format!("<span class=\"outcome {class}\">{mark} {}</span>", text(verdict))
+}
+
+fn measured(judgement: &Judgement) -> String {
+    let ours = judgement.ours.map_or("–".to_owned(), |ours| rounded(ours, 4));
+    format!("<span title=\"{}\">{ours}</span>", text(&judgement.rule))
+}
+
+/// What is said beside what it is about: those of the source first, those of this project apart. What
+/// has the same words stands below them.
+pub(crate) fn beside(claims: &[&Claim]) -> String {
+    let mut out = String::new();
+    for (speaker, title) in SPEAKERS {
+        let mut quotes: Vec<(&str, Vec<&Claim>)> = Vec::new();
+        for claim in claims.iter().filter(|claim| claim.of == speaker) {
+            match quotes.iter_mut().find(|(quote, _)| *quote == claim.quote) {
+                Some((_, same)) => same.push(claim),
+                None => quotes.push((&claim.quote, vec![claim])),
+            }
+        }
+        if quotes.is_empty() {
+            continue;
+        }
+        out += &format!("<h4>{title} says</h4>\n");
+        for (_, same) in quotes {
+            out += &format!("<p class=\"quote\">{}</p>\n<ul class=\"claims\">\n", quoted(same[0]));
+            for claim in same {
+                let stated = match claim.stated.as_str() {
+                    "" => text(&claim.own.rule),
+                    stated => format!("stated {}", text(stated)),
+                };
+                let note = match claim.note.as_str() {
+                    "" => String::new(),
+                    note => format!("; {}", text(note)),
+                };
+                out += &format!(
+                    "<li>{} {} <span class=\"soft\">{}, run {}; {stated}{note}</span></li>\n",
+                    verdict(&claim.own.verdict),
+                    measured(&claim.own),
+                    text(&claim.measure),
+                    link(&claim.run),
+                );
+            }
+            out += "</ul>\n";
+        }
+    }
+    out
+}
+
+/// The name of a run as a link to what the page says of it.
+pub(crate) fn link(run: &str) -> String {
+    format!("<a href=\"#run-{0}\" data-run=\"{0}\">{0}</a>", text(run))
+}
+
+/// The words of the source in quotation marks.
+fn quoted(claim: &Claim) -> String {
+    let words = formulas(&claim.quote);
+    if claim.of == "the source" { format!("“{words}”") } else { words }
+}
+
+/// All claims, a table for each speaker.
+pub(crate) fn all(claims: &[Claim]) -> String {
+    let mut out = String::new();
+    for (number, (speaker, title)) in SPEAKERS.into_iter().enumerate() {
+        let of: Vec<&Claim> = claims.iter().filter(|claim| claim.of == speaker).collect();
+        if of.is_empty() {
+            continue;
+        }
+        let has_second = of.iter().any(|claim| claim.as_stated.is_some());
+        let says = format!("{speaker} says");
+        let mut headings = vec![
+            "verdict",
+            "about",
+            "run",
+            &says,
+            "measured",
+            "#stated",
+            "#ours",
+            "#deviation",
+            "rule",
+            "kind",
+        ];
+        if has_second {
+            headings.push("as-stated");
+        }
+        let rows = of.iter().map(|claim| {
+            let optional = |value: Option<f64>, digits| match value {
+                Some(value) => Cell::Value(value, rounded(value, digits)),
+                None => Cell::None,
+            };
+            let note = if claim.note.is_empty() {
+                String::new()
+            } else {
+                format!("<br><span class=\"soft\">{}</span>", text(&claim.note))
+            };
+            let mut cells = vec![
+                Cell::Html(verdict(&claim.own.verdict)),
+                Cell::text(&claim.about),
+                Cell::Html(link(&claim.run)),
+                Cell::Html(format!("{}{note}", quoted(claim))),
+                Cell::Html(format!("<code>{}</code>", text(&claim.measure))),
+                if claim.stated.is_empty() { Cell::None } else { Cell::number(&claim.stated) },
+                optional(claim.own.ours, 4),
+                optional(claim.deviation, 2),
+                Cell::text(&claim.own.rule),
+                Cell::text(&claim.kind),
+            ];
+            if has_second {
+                cells.push(claim.as_stated.as_ref().map_or(Cell::None, |found| {
+                    Cell::Html(format!("{} {}", measured(found), verdict(&found.verdict)))
+                }));
+            }
+            Row::from(cells)
+        });
+        out += &format!("<h3>{title}</h3>\n");
+        out += &sortable_table(&format!("claims-{number}"), "", &headings, rows);
+    }
+    section("Claims", &out)
+}
+
+/// The numbers of the figures that a text names: `Figure 5.9`, `Figures 5.15, 5.16`, `Figures 5.21 to
+/// 5.24`; chapter and number.
+pub(crate) fn figures_named(about: &str) -> Vec<(String, u32)> {
+    let mut named: Vec<(String, u32)> = Vec::new();
+    let Some((_, rest)) = about.split_once("Figure") else { return named };
+    let mut is_range = false;
+    for word in rest.trim_start_matches('s').split_whitespace() {
+        let word = word.trim_end_matches([',', ';', ':']);
+        match numbered(word) {
+            Some((chapter, number)) => {
+                if is_range && let Some((first, from)) = named.last().cloned() {
+                    named.extend((from + 1..number).map(|between| (first.clone(), between)));
+                }
+                named.push((chapter, number));
+                is_range = false;
+            }
+            None if word == "to" => is_range = true,
+            None if word == "and" => {}
+            None => break,
+        }
+    }
+    named
+}
+
+/// The number of a figure: of `5.09` chapter 5 and 9.
+pub(crate) fn numbered(word: &str) -> Option<(String, u32)> {
+    let (chapter, number) = word.split_once('.')?;
+    let is_chapter = !chapter.is_empty() && chapter.chars().all(char::is_alphanumeric);
+    let number = number.trim_end_matches(|c: char| c.is_ascii_lowercase()).parse().ok()?;
+    is_chapter.then(|| (chapter.to_owned(), number))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Claim, Judgement, Score, all, beside, figures_named, scores};
+
+    fn claim(of: &str, verdict: &str) -> Claim {
+        Claim {
+            about: "Figure 5.9".to_owned(),
+            of: of.to_owned(),
+            run: "default".to_owned(),
+            quote: "it <slips>".to_owned(),
+            measure: "precursor-count".to_owned(),
+            stated: "3".to_owned(),
+            own: Judgement { ours: Some(2.0), rule: "within 2 %".to_owned(), verdict: verdict.to_owned() },
+            deviation: Some(-1.0),
+            kind: "simulated".to_owned(),
+            note: String::new(),
+            as_stated: None,
+        }
+    }
+
+    #[test]
+    fn what_the_source_says_is_counted_apart() {
+        let claims =
+            [claim("the source", "agrees"), claim("the source", "differs"), claim("this project", "agrees")];
+        assert_eq!(Score::of(&claims, "the source").words(), "1 of 2 agree, 1 differ");
+        assert_eq!(Score::of(&claims, "this project").words(), "1 of 1 agree");
+        assert_eq!(scores(&claims).matches("<tr>").count(), 3, "headings and two speakers");
+        let listed = beside(&claims.iter().collect::<Vec<_>>());
+        let (source, project) = listed.split_once("This project says").unwrap();
+        assert!(source.matches("<li>").count() == 2 && project.matches("<li>").count() == 1);
+        // The words once, and without quotation marks where they are ours.
+        assert_eq!(source.matches("“it &lt;slips&gt;”").count(), 1);
+        assert!(project.contains(">it &lt;slips&gt;</p>"), "{project}");
+        let table = all(&claims);
+        assert_eq!(table.matches("<table").count(), 2);
+        assert!(table.contains("−1"), "{table}");
+    }
+
+    #[test]
+    fn figures_are_known_by_their_numbers() {
+        let of = |about: &str| -> Vec<String> {
+            figures_named(about).into_iter().map(|(chapter, number)| format!("{chapter}.{number}")).collect()
+        };
+        assert_eq!(of("Figure 5.9"), ["5.9"]);
+        assert_eq!(of("Figures 5.21 to 5.24"), ["5.21", "5.22", "5.23", "5.24"]);
+        assert_eq!(of("Figures 6.8 and 6.10 to 6.12"), ["6.8", "6.10", "6.11", "6.12"]);
+        assert_eq!(of("Figures 5.15, 5.16"), ["5.15", "5.16"]);
+        assert_eq!(of("Figure 6.8, section 6.3"), ["6.8"]);
+        assert_eq!(of("Figure A.1"), ["A.1"]);
+        assert!(of("section 5.3").is_empty() && of("eq. (5.52)").is_empty());
+    }
+}

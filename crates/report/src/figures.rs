@@ -1,0 +1,149 @@
+//! Figures on a page, each with its caption, its runs, and what is claimed of it.
+
+use asperity_page::markup::{section, text};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
+use crate::claims::{Claim, beside, figures_named, link, numbered};
+
+/// A figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Its file, from the folder of the page.
+    pub path: String,
+    /// What it shows.
+    pub caption: String,
+    /// The runs that it is made of.
+    pub runs: Vec<String>,
+    /// The picture.
+    pub picture: Picture,
+}
+
+/// What a figure looks like.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Picture {
+    /// PNG.
+    Png(Vec<u8>),
+    /// SVG.
+    Svg(Vec<u8>),
+    /// It is not there.
+    None,
+}
+
+impl Figure {
+    /// Its file's name without folder and ending.
+    fn stem(&self) -> &str {
+        let file = self.path.rsplit('/').next().unwrap_or_default();
+        file.rsplit_once('.').map_or(file, |(stem, _)| stem)
+    }
+
+    /// What a heading calls it.
+    pub(crate) fn name(&self) -> String {
+        match self.number() {
+            Some((chapter, number)) => format!("Figure {chapter}.{number}"),
+            None => {
+                let mut words = self.stem().replace(['-', '_'], " ");
+                if let Some(first) = words.get(..1).map(str::to_uppercase) {
+                    words.replace_range(..1, &first);
+                }
+                words
+            }
+        }
+    }
+
+    fn number(&self) -> Option<(String, u32)> {
+        numbered(self.stem().strip_prefix("figure-")?)
+    }
+
+    /// Whether a claim is about it.
+    fn is_meant_by(&self, claim: &Claim) -> bool {
+        self.number().is_some_and(|number| figures_named(&claim.about).contains(&number))
+    }
+
+    /// What it shows, for those who see it and those who do not.
+    fn alternative(&self) -> String {
+        let runs = match self.runs.as_slice() {
+            [] => String::new(),
+            [run] => format!(" Run: {run}."),
+            runs if runs.len() <= 8 => format!(" Runs: {}.", runs.join(", ")),
+            [first, .., last] => format!(" {} runs, {first} to {last}.", self.runs.len()),
+        };
+        format!("{}: {}{runs}", self.name(), self.caption)
+    }
+
+    /// The picture as HTML; `None` where there is none.
+    fn image(&self) -> Option<String> {
+        let (kind, bytes) = match &self.picture {
+            Picture::Png(bytes) => ("png", bytes),
+            Picture::Svg(bytes) => ("svg+xml", bytes),
+            Picture::None => return None,
+        };
+        Some(format!(
+            "<a href=\"{}\"><img alt=\"{}\" src=\"data:image/{kind};base64,{}\"></a>",
+            text(&self.path),
+            text(self.alternative()),
+            STANDARD.encode(bytes)
+        ))
+    }
+
+    fn html(&self, claims: &[Claim]) -> String {
+        let about: Vec<&Claim> = claims.iter().filter(|claim| self.is_meant_by(claim)).collect();
+        let said = beside(&about);
+        let said = if said.is_empty() { said } else { format!("<div class=\"said\">{said}</div>\n") };
+        let image =
+            self.image().unwrap_or_else(|| "<p class=\"soft\">This figure is not there.</p>".to_owned());
+        let links: Vec<String> = self.runs.iter().take(8).map(|run| link(run)).collect();
+        let more = match self.runs.len().saturating_sub(8) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let runs = match self.runs.len() {
+            0 => String::new(),
+            1 => format!(" Run {}.", links[0]),
+            _ => format!(" Runs {}{more}.", links.join(", ")),
+        };
+        format!(
+            "<div class=\"figure{}\" id=\"{}\">\n<figure>{image}\n<figcaption><b>{}.</b> {}{runs}</figcaption></figure>\n\
+             {said}</div>\n",
+            if said.is_empty() { " alone" } else { "" },
+            text(self.stem()),
+            text(self.name()),
+            text(&self.caption)
+        )
+    }
+}
+
+/// All figures.
+pub(crate) fn figures(figures: &[Figure], claims: &[Claim]) -> String {
+    if figures.is_empty() {
+        return String::new();
+    }
+    let all: String = figures.iter().map(|figure| figure.html(claims)).collect();
+    section("Figures", &format!("<div class=\"figures\">\n{all}</div>\n"))
+}
+
+/// Whether a claim stands beside a figure of these.
+pub(crate) fn is_beside_one(claim: &Claim, figures: &[Figure]) -> bool {
+    figures.iter().any(|figure| figure.is_meant_by(claim))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Figure, Picture, figures};
+
+    #[test]
+    fn every_figure_has_words_for_those_who_do_not_see_it() {
+        let figure = Figure {
+            path: "figures/figure-5.09.png".to_owned(),
+            caption: "L_p/L against F_T/F_N.".to_owned(),
+            runs: vec!["default".to_owned(), "tilted".to_owned()],
+            picture: Picture::Png(b"png".to_vec()),
+        };
+        let html = figures(std::slice::from_ref(&figure), &[]);
+        assert!(html.contains("alt=\"Figure 5.9: L_p/L against F_T/F_N. Runs: default, tilted.\""), "{html}");
+        assert!(html.contains("src=\"data:image/png;base64,cG5n\"") && html.contains("href=\"#run-tilted\""));
+        let gone = Figure { picture: Picture::None, path: "figures/speed-over-c.png".to_owned(), ..figure };
+        let html = figures(&[gone], &[]);
+        assert!(html.contains("<b>Speed over c.</b>") && html.contains("not there"), "{html}");
+    }
+}

@@ -1,0 +1,94 @@
+//! Several studies on one page: their scores and every figure as a thumbnail, with links to the
+//! reports.
+
+use asperity_page::Document;
+use asperity_page::markup::{counted, text};
+
+use crate::claims::{Claim, SPEAKERS, Score};
+use crate::page::STYLE;
+
+/// A study among several.
+#[derive(Debug, Clone)]
+pub struct Entry {
+    /// What it is about.
+    pub title: String,
+    /// Its report, from the folder of the page; none if it has none.
+    pub report: Option<String>,
+    /// How many runs it has.
+    pub runs: u64,
+    /// Its claims.
+    pub claims: Vec<Claim>,
+    /// Its figures: path from the folder of the page, and what each shows.
+    pub figures: Vec<(String, String)>,
+}
+
+/// The page of several studies. Its pictures stand beside it.
+pub fn index(title: &str, entries: &[Entry]) -> String {
+    let mut main = format!("<header>\n<h1>{}</h1>\n", text(title));
+    for (speaker, title) in SPEAKERS {
+        let all: Vec<Claim> = entries.iter().flat_map(|entry| entry.claims.clone()).collect();
+        let score = Score::of(&all, speaker);
+        if score.total() > 0 {
+            main += &format!("<p class=\"score\"><b>{title}:</b> {}.</p>\n", text(score.words()));
+        }
+    }
+    main += &format!("<p class=\"soft\">{}.</p>\n</header>\n", studies(entries.len()));
+    for entry in entries {
+        let title = match &entry.report {
+            Some(report) => format!("<a href=\"{}\">{}</a>", text(report), text(&entry.title)),
+            None => text(&entry.title),
+        };
+        main += &format!("<section>\n<h2>{title}</h2>\n");
+        for (speaker, title) in SPEAKERS {
+            let score = Score::of(&entry.claims, speaker);
+            if score.total() > 0 {
+                main += &format!("<p><b>{title}:</b> {}.</p>\n", text(score.words()));
+            }
+        }
+        main += &format!(
+            "<p class=\"soft\">{}, {}.</p>\n<div class=\"thumbnails\">\n",
+            counted(entry.runs, "run"),
+            counted(entry.figures.len() as u64, "figure")
+        );
+        for (path, words) in &entry.figures {
+            let name = path.rsplit('/').next().unwrap_or_default();
+            let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+            let target = match &entry.report {
+                Some(report) => format!("{report}#{stem}"),
+                None => path.clone(),
+            };
+            main += &format!(
+                "<a href=\"{}\"><img loading=\"lazy\" src=\"{}\" alt=\"{}\"><span>{}</span></a>\n",
+                text(target),
+                text(path),
+                text(words),
+                text(stem)
+            );
+        }
+        main += "</div>\n</section>\n";
+    }
+    Document { title: title.to_owned(), main, data: Vec::new(), parts: &[STYLE] }.html_beside_pictures()
+}
+
+fn studies(count: usize) -> String {
+    if count == 1 { "1 study".to_owned() } else { format!("{count} studies") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Entry, index};
+
+    #[test]
+    fn every_figure_leads_to_its_place_in_the_report() {
+        let entry = Entry {
+            title: "A & B".to_owned(),
+            report: Some("a/report.html".to_owned()),
+            runs: 2,
+            claims: Vec::new(),
+            figures: vec![("a/figures/figure-5.09.png".to_owned(), "lengths".to_owned())],
+        };
+        let html = index("All", &[entry.clone(), Entry { report: None, ..entry }]);
+        assert!(html.contains("href=\"a/report.html#figure-5.09\"><img loading=\"lazy\""), "{html}");
+        assert!(html.contains("<h2>A &amp; B</h2>") && html.contains("2 studies"));
+    }
+}

@@ -1,0 +1,122 @@
+//! The page of a study, from its title to its last link.
+
+use std::collections::BTreeSet;
+
+use asperity_page::markup::{counted, section, text};
+use asperity_page::{CURVES, Document, LONG_TABLE, MAP, Part};
+use asperity_record::RunHeader;
+
+use crate::asked::{self, Asked, differing, parameters};
+use crate::claims::{self, SPEAKERS, Score};
+use crate::sketch::{kind, sketch};
+use crate::study::{Run, Study};
+use crate::{figures, runs};
+
+/// What reports have beside the look of all pages.
+pub(crate) const STYLE: Part = Part { style: include_str!("report.css"), script: "" };
+const SCRIPT: Part = Part { style: "", script: include_str!("report.js") };
+
+impl Study {
+    /// The page.
+    pub fn html(&self) -> String {
+        let asked: Vec<Asked> = self.runs.iter().map(|run| Asked::of(&run.scenario)).collect();
+        let differing = differing(&asked);
+        let sketches: Vec<String> = self.runs.iter().map(|run| sketch(&run.scenario)).collect();
+        let what = match (sketches.first(), asked.first()) {
+            (Some(sketch), Some(first)) => format!(
+                "<div class=\"model\">{sketch}{}</div>\n{}<details><summary>{}</summary>\n<div class=\"wide\">{}</div></details>\n",
+                asked::main(first, &differing),
+                self.other_models(&sketches),
+                if self.runs.len() == 1 { "All parameters" } else { "All parameters that the runs share" },
+                parameters(first, &differing)
+            ),
+            _ => String::new(),
+        };
+        let main = [
+            self.heading(),
+            section("What was asked", &what),
+            section("Score", &claims::scores(&self.claims)),
+            figures::figures(&self.figures, &self.claims),
+            section("Runs", &runs::table_of(&self.runs, &asked, &differing)),
+            runs::pair(&self.runs),
+            runs::details(&self.runs, &asked, &differing, &self.claims, &self.figures, &sketches),
+            claims::all(&self.claims),
+            section("Files", &runs::links(&self.links)),
+            self.footer(),
+        ];
+        let parts = [STYLE, CURVES, MAP, LONG_TABLE, SCRIPT];
+        Document {
+            title: self.title.clone(),
+            main: main.concat(),
+            data: self.runs.iter().map(runs::data).collect(),
+            parts: &parts,
+        }
+        .html()
+    }
+
+    /// The sketches of further models, which differ in drive or contact from those before.
+    fn other_models(&self, sketches: &[String]) -> String {
+        let kinds: Vec<_> = self.runs.iter().map(|run| kind(&run.scenario)).collect();
+        let mut out = String::new();
+        for (place, one) in kinds.iter().enumerate() {
+            if kinds[..place].contains(one) {
+                continue;
+            }
+            let runs: Vec<String> = (place..kinds.len())
+                .filter(|&other| kinds[other] == *one)
+                .map(|other| claims::link(&self.runs[other].name))
+                .collect();
+            let more = runs.len().saturating_sub(8);
+            let named = runs[..runs.len() - more].join(", ");
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            if place > 0 {
+                out += &format!(
+                    "<figure>{}<figcaption>The model of {named}{more}.</figcaption></figure>\n",
+                    sketches[place]
+                );
+            }
+        }
+        if out.is_empty() { out } else { format!("<div class=\"model\">{out}</div>\n") }
+    }
+
+    /// What everybody reads.
+    fn heading(&self) -> String {
+        let count = |one: fn(&Run) -> u64| self.runs.iter().map(one).sum::<u64>();
+        let mut out = format!("<header>\n<h1>{}</h1>\n", text(&self.title));
+        for (speaker, title) in SPEAKERS {
+            let score = Score::of(&self.claims, speaker);
+            if score.total() > 0 {
+                out += &format!("<p class=\"score\"><b>{title}:</b> {}.</p>\n", text(score.words()));
+            }
+        }
+        out += &format!(
+            "<p class=\"soft\">{}, {}, {}.</p>\n</header>\n",
+            counted(self.runs.len() as u64, "run"),
+            counted(count(|run| run.seen.rupture_count), "rupture"),
+            counted(self.figures.len() as u64, "figure")
+        );
+        out
+    }
+
+    fn footer(&self) -> String {
+        let distinct = |value: &dyn Fn(&RunHeader) -> String| -> String {
+            let values: BTreeSet<String> = self.runs.iter().map(|run| value(&run.header)).collect();
+            values.into_iter().collect::<Vec<_>>().join(", ")
+        };
+        let made = if self.provenance && !self.runs.is_empty() {
+            format!(
+                "Parameter set {}; time step {} s; solver {}; code version <code>{}</code>.",
+                text(distinct(&|run| run.parameter_set.clone())),
+                text(distinct(&|run| format!("{:e}", run.time_step_s))),
+                text(distinct(&|run| run.solver.clone())),
+                text(distinct(&|run| run.code_version.clone()))
+            )
+        } else {
+            String::new()
+        };
+        format!(
+            "<footer class=\"soft\"><p>{made} Times are simulated time. Made by asperity; this file fetches nothing.</p>\
+             </footer>\n"
+        )
+    }
+}

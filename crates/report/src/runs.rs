@@ -1,0 +1,352 @@
+//! Runs on a page: the pair of load curve and space-time map, the table of ruptures, and of each run
+//! what was asked, its numbers and its widest ruptures in words.
+
+use asperity_model::keys::Key;
+use asperity_page::markup::{Cell, Row, counted, json, paragraph, section, sortable_table, table, text};
+use asperity_record::Rupture;
+use asperity_summary::Summary;
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::asked::{self, Asked};
+use crate::claims::{Claim, beside, link};
+use crate::figures::{Figure, is_beside_one};
+use crate::seen::SeenRupture;
+use crate::study::{Link, Run};
+use crate::symbols::{number, plain, round, rounded, symbol};
+
+/// Ruptures of a run that stand on the page in words.
+const LISTED: usize = 10;
+/// Keys in which runs differ that have a column in the table of runs.
+const KEYS_SHOWN: usize = 6;
+/// Numbers of the summary that have one, and what heads it.
+const NUMBERS: [(&str, &str); 6] = [
+    ("precursor_count", "#precursors"),
+    ("global_rupture_count", "#global slips"),
+    ("first_global_rupture_onset_s", "#first global slip (s)"),
+    ("first_global_rupture_ft_fn", "#F_T/F_N there"),
+    ("front_speed_over_wave_speed_ratio", "#v/c"),
+    ("recurrence_steady_s", "#recurrence (s)"),
+];
+
+/// What the script knows of a run.
+#[derive(Serialize)]
+struct Known<'a> {
+    name: &'a str,
+    blocks: u32,
+    /// Length of a step, s, and their number.
+    dt: f64,
+    steps: u64,
+    /// Speed of waves, m/s.
+    c: Option<f64>,
+    /// Lines across the load curve.
+    lines: [(&'static str, f64); 2],
+    /// Steps of the load curve, and `F_T / F_N` there.
+    at: Vec<u64>,
+    load: Vec<f64>,
+    ruptures: Vec<RuptureRow>,
+    events: &'a [(u64, Option<u64>, u32, u32)],
+    /// How many there are of both, on the page or not.
+    total: [u64; 2],
+}
+
+/// Number; onset and end in steps; first, last and first sliding block; kind (0 rupture, 1 precursor,
+/// 2 global slip) and whether open; `F_T / F_N` at onset and end; speed of the front up and down, m/s;
+/// mean slip, m.
+type RuptureRow =
+    (u64, u64, Option<u64>, u32, u32, u32, u8, u8, f64, Option<f64>, Option<f64>, Option<f64>, Option<f64>);
+
+/// The script element of a run: attributes and content.
+pub(crate) fn data(run: &Run) -> (String, String) {
+    let digits = |value: f64| round(value, 6);
+    let row = |seen: &SeenRupture| -> RuptureRow {
+        let rupture = &seen.rupture;
+        (
+            rupture.rupture,
+            rupture.onset_step,
+            rupture.end_step,
+            rupture.first_block,
+            rupture.last_block,
+            rupture.nucleation_block,
+            kind(seen).0,
+            u8::from(rupture.open),
+            digits(rupture.ft_fn_onset),
+            rupture.ft_fn_end.map(digits),
+            rupture.front_speed_up_m_per_s.map(|speed| round(speed, 4)),
+            rupture.front_speed_down_m_per_s.map(|speed| round(speed, 4)),
+            rupture.mean_slip_m.map(|slip| round(slip, 4)),
+        )
+    };
+    let friction = &run.scenario.friction;
+    let known = Known {
+        name: &run.name,
+        blocks: run.header.blocks,
+        dt: run.header.time_step_s,
+        steps: run.header.steps,
+        c: run.summary.wave_speed_m_per_s,
+        lines: [("μ_s", friction.static_coefficient), ("μ_d", friction.dynamic_coefficient)],
+        at: run.seen.curve.iter().map(|point| point.0).collect(),
+        load: run.seen.curve.iter().map(|point| digits(point.1)).collect(),
+        ruptures: run.seen.ruptures.iter().map(row).collect(),
+        events: &run.seen.events,
+        total: [run.seen.rupture_count, run.seen.event_count],
+    };
+    (format!(" class=\"run\" data-run=\"{}\"", text(&run.name)), json(&known))
+}
+
+/// What a rupture is: its number and its word.
+fn kind(seen: &SeenRupture) -> (u8, &'static str) {
+    if seen.rupture.reached_every_block {
+        (2, "global slip")
+    } else if seen.is_precursor {
+        (1, "precursor")
+    } else {
+        (0, "rupture")
+    }
+}
+
+/// The table of runs: their numbers, and where they differ.
+pub(crate) fn table_of(runs: &[Run], asked: &[Asked], differing: &[&'static Key]) -> String {
+    if runs.len() < 2 {
+        return String::new();
+    }
+    let shown = &differing[..differing.len().min(KEYS_SHOWN)];
+    let mut headings: Vec<String> = vec!["run".to_owned()];
+    headings.extend(shown.iter().map(|key| {
+        let unit = asked::unit(key);
+        let name = if key.symbol.is_empty() { key.path.to_owned() } else { plain(key.symbol) };
+        let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
+        format!("#{name}{unit}")
+    }));
+    headings.extend(NUMBERS.iter().map(|(_, heading)| (*heading).to_owned()));
+    let rows = runs.iter().zip(asked).map(|(run, asked)| {
+        let mut cells = vec![Cell::Html(link(&run.name))];
+        cells.extend(shown.iter().map(|key| match asked.get(key.path) {
+            Some(toml::Value::Float(value)) => Cell::Value(*value, rounded(*value, 6)),
+            Some(other) => asked::cell(other),
+            None => Cell::None,
+        }));
+        cells.extend(NUMBERS.iter().map(|(key, _)| number_of(&run.summary, key)));
+        Row::from(cells)
+    });
+    let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
+    let more = match differing.len().saturating_sub(KEYS_SHOWN) {
+        0 => String::new(),
+        more => paragraph(&format!(
+            "They differ in {}, which stand with each run.",
+            counted(more as u64, "more key")
+        )),
+    };
+    format!("{}{more}", sortable_table("runs-in-numbers", "", &headings, rows))
+}
+
+fn number_of(summary: &Summary, name: &str) -> Cell {
+    let at = Summary::KEYS.iter().position(|key| key.column.name == name);
+    match at.and_then(|at| summary.values().into_iter().nth(at)) {
+        Some(Value::Number(value)) => {
+            let value = value.as_f64().unwrap_or(f64::NAN);
+            Cell::Value(value, rounded(value, 5))
+        }
+        _ => Cell::None,
+    }
+}
+
+/// The pair of load curve and map, of whichever run is chosen.
+pub(crate) fn pair(runs: &[Run]) -> String {
+    if runs.is_empty() {
+        return String::new();
+    }
+    let options: String =
+        runs.iter().map(|run| format!("<option value=\"{0}\">{0}</option>", text(&run.name))).collect();
+    let chooser = format!(
+        "<label{}>run <select id=\"run\">{options}</select></label>",
+        if runs.len() == 1 { " hidden" } else { "" }
+    );
+    section(
+        if runs.len() == 1 { "The run" } else { "The runs, one by one" },
+        &format!(
+            "<p class=\"without-script\">The load curve and the space-time map are drawn by a script, which this browser does \
+             not run. What they show is in words below.</p>\n\
+             <div class=\"controls needs-script\">{chooser}\n\
+             <button type=\"button\" data-action=\"in\">zoom in</button><button type=\"button\" data-action=\"out\">zoom \
+             out</button><button type=\"button\" data-action=\"left\" aria-label=\"earlier\">◀</button>\
+             <button type=\"button\" data-action=\"right\" aria-label=\"later\">▶</button>\
+             <button type=\"button\" data-action=\"whole\">whole run</button>\
+             <button type=\"button\" data-action=\"save\">save map as PNG</button></div>\n\
+             <div class=\"controls needs-script\"><fieldset><legend>show</legend>\
+             <label><input type=\"checkbox\" data-kind=\"2\" checked> <canvas class=\"key\" data-look=\"global\" \
+             aria-hidden=\"true\"></canvas>global slips</label>\
+             <label><input type=\"checkbox\" data-kind=\"1\" checked> <canvas class=\"key\" data-look=\"precursor\" \
+             aria-hidden=\"true\"></canvas>precursors</label>\
+             <label><input type=\"checkbox\" data-kind=\"0\" checked> <canvas class=\"key\" data-look=\"rupture\" \
+             aria-hidden=\"true\"></canvas>other ruptures</label>\
+             <label>of <input id=\"least\" type=\"number\" min=\"1\" value=\"1\" size=\"5\"> blocks or more</label>\
+             <label><input id=\"in-view\" type=\"checkbox\"> in view only</label>\
+             <label><input id=\"events\" type=\"checkbox\"> <canvas class=\"key\" data-look=\"event\" \
+             aria-hidden=\"true\"></canvas>slip events</label></fieldset></div>\n\
+             <figure id=\"pair\" class=\"needs-script\">\n\
+             <div id=\"load\" tabindex=\"0\" role=\"application\" aria-roledescription=\"load curve\" aria-label=\"Load curve: \
+             F_T over F_N against time, with the onsets of precursors and global slips. Arrow keys go from rupture to \
+             rupture.\" aria-describedby=\"keys\"></div>\n\
+             <canvas id=\"map\" class=\"map\" tabindex=\"0\" role=\"application\" aria-roledescription=\"space-time map\" \
+             aria-label=\"Space-time map: block against time; every rupture a rectangle from its onset to its end and from its \
+             first to its last block. Arrow keys go from rupture to rupture.\" aria-describedby=\"keys\"></canvas>\n\
+             <figcaption>Above, F_T/F_N against time; below, the ruptures, each from its onset to its end and from its first to \
+             its last block, none drawn thinner than 1.5 dots. A rupture picked in the curve, the map or the table is shown in \
+             all three. <span id=\"keys\">Keys: ← and → pick the rupture before and after, Enter zooms to it, Escape lets it \
+             go; Shift with ← and → moves, + and − zoom, 0 shows the whole run.</span> Drag to move the map, or across the \
+             curve to zoom; the wheel zooms once the picture has been clicked. <span id=\"held\"></span></figcaption>\n\
+             </figure>\n\
+             <p id=\"chosen\" class=\"needs-script\" role=\"status\" aria-live=\"polite\">No rupture is picked.</p>\n\
+             <p id=\"listed\" class=\"soft needs-script\" role=\"status\"></p>\n\
+             <div id=\"ruptures\" class=\"long needs-script\"></div>\n\
+             <div id=\"hover\" aria-hidden=\"true\"></div>\n"
+        ),
+    )
+}
+
+/// What there is to say of each run.
+pub(crate) fn details(
+    runs: &[Run],
+    asked: &[Asked],
+    differing: &[&'static Key],
+    claims: &[Claim],
+    figures: &[Figure],
+    sketches: &[String],
+) -> String {
+    let mut out = String::new();
+    for (place, run) in runs.iter().enumerate() {
+        let mut body = String::new();
+        if let Some(lacks) = &run.lacks {
+            body += &format!("<p class=\"lacks\">Not all of this run is there: {}</p>\n", text(lacks));
+        }
+        body += &paragraph(&run.scenario.summary);
+        if !differing.is_empty() {
+            let told = differing.iter().filter_map(|key| {
+                let value = match asked.get(place)?.get(key.path)? {
+                    toml::Value::Float(value) => number(*value),
+                    toml::Value::Array(values) => counted(values.len() as u64, "value"),
+                    other => text(other.as_str().map_or_else(|| other.to_string(), str::to_owned)),
+                };
+                let name = match key.symbol {
+                    "" => format!("<code>{}</code>", text(key.path)),
+                    written => symbol(written),
+                };
+                Some(format!("{name} = {value} {}", asked::unit(key)).trim_end().to_owned())
+            });
+            body += &format!("<p>{}</p>\n", told.collect::<Vec<_>>().join("; "));
+        }
+        if place > 0 && sketches[place] != sketches[0] {
+            body += &sketches[place];
+        }
+        let own: Vec<&Claim> =
+            claims.iter().filter(|claim| claim.run == run.name && !is_beside_one(claim, figures)).collect();
+        body += &beside(&own);
+        body += &widest(run);
+        body += &numbers(&run.summary);
+        body += &links(&run.links);
+        let title =
+            format!("{} <span class=\"soft\">{}</span>", text(&run.name), text(in_short(&run.summary)));
+        let open = if runs.len() == 1 { " open" } else { "" };
+        out += &format!(
+            "<details class=\"of-run\" id=\"run-{}\"{open}><summary>{title}</summary>\n{body}</details>\n",
+            text(&run.name)
+        );
+    }
+    out
+}
+
+/// A run in a line.
+fn in_short(summary: &Summary) -> String {
+    let counted = |count: Option<u64>, thing| count.map(|count| counted(count, thing));
+    let onset =
+        summary.first_global_rupture_onset_s.map(|onset| format!("first global slip at {onset:.4} s"));
+    let parts = [
+        Some(format!("{} blocks, {} s", summary.blocks, summary.simulated_s)),
+        counted(summary.rupture_count, "rupture"),
+        counted(summary.precursor_count, "precursor"),
+        onset.or_else(|| Some("no slip of the whole slider".to_owned())),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+/// The widest ruptures in words, for those without scripts and for print.
+fn widest(run: &Run) -> String {
+    let mut widest: Vec<&SeenRupture> = run.seen.ruptures.iter().collect();
+    widest.sort_by_key(|seen| std::cmp::Reverse(blocks(&seen.rupture)));
+    widest.truncate(LISTED);
+    if widest.is_empty() {
+        return String::new();
+    }
+    let rows = widest.into_iter().map(|seen| {
+        let rupture = &seen.rupture;
+        let optional = |value: Option<f64>, digits| match value {
+            Some(value) => Cell::Value(value, rounded(value, digits)),
+            None => Cell::None,
+        };
+        let drop = rupture.ft_fn_end.map(|end| rupture.ft_fn_onset - end);
+        let speed = rupture.front_speed_up_m_per_s.or(rupture.front_speed_down_m_per_s);
+        Row::from(vec![
+            Cell::number(rupture.rupture),
+            Cell::text(kind(seen).1),
+            Cell::number(rupture.onset_s),
+            Cell::text(format!("{} to {}", rupture.first_block, rupture.last_block)),
+            Cell::Value(rupture.ft_fn_onset, rounded(rupture.ft_fn_onset, 4)),
+            optional(drop.map(|drop| drop * 1e3), 3),
+            optional(speed.zip(run.summary.wave_speed_m_per_s).map(|(v, c)| v / c), 3),
+            optional(rupture.mean_slip_m.map(|slip| slip * 1e6), 3),
+        ])
+    });
+    let headings =
+        ["#rupture", "kind", "#onset (s)", "blocks", "#F_T/F_N", "#drop (10⁻³)", "#v/c", "#mean slip (µm)"];
+    let caption = match run.seen.rupture_count {
+        count if count > LISTED as u64 => format!("The {LISTED} widest of {count} ruptures"),
+        _ => "Its ruptures, the widest first".to_owned(),
+    };
+    format!("<div class=\"wide\">{}</div>\n", table(&caption, &headings, rows))
+}
+
+/// Number of blocks from the first to the last.
+fn blocks(rupture: &Rupture) -> u32 {
+    rupture.last_block.abs_diff(rupture.first_block) + 1
+}
+
+/// The numbers of a summary by their groups.
+fn numbers(summary: &Summary) -> String {
+    let mut rows = Vec::new();
+    for (key, value) in Summary::KEYS.iter().zip(summary.values()) {
+        let cell = match value {
+            Value::Null => continue,
+            Value::Number(value) if value.is_f64() => {
+                let value = value.as_f64().unwrap_or(f64::NAN);
+                Cell::Value(value, rounded(value, 6))
+            }
+            Value::Number(value) => Cell::number(value),
+            Value::Bool(flag) => Cell::text(if flag { "yes" } else { "no" }),
+            Value::String(word) => Cell::text(word),
+            other => Cell::text(other),
+        };
+        rows.push(Row::from(vec![
+            Cell::text(key.group),
+            Cell::text(key.label()),
+            cell,
+            Cell::text(key.column.unit.filter(|unit| *unit != "1").unwrap_or_default()),
+        ]));
+    }
+    format!(
+        "<details><summary>All numbers of this run</summary>\n{}</details>\n",
+        table("", &["of", "number", "#value", "unit"], rows)
+    )
+}
+
+/// Files that a reader may want next.
+pub(crate) fn links(links: &[Link]) -> String {
+    if links.is_empty() {
+        return String::new();
+    }
+    let all: Vec<String> = links
+        .iter()
+        .map(|link| format!("<a href=\"{}\">{}</a>", text(&link.path), text(&link.words)))
+        .collect();
+    format!("<p>Files: {}</p>\n", all.join(", "))
+}

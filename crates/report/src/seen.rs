@@ -1,0 +1,152 @@
+//! What stays of a run that goes by: a thinned load curve, its ruptures, its slip events.
+
+use asperity_record::{Event, EventPayload, Record, Rupture, SlipEvent};
+
+use crate::thin::{Curve, Widest};
+
+/// How much of a run a page holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Columns of time of its load curve, each with the smallest and the largest load.
+    pub columns: usize,
+    /// Ruptures, and as many slip events: the precursors, and the widest of the others.
+    pub ruptures: usize,
+}
+
+impl Limits {
+    /// Most columns of a run.
+    const COLUMNS: usize = 2000;
+    /// Most ruptures of a run.
+    const RUPTURES: usize = 20_000;
+    /// What all runs share, as soon as that is less.
+    const ALL_COLUMNS: usize = 100_000;
+    const ALL_RUPTURES: usize = 100_000;
+
+    /// Those of a page of so many runs.
+    pub fn of_runs(runs: usize) -> Limits {
+        let share = |all: usize, most: usize, least: usize| (all / runs.max(1)).clamp(least, most);
+        Limits {
+            columns: share(Limits::ALL_COLUMNS, Limits::COLUMNS, 400),
+            ruptures: share(Limits::ALL_RUPTURES, Limits::RUPTURES, 500),
+        }
+    }
+}
+
+/// A rupture, as far as the page shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SeenRupture {
+    /// The rupture.
+    pub rupture: Rupture,
+    /// Whether it is a precursor.
+    pub is_precursor: bool,
+}
+
+/// What a page holds of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// Step and `F_T / F_N`.
+    pub curve: Vec<(u64, f64)>,
+    /// Its ruptures by their onsets.
+    pub ruptures: Vec<SeenRupture>,
+    /// How many there were.
+    pub rupture_count: u64,
+    /// Its slip events, in order: onset, end, first and last block.
+    pub events: Vec<(u64, Option<u64>, u32, u32)>,
+    /// How many there were.
+    pub event_count: u64,
+}
+
+/// Sees a run go by.
+#[derive(Debug, Clone)]
+pub struct Gather {
+    curve: Curve,
+    ruptures: Widest<SeenRupture>,
+    events: Widest<(u64, Option<u64>, u32, u32)>,
+}
+
+impl Gather {
+    /// For a run of so many steps that is about to go by.
+    pub fn new(steps: u64, limits: Limits) -> Gather {
+        Gather {
+            curve: Curve::new(steps, limits.columns),
+            ruptures: Widest::new(limits.ruptures),
+            events: Widest::new(limits.ruptures),
+        }
+    }
+
+    /// A record of it.
+    pub fn record(&mut self, record: &Record) {
+        if let Record::Step(record) = record {
+            self.step(record.step, record.load_ratio());
+        }
+    }
+
+    /// `F_T / F_N` in a step, later than those before.
+    pub fn step(&mut self, step: u64, load_ratio: f64) {
+        // Without any normal load there is no ratio.
+        if load_ratio.is_finite() {
+            self.curve.push(step, load_ratio);
+        }
+    }
+
+    /// An event of it.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn event(&mut self, event: &Event) -> serde_json::Result<()> {
+        if event.topic == Rupture::TOPIC
+            && let Some(rupture) = event.decode::<Rupture>()
+        {
+            self.rupture(rupture?);
+        } else if event.topic == SlipEvent::TOPIC
+            && let Some(slip) = event.decode::<SlipEvent>()
+        {
+            let slip = slip?;
+            let blocks = slip.last_block.abs_diff(slip.first_block) + 1;
+            let row = (slip.onset_step, slip.end_step, slip.first_block, slip.last_block);
+            self.events.push(blocks, row, &|_| {});
+        }
+        Ok(())
+    }
+
+    /// A rupture of it, where its log has none.
+    pub fn rupture(&mut self, rupture: Rupture) {
+        let blocks = rupture.last_block.abs_diff(rupture.first_block) + 1;
+        self.ruptures.push(blocks, SeenRupture { rupture, is_precursor: false }, &precursors_stay);
+    }
+
+    /// It has gone by.
+    pub fn finish(self) -> Seen {
+        let (mut ruptures, rupture_count) = self.ruptures.finish(&precursors_stay);
+        ruptures.sort_by_key(|seen| (seen.rupture.onset_step, seen.rupture.rupture));
+        mark_precursors(&mut ruptures.iter_mut().collect::<Vec<_>>());
+        let (mut events, event_count) = self.events.finish(&|_| {});
+        events.sort_unstable();
+        Seen { curve: self.curve.points(), ruptures, rupture_count, events, event_count }
+    }
+}
+
+/// Whoever reaches farther than all before it is kept, however narrow. One that another began before
+/// and reached as far is none, whatever else there is.
+fn precursors_stay(kept: &mut [(u32, SeenRupture)]) {
+    let mut in_order: Vec<&mut (u32, SeenRupture)> = kept.iter_mut().collect();
+    in_order.sort_by_key(|(_, seen)| (seen.rupture.onset_step, seen.rupture.rupture));
+    let mut farthest = 0;
+    for (blocks, SeenRupture { rupture, .. }) in in_order {
+        if rupture.first_block == 1 && rupture.last_block > farthest {
+            farthest = rupture.last_block;
+            *blocks = u32::MAX;
+        }
+    }
+}
+
+fn mark_precursors(in_order: &mut [&mut SeenRupture]) {
+    let mut farthest = 0;
+    for seen in in_order {
+        let rupture = &seen.rupture;
+        if rupture.first_block == 1 && rupture.last_block > farthest {
+            farthest = rupture.last_block;
+            seen.is_precursor = !rupture.reached_every_block;
+        }
+    }
+}

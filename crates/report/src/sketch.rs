@@ -1,0 +1,342 @@
+//! The model of a scenario, drawn: blocks, springs, contacts, drive and normal load.
+
+use asperity_model::{Law, Plan, Scenario};
+use asperity_page::markup::text;
+
+use crate::symbols::number;
+
+const WIDTH: f64 = 720.0;
+const HEIGHT: f64 = 216.0;
+/// Where the surface is, and how large a block is.
+const SURFACE: f64 = 170.0;
+const BLOCK: [f64; 2] = [44.0, 34.0];
+/// Where the blocks stand when they stick to springs.
+const TOP: f64 = 108.0;
+/// The longest arrow of a normal load.
+const LONGEST: f64 = 30.0;
+/// So many blocks are drawn one by one.
+const DRAWN: usize = 7;
+
+/// The sketch of a scenario as SVG, with words for those who do not see it.
+pub(crate) fn sketch(scenario: &Scenario) -> String {
+    let plan = Plan::new(scenario);
+    let words = words(&plan);
+    Sketch::of(&plan).svg(&words)
+}
+
+/// What tells the sketches of scenarios apart: where the drive pulls, and what holds the blocks.
+pub(crate) fn kind(scenario: &Scenario) -> (&'static str, &'static str) {
+    let plan = Plan::new(scenario);
+    (contact(&plan), drive(&plan))
+}
+
+fn contact(plan: &Plan) -> &'static str {
+    match plan.friction.law {
+        Law::Springs => "each held by a friction spring while it sticks",
+        Law::Rigid { .. } => "each stuck or sliding, without a friction spring",
+    }
+}
+
+fn drive(plan: &Plan) -> &'static str {
+    match plan.drive.springs.as_slice() {
+        [] => "no drive",
+        [_] => "a spring drives block 1 from the side",
+        [_, _] if plan.drive.pulls_both_ways() => {
+            "springs pull block 1 backwards and the last block forwards"
+        }
+        _ => "springs drive the blocks from the top",
+    }
+}
+
+/// What is seen in it.
+fn words(plan: &Plan) -> String {
+    let (contact, drive) = (contact(plan), drive(plan));
+    let first = plan.normal_load_n.first().copied().unwrap_or_default();
+    let last = plan.normal_load_n.last().copied().unwrap_or_default();
+    let load = if (first - last).abs() <= 1e-9 * first.abs().max(last.abs()) {
+        "evenly".to_owned()
+    } else if first > last {
+        "more towards block 1".to_owned()
+    } else {
+        "more towards the last block".to_owned()
+    };
+    format!(
+        "The model: {} blocks in a row, joined by springs, {contact}; {drive}; normal load spread {load}.",
+        plan.blocks
+    )
+}
+
+struct Sketch<'a> {
+    plan: &'a Plan,
+    /// The blocks that are drawn, from 0, and the place left of which there is a gap.
+    blocks: Vec<usize>,
+    gap_before: Option<usize>,
+    out: String,
+}
+
+impl Sketch<'_> {
+    fn of(plan: &Plan) -> Sketch<'_> {
+        let last = plan.blocks - 1;
+        let (blocks, gap_before) = if plan.blocks <= DRAWN {
+            ((0..plan.blocks).collect(), None)
+        } else {
+            (vec![0, 1, 2, 3, last - 1, last], Some(4))
+        };
+        Sketch { plan, blocks, gap_before, out: String::new() }
+    }
+
+    fn svg(mut self, words: &str) -> String {
+        self.surface();
+        self.chain();
+        self.loads();
+        self.drive();
+        // Without a bar above there is nothing above the loads.
+        let from = if self.has_top_drive() { 0.0 } else { self.top() - 5.0 - LONGEST - 10.0 };
+        format!(
+            "<svg class=\"sketch\" viewBox=\"0 {from} {WIDTH} {}\" role=\"img\" aria-label=\"{}\">{}</svg>\n",
+            HEIGHT - from,
+            text(words),
+            self.out
+        )
+    }
+
+    /// The middle of the block in a place.
+    fn x(&self, place: usize) -> f64 {
+        let places = self.blocks.len() + usize::from(self.gap_before.is_some());
+        let shift = usize::from(self.gap_before.is_some_and(|gap| place >= gap));
+        let pitch = (WIDTH - 260.0) / (places.max(2) - 1) as f64;
+        130.0 + (place + shift) as f64 * pitch
+    }
+
+    fn path(&mut self, class: &str, d: &str) {
+        self.out += &format!("<path class=\"{class}\" d=\"{d}\"/>");
+    }
+
+    fn words(&mut self, x: f64, y: f64, anchor: &str, html: &str) {
+        self.out += &format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{html}</text>");
+    }
+
+    /// A zigzag from one point to another.
+    fn spring(&mut self, from: [f64; 2], to: [f64; 2]) {
+        let along = [to[0] - from[0], to[1] - from[1]];
+        let length = along[0].hypot(along[1]);
+        let (unit, across) =
+            ([along[0] / length, along[1] / length], [-along[1] / length, along[0] / length]);
+        let straight = 0.16 * length;
+        let (turns, size) = (8, if length > 30.0 { 5.0 } else { 3.5 });
+        let mut d = format!("M{:.1} {:.1}", from[0], from[1]);
+        for turn in 0..=turns {
+            let at = straight + (length - 2.0 * straight) * f64::from(turn) / f64::from(turns);
+            let side = match turn {
+                0 => 0.0,
+                turn if turn == turns => 0.0,
+                turn if turn % 2 == 0 => -size,
+                _ => size,
+            };
+            let point =
+                [from[0] + unit[0] * at + across[0] * side, from[1] + unit[1] * at + across[1] * side];
+            d += &format!("L{:.1} {:.1}", point[0], point[1]);
+        }
+        d += &format!("L{:.1} {:.1}", to[0], to[1]);
+        self.path("s", &d);
+    }
+
+    fn arrow(&mut self, from: [f64; 2], to: [f64; 2]) {
+        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+        let unit = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
+        let head = length.min(7.0);
+        let side = |sign: f64| {
+            [
+                to[0] - unit[0] * head - sign * unit[1] * head * 0.45,
+                to[1] - unit[1] * head + sign * unit[0] * head * 0.45,
+            ]
+        };
+        let (a, b) = (side(1.0), side(-1.0));
+        self.path("s", &format!("M{:.1} {:.1}L{:.1} {:.1}", from[0], from[1], to[0], to[1]));
+        let head = format!("M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z", to[0], to[1], a[0], a[1], b[0], b[1]);
+        self.path("h", &head);
+    }
+
+    /// Whether blocks stand on springs.
+    fn on_springs(&self) -> bool {
+        self.plan.friction.law == Law::Springs
+    }
+
+    fn top(&self) -> f64 {
+        if self.on_springs() { TOP } else { SURFACE - BLOCK[1] - 1.0 }
+    }
+
+    fn surface(&mut self) {
+        let (left, right) = (70.0, WIDTH - 70.0);
+        self.path("g", &format!("M{left} {SURFACE}H{right}"));
+        let mut d = String::new();
+        let mut x = left + 6.0;
+        while x < right {
+            d += &format!("M{x:.0} {SURFACE}l-6 7");
+            x += 12.0;
+        }
+        self.path("f", &d);
+    }
+
+    fn chain(&mut self) {
+        let (top, middle) = (self.top(), self.top() + BLOCK[1] / 2.0);
+        for place in 0..self.blocks.len() {
+            let x = self.x(place);
+            if place > 0 {
+                let before = self.x(place - 1) + BLOCK[0] / 2.0;
+                let next = x - BLOCK[0] / 2.0;
+                if self.gap_before == Some(place) {
+                    self.words((before + next) / 2.0, middle + 4.0, "middle", "· · ·");
+                } else {
+                    self.spring([before, middle], [next, middle]);
+                    if place == 1 {
+                        self.words(
+                            (before + next) / 2.0,
+                            middle - 10.0,
+                            "middle",
+                            "<tspan class=\"i\">k</tspan>",
+                        );
+                    }
+                }
+            }
+            let left = x - BLOCK[0] / 2.0;
+            self.out += &format!(
+                "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{}\" height=\"{}\"/>",
+                BLOCK[0], BLOCK[1]
+            );
+            let number = (self.blocks[place] + 1).to_string();
+            self.words(x, middle + 4.5, "middle", &number);
+            if self.on_springs() {
+                self.spring([x, top + BLOCK[1]], [x, SURFACE]);
+                if place == 0 {
+                    let label = "<tspan class=\"i\">k</tspan><tspan class=\"d\" dy=\"3\">t</tspan>";
+                    self.words(x + 10.0, (top + BLOCK[1] + SURFACE) / 2.0 + 5.0, "start", label);
+                }
+            }
+        }
+        let last = self.x(self.blocks.len() - 1);
+        let end = "μ<tspan class=\"d\" dy=\"3\">s</tspan><tspan dy=\"-3\">, μ</tspan><tspan class=\"d\" dy=\"3\">d</tspan>";
+        self.words(last + 30.0, SURFACE - 6.0, "start", end);
+        let span = if self.plan.blocks > 1 { SURFACE + 30.0 } else { SURFACE };
+        let (from, to) = (self.x(0), last);
+        self.path(
+            "f",
+            &format!(
+                "M{from:.1} {:.1}v8M{to:.1} {:.1}v8M{from:.1} {span:.1}H{to:.1}",
+                span - 4.0,
+                span - 4.0
+            ),
+        );
+        let length = format!("<tspan class=\"i\">L</tspan> = {}", spelled(self.plan.length_m, "m"));
+        self.out += &format!(
+            "<text class=\"over\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{length}</text>",
+            (from + to) / 2.0,
+            span + 4.5
+        );
+    }
+
+    fn loads(&mut self) {
+        let most = self.plan.normal_load_n.iter().fold(0.0, |most: f64, load| most.max(load.abs()));
+        if most == 0.0 {
+            return;
+        }
+        let foot = self.top() - 5.0;
+        // Beside the driving springs, where these come from above.
+        let beside = if self.has_top_drive() { 14.0 } else { 0.0 };
+        for place in 0..self.blocks.len() {
+            let share = self.plan.normal_load_n[self.blocks[place]].abs() / most;
+            let x = self.x(place) + beside;
+            self.arrow([x, foot - (LONGEST * share).max(2.0)], [x, foot]);
+        }
+        let label = format!(
+            "<tspan class=\"i\">F</tspan><tspan class=\"d\" dy=\"3\">N</tspan><tspan dy=\"-3\"> = {}</tspan>",
+            spelled(self.plan.total_normal_load_n, "N")
+        );
+        let last = self.x(self.blocks.len() - 1);
+        self.words(last + 30.0, foot - 12.0, "start", &label);
+    }
+
+    /// Whether springs pull blocks inside the row.
+    fn has_top_drive(&self) -> bool {
+        self.plan.drive.pulls_inside(self.plan.blocks) || (self.plan.drive.springs.len() > 2)
+    }
+
+    fn drive(&mut self) {
+        let middle = self.top() + BLOCK[1] / 2.0;
+        let velocity =
+            format!("<tspan class=\"i\">V</tspan> = {}", spelled(self.plan.drive.velocity_m_per_s, "m/s"));
+        if self.has_top_drive() {
+            let (left, right) = (self.x(0) - 34.0, self.x(self.blocks.len() - 1) + 34.0);
+            let bar = 22.0;
+            self.path("g", &format!("M{left:.1} {bar}H{right:.1}"));
+            let stiffness = self.plan.drive.stiffness_n_per_m(self.plan.blocks);
+            for place in 0..self.blocks.len() {
+                if stiffness[self.blocks[place]] > 0.0 {
+                    let x = self.x(place);
+                    self.spring([x - 12.0, bar], [x - 6.0, self.top()]);
+                }
+            }
+            self.words(left - 4.0, bar + 30.0, "end", "<tspan class=\"i\">K</tspan>");
+            self.arrow([left - 44.0, bar], [left - 8.0, bar]);
+            self.words(left - 48.0, bar - 8.0, "start", &velocity);
+            return;
+        }
+        let ends: Vec<(usize, f64)> =
+            self.plan.drive.springs.iter().map(|spring| (spring.block, spring.direction)).collect();
+        for (n, (block, direction)) in ends.into_iter().enumerate() {
+            let is_first = block == 0;
+            let (edge, point) = if is_first {
+                let x = self.x(0) - BLOCK[0] / 2.0;
+                (x, x - 64.0)
+            } else {
+                let x = self.x(self.blocks.len() - 1) + BLOCK[0] / 2.0;
+                (x, x + 64.0)
+            };
+            self.spring([point, middle], [edge, middle]);
+            self.path("g", &format!("M{point:.1} {:.1}v20", middle - 10.0));
+            let above = middle - 22.0;
+            self.arrow([point - 14.0 * direction, above], [point + 14.0 * direction, above]);
+            let middle_of = (point + edge) / 2.0;
+            self.words(middle_of, middle + 22.0, "middle", "<tspan class=\"i\">K</tspan>");
+            if n == 0 {
+                self.words(point - 30.0, above - 12.0, "start", &velocity);
+            }
+        }
+    }
+}
+
+/// A number with its unit, without markup that SVG does not know.
+fn spelled(value: f64, unit: &str) -> String {
+    let html = number(value);
+    let Some((digits, power)) = html.split_once("<sup>") else { return format!("{html} {unit}") };
+    let power = power.trim_end_matches("</sup>");
+    format!("{digits}<tspan class=\"d\" dy=\"-5\">{power}</tspan><tspan dy=\"5\"> {unit}</tspan>")
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_model::resolve;
+
+    use super::sketch;
+
+    #[test]
+    fn each_drive_and_law_has_its_sketch() {
+        let of = |set: &[&str]| sketch(&resolve("default", set).unwrap());
+        let side = of(&[]);
+        assert!(side.contains("100 blocks in a row") && side.contains("drives block 1 from the side"));
+        // Six blocks, and a gap.
+        assert_eq!((side.matches("<rect").count(), side.matches("· · ·").count()), (6, 1));
+        let few = of(&["slider.blocks=5", "normal_load.tilt=0.5"]);
+        assert_eq!((few.matches("<rect").count(), few.matches("· · ·").count()), (5, 0));
+        assert!(few.contains("more towards"), "{few}");
+        assert!(of(&["drive.kind='top'"]).contains("from the top"));
+        assert!(
+            of(&["drive.kind='left-right'", "friction.reattach='two-way'"]).contains("block 1 backwards")
+        );
+        let rigid = of(&["friction.law='rigid'"]);
+        assert!(rigid.contains("without a friction spring") && rigid.len() < side.len());
+        for svg in [side, few, rigid] {
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+        }
+    }
+}

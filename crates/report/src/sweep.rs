@@ -1,0 +1,121 @@
+//! The page of a parameter study: what varies, its figures, and a table of its runs.
+
+use asperity_model::Scenario;
+use asperity_page::Document;
+use asperity_page::markup::{Cell, Row, paragraph, section, sortable_table, table, text};
+
+use crate::asked::{Asked, main as main_of, parameters};
+use crate::figures::{Figure, figures};
+use crate::page::STYLE;
+use crate::runs::links;
+use crate::sketch::sketch;
+use crate::study::Link;
+use crate::symbols::{rounded, symbol};
+use asperity_model::keys::{KEYS, Key};
+
+/// A parameter study.
+#[derive(Debug, Clone)]
+pub struct Sweep {
+    /// What it is about.
+    pub title: String,
+    /// The scenario of its first run that one accepts; none where there is none.
+    pub scenario: Option<Scenario>,
+    /// The keys that vary, and the values of each in words.
+    pub varied: Vec<(String, String)>,
+    /// How many of its runs are done, in words.
+    pub state: String,
+    /// The headings of the table of runs: name and unit.
+    pub columns: Vec<(String, Option<&'static str>)>,
+    /// The rows that there is room for.
+    pub rows: Vec<Vec<asperity_record::Cell>>,
+    /// How many there are.
+    pub row_count: u64,
+    /// Its figures.
+    pub figures: Vec<Figure>,
+    /// Its tables.
+    pub links: Vec<Link>,
+    /// The code that made its runs; none if the page is not to say.
+    pub code_version: Option<String>,
+}
+
+impl Sweep {
+    /// Most rows of runs on a page.
+    pub const ROWS: usize = 2000;
+
+    /// The page.
+    pub fn html(&self) -> String {
+        let varied: Vec<&'static Key> =
+            self.varied.iter().filter_map(|(path, _)| KEYS.iter().find(|key| key.path == path)).collect();
+        let asked = self.scenario.as_ref().map_or(String::new(), |scenario| {
+            let asked = Asked::of(scenario);
+            format!(
+                "<div class=\"model\">{}{}</div>\n<details><summary>Parameters that all runs share</summary>\n<div class=\"wide\">{}</div></details>\n",
+                sketch(scenario),
+                main_of(&asked, &varied),
+                parameters(&asked, &varied)
+            )
+        });
+        let rows = self.varied.iter().map(|(path, values)| {
+            let key = KEYS.iter().find(|key| key.path == path);
+            Row::from(vec![
+                Cell::Html(key.map_or(String::new(), |key| symbol(key.symbol))),
+                Cell::Html(format!("<code>{}</code>", text(path))),
+                Cell::text(values),
+                Cell::Html(format!("<span class=\"soft\">{}</span>", text(key.map_or("", |key| key.doc)))),
+            ])
+        });
+        let varied = table("What varies", &["symbol", "key", "values", "meaning"], rows);
+        let made = self
+            .code_version
+            .as_ref()
+            .map_or(String::new(), |version| format!("Code version <code>{}</code>. ", text(version)));
+        let main = [
+            format!(
+                "<header>\n<h1>{}</h1>\n<p class=\"score\">{}</p>\n</header>\n",
+                text(&self.title),
+                text(format!("{}.", self.state))
+            ),
+            section("What was asked", &format!("{asked}{varied}")),
+            figures(&self.figures, &[]),
+            section("Runs", &self.runs()),
+            section("Files", &links(&self.links)),
+            format!(
+                "<footer class=\"soft\"><p>{made}Times are simulated time. Made by asperity; this file fetches nothing.</p>\
+                 </footer>\n"
+            ),
+        ];
+        Document { title: self.title.clone(), main: main.concat(), data: Vec::new(), parts: &[STYLE] }.html()
+    }
+
+    fn runs(&self) -> String {
+        let headings: Vec<String> = self
+            .columns
+            .iter()
+            .map(|(name, unit)| match unit {
+                Some("1") | None => name.clone(),
+                Some(unit) => format!("#{name} ({unit})"),
+            })
+            .collect();
+        let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
+        let rows = self.rows.iter().map(|cells| Row::from(cells.iter().map(cell).collect::<Vec<_>>()));
+        let left_out = self.row_count - self.rows.len() as u64;
+        let more = if left_out > 0 {
+            paragraph(&format!("The first {}; {left_out} more are in the table of runs.", self.rows.len()))
+        } else {
+            String::new()
+        };
+        format!("{more}{}", sortable_table("runs", "", &headings, rows))
+    }
+}
+
+fn cell(cell: &asperity_record::Cell) -> Cell {
+    use asperity_record::Cell as Held;
+    match cell {
+        Held::Empty => Cell::None,
+        Held::Number(value) => Cell::Value(*value, rounded(*value, 5)),
+        Held::Count(count) => Cell::number(count),
+        Held::Step(step) => Cell::number(step),
+        Held::Flag(flag) => Cell::text(if *flag { "yes" } else { "no" }),
+        other => Cell::text(other.to_string()),
+    }
+}

@@ -109,7 +109,8 @@ impl Passing {
 impl<'a> Reduction<'a> {
     /// Begins `tables/`, `figures/` and `reproduce.json`, which says what they are, in `out`, in place
     /// of those that are there: all, or none if something fails. None of them is written over what was
-    /// read, `inputs` among it.
+    /// read, `inputs` among it. `provenance` is whether figures name the code and bear a line at their
+    /// foot.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -117,6 +118,7 @@ impl<'a> Reduction<'a> {
         pipeline: &'a Pipeline,
         out: &'a Path,
         inputs: Inputs,
+        provenance: bool,
     ) -> Result<Reduction<'a>, AnalysisError> {
         let (tables, figures) = (out.join("tables"), out.join("figures"));
         create_folder(&tables)?;
@@ -124,7 +126,7 @@ impl<'a> Reduction<'a> {
         let files = FileSet::new(Existing::Replace, inputs);
         files.reserve(pipeline.outputs(out))?;
         files.reserve([record::path(out, COMMAND)])?;
-        let figures = Gathering::begin(&pipeline.figure, figures);
+        let figures = Gathering::begin(&pipeline.figure, figures, provenance);
         Ok(Reduction { pipeline, out, tables, files, figures, passed: Mutex::default() })
     }
 

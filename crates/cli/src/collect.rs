@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 #[cfg(feature = "analysis")]
-use asperity_analysis::figures::of_study::Drawer;
+use asperity_analysis::figures::of_study::{Drawer, Origins, ScenarioOf};
 #[cfg(feature = "analysis")]
 use asperity_analysis::parquet_tables::Parquet;
 use asperity_export::Csv;
@@ -33,13 +33,17 @@ use crate::terminal::say;
 const FIGURES: &str = "figures";
 
 pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result<(), Failure> {
-    let SweepCollectArguments { folder, to, out } = arguments;
+    let SweepCollectArguments { folder, to, out, no_provenance } = arguments;
     let (plan, results) = read(folder)?;
     let tables = out.clone().unwrap_or_else(|| folder.join("tables"));
     create_folder(&tables)?;
     let formats: Vec<&dyn Format> = to.iter().map(|table| format(*table)).collect();
     let study = Study { plan: &plan, inputs: Inputs::of([folder.join(FILE)]), board };
-    let figures = Figures { all: &plan.common.figures, folder: out.as_ref().unwrap_or(folder).join(FIGURES) };
+    let figures = Figures {
+        all: &plan.common.figures,
+        folder: out.as_ref().unwrap_or(folder).join(FIGURES),
+        provenance: !no_provenance,
+    };
     let counts = study.make(results, &tables, &formats, &figures)?;
     board.line(&in_words(&plan, counts));
     outcome(counts)
@@ -47,7 +51,7 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
 
 #[cfg(feature = "analysis")]
 pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(), Failure> {
-    let SweepDrawArguments { folder, from, out } = arguments;
+    let SweepDrawArguments { folder, from, out, no_provenance } = arguments;
     let (plan, results) = read(folder)?;
     let mut inputs = vec![folder.join(FILE)];
     let all = match from {
@@ -67,7 +71,8 @@ pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(
     }
     let study = Study { plan: &plan, inputs: Inputs::of(&inputs), board };
     let to = out.clone().unwrap_or_else(|| folder.join(FIGURES));
-    let counts = study.make(results, folder, &[], &Figures { all: &all, folder: to })?;
+    let counts =
+        study.make(results, folder, &[], &Figures { all: &all, folder: to, provenance: !no_provenance })?;
     board.line(&in_words(&plan, counts));
     outcome(counts)
 }
@@ -115,6 +120,8 @@ struct Study<'a> {
 struct Figures<'a> {
     all: &'a [Figure],
     folder: PathBuf,
+    /// Whether they name the code and bear a line at their foot.
+    provenance: bool,
 }
 
 impl Study<'_> {
@@ -149,7 +156,9 @@ impl Study<'_> {
                     }
                     self.plan.scenario(row).map(|(scenario, _)| scenario)
                 };
-                let drawn = passing.drawer.draw(&scenario_of, &files, &figures.folder);
+                let origins = origins(self.plan, &scenario_of);
+                let drawn =
+                    passing.drawer.draw(&scenario_of, &origins, figures.provenance, &files, &figures.folder);
                 paths.extend(drawn.map_err(Failure::failed)?);
             }
             #[cfg(not(feature = "analysis"))]
@@ -164,6 +173,18 @@ impl Study<'_> {
         paths.into_iter().try_for_each(|path| say(path.display()))?;
         Ok(counts)
     }
+}
+
+/// Where the runs of a plan come from: of all of them what the first says, but for what varies.
+#[cfg(feature = "analysis")]
+fn origins(plan: &Plan, scenario_of: ScenarioOf<'_>) -> Origins {
+    let accepted = plan.rows.iter().find(|row| row.refused.is_none());
+    let Some(scenario) = accepted.and_then(|row| scenario_of(row.run).ok()) else {
+        return Origins::default();
+    };
+    let set = scenario.parameter_set.word();
+    Origins::of(&scenario.name, set, scenario.time.step_s, &plan.common.code_version)
+        .varying(plan.common.keys.iter().cloned())
 }
 
 /// Sees the rows of the tables.

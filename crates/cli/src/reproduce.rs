@@ -94,9 +94,9 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
             .chain(["events", "load", "precursors", "residuals"])
             .flat_map(|name| table_file::paths(out, name));
         let tables = tables.chain([summaries::TABLE, summaries::JSON].map(|name| out.join(name)));
-        let figures = figures::OVERVIEW.iter().map(|name| out.join(name));
+        let figures = figures::overview_files(out);
         record::write(&files, out, "reduce", [(name.as_str(), &data.header)], tables.chain(figures))?;
-        figures::draw_overview(&data, &files, out)?;
+        figures::draw_overview(&data, !arguments.no_provenance, &files, out)?;
         Ok(files.publish()?)
     };
     write().map_err(not_written)?;
@@ -179,7 +179,8 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
         return Err(Failure::Said(code));
     }
     board.line("reducing and drawing");
-    let reduction = Reduction::begin(&pipeline, &arguments.out, inputs).map_err(not_written)?;
+    let provenance = !arguments.no_provenance;
+    let reduction = Reduction::begin(&pipeline, &arguments.out, inputs, provenance).map_err(not_written)?;
     let stages = board.stages("reduction");
     let done = AtomicUsize::new(0);
     let runs = pipeline.run.len();

@@ -26,7 +26,7 @@ pub(crate) struct Velocities {
 
 /// How much of the axis lies before the event and after it, over its duration.
 const BEFORE: f64 = 0.08;
-const AFTER: f64 = 0.42;
+const AFTER: f64 = 0.12;
 
 /// An axis that long or longer has whole numbers at its ticks.
 const WHOLE: f64 = 20.0;
@@ -63,6 +63,9 @@ impl Figure for Velocities {
             .take_while(|record| next_step.is_none_or(|step| record.step < step))
             .collect();
         let first = records.first().ok_or_else(missing)?;
+        // The axes end with what is shown.
+        let to = records.last().map_or(to, |last| since(last.time_s));
+        let from = since(first.time_s);
         let mut series: Vec<Series> = (0..first.velocity_m_per_s.len())
             .map(|index| {
                 let (_, dash, color) = nth(index);

@@ -357,7 +357,7 @@ fn figures_say_what_they_are_and_the_code_only_if_wanted() {
             );
         }
         let png = fs::read(path.with_extension("png")).expect("it is there");
-        for chunk in ["pHYs", "tEXtTitle\0", "tEXtTime step\0", "Description\0"] {
+        for chunk in ["pHYs", "Title\0", "tEXtTime step\0", "Description\0"] {
             assert!(contains(&png, chunk), "{name}.png has no {chunk:?}");
         }
     }

@@ -81,7 +81,7 @@ impl Figure for Load {
         let lower = Panel {
             title: String::new(),
             x: Axis::new("t (s)", 0.0, duration_s),
-            y: Axis::new("blocks sliding", 0.0, f64::from(run.header.blocks) * 1.08),
+            y: Axis::counts("blocks sliding", f64::from(run.header.blocks)),
             series: vec![
                 Series { label: String::new(), points: points(before), look: Look::Impulses(INK) },
                 Series { label: String::new(), points: points(after), look: Look::Dots(INK) },

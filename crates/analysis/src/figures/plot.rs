@@ -78,11 +78,18 @@ pub(super) struct Axis {
     pub(super) to: f64,
     /// Values are decimal logarithms; label whole decades.
     pub(super) decades: bool,
+    /// Only whole numbers are labelled.
+    pub(super) whole: bool,
 }
 
 impl Axis {
     pub(super) fn new(label: &str, from: f64, to: f64) -> Axis {
-        Axis { label: label.to_owned(), from, to, decades: false }
+        Axis { label: label.to_owned(), from, to, decades: false, whole: false }
+    }
+
+    /// An axis for counts up to the largest.
+    pub(super) fn counts(label: &str, largest: f64) -> Axis {
+        Axis { whole: true, ..Axis::new(label, 0.0, largest.max(1.0) * 1.08) }
     }
 
     /// An axis for logarithms to base 10.
@@ -116,7 +123,7 @@ impl Axis {
         if self.decades {
             Scale::logarithms(&self.label, self.from, self.to)
         } else {
-            Scale::between(&self.label, self.from, self.to)
+            Scale::between(&self.label, self.from, self.to).in_whole_numbers(self.whole)
         }
     }
 }

@@ -68,6 +68,11 @@ impl Scale {
         Scale { label: label.to_owned(), from, to, log: false, words: Vec::new(), whole: false }
     }
 
+    /// The same with only whole numbers labelled, if that is wanted.
+    pub(super) fn in_whole_numbers(self, whole: bool) -> Scale {
+        Scale { whole, ..self }
+    }
+
     /// A logarithmic scale with these powers of ten as its ends.
     pub(super) fn logarithms(label: &str, from: f64, to: f64) -> Scale {
         Scale { log: true, ..Scale::between(label, from, to) }

@@ -101,7 +101,8 @@ impl Figure for StudyFigure {
                 .fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)))
         };
         let (left, right) = range(&|point| point.0);
-        let margin = 0.06 * (right - left).max(1e-9);
+        // About one value alone, half as much again to both sides.
+        let margin = if right > left { 0.06 * (right - left) } else { (0.5 * right.abs()).max(0.5) };
         let x = if self.logarithmic {
             Axis::decades(&self.parameter_label, left - margin, right + margin)
         } else {
@@ -110,7 +111,10 @@ impl Figure for StudyFigure {
         Ok(Sheet::Single(Box::new(Panel {
             title: String::new(),
             x,
-            y: Axis::about(&self.measure_label, all().map(|point| point.1)),
+            y: Axis {
+                whole: self.measure.is_count(),
+                ..Axis::about(&self.measure_label, all().map(|point| point.1))
+            },
             series: drawn,
             legend: Corner::TopRight,
             note: String::new(),

@@ -28,9 +28,6 @@ pub(crate) struct Velocities {
 const BEFORE: f64 = 0.08;
 const AFTER: f64 = 0.12;
 
-/// An axis that long or longer has whole numbers at its ticks.
-const WHOLE: f64 = 20.0;
-
 impl Figure for Velocities {
     type Part = Sheet;
 
@@ -108,7 +105,7 @@ impl Figure for Velocities {
         let lower = Panel {
             title: String::new(),
             x: Axis::new(&format!("t − t_0 ({unit})"), from, to),
-            y: Axis::new("blocks sliding", 0.0, (most * 1.12).max(WHOLE)),
+            y: Axis::counts("blocks sliding", most),
             series: vec![Series {
                 label: String::new(),
                 points: sliding,

@@ -7,6 +7,9 @@ pub(in crate::figures) const PER_INCH: f64 = 300.0;
 /// Points to an inch, in which SVG and PDF give the size of a page.
 pub(in crate::figures) const POINTS: f64 = 72.0;
 
+/// Page units that are a whole number of points.
+const WHOLE: u32 = 25;
+
 /// A place on the page, in page units to the right and down.
 pub(in crate::figures) type Point = (f64, f64);
 
@@ -99,8 +102,14 @@ pub(in crate::figures) struct Page {
 }
 
 impl Page {
+    /// A page of at least this size: of a whole number of points, which every program takes for as many
+    /// pixels.
     pub(in crate::figures) fn new(width: u32, height: u32) -> Page {
-        Page { width, height, items: Vec::new() }
+        Page {
+            width: width.next_multiple_of(WHOLE),
+            height: height.next_multiple_of(WHOLE),
+            items: Vec::new(),
+        }
     }
 
     /// Puts a path in front of all others; one of nothing is left out.
@@ -179,7 +188,8 @@ mod tests {
 
     #[test]
     fn pages_keep_hundredths_and_leave_nothing_out_but_nothing() {
-        let mut page = Page::new(10, 10);
+        let mut page = Page::new(10, 30);
+        assert_eq!((page.width, page.height), (25, 50));
         let paint = Paint::Fill(Colour { rgb: (0, 0, 0), strength: 1.0 });
         let item = |path| Item { role: Role::Data, text: String::new(), path, paint: paint.clone() };
         page.add(item(around(&[(0.123_456, 1.0), (2.0, 3.0)])));

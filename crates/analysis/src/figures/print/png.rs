@@ -96,3 +96,36 @@ fn path(segments: &[Segment]) -> Option<Path> {
     }
     path.finish()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::about::About;
+    use super::super::page::{Colour, Item, Page, Paint, Role, through};
+    use super::bytes;
+
+    /// How much ink a line of 300 pixels has, per pixel of its length, at an angle in degrees.
+    fn width_at(angle: f64, drawn: f64) -> f64 {
+        let mut page = Page::new(400, 400);
+        let (sine, cosine) = angle.to_radians().sin_cos();
+        let end = |side: f64| (200.0 + side * 150.0 * cosine, 200.0 + side * 150.0 * sine);
+        let colour = Colour { rgb: (0, 0, 0), strength: 1.0 };
+        let paint = Paint::Stroke { colour, width: drawn, dashes: Vec::new() };
+        let path = through(&[end(-1.0), end(1.0)]);
+        page.add(Item { role: Role::Data, text: String::new(), path, paint });
+        let png = bytes(&page, &About::default()).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        pixels.iter().map(|value| f64::from(255 - value) / 255.0).sum::<f64>() / 3.0 / 300.0
+    }
+
+    #[test]
+    fn strokes_are_as_thick_at_all_slopes() {
+        for angle in [0.0, 3.0, 30.0, 45.0, 63.4, 80.0, 87.0, 90.0] {
+            let width = width_at(angle, 4.0);
+            assert!((width - 4.0).abs() < 0.12, "{width} at {angle} degrees");
+        }
+        // What the eye saw before: half as much in steep lines.
+        assert!((width_at(87.0, 2.0) - 4.0).abs() > 1.9);
+    }
+}

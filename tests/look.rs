@@ -161,6 +161,26 @@ fn axes_are_not_empty(drawing: &Drawing) -> Vec<String> {
     flaws
 }
 
+/// Most of the marks in a frame that may lie on its floor, where they say nothing.
+const ON_THE_FLOOR: f64 = 0.7;
+
+fn marks_say_something(drawing: &Drawing) -> Vec<String> {
+    let mut flaws = Vec::new();
+    for frame in drawing.of("frame") {
+        let is_mark =
+            |item: &&Item| item.bounds.width() < 40.0 && item.bounds.is_within(&frame.bounds.wider(30.0));
+        let heights: Vec<f64> =
+            drawing.of("data").filter(is_mark).map(|mark| mark.bounds.middle().1).collect();
+        let lowest = heights.iter().copied().fold(f64::MIN, f64::max);
+        let idle = heights.iter().filter(|height| lowest - **height < 0.01 * frame.bounds.height()).count();
+        let share = idle as f64 / heights.len() as f64;
+        if heights.len() > 10 && share > ON_THE_FLOOR {
+            flaws.push(format!("{:.0} % of the marks lie on the floor", 100.0 * share));
+        }
+    }
+    flaws
+}
+
 /// How much of a frame's width may be black with bars.
 const DARK: f64 = 0.5;
 
@@ -206,7 +226,7 @@ fn words_are_those_of_the_field(drawing: &Drawing) -> Vec<String> {
     wrong.map(|item| format!("{:?} is not how the field writes it", item.words)).collect()
 }
 
-const RULES: [(&str, Rule); 10] = [
+const RULES: [(&str, Rule); 11] = [
     ("page", everything_is_on_the_page),
     ("marks", numbers_are_on_their_marks),
     ("text", text_is_not_upon_text),
@@ -214,6 +234,7 @@ const RULES: [(&str, Rule); 10] = [
     ("twice", a_legend_says_a_thing_once),
     ("strokes", strokes_have_one_width),
     ("empty", axes_are_not_empty),
+    ("floor", marks_say_something),
     ("bars", bars_are_not_one_surface),
     ("letters", letters_are_of_full_size),
     ("words", words_are_those_of_the_field),
@@ -252,7 +273,7 @@ fn every_rule_can_fail() {
         let at = drawing.items.iter().position(|item| item.class == class);
         at.unwrap_or_else(|| panic!("{class} is on the figure"))
     };
-    let broken: [(&str, &dyn Fn(&mut Drawing)); 11] = [
+    let broken: [(&str, &dyn Fn(&mut Drawing)); 12] = [
         ("page", &|drawing| {
             let label = first(drawing, "label");
             drawing.items[label].shift(-300.0, 0.0);
@@ -288,6 +309,14 @@ fn every_rule_can_fail() {
         ("empty", &|drawing| {
             for item in drawing.items.iter_mut().filter(|item| item.class == "data") {
                 item.squeeze(0.4);
+            }
+        }),
+        ("floor", &|drawing| {
+            let frame = drawing.items[first(drawing, "frame")].bounds;
+            let data = drawing.items[first(drawing, "data")].clone();
+            for n in 0..60 {
+                let (x, y) = (frame.left + 20.0 * f64::from(n), frame.bottom);
+                drawing.items.push(data.clone().at(&[(x, y), (x + 10.0, y)]));
             }
         }),
         ("bars", &|drawing| {

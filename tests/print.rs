@@ -60,8 +60,7 @@ impl Grey {
         }
     }
 
-    /// The mean of the differences of a hundred times the values over the whole range, as a share of
-    /// what is not white.
+    /// The differences of all values, over what is not white.
     fn difference(&self, other: &Grey) -> f64 {
         let differences =
             self.values.iter().zip(&other.values).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>();
@@ -71,7 +70,7 @@ impl Grey {
 }
 
 /// How much of the ink may lie elsewhere: edges of lines are smoothed in other ways.
-const ELSEWHERE: f64 = 0.2;
+const ELSEWHERE: f64 = 0.3;
 
 fn shown(by: &mut Command, at: &Path) -> Grey {
     let output = by.output().expect("it can be started");

@@ -25,6 +25,9 @@ pub(crate) struct Load {
     sliding: bool,
 }
 
+/// Events after the first slip of the whole slider that are shown as lines; more are dots.
+const MOST_LINES: usize = 40;
+
 impl Load {
     pub(super) fn of_run(file: &str, run: &str) -> Load {
         Load { file: file.to_owned(), run: run.to_owned(), title: String::new(), sliding: true }
@@ -72,11 +75,13 @@ impl Figure for Load {
         if !self.sliding {
             return Ok(Sheet::Single(Box::new(upper)));
         }
-        // A line for each event up to the first slip of the whole slider. Those after it may be so many that
-        // lines would be one black surface.
+        // A line for each event. Those after the first slip of the whole slider may be so many that lines
+        // would be one black surface.
         let peaks = peaks(run.loads());
         let global = run.first_global_slip().and_then(|slip| slip.end_step).unwrap_or(u64::MAX);
-        let (before, after): (Vec<_>, Vec<_>) = peaks.into_iter().partition(|(step, _)| *step <= global);
+        let later = peaks.iter().filter(|(step, _)| *step > global).count();
+        let (before, after): (Vec<_>, Vec<_>) =
+            peaks.into_iter().partition(|(step, _)| *step <= global || later <= MOST_LINES);
         let points = |peaks: Vec<(u64, (f64, f64))>| peaks.into_iter().map(|(_, point)| point).collect();
         let lower = Panel {
             title: String::new(),
@@ -107,4 +112,25 @@ fn peaks(loads: &[run_data::Load]) -> Vec<(u64, (f64, f64))> {
         Some((load.step, (load.time_s, f64::from(most))))
     };
     stretches.filter_map(peak).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::peaks;
+    use crate::run_data::Load;
+
+    #[test]
+    fn an_event_is_one_line_as_high_as_most_blocks_slid() {
+        let sliding = [0, 2, 5, 5, 1, 0, 0, 3, 0, 7];
+        let load = |(step, sliding): (u64, u32)| Load {
+            step,
+            time_s: step as f64,
+            driving_force_n: 0.0,
+            normal_load_n: 1.0,
+            end_forces_n: None,
+            sliding,
+        };
+        let loads: Vec<Load> = (0..).zip(sliding).map(load).collect();
+        assert_eq!(peaks(&loads), [(2, (2.0, 5.0)), (7, (7.0, 3.0)), (9, (9.0, 7.0))]);
+    }
 }

@@ -40,7 +40,7 @@ impl Origins {
     }
 
     /// Those of both.
-    pub(in crate::figures) fn add(&mut self, other: &Origins) {
+    pub(crate) fn add(&mut self, other: &Origins) {
         self.scenarios.extend(other.scenarios.iter().cloned());
         self.parameter_sets.extend(other.parameter_sets.iter().cloned());
         self.time_steps.extend(&other.time_steps);
@@ -57,13 +57,13 @@ const SHORT: usize = 12;
 
 /// What a figure says of itself.
 #[derive(Debug, Clone, Default)]
-pub(in crate::figures) struct About {
-    pub(in crate::figures) title: String,
+pub(crate) struct About {
+    pub(crate) title: String,
     /// What it shows, in words.
-    pub(in crate::figures) caption: String,
-    pub(in crate::figures) origins: Origins,
+    pub(crate) caption: String,
+    pub(crate) origins: Origins,
     /// Whether it names the code, and bears a line at its foot.
-    pub(in crate::figures) provenance: bool,
+    pub(crate) provenance: bool,
 }
 
 impl About {
@@ -88,7 +88,7 @@ impl About {
     }
 
     /// The line at the foot, if it is to have one.
-    pub(in crate::figures) fn foot(&self) -> Option<String> {
+    pub(crate) fn foot(&self) -> Option<String> {
         let Origins { scenarios, parameter_sets, time_steps, code_versions, varies } = &self.origins;
         // Underscores in names are letters.
         let join =

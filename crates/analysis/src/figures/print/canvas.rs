@@ -10,10 +10,10 @@ use plotters_backend::{BackendColor, BackendCoord, BackendStyle, DrawingBackend,
 use super::page::{Colour, Item, Page, Paint, Point, Role, around, circle, through};
 
 /// A page that is being drawn on.
-pub(in crate::figures) struct Canvas<'a>(pub(in crate::figures) &'a mut Page);
+pub(crate) struct Canvas<'a>(pub(in crate::figures) &'a mut Page);
 
 /// A part of a page, in pixels from its upper left corner.
-pub(in crate::figures) type Area<'a> = DrawingArea<Canvas<'a>, Shift>;
+pub(crate) type Area<'a> = DrawingArea<Canvas<'a>, Shift>;
 
 fn colour(color: BackendColor) -> Colour {
     Colour { rgb: color.rgb, strength: color.alpha }
@@ -125,6 +125,6 @@ impl Drawable<Canvas<'_>> for Element {
 }
 
 /// Draws a path; places are those of the whole page.
-pub(in crate::figures) fn draw(area: &Area<'_>, item: Item) -> Result<(), String> {
+pub(crate) fn draw(area: &Area<'_>, item: Item) -> Result<(), String> {
     area.draw(&Element(item)).map_err(|error| error.to_string())
 }

@@ -2,20 +2,20 @@
 //! same paths, so that they cannot differ in anything but their format.
 
 /// Page units to an inch: pixels of the PNG.
-pub(in crate::figures) const PER_INCH: f64 = 300.0;
+pub(crate) const PER_INCH: f64 = 300.0;
 
 /// Points to an inch, in which SVG and PDF give the size of a page.
-pub(in crate::figures) const POINTS: f64 = 72.0;
+pub(crate) const POINTS: f64 = 72.0;
 
 /// Page units that are a whole number of points.
 const WHOLE: u32 = 25;
 
 /// A place on the page, in page units to the right and down.
-pub(in crate::figures) type Point = (f64, f64);
+pub(crate) type Point = (f64, f64);
 
 /// A piece of an outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::figures) enum Segment {
+pub(crate) enum Segment {
     /// Begins a new outline.
     Move(Point),
     Line(Point),
@@ -26,14 +26,14 @@ pub(in crate::figures) enum Segment {
 
 /// A colour with its strength, from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::figures) struct Colour {
-    pub(in crate::figures) rgb: (u8, u8, u8),
-    pub(in crate::figures) strength: f64,
+pub(crate) struct Colour {
+    pub(crate) rgb: (u8, u8, u8),
+    pub(crate) strength: f64,
 }
 
 /// How a path is painted.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::figures) enum Paint {
+pub(crate) enum Paint {
     Fill(Colour),
     /// A line of a width, with a pattern of lengths on and off; solid if that is empty.
     Stroke {
@@ -45,7 +45,7 @@ pub(in crate::figures) enum Paint {
 
 /// What a path is on its page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::figures) enum Role {
+pub(crate) enum Role {
     /// What is shown.
     Data,
     /// The frame of a panel, or of a colour bar.
@@ -68,7 +68,7 @@ pub(in crate::figures) enum Role {
 
 impl Role {
     /// Its name in the SVG.
-    pub(in crate::figures) fn word(self) -> &'static str {
+    pub(crate) fn word(self) -> &'static str {
         match self {
             Role::Data => "data",
             Role::Frame => "frame",
@@ -85,26 +85,26 @@ impl Role {
 
 /// A path on a page.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::figures) struct Item {
-    pub(in crate::figures) role: Role,
+pub(crate) struct Item {
+    pub(crate) role: Role,
     /// What it says, if it is text.
-    pub(in crate::figures) text: String,
-    pub(in crate::figures) path: Vec<Segment>,
-    pub(in crate::figures) paint: Paint,
+    pub(crate) text: String,
+    pub(crate) path: Vec<Segment>,
+    pub(crate) paint: Paint,
 }
 
 /// A page of a size in page units.
 #[derive(Debug, Clone, PartialEq)]
-pub(in crate::figures) struct Page {
-    pub(in crate::figures) width: u32,
-    pub(in crate::figures) height: u32,
-    pub(in crate::figures) items: Vec<Item>,
+pub(crate) struct Page {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) items: Vec<Item>,
 }
 
 impl Page {
     /// A page of at least this size: of a whole number of points, which every program takes for as many
     /// pixels.
-    pub(in crate::figures) fn new(width: u32, height: u32) -> Page {
+    pub(crate) fn new(width: u32, height: u32) -> Page {
         Page {
             width: width.next_multiple_of(WHOLE),
             height: height.next_multiple_of(WHOLE),
@@ -113,7 +113,7 @@ impl Page {
     }
 
     /// Puts a path in front of all others; one of nothing is left out.
-    pub(in crate::figures) fn add(&mut self, mut item: Item) {
+    pub(crate) fn add(&mut self, mut item: Item) {
         if item.path.len() < 2 {
             return;
         }
@@ -135,28 +135,28 @@ fn rounded((x, y): Point) -> Point {
 }
 
 /// A number with no more decimals than it has.
-pub(in crate::figures) fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
 /// An open path through points.
-pub(in crate::figures) fn through(points: &[Point]) -> Vec<Segment> {
+pub(crate) fn through(points: &[Point]) -> Vec<Segment> {
     let mut points = points.iter().copied();
     let first = points.next().map(Segment::Move);
     first.into_iter().chain(points.map(Segment::Line)).collect()
 }
 
 /// A closed path through points.
-pub(in crate::figures) fn around(points: &[Point]) -> Vec<Segment> {
+pub(crate) fn around(points: &[Point]) -> Vec<Segment> {
     let mut path = through(points);
     path.push(Segment::Close);
     path
 }
 
 /// A circle.
-pub(in crate::figures) fn circle((x, y): Point, r: f64) -> Vec<Segment> {
+pub(crate) fn circle((x, y): Point, r: f64) -> Vec<Segment> {
     // How far control points are from the ends of a quarter, over the radius.
     let k = 0.552_284_75 * r;
     vec![
@@ -170,7 +170,7 @@ pub(in crate::figures) fn circle((x, y): Point, r: f64) -> Vec<Segment> {
 }
 
 /// The corners of the least rectangle about a path's points.
-pub(in crate::figures) fn bounds(path: &[Segment]) -> Option<(Point, Point)> {
+pub(crate) fn bounds(path: &[Segment]) -> Option<(Point, Point)> {
     let points = path.iter().flat_map(|segment| match *segment {
         Segment::Move(to) | Segment::Line(to) => vec![to],
         Segment::Curve(a, b, to) => vec![a, b, to],

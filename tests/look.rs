@@ -167,8 +167,10 @@ const ON_THE_FLOOR: f64 = 0.7;
 fn marks_say_something(drawing: &Drawing) -> Vec<String> {
     let mut flaws = Vec::new();
     for frame in drawing.of("frame") {
-        let is_mark =
-            |item: &&Item| item.bounds.width() < 40.0 && item.bounds.is_within(&frame.bounds.wider(30.0));
+        let is_mark = |item: &&Item| {
+            let is_small = (5.0..40.0).contains(&item.bounds.width());
+            is_small && item.stroke_width == Some(4.0) && item.bounds.is_within(&frame.bounds.wider(30.0))
+        };
         let heights: Vec<f64> =
             drawing.of("data").filter(is_mark).map(|mark| mark.bounds.middle().1).collect();
         let lowest = heights.iter().copied().fold(f64::MIN, f64::max);

@@ -186,7 +186,7 @@ impl<'a> Gathering<'a> {
                 let (title, caption) = words(what, &sheet);
                 let about = About { title, caption, origins, provenance: self.provenance };
                 let page = sheet.page(about.foot().as_deref()).map_err(failed)?;
-                print::write(&page, &about, files, &self.folder.join(figure.file())).map_err(failed)?;
+                print::write(&page, &about, files, &self.folder.join(figure.file()))?;
                 drawn += 1;
             }
         }

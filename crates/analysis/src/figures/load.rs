@@ -2,6 +2,8 @@
 //! of its rise; and beneath how many blocks slid at once in each event (Figures 5.13, 5.15 to 5.18, 6.5, 6.8
 //! to 6.12).
 
+use std::collections::BTreeSet;
+
 use asperity_model::analytic::LoadCurve;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -25,7 +27,9 @@ pub(crate) struct Load {
     sliding: bool,
 }
 
-/// Events after the first slip of the whole slider that are shown as lines; more are dots.
+/// Events after the first slip of the whole slider are shown as lines where they fall into so many of
+/// these parts of the time at most; otherwise they are dots.
+const PARTS: f64 = 600.0;
 const MOST_LINES: usize = 40;
 
 impl Load {
@@ -79,9 +83,11 @@ impl Figure for Load {
         // would be one black surface.
         let peaks = peaks(run.loads());
         let global = run.first_global_slip().and_then(|slip| slip.end_step).unwrap_or(u64::MAX);
-        let later = peaks.iter().filter(|(step, _)| *step > global).count();
+        let later = peaks.iter().filter(|(step, _)| *step > global);
+        let later: BTreeSet<u64> =
+            later.map(|(_, (time_s, _))| (time_s / duration_s * PARTS) as u64).collect();
         let (before, after): (Vec<_>, Vec<_>) =
-            peaks.into_iter().partition(|(step, _)| *step <= global || later <= MOST_LINES);
+            peaks.into_iter().partition(|(step, _)| *step <= global || later.len() <= MOST_LINES);
         let points = |peaks: Vec<(u64, (f64, f64))>| peaks.into_iter().map(|(_, point)| point).collect();
         let lower = Panel {
             title: String::new(),

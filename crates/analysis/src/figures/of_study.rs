@@ -90,7 +90,7 @@ impl Drawer {
             let paper = paper.map_err(failed)?;
             let about = about(&gathered.figure, &paper, origins, provenance);
             let page = paper.page(about.foot().as_deref()).map_err(failed)?;
-            print::write(&page, &about, files, &path).map_err(failed)?;
+            print::write(&page, &about, files, &path)?;
             paths.extend(files_of(&path));
         }
         Ok(paths)

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
 
+use crate::error::AnalysisError;
 use about::About;
 use page::Page;
 
@@ -23,10 +24,11 @@ pub fn files_of(file: &Path) -> [PathBuf; 3] {
 }
 
 /// Writes the files of a figure, as files of a set.
-pub(super) fn write(page: &Page, about: &About, files: &FileSet, file: &Path) -> Result<(), String> {
-    let bytes = [png::bytes(page, about)?, svg::bytes(page, about), pdf::bytes(page, about)];
+pub(super) fn write(page: &Page, about: &About, files: &FileSet, file: &Path) -> Result<(), AnalysisError> {
+    let failed = |problem| AnalysisError::Figure { file: file.display().to_string(), problem };
+    let bytes = [png::bytes(page, about).map_err(failed)?, svg::bytes(page, about), pdf::bytes(page, about)];
     for (path, bytes) in files_of(file).iter().zip(bytes) {
-        files.write(path, bytes).map_err(|error| error.to_string())?;
+        files.write(path, bytes)?;
     }
     Ok(())
 }

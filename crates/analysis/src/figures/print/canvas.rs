@@ -10,7 +10,7 @@ use plotters_backend::{BackendColor, BackendCoord, BackendStyle, DrawingBackend,
 use super::page::{Colour, Item, Page, Paint, Point, Role, around, circle, through};
 
 /// A page that is being drawn on.
-pub(crate) struct Canvas<'a>(pub(in crate::figures) &'a mut Page);
+pub(crate) struct Canvas<'a>(pub(crate) &'a mut Page);
 
 /// A part of a page, in pixels from its upper left corner.
 pub(crate) type Area<'a> = DrawingArea<Canvas<'a>, Shift>;

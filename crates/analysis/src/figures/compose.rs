@@ -19,8 +19,8 @@ const SHORT_TICK: f64 = 8.0;
 const TITLE: f64 = 84.0;
 const NO_TITLE: f64 = 30.0;
 const NUMBERS: f64 = 66.0;
-const LABEL: f64 = 62.0;
-const EDGE: f64 = 26.0;
+const LABEL: f64 = 72.0;
+const EDGE: f64 = 20.0;
 const RIGHT: f64 = 50.0;
 
 const DOT_RADIUS: f64 = 3.5;

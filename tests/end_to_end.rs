@@ -72,12 +72,16 @@ fn from_solver_to_figures() {
             "events.parquet",
             "load.csv",
             "load.parquet",
+            "load.pdf",
             "load.png",
+            "load.svg",
             "precursor-ruptures.csv",
             "precursor-ruptures.parquet",
             "precursors.csv",
             "precursors.parquet",
+            "precursors.pdf",
             "precursors.png",
+            "precursors.svg",
             "reduce.json",
             "residuals.csv",
             "residuals.parquet",
@@ -92,6 +96,8 @@ fn from_solver_to_figures() {
         let (_, extension) = name.rsplit_once('.').expect("files have extensions");
         let is_whole = match extension {
             "png" => content.starts_with(b"\x89PNG\r\n\x1a\n") && content.ends_with(b"IEND\xaeB`\x82"),
+            "pdf" => content.starts_with(b"%PDF-") && content.ends_with(b"%%EOF"),
+            "svg" => content.starts_with(b"<?xml ") && content.ends_with(b"</svg>\n"),
             "parquet" => content.starts_with(b"PAR1") && content.ends_with(b"PAR1"),
             "csv" => std::str::from_utf8(content).is_ok_and(|text| text.lines().count() > 1),
             "json" => {
@@ -325,10 +331,10 @@ fn unloading_is_drawn_and_claimed_in_both_parameter_sets() {
     reproduce(&pipeline, &out, "2");
     let figures = contents(&out.join("figures"));
     let names: Vec<&str> = figures.keys().map(String::as_str).collect();
-    assert_eq!(
-        names,
-        ["displacement.png", "lengths.png", "load.png", "loads.png", "spread.png", "velocities.png"]
-    );
+    let stems = ["displacement", "lengths", "load", "loads", "spread", "velocities"];
+    let expected =
+        stems.into_iter().flat_map(|stem| ["pdf", "png", "svg"].map(|kind| format!("{stem}.{kind}")));
+    assert_eq!(names, expected.collect::<Vec<_>>());
     let tables = contents(&out.join("tables"));
     let text = |name: &str| String::from_utf8(tables[name].clone()).expect("tables are UTF-8");
     let claims = text("claims.csv");

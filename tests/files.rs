@@ -560,6 +560,12 @@ fn names_of_a_pipeline_that_collide_are_refused_before_it_runs() {
         refused(&reproduce, 2, &[name, "twice"]);
         assert!(!out.exists());
     }
+    fs::write(&pipeline, PIPELINE.to_owned() + &figure("load.svg")).expect("the folder can be written");
+    refused(
+        &["reproduce", text(&pipeline), "--out", text(&out)],
+        2,
+        &["figure file \"load.svg\"", "(accepted: NAME.png, beside which NAME.svg and NAME.pdf stand)"],
+    );
     let inside = out.join("figures/pipeline.png");
     fs::create_dir_all(out.join("figures")).expect("the folder can be written");
     fs::write(&inside, PIPELINE.to_owned() + &figure("pipeline.png")).expect("the folder can be written");

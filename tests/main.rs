@@ -27,10 +27,14 @@ mod foxglove;
 #[cfg(feature = "analysis")]
 mod golden;
 mod hostile;
+#[cfg(feature = "analysis")]
+mod look;
 mod new_detector;
 #[cfg(feature = "analysis")]
 mod page;
 mod prestress;
+#[cfg(feature = "analysis")]
+mod print;
 #[cfg(feature = "analysis")]
 mod recipes;
 mod reference;
@@ -87,4 +91,6 @@ mod support {
     #[path = "../../xtask/src/seed.rs"]
     pub(crate) mod seed;
     pub(crate) mod small;
+    #[cfg(feature = "analysis")]
+    pub(crate) mod svg;
 }

@@ -47,6 +47,9 @@ pub(crate) struct ReproduceArguments {
     /// Repeat runs that are there already.
     #[arg(long)]
     fresh: bool,
+    /// Leave the version of the code, and the line that says where a figure comes from, out of figures.
+    #[arg(long)]
+    no_provenance: bool,
     /// How many runs to make at once [default: one per core].
     #[arg(long, value_name = "N")]
     jobs: Option<NonZeroUsize>,
@@ -95,6 +98,9 @@ pub(crate) fn command(arguments: &ReproduceArguments, names: &[&str]) -> Result<
         }
         if arguments.fresh {
             asperity.arg("--fresh");
+        }
+        if arguments.no_provenance {
+            asperity.arg("--no-provenance");
         }
         if let Some(jobs) = arguments.jobs {
             asperity.arg("--jobs").arg(jobs.to_string());

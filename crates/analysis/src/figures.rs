@@ -5,6 +5,7 @@
 //! and a line in `kinds!`.
 
 mod arrest;
+mod compose;
 mod damping;
 mod displacement;
 mod forces;
@@ -12,19 +13,23 @@ mod front;
 mod front_profile;
 mod front_speed;
 mod front_transient;
+mod full_page;
 mod initial_shear;
 mod kind;
+mod legend;
 mod lengths;
+mod lines;
 mod load;
 mod load_ruptures;
 mod loads;
 pub mod of_study;
 mod onset;
 mod overview;
-mod page;
 mod plot;
+mod print;
 mod pulse;
 mod recurrence;
+mod scale;
 mod sizes;
 mod slipped;
 mod space_time;
@@ -48,6 +53,10 @@ use crate::error::AnalysisError;
 use crate::run_data::RunData;
 use crate::wants::Wants;
 use kind::{AnyFigure, AnyPart, Parts};
+use plot::{Sheet, Told};
+use print::about::{About, Origins};
+pub use print::files_of;
+use text::plain;
 
 macro_rules! kinds {
     ($($(#[doc = $doc:literal])* $name:literal $field:ident: $kind:ty),* $(,)?) => {
@@ -59,9 +68,13 @@ macro_rules! kinds {
         }
 
         impl Figures {
-            fn all(&self) -> Vec<&dyn AnyFigure> {
-                let mut all: Vec<&dyn AnyFigure> = Vec::new();
-                $(all.extend(self.$field.iter().map(|figure| figure as &dyn AnyFigure));)*
+            /// Each with what its kind shows.
+            fn all(&self) -> Vec<(&'static str, &dyn AnyFigure)> {
+                let mut all: Vec<(&'static str, &dyn AnyFigure)> = Vec::new();
+                $({
+                    let what = concat!($($doc),*).trim_ascii();
+                    all.extend(self.$field.iter().map(|figure| (what, figure as &dyn AnyFigure)));
+                })*
                 all
             }
 
@@ -147,7 +160,7 @@ pub(crate) struct Listed<'a> {
 impl Figures {
     /// The runs that the figures are made of.
     pub(crate) fn runs(&self) -> impl Iterator<Item = &str> {
-        self.all().into_iter().flat_map(|figure| figure.runs())
+        self.all().into_iter().flat_map(|(_, figure)| figure.runs())
     }
 
     /// The lists of runs of figures that show many, in which an ensemble may stand for its members.
@@ -157,13 +170,13 @@ impl Figures {
 
     /// The files that the figures are written to.
     pub(crate) fn files(&self) -> impl Iterator<Item = &str> {
-        self.all().into_iter().map(|figure| figure.file())
+        self.all().into_iter().map(|(_, figure)| figure.file())
     }
 
     /// What they read of a run.
     pub(crate) fn wants(&self, run: &str) -> Wants {
-        let of_run = self.all().into_iter().filter(|figure| figure.runs().contains(&run));
-        of_run.fold(Wants::NOTHING, |wants, figure| wants | figure.wants())
+        let of_run = self.all().into_iter().filter(|(_, figure)| figure.runs().contains(&run));
+        of_run.fold(Wants::NOTHING, |wants, (_, figure)| wants | figure.wants())
     }
 }
 
@@ -171,31 +184,38 @@ impl Figures {
 pub(crate) struct Gathering<'a> {
     figures: Vec<Begun<'a>>,
     folder: PathBuf,
+    provenance: bool,
 }
 
 /// A figure, and its parts of the runs that have gone by.
 struct Begun<'a> {
+    what: &'static str,
     figure: &'a dyn AnyFigure,
     runs: BTreeSet<&'a str>,
-    parts: Mutex<Parts<AnyPart>>,
+    parts: Mutex<(Parts<AnyPart>, Origins)>,
 }
 
 impl<'a> Gathering<'a> {
-    /// For the figures of a pipeline, to be drawn into a folder.
-    pub(crate) fn begin(figures: &'a Figures, folder: PathBuf) -> Gathering<'a> {
-        let begun = |figure: &'a dyn AnyFigure| Begun {
+    /// For the figures of a pipeline, to be drawn into a folder. `provenance` is whether they name the
+    /// code and bear a line at their foot.
+    pub(crate) fn begin(figures: &'a Figures, folder: PathBuf, provenance: bool) -> Gathering<'a> {
+        let begun = |(what, figure): (&'static str, &'a dyn AnyFigure)| Begun {
+            what,
             figure,
             runs: figure.runs().into_iter().collect(),
             parts: Mutex::default(),
         };
-        Gathering { figures: figures.all().into_iter().map(begun).collect(), folder }
+        Gathering { figures: figures.all().into_iter().map(begun).collect(), folder, provenance }
     }
 
     /// Takes the parts of all figures of a run, and draws those that it was the last one for, as files
     /// of a set. Says how many that were.
     pub(crate) fn run(&self, run: &RunData, files: &FileSet) -> Result<usize, AnalysisError> {
         let mut drawn = 0;
-        for Begun { figure, runs, parts } in &self.figures {
+        let header = &run.header;
+        let origins =
+            Origins::of(&header.scenario, &header.parameter_set, header.time_step_s, &header.code_version);
+        for Begun { what, figure, runs, parts } in &self.figures {
             if !runs.contains(run.name.as_str()) {
                 continue;
             }
@@ -203,13 +223,16 @@ impl<'a> Gathering<'a> {
             let part = figure.part(run).map_err(failed)?;
             let whole = {
                 let mut parts = parts.lock().expect("whoever adds a part does not panic");
-                parts.insert(run.name.clone(), part);
-                (parts.len() == runs.len()).then(|| std::mem::take(&mut *parts))
+                parts.0.insert(run.name.clone(), part);
+                parts.1.add(&origins);
+                (parts.0.len() == runs.len()).then(|| std::mem::take(&mut *parts))
             };
-            if let Some(parts) = whole {
+            if let Some((parts, origins)) = whole {
                 let sheet = figure.sheet(parts).map_err(failed)?;
-                let path = self.folder.join(figure.file());
-                sheet.write(&files.create_by_path(&path)?).map_err(failed)?;
+                let (title, caption) = words(what, &sheet);
+                let about = About { title, caption, origins, provenance: self.provenance };
+                let page = sheet.page(about.foot().as_deref()).map_err(failed)?;
+                print::write(&page, &about, files, &self.folder.join(figure.file()))?;
                 drawn += 1;
             }
         }
@@ -217,22 +240,57 @@ impl<'a> Gathering<'a> {
     }
 }
 
-/// The files of [`draw_overview`].
-pub const OVERVIEW: [&str; 2] = ["load.png", "precursors.png"];
+/// Title and caption of a sheet, given what figures of its kind show.
+fn words(what: &str, sheet: &Sheet) -> (String, String) {
+    let what = plain(&what.replace('`', "")).trim_end_matches('.').to_owned();
+    let Told { titles, upwards, across, labels, notes } = sheet.told();
+    let some = |texts: Vec<String>| {
+        let mut all: Vec<String> = Vec::new();
+        for text in texts.iter().map(|text| plain(text)).filter(|text| !text.is_empty()) {
+            if !all.contains(&text) {
+                all.push(text);
+            }
+        }
+        all
+    };
+    let titles = some(titles);
+    let (axes, across) = (some(upwards).join("; "), some(across).join("; "));
+    let (labels, notes) = (some(labels), some(notes));
+    let mut caption = vec![what.clone(), format!("{axes} against {across}")];
+    caption.extend((!titles.is_empty()).then(|| titles.join("; ")));
+    caption.extend((!labels.is_empty()).then(|| format!("Shown: {}", labels.join(", "))));
+    caption.extend(notes);
+    let title = if let [title] = &titles[..] { format!("{what}: {title}") } else { what };
+    (title, caption.join(". ") + ".")
+}
+
+/// The figures of [`draw_overview`].
+const OVERVIEW: [&str; 2] = ["load.png", "precursors.png"];
+
+/// The files of [`draw_overview`] in a folder.
+pub fn overview_files(folder: &Path) -> Vec<PathBuf> {
+    OVERVIEW.iter().flat_map(|file| files_of(&folder.join(file))).collect()
+}
 
 /// Draws the two figures that any run allows: its load curve and its precursors
-/// beside the length law that its scenario calls for.
+/// beside the length law that its scenario calls for. `provenance` is whether they name the code and
+/// bear a line at their foot.
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn draw_overview(run: &RunData, files: &FileSet, folder: &Path) -> Result<(), AnalysisError> {
+pub fn draw_overview(
+    run: &RunData,
+    provenance: bool,
+    files: &FileSet,
+    folder: &Path,
+) -> Result<(), AnalysisError> {
     let law = asperity_model::analytic::LengthLaw::natural(&run.scenario);
     let figures = Figures {
         load: vec![load::Load::of_run(OVERVIEW[0], &run.name)],
         lengths: vec![lengths::Lengths::of_run(OVERVIEW[1], &run.name, run.name.clone(), law)],
         ..Figures::default()
     };
-    Gathering::begin(&figures, folder.to_owned()).run(run, files).map(drop)
+    Gathering::begin(&figures, folder.to_owned(), provenance).run(run, files).map(drop)
 }
 
 /// What [`draw_overview`] reads of a run.
@@ -246,7 +304,7 @@ mod tests {
 
     use super::Figures;
     use super::kind::AnyFigure;
-    use super::plot::{Panel, Sheet};
+    use super::plot::{Look, Panel, Sheet};
     use crate::made_up;
     use crate::made_up::EVENTS;
     use crate::run_data::RunData;
@@ -283,7 +341,7 @@ mod tests {
 
     fn sheet(text: &str) -> Result<Sheet, String> {
         let figures: Figures = toml::from_str(text).unwrap();
-        let all: Vec<&dyn AnyFigure> = figures.all();
+        let all: Vec<&dyn AnyFigure> = figures.all().into_iter().map(|(_, figure)| figure).collect();
         assert_eq!((all.len(), all[0].file(), all[0].runs()), (1, "f.png", vec!["a"]));
         drawn(all[0], runs(all[0].wants()))
     }
@@ -314,14 +372,14 @@ mod tests {
         let text = "[[load]]\nfile = \"f.png\"\nrun = \"a\"\nsliding = false";
         let panel = single(text);
         let labels: Vec<&str> = panel.series.iter().map(|series| series.label.as_str()).collect();
-        assert_eq!(labels, ["μ_s", "μ_k", "F_X/F_N", "theory"]);
+        assert_eq!(labels, ["μ_s", "μ_d", "F_T/F_N", "theory"]);
         let end = panel.series[3].points.last().unwrap();
         assert!((end.0 - 2.61).abs() < 1e-9 && (end.1 - 0.45).abs() < 1e-12, "{end:?}");
         // Initial shear is not in that theory.
         let figures: Figures = toml::from_str(text).unwrap();
         let sheared = made_up::run("initial_shear.beta = 0.2", &EVENTS);
         let Sheet::Single(panel) =
-            drawn(figures.all()[0], BTreeMap::from([("a".to_owned(), sheared)])).unwrap()
+            drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), sheared)])).unwrap()
         else {
             panic!("one panel")
         };
@@ -335,7 +393,11 @@ mod tests {
         let study = "[[study]]\nfile = \"f.png\"\nparameter = \"slider.blocks\"\nparameter_label = \"N\"\n\
                      measure = \"precursor-count\"\nmeasure_label = \"count\"\nlogarithmic = true\n\
                      series = [{ label = \"A\", runs = [\"a\"] }]";
-        assert_eq!(single(study).series[1].points, [(3f64.log10(), 3.0)]);
+        // Counts are marks alone; of other numbers the marks are joined.
+        let counts = single(study);
+        assert_eq!((counts.series.len(), &counts.series[0].points[..]), (1, &[(3f64.log10(), 3.0)][..]));
+        let joined = single(&study.replace("precursor-count", "longest-precursor"));
+        assert!(matches!(joined.series[0].look, Look::Line(..)) && joined.series.len() == 2);
         let refused = sheet(&study.replace("slider.blocks", "normal_load.tilt")).unwrap_err();
         assert_eq!(refused, "normal_load.tilt of run test is 0: no place on a logarithmic axis");
     }
@@ -343,7 +405,7 @@ mod tests {
     /// The panels of a figure of one run, which is called `a`.
     fn stacked(text: &str, run: RunData) -> Result<Box<[Panel; 2]>, String> {
         let figures: Figures = toml::from_str(text).unwrap();
-        match drawn(figures.all()[0], BTreeMap::from([("a".to_owned(), run)]))? {
+        match drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), run)]))? {
             Sheet::Stacked(panels) => Ok(panels),
             other => panic!("{other:?}"),
         }
@@ -370,7 +432,8 @@ mod tests {
             text.replace("front-speed", "front-transient").replace("runs = [\"a\"]", "run = \"a\"");
         let figures: Figures = toml::from_str(&transient).unwrap();
         let run = made_up::pulse(12, "prestress.ratio = 0.6");
-        let Sheet::Single(panel) = drawn(figures.all()[0], BTreeMap::from([("a".to_owned(), run)])).unwrap()
+        let Sheet::Single(panel) =
+            drawn(figures.all()[0].1, BTreeMap::from([("a".to_owned(), run)])).unwrap()
         else {
             panic!("one panel")
         };

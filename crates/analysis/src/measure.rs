@@ -211,6 +211,11 @@ pub enum Measure {
 }
 
 impl Measure {
+    /// Whether it counts events.
+    pub(crate) fn is_count(self) -> bool {
+        matches!(self, Measure::PrecursorCount | Measure::GlobalSlipCount | Measure::Reattachments)
+    }
+
     /// Its name in words.
     pub fn name(self) -> String {
         let mut words = String::new();

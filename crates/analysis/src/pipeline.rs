@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::claims::Claim;
-use crate::figures::{Figures, Listed};
+use crate::figures::{Figures, Listed, files_of};
 use crate::precursors::PrecursorRules;
 use crate::runs::{Ensemble, RunSpec, SpellOut};
 use crate::spelling::spelled;
@@ -174,6 +174,11 @@ impl Pipeline {
                 ));
             }
         }
+        if let Some(file) = pipeline.figure.files().find(|file| !file.ends_with(".png")) {
+            return Err(format!(
+                "figure file {file:?} does not end in .png (accepted: NAME.png, beside which NAME.svg and NAME.pdf stand)"
+            ));
+        }
         // None takes the place of another.
         let tables = pipeline.tables();
         let tables = tables.iter().map(|table| ("table", table.as_str()));
@@ -237,7 +242,7 @@ impl Pipeline {
         outputs.extend((!self.claim.is_empty()).then(|| tables.join(CLAIMS_PAGE)));
         outputs.push(tables.join(summaries::TABLE));
         outputs.extend(self.run.iter().map(|run| tables.join(table_of(&run.name, summaries::JSON))));
-        outputs.extend(self.figure.files().map(|file| figures.join(file)));
+        outputs.extend(self.figure.files().flat_map(|file| files_of(&figures.join(file))));
         outputs.push(out.join(REPORT));
         outputs
     }

@@ -51,6 +51,8 @@ pub struct Reduction<'a> {
     tables: PathBuf,
     files: FileSet,
     figures: Gathering<'a>,
+    /// Whether figures and page name the code.
+    provenance: bool,
     passed: Mutex<BTreeMap<String, Passed>>,
 }
 
@@ -105,7 +107,8 @@ impl Passing {
 impl<'a> Reduction<'a> {
     /// Begins `tables/`, `figures/` and `reproduce.json`, which says what they are, in `out`, in place
     /// of those that are there: all, or none if something fails. None of them is written over what was
-    /// read, `inputs` among it.
+    /// read, `inputs` among it. `provenance` is whether figures name the code and bear a line at their
+    /// foot.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -113,6 +116,7 @@ impl<'a> Reduction<'a> {
         pipeline: &'a Pipeline,
         out: &'a Path,
         inputs: Inputs,
+        provenance: bool,
     ) -> Result<Reduction<'a>, AnalysisError> {
         let (tables, figures) = (out.join("tables"), out.join("figures"));
         create_folder(&tables)?;
@@ -120,8 +124,8 @@ impl<'a> Reduction<'a> {
         let files = FileSet::new(Existing::Replace, inputs);
         files.reserve(pipeline.outputs(out))?;
         files.reserve([record::path(out, COMMAND)])?;
-        let figures = Gathering::begin(&pipeline.figure, figures);
-        Ok(Reduction { pipeline, out, tables, files, figures, passed: Mutex::default() })
+        let figures = Gathering::begin(&pipeline.figure, figures, provenance);
+        Ok(Reduction { pipeline, out, tables, files, figures, provenance, passed: Mutex::default() })
     }
 
     /// What it reads of a run.
@@ -208,7 +212,7 @@ impl<'a> Reduction<'a> {
     /// # Errors
     /// If a file cannot be written.
     pub fn finish(self, watcher: &mut dyn FnMut(Progress)) -> Result<Vec<Summary>, AnalysisError> {
-        let Reduction { pipeline, out, tables: folder, files, passed, .. } = self;
+        let Reduction { pipeline, out, tables: folder, files, provenance, passed, .. } = self;
         let mut runs = passed.into_inner().expect("whoever adds a run does not panic");
         let singles = [
             // The summaries, and the page.
@@ -277,7 +281,7 @@ impl<'a> Reduction<'a> {
         let from_folder = |path: &PathBuf| path.strip_prefix(out).unwrap_or(path).display().to_string();
         let written: Vec<String> = written.iter().map(from_folder).collect();
         let read = |file: &str| fs::read(files.begun(&out.join(file))?).ok();
-        let page = Page::of(&contents, &written, shown.collect(), told, &read, true);
+        let page = Page::of(&contents, &written, shown.collect(), told, &read, provenance);
         files.write(&out.join(REPORT), page.html())?;
         one_more(1);
         files.publish()?;

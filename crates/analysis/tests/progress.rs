@@ -41,7 +41,7 @@ fn every_table_of_several_runs_is_told() {
     let runs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/logs/v2");
     let out = tempfile::tempdir().expect("a temporary folder can be made");
     let pipeline = Pipeline::parse(PIPELINE).expect("the pipeline is sound");
-    let reduction = Reduction::begin(&pipeline, out.path(), asperity_files::Inputs::default())
+    let reduction = Reduction::begin(&pipeline, out.path(), asperity_files::Inputs::default(), true)
         .expect("files can be written");
     // Whichever run comes first, the tables have them in the order of the pipeline.
     let summaries = ["left-right", "complete"].map(|name| -> Summary {

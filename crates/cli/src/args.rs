@@ -577,6 +577,10 @@ pub(crate) struct ReduceArguments {
     /// none.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     pub(crate) merge_gap_s: f64,
+    /// Leave the version of the code, and the line that says where a figure comes
+    /// from, out of figures: for comparisons to the byte.
+    #[arg(long)]
+    pub(crate) no_provenance: bool,
 }
 
 #[cfg(feature = "analysis")]
@@ -609,6 +613,10 @@ pub(crate) struct ReproduceArguments {
     /// The solver to use; both give the same events.
     #[arg(long, value_enum, default_value = "fast")]
     pub(crate) solver: SolverChoice,
+    /// Leave the version of the code, and the line that says where a figure comes
+    /// from, out of figures: for comparisons to the byte.
+    #[arg(long)]
+    pub(crate) no_provenance: bool,
     /// How many runs to make, and to reduce, at once [default: one per core].
     #[arg(long, value_name = "N")]
     pub(crate) jobs: Option<std::num::NonZeroUsize>,

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 #[cfg(feature = "analysis")]
-use asperity_analysis::figures::of_study::Drawer;
+use asperity_analysis::figures::of_study::{Drawer, Origins, ScenarioOf};
 #[cfg(feature = "analysis")]
 use asperity_analysis::parquet_tables::Parquet;
 use asperity_export::Csv;
@@ -36,15 +36,19 @@ use crate::terminal::say;
 const FIGURES: &str = "figures";
 
 pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result<(), Failure> {
-    let SweepCollectArguments { folder, to, out } = arguments;
+    let SweepCollectArguments { folder, to, out, no_provenance } = arguments;
     let (plan, results) = read(folder)?;
     let tables = out.clone().unwrap_or_else(|| folder.join("tables"));
     create_folder(&tables)?;
     let formats: Vec<&dyn Format> = to.iter().map(|table| format(*table)).collect();
     let study = Study { plan: &plan, inputs: Inputs::of([folder.join(FILE)]), board };
     let own = out.as_ref().unwrap_or(folder);
-    let figures =
-        Figures { all: &plan.common.figures, folder: own.join(FIGURES), page: Some(own.join(report::PAGE)) };
+    let figures = Figures {
+        all: &plan.common.figures,
+        folder: own.join(FIGURES),
+        page: Some(own.join(report::PAGE)),
+        provenance: !no_provenance,
+    };
     let counts = study.make(results, &tables, &formats, &figures)?;
     board.line(&in_words(&plan, counts));
     outcome(counts)
@@ -52,7 +56,7 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
 
 #[cfg(feature = "analysis")]
 pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(), Failure> {
-    let SweepDrawArguments { folder, from, out } = arguments;
+    let SweepDrawArguments { folder, from, out, no_provenance } = arguments;
     let (plan, results) = read(folder)?;
     let mut inputs = vec![folder.join(FILE)];
     let all = match from {
@@ -74,7 +78,8 @@ pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(
     let to = out.clone().unwrap_or_else(|| folder.join(FIGURES));
     // The page of the study shows them as they are.
     let page = out.is_none().then(|| folder.join(report::PAGE));
-    let counts = study.make(results, folder, &[], &Figures { all: &all, folder: to, page })?;
+    let figures = Figures { all: &all, folder: to, page, provenance: !no_provenance };
+    let counts = study.make(results, folder, &[], &figures)?;
     board.line(&in_words(&plan, counts));
     outcome(counts)
 }
@@ -124,6 +129,8 @@ struct Figures<'a> {
     folder: PathBuf,
     /// The page on which they stand; none if it is left as it is.
     page: Option<PathBuf>,
+    /// Whether they name the code and bear a line at their foot.
+    provenance: bool,
 }
 
 impl Study<'_> {
@@ -159,7 +166,9 @@ impl Study<'_> {
                     }
                     self.plan.scenario(row).map(|(scenario, _)| scenario)
                 };
-                let drawn = passing.drawer.draw(&scenario_of, &files, &figures.folder);
+                let origins = origins(self.plan, &scenario_of);
+                let drawn =
+                    passing.drawer.draw(&scenario_of, &origins, figures.provenance, &files, &figures.folder);
                 paths.extend(drawn.map_err(Failure::failed)?);
             }
             #[cfg(not(feature = "analysis"))]
@@ -201,10 +210,26 @@ fn write_page(
         // As it is where this program draws nothing.
         fs::read(files.begun(&path).unwrap_or(path)).ok()
     };
-    let shown =
-        Shown { figures: figures.all, links: study_page::links(page, tables), way: "", provenance: true };
+    let shown = Shown {
+        figures: figures.all,
+        links: study_page::links(page, tables),
+        way: "",
+        provenance: figures.provenance,
+    };
     let html = study_page::page(plan, counts, rows, shown, &read).html();
     files.write(page, html).map_err(Failure::failed)
+}
+
+/// Where the runs of a plan come from: of all of them what the first says, but for what varies.
+#[cfg(feature = "analysis")]
+fn origins(plan: &Plan, scenario_of: ScenarioOf<'_>) -> Origins {
+    let accepted = plan.rows.iter().find(|row| row.refused.is_none());
+    let Some(scenario) = accepted.and_then(|row| scenario_of(row.run).ok()) else {
+        return Origins::default();
+    };
+    let set = scenario.parameter_set.word();
+    Origins::of(&scenario.name, set, scenario.time.step_s, &plan.common.code_version)
+        .varying(plan.common.keys.iter().cloned())
 }
 
 /// Sees the rows of the tables.

@@ -94,9 +94,9 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
             .chain(["events", "load", "precursors", "residuals"])
             .flat_map(|name| table_file::paths(out, name));
         let tables = tables.chain([summaries::TABLE, summaries::JSON].map(|name| out.join(name)));
-        let figures = figures::OVERVIEW.iter().map(|name| out.join(name));
+        let figures = figures::overview_files(out);
         record::write(&files, out, "reduce", [(name.as_str(), &data.header)], tables.chain(figures), None)?;
-        figures::draw_overview(&data, &files, out)?;
+        figures::draw_overview(&data, !arguments.no_provenance, &files, out)?;
         Ok(files.publish()?)
     };
     write().map_err(not_written)?;
@@ -150,7 +150,8 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     create_folder(&runs_folder)?;
     interrupt::install()?;
     // Runs are reduced as they go by: out of their logs while these are checked, or while they are made.
-    let reduction = Reduction::begin(&pipeline, &arguments.out, inputs).map_err(not_written)?;
+    let provenance = !arguments.no_provenance;
+    let reduction = Reduction::begin(&pipeline, &arguments.out, inputs, provenance).map_err(not_written)?;
     let reduction = Reducing { reduction, solver, runs_folder: &runs_folder };
     let stored = at_once(&jobs, arguments.jobs, |job| {
         if arguments.fresh { Ok(Stored::Nothing) } else { reduction.of_log(job) }

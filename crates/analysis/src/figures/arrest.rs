@@ -61,7 +61,7 @@ impl Figure for Arrest {
         let arrest = theory.arrest_prestress();
         // Block 1 bears more than the others.
         let inside = || prestress[1..].iter().map(|(_, tau)| *tau).chain([0.0, arrest]);
-        let (low, high) = (inside().fold(0.0, f64::min), inside().fold(0.0, f64::max) * 1.45);
+        let (low, high) = (inside().fold(0.0, f64::min), inside().fold(0.0, f64::max) * 1.06);
         let marks = |points: &[(f64, f64)]| {
             points.iter().copied().skip(BETWEEN_MARKS).step_by(BETWEEN_MARKS).collect()
         };

@@ -63,7 +63,7 @@ impl Figure for Damping {
         Ok(Sheet::Single(Box::new(Panel {
             title: String::new(),
             x: Axis::new("t √(k/m)", 0.0, longest),
-            y: Axis::new("v_1(t)/v_1(0)", -1.1, 2.6),
+            y: Axis::new("v_1(t)/v_1(0)", -1.1, 1.1),
             series,
             legend: Corner::TopRight,
             note: "marks: simulated, lines: eq. (5.28)".to_owned(),

@@ -66,7 +66,7 @@ impl Figure for Forces {
         Ok(Sheet::Single(Box::new(Panel {
             title: self.title.clone(),
             x: Axis::new("t (s)", from_s, to_s),
-            y: Axis::new("force (N)", lowest * 1.1, highest * 1.45),
+            y: Axis::new("force (N)", lowest * 1.1, highest * 1.08),
             series: vec![
                 curve("F_N", load(1.0), Look::Line(Dash::Solid, GREY)),
                 curve("μ_s F_N", load(friction.static_coefficient), Look::Line(Dash::Dashed, BLUE)),

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{DYNAMIC, Figure, Parts, all_of_one, coefficient_lines};
+use super::kind::{Figure, Parts, all_of_one, coefficient_lines};
 use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet};
 use crate::curves::front_profile;
 use crate::run_data::RunData;
@@ -41,13 +41,13 @@ impl Figure for Front {
         let last = f64::from(run.header.blocks);
         let friction = &run.plan.friction;
         let lowest = profile.iter().fold(0.0f64, |low, ratio| low.min(*ratio)) - 0.05;
-        let highest = friction.static_coefficient * 1.6;
+        let highest = friction.static_coefficient * 1.08;
         let tip = f64::from(precursor.last_block) + 0.5;
         Ok(Sheet::Single(Box::new(Panel {
             title: String::new(),
             x: Axis::new("block n", 0.0, last),
             y: Axis::new("τ_n/p_n", lowest, highest),
-            series: Vec::from_iter(coefficient_lines(run, last, DYNAMIC).into_iter().chain([
+            series: Vec::from_iter(coefficient_lines(run, last).into_iter().chain([
                 Series {
                     label: format!("front, block {}", precursor.last_block),
                     points: vec![(tip, lowest), (tip, highest)],

@@ -9,8 +9,8 @@ use serde::Deserialize;
 
 use super::kind::{Figure, Parts, all_of_one};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
-use super::of_study::scale::Scale;
 use super::plot::{BLUE, Dash, GREEN, GREY, INK, Marker, RED, Sheet};
+use super::scale::Scale;
 use super::which::{Which, picked};
 use crate::fronts::crossing_s;
 use crate::run_data::RunData;

@@ -98,12 +98,12 @@ pub(super) fn run_names(labelled: &[Labelled]) -> Vec<&str> {
     labelled.iter().map(|labelled| labelled.run.as_str()).collect()
 }
 
-/// What the legend calls the dynamic coefficient, where the figure does not say: chapter 5
-/// of the thesis writes `mu_k`, chapter 6 `mu_d`.
-pub(super) const DYNAMIC: &str = "μ_k";
+/// What the dynamic coefficient is called in all figures; chapter 5 of the thesis writes `mu_k`,
+/// chapter 6 `mu_d`.
+pub(super) const DYNAMIC: &str = "μ_d";
 
 /// The friction coefficients as lines across a figure.
-pub(super) fn coefficient_lines(run: &RunData, to_x: f64, dynamic: &str) -> [Series; 2] {
+pub(super) fn coefficient_lines(run: &RunData, to_x: f64) -> [Series; 2] {
     let friction = &run.plan.friction;
     let line = |label: &str, mu: f64, look: Look| Series {
         label: label.to_owned(),
@@ -112,7 +112,7 @@ pub(super) fn coefficient_lines(run: &RunData, to_x: f64, dynamic: &str) -> [Ser
     };
     [
         line("μ_s", friction.static_coefficient, Look::Line(Dash::Dashed, BLUE)),
-        line(dynamic, friction.dynamic_coefficient, Look::Line(Dash::DotDashed, RED)),
+        line(DYNAMIC, friction.dynamic_coefficient, Look::Line(Dash::DotDashed, RED)),
     ]
 }
 

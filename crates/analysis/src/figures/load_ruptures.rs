@@ -7,8 +7,8 @@ use serde::Deserialize;
 
 use super::kind::{Figure, Parts, all_of_one};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
-use super::of_study::scale::Scale;
 use super::plot::{BLUE, Dash, INK, Marker, RED, Sheet};
+use super::scale::Scale;
 use super::which::{Clock, Sort, sorted};
 use crate::run_data::RunData;
 use crate::wants::Wants;

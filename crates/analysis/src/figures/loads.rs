@@ -46,10 +46,10 @@ impl Figure for Loads {
         Ok(Sheet::Single(Box::new(Panel {
             title: self.title.clone(),
             x: Axis::new("t (s)", 0.0, run.plan.grid.time_s(run.header.steps)),
-            y: Axis::new("force (N)", lowest * 1.1, highest * 1.12),
+            y: Axis::new("force (N)", lowest * 1.1, highest * 1.08),
             series: vec![
                 Series { label: "F_N".to_owned(), points: normal, look: Look::Line(Dash::Dashed, BLUE) },
-                Series { label: "F_X".to_owned(), points: driving, look: Look::Line(Dash::Solid, RED) },
+                Series { label: "F_T".to_owned(), points: driving, look: Look::Line(Dash::Solid, RED) },
             ],
             legend: Corner::TopRight,
             note: String::new(),

@@ -9,7 +9,6 @@ mod curves;
 mod gather;
 mod map;
 pub(super) mod paper;
-pub(super) mod scale;
 
 use std::path::{Path, PathBuf};
 
@@ -17,9 +16,14 @@ use asperity_files::FileSet;
 use asperity_record::{Cell, Column};
 use asperity_study_figures::{Figure, Kind};
 
+use super::plot::Picture;
+pub use super::print::about::Origins;
+use super::print::{self, about::About, files_of};
+use super::text::plain;
 use crate::error::AnalysisError;
 use gather::Gathered;
 pub use gather::ScenarioOf;
+use paper::Paper;
 
 /// The tables whose rows are asked for.
 const TABLES: [&str; 2] = ["runs", "ruptures"];
@@ -60,14 +64,17 @@ impl Drawer {
         }
     }
 
-    /// Draws the figures into a folder, as files of a set, and says which they are. A study that has
-    /// nothing to show yet gives figures without data.
+    /// Draws the figures into a folder, as files of a set, and says which files they are. A study that
+    /// has nothing to show yet gives figures without data. `provenance` is whether they name the code and
+    /// bear a line at their foot.
     ///
     /// # Errors
     /// If the scenario of a run that a theory asks for is not to be had, or a file cannot be written.
     pub fn draw(
         &self,
         scenario_of: ScenarioOf<'_>,
+        origins: &Origins,
+        provenance: bool,
         files: &FileSet,
         folder: &Path,
     ) -> Result<Vec<PathBuf>, AnalysisError> {
@@ -81,13 +88,33 @@ impl Drawer {
                 Kind::Lengths { law } => curves::lengths(gathered, law, scenario_of),
             };
             let path = folder.join(file);
-            paper
-                .and_then(|paper| paper.write(&files.create_by_path(&path).map_err(|e| e.to_string())?))
-                .map_err(failed)?;
-            paths.push(path);
+            let paper = paper.map_err(failed)?;
+            let about = about(&gathered.figure, &paper, origins, provenance);
+            let page = paper.page(about.foot().as_deref()).map_err(failed)?;
+            print::write(&page, &about, files, &path)?;
+            paths.extend(files_of(&path));
         }
         Ok(paths)
     }
+}
+
+/// What a figure says of itself.
+fn about(figure: &Figure, paper: &Paper, origins: &Origins, provenance: bool) -> About {
+    let (x, y) = (plain(&paper.x.label()), plain(&paper.y.label()));
+    let what = match figure.kind {
+        Kind::PhaseMap { .. } => format!("A number as colour over {x} and {y}"),
+        Kind::Family { .. } => format!("{y} against {x}"),
+        Kind::Lengths { .. } => format!("Precursor lengths: {y} against {x}"),
+    };
+    let title = if figure.title.is_empty() { what.clone() } else { plain(&figure.title) };
+    let mut caption = vec![what];
+    caption.extend(paper.bar.as_ref().map(|bar| format!("colour: {}", plain(&bar.scale.label()))));
+    let panels: Vec<String> =
+        paper.panels.iter().map(|panel| plain(&panel.title)).filter(|title| !title.is_empty()).collect();
+    caption.extend((!panels.is_empty()).then(|| format!("panels: {}", panels.join("; "))));
+    let rows: Vec<String> = paper.rows.iter().map(|(_, label)| plain(label)).collect();
+    caption.extend((!rows.is_empty()).then(|| format!("shown: {}", rows.join(", "))));
+    About { title, caption: caption.join("; ") + ".", origins: origins.clone(), provenance }
 }
 
 #[cfg(test)]

@@ -25,6 +25,12 @@ pub(crate) struct Onset {
     panel: Vec<Labelled>,
 }
 
+/// The least force that can be told from zero on a linear axis, over that on block 1.
+const SEEN: f64 = 0.005;
+
+/// How many blocks are shown on it, over those that bear such a force.
+const ZEROS: f64 = 1.6;
+
 /// Where the logarithmic axis ends, as a power of ten of the force on block 1.
 const FLOOR: f64 = -4.0;
 
@@ -65,6 +71,10 @@ impl Onset {
         let tau = &fields.tangential_force_n;
         let first = tau[0];
         let last = f64::from(self.blocks.min(run.header.blocks));
+        // Farther on, a linear axis shows nothing but zeros.
+        let is_seen = |force: &f64| force.abs() > SEEN * first.abs();
+        let seen = tau.iter().rposition(is_seen).map_or(1, |n| n + 1) as f64;
+        let last = if self.logarithmic { last } else { last.min((seen * ZEROS).ceil()) };
         let show = |force: f64| if self.logarithmic { (force / first).max(0.0).log10() } else { force };
         let blocks = |at: &dyn Fn(f64) -> f64, step: f64| -> Vec<(f64, f64)> {
             let count = ((last - 1.0) / step).round() as usize;

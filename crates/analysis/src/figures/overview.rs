@@ -5,10 +5,10 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::full_page::FullPage;
 use super::kind::{Figure, Parts, all_of_one};
-use super::of_study::scale::number;
-use super::page::Page;
 use super::plot::Sheet;
+use super::scale::number;
 use super::which::{Sort, sorted};
 use super::{load_ruptures, recurrence, sizes, space_time};
 use crate::distributions::{SizeLaw, TimeLaw};
@@ -62,7 +62,7 @@ impl Figure for Overview {
         let recurrence = recurrence::distribution(&[("global slips", &of_times)], TimeLaw::Weibull);
         let load = load_ruptures::curve(run, None, None)?;
         let map = space_time::map(run, None, [None, None], [None, None])?;
-        Ok(Sheet::Other(Arc::new(Page {
+        Ok(Sheet::Other(Arc::new(FullPage {
             title,
             wide: vec![load, map],
             beside: vec![sizes, recurrence],

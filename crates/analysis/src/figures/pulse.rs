@@ -112,7 +112,7 @@ impl Figure for Pulse {
         let lower = Panel {
             title: String::new(),
             x: Axis::new("time since the pulse came, over a/c", from, to),
-            y: Axis::new("slip × k/[(μ_s − μ_d)p]", -0.05 * farthest, 1.3 * farthest),
+            y: Axis::new("slip × k/[(μ_s − μ_d)p]", -0.05 * farthest, 1.1 * farthest),
             series: slips,
             legend: Corner::TopLeft,
             note: if is_held { "dotted: 2τ/γ".to_owned() } else { String::new() },

@@ -7,8 +7,8 @@ use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, Parts, run_names};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
-use super::of_study::scale::Scale;
 use super::plot::{Dash, Sheet, nth};
+use super::scale::Scale;
 use super::sizes::{band, steps, with_error};
 use super::which::{Clock, sorted};
 use crate::distributions::{Estimate, TimeFit, TimeLaw, half_band, survival};

@@ -7,8 +7,8 @@ use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, Parts, run_names};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
-use super::of_study::scale::Scale;
 use super::plot::{Sheet, nth};
+use super::scale::Scale;
 use super::which::{Sort, sorted};
 use crate::distributions::{Estimate, SizeFit, SizeLaw, half_band, survival};
 use crate::run_data::RunData;

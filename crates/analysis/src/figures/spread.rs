@@ -74,7 +74,7 @@ impl Figure for Spread {
         let stated = || self.panel.iter().map(|case| case.stated_s);
         let low = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
         let high = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::NEG_INFINITY, f64::max);
-        // The same axes for all cases; room above for the legend.
+        // The same axes for all cases.
         let x = Axis::decades(
             "Δt (s)",
             low(&mut all.iter().map(|(step, _)| *step)) - 0.3,
@@ -85,7 +85,7 @@ impl Figure for Spread {
             high(&mut all.iter().map(|(_, time)| *time).chain(stated())),
         );
         let span = (highest - lowest).max(0.1 * highest);
-        let y = Axis::new("t of first global slip (s)", lowest - 0.1 * span, highest + 0.45 * span);
+        let y = Axis::new("t of first global slip (s)", lowest - 0.1 * span, highest + 0.1 * span);
         let mut drawn = all.iter();
         let panels = self
             .panel

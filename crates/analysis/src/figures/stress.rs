@@ -101,7 +101,7 @@ fn panel(run: &RunData, fields: &FieldRecord) -> Result<Panel, String> {
         y: Axis::new(
             "force per block (N)",
             lowest - 0.08 * (highest - lowest),
-            highest + 0.42 * (highest - lowest),
+            highest + 0.08 * (highest - lowest),
         ),
         series,
         legend: Corner::TopRight,

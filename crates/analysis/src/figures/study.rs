@@ -84,8 +84,11 @@ impl Figure for StudyFigure {
                 // A run without such a number leaves a gap.
                 points.extend(measured.map(|value| (at, value)));
             }
-            let line = Look::Line(dash, color);
-            drawn.push(Series { label: series.label.clone(), points: points.clone(), look: line });
+            // Between whole numbers there is nothing that a line could show.
+            if !self.measure.is_count() {
+                let line = Look::Line(dash, color);
+                drawn.push(Series { label: series.label.clone(), points: points.clone(), look: line });
+            }
             drawn.push(Series { label: series.label.clone(), points, look: Look::Marks(marker, color) });
         }
         let all = || drawn.iter().flat_map(|series| series.points.iter().copied());
@@ -98,18 +101,20 @@ impl Figure for StudyFigure {
                 .fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)))
         };
         let (left, right) = range(&|point| point.0);
-        let (bottom, top) = range(&|point| point.1);
-        let margin = 0.06 * (right - left).max(1e-9);
+        // About one value alone, half as much again to both sides.
+        let margin = if right > left { 0.06 * (right - left) } else { (0.5 * right.abs()).max(0.5) };
         let x = if self.logarithmic {
-            Axis::decades(&self.parameter_label, (left - margin).floor(), (right + margin).ceil())
+            Axis::decades(&self.parameter_label, left - margin, right + margin)
         } else {
             Axis::new(&self.parameter_label, left - margin, right + margin)
         };
-        let height = (top - bottom.min(0.0)).max(1e-9);
         Ok(Sheet::Single(Box::new(Panel {
             title: String::new(),
             x,
-            y: Axis::new(&self.measure_label, bottom.min(0.0), top + 0.3 * height),
+            y: Axis {
+                whole: self.measure.is_count(),
+                ..Axis::about(&self.measure_label, all().map(|point| point.1))
+            },
             series: drawn,
             legend: Corner::TopRight,
             note: String::new(),

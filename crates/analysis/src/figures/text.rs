@@ -1,27 +1,20 @@
-//! Labels with subscripts and superscripts, in the embedded font.
+//! Labels with subscripts and superscripts, as outlines of the embedded font.
 //!
 //! `F_T/F_N` sets the letter after each underscore as a subscript, `k_{tot}`
-//! the group in braces; `10^{8}` sets it as a superscript. The font comes with the program, so figures look the
-//! same on every machine and need no font library.
+//! the group in braces; `10^{8}` sets it as a superscript; `time.step\_s` has an underscore. The font comes with the program, so figures look the
+//! same on every machine and need no font library; what a label is as wide as is read off the glyphs that are drawn.
 
-use std::sync::Once;
+use std::sync::LazyLock;
 
-use plotters::coord::Shift;
-use plotters::prelude::{BLACK, BitMapBackend, DrawingArea, FontTransform, IntoFont, TextStyle};
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{FontStyle, register_font};
+use plotters::prelude::{BLACK, RGBColor};
+use ttf_parser::{Face, OutlineBuilder};
 
-pub(super) const FONT: &str = "DejaVu Sans";
+use super::print::canvas::{self, Area};
+use super::print::page::{Colour, Item, Paint, Point, Role, Segment, bounds};
 
-/// Makes the embedded font known to plotters; to be called before drawing.
-pub(super) fn embed_font() {
-    static EMBED: Once = Once::new();
-    EMBED.call_once(|| {
-        let font = include_bytes!("../../fonts/DejaVuSans.ttf");
-        let known = register_font(FONT, FontStyle::Normal, font);
-        assert!(known.is_ok(), "the embedded font is a font");
-    });
-}
+static FONT: LazyLock<Face<'static>> = LazyLock::new(|| {
+    Face::parse(include_bytes!("../../fonts/DejaVuSans.ttf"), 0).expect("the embedded font is a font")
+});
 
 /// Where a label stands relative to its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,10 +23,18 @@ pub(super) enum Align {
     Left,
     /// Its middle is there.
     Center,
+    /// Ends there.
+    Right,
 }
 
 /// Size of subscripts and superscripts relative to the text.
-const SCRIPT_SIZE: f64 = 0.68;
+const SCRIPT_SIZE: f64 = 0.7;
+
+/// What is left free after a subscript or superscript, and before one, over the size of the text.
+const SCRIPT_SPACE: f64 = 0.06;
+
+/// How high digits and capitals are, over the size of the text.
+const CAPITAL: f64 = 0.729;
 
 /// Where a piece of a label stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,61 +50,147 @@ impl Script {
     }
 
     /// How far it hangs below the line.
-    fn drop(self, size: f64) -> i32 {
+    fn drop(self, size: f64) -> f64 {
         match self {
-            Script::On => 0,
-            Script::Below => (size * 0.26) as i32,
-            Script::Above => (size * -0.34) as i32,
+            Script::On => 0.0,
+            Script::Below => size * 0.17,
+            Script::Above => size * -0.36,
         }
     }
 }
 
-/// Draws a label; `upward` turns it to read from bottom to top.
+/// A label to be drawn.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Label<'a> {
+    pub(super) text: &'a str,
+    pub(super) size: f64,
+    pub(super) align: Align,
+    /// Turned to read from bottom to top.
+    pub(super) upward: bool,
+    pub(super) colour: RGBColor,
+    pub(super) role: Role,
+}
+
+/// Draws a label in black; `upward` turns it to read from bottom to top. Digits and capitals are halved
+/// by its position.
 pub(super) fn draw(
-    area: &DrawingArea<BitMapBackend<'_>, Shift>,
-    label: &str,
+    area: &Area<'_>,
+    text: &str,
     (x, y): (i32, i32),
     size: f64,
     align: Align,
     upward: bool,
 ) -> Result<(), String> {
-    let pieces: Vec<(String, f64, i32, i32)> = pieces(label)
+    let label = Label { text, size, align, upward, colour: BLACK, role: Role::Label };
+    put(area, label, (f64::from(x), f64::from(y)))
+}
+
+/// Draws a label. Of a number beside an axis, the ink is in the middle, so that it is where its mark is.
+pub(super) fn put(area: &Area<'_>, label: Label<'_>, (x, y): Point) -> Result<(), String> {
+    let (path, width) = outlines(label.text, label.size);
+    let Some(((left, top), (right, bottom))) = bounds(&path) else { return Ok(()) };
+    let along = match (label.align, label.role) {
+        (Align::Left, _) => 0.0,
+        (Align::Center, Role::NumberAcross) => -(left + right) / 2.0,
+        (Align::Center, _) => -width / 2.0,
+        (Align::Right, _) => -right,
+    };
+    let down = match label.role {
+        Role::NumberUpwards => -(top + bottom) / 2.0,
+        _ => CAPITAL / 2.0 * label.size,
+    };
+    let place = |(px, py): Point| {
+        let (px, py) = (px + along, py + down);
+        if label.upward { (x + py, y - px) } else { (x + px, y + py) }
+    };
+    let path = path
         .into_iter()
-        .map(|(text, script)| {
-            let width = width(area, &text, script.size(size))?;
-            Ok((text, script.size(size), script.drop(size), width))
+        .map(|segment| match segment {
+            Segment::Move(to) => Segment::Move(place(to)),
+            Segment::Line(to) => Segment::Line(place(to)),
+            Segment::Curve(a, b, to) => Segment::Curve(place(a), place(b), place(to)),
+            Segment::Close => Segment::Close,
         })
-        .collect::<Result<_, String>>()?;
-    let total: i32 = pieces.iter().map(|(.., width)| width).sum();
-    let mut along = if align == Align::Center { -total / 2 } else { 0 };
-    for (text, size, drop, width) in pieces {
-        let (position, transform) = if upward {
-            ((x + drop, y - along), FontTransform::Rotate270)
-        } else {
-            ((x + along, y + drop), FontTransform::None)
-        };
-        let style = TextStyle::from((FONT, size).into_font().transform(transform))
-            .color(&BLACK)
-            .pos(Pos::new(HPos::Left, VPos::Center));
-        area.draw_text(&text, &style, position).map_err(|error| error.to_string())?;
-        along += width;
-    }
-    Ok(())
+        .collect();
+    let RGBColor(r, g, b) = label.colour;
+    let paint = Paint::Fill(Colour { rgb: (r, g, b), strength: 1.0 });
+    canvas::draw(area, Item { role: label.role, text: plain(label.text), path, paint })
 }
 
 /// The width of a label in pixels.
-pub(super) fn label_width(
-    area: &DrawingArea<BitMapBackend<'_>, Shift>,
-    label: &str,
-    size: f64,
-) -> Result<i32, String> {
-    pieces(label).into_iter().map(|(text, script)| width(area, &text, script.size(size))).sum()
+pub(super) fn label_width(label: &str, size: f64) -> f64 {
+    outlines(label, size).1
 }
 
-fn width(area: &DrawingArea<BitMapBackend<'_>, Shift>, text: &str, size: f64) -> Result<i32, String> {
-    let style = TextStyle::from((FONT, size).into_font());
-    let (width, _) = area.estimate_text_size(text, &style).map_err(|error| error.to_string())?;
-    Ok(width as i32)
+/// A label without what sets subscripts and superscripts: `k_{tot}` is `k_tot`.
+pub(super) fn plain(label: &str) -> String {
+    label.chars().filter(|letter| !matches!(letter, '{' | '}' | '\\')).collect()
+}
+
+/// The outlines of a label that begins at the origin, and its width.
+fn outlines(label: &str, size: f64) -> (Vec<Segment>, f64) {
+    let mut outlines = Outlines { path: Vec::new(), at: (0.0, 0.0), scale: 0.0, last: (0.0, 0.0) };
+    let mut along = 0.0;
+    for (text, script) in pieces(label) {
+        along += if script == Script::On { 0.0 } else { SCRIPT_SPACE * size };
+        outlines.scale = script.size(size) / f64::from(FONT.units_per_em());
+        for letter in text.chars() {
+            // A letter that the font has not is its empty box.
+            let glyph = FONT.glyph_index(letter).unwrap_or_default();
+            outlines.at = (along, script.drop(size));
+            FONT.outline_glyph(glyph, &mut outlines);
+            along += f64::from(FONT.glyph_hor_advance(glyph).unwrap_or(0)) * outlines.scale;
+        }
+        along += if script == Script::On { 0.0 } else { SCRIPT_SPACE * size };
+    }
+    (outlines.path, along)
+}
+
+/// Gathers outlines of glyphs, which the font gives upwards and in its own units.
+struct Outlines {
+    path: Vec<Segment>,
+    at: Point,
+    scale: f64,
+    last: Point,
+}
+
+impl Outlines {
+    fn place(&mut self, x: f32, y: f32) -> Point {
+        self.last = (self.at.0 + f64::from(x) * self.scale, self.at.1 - f64::from(y) * self.scale);
+        self.last
+    }
+}
+
+impl OutlineBuilder for Outlines {
+    fn move_to(&mut self, x: f32, y: f32) {
+        let to = self.place(x, y);
+        self.path.push(Segment::Move(to));
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        let to = self.place(x, y);
+        self.path.push(Segment::Line(to));
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        // The cubic curve that a quadratic one is.
+        let from = self.last;
+        let control = self.place(x1, y1);
+        let to = self.place(x, y);
+        let towards =
+            |end: Point| (end.0 + (control.0 - end.0) * 2.0 / 3.0, end.1 + (control.1 - end.1) * 2.0 / 3.0);
+        self.path.push(Segment::Curve(towards(from), towards(to), to));
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        let (a, b) = (self.place(x1, y1), self.place(x2, y2));
+        let to = self.place(x, y);
+        self.path.push(Segment::Curve(a, b, to));
+    }
+
+    fn close(&mut self) {
+        self.path.push(Segment::Close);
+    }
 }
 
 /// Text and where it stands.
@@ -114,6 +201,10 @@ fn pieces(label: &str) -> Vec<(String, Script)> {
         let script = match letter {
             '_' => Script::Below,
             '^' => Script::Above,
+            '\\' => {
+                pieces.last_mut().expect("there is always a piece").0.extend(letters.next());
+                continue;
+            }
             _ => {
                 pieces.last_mut().expect("there is always a piece").0.push(letter);
                 continue;
@@ -133,7 +224,7 @@ fn pieces(label: &str) -> Vec<(String, Script)> {
 
 #[cfg(test)]
 mod tests {
-    use super::pieces;
+    use super::{FONT, bounds, label_width, outlines, pieces};
 
     #[test]
     fn underscores_set_subscripts_and_carets_superscripts() {
@@ -142,5 +233,24 @@ mod tests {
         assert_eq!(text("F_T/F_N"), ["F On", "T Below", "/F On", "N Below"]);
         assert_eq!(text("k_{tot} a"), ["k On", "tot Below", " a On"]);
         assert_eq!(text("10^{8} m^2"), ["10 On", "8 Above", " m On", "2 Above"]);
+        assert_eq!(text("step\\_s"), ["step_s On"]);
+    }
+
+    #[test]
+    fn a_subscript_ends_before_what_follows_it() {
+        // The slash leans to the left at its foot, where the subscript stands.
+        let (_, (subscript, _)) = bounds(&outlines("F_T", 100.0).0).unwrap();
+        let whole = outlines("F_T/", 100.0).0;
+        let slash = whole.iter().rposition(|segment| matches!(segment, super::Segment::Move(_))).unwrap();
+        let ((slash, _), _) = bounds(&whole[slash..]).unwrap();
+        assert!(slash > subscript + 3.0, "{slash} {subscript}");
+        assert!(label_width("F_T/", 100.0) > label_width("F_T", 100.0));
+    }
+
+    #[test]
+    fn the_font_has_the_letters_of_figures() {
+        for letter in "0123456789−·×√αβγδηθμντΔ₀±≥→(/)%".chars() {
+            assert!(FONT.glyph_index(letter).is_some(), "{letter}");
+        }
     }
 }

@@ -26,10 +26,7 @@ pub(crate) struct Velocities {
 
 /// How much of the axis lies before the event and after it, over its duration.
 const BEFORE: f64 = 0.08;
-const AFTER: f64 = 0.42;
-
-/// An axis that long or longer has whole numbers at its ticks.
-const WHOLE: f64 = 20.0;
+const AFTER: f64 = 0.12;
 
 impl Figure for Velocities {
     type Part = Sheet;
@@ -63,6 +60,9 @@ impl Figure for Velocities {
             .take_while(|record| next_step.is_none_or(|step| record.step < step))
             .collect();
         let first = records.first().ok_or_else(missing)?;
+        // The axes end with what is shown.
+        let to = records.last().map_or(to, |last| since(last.time_s));
+        let from = since(first.time_s);
         let mut series: Vec<Series> = (0..first.velocity_m_per_s.len())
             .map(|index| {
                 let (_, dash, color) = nth(index);
@@ -105,7 +105,7 @@ impl Figure for Velocities {
         let lower = Panel {
             title: String::new(),
             x: Axis::new(&format!("t − t_0 ({unit})"), from, to),
-            y: Axis::new("blocks sliding", 0.0, (most * 1.12).max(WHOLE)),
+            y: Axis::counts("blocks sliding", most),
             series: vec![Series {
                 label: String::new(),
                 points: sliding,

@@ -193,6 +193,10 @@ pub(crate) struct SweepCollectArguments {
     /// figures, in that of the study].
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: Option<PathBuf>,
+    /// Leave the version of the code, and the line that says where a figure comes
+    /// from, out of figures: for comparisons to the byte.
+    #[arg(long)]
+    pub(crate) no_provenance: bool,
 }
 
 #[cfg(feature = "analysis")]
@@ -206,6 +210,10 @@ pub(crate) struct SweepDrawArguments {
     /// Folder for the figures [default: figures, in that of the study].
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: Option<PathBuf>,
+    /// Leave the version of the code, and the line that says where a figure comes
+    /// from, out of figures: for comparisons to the byte.
+    #[arg(long)]
+    pub(crate) no_provenance: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

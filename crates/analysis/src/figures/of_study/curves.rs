@@ -11,8 +11,8 @@ use super::colours::{LINES, WORDS, viridis};
 use super::gather::{Gathered, LEVELS, Loads, ScenarioOf};
 use super::map::in_order;
 use super::paper::{Bar, Item, Paper, Sample};
-use super::scale::Scale;
 use crate::figures::plot::{Dash, GREY, INK, Marker};
+use crate::figures::scale::Scale;
 
 /// Strengths of the bands between extremes and between quartiles.
 const EXTREMES: f64 = 0.13;

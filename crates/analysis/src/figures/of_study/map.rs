@@ -7,8 +7,8 @@ use asperity_study_figures::{Place, Statistic};
 use super::colours::viridis;
 use super::gather::{Gathered, Values};
 use super::paper::{Bar, Item, Panel, Paper, Sample};
-use super::scale::{Scale, number};
 use crate::figures::plot::{GREY, Marker};
+use crate::figures::scale::{Scale, number};
 
 /// The radius of a place where places are scattered.
 const DISC: i32 = 22;

@@ -1,18 +1,19 @@
 //! Panels that share their axes, and beside them what the colours say.
 
-use std::path::Path;
-
 use plotters::element::{Circle, Polygon, Rectangle};
-use plotters::prelude::{BitMapBackend, IntoDrawingArea, RGBColor, WHITE};
+use plotters::prelude::{IntoDrawingArea, RGBColor};
 use plotters::style::Color;
 
 use super::colours::viridis;
-use super::scale::Scale;
+use crate::figures::lines::thinned;
 use crate::figures::plot::{
-    Area, Dash, FRAME_WIDTH, GREY, INK, LABEL_TEXT, LINE_WIDTH, Marker, PANEL, Picture, TICK_TEXT, mark,
-    stroke,
+    Area, Dash, GREY, INK, LABEL_TEXT, LINE_WIDTH, Marker, PANEL, Picture, SMALL_PANEL, TICK_TEXT, Told,
+    foot_height, footer, line, mark, mark_at, ruled, stroke,
 };
-use crate::figures::text::{self, Align};
+use crate::figures::print::canvas::Canvas;
+use crate::figures::print::page::{Page, Point, Role, around, through};
+use crate::figures::scale::Scale;
+use crate::figures::text::{self, Align, Label};
 
 /// Something in a panel, in values of its axes.
 #[derive(Debug, Clone)]
@@ -84,9 +85,6 @@ pub(crate) struct Paper {
     pub(crate) rows: Vec<(Sample, String)>,
 }
 
-/// Pixels of a panel that stands beside others.
-const SMALL_PANEL: (i32, i32) = (1050, 900);
-
 /// Pixels about a panel, for its numbers and labels.
 const LEFT: i32 = 220;
 const RIGHT: i32 = 40;
@@ -103,23 +101,7 @@ const BAR_WIDTH: i32 = 56;
 /// Words in a panel, 7 points high.
 const SMALL_TEXT: f64 = 29.0;
 
-/// Digits stand a little above the middle of their line.
-const LOWER: i32 = 6;
-
-/// About the width of a letter, over the size of the text.
-const LETTER: f64 = 0.6;
-
 impl Paper {
-    /// Draws it as a PNG into a file that is there.
-    pub(crate) fn write(&self, path: &Path) -> Result<(), String> {
-        text::embed_font();
-        let (width, height) = self.size();
-        let root = BitMapBackend::new(path, (width as u32, height as u32)).into_drawing_area();
-        root.fill(&WHITE).map_err(|error| error.to_string())?;
-        self.draw(&root, (0, 0), (width, height), Key::Beside(self.key_width()))?;
-        root.present().map_err(|error| error.to_string())
-    }
-
     /// How many panels stand beside and above each other.
     fn columns_and_rows(&self) -> (i32, i32) {
         let columns = match self.panels.len() {
@@ -140,7 +122,11 @@ impl Paper {
     fn size(&self) -> (i32, i32) {
         let (columns, rows) = self.columns_and_rows();
         let key = self.key_width();
-        let small = if columns == 1 { (PANEL.0 as i32 - key, PANEL.1 as i32) } else { SMALL_PANEL };
+        let small = if columns == 1 {
+            (PANEL.0 as i32 - key, PANEL.1 as i32)
+        } else {
+            (SMALL_PANEL.0 as i32, SMALL_PANEL.1 as i32)
+        };
         (columns * small.0 + key, self.title_height() + rows * small.1)
     }
 
@@ -160,7 +146,7 @@ impl Paper {
         };
         let small = ((width - beside) / columns, (height - title - below) / rows);
         let middle = (left + columns * small.0 / 2 + LEFT / 2, top + 20 + TITLE / 2);
-        fitted(root, &self.title, middle, LABEL_TEXT, width - 2 * PAD, false)?;
+        fitted(root, &self.title, middle, f64::from(width - 2 * PAD), false)?;
         for (n, panel) in self.panels.iter().enumerate() {
             let (column, row) = (n as i32 % columns, n as i32 / columns);
             let above = if panel.title.is_empty() { ABOVE } else { TITLE };
@@ -180,16 +166,14 @@ impl Paper {
 
     /// How wide the key is beside the panels, in pixels.
     pub(crate) fn key_width(&self) -> i32 {
-        let letters = |text: &str| {
-            (text.chars().filter(|c| !"{}_^".contains(*c)).count() as f64 * TICK_TEXT * LETTER) as i32
-        };
-        let rows = self.rows.iter().map(|(_, text)| SAMPLE + PAD + letters(text)).max().unwrap_or(0);
+        let width = |text: &str| text::label_width(text, TICK_TEXT).ceil() as i32;
+        let rows = self.rows.iter().map(|(_, text)| SAMPLE + PAD + width(text)).max().unwrap_or(0);
         let bar = self.bar.as_ref().map_or(0, |bar| {
             let ticks = bar.scale.ticks();
-            let widest = ticks.iter().map(|tick| letters(&tick.label)).max().unwrap_or(0);
+            let widest = ticks.iter().map(|tick| width(&tick.label)).max().unwrap_or(0);
             BAR_WIDTH + 30 + widest + 90
         });
-        let heading = letters(&self.heading);
+        let heading = width(&self.heading);
         match rows.max(bar).max(heading) {
             0 => 0,
             widest => widest + 2 * PAD,
@@ -197,45 +181,47 @@ impl Paper {
     }
 
     fn panel(&self, root: &Area<'_>, panel: &Panel, low: (i32, i32), high: (i32, i32)) -> Result<(), String> {
-        let pixel = |(x, y): (f64, f64)| -> Option<(i32, i32)> {
+        let place = |(x, y): (f64, f64)| -> Option<Point> {
             let across = self.x.share(x)? * f64::from(high.0 - low.0);
             let down = (1.0 - self.y.share(y)?) * f64::from(high.1 - low.1);
-            Some((low.0 + across.round() as i32, low.1 + down.round() as i32))
+            Some((f64::from(low.0) + across, f64::from(low.1) + down))
         };
         for item in &panel.items {
-            draw(root, item, &pixel)?;
+            draw(root, item, &place)?;
         }
-        let frame = vec![low, (high.0, low.1), high, (low.0, high.1), low];
-        stroke(root, frame, Dash::Solid, INK, FRAME_WIDTH)?;
-        let across = |share: f64| low.0 + (share * f64::from(high.0 - low.0)).round() as i32;
-        let upwards = |share: f64| high.1 - (share * f64::from(high.1 - low.1)).round() as i32;
-        let mut free_from = i32::MIN;
+        let corners = [low, (high.0, low.1), high, (low.0, high.1)].map(float);
+        ruled(root, Role::Frame, around(&corners))?;
+        let across = |share: f64| f64::from(low.0) + share * f64::from(high.0 - low.0);
+        let upwards = |share: f64| f64::from(high.1) - share * f64::from(high.1 - low.1);
+        let (left, bottom) = float((low.0, high.1));
+        let down = |x: f64, length: f64| through(&[(x, bottom), (x, bottom + length)]);
+        let out = |y: f64, length: f64| through(&[(left - length, y), (left, y)]);
+        let mut free_from = f64::NEG_INFINITY;
         for tick in self.x.ticks() {
             let Some(x) = self.x.share(tick.at).map(across) else { continue };
-            stroke(root, vec![(x, high.1), (x, high.1 + 14)], Dash::Solid, INK, FRAME_WIDTH)?;
-            let half = text::label_width(root, &tick.label, TICK_TEXT)? / 2;
+            ruled(root, Role::Tick, down(x, 14.0))?;
+            let half = text::label_width(&tick.label, TICK_TEXT) / 2.0;
             if x - half >= free_from {
-                text::draw(root, &tick.label, (x, high.1 + 44), TICK_TEXT, Align::Center, false)?;
-                free_from = x + half + 20;
+                number(root, &tick.label, (x, bottom + 46.0), Align::Center, Role::NumberAcross)?;
+                free_from = x + half + 20.0;
             }
         }
         for tick in self.y.ticks() {
             let Some(y) = self.y.share(tick.at).map(upwards) else { continue };
-            stroke(root, vec![(low.0 - 14, y), (low.0, y)], Dash::Solid, INK, FRAME_WIDTH)?;
-            let width = text::label_width(root, &tick.label, TICK_TEXT)?;
-            text::draw(root, &tick.label, (low.0 - 24 - width, y + LOWER), TICK_TEXT, Align::Left, false)?;
+            ruled(root, Role::Tick, out(y, 14.0))?;
+            number(root, &tick.label, (left - 24.0, y), Align::Right, Role::NumberUpwards)?;
         }
         for x in self.x.between_ticks().into_iter().filter_map(|value| self.x.share(value).map(across)) {
-            stroke(root, vec![(x, high.1), (x, high.1 + 8)], Dash::Solid, INK, FRAME_WIDTH)?;
+            ruled(root, Role::Tick, down(x, 8.0))?;
         }
         for y in self.y.between_ticks().into_iter().filter_map(|value| self.y.share(value).map(upwards)) {
-            stroke(root, vec![(low.0 - 8, y), (low.0, y)], Dash::Solid, INK, FRAME_WIDTH)?;
+            ruled(root, Role::Tick, out(y, 8.0))?;
         }
         let middle = ((low.0 + high.0) / 2, (low.1 + high.1) / 2);
-        let (wide, tall) = (high.0 - low.0 + RIGHT, high.1 - low.1);
-        fitted(root, &panel.title, (middle.0, low.1 - 40), LABEL_TEXT, wide, false)?;
-        fitted(root, &self.x.label(), (middle.0, high.1 + 112), LABEL_TEXT, wide, false)?;
-        fitted(root, &self.y.label(), (low.0 - LEFT + 45, middle.1), LABEL_TEXT, tall, true)
+        let (wide, tall) = (f64::from(high.0 - low.0 + RIGHT), f64::from(high.1 - low.1));
+        fitted(root, &panel.title, (middle.0, low.1 - 40), wide, false)?;
+        fitted(root, &self.x.label(), (middle.0, high.1 + 112), wide, false)?;
+        fitted(root, &self.y.label(), (low.0 - LEFT + 45, middle.1), tall, true)
     }
 
     fn key(&self, root: &Area<'_>, (left, top): (i32, i32), bottom: i32) -> Result<(), String> {
@@ -247,11 +233,11 @@ impl Paper {
             self.bar(root, bar, (left, top), end)?;
             y = end + PAD + ROW / 2;
         }
-        text::draw(root, &self.heading, (left, y), TICK_TEXT, Align::Left, false)?;
+        words(root, &self.heading, (left, y))?;
         y += ROW * heading;
         for (sample, label) in &self.rows {
             sample.draw(root, (left, y))?;
-            text::draw(root, label, (left + SAMPLE + PAD, y + LOWER), TICK_TEXT, Align::Left, false)?;
+            words(root, label, (left + SAMPLE + PAD, y))?;
             y += ROW;
         }
         Ok(())
@@ -265,55 +251,61 @@ impl Paper {
             root.draw(&row).map_err(|error| error.to_string())?;
         }
         let right = left + BAR_WIDTH;
-        let frame = vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)];
-        stroke(root, frame, Dash::Solid, INK, FRAME_WIDTH)?;
-        let place = |share: f64| bottom - (share * f64::from(bottom - top)).round() as i32;
-        let mut widest = 0;
+        let corners = [(left, top), (right, top), (right, bottom), (left, bottom)].map(float);
+        ruled(root, Role::Frame, around(&corners))?;
+        let place = |share: f64| f64::from(bottom) - share * f64::from(bottom - top);
+        let edge = f64::from(right);
+        let out = |y: f64, length: f64| through(&[(edge, y), (edge + length, y)]);
+        let mut widest: f64 = 0.0;
         for tick in bar.scale.ticks() {
             let Some(y) = bar.scale.share(tick.at).map(place) else { continue };
-            stroke(root, vec![(right, y), (right + 12, y)], Dash::Solid, INK, FRAME_WIDTH)?;
-            text::draw(root, &tick.label, (right + 24, y + LOWER), TICK_TEXT, Align::Left, false)?;
-            widest = widest.max(text::label_width(root, &tick.label, TICK_TEXT)?);
+            ruled(root, Role::Tick, out(y, 12.0))?;
+            number(root, &tick.label, (edge + 24.0, y), Align::Left, Role::NumberUpwards)?;
+            widest = widest.max(text::label_width(&tick.label, TICK_TEXT));
         }
         for y in bar.scale.between_ticks().into_iter().filter_map(|value| bar.scale.share(value).map(place)) {
-            stroke(root, vec![(right, y), (right + 7, y)], Dash::Solid, INK, FRAME_WIDTH)?;
+            ruled(root, Role::Tick, out(y, 7.0))?;
         }
-        let beside = (right + 24 + widest + 48, (top + bottom) / 2);
-        fitted(root, &bar.scale.label(), beside, LABEL_TEXT, bottom - top, true)
+        let beside = (right + 24 + widest.ceil() as i32 + 48, (top + bottom) / 2);
+        fitted(root, &bar.scale.label(), beside, f64::from(bottom - top), true)
     }
 }
 
+fn float((x, y): (i32, i32)) -> Point {
+    (f64::from(x), f64::from(y))
+}
+
+/// Draws a number beside an axis.
+fn number(root: &Area<'_>, text: &str, at: Point, align: Align, role: Role) -> Result<(), String> {
+    text::put(root, Label { text, size: TICK_TEXT, align, upward: false, colour: INK, role }, at)
+}
+
+/// Draws words of the key.
+fn words(root: &Area<'_>, text: &str, at: (i32, i32)) -> Result<(), String> {
+    let role = Role::Legend;
+    text::put(
+        root,
+        Label { text, size: TICK_TEXT, align: Align::Left, upward: false, colour: INK, role },
+        float(at),
+    )
+}
+
 /// Draws a label in the middle of a place, smaller if it would be longer than that allows.
-fn fitted(
-    root: &Area<'_>,
-    label: &str,
-    at: (i32, i32),
-    size: f64,
-    longest: i32,
-    upward: bool,
-) -> Result<(), String> {
-    let width = text::label_width(root, label, size)?;
-    let size = if width > longest { size * f64::from(longest) / f64::from(width) } else { size };
+fn fitted(root: &Area<'_>, label: &str, at: (i32, i32), longest: f64, upward: bool) -> Result<(), String> {
+    let size = LABEL_TEXT * (longest / text::label_width(label, LABEL_TEXT).max(1.0)).min(1.0);
     text::draw(root, label, at, size, Align::Center, upward)
 }
 
-fn draw(
-    root: &Area<'_>,
-    item: &Item,
-    pixel: &dyn Fn((f64, f64)) -> Option<(i32, i32)>,
-) -> Result<(), String> {
+fn draw(root: &Area<'_>, item: &Item, place: &dyn Fn((f64, f64)) -> Option<Point>) -> Result<(), String> {
     let failed = |error: plotters::drawing::DrawingAreaErrorKind<_>| format!("{error}");
+    // Surfaces meet without a seam where their corners are pixels.
+    let pixel = |point: (f64, f64)| place(point).map(|(x, y)| (x.round() as i32, y.round() as i32));
     match item {
         Item::Line(points, dash, color) => {
-            let places: Vec<Option<(i32, i32)>> = points.iter().map(|point| pixel(*point)).collect();
+            let places: Vec<Option<Point>> = points.iter().map(|point| place(*point)).collect();
             for piece in places.split(Option::is_none).filter(|piece| piece.len() > 1) {
-                let mut path: Vec<(i32, i32)> = piece.iter().copied().flatten().collect();
-                path.dedup();
-                if *dash == Dash::Solid {
-                    pen(root, &path, *color)?;
-                } else {
-                    stroke(root, path, *dash, *color, LINE_WIDTH)?;
-                }
+                let path: Vec<Point> = piece.iter().copied().flatten().collect();
+                line(root, Role::Data, thinned(&path), *dash, *color, f64::from(LINE_WIDTH))?;
             }
         }
         Item::Surface(outline, color, strength) => {
@@ -323,8 +315,8 @@ fn draw(
             }
         }
         Item::Marks(points, marker, color) => {
-            for point in points.iter().filter_map(|point| pixel(*point)) {
-                mark(root, point, *marker, *color)?;
+            for point in points.iter().filter_map(|point| place(*point)) {
+                mark_at(root, Role::Data, point, *marker, *color)?;
             }
         }
         Item::Discs(points, radius, color) => {
@@ -339,29 +331,14 @@ fn draw(
         }
         Item::Words(point, words, upward) => {
             let Some((x, y)) = pixel(*point) else { return Ok(()) };
-            let half = if *upward { text::label_width(root, words, SMALL_TEXT)? / 2 } else { 0 };
+            let half = if *upward { (text::label_width(words, SMALL_TEXT) / 2.0).round() as i32 } else { 0 };
             text::draw(root, words, (x, y - half), SMALL_TEXT, Align::Center, *upward)?;
         }
         Item::Crossed(point) => {
-            if let Some(point) = pixel(*point) {
-                mark(root, point, Marker::Cross, GREY)?;
+            if let Some(point) = place(*point) {
+                mark_at(root, Role::Data, point, Marker::Cross, GREY)?;
             }
         }
-    }
-    Ok(())
-}
-
-/// Draws a line as a pen does, by discs close to one another: as thick in all directions.
-fn pen(root: &Area<'_>, path: &[(i32, i32)], color: RGBColor) -> Result<(), String> {
-    let disc = |at: (i32, i32)| {
-        let disc = Circle::new(at, LINE_WIDTH as i32 / 2, color.filled());
-        root.draw(&disc).map_err(|error| error.to_string())
-    };
-    for ends in path.windows(2) {
-        let (dx, dy) = (ends[1].0 - ends[0].0, ends[1].1 - ends[0].1);
-        let steps = dx.abs().max(dy.abs()).max(1);
-        let part = |d: i32, n: i32| (f64::from(d) * f64::from(n) / f64::from(steps)).round() as i32;
-        (0..=steps).try_for_each(|n| disc((ends[0].0 + part(dx, n), ends[0].1 + part(dy, n))))?;
     }
     Ok(())
 }
@@ -391,7 +368,28 @@ impl Sample {
 }
 
 impl Picture for Paper {
-    fn write(&self, path: &Path) -> Result<(), String> {
-        Paper::write(self, path)
+    fn page(&self, foot: Option<&str>) -> Result<Page, String> {
+        let (width, height) = self.size();
+        let mut page = Page::new(width as u32, height as u32 + foot_height(foot));
+        {
+            let root = Canvas(&mut page).into_drawing_area();
+            self.draw(&root, (0, 0), (width, height), Key::Beside(self.key_width()))?;
+            if let Some(foot) = foot {
+                footer(&root, foot, (f64::from(LEFT), f64::from(height)), f64::from(width - LEFT - RIGHT))?;
+            }
+        }
+        Ok(page)
+    }
+
+    fn told(&self) -> Told {
+        let titles = std::iter::once(&self.title).chain(self.panels.iter().map(|panel| &panel.title));
+        let bar = self.bar.iter().map(|bar| bar.scale.label());
+        Told {
+            titles: titles.cloned().collect(),
+            upwards: vec![self.y.label()],
+            across: vec![self.x.label()],
+            labels: self.rows.iter().map(|(_, label)| label.clone()).chain(bar).collect(),
+            notes: vec![self.heading.clone()],
+        }
     }
 }

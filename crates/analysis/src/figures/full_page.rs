@@ -1,11 +1,13 @@
 //! A page of pictures, one above or beside the other, with a table of numbers.
 
-use std::path::Path;
-
-use plotters::prelude::{BitMapBackend, IntoDrawingArea, WHITE};
+use plotters::prelude::IntoDrawingArea;
 
 use super::of_study::paper::{Key, Paper};
-use super::plot::{Area, Dash, FRAME_WIDTH, INK, LABEL_TEXT, Picture, TICK_TEXT, stroke};
+use super::plot::{
+    Area, Dash, FRAME_WIDTH, INK, LABEL_TEXT, Picture, TICK_TEXT, Told, foot_height, footer, stroke,
+};
+use super::print::canvas::Canvas;
+use super::print::page::Page;
 use super::text::{self, Align};
 
 /// A page of the format A4 upright, 300 dots per inch.
@@ -18,7 +20,7 @@ const ROW: i32 = 66;
 
 /// What stands on a page, from top to bottom.
 #[derive(Debug)]
-pub(super) struct Page {
+pub(super) struct FullPage {
     pub(super) title: String,
     /// Each over the whole width.
     pub(super) wide: Vec<Paper>,
@@ -28,17 +30,28 @@ pub(super) struct Page {
     pub(super) numbers: Vec<(String, String)>,
 }
 
-impl Picture for Page {
-    fn write(&self, path: &Path) -> Result<(), String> {
-        text::embed_font();
-        let root = BitMapBackend::new(path, (SIZE.0 as u32, SIZE.1 as u32)).into_drawing_area();
-        root.fill(&WHITE).map_err(|error| error.to_string())?;
-        self.draw(&root)?;
-        root.present().map_err(|error| error.to_string())
+impl Picture for FullPage {
+    fn page(&self, foot: Option<&str>) -> Result<Page, String> {
+        let mut page = Page::new(SIZE.0 as u32, SIZE.1 as u32 + foot_height(foot));
+        {
+            let root = Canvas(&mut page).into_drawing_area();
+            self.draw(&root)?;
+            if let Some(foot) = foot {
+                let at = (f64::from(MARGIN), f64::from(SIZE.1));
+                footer(&root, foot, at, f64::from(SIZE.0 - 2 * MARGIN))?;
+            }
+        }
+        Ok(page)
+    }
+
+    fn told(&self) -> Told {
+        let mut told = Told { titles: vec![self.title.clone()], ..Told::default() };
+        self.wide.iter().chain(&self.beside).for_each(|paper| told.add(paper.told()));
+        told
     }
 }
 
-impl Page {
+impl FullPage {
     fn draw(&self, root: &Area<'_>) -> Result<(), String> {
         let width = SIZE.0 - 2 * MARGIN;
         text::draw(root, &self.title, (SIZE.0 / 2, MARGIN + TITLE / 2), LABEL_TEXT, Align::Center, false)?;

@@ -68,6 +68,16 @@ impl Scale {
         Scale { label: label.to_owned(), from, to, log: false, words: Vec::new(), whole: false }
     }
 
+    /// The same with only whole numbers labelled, if that is wanted.
+    pub(super) fn in_whole_numbers(self, whole: bool) -> Scale {
+        Scale { whole, ..self }
+    }
+
+    /// A logarithmic scale with these powers of ten as its ends.
+    pub(super) fn logarithms(label: &str, from: f64, to: f64) -> Scale {
+        Scale { log: true, ..Scale::between(label, from, to) }
+    }
+
     /// A scale with these ends, given as its values.
     pub(crate) fn reaching(mut self, from: f64, to: f64) -> Scale {
         (self.from, self.to) = if self.log { (from.log10(), to.log10()) } else { (from, to) };
@@ -125,6 +135,11 @@ impl Scale {
 
     /// The values that are labelled.
     pub(crate) fn ticks(&self) -> Vec<Tick> {
+        self.ticks_at_most(MOST_TICKS)
+    }
+
+    /// The same, with about as many between the ends as there is room for.
+    pub(crate) fn ticks_at_most(&self, most: f64) -> Vec<Tick> {
         if !self.words.is_empty() {
             let tick = |(n, word): (usize, &String)| Tick { at: n as f64, label: word.clone() };
             return self.words.iter().enumerate().map(tick).collect();
@@ -134,7 +149,7 @@ impl Scale {
         }
         let unit = 10f64.powi(self.power());
         let (from, to) = (self.from / unit, self.to / unit);
-        let rough = (to - from) / MOST_TICKS;
+        let rough = (to - from) / most.max(2.0);
         let decade = 10f64.powf(rough.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * decade);
         let step = step.into_iter().find(|step| *step >= rough * 0.999).unwrap_or(10.0 * decade);
@@ -154,7 +169,10 @@ impl Scale {
         let (first, last) = ((self.from - 1e-9).ceil() as i32, (self.to + 1e-9).floor() as i32);
         let every = ((last - first) / 8 + 1).max(1) as usize;
         if last - first >= 2 {
-            let tick = |n: i32| Tick { at: 10f64.powi(n), label: power_of_ten(n) };
+            // All in the same way: 0.1 beside 10^{−4} is harder to read.
+            let are_plain = first >= -2 && last <= 3;
+            let label = |n: i32| if are_plain { number(10f64.powi(n)) } else { power_of_ten(n) };
+            let tick = |n: i32| Tick { at: 10f64.powi(n), label: label(n) };
             return (first..=last).step_by(every).map(tick).collect();
         }
         let is_within = |value: &f64| (self.from - 1e-9..=self.to + 1e-9).contains(&value.log10());
@@ -180,10 +198,7 @@ impl Scale {
 }
 
 fn power_of_ten(n: i32) -> String {
-    match n {
-        -2..=3 => number(10f64.powi(n)),
-        _ => format!("10^{{{}}}", minus(&n.to_string())),
-    }
+    format!("10^{{{}}}", minus(&n.to_string()))
 }
 
 /// A number as it stands in a figure: four digits, and very large and small ones with a power of

@@ -1,0 +1,226 @@
+//! Lays out the panels of a sheet, their axes and legends, and draws them.
+
+use plotters::prelude::IntoDrawingArea;
+
+use super::legend::{self, Outside};
+use super::plot::{
+    Area, Corner, Dash, Frame, INK, LABEL_TEXT, LINE_WIDTH, Look, PANEL, Panel, SMALL_PANEL, Series, Sheet,
+    TICK_TEXT, Told, filled, foot_height, footer, line, mark_at, ruled,
+};
+use super::print::canvas::Canvas;
+use super::print::page::{Page, Point, Role, around, circle, through};
+use super::text::{self, Align, Label};
+
+/// Lengths of marks on axes, and of those without a number.
+const TICK: f64 = 13.0;
+const SHORT_TICK: f64 = 8.0;
+
+/// What stands about a frame: a title above or none, numbers and a label below, a label to the left.
+const TITLE: f64 = 84.0;
+const NO_TITLE: f64 = 30.0;
+const NUMBERS: f64 = 66.0;
+const LABEL: f64 = 72.0;
+const EDGE: f64 = 20.0;
+const RIGHT: f64 = 50.0;
+
+const DOT_RADIUS: f64 = 3.5;
+
+impl Sheet {
+    pub(super) fn panels(&self) -> &[Panel] {
+        match self {
+            Sheet::Single(panel) => std::slice::from_ref(panel),
+            Sheet::Stacked(panels) => &panels[..],
+            Sheet::Grid(panels) => panels,
+            Sheet::Other(_) => &[],
+        }
+    }
+
+    /// What is written on it.
+    pub(super) fn told(&self) -> Told {
+        if let Sheet::Other(picture) = self {
+            return picture.told();
+        }
+        let of =
+            |text: fn(&Panel) -> &String| self.panels().iter().map(|panel| text(panel).clone()).collect();
+        Told {
+            titles: of(|panel| &panel.title),
+            upwards: of(|panel| &panel.y.label),
+            across: of(|panel| &panel.x.label),
+            labels: self
+                .panels()
+                .iter()
+                .flat_map(|panel| panel.series.iter().map(|series| series.label.clone()))
+                .collect(),
+            notes: of(|panel| &panel.note),
+        }
+    }
+
+    /// Width, height, and the panels' areas: left, top, right, bottom.
+    fn areas(&self) -> (u32, u32, Vec<[f64; 4]>) {
+        let (width, height) = (f64::from(PANEL.0), f64::from(PANEL.1));
+        match self {
+            Sheet::Single(_) => (PANEL.0, PANEL.1, vec![[0.0, 0.0, width, height]]),
+            Sheet::Stacked(_) => {
+                let (whole, cut) = (height * 1.5, height * 0.92);
+                (PANEL.0, PANEL.1 * 3 / 2, vec![[0.0, 0.0, width, cut], [0.0, cut, width, whole]])
+            }
+            Sheet::Grid(panels) => {
+                let (wide, tall) = (f64::from(SMALL_PANEL.0), f64::from(SMALL_PANEL.1));
+                let area = |n: usize| {
+                    let (column, row) = ((n % 2) as f64, (n / 2) as f64);
+                    [column * wide, row * tall, (column + 1.0) * wide, (row + 1.0) * tall]
+                };
+                let columns = panels.len().clamp(1, 2) as u32;
+                let rows = panels.len().div_ceil(2).max(1) as u32;
+                (SMALL_PANEL.0 * columns, SMALL_PANEL.1 * rows, (0..panels.len()).map(area).collect())
+            }
+            Sheet::Other(_) => (0, 0, Vec::new()),
+        }
+    }
+
+    /// Draws the sheet, with a line at its foot.
+    pub(super) fn page(&self, foot: Option<&str>) -> Result<Page, String> {
+        if let Sheet::Other(picture) = self {
+            return picture.page(foot);
+        }
+        let (width, mut height, areas) = self.areas();
+        let panels = self.panels();
+        // Frames stand below one another, whatever is beside them.
+        let widest = panels.iter().map(Panel::numbers_width).fold(0.0, f64::max);
+        let frames: Vec<Frame> =
+            panels.iter().zip(&areas).map(|(panel, area)| panel.frame(*area, widest)).collect();
+        let corners = legend::corners(panels, &frames);
+        let left = frames.first().map_or(EDGE, |frame| frame.left);
+        let outside = Outside::of(panels, &corners, f64::from(width) - left - RIGHT);
+        let below = height;
+        height += outside.height();
+        let line = height;
+        height += foot_height(foot);
+        let mut page = Page::new(width, height);
+        {
+            let root = Canvas(&mut page).into_drawing_area();
+            for ((panel, frame), corner) in panels.iter().zip(&frames).zip(&corners) {
+                panel.draw(&root, frame, *corner)?;
+            }
+            outside.draw(&root, left, f64::from(below))?;
+            if let Some(foot) = foot {
+                footer(&root, foot, (left, f64::from(line)), f64::from(width) - left - RIGHT)?;
+            }
+        }
+        Ok(page)
+    }
+}
+
+impl Panel {
+    fn frame(&self, [left, top, right, bottom]: [f64; 4], widest: f64) -> Frame {
+        let above = if self.title.is_empty() { NO_TITLE } else { TITLE };
+        let label = if self.x.label.is_empty() { 0.0 } else { LABEL };
+        Frame {
+            left: left + EDGE + LABEL + widest + TICK + 12.0,
+            top: top + above,
+            right: right - RIGHT,
+            bottom: bottom - NUMBERS - label - 14.0,
+        }
+    }
+
+    fn numbers_width(&self) -> f64 {
+        let ticks = self.y.scale().ticks();
+        ticks.iter().map(|tick| text::label_width(&tick.label, TICK_TEXT)).fold(0.0, f64::max)
+    }
+
+    fn draw(&self, root: &Area<'_>, frame: &Frame, legend: Option<Corner>) -> Result<(), String> {
+        for series in &self.series {
+            self.draw_series(root, frame, series)?;
+        }
+        let [a, b, c, d] = frame.corners();
+        ruled(root, Role::Frame, around(&[a, b, c, d]))?;
+        self.draw_axes(root, frame)?;
+        let (middle, between) = ((frame.left + frame.right) / 2.0, (frame.top + frame.bottom) / 2.0);
+        let (wide, tall) = (frame.right - frame.left + 2.0 * RIGHT, frame.bottom - frame.top);
+        let (x_label, y_label) = (self.x.scale().label(), self.y.scale().label());
+        fitted(root, &self.title, (middle, frame.top - TITLE / 2.0), wide, false)?;
+        fitted(root, &x_label, (middle, frame.bottom + NUMBERS + LABEL / 2.0), wide, false)?;
+        let left = frame.left - TICK - 12.0 - self.numbers_width() - LABEL / 2.0;
+        fitted(root, &y_label, (left, between), tall, true)?;
+        match legend {
+            Some(corner) => legend::inside(root, self, frame, corner),
+            None => Ok(()),
+        }
+    }
+
+    fn draw_axes(&self, root: &Area<'_>, frame: &Frame) -> Result<(), String> {
+        let (x, y) = (self.x.scale(), self.y.scale());
+        let across = |share: f64| frame.left + share * (frame.right - frame.left);
+        let upwards = |share: f64| frame.bottom - share * (frame.bottom - frame.top);
+        let down = |at: f64, length: f64| through(&[(at, frame.bottom), (at, frame.bottom + length)]);
+        let out = |at: f64, length: f64| through(&[(frame.left - length, at), (frame.left, at)]);
+        let number = |text: &str, at: Point, align: Align, role: Role| {
+            text::put(root, Label { text, size: TICK_TEXT, align, upward: false, colour: INK, role }, at)
+        };
+        let mut free_from = f64::NEG_INFINITY;
+        for tick in x.ticks_at_most(((frame.right - frame.left) / 150.0).min(9.0)) {
+            let Some(at) = x.share(tick.at).map(across) else { continue };
+            ruled(root, Role::Tick, down(at, TICK))?;
+            let half = text::label_width(&tick.label, TICK_TEXT) / 2.0;
+            if at - half >= free_from {
+                number(&tick.label, (at, frame.bottom + TICK + 36.0), Align::Center, Role::NumberAcross)?;
+                free_from = at + half + 20.0;
+            }
+        }
+        for tick in y.ticks_at_most(((frame.bottom - frame.top) / 75.0).min(8.0)) {
+            let Some(at) = y.share(tick.at).map(upwards) else { continue };
+            ruled(root, Role::Tick, out(at, TICK))?;
+            number(&tick.label, (frame.left - TICK - 12.0, at), Align::Right, Role::NumberUpwards)?;
+        }
+        for at in x.between_ticks().into_iter().filter_map(|value| x.share(value).map(across)) {
+            ruled(root, Role::Tick, down(at, SHORT_TICK))?;
+        }
+        for at in y.between_ticks().into_iter().filter_map(|value| y.share(value).map(upwards)) {
+            ruled(root, Role::Tick, out(at, SHORT_TICK))?;
+        }
+        Ok(())
+    }
+
+    fn draw_series(&self, root: &Area<'_>, frame: &Frame, series: &Series) -> Result<(), String> {
+        let inside = |&(x, y): &(f64, f64)| self.x.holds(x) && self.y.holds(y);
+        match series.look {
+            Look::Line(dash, color) => {
+                for path in self.paths(frame, &series.points) {
+                    line(root, Role::Data, path, dash, color, f64::from(LINE_WIDTH))?;
+                }
+            }
+            Look::Marks(marker, color) => {
+                for point in series.points.iter().filter(|point| inside(point)) {
+                    mark_at(root, Role::Data, frame.place(self, *point), marker, color)?;
+                }
+            }
+            Look::Impulses(color) => {
+                for &(x, y) in series.points.iter().filter(|point| inside(point)) {
+                    let stem = [(x, self.y.from.max(0.0)), (x, y)].map(|point| frame.place(self, point));
+                    line(root, Role::Data, stem.to_vec(), Dash::Solid, color, 2.0)?;
+                }
+            }
+            Look::Dots(color) => {
+                let mut discs = Vec::new();
+                let mut last = (f64::NAN, f64::NAN);
+                for point in series.points.iter().filter(|point| inside(point)) {
+                    let (x, y) = frame.place(self, *point);
+                    // What would lie upon the last one is not seen.
+                    if (x - last.0).abs() < 0.5 && (y - last.1).abs() < 0.5 {
+                        continue;
+                    }
+                    last = (x, y);
+                    discs.extend(circle(last, DOT_RADIUS));
+                }
+                filled(root, Role::Data, discs, color)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Draws a title or what an axis is called, smaller if it would be longer than there is room.
+fn fitted(root: &Area<'_>, text: &str, at: Point, longest: f64, upward: bool) -> Result<(), String> {
+    let size = LABEL_TEXT * (longest / text::label_width(text, LABEL_TEXT).max(1.0)).min(1.0);
+    text::put(root, Label { text, size, align: Align::Center, upward, colour: INK, role: Role::Label }, at)
+}

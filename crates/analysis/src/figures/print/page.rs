@@ -1,0 +1,206 @@
+//! A drawn page: paths with a fill or a stroke, from back to front. SVG, PNG and PDF are written of the
+//! same paths, so that they cannot differ in anything but their format.
+
+/// Page units to an inch: pixels of the PNG.
+pub(crate) const PER_INCH: f64 = 300.0;
+
+/// Points to an inch, in which SVG and PDF give the size of a page.
+pub(crate) const POINTS: f64 = 72.0;
+
+/// Page units that are a whole number of points.
+const WHOLE: u32 = 25;
+
+/// A place on the page, in page units to the right and down.
+pub(crate) type Point = (f64, f64);
+
+/// A piece of an outline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Segment {
+    /// Begins a new outline.
+    Move(Point),
+    Line(Point),
+    /// A cubic Bézier curve, by its two control points and its end.
+    Curve(Point, Point, Point),
+    Close,
+}
+
+/// A colour with its strength, from 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Colour {
+    pub(crate) rgb: (u8, u8, u8),
+    pub(crate) strength: f64,
+}
+
+/// How a path is painted.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Paint {
+    Fill(Colour),
+    /// A line of a width, with a pattern of lengths on and off; solid if that is empty.
+    Stroke {
+        colour: Colour,
+        width: f64,
+        dashes: Vec<f64>,
+    },
+}
+
+/// What a path is on its page.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// What is shown.
+    Data,
+    /// The frame of a panel, or of a colour bar.
+    Frame,
+    /// A mark on an axis.
+    Tick,
+    /// The number beside a mark of the axis across.
+    NumberAcross,
+    /// The number beside a mark of the axis upwards.
+    NumberUpwards,
+    /// A title, or what an axis is called.
+    Label,
+    /// A sample in a legend.
+    Sample,
+    /// Words in a legend.
+    Legend,
+    /// The line at the foot.
+    Foot,
+}
+
+impl Role {
+    /// Its name in the SVG.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Role::Data => "data",
+            Role::Frame => "frame",
+            Role::Tick => "tick",
+            Role::NumberAcross => "number-across",
+            Role::NumberUpwards => "number-upwards",
+            Role::Label => "label",
+            Role::Sample => "sample",
+            Role::Legend => "legend",
+            Role::Foot => "foot",
+        }
+    }
+}
+
+/// A path on a page.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Item {
+    pub(crate) role: Role,
+    /// What it says, if it is text.
+    pub(crate) text: String,
+    pub(crate) path: Vec<Segment>,
+    pub(crate) paint: Paint,
+}
+
+/// A page of a size in page units.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Page {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) items: Vec<Item>,
+}
+
+impl Page {
+    /// A page of at least this size: of a whole number of points, which every program takes for as many
+    /// pixels.
+    pub(crate) fn new(width: u32, height: u32) -> Page {
+        Page {
+            width: width.next_multiple_of(WHOLE),
+            height: height.next_multiple_of(WHOLE),
+            items: Vec::new(),
+        }
+    }
+
+    /// Puts a path in front of all others; one of nothing is left out.
+    pub(crate) fn add(&mut self, mut item: Item) {
+        if item.path.len() < 2 {
+            return;
+        }
+        for segment in &mut item.path {
+            *segment = match *segment {
+                Segment::Move(to) => Segment::Move(rounded(to)),
+                Segment::Line(to) => Segment::Line(rounded(to)),
+                Segment::Curve(a, b, to) => Segment::Curve(rounded(a), rounded(b), rounded(to)),
+                Segment::Close => Segment::Close,
+            };
+        }
+        self.items.push(item);
+    }
+}
+
+/// A hundredth of a unit is what all formats are given.
+fn rounded((x, y): Point) -> Point {
+    ((x * 100.0).round() / 100.0, (y * 100.0).round() / 100.0)
+}
+
+/// A number with no more decimals than it has.
+pub(crate) fn short(value: f64) -> String {
+    let text = format!("{value:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+/// An open path through points.
+pub(crate) fn through(points: &[Point]) -> Vec<Segment> {
+    let mut points = points.iter().copied();
+    let first = points.next().map(Segment::Move);
+    first.into_iter().chain(points.map(Segment::Line)).collect()
+}
+
+/// A closed path through points.
+pub(crate) fn around(points: &[Point]) -> Vec<Segment> {
+    let mut path = through(points);
+    path.push(Segment::Close);
+    path
+}
+
+/// A circle.
+pub(crate) fn circle((x, y): Point, r: f64) -> Vec<Segment> {
+    // How far control points are from the ends of a quarter, over the radius.
+    let k = 0.552_284_75 * r;
+    vec![
+        Segment::Move((x + r, y)),
+        Segment::Curve((x + r, y + k), (x + k, y + r), (x, y + r)),
+        Segment::Curve((x - k, y + r), (x - r, y + k), (x - r, y)),
+        Segment::Curve((x - r, y - k), (x - k, y - r), (x, y - r)),
+        Segment::Curve((x + k, y - r), (x + r, y - k), (x + r, y)),
+        Segment::Close,
+    ]
+}
+
+/// The corners of the least rectangle about a path's points.
+pub(crate) fn bounds(path: &[Segment]) -> Option<(Point, Point)> {
+    let points = path.iter().flat_map(|segment| match *segment {
+        Segment::Move(to) | Segment::Line(to) => vec![to],
+        Segment::Curve(a, b, to) => vec![a, b, to],
+        Segment::Close => Vec::new(),
+    });
+    points.fold(None, |bounds, (x, y)| {
+        let ((left, top), (right, bottom)) = bounds.unwrap_or(((x, y), (x, y)));
+        Some(((left.min(x), top.min(y)), (right.max(x), bottom.max(y))))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Colour, Item, Page, Paint, Role, Segment, around, bounds, short};
+
+    #[test]
+    fn pages_keep_hundredths_and_leave_nothing_out_but_nothing() {
+        let mut page = Page::new(10, 30);
+        assert_eq!((page.width, page.height), (25, 50));
+        let paint = Paint::Fill(Colour { rgb: (0, 0, 0), strength: 1.0 });
+        let item = |path| Item { role: Role::Data, text: String::new(), path, paint: paint.clone() };
+        page.add(item(around(&[(0.123_456, 1.0), (2.0, 3.0)])));
+        page.add(item(vec![Segment::Move((1.0, 1.0))]));
+        assert_eq!(page.items.len(), 1);
+        assert_eq!(page.items[0].path[0], Segment::Move((0.12, 1.0)));
+        assert_eq!(bounds(&page.items[0].path), Some(((0.12, 1.0), (2.0, 3.0))));
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!([1.0, 0.25, -0.001, -2.5, 100.0].map(short), ["1", "0.25", "0", "-2.5", "100"]);
+    }
+}

@@ -1,0 +1,103 @@
+//! A page as PDF, all text as outlines.
+
+use std::collections::BTreeMap;
+
+use miniz_oxide::deflate::compress_to_vec_zlib;
+use pdf_writer::types::LineJoinStyle;
+use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, TextStr};
+
+use super::about::About;
+use super::page::{Colour, PER_INCH, POINTS, Page, Paint, Segment};
+
+/// How hard the content is compressed, of 10.
+const LEVEL: u8 = 6;
+
+pub(super) fn bytes(page: &Page, about: &About) -> Vec<u8> {
+    let [catalog, pages, only, content, info] = [1, 2, 3, 4, 5].map(Ref::new);
+    let scale = (POINTS / PER_INCH) as f32;
+    let (width, height) = (page.width as f32 * scale, page.height as f32 * scale);
+    let (drawn, strengths) = drawn(page, scale, height);
+    let mut pdf = Pdf::new();
+    pdf.catalog(catalog).pages(pages);
+    pdf.pages(pages).kids([only]).count(1);
+    let mut sheet = pdf.page(only);
+    sheet.parent(pages).media_box(Rect::new(0.0, 0.0, width, height)).contents(content);
+    let mut resources = sheet.resources();
+    let mut states = resources.ext_g_states();
+    for (name, at) in strengths.values().zip(6..) {
+        states.pair(Name(name.as_bytes()), Ref::new(at));
+    }
+    states.finish();
+    resources.finish();
+    sheet.finish();
+    for (strength, at) in strengths.keys().zip(6..) {
+        let strength = *strength as f32 / 100.0;
+        pdf.ext_graphics(Ref::new(at)).non_stroking_alpha(strength).stroking_alpha(strength);
+    }
+    let packed = compress_to_vec_zlib(&drawn, LEVEL);
+    pdf.stream(content, &packed).filter(Filter::FlateDecode);
+    let facts: Vec<String> =
+        about.facts().into_iter().map(|(word, value)| format!("{word}: {value}")).collect();
+    pdf.document_info(info)
+        .title(TextStr(&about.title))
+        .subject(TextStr(&about.caption))
+        .keywords(TextStr(&facts.join("; ")))
+        .creator(TextStr("Asperity"));
+    pdf.finish()
+}
+
+/// The content, and the names of the strengths of its colours, in hundredths.
+fn drawn(page: &Page, scale: f32, height: f32) -> (Vec<u8>, BTreeMap<u8, String>) {
+    let mut content = Content::new();
+    let mut strengths = BTreeMap::new();
+    content.transform([scale, 0.0, 0.0, -scale, 0.0, height]);
+    content.set_line_join(LineJoinStyle::RoundJoin);
+    for item in &page.items {
+        let (Paint::Fill(colour) | Paint::Stroke { colour, .. }) = &item.paint;
+        let is_pale = colour.strength < 1.0;
+        if is_pale {
+            let hundredths = (colour.strength * 100.0).round() as u8;
+            let name = strengths.entry(hundredths).or_insert_with(|| format!("S{hundredths}"));
+            content.save_state();
+            content.set_parameters(Name(name.as_bytes()));
+        }
+        let [r, g, b] = rgb(colour);
+        match &item.paint {
+            Paint::Fill(_) => {
+                content.set_fill_rgb(r, g, b);
+                outline(&mut content, &item.path);
+                content.fill_nonzero();
+            }
+            Paint::Stroke { width, dashes, .. } => {
+                content.set_stroke_rgb(r, g, b);
+                content.set_line_width(*width as f32);
+                content.set_dash_pattern(dashes.iter().map(|length| *length as f32), 0.0);
+                outline(&mut content, &item.path);
+                content.stroke();
+            }
+        }
+        if is_pale {
+            content.restore_state();
+        }
+    }
+    (content.finish().to_vec(), strengths)
+}
+
+fn rgb(colour: &Colour) -> [f32; 3] {
+    let (r, g, b) = colour.rgb;
+    // Three decimals tell all 256 values apart.
+    [r, g, b].map(|part| (f32::from(part) / 255.0 * 1000.0).round() / 1000.0)
+}
+
+fn outline(content: &mut Content, path: &[Segment]) {
+    for segment in path {
+        match *segment {
+            Segment::Move((x, y)) => content.move_to(x as f32, y as f32),
+            Segment::Line((x, y)) => content.line_to(x as f32, y as f32),
+            Segment::Curve(a, b, to) => {
+                content.cubic_to(a.0 as f32, a.1 as f32, b.0 as f32, b.1 as f32, to.0 as f32, to.1 as f32)
+            }
+            Segment::Close => content.close_path(),
+        };
+    }
+}

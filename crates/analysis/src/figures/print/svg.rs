@@ -1,0 +1,90 @@
+//! A page as SVG, all text as outlines.
+
+use std::fmt::{self, Write};
+
+use super::about::About;
+use super::page::{Colour, PER_INCH, POINTS, Page, Paint, Segment, short};
+
+pub(super) fn bytes(page: &Page, about: &About) -> Vec<u8> {
+    let mut text = String::new();
+    write(&mut text, page, about).expect("a text takes whatever is written");
+    text.into_bytes()
+}
+
+fn write(text: &mut String, page: &Page, about: &About) -> fmt::Result {
+    let (width, height) = (page.width, page.height);
+    let points = |units: u32| short(f64::from(units) / PER_INCH * POINTS);
+    write!(
+        text,
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" \
+         width=\"{}pt\" height=\"{}pt\" viewBox=\"0 0 {width} {height}\">\n<title>{}</title>\n<desc>{}</desc>\n",
+        points(width),
+        points(height),
+        escaped(&about.title),
+        escaped(&about.caption),
+    )?;
+    *text += "<metadata>\n<figure xmlns=\"urn:asperity:figure\">\n";
+    for (word, value) in about.facts() {
+        writeln!(text, "<{word}>{}</{word}>", escaped(&value))?;
+    }
+    *text += "</figure>\n</metadata>\n";
+    writeln!(text, "<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>")?;
+    for item in &page.items {
+        write!(text, "<path class=\"{}\"", item.role.word())?;
+        if !item.text.is_empty() {
+            write!(text, " aria-label=\"{}\"", escaped(&item.text))?;
+        }
+        match &item.paint {
+            Paint::Fill(colour) => paint(text, "fill", colour)?,
+            Paint::Stroke { colour, width, dashes } => {
+                *text += " fill=\"none\"";
+                paint(text, "stroke", colour)?;
+                write!(text, " stroke-width=\"{}\" stroke-linejoin=\"round\"", short(*width))?;
+                if !dashes.is_empty() {
+                    let pattern: Vec<String> = dashes.iter().map(|length| short(*length)).collect();
+                    write!(text, " stroke-dasharray=\"{}\"", pattern.join(" "))?;
+                }
+            }
+        }
+        *text += " d=\"";
+        for segment in &item.path {
+            match *segment {
+                Segment::Move((x, y)) => write!(text, "M{} {}", short(x), short(y)),
+                Segment::Line((x, y)) => write!(text, "L{} {}", short(x), short(y)),
+                Segment::Curve(a, b, to) => {
+                    let [a, b, to] = [a, b, to].map(|(x, y)| format!("{} {}", short(x), short(y)));
+                    write!(text, "C{a} {b} {to}")
+                }
+                Segment::Close => write!(text, "Z"),
+            }?;
+        }
+        *text += "\"/>\n";
+    }
+    *text += "</svg>\n";
+    Ok(())
+}
+
+fn paint(text: &mut String, what: &str, colour: &Colour) -> fmt::Result {
+    let (r, g, b) = colour.rgb;
+    write!(text, " {what}=\"#{r:02x}{g:02x}{b:02x}\"")?;
+    if colour.strength < 1.0 {
+        write!(text, " {what}-opacity=\"{}\"", short(colour.strength))?;
+    }
+    Ok(())
+}
+
+fn escaped(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => safe += "&amp;",
+            '<' => safe += "&lt;",
+            '>' => safe += "&gt;",
+            '"' => safe += "&quot;",
+            // XML has no place for other control characters.
+            control if control.is_control() => safe.push(' '),
+            letter => safe.push(letter),
+        }
+    }
+    safe
+}

@@ -1,0 +1,412 @@
+//! How figures look, as far as a rule can say it, of one figure of each kind: those of the examples in
+//! `docs/figures.md`. Every rule is shown a figure in which it is broken, too.
+//!
+//! `support/svg.rs` reads the SVG; `print.rs` has independent programs open it.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, Weak};
+
+use crate::support::binary::{succeed, text};
+use crate::support::clients::file;
+use crate::support::markdown::blocks;
+use crate::support::svg::{Bounds, Drawing, Item};
+
+/// The folders of figures with the code named in them, and without.
+pub(crate) struct Drawn {
+    _folder: tempfile::TempDir,
+    pub(crate) with: Vec<PathBuf>,
+    without: Vec<PathBuf>,
+}
+
+/// The block of the page that stands in this file.
+fn example(page: &str, name: &str) -> String {
+    let first = format!("# {name}\n");
+    let block = blocks(page).into_iter().find(|block| block.text.starts_with(&first));
+    block.unwrap_or_else(|| panic!("no block of docs/figures.md begins with {first}")).text
+}
+
+/// One of each kind, drawn once for all tests that run at the same time.
+pub(crate) fn drawn() -> Arc<Drawn> {
+    static DRAWN: Mutex<Weak<Drawn>> = Mutex::new(Weak::new());
+    let mut kept = DRAWN.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    kept.upgrade().unwrap_or_else(|| {
+        let drawn = Arc::new(draw());
+        *kept = Arc::downgrade(&drawn);
+        drawn
+    })
+}
+
+fn draw() -> Drawn {
+    let page = fs::read_to_string(file("docs/figures.md")).expect("the page is there");
+    let folder = asperity_testkit::folder();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("kinds.toml"), example(&page, "out/kinds.toml")).expect("the folder can be written");
+    fs::write(path("pictures.toml"), example(&page, "out/pictures.toml")).expect("the folder can be written");
+    let (kinds, study) = (path("kinds"), path("study"));
+    let asked = path("kinds.toml");
+    let reproduce = ["reproduce", text(&asked), "--quiet", "--out", text(&kinds)];
+    succeed(&reproduce);
+    succeed(&["sweep", "plan", text(&path("pictures.toml")), "-o", text(&study), "--quiet"]);
+    succeed(&["sweep", "run", text(&study), "--quiet"]);
+    succeed(&["sweep", "collect", text(&study), "--quiet"]);
+    // The same once more, without the code.
+    let copied = path("with");
+    fs::rename(kinds.join("figures"), &copied).expect("the folder can be written");
+    succeed(&[&reproduce[..], &["--no-provenance"]].concat());
+    let plain = path("plain");
+    succeed(&["sweep", "draw", text(&study), "-o", text(&plain), "--no-provenance", "--quiet"]);
+    let with = vec![copied, study.join("figures")];
+    Drawn { _folder: folder, with, without: vec![kinds.join("figures"), plain] }
+}
+
+/// The files of folders that end so, by name.
+pub(crate) fn files(folders: &[PathBuf], ending: &str) -> BTreeMap<String, PathBuf> {
+    let mut files = BTreeMap::new();
+    for folder in folders {
+        for entry in fs::read_dir(folder).expect("the folder is there") {
+            let path = entry.expect("it can be read").path();
+            if path.extension().is_some_and(|known| known == ending) {
+                let stem = path.file_stem().expect("files have names").to_string_lossy().into_owned();
+                let folder = folder.file_name().expect("folders have names").to_string_lossy().into_owned();
+                files.insert(format!("{folder}/{stem}"), path);
+            }
+        }
+    }
+    files
+}
+
+fn drawing(path: &Path) -> Drawing {
+    Drawing::read(&fs::read_to_string(path).expect("the SVG is text"))
+}
+
+/// What a look is wrong in.
+type Rule = fn(&Drawing) -> Vec<String>;
+
+/// What breaks a rule.
+type Damage<'a> = &'a dyn Fn(&mut Drawing);
+
+/// How far a number may be from its mark.
+const A_PIXEL: f64 = 1.0;
+
+fn everything_is_on_the_page(drawing: &Drawing) -> Vec<String> {
+    let outside = drawing.items.iter().filter(|item| !item.bounds.is_within(&drawing.page));
+    outside.map(|item| format!("{} {:?} is off the page", item.class, item.words)).collect()
+}
+
+fn numbers_are_on_their_marks(drawing: &Drawing) -> Vec<String> {
+    let ticks: Vec<&Item> = drawing.of("tick").collect();
+    let mut flaws = Vec::new();
+    for (class, across) in [("number-across", true), ("number-upwards", false)] {
+        for number in drawing.of(class) {
+            let at = |bounds: &Bounds| if across { bounds.middle().0 } else { bounds.middle().1 };
+            let is_along = |tick: &Item| (tick.bounds.width() < tick.bounds.height()) == across;
+            let nearest = ticks.iter().filter(|tick| is_along(tick));
+            let off =
+                nearest.map(|tick| (at(&tick.bounds) - at(&number.bounds)).abs()).fold(f64::MAX, f64::min);
+            if off > A_PIXEL {
+                flaws.push(format!("the number {:?} is {off:.1} pixels off its mark", number.words));
+            }
+        }
+    }
+    flaws
+}
+
+fn text_is_not_upon_text(drawing: &Drawing) -> Vec<String> {
+    let texts: Vec<&Item> = drawing.items.iter().filter(|item| !item.words.is_empty()).collect();
+    let mut flaws = Vec::new();
+    for (n, a) in texts.iter().enumerate() {
+        let upon = texts[..n].iter().filter(|b| a.bounds.meets(&b.bounds));
+        flaws.extend(upon.map(|b| format!("{:?} lies upon {:?}", a.words, b.words)));
+    }
+    flaws
+}
+
+fn legends_hide_no_data(drawing: &Drawing) -> Vec<String> {
+    let mut flaws = Vec::new();
+    for legend in drawing.of("legend").chain(drawing.of("sample")) {
+        if let Some(data) = drawing.of("data").find(|data| data.passes(&legend.bounds)) {
+            flaws.push(format!("the legend's {:?} lies upon data at {:?}", legend.words, data.bounds));
+        }
+    }
+    flaws
+}
+
+fn a_legend_says_a_thing_once(drawing: &Drawing) -> Vec<String> {
+    let words: Vec<&str> = drawing.of("legend").map(|item| item.words.as_str()).collect();
+    let again = words.iter().enumerate().filter(|(n, word)| words[..*n].contains(word));
+    again.map(|(_, word)| format!("the legend says {word:?} twice")).collect()
+}
+
+/// Curves have one width and ends of bars another, whichever way they go.
+fn strokes_have_one_width(drawing: &Drawing) -> Vec<String> {
+    let odd = |item: &&Item| item.stroke_width.is_some_and(|width| width != 4.0 && width != 2.0);
+    drawing.of("data").filter(odd).map(|item| format!("a stroke is {:?} wide", item.stroke_width)).collect()
+}
+
+/// Least share of an axis that data must take up, of axes whose ends are not given.
+const FULL: f64 = 0.55;
+
+fn axes_are_not_empty(drawing: &Drawing) -> Vec<String> {
+    let mut flaws = Vec::new();
+    for frame in drawing.of("frame").filter(|frame| frame.bounds.width() > 300.0) {
+        let mut data = drawing.of("data").filter(|item| item.bounds.is_within(&frame.bounds.wider(30.0)));
+        let Some(first) = data.next() else { continue };
+        let all = data.fold(first.bounds, |all, item| all.with(&item.bounds));
+        let shares = [all.width() / frame.bounds.width(), all.height() / frame.bounds.height()];
+        for (share, axis) in shares.into_iter().zip(["across", "upwards"]) {
+            if share < FULL {
+                flaws.push(format!("data fill {:.0} % of an axis {axis}", 100.0 * share));
+            }
+        }
+    }
+    flaws
+}
+
+/// Most of the marks in a frame that may lie on its floor, where they say nothing.
+const ON_THE_FLOOR: f64 = 0.7;
+
+fn marks_say_something(drawing: &Drawing) -> Vec<String> {
+    let mut flaws = Vec::new();
+    for frame in drawing.of("frame") {
+        let is_mark = |item: &&Item| {
+            let is_small = (5.0..40.0).contains(&item.bounds.width());
+            is_small && item.stroke_width == Some(4.0) && item.bounds.is_within(&frame.bounds.wider(30.0))
+        };
+        let heights: Vec<f64> =
+            drawing.of("data").filter(is_mark).map(|mark| mark.bounds.middle().1).collect();
+        let lowest = heights.iter().copied().fold(f64::MIN, f64::max);
+        let idle = heights.iter().filter(|height| lowest - **height < 0.01 * frame.bounds.height()).count();
+        let share = idle as f64 / heights.len() as f64;
+        // Marks that are all as high say that a number stays the same.
+        if heights.len() > 10 && share > ON_THE_FLOOR && share < 1.0 {
+            flaws.push(format!("{:.0} % of the marks lie on the floor", 100.0 * share));
+        }
+    }
+    flaws
+}
+
+/// How much of a frame's width may be black with bars.
+const DARK: f64 = 0.5;
+
+fn bars_are_not_one_surface(drawing: &Drawing) -> Vec<String> {
+    let mut flaws = Vec::new();
+    for frame in drawing.of("frame") {
+        let within =
+            |item: &&Item| item.stroke_width == Some(2.0) && item.bounds.is_within(&frame.bounds.wider(5.0));
+        let bars: std::collections::BTreeSet<i64> =
+            drawing.of("data").filter(within).map(|item| item.bounds.middle().0.round() as i64 / 2).collect();
+        let dark = bars.len() as f64 * 2.0 / frame.bounds.width();
+        if dark > DARK {
+            flaws.push(format!("{:.0} % of a frame is black with bars", 100.0 * dark));
+        }
+    }
+    flaws
+}
+
+/// 8 points, of which digits are as high as three quarters.
+const LEAST_DIGIT: f64 = 8.0 / 72.0 * 300.0 * 0.72;
+/// A page of two columns.
+const WIDEST: f64 = 7.5 * 300.0;
+
+fn letters_are_of_full_size(drawing: &Drawing) -> Vec<String> {
+    let shrunk = (drawing.page.width() / WIDEST).max(1.0);
+    let is_digits = |item: &&Item| item.words.chars().all(|c| c.is_ascii_digit());
+    let numbers = drawing.of("number-across").chain(drawing.of("number-upwards")).filter(is_digits);
+    let small = numbers.filter(|item| item.bounds.height() / shrunk < LEAST_DIGIT);
+    small
+        .map(|item| format!("the digits of {:?} are {:.0} pixels high", item.words, item.bounds.height()))
+        .collect()
+}
+
+fn words_are_those_of_the_field(drawing: &Drawing) -> Vec<String> {
+    let wrong = |words: &str| {
+        let power = words.split(|c: char| !(c.is_ascii_alphanumeric() || c == '−' || c == '-')).any(|word| {
+            word.split_once('e')
+                .is_some_and(|(digits, _)| !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit()))
+        });
+        power || words.contains("F_X") || words.contains("μ_k")
+    };
+    let wrong = drawing.items.iter().filter(|item| wrong(&item.words));
+    wrong.map(|item| format!("{:?} is not how the field writes it", item.words)).collect()
+}
+
+const RULES: [(&str, Rule); 11] = [
+    ("page", everything_is_on_the_page),
+    ("marks", numbers_are_on_their_marks),
+    ("text", text_is_not_upon_text),
+    ("legend", legends_hide_no_data),
+    ("twice", a_legend_says_a_thing_once),
+    ("strokes", strokes_have_one_width),
+    ("empty", axes_are_not_empty),
+    ("floor", marks_say_something),
+    ("bars", bars_are_not_one_surface),
+    ("letters", letters_are_of_full_size),
+    ("words", words_are_those_of_the_field),
+];
+
+/// Axes whose ends the example gives, and what has one run alone.
+const EMPTY_BY_REQUEST: [&str; 5] =
+    ["with/front-speed", "with/front-transient", "with/spread", "with/study", "with/slipped"];
+
+#[test]
+fn every_kind_of_figure_looks_right() {
+    let folders = drawn();
+    let drawn = files(&folders.with, "svg");
+    assert!(drawn.len() >= 21, "{:?}", drawn.keys());
+    let mut flaws = Vec::new();
+    for (name, path) in &drawn {
+        let drawing = drawing(path);
+        assert!(drawing.of("data").count() > 0 && drawing.of("frame").count() > 0, "{name}");
+        for (rule, check) in RULES {
+            if rule == "empty" && EMPTY_BY_REQUEST.contains(&name.as_str()) {
+                continue;
+            }
+            flaws.extend(check(&drawing).into_iter().map(|flaw| format!("{name}: {rule}: {flaw}")));
+        }
+    }
+    assert!(flaws.is_empty(), "{}", flaws.join("\n"));
+}
+
+/// Each rule finds its own flaw in a figure that has it.
+#[test]
+fn every_rule_can_fail() {
+    let folders = drawn();
+    let drawn = files(&folders.with, "svg");
+    let load = || drawing(&drawn["with/load"]);
+    let first = |drawing: &Drawing, class: &str| {
+        let at = drawing.items.iter().position(|item| item.class == class);
+        at.unwrap_or_else(|| panic!("{class} is on the figure"))
+    };
+    let broken: [(&str, Damage<'_>); 12] = [
+        ("page", &|drawing| {
+            let label = first(drawing, "label");
+            drawing.items[label].shift(-300.0, 0.0);
+        }),
+        ("marks", &|drawing| {
+            let number = first(drawing, "number-upwards");
+            drawing.items[number].shift(0.0, -7.0);
+        }),
+        ("marks", &|drawing| {
+            let number = first(drawing, "number-across");
+            drawing.items[number].shift(2.0, 0.0);
+        }),
+        ("text", &|drawing| {
+            let (label, number) = (first(drawing, "label"), first(drawing, "number-upwards"));
+            let ((x, y), (to_x, to_y)) =
+                (drawing.items[label].bounds.middle(), drawing.items[number].bounds.middle());
+            drawing.items[label].shift(to_x - x, to_y - y);
+        }),
+        ("legend", &|drawing| {
+            let (legend, data) = (first(drawing, "legend"), first(drawing, "data"));
+            let ((x, y), (to_x, to_y)) =
+                (drawing.items[legend].bounds.middle(), drawing.items[data].bounds.middle());
+            drawing.items[legend].shift(to_x - x, to_y - y);
+        }),
+        ("twice", &|drawing| {
+            let again = drawing.items[first(drawing, "legend")].clone();
+            drawing.items.push(again);
+        }),
+        ("strokes", &|drawing| {
+            let data = first(drawing, "data");
+            drawing.items[data].stroke_width = Some(2.8);
+        }),
+        ("empty", &|drawing| {
+            for item in drawing.items.iter_mut().filter(|item| item.class == "data") {
+                item.squeeze(0.4);
+            }
+        }),
+        ("floor", &|drawing| {
+            let frame = drawing.items[first(drawing, "frame")].bounds;
+            let data = drawing.items[first(drawing, "data")].clone();
+            for n in 0..60 {
+                let (x, y) =
+                    (frame.left + 20.0 * f64::from(n), if n == 0 { frame.top } else { frame.bottom });
+                drawing.items.push(data.clone().at(&[(x, y), (x + 10.0, y)]));
+            }
+        }),
+        ("bars", &|drawing| {
+            let frame = drawing.items[first(drawing, "frame")].bounds;
+            let data = drawing.items[first(drawing, "data")].clone();
+            for n in 0..(frame.width() / 2.0) as usize {
+                let (x, y) = (frame.left + 2.0 * n as f64, frame.middle().1);
+                let mut bar = data.clone();
+                bar.stroke_width = Some(2.0);
+                drawing.items.push(bar.at(&[(x, y), (x, y + 10.0)]));
+            }
+        }),
+        ("letters", &|drawing| drawing.page.right *= 2.0),
+        ("words", &|drawing| {
+            let number = first(drawing, "number-across");
+            drawing.items[number].words = "1e-8".to_owned();
+        }),
+    ];
+    for (name, (_, check)) in RULES.iter().map(|rule| (rule.0, rule)) {
+        assert!(check(&load()).is_empty(), "{name}: the figure is right before it is broken");
+        let mine: Vec<_> = broken.iter().filter(|(rule, _)| *rule == name).collect();
+        assert!(!mine.is_empty(), "{name} is broken by nothing");
+        for (_, damage) in mine {
+            let mut drawing = load();
+            damage(&mut drawing);
+            assert!(!check(&drawing).is_empty(), "{name} sees nothing wrong");
+        }
+    }
+    let field = |words: &str| {
+        let mut drawing = load();
+        let label = first(&drawing, "label");
+        drawing.items[label].words = words.to_owned();
+        words_are_those_of_the_field(&drawing).len()
+    };
+    assert_eq!(["F_X/F_N", "μ_k", "10^−8 s", "the slider"].map(field), [1, 1, 0, 0]);
+}
+
+/// The code version, hexadecimal, as the figures have it.
+fn code_version(svg: &str) -> Option<&str> {
+    svg.split_once("<code-version>")?.1.split_once('<').map(|(version, _)| version)
+}
+
+#[test]
+fn figures_say_what_they_are_and_the_code_only_if_wanted() {
+    let contains =
+        |bytes: &[u8], words: &str| bytes.windows(words.len()).any(|part| part == words.as_bytes());
+    let folders = drawn();
+    let (with, without) = (files(&folders.with, "svg"), files(&folders.without, "svg"));
+    assert_eq!(with.len(), without.len());
+    for (name, path) in &with {
+        let svg = fs::read_to_string(path).expect("the SVG is text");
+        for element in ["title", "desc", "scenario", "parameter-set", "time-step"] {
+            let begun =
+                svg.split_once(&format!("<{element}>")).unwrap_or_else(|| panic!("{name}: no {element}"));
+            assert!(begun.1.find('<').is_some_and(|length| length > 2), "{name}: {element} is empty");
+        }
+        let version = code_version(&svg).unwrap_or_else(|| panic!("{name} names no code"));
+        assert_eq!(drawing(path).of("foot").count(), 1, "{name}");
+        let short = &version[..12];
+        for ending in ["png", "pdf"] {
+            let bytes = fs::read(path.with_extension(ending)).expect("it is there");
+            assert!(contains(&bytes, short), "{name}.{ending} names no code");
+            // No date, which PDF would have as (D:2026...).
+            assert!(
+                !contains(&bytes, "tIME") && !contains(&bytes, "(D:") && !contains(&bytes, "/ID"),
+                "{name}"
+            );
+        }
+        let png = fs::read(path.with_extension("png")).expect("it is there");
+        for chunk in ["pHYs", "Title\0", "tEXtTime step\0", "Description\0"] {
+            assert!(contains(&png, chunk), "{name}.png has no {chunk:?}");
+        }
+    }
+    for (name, path) in &without {
+        let svg = fs::read_to_string(path).expect("the SVG is text");
+        assert_eq!((code_version(&svg), drawing(path).of("foot").count()), (None, 0), "{name}");
+        let version =
+            with.values().next().and_then(|path| fs::read_to_string(path).ok()).expect("it is there");
+        let version = code_version(&version).expect("it names the code")[..12].to_owned();
+        for ending in ["svg", "png", "pdf"] {
+            let bytes = fs::read(path.with_extension(ending)).expect("it is there");
+            assert!(!contains(&bytes, &version), "{name}.{ending} names the code");
+        }
+        assert!(svg.contains("<scenario>"), "{name}");
+    }
+}

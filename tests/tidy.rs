@@ -401,8 +401,13 @@ fn every_built_in_scenario_resolves_in_both_parameter_sets() {
 #[cfg(feature = "analysis")]
 #[test]
 fn every_pipeline_resolves_in_both_parameter_sets() {
-    let pipelines = files_in(&["pipelines"]);
-    assert!(!pipelines.is_empty());
+    let (sweeps, pipelines): (Vec<PathBuf>, Vec<PathBuf>) = files_in(&["pipelines"])
+        .into_iter()
+        .partition(|path| path.parent().is_some_and(|at| at.ends_with("sweeps")));
+    assert!(!pipelines.is_empty() && !sweeps.is_empty());
+    for path in sweeps {
+        asperity_sweep::Sweep::read(&path).unwrap_or_else(|error| panic!("{error}"));
+    }
     for path in pipelines {
         let pipeline = asperity_analysis::pipeline::Pipeline::parse(&read(&path))
             .unwrap_or_else(|error| panic!("{}: {error}", short(&path)));

@@ -3,9 +3,7 @@
 use plotters::prelude::IntoDrawingArea;
 
 use super::of_study::paper::{Key, Paper};
-use super::plot::{
-    Area, Dash, FRAME_WIDTH, INK, LABEL_TEXT, Picture, TICK_TEXT, Told, foot_height, footer, stroke,
-};
+use super::plot::{Area, Dash, INK, LABEL_TEXT, Picture, TICK_TEXT, Told, foot_height, footer, stroke};
 use super::print::canvas::Canvas;
 use super::print::page::Page;
 use super::text::{self, Align};
@@ -14,6 +12,9 @@ use super::text::{self, Align};
 const SIZE: (i32, i32) = (2480, 3508);
 const MARGIN: i32 = 60;
 const TITLE: i32 = 130;
+
+/// Width of the lines above and below the table.
+const RULE_WIDTH: u32 = 2;
 
 /// Height of a row of the table.
 const ROW: i32 = 66;
@@ -77,14 +78,14 @@ impl FullPage {
     /// In two columns, filled one after the other.
     fn table(&self, root: &Area<'_>, top: i32, rows: i32) -> Result<(), String> {
         let rule =
-            |y: i32| stroke(root, vec![(MARGIN, y), (SIZE.0 - MARGIN, y)], Dash::Solid, INK, FRAME_WIDTH);
+            |y: i32| stroke(root, vec![(MARGIN, y), (SIZE.0 - MARGIN, y)], Dash::Solid, INK, RULE_WIDTH);
         let half = (SIZE.0 - 2 * MARGIN) / 2;
         for (n, (of, number)) in self.numbers.iter().enumerate() {
             let (column, row) = (n as i32 / rows.max(1), n as i32 % rows.max(1));
             let left = MARGIN + column * half + 20;
             let y = top + row * ROW + ROW / 2;
             text::draw(root, of, (left, y), TICK_TEXT, Align::Left, false)?;
-            text::draw(root, number, (left + half * 11 / 20, y), TICK_TEXT, Align::Left, false)?;
+            text::draw(root, number, (left + half * 9 / 20, y), TICK_TEXT, Align::Left, false)?;
         }
         rule(top)?;
         rule(top + rows * ROW)

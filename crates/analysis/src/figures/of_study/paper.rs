@@ -85,6 +85,9 @@ pub(crate) struct Paper {
     pub(crate) rows: Vec<(Sample, String)>,
 }
 
+/// Pixels of a page of two columns, on which letters keep their size.
+const PAGE_WIDTH: i32 = 2250;
+
 /// Pixels about a panel, for its numbers and labels.
 const LEFT: i32 = 220;
 const RIGHT: i32 = 40;
@@ -106,7 +109,7 @@ impl Paper {
     fn columns_and_rows(&self) -> (i32, i32) {
         let columns = match self.panels.len() {
             0 | 1 => 1,
-            2..=4 => 2,
+            2..=8 => 2,
             _ => 3,
         };
         let rows = (self.panels.len().max(1) as i32).div_euclid(columns)
@@ -122,10 +125,10 @@ impl Paper {
     fn size(&self) -> (i32, i32) {
         let (columns, rows) = self.columns_and_rows();
         let key = self.key_width();
-        let small = if columns == 1 {
-            (PANEL.0 as i32 - key, PANEL.1 as i32)
-        } else {
-            (SMALL_PANEL.0 as i32, SMALL_PANEL.1 as i32)
+        let small = match columns {
+            1 => (PANEL.0 as i32 - key, PANEL.1 as i32),
+            2 => ((PAGE_WIDTH - key) / 2, SMALL_PANEL.1 as i32),
+            _ => (SMALL_PANEL.0 as i32, SMALL_PANEL.1 as i32),
         };
         (columns * small.0 + key, self.title_height() + rows * small.1)
     }

@@ -20,6 +20,7 @@ fn claims() -> Vec<(String, Table)> {
     let mut files: Vec<PathBuf> = fs::read_dir(root().join("pipelines"))
         .expect("there are pipelines")
         .map(|entry| entry.expect("the folder can be read").path())
+        .filter(|path| path.is_file())
         .collect();
     files.sort();
     files

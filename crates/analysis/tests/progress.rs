@@ -72,7 +72,7 @@ fn every_table_of_several_runs_is_told() {
     let expected: Vec<Progress> = (0..=5).map(|done| Progress { done, of: 5 }).collect();
     assert_eq!(told, expected);
     let page = std::fs::read_to_string(out.path().join("report.html")).expect("it is there");
-    assert!(page.contains("id=\"run-complete\"") && page.contains("src=\"data:image/png;base64,"));
+    assert!(page.contains("id=\"run-complete\"") && page.contains("src=\"data:image/svg+xml;base64,"));
     let tables = std::fs::read_dir(out.path().join("tables")).expect("tables are written").count();
     // Ruptures, events and load of each run, the precursors among the ruptures of one and those
     // among its events, and the last three above, as CSV and as Parquet; the summaries of both in one table, and each by itself.

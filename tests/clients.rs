@@ -9,14 +9,18 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use crate::support::binary::{succeed, text};
 use crate::support::clients::{Python, file, find, said};
 use crate::support::{binary, small};
-use asperity_runlog::{LogError, LogProblem};
+use asperity_runlog::LogProblem;
 use asperity_testkit::{folder, read_log};
+use mcap::McapError;
+use mcap::read::LinearReader;
+use mcap::records::Record;
 use serde_json::{Map, Value, json};
 
 /// A range of time in which the small run has several messages of both topics, s
@@ -61,20 +65,57 @@ impl Logs {
     }
 }
 
-/// Flips a bit in the middle of a compressed chunk that unpacks all the same, so that only its
-/// checksum tells. Which bit that is differs with every byte of the log.
+/// Flips a bit of a compressed chunk, from the middle of the log on, such that the chunk unpacks to the
+/// same length and nothing but digits are others: every decoder can read it, and the
+/// checksum alone tells. Which bit that is differs with every byte of the log.
 fn flip(mut bytes: Vec<u8>, path: &Path) {
-    for at in bytes.len() / 2..bytes.len() {
-        bytes[at] ^= 0x04;
-        fs::write(path, &bytes).expect("the folder can be written");
-        if let Err(LogError { problem: LogProblem::Record { error, .. }, .. }) = read_log(path)
-            && matches!(error, mcap::McapError::BadChunkCrc { .. })
-        {
-            return;
+    for chunk in chunks(&bytes) {
+        let whole = unpacked(&bytes[chunk.clone()]).expect("the log is whole");
+        for at in chunk.clone().filter(|at| *at > bytes.len() / 2).collect::<Vec<usize>>() {
+            for bit in 0..8 {
+                bytes[at] ^= 1 << bit;
+                let unpacked = unpacked(&bytes[chunk.clone()]);
+                if unpacked.is_ok_and(|unpacked| is_misprinted(&whole, &unpacked)) {
+                    fs::write(path, &bytes).expect("the folder can be written");
+                    let problem = read_log(path).expect_err("its checksum is wrong").problem;
+                    assert!(
+                        matches!(problem, LogProblem::Record { error: McapError::BadChunkCrc { .. }, .. }),
+                        "{problem}"
+                    );
+                    return;
+                }
+                bytes[at] ^= 1 << bit;
+            }
         }
-        bytes[at] ^= 0x04;
     }
     panic!("no flipped bit is left to the checksum");
+}
+
+/// Whether a text differs from another of the same length in digits alone, none of which becomes a 0.
+fn is_misprinted(text: &[u8], other: &[u8]) -> bool {
+    let mut others = text.iter().zip(other).filter(|(a, b)| a != b);
+    text.len() == other.len()
+        && text != other
+        && others.all(|(a, b)| a.is_ascii_digit() && b.is_ascii_digit() && *b != b'0')
+}
+
+/// Where the packed records of each chunk of a log stand.
+fn chunks(bytes: &[u8]) -> Vec<Range<usize>> {
+    let mut chunks = Vec::new();
+    let mut at = 8;
+    for record in LinearReader::new(bytes).expect("the log is MCAP") {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("eight bytes")) as usize;
+        at += 9 + length;
+        if let Record::Chunk { data, .. } = record.expect("the log is whole") {
+            // The last field.
+            chunks.push(at - data.len()..at);
+        }
+    }
+    chunks
+}
+
+fn unpacked(packed: &[u8]) -> std::io::Result<Vec<u8>> {
+    zstd::stream::decode_all(packed)
 }
 
 /// The rows that asperity exports of a topic, and how many messages they are of.

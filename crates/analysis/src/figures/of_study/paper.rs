@@ -329,6 +329,8 @@ fn draw(root: &Area<'_>, item: &Item, place: &dyn Fn((f64, f64)) -> Option<Point
         }
         Item::Cell(low, high, color) => {
             if let (Some(low), Some(high)) = (pixel(*low), pixel(*high)) {
+                // Into its neighbours by a pixel, so that no seam shows whatever the size of the page.
+                let (low, high) = ((low.0, low.1 + 1), (high.0 + 1, high.1));
                 root.draw(&Rectangle::new([low, high], color.filled())).map_err(failed)?;
             }
         }

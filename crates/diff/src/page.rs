@@ -370,7 +370,8 @@ mod tests {
         for outward in ["http:", "https:", "//www", " src=", "@import", "url(", "<link"] {
             assert!(!page.contains(outward), "{outward}");
         }
-        assert_eq!(page.matches("</script>").count(), 2);
+        // None ends but those that begin.
+        assert_eq!(page.matches("</script>").count(), page.matches("<script").count());
         assert_eq!(data(&page)["runs"][0]["name"], "</script><img title=x>&\"'");
     }
 

@@ -1,17 +1,12 @@
 //! Links from a page to the files beside it.
 
-use std::fs;
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 use asperity_report::encoded;
 
 /// The way from a page to a path beside or below it, or anywhere else, as a link has it; that to a
 /// folder ends in a slash.
 pub(crate) fn way(page: &Path, to: &Path) -> String {
-    let whole = |path: &Path| {
-        let there = if path.as_os_str().is_empty() { Path::new(".") } else { path };
-        fs::canonicalize(there).or_else(|_| std::path::absolute(there)).unwrap_or_else(|_| there.to_owned())
-    };
     let (from, to) = (whole(page.parent().unwrap_or(Path::new(""))), whole(to));
     let (from, parts): (Vec<Component<'_>>, Vec<Component<'_>>) =
         (from.components().collect(), to.components().collect());
@@ -23,6 +18,20 @@ pub(crate) fn way(page: &Path, to: &Path) -> String {
         way.push('/');
     }
     way
+}
+
+/// A path from the root, by its names alone: browsers follow no symbolic links on the way up.
+fn whole(path: &Path) -> PathBuf {
+    let there = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+    let mut whole = PathBuf::new();
+    for part in std::path::absolute(there).unwrap_or_else(|_| there.to_owned()).components() {
+        match part {
+            Component::ParentDir => drop(whole.pop()),
+            Component::CurDir => {}
+            part => whole.push(part),
+        }
+    }
+    whole
 }
 
 #[cfg(test)]
@@ -42,5 +51,11 @@ mod tests {
         assert_eq!(way(&page, &path.join("a b")), "../a%20b/");
         assert_eq!(way(&page, &path.join("a b/runs/x.mcap")), "../a%20b/runs/x.mcap");
         assert_eq!(way(&path.join("a b/report.html"), &path.join("a b")), "");
+        assert_eq!(way(&path.join("pages/../a b/report.html"), &path.join("a b/runs/x.mcap")), "runs/x.mcap");
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("../a b", path.join("pages/in")).unwrap();
+            assert_eq!(way(&page, &path.join("pages/in/runs/x.mcap")), "in/runs/x.mcap");
+        }
     }
 }

@@ -162,10 +162,16 @@ fn stopped(case: &mut Case<'_>, writer: &Writer) -> Result<(), Error> {
         &format!("{name}, stopped: the next call leaves another set"),
         || format!("{}\n{}", again.said(), compared(writer, &after.written)),
     );
+    // Killed after its files had their names, it leaves an empty folder; a call that is refused because
+    // they are there leaves that to the next one that writes.
+    let is_empty =
+        |name: &str| std::fs::read_dir(folder.join(name)).is_ok_and(|mut files| files.next().is_none());
+    let left = after.temporary.iter().filter(|name| !(refused && is_empty(name)));
+    let left: Vec<&String> = left.collect();
     case.hold(
-        after.temporary.is_empty(),
+        left.is_empty(),
         &format!("{name}, stopped: temporary files are left by the next call"),
-        || format!("{:?}", after.temporary),
+        || format!("{left:?}"),
     );
     Ok(())
 }

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use asperity_model::{Plan, Scenario};
 use asperity_record::{RunEnd, RunHeader};
-use asperity_runlog::Existing;
+use asperity_runlog::{Existing, RunReader, Topics};
 use asperity_simulator::SolverKind;
 
-use crate::check::check_seen;
+use crate::check::{check, check_seen};
 use crate::log::LogTo;
 use crate::place::{self, OtherRun, PlaceError, SCENARIO, SOLVER};
 use crate::run::{Begin, Outcome, RunError, Task, Threads, run};
@@ -56,15 +56,18 @@ impl Job {
         Task { solver, ..Task::new(&self.scenario) }.header()
     }
 
-    /// Whether its log is there already, so that it need not be made. `watch` sees what is read of it,
-    /// in vain if the log cannot stand for the run.
+    /// Whether its log is there already, so that it need not be made. `watch` sees what is read of it if
+    /// it says that it is of this run, by this very program; in vain if it cannot stand for it all the
+    /// same.
     pub fn stored(&self, folder: &Path, solver: SolverKind, watch: &mut dyn Watch) -> Stored {
         let log = self.log(folder);
-        let checked = check_seen(&log, watch);
+        let wanted = self.header(solver);
+        // Who watches counts on the blocks and steps of this run.
+        let is_wanted = RunReader::open(&log, Topics::NONE).is_ok_and(|reader| *reader.header() == wanted);
+        let checked = if is_wanted { check_seen(&log, watch) } else { check(&log) };
         let Some(found) = checked.header.as_ref().filter(|_| checked.verdict != Verdict::NoRunLog) else {
             return Stored::Nothing;
         };
-        let wanted = self.header(solver);
         if let Err(other) = OtherRun::unless_same(&log, found, &wanted, &[SCENARIO, SOLVER]) {
             return Stored::Unfit(format!("its log is of another {}", other.what));
         }

@@ -5,7 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use asperity_model::{Scenario, resolve};
 use asperity_record::{Event, EventKind, EventPayload, Record, RunStatus, SlipEvent, StepRecord, payload};
 use asperity_run::detectors::{Settings, TopicError};
-use asperity_run::{Begin, Detector, LogTo, Replay, ReplayError, RunError, Task, Verdict, Watch, check, run};
+use asperity_run::study::{Job, Stored};
+use asperity_run::{
+    Begin, Detector, LogTo, Replay, ReplayError, RunError, SolverKind, Task, Threads, Verdict, Watch, check,
+    run,
+};
 use asperity_runlog::partial_path;
 use asperity_testkit::{folder, run_end};
 
@@ -232,4 +236,23 @@ fn a_wish_to_stop_is_not_forgotten() {
     let once = AtomicBool::new(true);
     let stopped = run(Task::new(&scenario), Begin::Anew, &|| once.swap(false, Ordering::Relaxed), &mut ());
     assert!(matches!(stopped, Err(RunError::Stopped { log: None })), "{stopped:?}");
+}
+
+/// Who reduces a stored run counts on its blocks: a log of other blocks is not shown at all.
+#[test]
+fn a_stored_log_of_another_run_is_shown_to_nobody() {
+    let folder = folder();
+    let job = Job { name: "run".to_owned(), scenario: scenario() };
+    let solver = SolverKind::default();
+    let mut seen = Seen::ALL;
+    job.make(folder.path(), solver, false, Threads::One, NEVER, &mut ()).expect("it runs");
+    assert!(matches!(job.stored(folder.path(), solver, &mut seen), Stored::Whole(_)));
+    assert!(!seen.records.is_empty() && !seen.events.is_empty());
+    let fewer = resolve("default", &["slider.blocks=5", "time.step_s=1e-6", "time.duration_s=3"])
+        .expect("it resolves");
+    let other = Job { scenario: fewer, ..job };
+    let mut seen = Seen::ALL;
+    let stored = other.stored(folder.path(), solver, &mut seen);
+    assert_eq!(stored, Stored::Unfit("its log is of another scenario".to_owned()));
+    assert!(seen.records.is_empty() && seen.events.is_empty());
 }

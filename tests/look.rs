@@ -372,6 +372,30 @@ fn code_version(svg: &str) -> Option<&str> {
     svg.split_once("<code-version>")?.1.split_once('<').map(|(version, _)| version)
 }
 
+/// A PDF without what is packed in its streams, whose bytes are anything.
+fn outside_streams(pdf: &[u8]) -> Vec<u8> {
+    let at = |bytes: &[u8], words: &[u8]| bytes.windows(words.len()).position(|part| part == words);
+    let (mut rest, mut outside) = (pdf, Vec::new());
+    while let Some(begin) = at(rest, b"stream\n") {
+        outside.extend(&rest[..begin]);
+        let end = at(&rest[begin..], b"endstream").expect("a stream ends");
+        rest = &rest[begin + end + b"endstream".len()..];
+    }
+    outside.extend(rest);
+    outside
+}
+
+/// The chunks of a PNG before those of its pixels, each from its name to the end of its data.
+fn chunks_before_the_pixels(png: &[u8]) -> Vec<&[u8]> {
+    let (mut rest, mut chunks) = (&png[8..], Vec::new());
+    while !rest[4..].starts_with(b"IDAT") {
+        let length = u32::from_be_bytes(rest[..4].try_into().expect("four bytes")) as usize;
+        chunks.push(&rest[4..8 + length]);
+        rest = &rest[12 + length..];
+    }
+    chunks
+}
+
 #[test]
 fn figures_say_what_they_are_and_the_code_only_if_wanted() {
     let contains =
@@ -389,18 +413,21 @@ fn figures_say_what_they_are_and_the_code_only_if_wanted() {
         let version = code_version(&svg).unwrap_or_else(|| panic!("{name} names no code"));
         assert_eq!(drawing(path).of("foot").count(), 1, "{name}");
         let short = &version[..12];
-        for ending in ["png", "pdf"] {
-            let bytes = fs::read(path.with_extension(ending)).expect("it is there");
-            assert!(contains(&bytes, short), "{name}.{ending} names no code");
-            // No date, which PDF would have as (D:2026...).
+        let read = |ending: &str| fs::read(path.with_extension(ending)).expect("it is there");
+        // No date, which PDF would have as (D:2026...), and no random name.
+        let pdf = outside_streams(&read("pdf"));
+        assert!(contains(&pdf, short), "{name}.pdf names no code");
+        assert!(!contains(&pdf, "(D:") && !contains(&pdf, "/ID"), "{name}.pdf");
+        let png = read("png");
+        assert!(contains(&png, short), "{name}.png names no code");
+        let chunks = chunks_before_the_pixels(&png);
+        let has = |name: &[u8]| chunks.iter().any(|chunk| chunk.starts_with(name));
+        assert!(has(b"pHYs") && !has(b"tIME"), "{name}.png has no resolution, or a date");
+        for keyword in ["Title\0", "Time step\0", "Description\0"] {
             assert!(
-                !contains(&bytes, "tIME") && !contains(&bytes, "(D:") && !contains(&bytes, "/ID"),
-                "{name}"
+                chunks.iter().any(|chunk| chunk[4..].starts_with(keyword.as_bytes())),
+                "{name}.png has no {keyword:?}"
             );
-        }
-        let png = fs::read(path.with_extension("png")).expect("it is there");
-        for chunk in ["pHYs", "Title\0", "tEXtTime step\0", "Description\0"] {
-            assert!(contains(&png, chunk), "{name}.png has no {chunk:?}");
         }
     }
     for (name, path) in &without {

@@ -5,7 +5,7 @@ use asperity_model::front::{self, relative_prestress};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Parts, all_of_one};
+use super::kind::{Figure, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Marker, Panel, RED, Series, Sheet};
 use crate::fronts;
 use crate::run_data::RunData;
@@ -26,15 +26,7 @@ pub(crate) struct Arrest {
 const BETWEEN_MARKS: usize = 12;
 
 impl Figure for Arrest {
-    type Part = Sheet;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        vec![&self.run]
-    }
+    of_one_run!();
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let blocks = run.plan.blocks;
@@ -110,9 +102,5 @@ impl Figure for Arrest {
             note: String::new(),
         };
         Ok(Sheet::Stacked(Box::new([upper, lower])))
-    }
-
-    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
-        all_of_one(parts, &self.run)
     }
 }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Parts, all_of_one};
+use super::kind::{Figure, of_one_run};
 use super::plot::{Axis, Corner, Look, Panel, Series, Sheet, nth};
 use crate::run_data::RunData;
 use crate::wants::Wants;
@@ -23,15 +23,7 @@ pub(crate) struct Displacement {
 }
 
 impl Figure for Displacement {
-    type Part = Sheet;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        vec![&self.run]
-    }
+    of_one_run!();
 
     fn wants(&self) -> Wants {
         Wants { displacements_of: self.blocks.iter().copied().collect(), ..Wants::NOTHING }
@@ -71,9 +63,5 @@ impl Figure for Displacement {
             legend: Corner::TopLeft,
             note: String::new(),
         })))
-    }
-
-    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
-        all_of_one(parts, &self.run)
     }
 }

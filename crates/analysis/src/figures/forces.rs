@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Parts, all_of_one};
+use super::kind::{Figure, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, GREY, INK, Look, Panel, RED, Series, Sheet};
 use crate::curves::pull_ratio;
 use crate::run_data::RunData;
@@ -26,15 +26,7 @@ pub(crate) struct Forces {
 }
 
 impl Figure for Forces {
-    type Part = Sheet;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        vec![&self.run]
-    }
+    of_one_run!();
 
     fn wants(&self) -> Wants {
         Wants::LOADS
@@ -80,9 +72,5 @@ impl Figure for Forces {
             legend: Corner::TopRight,
             note: String::new(),
         })))
-    }
-
-    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
-        all_of_one(parts, &self.run)
     }
 }

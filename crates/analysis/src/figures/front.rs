@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Parts, all_of_one, coefficient_lines};
+use super::kind::{Figure, coefficient_lines, of_one_run};
 use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet};
 use crate::curves::front_profile;
 use crate::run_data::RunData;
@@ -21,15 +21,7 @@ pub(crate) struct Front {
 }
 
 impl Figure for Front {
-    type Part = Sheet;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        vec![&self.run]
-    }
+    of_one_run!();
 
     fn wants(&self) -> Wants {
         Wants::LOADS | Wants::STATES
@@ -65,9 +57,5 @@ impl Figure for Front {
             legend: Corner::TopRight,
             note: String::new(),
         })))
-    }
-
-    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
-        all_of_one(parts, &self.run)
     }
 }

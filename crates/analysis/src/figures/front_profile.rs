@@ -7,7 +7,7 @@ use asperity_record::Rupture;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Parts, all_of_one};
+use super::kind::{Figure, of_one_run};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{BLUE, Dash, GREEN, GREY, INK, Marker, RED, Sheet};
 use super::scale::Scale;
@@ -36,15 +36,7 @@ pub(crate) struct FrontProfile {
 }
 
 impl Figure for FrontProfile {
-    type Part = Sheet;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        vec![&self.run]
-    }
+    of_one_run!();
 
     fn wants(&self) -> Wants {
         Wants { arrivals: true, states: true, precursor_onsets: true, ..Wants::LOADS }
@@ -52,10 +44,6 @@ impl Figure for FrontProfile {
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         Ok(Sheet::Other(Arc::new(self.paper(run)?)))
-    }
-
-    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
-        all_of_one(parts, &self.run)
     }
 }
 

@@ -72,10 +72,29 @@ impl<F: Figure> AnyFigure for F {
     }
 }
 
-/// What is on a figure of one run, whose part is all of it.
-pub(super) fn all_of_one(parts: Parts<Sheet>, run: &str) -> Result<Sheet, String> {
-    find(&parts, run).cloned()
+/// In a [`Figure`] with the fields `file` and `run`: the part of its one run is all of it.
+macro_rules! of_one_run {
+    () => {
+        type Part = $crate::figures::plot::Sheet;
+
+        fn file(&self) -> &str {
+            &self.file
+        }
+
+        fn runs(&self) -> Vec<&str> {
+            vec![&self.run]
+        }
+
+        fn sheet(
+            &self,
+            parts: $crate::figures::kind::Parts<Self::Part>,
+        ) -> Result<$crate::figures::plot::Sheet, String> {
+            $crate::figures::kind::find(&parts, &self.run).cloned()
+        }
+    };
 }
+
+pub(super) use of_one_run;
 
 /// A run and what the legend calls it; `k_t` and `k_{t}` set subscripts.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -91,6 +110,14 @@ impl Labelled {
     pub(super) fn find<'a, P>(&self, parts: &'a Parts<P>) -> Result<&'a P, String> {
         find(parts, &self.run)
     }
+}
+
+/// The runs of a figure's series, each with what the legend calls it and its part.
+pub(super) fn with_parts<'a, P>(
+    series: &'a [Labelled],
+    parts: &'a Parts<P>,
+) -> Result<Vec<(&'a str, &'a P)>, String> {
+    series.iter().map(|labelled| Ok((labelled.label.as_str(), labelled.find(parts)?))).collect()
 }
 
 /// The runs of a figure's series or panels.

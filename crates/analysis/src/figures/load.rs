@@ -8,7 +8,7 @@ use asperity_model::analytic::LoadCurve;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Parts, all_of_one, coefficient_lines};
+use super::kind::{Figure, coefficient_lines, of_one_run};
 use super::plot::{Axis, Corner, Dash, GREEN, INK, Look, Panel, Series, Sheet};
 use crate::run_data::{self, RunData};
 use crate::wants::Wants;
@@ -39,15 +39,7 @@ impl Load {
 }
 
 impl Figure for Load {
-    type Part = Sheet;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        vec![&self.run]
-    }
+    of_one_run!();
 
     fn wants(&self) -> Wants {
         Wants::LOADS
@@ -101,10 +93,6 @@ impl Figure for Load {
             note: String::new(),
         };
         Ok(Sheet::Stacked(Box::new([upper, lower])))
-    }
-
-    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
-        all_of_one(parts, &self.run)
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Parts, all_of_one};
+use super::kind::{Figure, of_one_run};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{BLUE, Dash, INK, Marker, RED, Sheet};
 use super::scale::Scale;
@@ -30,15 +30,7 @@ pub(crate) struct LoadRuptures {
 }
 
 impl Figure for LoadRuptures {
-    type Part = Sheet;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        vec![&self.run]
-    }
+    of_one_run!();
 
     fn wants(&self) -> Wants {
         Wants::LOADS
@@ -47,10 +39,6 @@ impl Figure for LoadRuptures {
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         let paper = curve(run, self.from_s, self.to_s)?;
         Ok(Sheet::Other(Arc::new(Paper { title: self.title.clone(), ..paper })))
-    }
-
-    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
-        all_of_one(parts, &self.run)
     }
 }
 

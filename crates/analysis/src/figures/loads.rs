@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Parts, all_of_one};
+use super::kind::{Figure, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, Look, Panel, RED, Series, Sheet};
 use crate::run_data::RunData;
 use crate::wants::Wants;
@@ -22,15 +22,7 @@ pub(crate) struct Loads {
 }
 
 impl Figure for Loads {
-    type Part = Sheet;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        vec![&self.run]
-    }
+    of_one_run!();
 
     fn wants(&self) -> Wants {
         Wants::LOADS
@@ -54,9 +46,5 @@ impl Figure for Loads {
             legend: Corner::TopRight,
             note: String::new(),
         })))
-    }
-
-    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
-        all_of_one(parts, &self.run)
     }
 }

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::full_page::FullPage;
-use super::kind::{Figure, Parts, all_of_one};
+use super::kind::{Figure, of_one_run};
 use super::plot::Sheet;
 use super::scale::number;
 use super::which::{Sort, sorted};
@@ -29,15 +29,7 @@ pub(crate) struct Overview {
 }
 
 impl Figure for Overview {
-    type Part = Sheet;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        vec![&self.run]
-    }
+    of_one_run!();
 
     fn wants(&self) -> Wants {
         Wants { arrivals: true, windows: true, ..Wants::LOADS }
@@ -68,10 +60,6 @@ impl Figure for Overview {
             beside: vec![sizes, recurrence],
             numbers: numbers(run)?,
         })))
-    }
-
-    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
-        all_of_one(parts, &self.run)
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Labelled, Parts, run_names};
+use super::kind::{Figure, Labelled, Parts, run_names, with_parts};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{Dash, Sheet, nth};
 use super::scale::Scale;
@@ -53,11 +53,7 @@ impl Figure for Recurrence {
     }
 
     fn sheet(&self, parts: Parts<Part>) -> Result<Sheet, String> {
-        let mut series = Vec::new();
-        for labelled in &self.series {
-            series.push((labelled.label.as_str(), labelled.find(&parts)?));
-        }
-        let paper = distribution(&series, self.fit);
+        let paper = distribution(&with_parts(&self.series, &parts)?, self.fit);
         Ok(Sheet::Other(Arc::new(Paper { title: self.title.clone(), ..paper })))
     }
 }

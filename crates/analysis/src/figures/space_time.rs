@@ -13,7 +13,7 @@ use plotters::prelude::RGBColor;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Parts, all_of_one};
+use super::kind::{Figure, of_one_run};
 use super::of_study::colours::viridis;
 use super::of_study::paper::{Bar, Item, Panel, Paper, Sample};
 use super::plot::{Dash, GREEN, INK, Sheet};
@@ -47,15 +47,7 @@ pub(crate) struct SpaceTime {
 }
 
 impl Figure for SpaceTime {
-    type Part = Sheet;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        vec![&self.run]
-    }
+    of_one_run!();
 
     fn wants(&self) -> Wants {
         Wants { arrivals: true, ..Wants::WINDOWS }
@@ -69,10 +61,6 @@ impl Figure for SpaceTime {
             _ => self.title.clone(),
         };
         Ok(Sheet::Other(Arc::new(Paper { title, ..paper })))
-    }
-
-    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
-        all_of_one(parts, &self.run)
     }
 }
 

@@ -5,7 +5,7 @@ use asperity_record::FieldRecord;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Parts, all_of_one};
+use super::kind::{Figure, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet};
 use crate::curves::pull_ratio;
 use crate::run_data::RunData;
@@ -23,15 +23,7 @@ pub(crate) struct Stress {
 }
 
 impl Figure for Stress {
-    type Part = Sheet;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        vec![&self.run]
-    }
+    of_one_run!();
 
     fn wants(&self) -> Wants {
         Wants { states_near_s: self.at_s.clone(), ..Wants::LOADS }
@@ -46,10 +38,6 @@ impl Figure for Stress {
             panels.push(panel(run, fields)?);
         }
         Ok(if panels.len() == 1 { Sheet::Single(Box::new(panels.remove(0))) } else { Sheet::Grid(panels) })
-    }
-
-    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
-        all_of_one(parts, &self.run)
     }
 }
 

@@ -11,7 +11,7 @@ use asperity_record::FieldRecord;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Parts, all_of_one};
+use super::kind::{Figure, of_one_run};
 use super::of_study::colours::{LINES, viridis};
 use super::of_study::paper::{Bar, Item, Panel, Paper, Sample};
 use super::plot::{BLUE, Dash, RED, Sheet};
@@ -43,15 +43,7 @@ fn one() -> u32 {
 }
 
 impl Figure for StressSequence {
-    type Part = Sheet;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        vec![&self.run]
-    }
+    of_one_run!();
 
     fn wants(&self) -> Wants {
         Wants { states: true, precursor_onsets: true, ..Wants::LOADS }
@@ -59,10 +51,6 @@ impl Figure for StressSequence {
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
         Ok(Sheet::Other(Arc::new(self.paper(run)?)))
-    }
-
-    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
-        all_of_one(parts, &self.run)
     }
 }
 

@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::kind::{Figure, Parts, all_of_one};
+use super::kind::{Figure, of_one_run};
 use super::plot::{Axis, Corner, Dash, GREY, INK, Look, Panel, Series, Sheet, nth};
 use crate::curves::event_in_window;
 use crate::run_data::RunData;
@@ -29,15 +29,7 @@ const BEFORE: f64 = 0.08;
 const AFTER: f64 = 0.12;
 
 impl Figure for Velocities {
-    type Part = Sheet;
-
-    fn file(&self) -> &str {
-        &self.file
-    }
-
-    fn runs(&self) -> Vec<&str> {
-        vec![&self.run]
-    }
+    of_one_run!();
 
     fn wants(&self) -> Wants {
         Wants::WINDOWS
@@ -115,9 +107,5 @@ impl Figure for Velocities {
             note: String::new(),
         };
         Ok(Sheet::Stacked(Box::new([upper, lower])))
-    }
-
-    fn sheet(&self, parts: Parts<Sheet>) -> Result<Sheet, String> {
-        all_of_one(parts, &self.run)
     }
 }

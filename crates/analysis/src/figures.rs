@@ -5,6 +5,7 @@
 //! and a line in `kinds!`.
 
 mod arrest;
+mod axes;
 mod compose;
 mod damping;
 mod displacement;

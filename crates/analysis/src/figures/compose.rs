@@ -2,18 +2,15 @@
 
 use plotters::prelude::IntoDrawingArea;
 
+use super::axes::{self, BESIDE_TICK, Ruler, TICK};
 use super::legend::{self, Outside};
 use super::plot::{
-    Area, Corner, Dash, Frame, INK, LABEL_TEXT, LINE_WIDTH, Look, PANEL, Panel, SMALL_PANEL, Series, Sheet,
-    TICK_TEXT, Told, filled, foot_height, footer, line, mark_at, ruled,
+    Area, Corner, Dash, Frame, LINE_WIDTH, Look, PANEL, Panel, SMALL_PANEL, Series, Sheet, TICK_TEXT, Told,
+    filled, foot_height, footer, line, mark_at,
 };
 use super::print::canvas::Canvas;
-use super::print::page::{Page, Point, Role, around, circle, through};
-use super::text::{self, Align, Label};
-
-/// Lengths of marks on axes, and of those without a number.
-const TICK: f64 = 13.0;
-const SHORT_TICK: f64 = 8.0;
+use super::print::page::{Page, Role, circle};
+use super::text;
 
 /// What stands about a frame: a title above or none, numbers and a label below, a label to the left.
 const TITLE: f64 = 84.0;
@@ -116,7 +113,7 @@ impl Panel {
         let above = if self.title.is_empty() { NO_TITLE } else { TITLE };
         let label = if self.x.label.is_empty() { 0.0 } else { LABEL };
         Frame {
-            left: left + EDGE + LABEL + widest + TICK + 12.0,
+            left: left + EDGE + LABEL + widest + TICK + BESIDE_TICK,
             top: top + above,
             right: right - RIGHT,
             bottom: bottom - NUMBERS - label - 14.0,
@@ -132,53 +129,21 @@ impl Panel {
         for series in &self.series {
             self.draw_series(root, frame, series)?;
         }
-        let [a, b, c, d] = frame.corners();
-        ruled(root, Role::Frame, around(&[a, b, c, d]))?;
-        self.draw_axes(root, frame)?;
+        let (x, y) = (self.x.scale(), self.y.scale());
+        let (wide, tall) = (frame.right - frame.left, frame.bottom - frame.top);
+        let across = Ruler { scale: &x, ticks: x.ticks_at_most((wide / 150.0).min(9.0)) };
+        let upwards = Ruler { scale: &y, ticks: y.ticks_at_most((tall / 75.0).min(8.0)) };
+        axes::draw(root, frame, &across, &upwards)?;
         let (middle, between) = ((frame.left + frame.right) / 2.0, (frame.top + frame.bottom) / 2.0);
-        let (wide, tall) = (frame.right - frame.left + 2.0 * RIGHT, frame.bottom - frame.top);
-        let (x_label, y_label) = (self.x.scale().label(), self.y.scale().label());
-        fitted(root, &self.title, (middle, frame.top - TITLE / 2.0), wide, false)?;
-        fitted(root, &x_label, (middle, frame.bottom + NUMBERS + LABEL / 2.0), wide, false)?;
-        let left = frame.left - TICK - 12.0 - self.numbers_width() - LABEL / 2.0;
-        fitted(root, &y_label, (left, between), tall, true)?;
+        let longest = wide + 2.0 * RIGHT;
+        axes::label(root, &self.title, (middle, frame.top - TITLE / 2.0), longest, false)?;
+        axes::label(root, &x.label(), (middle, frame.bottom + NUMBERS + LABEL / 2.0), longest, false)?;
+        let left = frame.left - TICK - BESIDE_TICK - self.numbers_width() - LABEL / 2.0;
+        axes::label(root, &y.label(), (left, between), tall, true)?;
         match legend {
             Some(corner) => legend::inside(root, self, frame, corner),
             None => Ok(()),
         }
-    }
-
-    fn draw_axes(&self, root: &Area<'_>, frame: &Frame) -> Result<(), String> {
-        let (x, y) = (self.x.scale(), self.y.scale());
-        let across = |share: f64| frame.left + share * (frame.right - frame.left);
-        let upwards = |share: f64| frame.bottom - share * (frame.bottom - frame.top);
-        let down = |at: f64, length: f64| through(&[(at, frame.bottom), (at, frame.bottom + length)]);
-        let out = |at: f64, length: f64| through(&[(frame.left - length, at), (frame.left, at)]);
-        let number = |text: &str, at: Point, align: Align, role: Role| {
-            text::put(root, Label { text, size: TICK_TEXT, align, upward: false, colour: INK, role }, at)
-        };
-        let mut free_from = f64::NEG_INFINITY;
-        for tick in x.ticks_at_most(((frame.right - frame.left) / 150.0).min(9.0)) {
-            let Some(at) = x.share(tick.at).map(across) else { continue };
-            ruled(root, Role::Tick, down(at, TICK))?;
-            let half = text::label_width(&tick.label, TICK_TEXT) / 2.0;
-            if at - half >= free_from {
-                number(&tick.label, (at, frame.bottom + TICK + 36.0), Align::Center, Role::NumberAcross)?;
-                free_from = at + half + 20.0;
-            }
-        }
-        for tick in y.ticks_at_most(((frame.bottom - frame.top) / 75.0).min(8.0)) {
-            let Some(at) = y.share(tick.at).map(upwards) else { continue };
-            ruled(root, Role::Tick, out(at, TICK))?;
-            number(&tick.label, (frame.left - TICK - 12.0, at), Align::Right, Role::NumberUpwards)?;
-        }
-        for at in x.between_ticks().into_iter().filter_map(|value| x.share(value).map(across)) {
-            ruled(root, Role::Tick, down(at, SHORT_TICK))?;
-        }
-        for at in y.between_ticks().into_iter().filter_map(|value| y.share(value).map(upwards)) {
-            ruled(root, Role::Tick, out(at, SHORT_TICK))?;
-        }
-        Ok(())
     }
 
     fn draw_series(&self, root: &Area<'_>, frame: &Frame, series: &Series) -> Result<(), String> {
@@ -217,10 +182,4 @@ impl Panel {
         }
         Ok(())
     }
-}
-
-/// Draws a title or what an axis is called, smaller if it would be longer than there is room.
-fn fitted(root: &Area<'_>, text: &str, at: Point, longest: f64, upward: bool) -> Result<(), String> {
-    let size = LABEL_TEXT * (longest / text::label_width(text, LABEL_TEXT).max(1.0)).min(1.0);
-    text::put(root, Label { text, size, align: Align::Center, upward, colour: INK, role: Role::Label }, at)
 }

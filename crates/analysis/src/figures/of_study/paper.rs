@@ -5,13 +5,14 @@ use plotters::prelude::{IntoDrawingArea, RGBColor};
 use plotters::style::Color;
 
 use super::colours::viridis;
+use crate::figures::axes::{self, Ruler};
 use crate::figures::lines::thinned;
 use crate::figures::plot::{
-    Area, Dash, GREY, INK, LABEL_TEXT, LINE_WIDTH, Marker, PANEL, Picture, SMALL_PANEL, TICK_TEXT, Told,
-    foot_height, footer, line, mark, mark_at, ruled, stroke,
+    Area, Dash, Frame, GREY, INK, LINE_WIDTH, Marker, PANEL, Picture, SMALL_PANEL, TICK_TEXT, Told,
+    foot_height, footer, line, mark, mark_at, stroke,
 };
 use crate::figures::print::canvas::Canvas;
-use crate::figures::print::page::{Page, Point, Role, around, through};
+use crate::figures::print::page::{Page, Point, Role};
 use crate::figures::scale::Scale;
 use crate::figures::text::{self, Align, Label};
 
@@ -148,8 +149,8 @@ impl Paper {
             Key::Below(rows) => (0, ROW * rows),
         };
         let small = ((width - beside) / columns, (height - title - below) / rows);
-        let middle = (left + columns * small.0 / 2 + LEFT / 2, top + 20 + TITLE / 2);
-        fitted(root, &self.title, middle, f64::from(width - 2 * PAD), false)?;
+        let middle = float((left + columns * small.0 / 2 + LEFT / 2, top + 20 + TITLE / 2));
+        axes::label(root, &self.title, middle, f64::from(width - 2 * PAD), false)?;
         for (n, panel) in self.panels.iter().enumerate() {
             let (column, row) = (n as i32 % columns, n as i32 / columns);
             let above = if panel.title.is_empty() { ABOVE } else { TITLE };
@@ -192,39 +193,14 @@ impl Paper {
         for item in &panel.items {
             draw(root, item, &place)?;
         }
-        let corners = [low, (high.0, low.1), high, (low.0, high.1)].map(float);
-        ruled(root, Role::Frame, around(&corners))?;
-        let across = |share: f64| f64::from(low.0) + share * f64::from(high.0 - low.0);
-        let upwards = |share: f64| f64::from(high.1) - share * f64::from(high.1 - low.1);
-        let (left, bottom) = float((low.0, high.1));
-        let down = |x: f64, length: f64| through(&[(x, bottom), (x, bottom + length)]);
-        let out = |y: f64, length: f64| through(&[(left - length, y), (left, y)]);
-        let mut free_from = f64::NEG_INFINITY;
-        for tick in self.x.ticks() {
-            let Some(x) = self.x.share(tick.at).map(across) else { continue };
-            ruled(root, Role::Tick, down(x, 14.0))?;
-            let half = text::label_width(&tick.label, TICK_TEXT) / 2.0;
-            if x - half >= free_from {
-                number(root, &tick.label, (x, bottom + 46.0), Align::Center, Role::NumberAcross)?;
-                free_from = x + half + 20.0;
-            }
-        }
-        for tick in self.y.ticks() {
-            let Some(y) = self.y.share(tick.at).map(upwards) else { continue };
-            ruled(root, Role::Tick, out(y, 14.0))?;
-            number(root, &tick.label, (left - 24.0, y), Align::Right, Role::NumberUpwards)?;
-        }
-        for x in self.x.between_ticks().into_iter().filter_map(|value| self.x.share(value).map(across)) {
-            ruled(root, Role::Tick, down(x, 8.0))?;
-        }
-        for y in self.y.between_ticks().into_iter().filter_map(|value| self.y.share(value).map(upwards)) {
-            ruled(root, Role::Tick, out(y, 8.0))?;
-        }
-        let middle = ((low.0 + high.0) / 2, (low.1 + high.1) / 2);
+        let frame = frame(low, high);
+        let ruler = |scale| Ruler { scale, ticks: Scale::ticks(scale) };
+        axes::draw(root, &frame, &ruler(&self.x), &ruler(&self.y))?;
+        let (middle, between) = ((frame.left + frame.right) / 2.0, (frame.top + frame.bottom) / 2.0);
         let (wide, tall) = (f64::from(high.0 - low.0 + RIGHT), f64::from(high.1 - low.1));
-        fitted(root, &panel.title, (middle.0, low.1 - 40), wide, false)?;
-        fitted(root, &self.x.label(), (middle.0, high.1 + 112), wide, false)?;
-        fitted(root, &self.y.label(), (low.0 - LEFT + 45, middle.1), tall, true)
+        axes::label(root, &panel.title, (middle, frame.top - 40.0), wide, false)?;
+        axes::label(root, &self.x.label(), (middle, frame.bottom + 112.0), wide, false)?;
+        axes::label(root, &self.y.label(), (frame.left - f64::from(LEFT - 45), between), tall, true)
     }
 
     fn key(&self, root: &Area<'_>, (left, top): (i32, i32), bottom: i32) -> Result<(), String> {
@@ -253,34 +229,22 @@ impl Paper {
                 Rectangle::new([(left, y), (left + BAR_WIDTH, y + 1)], viridis(bar.span * share).filled());
             root.draw(&row).map_err(|error| error.to_string())?;
         }
-        let right = left + BAR_WIDTH;
-        let corners = [(left, top), (right, top), (right, bottom), (left, bottom)].map(float);
-        ruled(root, Role::Frame, around(&corners))?;
-        let place = |share: f64| f64::from(bottom) - share * f64::from(bottom - top);
-        let edge = f64::from(right);
-        let out = |y: f64, length: f64| through(&[(edge, y), (edge + length, y)]);
-        let mut widest: f64 = 0.0;
-        for tick in bar.scale.ticks() {
-            let Some(y) = bar.scale.share(tick.at).map(place) else { continue };
-            ruled(root, Role::Tick, out(y, 12.0))?;
-            number(root, &tick.label, (edge + 24.0, y), Align::Left, Role::NumberUpwards)?;
-            widest = widest.max(text::label_width(&tick.label, TICK_TEXT));
-        }
-        for y in bar.scale.between_ticks().into_iter().filter_map(|value| bar.scale.share(value).map(place)) {
-            ruled(root, Role::Tick, out(y, 7.0))?;
-        }
-        let beside = (right + 24 + widest.ceil() as i32 + 48, (top + bottom) / 2);
-        fitted(root, &bar.scale.label(), beside, f64::from(bottom - top), true)
+        let frame = frame((left, top), (left + BAR_WIDTH, bottom));
+        let ruler = Ruler { scale: &bar.scale, ticks: bar.scale.ticks() };
+        let reach = axes::draw_at_the_right(root, &frame, &ruler)?;
+        let beside = (frame.right + reach + 48.0, (frame.top + frame.bottom) / 2.0);
+        axes::label(root, &bar.scale.label(), beside, frame.bottom - frame.top, true)
     }
+}
+
+/// A frame between two corners.
+fn frame(low: (i32, i32), high: (i32, i32)) -> Frame {
+    let ((left, top), (right, bottom)) = (float(low), float(high));
+    Frame { left, top, right, bottom }
 }
 
 fn float((x, y): (i32, i32)) -> Point {
     (f64::from(x), f64::from(y))
-}
-
-/// Draws a number beside an axis.
-fn number(root: &Area<'_>, text: &str, at: Point, align: Align, role: Role) -> Result<(), String> {
-    text::put(root, Label { text, size: TICK_TEXT, align, upward: false, colour: INK, role }, at)
 }
 
 /// Draws words of the key.
@@ -291,12 +255,6 @@ fn words(root: &Area<'_>, text: &str, at: (i32, i32)) -> Result<(), String> {
         Label { text, size: TICK_TEXT, align: Align::Left, upward: false, colour: INK, role },
         float(at),
     )
-}
-
-/// Draws a label in the middle of a place, smaller if it would be longer than that allows.
-fn fitted(root: &Area<'_>, label: &str, at: (i32, i32), longest: f64, upward: bool) -> Result<(), String> {
-    let size = LABEL_TEXT * (longest / text::label_width(label, LABEL_TEXT).max(1.0)).min(1.0);
-    text::draw(root, label, at, size, Align::Center, upward)
 }
 
 fn draw(root: &Area<'_>, item: &Item, place: &dyn Fn((f64, f64)) -> Option<Point>) -> Result<(), String> {

@@ -42,7 +42,7 @@ mod text;
 mod velocities;
 mod which;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -52,6 +52,7 @@ use serde::Deserialize;
 
 use crate::error::AnalysisError;
 use crate::run_data::RunData;
+use crate::spelling::spelled;
 use crate::wants::Wants;
 use kind::{AnyFigure, AnyPart, Parts};
 use plot::{Sheet, Told};
@@ -77,17 +78,6 @@ macro_rules! kinds {
                     all.extend(self.$field.iter().map(|figure| (what, figure as &dyn AnyFigure)));
                 })*
                 all
-            }
-
-            /// All of them in the order of their files, each with what figures of its kind show.
-            pub(crate) fn told(&self) -> Vec<(Listed<'_>, &'static str)> {
-                let mut told = Vec::new();
-                $(told.extend(self.$field.iter().map(|figure| {
-                    let figure: &dyn AnyFigure = figure;
-                    (Listed { file: figure.file(), runs: figure.runs() }, concat!($($doc),*).trim_ascii())
-                }));)*
-                told.sort_by_key(|(figure, _)| figure.file);
-                told
             }
         }
     };
@@ -152,12 +142,6 @@ kinds! {
     "overview" overview: overview::Overview,
 }
 
-/// A figure by its file, and the runs that it is made of.
-pub(crate) struct Listed<'a> {
-    pub(crate) file: &'a str,
-    pub(crate) runs: Vec<&'a str>,
-}
-
 impl Figures {
     /// The runs that the figures are made of.
     pub(crate) fn runs(&self) -> impl Iterator<Item = &str> {
@@ -167,6 +151,11 @@ impl Figures {
     /// The lists of runs of figures that show many, in which an ensemble may stand for its members.
     pub(crate) fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
         self.spread.iter_mut().flat_map(spread::Spread::lists_mut)
+    }
+
+    /// Each by its file, with the runs that it is made of, in the order of the files.
+    pub(crate) fn by_file(&self) -> BTreeMap<&str, Vec<&str>> {
+        self.all().into_iter().map(|(_, figure)| (figure.file(), figure.runs())).collect()
     }
 
     /// The files that the figures are written to.
@@ -186,6 +175,7 @@ pub(crate) struct Gathering<'a> {
     figures: Vec<Begun<'a>>,
     folder: PathBuf,
     provenance: bool,
+    captions: Mutex<BTreeMap<String, String>>,
 }
 
 /// A figure, and its parts of the runs that have gone by.
@@ -206,7 +196,8 @@ impl<'a> Gathering<'a> {
             runs: figure.runs().into_iter().collect(),
             parts: Mutex::default(),
         };
-        Gathering { figures: figures.all().into_iter().map(begun).collect(), folder, provenance }
+        let figures = figures.all().into_iter().map(begun).collect();
+        Gathering { figures, folder, provenance, captions: Mutex::default() }
     }
 
     /// Takes the parts of all figures of a run, and draws those that it was the last one for, as files
@@ -231,6 +222,9 @@ impl<'a> Gathering<'a> {
             if let Some((parts, origins)) = whole {
                 let sheet = figure.sheet(parts).map_err(failed)?;
                 let (title, caption) = words(what, &sheet);
+                let mut captions = self.captions.lock().expect("whoever adds a caption does not panic");
+                captions.insert(figure.file().to_owned(), caption.clone());
+                drop(captions);
                 let about = About { title, caption, origins, provenance: self.provenance };
                 let page = sheet.page(about.foot().as_deref()).map_err(failed)?;
                 print::write(&page, &about, files, &self.folder.join(figure.file()))?;
@@ -239,11 +233,16 @@ impl<'a> Gathering<'a> {
         }
         Ok(drawn)
     }
+
+    /// The captions of what was drawn, by file.
+    pub(crate) fn captions(self) -> BTreeMap<String, String> {
+        self.captions.into_inner().expect("whoever adds a caption does not panic")
+    }
 }
 
 /// Title and caption of a sheet, given what figures of its kind show.
 fn words(what: &str, sheet: &Sheet) -> (String, String) {
-    let what = plain(&what.replace('`', "")).trim_end_matches('.').to_owned();
+    let what = spelled(what).trim_end_matches('.').to_owned();
     let Told { titles, upwards, across, labels, notes } = sheet.told();
     let some = |texts: Vec<String>| {
         let mut all: Vec<String> = Vec::new();

@@ -10,10 +10,9 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::claims::Claim;
-use crate::figures::{Figures, Listed, files_of};
+use crate::figures::{Figures, files_of};
 use crate::precursors::PrecursorRules;
 use crate::runs::{Ensemble, RunSpec, SpellOut};
-use crate::spelling::spelled;
 use crate::study::Study;
 use crate::tables::FirstGlobalSlip;
 use crate::wants::Wants;
@@ -46,39 +45,6 @@ pub struct Pipeline {
     /// The claims.
     #[serde(default)]
     pub claim: Vec<Claim>,
-    /// The titles of its figures, by their files.
-    #[serde(skip)]
-    titles: BTreeMap<String, String>,
-}
-
-/// A pipeline as far as its figures have titles, whatever their kinds.
-#[derive(Deserialize)]
-struct Titled {
-    #[serde(default)]
-    figure: BTreeMap<String, Vec<Title>>,
-}
-
-#[derive(Deserialize)]
-struct Title {
-    file: String,
-    title: Option<String>,
-    /// Of numbers against a parameter.
-    measure_label: Option<String>,
-    parameter_label: Option<String>,
-}
-
-impl Title {
-    /// What the figure is called by its file; none if it has no title.
-    fn by_file(self) -> Option<(String, String)> {
-        let axes = self.measure_label.zip(self.parameter_label);
-        let axes = axes.map(|(measure, parameter)| format!("{measure} against {parameter}"));
-        let title = self.title.filter(|title| !title.is_empty());
-        let words = match (title, axes) {
-            (Some(title), Some(axes)) => format!("{title}: {axes}"),
-            (title, axes) => title.or(axes)?,
-        };
-        Some((self.file, words))
-    }
 }
 
 /// A run whose precursors are compared with a length law.
@@ -129,9 +95,6 @@ impl Pipeline {
     pub fn parse(text: &str) -> Result<Pipeline, String> {
         check_toml(text).map_err(|too_long| too_long.to_string())?;
         let mut pipeline: Pipeline = toml::from_str(text).map_err(|error| error.to_string())?;
-        let titled: Titled = toml::from_str(text).map_err(|error| error.to_string())?;
-        let titles = titled.figure.into_values().flatten();
-        pipeline.titles = titles.filter_map(Title::by_file).collect();
         pipeline.spell_out_ensembles()?;
         if pipeline.run.is_empty() {
             return Err("there are no runs (accepted: [[run]] or [[ensemble]])".to_owned());
@@ -247,24 +210,21 @@ impl Pipeline {
         outputs
     }
 
-    /// What its page shows beside its runs.
-    pub(crate) fn contents(&self) -> Contents {
-        let shown = |(figure, about): (Listed<'_>, &str)| {
-            let about = spelled(about);
-            let caption = match self.titles.get(figure.file) {
-                Some(title) => format!("{}: {title}.", about.trim_end_matches('.')),
-                None => about,
-            };
-            let runs = figure.runs.into_iter().collect::<BTreeSet<_>>();
+    /// What its page shows beside its runs, given the figures' captions by file.
+    pub(crate) fn contents(&self, captions: &BTreeMap<String, String>) -> Contents {
+        let shown = |(file, of): (&str, Vec<&str>)| {
             // In the order of the pipeline.
-            let runs = self.run.iter().filter(|run| runs.contains(run.name.as_str()));
+            let runs = self.run.iter().map(|run| &run.name).filter(|name| of.contains(&name.as_str()));
             Shown {
-                file: format!("figures/{}", figure.file),
-                caption,
-                runs: runs.map(|run| run.name.clone()).collect(),
+                file: format!("figures/{file}"),
+                caption: captions.get(file).cloned().unwrap_or_default(),
+                runs: runs.cloned().collect(),
             }
         };
-        Contents { title: self.title.clone(), figures: self.figure.told().into_iter().map(shown).collect() }
+        Contents {
+            title: self.title.clone(),
+            figures: self.figure.by_file().into_iter().map(shown).collect(),
+        }
     }
 
     /// What tables, figures, studies and claims read of a run.

@@ -212,7 +212,7 @@ impl<'a> Reduction<'a> {
     /// # Errors
     /// If a file cannot be written.
     pub fn finish(self, watcher: &mut dyn FnMut(Progress)) -> Result<Vec<Summary>, AnalysisError> {
-        let Reduction { pipeline, out, tables: folder, files, provenance, passed, .. } = self;
+        let Reduction { pipeline, out, tables: folder, files, provenance, figures, passed, .. } = self;
         let mut runs = passed.into_inner().expect("whoever adds a run does not panic");
         let singles = [
             // The summaries, and the page.
@@ -264,7 +264,7 @@ impl<'a> Reduction<'a> {
             told = claims::told(&outcomes);
             one_more(1);
         }
-        let contents = pipeline.contents();
+        let contents = pipeline.contents(&figures.captions());
         let headers = pipeline.run.iter().map(|spec| (spec.name.as_str(), &runs[&spec.name].header));
         record::write(&files, out, COMMAND, headers, pipeline.outputs(out), Some(&contents))?;
         let in_order = pipeline.run.iter().filter_map(|spec| runs.remove_entry(&spec.name));

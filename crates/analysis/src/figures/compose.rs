@@ -10,6 +10,7 @@ use super::plot::{
 };
 use super::print::canvas::Canvas;
 use super::print::page::{Page, Role, circle};
+use super::scale::Tick;
 use super::text;
 
 /// What stands about a frame: a title above or none, numbers and a label below, a label to the left.
@@ -82,10 +83,7 @@ impl Sheet {
         }
         let (width, mut height, areas) = self.areas();
         let panels = self.panels();
-        // Frames stand below one another, whatever is beside them.
-        let widest = panels.iter().map(Panel::numbers_width).fold(0.0, f64::max);
-        let frames: Vec<Frame> =
-            panels.iter().zip(&areas).map(|(panel, area)| panel.frame(*area, widest)).collect();
+        let frames = frames(panels, &areas);
         let corners = legend::corners(panels, &frames);
         let left = frames.first().map_or(EDGE, |frame| frame.left);
         let outside = Outside::of(panels, &corners, f64::from(width) - left - RIGHT);
@@ -108,21 +106,36 @@ impl Sheet {
     }
 }
 
+/// The frames of panels in their areas. They stand below one another, whatever is beside them.
+fn frames(panels: &[Panel], areas: &[[f64; 4]]) -> Vec<Frame> {
+    let mut frames: Vec<Frame> = panels.iter().zip(areas).map(|(panel, area)| panel.frame(*area)).collect();
+    let widest = panels.iter().zip(&frames).map(|(panel, frame)| panel.numbers_width(frame));
+    let widest = widest.fold(0.0, f64::max);
+    frames.iter_mut().for_each(|frame| frame.left += widest);
+    frames
+}
+
 impl Panel {
-    fn frame(&self, [left, top, right, bottom]: [f64; 4], widest: f64) -> Frame {
+    /// The frame, if the numbers at its left had no width.
+    fn frame(&self, [left, top, right, bottom]: [f64; 4]) -> Frame {
         let above = if self.title.is_empty() { NO_TITLE } else { TITLE };
         let label = if self.x.label.is_empty() { 0.0 } else { LABEL };
         Frame {
-            left: left + EDGE + LABEL + widest + TICK + BESIDE_TICK,
+            left: left + EDGE + LABEL + TICK + BESIDE_TICK,
             top: top + above,
             right: right - RIGHT,
             bottom: bottom - NUMBERS - label - 14.0,
         }
     }
 
-    fn numbers_width(&self) -> f64 {
-        let ticks = self.y.scale().ticks();
-        ticks.iter().map(|tick| text::label_width(&tick.label, TICK_TEXT)).fold(0.0, f64::max)
+    /// The numbers at the left of a frame.
+    fn numbers(&self, frame: &Frame) -> Vec<Tick> {
+        self.y.scale().ticks_at_most(((frame.bottom - frame.top) / 75.0).min(8.0))
+    }
+
+    fn numbers_width(&self, frame: &Frame) -> f64 {
+        let widths = self.numbers(frame).into_iter();
+        widths.map(|tick| text::label_width(&tick.label, TICK_TEXT)).fold(0.0, f64::max)
     }
 
     fn draw(&self, root: &Area<'_>, frame: &Frame, legend: Option<Corner>) -> Result<(), String> {
@@ -132,13 +145,13 @@ impl Panel {
         let (x, y) = (self.x.scale(), self.y.scale());
         let (wide, tall) = (frame.right - frame.left, frame.bottom - frame.top);
         let across = Ruler { scale: &x, ticks: x.ticks_at_most((wide / 150.0).min(9.0)) };
-        let upwards = Ruler { scale: &y, ticks: y.ticks_at_most((tall / 75.0).min(8.0)) };
+        let upwards = Ruler { scale: &y, ticks: self.numbers(frame) };
         axes::draw(root, frame, &across, &upwards)?;
         let (middle, between) = ((frame.left + frame.right) / 2.0, (frame.top + frame.bottom) / 2.0);
         let longest = wide + 2.0 * RIGHT;
         axes::label(root, &self.title, (middle, frame.top - TITLE / 2.0), longest, false)?;
         axes::label(root, &x.label(), (middle, frame.bottom + NUMBERS + LABEL / 2.0), longest, false)?;
-        let left = frame.left - TICK - BESIDE_TICK - self.numbers_width() - LABEL / 2.0;
+        let left = frame.left - TICK - BESIDE_TICK - self.numbers_width(frame) - LABEL / 2.0;
         axes::label(root, &y.label(), (left, between), tall, true)?;
         match legend {
             Some(corner) => legend::inside(root, self, frame, corner),
@@ -181,5 +194,35 @@ impl Panel {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plot::{Axis, Corner, Panel, TICK_TEXT};
+    use super::super::text::label_width;
+    use super::{BESIDE_TICK, EDGE, LABEL, TICK, frames};
+
+    #[test]
+    fn there_is_room_for_numbers_beside_any_frame() {
+        // A low panel has fewer numbers than a high one, and they may be longer.
+        let panel = |to| Panel {
+            title: String::new(),
+            x: Axis::new("x", 0.0, 1.0),
+            y: Axis::new("y", -0.57, to),
+            series: Vec::new(),
+            legend: Corner::TopLeft,
+            note: String::new(),
+        };
+        for height in [300.0, 400.0, 500.0, 700.0, 1000.0] {
+            let panels = [panel(3.02), panel(30.2), panel(0.2)];
+            let areas = panels.each_ref().map(|_| [100.0, 0.0, 800.0, height]);
+            for (panel, frame) in panels.iter().zip(frames(&panels, &areas)) {
+                let widths = panel.numbers(&frame).into_iter();
+                let widest = widths.map(|tick| label_width(&tick.label, TICK_TEXT)).fold(0.0, f64::max);
+                let left = frame.left - TICK - BESIDE_TICK - widest - LABEL - EDGE;
+                assert!(left >= 100.0 - 1e-9, "{height}: {left}");
+            }
+        }
     }
 }

@@ -54,10 +54,12 @@ impl Figure for Load {
         let highest = load.iter().fold(mu_s, |high, (_, ratio)| high.max(*ratio));
         let simulated =
             Series { label: "F_T/F_N".to_owned(), points: load, look: Look::Line(Dash::Solid, INK) };
-        // Upon the simulated curve, which it follows closely.
-        let theory = LoadCurve::of(&run.scenario).map(|curve| Series {
+        // Upon the simulated curve, which it follows closely; unless it ends before it can be seen.
+        let theory = LoadCurve::of(&run.scenario).map(|curve| curve.points());
+        let is_seen = |points: &Vec<(f64, f64)>| points.last().is_some_and(|(t, _)| *t > 0.02 * duration_s);
+        let theory = theory.filter(is_seen).map(|points| Series {
             label: "theory".to_owned(),
-            points: curve.points(),
+            points,
             look: Look::Line(Dash::Dashed, GREEN),
         });
         let upper = Panel {

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::kind::{Figure, of_one_run};
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Panel, RED, Series, Sheet};
 use crate::curves::pull_ratio;
-use crate::run_data::RunData;
+use crate::run_data::{Load, RunData};
 use crate::wants::Wants;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -30,19 +30,31 @@ impl Figure for Stress {
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
-        let mut panels = Vec::new();
+        let mut states = Vec::new();
         for at_s in &self.at_s {
             let fields = run.states().near(*at_s);
             let fields =
                 fields.ok_or_else(|| format!("run {} has no fields to show at {at_s} s", run.name))?;
-            panels.push(panel(run, fields)?);
+            let load = run.load_at(fields.step);
+            states.push((fields, load.ok_or_else(|| format!("run {} has no step records", run.name))?));
         }
+        // Where blocks slip backwards as well, thresholds lie on both sides; the legend says so once.
+        let any_mirrored = states.iter().any(|(fields, load)| is_mirrored(run, fields, load));
+        let mut panels: Vec<Panel> =
+            states.iter().map(|(fields, load)| panel(run, fields, load, any_mirrored)).collect();
         Ok(if panels.len() == 1 { Sheet::Single(Box::new(panels.remove(0))) } else { Sheet::Grid(panels) })
     }
 }
 
-fn panel(run: &RunData, fields: &FieldRecord) -> Result<Panel, String> {
-    let record = run.load_at(fields.step).ok_or_else(|| format!("run {} has no step records", run.name))?;
+/// Whether some block is pulled backwards with more than half of sliding friction.
+fn is_mirrored(run: &RunData, fields: &FieldRecord, load: &Load) -> bool {
+    let course = load.normal_load_n / run.plan.total_normal_load_n;
+    let backwards = fields.tangential_force_n.iter().fold(0.0f64, |low, tau| low.min(*tau));
+    -backwards > 0.5 * run.plan.friction.dynamic_friction_n[0] * course
+}
+
+/// A state; `any_mirrored` is whether in some panel beside it thresholds lie on both sides.
+fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool) -> Panel {
     let course = record.normal_load_n / run.plan.total_normal_load_n;
     let along = |values: &[f64], factor: f64| -> Vec<(f64, f64)> {
         let position_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
@@ -54,9 +66,7 @@ fn panel(run: &RunData, fields: &FieldRecord) -> Result<Panel, String> {
         along(&friction.dynamic_friction_n, course),
         along(&fields.tangential_force_n, 1.0),
     ];
-    // Where blocks slip backwards as well, thresholds lie on both sides.
-    let backwards = fields.tangential_force_n.iter().fold(0.0f64, |low, tau| low.min(*tau));
-    let mirrored = -backwards > 0.5 * friction.dynamic_friction_n[0] * course;
+    let mirrored = is_mirrored(run, fields, record);
     let values = || curves.iter().flatten().map(|(_, force)| *force);
     let (lowest, highest) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
     let lowest = if mirrored { lowest.min(-highest) } else { lowest };
@@ -71,13 +81,13 @@ fn panel(run: &RunData, fields: &FieldRecord) -> Result<Panel, String> {
             series.push(Series { label: String::new(), points: below(&points), look });
         }
         series.push(Series {
-            label: if mirrored { format!("±{label}") } else { label.to_owned() },
+            label: if any_mirrored { format!("±{label}") } else { label.to_owned() },
             points,
             look,
         });
     }
     series.push(Series { label: "τ_n".to_owned(), points: tau, look: Look::Line(Dash::Solid, INK) });
-    Ok(Panel {
+    Panel {
         title: format!(
             "t = {:.3} s, F_N = {:.1} N, F_T/F_N = {:.3}{}",
             fields.time_s,
@@ -94,5 +104,5 @@ fn panel(run: &RunData, fields: &FieldRecord) -> Result<Panel, String> {
         series,
         legend: Corner::TopRight,
         note: String::new(),
-    })
+    }
 }

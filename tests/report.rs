@@ -258,7 +258,7 @@ fn a_study_shows_claims_beside_figures_and_each_run() {
     let (pictures, words) = (attributes(&html, "<img alt"), attributes(&html, " src"));
     assert_eq!((pictures.len(), words.len()), (2, 2));
     assert!(
-        pictures.iter().all(|words| words.contains("Figure 1.") && words.contains("tilt")),
+        pictures.iter().all(|words| words.contains("Figure 1.") && words.contains(". Tilt 0.")),
         "{pictures:?}"
     );
     assert!(words.iter().all(|source| source.starts_with("data:image/")));

@@ -14,7 +14,7 @@ use crate::look::{drawn, files};
 use crate::support::binary::text;
 
 /// Whether the programs are there, unless the test skips.
-fn are_there() -> bool {
+pub(crate) fn are_there() -> bool {
     let lacks = |name: &&str| {
         let mut version = Command::new(name);
         version.arg("-v").stdout(Stdio::null()).stderr(Stdio::null());
@@ -37,13 +37,13 @@ fn are_there() -> bool {
 
 /// Width, height and grey values.
 #[derive(Debug, Clone, PartialEq)]
-struct Grey {
-    size: (u32, u32),
-    values: Vec<u8>,
+pub(crate) struct Grey {
+    pub(crate) size: (u32, u32),
+    pub(crate) values: Vec<u8>,
 }
 
 impl Grey {
-    fn read(path: &Path) -> Grey {
+    pub(crate) fn read(path: &Path) -> Grey {
         let file = BufReader::new(File::open(path).expect("the picture is there"));
         let mut reader = png::Decoder::new(file).read_info().expect("it is a PNG");
         let mut bytes = vec![0; reader.output_buffer_size().expect("it fits into memory")];

@@ -618,6 +618,11 @@ fn a_sweep_has_a_page_with_its_runs() {
     assert_eq!(html.matches("src=\"data:image/").count(), 1);
     let (_, table) = html.split_once("id=\"runs\"").expect("the table of runs");
     assert_eq!(table.matches("<tr>").count(), 4, "headings and three runs");
+    // Above numbers stand headings of numbers, whether these have a unit or not.
+    for heading in ["normal_load.tilt", "precursor_count", "first_global_rupture_onset_s (s)"] {
+        assert!(table.contains(&format!("class=\"number\">{heading}</th>")), "{heading}: {table}");
+    }
+    assert!(table.contains("<th scope=\"col\">status</th>"));
     for link in attributes(&html, "href") {
         assert!(out.join(link).is_file(), "{link}");
     }

@@ -367,3 +367,38 @@ pub(crate) fn links(links: &[Link]) -> String {
         .collect();
     format!("<p>Files: {}</p>\n", all.join(", "))
 }
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::RunHeader;
+    use asperity_summary::{RupturesFrom, Slider, Summarizer};
+
+    use super::in_short;
+
+    #[test]
+    fn the_onset_of_a_short_run_is_not_rounded_to_nothing() {
+        let header = RunHeader {
+            record_schema_version: asperity_record::RECORD_SCHEMA_VERSION,
+            scenario_hash: String::new(),
+            run_id: String::new(),
+            code_version: "c0ffee".to_owned(),
+            scenario: "short".to_owned(),
+            parameter_set: "as-coded".to_owned(),
+            solver: "fast".to_owned(),
+            blocks: 10,
+            time_step_s: 1e-8,
+            longest_stable_step_s: None,
+            steps: 10_000,
+            scales: None,
+        };
+        let mut summary =
+            Summarizer::new("short", &header, Slider::default()).finish(RupturesFrom::Log, None);
+        summary.first_global_rupture_onset_s = Some(2.3e-5);
+        summary.simulated_s = 1e-4;
+        let words = in_short(&summary);
+        assert!(words.starts_with("10 blocks, 10<sup>−4</sup> s, "), "{words}");
+        assert!(words.ends_with("first global slip at 2.3 × 10<sup>−5</sup> s"), "{words}");
+        summary.first_global_rupture_onset_s = Some(1.605_457_5);
+        assert!(in_short(&summary).ends_with(" at 1.6055 s"));
+    }
+}

@@ -94,10 +94,14 @@ impl Sweep {
             .iter()
             .enumerate()
             .map(|(n, (name, unit))| {
-                let is_number = |cells: &Vec<Held>| {
-                    matches!(cells.get(n), Some(Held::Number(_) | Held::Count(_) | Held::Step(_)))
+                // Numbers, and what stands for one that there is none of, are set to the right.
+                let is_word = |cells: &Vec<Held>| {
+                    let number = |cell: &Held| {
+                        matches!(cell, Held::Empty | Held::Number(_) | Held::Count(_) | Held::Step(_))
+                    };
+                    cells.get(n).is_some_and(|cell| !number(cell))
                 };
-                let mark = if self.rows.iter().any(is_number) { "#" } else { "" };
+                let mark = if self.rows.iter().any(is_word) { "" } else { "#" };
                 match unit {
                     Some("1") | None => format!("{mark}{name}"),
                     Some(unit) => format!("{mark}{name} ({unit})"),

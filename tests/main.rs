@@ -40,6 +40,8 @@ mod recipes;
 mod reference;
 #[cfg(feature = "analysis")]
 mod report;
+#[cfg(feature = "analysis")]
+mod report_files;
 mod resume;
 #[cfg(feature = "analysis")]
 mod rules;

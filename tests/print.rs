@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::env;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{BufReader, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -14,7 +14,7 @@ use crate::look::{drawn, files};
 use crate::support::binary::text;
 
 /// Whether the programs are there, unless the test skips.
-fn are_there() -> bool {
+pub(crate) fn are_there() -> bool {
     let lacks = |name: &&str| {
         let mut version = Command::new(name);
         version.arg("-v").stdout(Stdio::null()).stderr(Stdio::null());
@@ -37,13 +37,13 @@ fn are_there() -> bool {
 
 /// Width, height and grey values.
 #[derive(Debug, Clone, PartialEq)]
-struct Grey {
-    size: (u32, u32),
-    values: Vec<u8>,
+pub(crate) struct Grey {
+    pub(crate) size: (u32, u32),
+    pub(crate) values: Vec<u8>,
 }
 
 impl Grey {
-    fn read(path: &Path) -> Grey {
+    pub(crate) fn read(path: &Path) -> Grey {
         let file = BufReader::new(File::open(path).expect("the picture is there"));
         let mut reader = png::Decoder::new(file).read_info().expect("it is a PNG");
         let mut bytes = vec![0; reader.output_buffer_size().expect("it fits into memory")];
@@ -60,22 +60,58 @@ impl Grey {
         }
     }
 
-    /// The differences of all values, over what is not white.
+    /// The share of the ink of both for which there is none so dark in the other within two pixels:
+    /// edges of lines are smoothed in other ways, and lines along the axes may be moved to whole pixels.
     fn difference(&self, other: &Grey) -> f64 {
-        let differences =
-            self.values.iter().zip(&other.values).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>();
-        let ink: f64 = self.values.iter().map(|value| f64::from(255 - value)).sum();
-        differences / ink
+        self.share_beyond(other).max(other.share_beyond(self))
+    }
+
+    /// The share of its own ink for which there is none.
+    fn share_beyond(&self, other: &Grey) -> f64 {
+        let all: f64 = self.values.iter().map(|value| f64::from(255 - value)).sum();
+        let darkest = other.darkest_around();
+        let by_more = |(own, other): (&u8, u8)| other.saturating_sub(*own) > SMOOTHED;
+        let ink = self.values.iter().zip(darkest).filter(|&pair| by_more(pair));
+        ink.map(|(own, _)| f64::from(255 - own)).sum::<f64>() / all.max(1.0)
+    }
+
+    /// The darkest of each pixel and those up to two to each side, above and below.
+    fn darkest_around(&self) -> Vec<u8> {
+        let width = self.size.0 as usize;
+        let along = |values: &[u8], step: usize| -> Vec<u8> {
+            let mut darkest = values.to_vec();
+            for by in [step, 2 * step] {
+                darkest.iter_mut().zip(&values[by..]).for_each(|(one, &after)| *one = after.min(*one));
+                darkest[by..].iter_mut().zip(values).for_each(|(one, &before)| *one = before.min(*one));
+            }
+            darkest
+        };
+        along(&along(&self.values, 1), width)
     }
 }
 
-/// How much of the ink may lie elsewhere: edges of lines are smoothed in other ways.
-const ELSEWHERE: f64 = 0.3;
+/// How much of the ink may lie elsewhere.
+const ELSEWHERE: f64 = 0.003;
+
+/// By how much a value may be darker: what is left of an edge that covers a quarter of a pixel, and more
+/// where surfaces share that edge.
+const SMOOTHED: u8 = 80;
 
 fn shown(by: &mut Command, at: &Path) -> Grey {
     let output = by.output().expect("it can be started");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     Grey::read(at)
+}
+
+fn by_rsvg(svg: &Path, to: &Path) -> Grey {
+    let resolution = ["--dpi-x", "300", "--dpi-y", "300"];
+    shown(Command::new("rsvg-convert").args(resolution).args(["-o", text(to), text(svg)]), to)
+}
+
+/// An SVG without some of its paths, a path a line; none if there are no such.
+fn without(svg: &str, is_one: impl Fn(&str) -> bool) -> Option<String> {
+    let kept: Vec<&str> = svg.lines().filter(|line| !is_one(line)).collect();
+    (kept.len() < svg.lines().count()).then(|| kept.join("\n"))
 }
 
 #[test]
@@ -85,16 +121,12 @@ fn other_programs_show_the_same_picture() {
     }
     let drawn = drawn();
     let folder = asperity_testkit::folder();
+    let (to, damaged) = (folder.path().join("shown.png"), folder.path().join("damaged.svg"));
     let mut pictures = BTreeMap::new();
+    let mut gone = 0;
     for (name, path) in files(&drawn.with, "png") {
         let own = Grey::read(&path);
-        let to = folder.path().join("shown.png");
-        let by_svg = shown(
-            Command::new("rsvg-convert")
-                .args(["--dpi-x", "300", "--dpi-y", "300", "-o", text(&to)])
-                .arg(path.with_extension("svg")),
-            &to,
-        );
+        let by_svg = by_rsvg(&path.with_extension("svg"), &to);
         let by_pdf = shown(
             Command::new("pdftoppm")
                 .args(["-r", "300", "-png", "-singlefile"])
@@ -106,9 +138,25 @@ fn other_programs_show_the_same_picture() {
             let difference = own.difference(other);
             assert!(difference < ELSEWHERE, "{name} by {program}: {difference:.3} of the ink lies elsewhere");
         }
+        // A picture without its data, or without its words, is not taken for it.
+        let svg = fs::read_to_string(path.with_extension("svg")).expect("the SVG is text");
+        for (what, left) in [
+            ("data", without(&svg, |line| line.contains(" class=\"data\""))),
+            ("text", without(&svg, |line| line.contains(" aria-label=\"") && line.starts_with("<path "))),
+        ] {
+            let left = left.unwrap_or_else(|| panic!("{name} has no {what}"));
+            fs::write(&damaged, left).expect("the folder can be written");
+            let difference = own.difference(&by_rsvg(&damaged, &to));
+            assert!(
+                difference > 2.0 * ELSEWHERE,
+                "{name} without {what}: {difference:.3} of the ink is missed"
+            );
+            gone += 1;
+        }
         pictures.insert(name, own);
     }
-    // What is not the same picture is not taken for it, nor is one that is shifted by a line's width.
+    assert!(gone > 40, "{gone} pictures without a part");
+    // Nor is another picture, or one that is shifted by a line's width.
     let load = &pictures["with/load"];
     let mut shifted = load.clone();
     shifted.values.rotate_right(4 * load.size.0 as usize + 4);

@@ -4,7 +4,9 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
+use crate::print::{Grey, are_there};
 use crate::support::binary::{asperity, run, succeed, text};
 use crate::support::browser::{Tab, browser};
 
@@ -22,6 +24,35 @@ fn page_of_a_run(folder: &Path) -> PathBuf {
     succeed(&["report", text(&log), "--out", text(&page)]);
     page
 }
+
+/// A run that the account of energies stops after a third of what was planned, and its page.
+fn page_of_a_stopped_run(folder: &Path) -> PathBuf {
+    let log = folder.join("stopped.mcap");
+    let set = ["slider.blocks=24", "time.step_s=2.5e-6"];
+    let output =
+        asperity(&["run", "rigid-contacts", "--set", set[0], "--set", set[1], "-o", text(&log), "--quiet"]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("stopped"), "{output:?}");
+    let page = folder.join("stopped.html");
+    asperity(&["report", text(&log), "--out", text(&page)]);
+    page
+}
+
+/// Where a rupture is on the map, which is scrolled to: a script for the one that `which` gives, as
+/// `[number, x, y]`.
+fn place_on_map(which: &str) -> String {
+    format!(
+        "(() => {{ const run = JSON.parse(document.querySelector('script.run').textContent); \
+         const r = {which}, end = r[2] ?? run.last; \
+         const canvas = document.getElementById('map'); canvas.scrollIntoView({{ block: 'end' }}); \
+         const box = canvas.getBoundingClientRect(), whole = run.dt * run.last; \
+         const x = ((r[1] + end) / 2 * run.dt + .01 * whole) / (1.02 * whole) * (canvas.clientWidth - 76); \
+         return [r[0], box.x + canvas.clientLeft + 62.7 + x, box.y + 12 + (box.height - 86) * (1 - r[4] / 2 / run.blocks)]; }})()"
+    )
+}
+
+const CHOSEN: &str = "document.documentElement.dataset.chosen";
+const SELECTED: &str = "document.querySelector('#ruptures tr[aria-selected=true] td').textContent";
+const SAID: &str = "document.getElementById('chosen').textContent";
 
 /// A pipeline of two short runs with figures and claims.
 fn study(folder: &Path) -> PathBuf {
@@ -70,35 +101,118 @@ fn a_rupture_picked_in_one_is_shown_in_all() {
     assert!(count > 40, "{count} ruptures");
     assert_eq!(tab.says("document.documentElement.dataset.drawn"), count.to_string());
 
-    // Where the widest rupture is in the map, and which it is.
-    let widest = "(() => { const run = JSON.parse(document.querySelector('script.run').textContent); \
-                  const all = [...run.ruptures].sort((a, b) => b[4] - b[3] - a[4] + a[3]), r = all[0]; \
-                  const canvas = document.getElementById('map'); canvas.scrollIntoView({ block: 'end' }); \
-                  const box = canvas.getBoundingClientRect(), whole = run.dt * run.steps; \
-                  const x = (r[1] * run.dt + .01 * whole) / (1.02 * whole) * (canvas.clientWidth - 76); \
-                  return [r[0], box.x + canvas.clientLeft + 62.7 + x, box.y + 12 + (box.height - 86) * (1 - r[4] / 2 / run.blocks)]; })()";
-    let at = tab.eval(widest);
+    // The widest rupture in the map.
+    let widest = "[...run.ruptures].sort((a, b) => b[4] - b[3] - a[4] + a[3])[0]";
+    let at = tab.eval(&place_on_map(widest));
     let place = |n: usize| at[n].as_f64().expect("a number");
     let number = at[0].to_string();
     tab.click(place(1), place(2));
-    let chosen = "document.documentElement.dataset.chosen";
-    assert_eq!(tab.says(chosen), number);
-    let selected = "document.querySelector('#ruptures tr[aria-selected=true] td').textContent";
-    assert_eq!(tab.says(selected), number, "the table has it in view");
-    assert!(
-        tab.says("document.getElementById('chosen').textContent").starts_with(&format!("Rupture {number},"))
-    );
+    assert_eq!(tab.says(CHOSEN), number);
+    assert_eq!(tab.says(SELECTED), number, "the table has it in view");
+    let said = tab.says(SAID);
+    assert!(said.starts_with(&format!("Rupture {number},")) && said.contains("first sliding "), "{said}");
+    // In the unit of the table.
+    let drop = "document.querySelector('#ruptures tr[aria-selected=true]').cells[7].textContent";
+    assert!(said.contains(&format!("drop {} · 10⁻³", tab.says(drop))), "{said}");
 
     // From the table to the others.
     let before = "document.querySelector('#ruptures tr:has(+ [aria-selected=true]) td').textContent";
     let first = tab.says(before);
     tab.click_on("#ruptures tr:has(+ [aria-selected=true])");
-    assert_eq!(tab.says(chosen), first);
+    assert_eq!(tab.says(CHOSEN), first);
 
     // From the load curve: the middle of its panel is near some rupture.
     tab.click_on("#load .u-over");
-    assert_ne!(tab.says(chosen), first);
+    let near = tab.says(CHOSEN);
+    assert!(near.parse::<u64>().is_ok() && near != first, "{near:?} after {first}");
+    assert_eq!(tab.says(SELECTED), near);
+    assert!(tab.says(SAID).starts_with(&format!("Rupture {near},")));
+
+    // Twice in the same place zooms in about it, on the curve as on the map, and picks nothing else.
+    let drawn = "Number(document.documentElement.dataset.drawn)";
+    for picture in ["#load .u-over", "#map"] {
+        tab.click_on("button[data-action=whole]");
+        let all = tab.eval(drawn).as_u64().expect("a number");
+        tab.click_on(picture);
+        let one = tab.says(CHOSEN);
+        tab.double_click_on(picture);
+        let some = tab.eval(drawn).as_u64().expect("a number");
+        assert!(some < all, "{picture}: {some} of {all} in view");
+        assert_eq!(tab.says(CHOSEN), one, "{picture}");
+    }
     tab.assert_quiet();
+}
+
+/// A run may stop before it was planned to.
+#[test]
+fn nothing_goes_on_behind_the_last_step_of_a_stopped_run() {
+    let Some(browser) = browser() else { return };
+    let folder = asperity_testkit::folder();
+    let page = page_of_a_stopped_run(folder.path());
+    let html = read(&page);
+    assert!(html.contains("\"last\":728503,"), "1.8212575 s");
+    let (_, summary) = html.split_once("<summary>stopped ").expect("the run has a line of its own");
+    assert!(summary.split("</summary>").next().expect("it ends").contains("class=\"lacks\""));
+    let mut tab = Tab::open(&browser, &page, SIZE, "light");
+    let open = "run.ruptures.findLast((one) => one[2] === null)";
+    let at = tab.eval(&place_on_map(open));
+    let place = |n: usize| at[n].as_f64().expect("a number");
+    tab.click(place(1), place(2));
+    assert_eq!(tab.says(CHOSEN), at[0].to_string());
+    let said = tab.says(SAID);
+    assert!(said.contains(" s to the last step of the log; "), "{said}");
+    // What is missing is said above the pair.
+    let lacks = "(() => { const one = document.getElementById('lacks'); return one.getClientRects().length ? \
+                 one.textContent : ''; })()";
+    assert!(tab.says(lacks).starts_with("Not all of this run is there: stopped"), "{}", tab.says(lacks));
+    // A step is 2.5 µs, which takes seven decimals.
+    let onsets = tab.says("[...document.querySelectorAll('#ruptures tr[data-row]')].map((row) => row.cells[2].textContent).join()");
+    let exact = tab.says(
+        "JSON.parse(document.querySelector('script.run').textContent).ruptures.map((r) => (r[1] * 25 / 1e7).toFixed(7)).join()",
+    );
+    assert!(exact.contains(&onsets) && onsets.len() > 40, "{onsets} of {exact}");
+    tab.assert_quiet();
+}
+
+/// A front that starts near the last block runs farther downwards.
+#[test]
+fn fronts_have_the_speed_of_the_side_where_they_ran_farther() {
+    let folder = asperity_testkit::folder();
+    let path = |name: &str| folder.path().join(name);
+    let log = path("both.mcap");
+    run(&["left-right-driven", "--set", "time.step_s=5e-7", "--set", "time.duration_s=4"], &log);
+    let (page, tables) = (path("both.html"), path("tables"));
+    succeed(&["report", text(&log), "--out", text(&page)]);
+    succeed(&["reduce", text(&log), "--out", text(&tables), "--quiet"]);
+    let html = read(&page);
+    let (_, data) = html.split_once("class=\"run\"").expect("the page holds the run");
+    let (_, data) = data.split_once('>').expect("a tag ends");
+    let (data, _) = data.split_once("</script>").expect("so does the data");
+    let data: serde_json::Value = serde_json::from_str(data).expect("it is JSON");
+    let mut speeds = std::collections::BTreeMap::new();
+    for row in data["ruptures"].as_array().expect("a list") {
+        speeds.insert(row[0].to_string(), row[10].as_f64());
+    }
+    let mut table = csv::Reader::from_path(tables.join("ruptures.csv")).expect("the table is there");
+    let mut downwards = 0;
+    for row in table.deserialize::<std::collections::BTreeMap<String, String>>() {
+        let row = row.expect("a row can be read");
+        let block = |name: &str| row[name].parse::<i64>().expect("a block");
+        let speed = |name: &str| row[name].parse::<f64>().ok();
+        let (up, down) = (speed("front_speed_up_m_per_s"), speed("front_speed_down_m_per_s"));
+        let nucleation = block("nucleation_block");
+        let is_up = block("last_block") - nucleation >= nucleation - block("first_block");
+        let farther = if is_up { up.or(down) } else { down.or(up) };
+        let shown = speeds[&row["rupture"]];
+        match (farther, shown) {
+            (Some(farther), Some(shown)) => {
+                assert!((shown / farther - 1.0).abs() < 1e-3, "{}: {shown}, not {farther}", row["rupture"]);
+            }
+            (farther, shown) => assert_eq!(farther, shown, "{}", row["rupture"]),
+        }
+        downwards += usize::from(!is_up && up.is_some() && down.is_some());
+    }
+    assert!(downwards > 0, "no rupture tells the sides apart");
 }
 
 #[test]
@@ -123,24 +237,23 @@ fn everything_can_be_done_with_keys() {
     };
     assert!(["theme", "in", "load", "map", "grid"].map(place).is_sorted(), "{order:?}");
 
-    let chosen = "document.documentElement.dataset.chosen";
     let drawn = "document.documentElement.dataset.drawn";
     for id in ["map", "load"] {
         tab.eval(&format!("document.getElementById('{id}').focus()"));
         tab.press("0");
         tab.press("ArrowRight");
-        let first = tab.says(chosen);
+        let first = tab.says(CHOSEN);
         tab.press("ArrowRight");
-        let second = tab.says(chosen);
+        let second = tab.says(CHOSEN);
         assert!(first != second && !second.is_empty(), "{id}: {first}, {second}");
         tab.press("ArrowLeft");
-        assert_eq!(tab.says(chosen), first, "{id}");
+        assert_eq!(tab.says(CHOSEN), first, "{id}");
         let all: usize = tab.says(drawn).parse().expect("a number");
         tab.press("Enter");
         let near: usize = tab.says(drawn).parse().expect("a number");
         assert!(near < all, "{id}: {near} of {all} in view");
         tab.press("Escape");
-        assert_eq!(tab.says(chosen), "", "{id}");
+        assert_eq!(tab.says(CHOSEN), "", "{id}");
         tab.press("0");
         assert_eq!(tab.says(drawn), all.to_string(), "{id}");
     }
@@ -195,9 +308,15 @@ fn ruptures_are_sorted_and_filtered() {
         wide.to_string(),
         "the map shows the same"
     );
+    // What a filter hides is no longer picked.
+    let other = "[...document.querySelectorAll('#ruptures tr[data-row]')].find((row) => row.cells[1].textContent === 'rupture').click()";
+    tab.eval(other);
+    tab.painted();
+    assert!(tab.says(SAID).contains(", rupture;"), "{}", tab.says(SAID));
     tab.click_on("input[data-kind='0']");
     let precursors = listed(&mut tab);
     assert!(precursors < wide && precursors > 0, "{precursors} of {wide}");
+    assert_eq!((tab.says(CHOSEN), tab.says(SAID)), (String::new(), "No rupture is picked.".to_owned()));
     tab.click_on("#events");
     let drawn: usize = tab.says("document.documentElement.dataset.drawn").parse().expect("a number");
     assert!(drawn > precursors, "slip events as well");
@@ -226,7 +345,7 @@ fn pages_are_light_dark_and_printed() {
         let other = tab.eval(colours);
         assert!(other[0] == other[1] && other != by_system, "{scheme}: {other} {by_system}");
         let pdf = tab.pdf();
-        assert!(pdf.starts_with("JVBERi0") && pdf.len() > 20_000, "{} characters of PDF", pdf.len());
+        assert!(pdf.starts_with(b"%PDF") && pdf.len() > 20_000, "{} bytes of PDF", pdf.len());
         // Once it is printed, the page is as it was.
         tab.painted();
         assert_eq!(tab.eval(colours), other);
@@ -235,6 +354,170 @@ fn pages_are_light_dark_and_printed() {
     }
     let (light, dark) = (seen[0].clone(), seen[1].clone());
     assert!(light.0 == dark.1 && light.1 == dark.0, "{seen:?}");
+}
+
+/// What a PDF says, and its first page as a picture.
+fn printed(pdf: &[u8], folder: &Path) -> (String, Grey) {
+    let (paper, first) = (folder.join("printed.pdf"), folder.join("printed"));
+    fs::write(&paper, pdf).expect("the folder can be written");
+    let words = Command::new("pdftotext").args([text(&paper), "-"]).output().expect("pdftotext starts");
+    let arguments = ["-r", "60", "-l", "1", "-png", "-singlefile", text(&paper), text(&first)];
+    assert!(Command::new("pdftoppm").args(arguments).status().expect("pdftoppm starts").success());
+    (String::from_utf8_lossy(&words.stdout).into_owned(), Grey::read(&first.with_extension("png")))
+}
+
+/// Also of a study that is read by night, with each run folded away.
+#[test]
+fn paper_is_white_and_has_the_words_of_every_run() {
+    let Some(browser) = browser() else { return };
+    if !are_there() {
+        return;
+    }
+    let folder = asperity_testkit::folder();
+    let out = study(folder.path());
+    let mut tab = Tab::open(&browser, &out.join("report.html"), SIZE, "dark");
+    let unfolded = "document.querySelectorAll('details[open]').length";
+    assert_eq!(tab.says(unfolded), "0");
+    let (words, first) = printed(&tab.pdf(), folder.path());
+    assert!(
+        words.contains("The 10 widest of 18 ruptures") && words.contains("Its ruptures, the widest first"),
+        "{words}"
+    );
+    for part in ["What was asked", "Figures", "The runs, one by one", "Claims", "All parameters"] {
+        assert!(words.contains(part), "no {part:?} in {words}");
+    }
+    let white = first.values.iter().filter(|&&value| value == 255).count() as f64 / first.values.len() as f64;
+    assert!(white > 0.6, "{:.0} % of the paper is white", 100.0 * white);
+    let corners = [0, first.size.0 as usize - 1, first.values.len() - 1];
+    assert!(corners.iter().all(|&corner| first.values[corner] == 255));
+    // Once it is printed, all is folded again.
+    tab.painted();
+    assert_eq!(tab.says(unfolded), "0");
+    tab.assert_quiet();
+}
+
+/// Figures whose files are called as parts of the page are, several runs, and enough claims to look for one.
+fn named_as_parts(folder: &Path) -> PathBuf {
+    let pipeline = folder.join("parts.toml");
+    let mut toml = "title = \"Parts\"\n".to_owned();
+    for name in ["a", "b"] {
+        toml += &format!(
+            "[[run]]\nname = \"{name}\"\nscenario = \"ten-blocks\"\nset = [\"time.step_s=1e-7\", \"time.duration_s=1\"]\n"
+        );
+    }
+    for file in
+        ["load", "map", "run", "runs", "events", "keys", "pair", "chosen", "ruptures", "run-a", "theme"]
+    {
+        toml += &format!("[[figure.load]]\nfile = \"{file}.png\"\nrun = \"a\"\nsliding = true\n");
+    }
+    for n in 0..12 {
+        toml += &format!(
+            "[[claim]]\nabout = \"section {n}\"\nof = \"this project\"\nquote = \"claim number {n}\"\nrun = \"{}\"\n\
+             measure = \"largest-load-ratio\"\nat_most = {}\n",
+            if n % 2 == 0 { "a" } else { "b" },
+            [1e-9, 10.0][usize::from(n < 5)]
+        );
+    }
+    fs::write(&pipeline, toml).expect("the folder can be written");
+    let out = folder.join("parts");
+    succeed(&["reproduce", text(&pipeline), "--out", text(&out), "--quiet"]);
+    out
+}
+
+#[test]
+fn figures_may_be_called_as_parts_of_the_page_are() {
+    let Some(browser) = browser() else { return };
+    let folder = asperity_testkit::folder();
+    let out = named_as_parts(folder.path());
+    let page = out.join("report.html");
+    let mut tab = Tab::open(&browser, &page, SIZE, "light");
+    let twice = "(() => { const all = [...document.querySelectorAll('[id]')].map((one) => one.id); \
+                 return all.filter((id, n) => all.indexOf(id) < n).join(); })()";
+    assert_eq!(tab.says(twice), "", "two parts of the page have one id");
+    assert_eq!(tab.says("document.querySelectorAll('#pair #load .uplot').length"), "1");
+    assert_eq!(tab.says("document.querySelectorAll('.figures .uplot').length"), "0");
+    assert_ne!(tab.says("document.documentElement.dataset.ruptures"), "0");
+    assert_eq!(
+        tab.says("[...document.images].every((one) => one.complete && one.naturalWidth > 100)"),
+        "true"
+    );
+    tab.assert_quiet();
+    // Each thumbnail of an index leads to its figure.
+    let index = folder.path().join("index.html");
+    succeed(&["report", text(&out), text(&out), "--out", text(&index)]);
+    let html = read(&index);
+    let leads = attributes(&html, "<a href").into_iter().filter_map(|to| to.split_once('#'));
+    let there: Vec<String> = leads.map(|(_, id)| format!("id=\"{id}\"")).collect();
+    let report = read(&page);
+    assert_eq!(there.len(), 22);
+    assert!(there.iter().all(|id| report.matches(id).count() == 1), "{there:?}");
+}
+
+#[test]
+fn links_lead_to_runs_and_claims_are_sorted_and_filtered() {
+    let Some(browser) = browser() else { return };
+    let folder = asperity_testkit::folder();
+    let out = named_as_parts(folder.path());
+    let run = "document.documentElement.dataset.run";
+    let asked = out.join("report.html#run=b&rupture=1");
+    let mut tab = Tab::open(&browser, &asked, SIZE, "dark");
+    assert_eq!((tab.says(run), tab.says(CHOSEN), tab.says(SELECTED)), ("b".into(), "1".into(), "1".into()));
+    tab.click_on("a[data-run=a]");
+    assert_eq!((tab.says(run), tab.says(CHOSEN)), ("a".into(), String::new()));
+    assert_eq!(tab.says("document.getElementById('run-a').open"), "true");
+    assert_eq!(tab.says("document.getElementById('run').value"), "a");
+
+    let rows = "[...document.querySelectorAll('table#claims-1 tbody tr')].filter((row) => !row.hidden)";
+    let column = |at: usize| format!("{rows}.map((row) => row.cells[{at}].textContent).join()");
+    assert_eq!(tab.says(&format!("{rows}.length")), "12");
+    let about = tab.says(&column(1));
+    tab.click_on("table#claims-1 th:first-child button");
+    let verdicts = tab.says(&column(0));
+    assert!(verdicts.starts_with("✓") && verdicts.ends_with("✗ differs"), "{verdicts}");
+    tab.click_on("table#claims-1 th:first-child button");
+    assert!(tab.says(&column(0)).starts_with("✗"), "the other way round");
+    tab.click_on("table#claims-1 th:nth-child(2) button");
+    assert_eq!(tab.says(&column(1)), about, "by number, and not 1, 10, 11");
+    tab.eval("document.querySelector('input[data-filters=claims-1]').focus()");
+    for key in ["a", "g", "r", "e", "e", "s"] {
+        tab.press(key);
+    }
+    assert_eq!(tab.says(&column(1)), "section 0,section 1,section 2,section 3,section 4");
+    assert!(tab.says("document.body.textContent").contains("5 of 12"), "it says how many there are");
+    tab.assert_quiet();
+}
+
+/// What canvases write, and in which font.
+#[test]
+fn pictures_are_lettered_in_one_font_and_stay_within_their_frame() {
+    let Some(browser) = browser() else { return };
+    let folder = asperity_testkit::folder();
+    let page = page_of_a_run(folder.path());
+    let mut tab = Tab::open(&browser, &page, [400, 800], "light");
+    tab.eval(
+        "window.written = []; const fill = CanvasRenderingContext2D.prototype.fillText; \
+         const font = Object.getOwnPropertyDescriptor(CanvasRenderingContext2D.prototype, 'font'); \
+         Object.defineProperty(CanvasRenderingContext2D.prototype, 'font', { get: font.get, \
+         set(value) { written.push(['font', value]); font.set.call(this, value); } }); \
+         CanvasRenderingContext2D.prototype.fillText = function (words, x, y) { \
+         written.push([words, x + this.measureText(words).width]); fill.call(this, words, x, y); }; 0",
+    );
+    tab.click_on("#events");
+    tab.click_on("#theme");
+    let fonts =
+        "[...new Set(written.filter(([what]) => what === 'font').map(([, value]) => value))].join(' | ')";
+    let fonts = tab.says(fonts);
+    assert!(fonts.contains("system-ui") && !fonts.contains("undefined"), "{fonts}");
+    let legend =
+        "written.filter(([what]) => /^(global slips|precursors|other ruptures|slip events)/.test(what))";
+    let count: usize =
+        tab.says(&format!("new Set({legend}.map(([what]) => what)).size")).parse().expect("a number");
+    assert_eq!(count, 4);
+    let farthest = format!(
+        "Math.max(...{legend}.map(([, right]) => right)) <= document.getElementById('map').clientWidth"
+    );
+    assert_eq!(tab.says(&farthest), "true");
+    tab.assert_quiet();
 }
 
 #[test]
@@ -247,8 +530,8 @@ fn a_study_shows_claims_beside_figures_and_each_run() {
     assert!(html.contains("<b>The source:</b> 1 of 2 agree, 1 differ."));
     assert!(html.contains("<b>This project:</b> 1 of 1 agree."));
     // The claims of the figure stand beside it; the other one stands with the run.
-    let (_, figure) = html.split_once("id=\"figure-1.01\"").expect("the figure is there");
-    let (figure, rest) = figure.split_once("id=\"figure-1.02\"").expect("so is the next");
+    let (_, figure) = html.split_once("id=\"figure-of-figure-1.01\"").expect("the figure is there");
+    let (figure, rest) = figure.split_once("id=\"figure-of-figure-1.02\"").expect("so is the next");
     assert!(figure.contains("“it stays below μ<sub>s</sub>”") && figure.contains("✗ differs"));
     assert!(!figure.contains("it is small"));
     let (_, of_run) = rest.split_once("id=\"run-a\"").expect("so are the runs");
@@ -258,7 +541,7 @@ fn a_study_shows_claims_beside_figures_and_each_run() {
     let (pictures, words) = (attributes(&html, "<img alt"), attributes(&html, " src"));
     assert_eq!((pictures.len(), words.len()), (2, 2));
     assert!(
-        pictures.iter().all(|words| words.contains("Figure 1.") && words.contains("tilt")),
+        pictures.iter().all(|words| words.contains("Figure 1.") && words.contains(". Tilt 0.")),
         "{pictures:?}"
     );
     assert!(words.iter().all(|source| source.starts_with("data:image/")));
@@ -335,6 +618,11 @@ fn a_sweep_has_a_page_with_its_runs() {
     assert_eq!(html.matches("src=\"data:image/").count(), 1);
     let (_, table) = html.split_once("id=\"runs\"").expect("the table of runs");
     assert_eq!(table.matches("<tr>").count(), 4, "headings and three runs");
+    // Above numbers stand headings of numbers, whether these have a unit or not.
+    for heading in ["normal_load.tilt", "precursor_count", "first_global_rupture_onset_s (s)"] {
+        assert!(table.contains(&format!("class=\"number\">{heading}</th>")), "{heading}: {table}");
+    }
+    assert!(table.contains("<th scope=\"col\">status</th>"));
     for link in attributes(&html, "href") {
         assert!(out.join(link).is_file(), "{link}");
     }

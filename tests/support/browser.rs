@@ -156,15 +156,20 @@ impl Tab {
         self.painted();
     }
 
-    /// Clicks into the middle of what a selector finds, which is scrolled to.
-    pub(crate) fn click_on(&mut self, selector: &str) {
+    /// Where the middle of what a selector finds is in the window, once that is scrolled to.
+    fn middle_of(&mut self, selector: &str) -> [f64; 2] {
         let script = format!(
             "(() => {{ const one = document.querySelector({selector:?}); one.scrollIntoView({{ block: 'center' }}); \
              const box = one.getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; }})()"
         );
         let at = self.eval(&script);
-        let place = |n: usize| at[n].as_f64().unwrap_or_else(|| panic!("{selector} is nowhere"));
-        self.click(place(0), place(1));
+        [0, 1].map(|n| at[n].as_f64().unwrap_or_else(|| panic!("{selector} is nowhere")))
+    }
+
+    /// Clicks into the middle of what a selector finds, which is scrolled to.
+    pub(crate) fn click_on(&mut self, selector: &str) {
+        let [x, y] = self.middle_of(selector);
+        self.click(x, y);
     }
 
     /// Presses a key, by its name and with the text that it types.
@@ -194,10 +199,23 @@ impl Tab {
         self.painted();
     }
 
-    /// The page as it is printed: a PDF in base64.
-    pub(crate) fn pdf(&mut self) -> String {
+    /// Clicks twice into the middle of what a selector finds.
+    pub(crate) fn double_click_on(&mut self, selector: &str) {
+        let [x, y] = self.middle_of(selector);
+        for count in [1, 2] {
+            for kind in ["mousePressed", "mouseReleased"] {
+                let parameters =
+                    json!({ "type": kind, "x": x, "y": y, "button": "left", "clickCount": count });
+                self.call("Input.dispatchMouseEvent", parameters);
+            }
+        }
+        self.painted();
+    }
+
+    /// The page as it is printed: a PDF.
+    pub(crate) fn pdf(&mut self) -> Vec<u8> {
         let printed = self.call("Page.printToPDF", json!({ "printBackground": true }));
-        printed["data"].as_str().unwrap_or_default().to_owned()
+        from_base64(printed["data"].as_str().unwrap_or_default())
     }
 
     /// Makes sure that nothing went wrong on the page, and that it asked for no file but itself.
@@ -223,6 +241,27 @@ impl Tab {
         }
         assert_eq!(requests.len(), 1, "{requests:?}");
     }
+}
+
+/// The bytes that a text in base64 stands for.
+fn from_base64(text: &str) -> Vec<u8> {
+    let value = |letter: u8| match letter {
+        b'A'..=b'Z' => letter - b'A',
+        b'a'..=b'z' => letter - b'a' + 26,
+        b'0'..=b'9' => letter - b'0' + 52,
+        b'+' => 62,
+        _ => 63,
+    };
+    let (mut bytes, mut held, mut count) = (Vec::new(), 0_u32, 0);
+    for letter in text.bytes().filter(|letter| *letter != b'=') {
+        held = (held << 6 | u32::from(value(letter))) & 0xffff;
+        count += 6;
+        if count >= 8 {
+            count -= 8;
+            bytes.push((held >> count) as u8);
+        }
+    }
+    bytes
 }
 
 impl Drop for Tab {

@@ -260,8 +260,17 @@ fn words(what: &str, sheet: &Sheet) -> (String, String) {
     caption.extend((!titles.is_empty()).then(|| titles.join("; ")));
     caption.extend((!labels.is_empty()).then(|| format!("Shown: {}", labels.join(", "))));
     caption.extend(notes);
+    let caption: Vec<String> = caption.iter().map(|text| sentence(text)).collect();
     let title = if let [title] = &titles[..] { format!("{what}: {title}") } else { what };
     (title, caption.join(". ") + ".")
+}
+
+/// Text as it begins a sentence: a word with a capital, a symbol as it is.
+fn sentence(text: &str) -> String {
+    let word = text.split(|c: char| !c.is_ascii_alphabetic()).next().unwrap_or_default();
+    let behind = &text[word.len()..];
+    let is_symbol = word.len() < 2 || behind.starts_with(['_', '/']) || behind.trim_start().starts_with('=');
+    if is_symbol { text.to_owned() } else { text[..1].to_uppercase() + &text[1..] }
 }
 
 /// The figures of [`draw_overview`].
@@ -302,13 +311,34 @@ mod tests {
 
     use asperity_record::{FieldRecord, WindowRecord};
 
-    use super::Figures;
     use super::kind::AnyFigure;
     use super::plot::{Look, Panel, Sheet};
+    use super::{Figures, sentence};
     use crate::made_up;
     use crate::made_up::EVENTS;
     use crate::run_data::RunData;
     use crate::wants::Wants;
+
+    #[test]
+    fn sentences_begin_with_capitals_unless_with_symbols() {
+        assert_eq!(sentence("marks: simulated"), "Marks: simulated");
+        assert_eq!(sentence("rupture 12"), "Rupture 12");
+        assert_eq!(sentence("precursors"), "Precursors");
+        for symbol in [
+            "v/c",
+            "L_p/L against F_T/F_N",
+            "t = 0.5 s",
+            "μ_s p",
+            "θ",
+            "Δt",
+            "5 blocks",
+            "vmax/c",
+            "beta = 0.2",
+            "",
+        ] {
+            assert_eq!(sentence(symbol), symbol);
+        }
+    }
 
     /// A run with a state whose load has fallen to a quarter.
     fn runs(wants: Wants) -> BTreeMap<String, RunData> {

@@ -7,7 +7,10 @@ use std::path::{Path, PathBuf};
 use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::{Scenario, ScenarioSource};
 use asperity_record::{EventPayload, Record, Rupture};
-use asperity_report::{Claim, Entry, Gather, Judgement, Limits, Link, Recorded, Run, Study, index};
+use asperity_report::{
+    Claim, Contents, Entry, Gather, Judgement, Limits, Link, Recorded, Run, Study, encoded, files_of_picture,
+    index,
+};
 use asperity_run::{Checked, Verdict, at_once};
 use asperity_runlog::{LogItem, RunReader, Topics};
 use asperity_summary::{RupturesFrom, Summarizer};
@@ -53,7 +56,7 @@ pub(crate) fn command(arguments: &ReportArguments, board: &Board) -> Result<(), 
             study.html()
         }
         kinds if kinds.iter().all(|kind| *kind != Kind::Log) => {
-            let entries = of.iter().zip(kinds).map(|(folder, kind)| entry(folder, *kind, out));
+            let entries = of.iter().zip(kinds).map(|(folder, kind)| entry(folder, *kind, out, &files));
             index("Studies", &entries.collect::<Result<Vec<Entry>, Failure>>()?)
         }
         _ => {
@@ -79,7 +82,10 @@ enum Kind {
 
 impl Kind {
     fn of(path: &Path) -> Result<Kind, Failure> {
-        if !path.is_dir() {
+        let there = fs::metadata(path).map_err(|error| {
+            Failure::BadInput(format!("{}: {error} (accepted: {ACCEPTED})", path.display()))
+        })?;
+        if !there.is_dir() {
             // Whether it is a run log is found out when it is read.
             return Ok(Kind::Log);
         }
@@ -99,6 +105,12 @@ impl Kind {
 /// Runs by their logs.
 fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>), Failure> {
     let ReportArguments { of, out, .. } = arguments;
+    if let Some(twice) = (1..of.len()).find(|&n| of[..n].contains(&of[n])) {
+        return Err(Failure::BadInput(format!(
+            "{} is given twice (accepted: each run log once)",
+            of[twice].display()
+        )));
+    }
     let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let stems: BTreeSet<String> = of.iter().map(|path| stem(path)).collect();
     // Where two logs have one name, their paths are names.
@@ -205,6 +217,14 @@ fn recorded(folder: &Path) -> Result<Recorded, Failure> {
     Recorded::read(&text).map_err(bad)
 }
 
+/// The files of a pipeline's folder that a page is made of or leads to, but for the page itself.
+fn inputs(folder: &Path, recorded: &[String], contents: &Contents) -> Vec<PathBuf> {
+    let recorded = recorded.iter().filter(|file| *file != PAGE).cloned();
+    let pictures = contents.figures.iter().flat_map(|figure| files_of_picture(&figure.file));
+    let own = [RECORD, CLAIMS].map(str::to_owned);
+    recorded.chain(pictures).chain(own).map(|file| folder.join(file)).collect()
+}
+
 /// A pipeline out of its folder.
 fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Result<Study, Failure> {
     let recorded = recorded(folder)?;
@@ -218,8 +238,7 @@ fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Resu
     };
     let logs: Vec<PathBuf> =
         recorded.runs.iter().map(|run| folder.join("runs").join(format!("{}.mcap", run.name))).collect();
-    let figures = contents.figures.iter().map(|figure| folder.join(&figure.file));
-    let inputs = logs.iter().cloned().chain(figures).chain([path, folder.join(CLAIMS)]);
+    let inputs = inputs(folder, &recorded.files, &contents).into_iter().chain(logs.iter().cloned());
     files.add_inputs(inputs).map_err(|error| refused("--out", &error, true))?;
     let limits = Limits::of_runs(logs.len());
     let places: Vec<usize> = (0..logs.len()).collect();
@@ -295,14 +314,17 @@ fn claims(table: &Path) -> Result<Vec<Claim>, Failure> {
 }
 
 /// A study among several.
-fn entry(folder: &Path, kind: Kind, out: &Path) -> Result<Entry, Failure> {
+fn entry(folder: &Path, kind: Kind, out: &Path, files: &FileSet) -> Result<Entry, Failure> {
     let way = way(out, folder);
     let report = folder.join(PAGE).is_file().then(|| format!("{way}{PAGE}"));
     if kind == Kind::Sweep {
-        return study_page::entry(folder, &way, report);
+        return study_page::entry(folder, &way, report, files);
     }
     let recorded = recorded(folder)?;
     let contents = recorded.page.unwrap_or_default();
+    files
+        .add_inputs(inputs(folder, &recorded.files, &contents))
+        .map_err(|error| refused("--out", &error, true))?;
     let there = contents.figures.into_iter().filter(|figure| folder.join(&figure.file).is_file());
     let title = match contents.title {
         title if title.is_empty() => folder.display().to_string(),
@@ -318,6 +340,8 @@ fn entry(folder: &Path, kind: Kind, out: &Path) -> Result<Entry, Failure> {
         report,
         runs: recorded.runs.len() as u64,
         claims,
-        figures: there.map(|figure| (format!("{way}{}", figure.file), figure.caption)).collect(),
+        figures: there
+            .map(|figure| (format!("{way}{}", encoded(figure.file.as_bytes())), figure.caption))
+            .collect(),
     })
 }

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
 use asperity_record::{Cell, Column};
-use asperity_report::{Entry, Figure, Link, Sweep, encoded, picture};
+use asperity_report::{Entry, Figure, Link, Sweep, encoded, files_of_picture, picture};
 use asperity_sweep::results::Counts;
-use asperity_sweep::{Plan, RUNS, Watch, collect};
+use asperity_sweep::{Plan, RUNS, Watch, collect, segment};
 
 use crate::args::ReportArguments;
 use crate::exit::Failure;
@@ -162,9 +162,7 @@ pub(crate) fn of_folder(
 ) -> Result<String, Failure> {
     let (plan, mut results) = study::read(folder)?;
     let tables = tables_in(folder);
-    let figures = plan.common.figures.iter().map(|figure| folder.join("figures").join(&figure.file));
-    let inputs = figures.chain(tables.iter().cloned()).chain([folder.join(asperity_sweep::plan::FILE)]);
-    files.add_inputs(inputs).map_err(|error| refused("--out", &error, true))?;
+    files.add_inputs(inputs(folder, &plan)?).map_err(|error| refused("--out", &error, true))?;
     let mut rows = Rows::of(&plan.common.keys);
     let (counts, _) = collect(&plan, &mut results, files, folder, &[], &mut rows).map_err(Failure::failed)?;
     board.line(&study::in_words(&plan, counts));
@@ -178,9 +176,25 @@ pub(crate) fn of_folder(
     Ok(page(&plan, counts, rows, shown, &read).html())
 }
 
+/// The files of a study that a page is made of or leads to: plan, results, tables and pictures.
+fn inputs(folder: &Path, plan: &Plan) -> Result<Vec<PathBuf>, Failure> {
+    let mut inputs = segment::all(folder).map_err(|error| study::unreadable(folder, &error))?;
+    inputs.push(folder.join(asperity_sweep::plan::FILE));
+    inputs.extend(tables_in(folder));
+    let pictures = plan.common.figures.iter().flat_map(|figure| files_of_picture(&figure.file));
+    inputs.extend(pictures.map(|file| folder.join("figures").join(file)));
+    Ok(inputs)
+}
+
 /// The study among several.
-pub(crate) fn entry(folder: &Path, way: &str, report: Option<String>) -> Result<Entry, Failure> {
+pub(crate) fn entry(
+    folder: &Path,
+    way: &str,
+    report: Option<String>,
+    files: &FileSet,
+) -> Result<Entry, Failure> {
     let (plan, _) = study::read(folder)?;
+    files.add_inputs(inputs(folder, &plan)?).map_err(|error| refused("--out", &error, true))?;
     let there =
         plan.common.figures.iter().filter(|figure| folder.join("figures").join(&figure.file).is_file());
     let figures = there.map(|figure| {

@@ -37,9 +37,20 @@ const asperity = (() => {
   theme.addEventListener("click", () => { root.dataset.theme = other(); name(); repaint(); });
   system.addEventListener("change", () => { name(); repaint(); });
   name();
-  // Paper is white.
-  window.addEventListener("beforeprint", () => { root.dataset.printing = ""; repaint(); });
-  window.addEventListener("afterprint", () => { delete root.dataset.printing; repaint(); });
+  // Paper is white, and nobody unfolds anything on it; what is folded within that stays so.
+  const unfolded = [];
+  window.addEventListener("beforeprint", () => {
+    root.dataset.printing = "";
+    for (const one of document.querySelectorAll("details:not([open])")) {
+      if (!one.parentElement.closest("details")) { one.open = true; unfolded.push(one); }
+    }
+    repaint();
+  });
+  window.addEventListener("afterprint", () => {
+    delete root.dataset.printing;
+    for (const one of unfolded.splice(0)) one.open = false;
+    repaint();
+  });
 
   // Numbers by size, texts by letter, nothing last.
   function compare(a, b) {

@@ -94,15 +94,30 @@ asperity.map = (canvas, options) => {
     return { axis, at };
   }
 
+  // The legend in as many lines as it takes, each entry with its place.
+  const ruler = document.createElement("canvas").getContext("2d");
+  function legendLines(across) {
+    const lines = [[]];
+    let at = 0;
+    ruler.font = `12px ${FONT}`;
+    for (const entry of options.legend(what)) {
+      const wide = (entry.mark ? 44 : 28) + ruler.measureText(entry.text).width;
+      if (at && at + wide > across) { lines.push([]); at = 0; }
+      lines[lines.length - 1].push({ ...entry, at });
+      at += wide + 18;
+    }
+    return lines;
+  }
+
   // Where things are in a picture of this size.
   function layout(width, height) {
     const heading = options.heading ? options.heading(what) : [], count = what.panels.length;
-    const legend = options.legend ? 30 : 0, gap = options.gap ?? 12;
     const top = 12 + 17 * heading.length, across = width - LEFT - RIGHT;
+    const lines = options.legend ? legendLines(across) : [], legend = lines.length ? 12 + 18 * lines.length : 0, gap = options.gap ?? 12;
     const panel = (height - top - FOOT - legend - gap * (count - 1)) / count;
     const tops = what.panels.map((_, n) => top + n * (panel + gap)), rowHeight = panel / what.blocks;
     return {
-      width, height, heading, left: LEFT, right: RIGHT, across, panel, tops, foot: tops[count - 1] + panel, from, to,
+      width, height, heading, lines, left: LEFT, right: RIGHT, across, panel, tops, foot: tops[count - 1] + panel, from, to,
       x: (t) => LEFT + (t - from) / (to - from) * across,
       y: (n, block) => tops[n] + panel - block * rowHeight,
     };
@@ -216,15 +231,14 @@ asperity.map = (canvas, options) => {
     pen.font = `600 13px ${FONT}`;
     for (const [line, words] of place.heading.entries()) pen.fillText(fitted(pen, words, across), left, 18 + 17 * line);
     pen.font = `12px ${FONT}`;
-    let at = left;
-    for (const { look, text, mark } of options.legend ? options.legend(what) : []) {
-      const top = height - 22;
-      swatch(pen, options.looks[look], at, top, 22, 13, scale);
-      if (mark) mark(pen, at + 34, top + 6.5);
-      pen.fillStyle = colour("ink");
-      const words = at + (mark ? 44 : 28);
-      pen.fillText(text, words, top + 11);
-      at = words + pen.measureText(text).width + 18;
+    for (const [n, line] of place.lines.entries()) {
+      const top = height - 22 - 18 * (place.lines.length - 1 - n);
+      for (const { look, text, mark, at } of line) {
+        swatch(pen, options.looks[look], left + at, top, 22, 13, scale);
+        if (mark) mark(pen, left + at + 34, top + 6.5);
+        pen.fillStyle = colour("ink");
+        pen.fillText(text, left + at + (mark ? 44 : 28), top + 11);
+      }
     }
     return drawn;
   }
@@ -355,8 +369,8 @@ asperity.map = (canvas, options) => {
     show(data) { what = data; marked = []; whole(); },
     mark(items) { marked = items; redraw(); },
     view: () => [from, to],
-    // A line between the panels' frames, and texts, in this font.
-    font: FONT, LEFT, RIGHT,
+    // What others draw beside it has the same font and the same margins.
+    FONT, LEFT, RIGHT,
     ticks, look, zoom, whole, redraw, drawNow, key,
   };
 };

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use asperity_page::markup::{Cell, Row, section, sortable_table, table, text};
 
-use crate::symbols::{formulas, rounded};
+use crate::symbols::{formulas, lettered, rounded};
 
 /// A claim and what became of it; in the words of the table of claims.
 #[derive(Debug, Clone, PartialEq)]
@@ -165,7 +165,7 @@ pub(crate) fn beside(claims: &[&Claim]) -> String {
                 };
                 let note = match claim.note.as_str() {
                     "" => String::new(),
-                    note => format!("; {}", text(note)),
+                    note => format!("; {}", lettered(note)),
                 };
                 out += &format!(
                     "<li>{} {} <span class=\"soft\">{}, run {}; {stated}{note}</span></li>\n",
@@ -225,7 +225,7 @@ pub(crate) fn all(claims: &[Claim]) -> String {
             let note = if claim.note.is_empty() {
                 String::new()
             } else {
-                format!("<br><span class=\"soft\">{}</span>", text(&claim.note))
+                format!("<br><span class=\"soft\">{}</span>", lettered(&claim.note))
             };
             let mut cells = vec![
                 Cell::Html(verdict(&claim.own.verdict)),
@@ -252,20 +252,35 @@ pub(crate) fn all(claims: &[Claim]) -> String {
     section("Claims", &out)
 }
 
-/// The numbers of the figures that a text names: `Figure 5.9`, `Figures 5.15, 5.16`, `Figures 5.21 to
-/// 5.24`; chapter and number.
-pub(crate) fn figures_named(about: &str) -> Vec<(String, u32)> {
-    let mut named: Vec<(String, u32)> = Vec::new();
+/// Figures that a text names: a chapter, and the first and the last of their numbers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Named {
+    chapter: String,
+    from: u32,
+    to: u32,
+}
+
+impl Named {
+    /// Whether a figure is among them.
+    pub(crate) fn holds(&self, chapter: &str, number: u32) -> bool {
+        self.chapter == chapter && (self.from..=self.to).contains(&number)
+    }
+}
+
+/// The figures that a text names: `Figure 5.9`, `Figures 5.15, 5.16`, `Figures 5.21 to 5.24`. However
+/// far a range goes, it is one entry.
+pub(crate) fn figures_named(about: &str) -> Vec<Named> {
+    let mut named: Vec<Named> = Vec::new();
     let Some((_, rest)) = about.split_once("Figure") else { return named };
     let mut is_range = false;
     for word in rest.trim_start_matches('s').split_whitespace() {
         let word = word.trim_end_matches([',', ';', ':']);
         match numbered(word) {
             Some((chapter, number)) => {
-                if is_range && let Some((first, from)) = named.last().cloned() {
-                    named.extend((from + 1..number).map(|between| (first.clone(), between)));
+                match named.last_mut() {
+                    Some(last) if is_range && last.chapter == chapter && last.to < number => last.to = number,
+                    _ => named.push(Named { chapter, from: number, to: number }),
                 }
-                named.push((chapter, number));
                 is_range = false;
             }
             None if word == "to" => is_range = true,
@@ -286,7 +301,7 @@ pub(crate) fn numbered(word: &str) -> Option<(String, u32)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Claim, Judgement, Score, all, beside, figures_named, scores};
+    use super::{Claim, Judgement, Named, Score, all, beside, figures_named, scores};
 
     fn claim(of: &str, verdict: &str) -> Claim {
         Claim {
@@ -325,14 +340,25 @@ mod tests {
     #[test]
     fn figures_are_known_by_their_numbers() {
         let of = |about: &str| -> Vec<String> {
-            figures_named(about).into_iter().map(|(chapter, number)| format!("{chapter}.{number}")).collect()
+            let told = |one: Named| match one {
+                Named { chapter, from, to } if from == to => format!("{chapter}.{from}"),
+                Named { chapter, from, to } => format!("{chapter}.{from}-{to}"),
+            };
+            figures_named(about).into_iter().map(told).collect()
         };
         assert_eq!(of("Figure 5.9"), ["5.9"]);
-        assert_eq!(of("Figures 5.21 to 5.24"), ["5.21", "5.22", "5.23", "5.24"]);
-        assert_eq!(of("Figures 6.8 and 6.10 to 6.12"), ["6.8", "6.10", "6.11", "6.12"]);
+        assert_eq!(of("Figures 5.21 to 5.24"), ["5.21-24"]);
+        assert_eq!(of("Figures 6.8 and 6.10 to 6.12"), ["6.8", "6.10-12"]);
         assert_eq!(of("Figures 5.15, 5.16"), ["5.15", "5.16"]);
         assert_eq!(of("Figure 6.8, section 6.3"), ["6.8"]);
         assert_eq!(of("Figure A.1"), ["A.1"]);
+        // Backwards, and from chapter to chapter: the two alone.
+        assert_eq!(of("Figures 5.9 to 5.7"), ["5.9", "5.7"]);
+        assert_eq!(of("Figures 5.9 to 6.2"), ["5.9", "6.2"]);
+        // A range may be as long as numbers go.
+        let far = figures_named("Figures 5.1 to 5.4294967295");
+        assert!(far.len() == 1 && far[0].holds("5", 4_294_967_295) && far[0].holds("5", 77));
+        assert!(!far[0].holds("6", 77) && !far[0].holds("5", 0));
         assert!(of("section 5.3").is_empty() && of("eq. (5.52)").is_empty());
     }
 }

@@ -60,24 +60,63 @@ impl Recorded {
     /// If it is none, in words.
     pub fn read(text: &str) -> Result<Recorded, String> {
         let recorded: Recorded = serde_json::from_str(text).map_err(|error| error.to_string())?;
-        if recorded.format == "asperity-reproduce" {
-            Ok(recorded)
-        } else {
-            Err(format!("format: {:?} (accepted: \"asperity-reproduce\")", recorded.format))
+        if recorded.format != "asperity-reproduce" {
+            return Err(format!("format: {:?} (accepted: \"asperity-reproduce\")", recorded.format));
+        }
+        let refused =
+            |key: &str, value: &str, accepted: &str| Err(format!("{key}: {value:?} (accepted: {accepted})"));
+        if let Some(run) = recorded.runs.iter().find(|run| !is_plain(&run.name)) {
+            return refused("runs.name", &run.name, PLAIN);
+        }
+        if let Some(file) = recorded.files.iter().find(|file| !file.split('/').all(is_plain)) {
+            return refused("files", file, &format!("a path from the folder on, of {PLAIN}"));
+        }
+        let is_figure = |file: &str| {
+            file.strip_prefix("figures/").is_some_and(|name| is_plain(name) && name.ends_with(".png"))
+        };
+        let mut figures = recorded.page.iter().flat_map(|page| &page.figures);
+        match figures.find(|figure| !is_figure(&figure.file)) {
+            Some(figure) => {
+                refused("page.figures.file", &figure.file, &format!("figures/NAME.png, of {PLAIN}"))
+            }
+            None => Ok(recorded),
         }
     }
+}
+
+/// What names are made of, as pipelines hold them to.
+const PLAIN: &str = "letters, digits, -, _ and dots inside";
+
+/// Whether a name is one of a file in the folder that it is looked for in, and in a link nothing else.
+fn is_plain(name: &str) -> bool {
+    let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    !name.is_empty() && !name.starts_with('.') && name.chars().all(plain)
 }
 
 /// A picture of this size or less is embedded as SVG; a larger one as PNG, if there is one.
 const SVG_MOST: usize = 600_000;
 
-/// The picture of a figure: SVG if there is one beside the PNG and it is no larger than half a
-/// megabyte, else PNG. `read` gives what a file holds, if it is there.
+/// The files in which a picture is looked for: SVG beside PNG.
+pub fn files_of_picture(png: &str) -> [String; 2] {
+    let stem = png.rsplit_once('.').map_or(png, |(stem, _)| stem);
+    [format!("{stem}.svg"), png.to_owned()]
+}
+
+/// The picture of a figure: SVG if there is one beside the PNG and it has no more than 600 kB, else
+/// PNG. `read` gives what a file holds, if it is there. What is no picture is not shown: under the name
+/// of one there may be a link to anything.
 pub fn picture(file: &str, read: &dyn Fn(&str) -> Option<Vec<u8>>) -> Picture {
-    let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
-    match read(&format!("{stem}.svg")).filter(|svg| svg.len() <= SVG_MOST) {
+    let [svg, png] = files_of_picture(file);
+    let is_svg = |bytes: &Vec<u8>| {
+        let text = std::str::from_utf8(bytes).unwrap_or_default();
+        let root =
+            text.strip_prefix("<?xml").and_then(|rest| rest.split_once("?>")).map_or(text, |parts| parts.1);
+        bytes.len() <= SVG_MOST && root.trim_start().starts_with("<svg ")
+    };
+    let is_png = |bytes: &Vec<u8>| bytes.starts_with(b"\x89PNG\r\n\x1a\n");
+    match read(&svg).filter(is_svg) {
         Some(svg) => Picture::Svg(svg),
-        None => read(file).map_or(Picture::None, Picture::Png),
+        None => read(&png).filter(is_png).map_or(Picture::None, Picture::Png),
     }
 }
 
@@ -99,18 +138,19 @@ impl Study {
         for run in &mut runs {
             let own = tables.iter().filter(|file| is_of(file, run));
             let mut links: Vec<Link> =
-                own.map(|file| Link { path: (*file).clone(), words: name(file) }).collect();
+                own.map(|file| Link { path: encoded(file.as_bytes()), words: name(file) }).collect();
             links.sort();
-            let log = Link { path: format!("runs/{}.mcap", run.name), words: format!("{}.mcap", run.name) };
+            let log = format!("runs/{}.mcap", run.name);
+            let log = Link { path: encoded(log.as_bytes()), words: name(&log) };
             links.insert(0, log);
             run.links = links;
         }
         let of_several = tables.iter().filter(|file| !runs.iter().any(|run| is_of(file, run)));
         let mut links: Vec<Link> =
-            of_several.map(|file| Link { path: (*file).clone(), words: name(file) }).collect();
+            of_several.map(|file| Link { path: encoded(file.as_bytes()), words: name(file) }).collect();
         links.sort();
         let figures = contents.figures.iter().map(|shown| Figure {
-            path: shown.file.clone(),
+            path: encoded(shown.file.as_bytes()),
             caption: shown.caption.clone(),
             runs: shown.runs.clone(),
             picture: picture(&shown.file, read),
@@ -141,14 +181,21 @@ mod tests {
     use super::{Recorded, SVG_MOST, encoded, picture};
     use crate::figures::Picture;
 
+    const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
+
     #[test]
     fn a_figure_is_shown_as_svg_where_that_is_small() {
         let both = |svg: usize| {
-            move |file: &str| Some(if file.ends_with(".svg") { vec![b's'; svg] } else { b"png".to_vec() })
+            let head = b"<?xml version=\"1.0\"?>\n<svg ";
+            let svg = [head.to_vec(), vec![b' '; svg - head.len()]].concat();
+            move |file: &str| Some(if file.ends_with(".svg") { svg.clone() } else { PNG.to_vec() })
         };
-        assert!(matches!(picture("figures/a.png", &both(9)), Picture::Svg(_)));
-        assert_eq!(picture("figures/a.png", &both(SVG_MOST + 1)), Picture::Png(b"png".to_vec()));
+        assert!(matches!(picture("figures/a.png", &both(99)), Picture::Svg(_)));
+        assert!(matches!(picture("figures/a.png", &both(SVG_MOST)), Picture::Svg(_)));
+        assert_eq!(picture("figures/a.png", &both(SVG_MOST + 1)), Picture::Png(PNG.to_vec()));
         assert_eq!(picture("figures/a.png", &|_| None), Picture::None);
+        // Whatever else has the name of one.
+        assert_eq!(picture("figures/a.png", &|_| Some(b"PRETTY_NAME=\"x\"".to_vec())), Picture::None);
     }
 
     #[test]
@@ -157,6 +204,37 @@ mod tests {
         assert!(Recorded::read(text).unwrap_err().contains("(accepted: \"asperity-reproduce\")"));
         assert!(Recorded::read(&text.replace("reduce", "reproduce")).unwrap().page.is_none());
         assert!(Recorded::read("{").is_err());
+    }
+
+    /// A folder may come from anybody, and a page is made to be sent.
+    #[test]
+    fn a_record_names_files_of_its_folder_alone() {
+        let of = |file: &str, figure: &str| {
+            let record = serde_json::json!({
+                "format": "asperity-reproduce", "runs": [], "files": [file],
+                "page": { "title": "", "figures": [{ "file": figure, "caption": "", "runs": [] }] },
+            });
+            Recorded::read(&record.to_string())
+        };
+        assert!(of("tables/a.load.csv", "figures/figure-5.09.png").is_ok());
+        for file in
+            ["/etc/os-release", "../a.csv", "tables/../../a", "tables//a", "javascript:alert(1)", "", "a/.b"]
+        {
+            let error = of(file, "figures/a.png").unwrap_err();
+            assert!(
+                error.starts_with(&format!("files: {file:?} (accepted: a path from the folder on")),
+                "{error}"
+            );
+        }
+        for file in
+            ["/etc/os-release", "figures/../a.png", "javascript:alert(1)//a.png", "figures/a.svg", "a.png"]
+        {
+            let error = of("a", file).unwrap_err();
+            assert!(
+                error.starts_with(&format!("page.figures.file: {file:?} (accepted: figures/NAME.png")),
+                "{error}"
+            );
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::claims::{Claim, beside, figures_named, link, numbered};
+use crate::symbols::lettered;
 
 /// A figure.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,8 +34,7 @@ pub enum Picture {
 impl Figure {
     /// Its file's name without folder and ending.
     fn stem(&self) -> &str {
-        let file = self.path.rsplit('/').next().unwrap_or_default();
-        file.rsplit_once('.').map_or(file, |(stem, _)| stem)
+        stem(&self.path)
     }
 
     /// What a heading calls it.
@@ -57,7 +57,8 @@ impl Figure {
 
     /// Whether a claim is about it.
     fn is_meant_by(&self, claim: &Claim) -> bool {
-        self.number().is_some_and(|number| figures_named(&claim.about).contains(&number))
+        let Some((chapter, number)) = self.number() else { return false };
+        figures_named(&claim.about).iter().any(|named| named.holds(&chapter, number))
     }
 
     /// What it shows, for those who see it and those who do not.
@@ -106,11 +107,22 @@ impl Figure {
             "<div class=\"figure{}\" id=\"{}\">\n<figure>{image}\n<figcaption><b>{}.</b> {}{runs}</figcaption></figure>\n\
              {said}</div>\n",
             if said.is_empty() { " alone" } else { "" },
-            text(self.stem()),
+            text(place_of(&self.path)),
             text(self.name()),
-            text(&self.caption)
+            lettered(&self.caption)
         )
     }
+}
+
+/// The name of a figure's file without folder and ending.
+pub(crate) fn stem(path: &str) -> &str {
+    let file = path.rsplit('/').next().unwrap_or_default();
+    file.rsplit_once('.').map_or(file, |(stem, _)| stem)
+}
+
+/// What the place of a figure on the page is called: nothing else there, however its file is called.
+pub(crate) fn place_of(path: &str) -> String {
+    format!("figure-of-{}", stem(path))
 }
 
 /// All figures.
@@ -142,6 +154,7 @@ mod tests {
         let html = figures(std::slice::from_ref(&figure), &[]);
         assert!(html.contains("alt=\"Figure 5.9: L_p/L against F_T/F_N. Runs: default, tilted.\""), "{html}");
         assert!(html.contains("src=\"data:image/png;base64,cG5n\"") && html.contains("href=\"#run-tilted\""));
+        assert!(html.contains("</b> L<sub>p</sub>/L against F<sub>T</sub>/F<sub>N</sub>."), "{html}");
         let gone = Figure { picture: Picture::None, path: "figures/speed-over-c.png".to_owned(), ..figure };
         let html = figures(&[gone], &[]);
         assert!(html.contains("<b>Speed over c.</b>") && html.contains("not there"), "{html}");

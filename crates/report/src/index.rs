@@ -5,6 +5,7 @@ use asperity_page::Document;
 use asperity_page::markup::{counted, text};
 
 use crate::claims::{Claim, SPEAKERS, Score};
+use crate::figures::{place_of, stem};
 use crate::page::STYLE;
 
 /// A study among several.
@@ -51,23 +52,26 @@ pub fn index(title: &str, entries: &[Entry]) -> String {
             counted(entry.figures.len() as u64, "figure")
         );
         for (path, words) in &entry.figures {
-            let name = path.rsplit('/').next().unwrap_or_default();
-            let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
             let target = match &entry.report {
-                Some(report) => format!("{report}#{stem}"),
+                Some(report) => format!("{report}#{}", place_of(path)),
                 None => path.clone(),
             };
             main += &format!(
                 "<a href=\"{}\"><img loading=\"lazy\" src=\"{}\" alt=\"{}\"><span>{}</span></a>\n",
                 text(target),
                 text(path),
-                text(words),
-                text(stem)
+                text(first_sentence(words)),
+                text(stem(path))
             );
         }
         main += "</div>\n</section>\n";
     }
     Document { title: title.to_owned(), main, data: Vec::new(), parts: &[STYLE] }.html_beside_pictures()
+}
+
+/// What a caption says first: a thumbnail has no room for more.
+fn first_sentence(words: &str) -> &str {
+    words.find(". ").map_or(words, |end| &words[..=end])
 }
 
 fn studies(count: usize) -> String {
@@ -85,10 +89,17 @@ mod tests {
             report: Some("a/report.html".to_owned()),
             runs: 2,
             claims: Vec::new(),
-            figures: vec![("a/figures/figure-5.09.png".to_owned(), "lengths".to_owned())],
+            figures: vec![(
+                "a/figures/figure-5.09.png".to_owned(),
+                "Lengths at 0.5 s. Shown: all.".to_owned(),
+            )],
         };
         let html = index("All", &[entry.clone(), Entry { report: None, ..entry }]);
-        assert!(html.contains("href=\"a/report.html#figure-5.09\"><img loading=\"lazy\""), "{html}");
+        assert!(
+            html.contains("href=\"a/report.html#figure-of-figure-5.09\"><img loading=\"lazy\""),
+            "{html}"
+        );
+        assert!(html.contains("alt=\"Lengths at 0.5 s.\""), "{html}");
         assert!(html.contains("<h2>A &amp; B</h2>") && html.contains("2 studies"));
     }
 }

@@ -45,7 +45,7 @@ mod symbols;
 mod thin;
 
 pub use claims::{Claim, Judgement, Score};
-pub use contents::{Contents, Recorded, RecordedRun, Shown, encoded, picture};
+pub use contents::{Contents, Recorded, RecordedRun, Shown, encoded, files_of_picture, picture};
 pub use figures::{Figure, Picture};
 pub use index::{Entry, index};
 pub use seen::{Gather, Limits, Seen};

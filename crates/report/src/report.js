@@ -10,42 +10,44 @@
   const choice = byId("run"), box = byId("load"), said = byId("chosen"), least = byId("least");
   const inView = byId("in-view"), withEvents = byId("events"), kinds = [...document.querySelectorAll("input[data-kind]")];
 
-  // A rupture is [number, onset, end, first, last, nucleation, kind, open, load at onset, load at end, speed up, speed
-  // down, slip]; times are steps.
-  const NUMBER = 0, ONSET = 1, END = 2, FIRST = 3, LAST = 4, NUCLEATION = 5, KIND = 6, OPEN = 7, FROM = 8, TO = 9, UP = 10, DOWN = 11, SLIP = 12;
+  // A rupture is [number, onset, end, first, last, nucleation, kind, open, load at onset, load at end, speed of the front,
+  // slip]; times are steps.
+  const NUMBER = 0, ONSET = 1, END = 2, FIRST = 3, LAST = 4, NUCLEATION = 5, KIND = 6, OPEN = 7, FROM = 8, TO = 9, SPEED = 10, SLIP = 11;
   const WORDS = ["rupture", "precursor", "global slip"];
   // In the order in which they are painted: kinds of ruptures upon slip events.
   const LOOKS = [
     { name: "event", colour: "open", dash: true },
     { name: "rupture", colour: "plain" },
-    { name: "global", colour: "ochre", hatch: "falling" },
+    { name: "global", colour: "rust", hatch: "falling" },
     { name: "precursor", colour: "blue", hatch: "rising" },
   ];
   const LOOK_OF_KIND = [1, 3, 2];
-  let run = null, ruptures = [], times = [], loads = [], chosen = -1, plot = null, shownCount = 0;
+  let run = null, ruptures = [], times = [], loads = [], chosen = -1, plot = null;
   const accepted = { kinds: new Set([0, 1, 2]), blocks: 1 };
 
   const seconds = (step) => step * run.dt;
   const onset = (k) => seconds(ruptures[k][ONSET]);
-  const end = (k) => (ruptures[k][END] === null ? seconds(run.steps) : seconds(ruptures[k][END]));
+  // What is open lasted at least until the last step that went by.
+  const end = (k) => seconds(ruptures[k][END] ?? run.last);
+  const until = (t) => (t !== null ? `${time(seconds(t))} s` : run.lacks ? "the last step of the log" : "the run's end");
   const blocks = (k) => ruptures[k][LAST] - ruptures[k][FIRST] + 1;
   const drop = (k) => (ruptures[k][TO] === null ? null : ruptures[k][FROM] - ruptures[k][TO]);
-  const front = (k) => {
-    const speed = ruptures[k][UP] ?? ruptures[k][DOWN];
-    return speed === null || !run.c ? null : speed / run.c;
-  };
+  const front = (k) => (ruptures[k][SPEED] === null || !run.c ? null : ruptures[k][SPEED] / run.c);
   const isShown = (k) => accepted.kinds.has(ruptures[k][KIND]) && blocks(k) >= accepted.blocks;
   const digits = (value, n) => (value === null ? null : Number(value.toPrecision(n)).toString());
-  // To the step, and no digit beyond.
-  const time = (t) => t.toFixed(Math.min(12, Math.max(0, Math.ceil(-Math.log10(run.dt) - 1e-9))));
+  // To the step: with as many decimals as the length of a step has, as long as doubles have them.
+  const time = (t) => {
+    const [digits, power] = run.dt.toExponential().split("e");
+    return t.toFixed(Math.min(15, Math.max(0, digits.replace(".", "").length - 1 - Number(power))));
+  };
 
   function words(k) {
     const r = ruptures[k], what = r[OPEN] ? `${WORDS[r[KIND]]}, open at the end of the run` : WORDS[r[KIND]];
     const parts = [
       `Rupture ${r[NUMBER]}, ${what}`,
-      `${time(onset(k))} s to ${r[END] === null ? "the run's end" : `${time(end(k))} s`}`,
-      `blocks ${r[FIRST]} to ${r[LAST]}, first ${r[NUCLEATION]}`,
-      `F_T/F_N ${digits(r[FROM], 5)}${r[TO] === null ? "" : `, drop ${digits(drop(k), 3)}`}`,
+      `${time(onset(k))} s to ${until(r[END])}`,
+      `blocks ${r[FIRST]} to ${r[LAST]}, first sliding ${r[NUCLEATION]}`,
+      `F_T/F_N ${digits(r[FROM], 5)}${r[TO] === null ? "" : `, drop ${digits(drop(k) * 1e3, 3)} · 10⁻³`}`,
     ];
     if (front(k) !== null) parts.push(`front at ${digits(front(k), 3)} c`);
     if (r[SLIP] !== null) parts.push(`mean slip ${digits(r[SLIP] * 1e6, 3)} µm`);
@@ -63,7 +65,7 @@
     words(_, k) {
       if (k < ruptures.length) return words(k).join("\n");
       const [from, to, first, last] = run.events[k - ruptures.length];
-      return `slip event\n${time(seconds(from))} s to ${to === null ? "the run's end" : `${time(seconds(to))} s`}\nblocks ${first} to ${last}`;
+      return `slip event\n${time(seconds(from))} s to ${until(to)}\nblocks ${first} to ${last}`;
     },
     pick: (_, k) => { if (k < ruptures.length) pick(k); },
     key: steer,
@@ -79,7 +81,6 @@
       pen.fillStyle = colour("ink");
       pen.beginPath(); pen.moveTo(x, place.tops[0] - 1); pen.lineTo(x - 5, place.tops[0] - 9); pen.lineTo(x + 5, place.tops[0] - 9); pen.fill();
     },
-    drawn(count) { shownCount = count; },
   });
 
   // Keys of curve, map and table.
@@ -204,7 +205,7 @@
     const none = { size: 8, ticks: { show: false }, grid, splits: () => { const { axis, at } = map.ticks(canvas.clientWidth - map.LEFT - map.RIGHT); return at.map((t) => t + axis.base); }, values: (_, all) => all.map(() => "") };
     plot = new uPlot({
       width: box.clientWidth, height: 230, padding: [12, map.RIGHT, 0, 0], legend: { show: false },
-      cursor: { y: false, points: { show: false }, drag: { x: true, y: false, setScale: true } },
+      cursor: { y: false, points: { show: false }, drag: { x: true, y: false, setScale: true }, bind: { dblclick: (u) => (event) => map.zoom(.25, u.posToVal(event.offsetX, "x")) } },
       scales: { x: { time: false }, y: { range: (_, low, high) => { const room = (high - low) * .08 || .01; return [low - room, high + room]; } } },
       series: [{}, { stroke: () => colour("ink"), width: 1.2, points: { show: false } }],
       axes: [none, { size: map.LEFT, stroke: () => colour("ink"), font: `12px ${map.FONT}`, grid, ticks: { stroke: () => colour("ink"), size: 5, width: 1 }, values: (_, all) => all.map((one) => digits(one, 6)) }],
@@ -270,6 +271,8 @@
   function filtered() {
     accepted.kinds = new Set(kinds.filter((one) => one.checked).map((one) => Number(one.dataset.kind)));
     accepted.blocks = Number(least.value) || 1;
+    // What is not shown is not picked either.
+    if (chosen >= 0 && !isShown(chosen)) pick(-1);
     filter();
     map.redraw();
     plot.redraw(false);
@@ -290,7 +293,7 @@
     for (const [n, one] of [...ruptures, ...run.events].entries()) {
       const isRupture = n < ruptures.length, [from, to, first, last] = isRupture ? one.slice(ONSET, LAST + 1) : one;
       panel.onset[n] = seconds(from);
-      panel.end[n] = seconds(to === null ? run.steps : to);
+      panel.end[n] = seconds(to ?? run.last);
       panel.first[n] = first;
       panel.last[n] = last;
       panel.look[n] = isRupture ? LOOK_OF_KIND[one[KIND]] : 0;
@@ -298,7 +301,7 @@
     curve();
     if (plot) { plot.destroy(); plot = null; }
     map.show({
-      name, blocks: run.blocks, from_s: 0, to_s: seconds(run.steps), panels: [panel],
+      name, blocks: run.blocks, from_s: 0, to_s: seconds(run.last), panels: [panel],
       shown: (_, k) => (k < ruptures.length ? isShown(k) : withEvents.checked),
     });
     plotted();
@@ -310,6 +313,8 @@
     const kept = ruptures.length < run.total[0] ? `The page holds the ${ruptures.length} widest of the run's ${run.total[0]} ruptures. ` : "";
     const slips = run.events.length < run.total[1] ? `Of ${run.total[1]} slip events it holds the ${run.events.length} widest.` : "";
     byId("held").textContent = kept + slips;
+    byId("lacks").textContent = run.lacks ? `Not all of this run is there: ${run.lacks}` : "";
+    byId("lacks").hidden = !run.lacks;
     root.dataset.run = name;
     root.dataset.ruptures = ruptures.length;
     map.drawNow();

@@ -4,7 +4,7 @@
 use asperity_model::keys::Key;
 use asperity_page::markup::{Cell, Row, counted, json, paragraph, section, sortable_table, table, text};
 use asperity_record::Rupture;
-use asperity_summary::Summary;
+use asperity_summary::{Summary, front_speed_m_per_s};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -34,9 +34,12 @@ const NUMBERS: [(&str, &str); 6] = [
 struct Known<'a> {
     name: &'a str,
     blocks: u32,
-    /// Length of a step, s, and their number.
+    /// Length of a step, s.
     dt: f64,
-    steps: u64,
+    /// The last step that went by: a run may stop before it was planned to, and a log break off.
+    last: u64,
+    /// What is missing, if not all of the run is there.
+    lacks: Option<&'a str>,
     /// Speed of waves, m/s.
     c: Option<f64>,
     /// Lines across the load curve.
@@ -51,10 +54,8 @@ struct Known<'a> {
 }
 
 /// Number; onset and end in steps; first, last and first sliding block; kind (0 rupture, 1 precursor,
-/// 2 global slip) and whether open; `F_T / F_N` at onset and end; speed of the front up and down, m/s;
-/// mean slip, m.
-type RuptureRow =
-    (u64, u64, Option<u64>, u32, u32, u32, u8, u8, f64, Option<f64>, Option<f64>, Option<f64>, Option<f64>);
+/// 2 global slip) and whether open; `F_T / F_N` at onset and end; speed of the front, m/s; mean slip, m.
+type RuptureRow = (u64, u64, Option<u64>, u32, u32, u32, u8, u8, f64, Option<f64>, Option<f64>, Option<f64>);
 
 /// The script element of a run: attributes and content.
 pub(crate) fn data(run: &Run) -> (String, String) {
@@ -72,8 +73,7 @@ pub(crate) fn data(run: &Run) -> (String, String) {
             u8::from(rupture.open),
             digits(rupture.ft_fn_onset),
             rupture.ft_fn_end.map(digits),
-            rupture.front_speed_up_m_per_s.map(|speed| round(speed, 4)),
-            rupture.front_speed_down_m_per_s.map(|speed| round(speed, 4)),
+            front_speed_m_per_s(rupture).map(|speed| round(speed, 4)),
             rupture.mean_slip_m.map(|slip| round(slip, 4)),
         )
     };
@@ -82,7 +82,8 @@ pub(crate) fn data(run: &Run) -> (String, String) {
         name: &run.name,
         blocks: run.header.blocks,
         dt: run.header.time_step_s,
-        steps: run.header.steps,
+        last: last_step(run),
+        lacks: run.lacks.as_deref(),
         c: run.summary.wave_speed_m_per_s,
         lines: [("μ_s", friction.static_coefficient), ("μ_d", friction.dynamic_coefficient)],
         at: run.seen.curve.iter().map(|point| point.0).collect(),
@@ -92,6 +93,17 @@ pub(crate) fn data(run: &Run) -> (String, String) {
         total: [run.seen.rupture_count, run.seen.event_count],
     };
     (format!(" class=\"run\" data-run=\"{}\"", text(&run.name)), json(&known))
+}
+
+/// The last step that went by.
+fn last_step(run: &Run) -> u64 {
+    let simulated = (run.summary.simulated_s / run.header.time_step_s).round() as u64;
+    let curve = run.seen.curve.last().map_or(0, |point| point.0);
+    // In a log that breaks off, events may come after the last record.
+    let ruptures =
+        run.seen.ruptures.iter().map(|seen| seen.rupture.end_step.unwrap_or(seen.rupture.onset_step));
+    let events = run.seen.events.iter().map(|event| event.1.unwrap_or(event.0));
+    ruptures.chain(events).fold(simulated.max(curve), u64::max)
 }
 
 /// What a rupture is: its number and its word.
@@ -184,6 +196,7 @@ pub(crate) fn pair(runs: &[Run]) -> String {
              <label><input id=\"in-view\" type=\"checkbox\"> in view only</label>\
              <label><input id=\"events\" type=\"checkbox\"> <canvas class=\"key\" data-look=\"event\" \
              aria-hidden=\"true\"></canvas>slip events</label></fieldset></div>\n\
+             <p id=\"lacks\" class=\"lacks\" hidden></p>\n\
              <figure id=\"pair\" class=\"needs-script\">\n\
              <div id=\"load\" tabindex=\"0\" role=\"application\" aria-roledescription=\"load curve\" aria-label=\"Load curve: \
              F_T over F_N against time, with the onsets of precursors and global slips. Arrow keys go from rupture to \
@@ -245,8 +258,10 @@ pub(crate) fn details(
         body += &widest(run);
         body += &numbers(&run.summary);
         body += &links(&run.links);
+        let part =
+            if run.lacks.is_some() { " <span class=\"lacks\">not all of it is there</span>" } else { "" };
         let title =
-            format!("{} <span class=\"soft\">{}</span>", text(&run.name), text(in_short(&run.summary)));
+            format!("{} <span class=\"soft\">{}</span>{part}", text(&run.name), in_short(&run.summary));
         let open = if runs.len() == 1 { " open" } else { "" };
         out += &format!(
             "<details class=\"of-run\" id=\"run-{}\"{open}><summary>{title}</summary>\n{body}</details>\n",
@@ -256,13 +271,15 @@ pub(crate) fn details(
     out
 }
 
-/// A run in a line.
+/// A run in a line, as HTML.
 fn in_short(summary: &Summary) -> String {
     let counted = |count: Option<u64>, thing| count.map(|count| counted(count, thing));
-    let onset =
-        summary.first_global_rupture_onset_s.map(|onset| format!("first global slip at {onset:.4} s"));
+    // By its digits and not by decimals: short runs slip within microseconds.
+    let onset = summary
+        .first_global_rupture_onset_s
+        .map(|onset| format!("first global slip at {} s", rounded(onset, 5)));
     let parts = [
-        Some(format!("{} blocks, {} s", summary.blocks, summary.simulated_s)),
+        Some(format!("{} blocks, {} s", summary.blocks, number(summary.simulated_s))),
         counted(summary.rupture_count, "rupture"),
         counted(summary.precursor_count, "precursor"),
         onset.or_else(|| Some("no slip of the whole slider".to_owned())),
@@ -285,7 +302,7 @@ fn widest(run: &Run) -> String {
             None => Cell::None,
         };
         let drop = rupture.ft_fn_end.map(|end| rupture.ft_fn_onset - end);
-        let speed = rupture.front_speed_up_m_per_s.or(rupture.front_speed_down_m_per_s);
+        let speed = front_speed_m_per_s(rupture);
         Row::from(vec![
             Cell::number(rupture.rupture),
             Cell::text(kind(seen).1),
@@ -349,4 +366,39 @@ pub(crate) fn links(links: &[Link]) -> String {
         .map(|link| format!("<a href=\"{}\">{}</a>", text(&link.path), text(&link.words)))
         .collect();
     format!("<p>Files: {}</p>\n", all.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_record::RunHeader;
+    use asperity_summary::{RupturesFrom, Slider, Summarizer};
+
+    use super::in_short;
+
+    #[test]
+    fn the_onset_of_a_short_run_is_not_rounded_to_nothing() {
+        let header = RunHeader {
+            record_schema_version: asperity_record::RECORD_SCHEMA_VERSION,
+            scenario_hash: String::new(),
+            run_id: String::new(),
+            code_version: "c0ffee".to_owned(),
+            scenario: "short".to_owned(),
+            parameter_set: "as-coded".to_owned(),
+            solver: "fast".to_owned(),
+            blocks: 10,
+            time_step_s: 1e-8,
+            longest_stable_step_s: None,
+            steps: 10_000,
+            scales: None,
+        };
+        let mut summary =
+            Summarizer::new("short", &header, Slider::default()).finish(RupturesFrom::Log, None);
+        summary.first_global_rupture_onset_s = Some(2.3e-5);
+        summary.simulated_s = 1e-4;
+        let words = in_short(&summary);
+        assert!(words.starts_with("10 blocks, 10<sup>−4</sup> s, "), "{words}");
+        assert!(words.ends_with("first global slip at 2.3 × 10<sup>−5</sup> s"), "{words}");
+        summary.first_global_rupture_onset_s = Some(1.605_457_5);
+        assert!(in_short(&summary).ends_with(" at 1.6055 s"));
+    }
 }

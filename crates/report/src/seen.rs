@@ -21,13 +21,15 @@ impl Limits {
     /// What all runs share, as soon as that is less.
     const ALL_COLUMNS: usize = 100_000;
     const ALL_RUPTURES: usize = 100_000;
+    /// What each has at least, of both: some 30 kB of a page.
+    const LEAST: usize = 100;
 
     /// Those of a page of so many runs.
     pub fn of_runs(runs: usize) -> Limits {
-        let share = |all: usize, most: usize, least: usize| (all / runs.max(1)).clamp(least, most);
+        let share = |all: usize, most: usize| (all / runs.max(1)).clamp(Limits::LEAST, most);
         Limits {
-            columns: share(Limits::ALL_COLUMNS, Limits::COLUMNS, 400),
-            ruptures: share(Limits::ALL_RUPTURES, Limits::RUPTURES, 500),
+            columns: share(Limits::ALL_COLUMNS, Limits::COLUMNS),
+            ruptures: share(Limits::ALL_RUPTURES, Limits::RUPTURES),
         }
     }
 }
@@ -119,7 +121,10 @@ impl Gather {
     pub fn finish(self) -> Seen {
         let (mut ruptures, rupture_count) = self.ruptures.finish(&precursors_stay);
         ruptures.sort_by_key(|seen| (seen.rupture.onset_step, seen.rupture.rupture));
-        mark_precursors(&mut ruptures.iter_mut().collect::<Vec<_>>());
+        let mut farthest = 0;
+        for seen in &mut ruptures {
+            seen.is_precursor = extends(&mut farthest, &seen.rupture) && !seen.rupture.reached_every_block;
+        }
         let (mut events, event_count) = self.events.finish(&|_| {});
         events.sort_unstable();
         Seen { curve: self.curve.points(), ruptures, rupture_count, events, event_count }
@@ -132,21 +137,19 @@ fn precursors_stay(kept: &mut [(u32, SeenRupture)]) {
     let mut in_order: Vec<&mut (u32, SeenRupture)> = kept.iter_mut().collect();
     in_order.sort_by_key(|(_, seen)| (seen.rupture.onset_step, seen.rupture.rupture));
     let mut farthest = 0;
-    for (blocks, SeenRupture { rupture, .. }) in in_order {
-        if rupture.first_block == 1 && rupture.last_block > farthest {
-            farthest = rupture.last_block;
+    for (blocks, seen) in in_order {
+        if extends(&mut farthest, &seen.rupture) {
             *blocks = u32::MAX;
         }
     }
 }
 
-fn mark_precursors(in_order: &mut [&mut SeenRupture]) {
-    let mut farthest = 0;
-    for seen in in_order {
-        let rupture = &seen.rupture;
-        if rupture.first_block == 1 && rupture.last_block > farthest {
-            farthest = rupture.last_block;
-            seen.is_precursor = !rupture.reached_every_block;
-        }
+/// Whether a rupture grows from block 1 and reaches farther than those that began before it: a precursor,
+/// or the slip of the whole slider.
+fn extends(farthest: &mut u32, rupture: &Rupture) -> bool {
+    let extends = rupture.first_block == 1 && rupture.last_block > *farthest;
+    if extends {
+        *farthest = rupture.last_block;
     }
+    extends
 }

@@ -1,6 +1,6 @@
 //! The model of a scenario, drawn: blocks, springs, contacts, drive and normal load.
 
-use asperity_model::{Law, Plan, Scenario};
+use asperity_model::{DriveKind, Law, Plan, Scenario};
 use asperity_page::markup::text;
 
 use crate::symbols::number;
@@ -20,14 +20,14 @@ const DRAWN: usize = 7;
 /// The sketch of a scenario as SVG, with words for those who do not see it.
 pub(crate) fn sketch(scenario: &Scenario) -> String {
     let plan = Plan::new(scenario);
-    let words = words(&plan);
-    Sketch::of(&plan).svg(&words)
+    let words = words(&plan, scenario.drive.kind);
+    Sketch::of(&plan, scenario.drive.kind).svg(&words)
 }
 
 /// What tells the sketches of scenarios apart: where the drive pulls, and what holds the blocks.
 pub(crate) fn kind(scenario: &Scenario) -> (&'static str, &'static str) {
     let plan = Plan::new(scenario);
-    (contact(&plan), drive(&plan))
+    (contact(&plan), drive(&plan, scenario.drive.kind))
 }
 
 fn contact(plan: &Plan) -> &'static str {
@@ -37,20 +37,18 @@ fn contact(plan: &Plan) -> &'static str {
     }
 }
 
-fn drive(plan: &Plan) -> &'static str {
-    match plan.drive.springs.as_slice() {
-        [] => "no drive",
-        [_] => "a spring drives block 1 from the side",
-        [_, _] if plan.drive.pulls_both_ways() => {
-            "springs pull block 1 backwards and the last block forwards"
-        }
-        _ => "springs drive the blocks from the top",
+fn drive(plan: &Plan, kind: DriveKind) -> &'static str {
+    match kind {
+        _ if plan.drive.springs.is_empty() => "no drive",
+        DriveKind::Side => "a spring drives block 1 from the side",
+        DriveKind::LeftRight => "springs pull block 1 backwards and the last block forwards",
+        DriveKind::Top => "springs drive the blocks from the top",
     }
 }
 
 /// What is seen in it.
-fn words(plan: &Plan) -> String {
-    let (contact, drive) = (contact(plan), drive(plan));
+fn words(plan: &Plan, kind: DriveKind) -> String {
+    let (contact, drive) = (contact(plan), drive(plan, kind));
     let first = plan.normal_load_n.first().copied().unwrap_or_default();
     let last = plan.normal_load_n.last().copied().unwrap_or_default();
     let load = if (first - last).abs() <= 1e-9 * first.abs().max(last.abs()) {
@@ -68,6 +66,7 @@ fn words(plan: &Plan) -> String {
 
 struct Sketch<'a> {
     plan: &'a Plan,
+    kind: DriveKind,
     /// The blocks that are drawn, from 0, and the place left of which there is a gap.
     blocks: Vec<usize>,
     gap_before: Option<usize>,
@@ -75,14 +74,14 @@ struct Sketch<'a> {
 }
 
 impl Sketch<'_> {
-    fn of(plan: &Plan) -> Sketch<'_> {
+    fn of(plan: &Plan, kind: DriveKind) -> Sketch<'_> {
         let last = plan.blocks - 1;
         let (blocks, gap_before) = if plan.blocks <= DRAWN {
             ((0..plan.blocks).collect(), None)
         } else {
             (vec![0, 1, 2, 3, last - 1, last], Some(4))
         };
-        Sketch { plan, blocks, gap_before, out: String::new() }
+        Sketch { plan, kind, blocks, gap_before, out: String::new() }
     }
 
     fn svg(mut self, words: &str) -> String {
@@ -256,9 +255,9 @@ impl Sketch<'_> {
         self.words(last + 30.0, foot - 12.0, "start", &label);
     }
 
-    /// Whether springs pull blocks inside the row.
+    /// Whether a bar above the blocks pulls them.
     fn has_top_drive(&self) -> bool {
-        self.plan.drive.pulls_inside(self.plan.blocks) || (self.plan.drive.springs.len() > 2)
+        self.kind == DriveKind::Top && !self.plan.drive.springs.is_empty()
     }
 
     fn drive(&mut self) {
@@ -296,8 +295,9 @@ impl Sketch<'_> {
             self.path("g", &format!("M{point:.1} {:.1}v20", middle - 10.0));
             let above = middle - 22.0;
             self.arrow([point - 14.0 * direction, above], [point + 14.0 * direction, above]);
-            let middle_of = (point + edge) / 2.0;
-            self.words(middle_of, middle + 22.0, "middle", "<tspan class=\"i\">K</tspan>");
+            // Below the spring; where blocks lie on the surface there is no room but above.
+            let beside = if self.on_springs() { middle + 22.0 } else { middle - 9.0 };
+            self.words((point + edge) / 2.0, beside, "middle", "<tspan class=\"i\">K</tspan>");
             if n == 0 {
                 self.words(point - 30.0, above - 12.0, "start", &velocity);
             }
@@ -333,7 +333,23 @@ mod tests {
         assert!(
             of(&["drive.kind='left-right'", "friction.reattach='two-way'"]).contains("block 1 backwards")
         );
+        // However few blocks there are: a bar above, and a spring to each.
+        for (blocks, springs) in [("slider.blocks=2", 5), ("slider.blocks=3", 8)] {
+            let top = of(&[blocks, "drive.kind='top'"]);
+            assert!(top.contains("from the top") && top.contains("M96.0 22"), "{blocks}: {top}");
+            // Between blocks, below them and above them.
+            assert_eq!(
+                top.matches("class=\"s\"").count() - top.matches("class=\"h\"").count(),
+                springs,
+                "{blocks}"
+            );
+        }
         let rigid = of(&["friction.law='rigid'"]);
+        let letter = |svg: &str| -> f64 {
+            let (before, _) = svg.split_once(">K<").map(|(before, rest)| (before.to_owned(), rest)).unwrap();
+            before.rsplit("y=\"").next().unwrap().split('"').next().unwrap().parse().unwrap()
+        };
+        assert!(letter(&side) < super::SURFACE - 10.0 && letter(&rigid) < super::SURFACE - 10.0);
         assert!(rigid.contains("without a friction spring") && rigid.len() < side.len());
         for svg in [side, few, rigid] {
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");

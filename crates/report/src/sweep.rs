@@ -3,6 +3,7 @@
 use asperity_model::Scenario;
 use asperity_page::Document;
 use asperity_page::markup::{Cell, Row, paragraph, section, sortable_table, table, text};
+use asperity_record::Cell as Held;
 
 use crate::asked::{Asked, main as main_of, parameters};
 use crate::figures::{Figure, figures};
@@ -27,7 +28,7 @@ pub struct Sweep {
     /// The headings of the table of runs: name and unit.
     pub columns: Vec<(String, Option<&'static str>)>,
     /// The rows that there is room for.
-    pub rows: Vec<Vec<asperity_record::Cell>>,
+    pub rows: Vec<Vec<Held>>,
     /// How many there are.
     pub row_count: u64,
     /// Its figures.
@@ -91,9 +92,20 @@ impl Sweep {
         let headings: Vec<String> = self
             .columns
             .iter()
-            .map(|(name, unit)| match unit {
-                Some("1") | None => name.clone(),
-                Some(unit) => format!("#{name} ({unit})"),
+            .enumerate()
+            .map(|(n, (name, unit))| {
+                // Numbers, and what stands for one that there is none of, are set to the right.
+                let is_word = |cells: &Vec<Held>| {
+                    let number = |cell: &Held| {
+                        matches!(cell, Held::Empty | Held::Number(_) | Held::Count(_) | Held::Step(_))
+                    };
+                    cells.get(n).is_some_and(|cell| !number(cell))
+                };
+                let mark = if self.rows.iter().any(is_word) { "" } else { "#" };
+                match unit {
+                    Some("1") | None => format!("{mark}{name}"),
+                    Some(unit) => format!("{mark}{name} ({unit})"),
+                }
             })
             .collect();
         let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
@@ -108,8 +120,7 @@ impl Sweep {
     }
 }
 
-fn cell(cell: &asperity_record::Cell) -> Cell {
-    use asperity_record::Cell as Held;
+fn cell(cell: &Held) -> Cell {
     match cell {
         Held::Empty => Cell::None,
         Held::Number(value) => Cell::Value(*value, rounded(*value, 5)),

@@ -3,7 +3,9 @@
 use asperity_page::markup::text;
 
 /// Names of Greek letters in symbols, and the letters. A name that holds another stands before it.
-const GREEK: [(&str, &str); 8] = [
+const GREEK: [(&str, &str); 10] = [
+    ("alpha", "α"),
+    ("gamma", "γ"),
     ("lambda", "λ"),
     ("theta", "θ"),
     ("beta", "β"),
@@ -33,7 +35,8 @@ pub(crate) fn symbol(written: &str) -> String {
     written.split(' ').map(part).collect::<String>()
 }
 
-/// Words with formulas between dollar signs, as the source writes them, as HTML.
+/// Words with formulas between dollar signs, as the source writes them, as HTML. Words without any that
+/// are written as formulas are one.
 pub(crate) fn formulas(words: &str) -> String {
     const SIGNS: [(&str, &str); 14] = [
         ("\\rightarrow", "→"),
@@ -55,6 +58,7 @@ pub(crate) fn formulas(words: &str) -> String {
     if parts.len().is_multiple_of(2) {
         return text(words);
     }
+    let is_bare = parts.len() == 1 && (words.contains('\\') || words.contains("_{"));
     let formula = |part: &str| {
         let mut out = part.to_owned();
         for (word, letter) in SIGNS {
@@ -77,8 +81,42 @@ pub(crate) fn formulas(words: &str) -> String {
         }
         html + &rest.replace(['{', '}'], "")
     };
-    let set = |(n, part): (usize, &&str)| if n % 2 == 1 { formula(part) } else { text(part) };
+    let set = |(n, part): (usize, &&str)| if is_bare || n % 2 == 1 { formula(part) } else { text(part) };
     parts.iter().enumerate().map(set).collect()
+}
+
+/// Words of our own with symbols among them, as HTML: `F_T/F_N` and `mu_k` with letter and subscript.
+/// What else has an underscore, as the name of a key or of a column, stays as it is.
+pub(crate) fn lettered(words: &str) -> String {
+    let is_of_name = |c: char| c.is_alphanumeric() || c == '_';
+    let letter = |name: &str| -> Option<String> {
+        let known = GREEK.iter().find(|(word, _)| *word == name).map(|(_, letter)| (*letter).to_owned());
+        known.or_else(|| (name.chars().count() == 1).then(|| name.to_owned()))
+    };
+    let set = |name: &str| -> Option<String> {
+        let (base, index) = name.split_once('_').map_or((name, None), |(base, index)| (base, Some(index)));
+        let letter = letter(base)?;
+        match index {
+            None => Some(text(letter)),
+            Some(index) if index.is_empty() || index.contains('_') => None,
+            Some(index) => Some(format!("{}<sub>{}</sub>", text(letter), text(index))),
+        }
+    };
+    let mut out = String::new();
+    let mut rest = words;
+    while let Some(first) = rest.chars().next() {
+        let is_name = is_of_name(first);
+        let end = rest.find(|c| is_of_name(c) != is_name).unwrap_or(rest.len());
+        let (part, after) = rest.split_at(end);
+        // Between dots are keys.
+        let before = &words[..words.len() - rest.len()];
+        let is_of_key = before.ends_with('.')
+            || after.strip_prefix('.').is_some_and(|after| after.starts_with(is_of_name));
+        let symbol = if is_name && !is_of_key { set(part) } else { None };
+        out += &symbol.unwrap_or_else(|| text(part));
+        rest = after;
+    }
+    out
 }
 
 /// The same as plain text, for headings and labels.
@@ -122,7 +160,7 @@ fn signed(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{formulas, number, plain, round, rounded, symbol};
+    use super::{formulas, lettered, number, plain, round, rounded, symbol};
 
     #[test]
     fn symbols_are_those_of_the_field() {
@@ -138,6 +176,32 @@ mod tests {
         assert_eq!(formulas("$k_t/k \\rightarrow \\infty$"), "k<sub>t</sub>/k → ∞");
         assert_eq!(formulas("$F_{N}^{\\text {start }}$"), "F<sub>N</sub><sup>start</sup>");
         assert_eq!(formulas("for 5 $"), "for 5 $");
+        // Without dollar signs.
+        assert_eq!(
+            formulas("F_{T} / F_{N}=\\mu_{k} L_{P} / L"),
+            "F<sub>T</sub> / F<sub>N</sub>=μ<sub>k</sub> L<sub>P</sub> / L"
+        );
+        assert_eq!(formulas("\\mu_{k} \\approx 0.17 t"), "μ<sub>k</sub> ≈ 0.17 t");
+    }
+
+    #[test]
+    fn notes_and_captions_have_letters_and_subscripts() {
+        assert_eq!(
+            lettered("L_p/L against F_T/F_N; over mu_k < alpha l_0/L."),
+            "L<sub>p</sub>/L against F<sub>T</sub>/F<sub>N</sub>; over μ<sub>k</sub> &lt; α l<sub>0</sub>/L."
+        );
+        assert_eq!(lettered("tau_n / p_n, μ_s."), "τ<sub>n</sub> / p<sub>n</sub>, μ<sub>s</sub>.");
+        for name in [
+            "precursor_count of a",
+            "time.step_s",
+            "initial_shear.beta = 1",
+            "theta.x",
+            "a_b_c",
+            "x_",
+            "meta",
+        ] {
+            assert_eq!(lettered(name), name);
+        }
     }
 
     #[test]

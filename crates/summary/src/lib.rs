@@ -44,7 +44,7 @@ mod summary;
 pub mod text;
 
 pub use key::Key;
-pub use measures::WIDE_BLOCKS;
+pub use measures::{WIDE_BLOCKS, front_speed_m_per_s};
 pub use statistics::median;
 pub use summarizer::{LengthLaw, RupturesFrom, Slider, Summarizer};
 pub use summary::Summary;

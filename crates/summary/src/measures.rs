@@ -24,8 +24,9 @@ pub(crate) fn drop_ft_fn(rupture: &Rupture) -> Option<f64> {
     rupture.ft_fn_end.map(|end| rupture.ft_fn_onset - end)
 }
 
-/// The speed of its front on the side where it ran farther, or on the other if only that has one.
-pub(crate) fn front_speed_m_per_s(rupture: &Rupture) -> Option<f64> {
+/// The speed of a rupture's front on the side where it ran farther, or on the other if only that has
+/// one, m/s.
+pub fn front_speed_m_per_s(rupture: &Rupture) -> Option<f64> {
     let up = rupture.last_block.saturating_sub(rupture.nucleation_block);
     let down = rupture.nucleation_block.saturating_sub(rupture.first_block);
     let (farther, other) = if up >= down {

@@ -72,7 +72,9 @@ fn numbers(run: &RunData) -> Result<Vec<(String, String)>, String> {
     let longest =
         ruptures.iter().rev().find(|(_, sort)| *sort == Sort::Precursor).map(|(rupture, _)| rupture);
     let or_none = |text: Option<String>| text.unwrap_or_else(|| "none".to_owned());
-    let at = |time_s: f64, ft_fn: f64| format!("t = {time_s:.4} s, F_T/F_N = {ft_fn:.4}");
+    // Short runs slip within microseconds.
+    let time = |time_s: f64| if time_s < 0.1 { number(time_s) } else { format!("{time_s:.4}") };
+    let at = |time_s: f64, ft_fn: f64| format!("t = {} s, F_T/F_N = {ft_fn:.4}", time(time_s));
     let friction = &run.plan.friction;
     let largest = run.loads().iter().map(|load| load.load_ratio()).fold(f64::NEG_INFINITY, f64::max);
     let c_m_per_s = run.plan.spacing_m / crossing_s(run);
@@ -117,7 +119,7 @@ mod tests {
         assert_eq!(of(&run, "longest precursor"), "2 blocks");
         made_up::with_ruptures(&mut run, &[&[(1, 100, None), (2, 110, None), (3, 120, None)]]);
         assert_eq!((of(&run, "precursors"), of(&run, "global slips")), ("0".to_owned(), "1".to_owned()));
-        assert_eq!(of(&run, "first global slip"), "t = 0.0000 s, F_T/F_N = 0.0000");
+        assert_eq!(of(&run, "first global slip"), "t = 10^{\u{2212}5} s, F_T/F_N = 0.0000");
         assert_eq!(of(&run, "slip events"), "7");
     }
 }

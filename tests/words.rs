@@ -182,7 +182,7 @@ fn the_score_of_the_readme_counts_every_claim() {
 #[test]
 fn the_columns_of_every_table_are_those_of_the_code() {
     let page = read("docs/outputs.md");
-    let all = asperity_export::layout::StepParts { end_forces: true, energies: true };
+    let all = asperity_export::layout::StepParts { end_forces: true, energies: true, contact_loads: true };
     let layouts = asperity_export::layout::record_layouts(all);
     let kinds = asperity_run::detectors::event_kinds();
     let records = layouts.iter().map(|layout| (layout.topic.as_ref(), layout.columns.as_slice()));

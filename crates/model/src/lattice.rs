@@ -237,8 +237,8 @@ impl Lattice {
     fn dashpots_inside<const BELOW: bool, const ABOVE: bool>(&self, force_n: &mut [f64], v: Rows<'_>) {
         let inner = force_n.len();
         let (v0, v1, v2) = (Row::of(v[0], inner), Row::of(v[1], inner), Row::of(v[2], inner));
-        for n in 0..inner {
-            force_n[n] = self.dashpot_force_n(&Around::inside::<BELOW, ABOVE>(&v0, &v1, &v2, n));
+        for (n, force_n) in force_n.iter_mut().enumerate() {
+            *force_n = self.dashpot_force_n(&Around::inside::<BELOW, ABOVE>(&v0, &v1, &v2, n));
         }
     }
 

@@ -103,7 +103,7 @@ fn is_first_weakening_velocity(value: &f64) -> bool {
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references")]
 fn is_first_foundation(value: &f64) -> bool {
-    *value == FOUNDATION_RATIO
+    value.to_bits() == FOUNDATION_RATIO.to_bits()
 }
 
 /// `[drive]`

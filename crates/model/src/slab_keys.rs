@@ -131,7 +131,7 @@ pub(crate) fn of_a_chain(scenario: &Scenario) -> Vec<Refusal> {
         ));
     }
     let ratio = scenario.normal_load.foundation_stiffness_ratio;
-    if ratio != FOUNDATION_RATIO && !scenario.slider.is_slab() {
+    if ratio.to_bits() != FOUNDATION_RATIO.to_bits() && !scenario.slider.is_slab() {
         refused.push((
             "normal_load.foundation_stiffness_ratio",
             format!("a chain has no foundation, and {ratio} is given"),

@@ -92,7 +92,6 @@ impl Sum {
     }
 
     /// Whether nothing has been added.
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references")]
     fn is_zero(&self) -> bool {
         self.total == 0.0 && self.rest == 0.0
     }

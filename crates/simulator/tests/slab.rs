@@ -111,9 +111,9 @@ impl Page {
             };
         }
         let dt = plan.grid.step_s();
-        for n in 0..2 * nodes {
-            self.v[n] += dt * force[n] / plan.block_mass_kg;
-            self.u[n] += dt * self.v[n];
+        for (force, (u, v)) in force.iter().zip(self.u.iter_mut().zip(&mut self.v)) {
+            *v += dt * force / plan.block_mass_kg;
+            *u += dt * *v;
         }
         let mut switched = Vec::new();
         for n in 0..contacts {

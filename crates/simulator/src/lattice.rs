@@ -13,6 +13,9 @@
 //! 5. switches, in force from the next step: a stuck contact detaches at `|tau_n| >= mu_s p_n`, a
 //!    sliding one whose new velocity has come to rest re-attaches at `u_stick = u_x - tau_n / k_t`.
 //!
+//! The loops over the nodes stand in [`crate::sweep`], compiled for several instruction sets with the
+//! same bits; what is of the contacts, 57 of 1767 nodes in the default slab, is written out here.
+//!
 //! **Energies.** Forces do the work `F w` on the way `w = dt v'` ([`crate::energy`]). Springs between
 //! nodes are linear, so `w M w / 2 = w (F_s - F_{s+1}) / 2` with `F_s` their pull in step `s`. With
 //! `d = v' - v` the sum of that over the steps is the sum of `dt F_s d / 2`, less `dt F v / 2` of the

@@ -40,7 +40,10 @@ fn a_slab_is_logged_and_comes_back() {
     assert!(plain.solver.fallbacks.is_empty());
     let summary = succeed(&["summary", text(&log)]);
     assert!(summary.contains("precursor count                        1"), "{summary}");
-    assert!(summary.contains("length law                             -"), "the theory is of chains: {summary}");
+    assert!(
+        summary.contains("length law                             -"),
+        "the theory is of chains: {summary}"
+    );
 }
 
 #[test]
@@ -94,10 +97,16 @@ fn what_a_slab_cannot_have_is_refused_with_the_reason() {
     let folder = asperity_testkit::folder();
     let log = folder.path().join("none.mcap");
     for (set, said) in [
-        ("slider.rows=30", "0.075 over 30 rows is no square lattice with slider.length_m = 0.14 over 57 blocks"),
+        (
+            "slider.rows=30",
+            "0.075 over 30 rows is no square lattice with slider.length_m = 0.14 over 57 blocks",
+        ),
         ("friction.law=rigid", "a slab at rest is held by friction springs"),
         ("drive.kind=top", "0.005 has no meaning for this drive"),
-        ("drive.height_m=0.08", "0.08 is above the slab (accepted: a number from 0 to slider.height_m = 0.075)"),
+        (
+            "drive.height_m=0.08",
+            "0.08 is above the slab (accepted: a number from 0 to slider.height_m = 0.075)",
+        ),
         ("initial_shear.poisson_ratio=0.3", "the shear of a slab at rest follows from its load"),
         ("time.step_s=1e-6", "above the stability limit of the scheme for this slab"),
     ] {

@@ -395,6 +395,7 @@ pages_that_run! {
     run_logs_run: "docs/run-logs.md",
     rules_run: "docs/rules.md",
     ruptures_run: "docs/ruptures.md",
+    slab_runs: "docs/slab.md",
     scenarios_run: "docs/scenarios.md",
     sweeps_run: "docs/sweeps.md",
 }

@@ -71,14 +71,17 @@ pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, contact_loads: boo
         stick_position_m,
         detached,
     } = record;
-    let lengths = [
+    let mut lengths = vec![
         displacement_m.len(),
         velocity_m_per_s.len(),
         tangential_force_n.len(),
-        if contact_loads { normal_load_n.len() } else { displacement_m.len() + normal_load_n.len() },
         stick_position_m.len(),
         detached.len(),
     ];
+    if contact_loads || !normal_load_n.is_empty() {
+        // Where the table has no column for them, they are as wrong as too few.
+        lengths.push(if contact_loads { normal_load_n.len() } else { 0 });
+    }
     Ragged::check(crate::layout::FIELDS, *step, &lengths)?;
     for (index, block) in (0..displacement_m.len()).zip(1..) {
         let cells = [
@@ -157,6 +160,13 @@ mod tests {
         let error = fields(&mut batch, &short, false).unwrap_err().to_string();
         assert!(error.contains("step 8") && error.contains("/fields") && error.contains("[2, 2, 2, 1, 2]"));
         assert_eq!(batch.rows(), 2, "nothing of it is taken");
+
+        let parts = StepParts { contact_loads: true, ..StepParts::default() };
+        let mut batch = Batch::new(&record_layouts(parts)[2].columns);
+        let slab = FieldRecord { normal_load_n: vec![5.0, 6.0], stick_position_m: vec![3.0, 4.0], ..short };
+        fields(&mut batch, &slab, true).unwrap();
+        assert_eq!(batch.columns()[8].cell(1), Cell::Number(6.0));
+        assert!(fields(&mut batch, &slab, false).is_err(), "a log is of a chain or of a slab");
     }
 
     #[test]

@@ -98,7 +98,7 @@ pub(crate) fn sketch(plan: &Plan, lattice: &Lattice) -> String {
         }
         path("s", &format!("M{:.1} {at:.1}h-34", LEFT - 60.0));
         path("h", &format!("M{:.1} {at:.1}l-7 -3v6Z", LEFT - 60.0));
-        labels.push((LEFT - 156.0, at - 8.0, velocity));
+        labels.push((LEFT - 156.0, at - 24.0, velocity));
         labels.push((LEFT - 36.0, at - 8.0, "<tspan class=\"i\">K</tspan>".to_owned()));
     }
     let load = format!(

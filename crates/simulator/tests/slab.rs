@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use asperity_model::lattice::Bond;
 use asperity_model::{Lattice, Plan, resolve};
-use asperity_record::{Direction, Record, StepRecord};
-use asperity_simulator::{ChainState, Plain, Solver, SolverKind};
+use asperity_record::{Direction, Record, RunStatus, StepRecord};
+use asperity_simulator::{ChainState, Expectation, Plain, Solver, SolverKind, Witness};
 
 /// A slab that is small, so that a second of it takes a moment: 9 x 5 nodes.
 const SMALL: [&str; 8] = [
@@ -374,4 +374,129 @@ fn a_contact_that_has_lifted_off_bears_nothing_and_does_not_hold() {
     let change = after.velocity_m_per_s[AT] - before.velocity_m_per_s[AT];
     let force_n = change * plan.block_mass_kg / plan.grid.step_s();
     assert!((force_n - after.tangential_force_n[AT]).abs() < 1e-9 * force_n.abs());
+}
+
+/// All records of a slab, with a state after every step.
+fn all_records(plan: &Plan) -> Vec<Record> {
+    let mut solver = SolverKind::Plain.start(plan.clone());
+    let mut found = Vec::new();
+    while let Some(record) = solver.next_record().unwrap_or_else(|error| panic!("{error}")) {
+        found.push(record);
+    }
+    found
+}
+
+/// What is said of records, and of their end.
+fn judged(plan: &Plan, records: &[Record]) -> Result<(), String> {
+    let mut expectation = Expectation::of(plan.clone(), false);
+    for record in records {
+        expectation.take(record, false).map_err(|departure| departure.to_string())?;
+    }
+    expectation.finish(RunStatus::Complete, None).map_err(|departure| departure.to_string())
+}
+
+#[test]
+fn records_of_a_slab_are_judged_as_far_as_its_contacts_tell() {
+    for sets in [&[][..], &["drive.height_m=0", "friction.ageing_coefficient=0.02"]] {
+        let every_step = ["recording.fields_s=1e-5", "time.duration_s=0.06"];
+        let plan = plan(&[&every_step, sets].concat());
+        let honest = all_records(&plan);
+        assert_eq!(judged(&plan, &honest), Ok(()));
+        let with_switch = honest
+            .iter()
+            .position(|record| matches!(record, Record::Step(step) if !step.switches.is_empty()))
+            .expect("a contact switches");
+        type Forge = fn(&mut Record);
+        let of_state = |forge: Forge| {
+            (honest.len() / 2..).find(|at| matches!(honest[*at], Record::Fields(_))).map(|at| (at, forge))
+        };
+        let forgeries: [(Option<(usize, Forge)>, &str); 6] = [
+            (
+                Some((0, |record| {
+                    if let Record::Fields(state) = record {
+                        state.normal_load_n[4] *= 1.0 + 1e-12;
+                    }
+                })),
+                "the state at the start is not that of the scenario",
+            ),
+            (
+                of_state(|record| {
+                    if let Record::Fields(state) = record {
+                        state.normal_load_n.clear();
+                    }
+                }),
+                "0 normal loads of contacts, not 9",
+            ),
+            (
+                of_state(|record| {
+                    if let Record::Fields(state) = record {
+                        state.normal_load_n[2] = -1.0;
+                    }
+                }),
+                "nothing pulls it down",
+            ),
+            (
+                Some((with_switch, |record| {
+                    if let Record::Step(step) = record {
+                        step.switches[0].threshold_n *= 1.0 - 1e-12;
+                    }
+                })),
+                "and it bears what makes",
+            ),
+            (
+                Some((with_switch, |record| {
+                    if let Record::Step(step) = record {
+                        step.switches[0].threshold_n = -1.0;
+                    }
+                })),
+                "the threshold of block",
+            ),
+            (
+                Some((with_switch, |record| {
+                    if let Record::Step(step) = record
+                        && let Some(energy) = &mut step.energy
+                    {
+                        energy.prestress_work_j += 1e-6;
+                    }
+                })),
+                "the energies do not balance",
+            ),
+        ];
+        for (forgery, expected) in forgeries {
+            let (at, forge) = forgery.expect("there is such a record");
+            let mut records = honest.clone();
+            forge(&mut records[at]);
+            let said = judged(&plan, &records).expect_err(expected);
+            assert!(said.contains(expected), "{said}");
+        }
+    }
+}
+
+/// What the contacts' records and the balance of the energies say of a checkpoint.
+#[test]
+fn a_forged_state_of_a_slab_is_refused() {
+    let plan = plan(&["time.duration_s=0.06"]);
+    let mut solver = SolverKind::Plain.start(plan.clone());
+    let mut witness = Witness::new(&plan);
+    while let Some(record) = solver.next_record().unwrap_or_else(|error| panic!("{error}")) {
+        witness.saw(&record);
+    }
+    let (state, counters) = (solver.snapshot(), solver.counters());
+    assert!(counters.switches > 0);
+    assert_eq!(witness.confirm(&state, &counters), Ok(()));
+    let nodes = lattice(&plan).nodes();
+    type Forge = fn(&mut ChainState, usize);
+    let forgeries: [(Forge, &str); 5] = [
+        (|state, nodes| state.displacement_m[nodes - 1] += 1e-6, "the energies do not balance"),
+        (|state, nodes| state.velocity_m_per_s[2 * nodes - 1] += 1e-2, "the energies do not balance"),
+        (|state, _| state.stick_position_m[0] += 1e-12, "anchored at"),
+        (|state, _| state.slip[1] = 1.0 - state.slip[1], "it is not a state of this scenario"),
+        (|state, _| state.energy = None, "it has no energies"),
+    ];
+    for (forge, expected) in forgeries {
+        let mut forged = state.clone();
+        forge(&mut forged, nodes);
+        let said = witness.confirm(&forged, &counters).expect_err(expected);
+        assert!(said.contains(expected), "{said}");
+    }
 }

@@ -54,10 +54,15 @@ fn kinds(bytes: &[u8]) -> Vec<u8> {
 
 /// A small log of several chunks and checkpoints.
 fn sound(folder: &Path) -> Vec<u8> {
-    let path = folder.join("sound.mcap");
     // The plain solver takes its time, and there is a checkpoint a few times a second.
     let often = ["--solver", "plain", "--checkpoint-s", "0.05", "--set", "time.duration_s=0.61"];
-    binary::run(&[&small::SCENARIO[..3], &often].concat(), &path);
+    sound_of(folder, &[&small::SCENARIO[..3], &often].concat())
+}
+
+/// The same of a scenario.
+fn sound_of(folder: &Path, scenario: &[&str]) -> Vec<u8> {
+    let path = folder.join("sound.mcap");
+    binary::run(scenario, &path);
     let bytes = fs::read(&path).expect("the log can be read");
     // Events of all kinds but slips of the whole slider.
     let (items, _) = read(&path);
@@ -152,6 +157,20 @@ fn every_flipped_bit_of_a_whole_log_is_seen() {
     let folder = asperity_testkit::folder();
     let bytes = sound(folder.path());
     flip("whole", &bytes, FLIPS, |_, (_, problem)| match problem {
+        None => Some("called whole".to_owned()),
+        Some(problem) => problem.is_early_end().then(|| format!("called incomplete: {problem}")),
+    });
+}
+
+/// Of a slab, checkpoints hold what no record does, and states have a column of their own.
+#[test]
+fn every_flipped_bit_of_a_slabs_log_is_seen() {
+    let folder = asperity_testkit::folder();
+    let sets = "slider.blocks=29 slider.rows=16 time.step_s=4e-7 time.duration_s=0.25";
+    let sets = sets.split(' ').flat_map(|set| ["--set", set]);
+    let scenario: Vec<&str> = ["slab", "--checkpoint-s", "0.05"].into_iter().chain(sets).collect();
+    let bytes = sound_of(folder.path(), &scenario);
+    flip("slab", &bytes, FLIPS / 4, |_, (_, problem)| match problem {
         None => Some("called whole".to_owned()),
         Some(problem) => problem.is_early_end().then(|| format!("called incomplete: {problem}")),
     });

@@ -50,6 +50,7 @@ mod rupture_fields;
 mod ruptures;
 mod salvage;
 mod scenarios;
+mod slab;
 #[cfg(target_os = "linux")]
 mod slurm;
 mod staging;

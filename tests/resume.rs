@@ -14,7 +14,7 @@ use asperity_runlog::{LogItem, RunReader, Topics, partial_path};
 use asperity_testkit::{Random, read_log};
 
 /// Runs that differ in what a solver's state is made of.
-const SCENARIOS: [&[&str]; 5] = [
+const SCENARIOS: [&[&str]; 6] = [
     // Jumps, windows and single steps, a record about every twenty microseconds of work.
     &["default", "--set", "time.duration_s=2"],
     &["default", "--set", "time.duration_s=1.2", "--set", "parameter_set=as-stated"],
@@ -41,6 +41,20 @@ const SCENARIOS: [&[&str]; 5] = [
         "prestress.ratio=0.1",
         "--set",
         "prestress.first_block_ratio=0.05",
+    ],
+    // Nodes above the contacts, which no record has.
+    &[
+        "slab",
+        "--set",
+        "slider.blocks=29",
+        "--set",
+        "slider.rows=16",
+        "--set",
+        "time.step_s=4e-7",
+        "--set",
+        "time.duration_s=0.25",
+        "--set",
+        "recording.sample_s=2e-4",
     ],
 ];
 

@@ -182,7 +182,7 @@ fn the_score_of_the_readme_counts_every_claim() {
 #[test]
 fn the_columns_of_every_table_are_those_of_the_code() {
     let page = read("docs/outputs.md");
-    let all = asperity_export::layout::StepParts { end_forces: true, energies: true };
+    let all = asperity_export::layout::StepParts { end_forces: true, energies: true, contact_loads: true };
     let layouts = asperity_export::layout::record_layouts(all);
     let kinds = asperity_run::detectors::event_kinds();
     let records = layouts.iter().map(|layout| (layout.topic.as_ref(), layout.columns.as_slice()));
@@ -395,6 +395,7 @@ pages_that_run! {
     run_logs_run: "docs/run-logs.md",
     rules_run: "docs/rules.md",
     ruptures_run: "docs/ruptures.md",
+    slab_runs: "docs/slab.md",
     scenarios_run: "docs/scenarios.md",
     sweeps_run: "docs/sweeps.md",
 }

@@ -187,6 +187,7 @@ mod tests {
             displacement_m: vec![0.0; 3],
             velocity_m_per_s: vec![0.0; 3],
             tangential_force_n: vec![45.0; 3],
+            normal_load_n: Vec::new(),
             stick_position_m: vec![0.0; 3],
             detached: vec![0; 3],
         };

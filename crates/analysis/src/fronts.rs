@@ -45,7 +45,7 @@ pub(crate) fn steady_span(blocks: usize) -> std::ops::RangeInclusive<usize> {
 
 /// The time in which the chain's waves cross a block, `a / c = sqrt(m / k)`.
 pub(crate) fn crossing_s(run: &RunData) -> f64 {
-    (run.plan.block_mass_kg / run.plan.elastic.stiffness_n_per_m()).sqrt()
+    run.plan.scales.block_time_s
 }
 
 /// The passages of the blocks of the steady span; None if the front did not come to all of them.

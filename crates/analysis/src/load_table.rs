@@ -44,7 +44,7 @@ impl LoadTable {
         both_ways: bool,
     ) -> Result<LoadTable, AnalysisError> {
         let paths = table_file::paths(folder, name);
-        let parts = StepParts { end_forces: both_ways, energies: false };
+        let parts = StepParts { end_forces: both_ways, ..StepParts::default() };
         let columns = step_columns(parts);
         let csv = CsvRows::new(files.create(&paths[0])?, &columns, Spelling::Plain)
             .map_err(|error| refused(&paths[0], &error))?;

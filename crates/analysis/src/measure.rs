@@ -258,11 +258,34 @@ impl Measure {
         }
     }
 
+    /// Whether it holds a run against theory of the stuck or the moving chain, which a slab is not.
+    fn is_beside_a_chain(self) -> bool {
+        matches!(
+            self,
+            Measure::AffectedBlocksTheory
+                | Measure::AffectedCutOffLowest
+                | Measure::AffectedCutOffHighest
+                | Measure::AffectedBlocksError
+                | Measure::AheadOfFrontError
+                | Measure::OverdampedModes
+                | Measure::InitialShearError
+                | Measure::OnsetProfileError
+                | Measure::DecayingDriveOnsetError
+                | Measure::RingDownError
+                | Measure::RelativePrestress
+                | Measure::FrontSpeedError
+                | Measure::ArrestPrestress
+        )
+    }
+
     /// Measures a run; `None` where the run does not have what it takes. `near`
     /// is a number of blocks, for measures that look for the nearest precursor, or
     /// the load `F_T / F_N` for those that are taken at one.
     pub fn of(self, run: &RunData, near: Option<f64>) -> Option<f64> {
         let mu_d = run.plan.friction.dynamic_coefficient;
+        if self.is_beside_a_chain() && run.plan.elastic.lattice().is_some() {
+            return None;
+        }
         match self {
             Measure::TimeToDynamicCoefficient => time_to_reach(run, mu_d),
             Measure::SlopeToDynamicCoefficient => Some(mu_d / time_to_reach(run, mu_d)?),
@@ -413,7 +436,7 @@ fn middle(slip: &SlipEvent) -> f64 {
 
 /// Duration of a slip event over the time in which sound crosses its blocks.
 fn over_crossing(run: &RunData, event: &SlipEvent) -> Option<f64> {
-    let per_block_s = (run.plan.block_mass_kg / run.plan.elastic.stiffness_n_per_m()).sqrt();
+    let per_block_s = run.plan.scales.block_time_s;
     Some((event.end_s? - event.onset_s) / (f64::from(event.blocks_slipped) * per_block_s))
 }
 
@@ -563,7 +586,7 @@ mod tests {
         let toml = "[[recording.window]]\nfrom_s = 0.1\nto_s = 0.9\nevery_s = 1e-3\n\
                     first_block = 1\nlast_block = 1";
         let run = made_up::run(toml, &[(500_000, 900_000, &[1]), (2_000_000, 2_500_000, &[1, 2])]);
-        let crossing_s = 2.0 * (run.plan.block_mass_kg / run.plan.elastic.stiffness_n_per_m()).sqrt();
+        let crossing_s = 2.0 * run.plan.scales.block_time_s;
         let ours = Measure::EventOverCrossing.of(&run, Some(2.0)).unwrap();
         assert!((ours * crossing_s - 0.05).abs() < 1e-12);
         // The one before the window is nearer in length, but outside.

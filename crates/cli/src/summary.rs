@@ -6,7 +6,7 @@ use std::path::Path;
 
 use asperity_export::{CsvRows, Spelling};
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
-use asperity_model::{DriveKind, Scenario, ScenarioSource};
+use asperity_model::{Scenario, ScenarioSource};
 use asperity_record::{EventPayload, Record, Rupture, StepRecord};
 use asperity_run::{Checked, Verdict, at_once};
 use asperity_runlog::{LogItem, RunReader, Topics};
@@ -124,8 +124,8 @@ fn name(run: &Path) -> String {
 pub(crate) fn slider(scenario: &Scenario) -> Slider {
     let law = LengthLaw::natural(scenario);
     let parameters = LengthLawParameters::of(scenario);
-    // Where both ends are pulled, F_T is a difference.
-    let length_law = (scenario.drive.kind != DriveKind::LeftRight).then(|| asperity_summary::LengthLaw {
+    // Where both ends are pulled, F_T is a difference; of slabs there is no theory.
+    let length_law = LengthLaw::is_for(scenario).then(|| asperity_summary::LengthLaw {
         name: law.table_word(),
         load_ratio: Box::new(move |lp_l| law.load_ratio(&parameters, lp_l)),
     });

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileError, FileSet, Inputs};
-use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Record, RunHeader};
+use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, FieldRecord, Record, RunHeader};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 use serde::Serialize;
 
@@ -19,7 +19,8 @@ use crate::batch::Batch;
 use crate::foreign;
 use crate::format::{About, Format, FormatError, State, TableWriter};
 use crate::layout::{
-    EVENTS, FIELDS, Layout, STEP, SWITCH, StepParts, WINDOW, event_layout, record_layouts, step_columns,
+    EVENTS, FIELDS, Layout, STEP, SWITCH, StepParts, WINDOW, event_layout, fields_columns, record_layouts,
+    step_columns,
 };
 use crate::rows;
 
@@ -155,6 +156,8 @@ pub struct Export<'a> {
     /// How the events of a topic are read, whether or not a table is made of them.
     events: BTreeMap<String, EventRows>,
     parts: Option<StepParts>,
+    /// Whether states have what each block bears, once the first has been seen.
+    contact_loads: Option<bool>,
     /// The time of the last record, s.
     last_s: f64,
     left_out: BTreeMap<String, u64>,
@@ -242,6 +245,7 @@ impl<'a> Export<'a> {
             files,
             events,
             parts: None,
+            contact_loads: None,
             last_s: 0.0,
             left_out: BTreeMap::new(),
             judged: Judged { state: State::Whole, problem: None, until_step: u64::MAX },
@@ -349,7 +353,9 @@ impl<'a> Export<'a> {
                 Ok(())
             }
             Record::Fields(record) => {
-                self.batch(FIELDS, record.time_s).map_or(Ok(()), |batch| rows::fields(batch, record))
+                let contact_loads = self.contact_loads.unwrap_or_else(|| self.first_state(record));
+                self.batch(FIELDS, record.time_s)
+                    .map_or(Ok(()), |batch| rows::fields(batch, record, contact_loads))
             }
             Record::Window(record) => {
                 self.batch(WINDOW, record.time_s).map_or(Ok(()), |batch| rows::window(batch, record))
@@ -395,11 +401,23 @@ impl<'a> Export<'a> {
     /// steps its columns then; no row has been written yet.
     fn first_step(&mut self, parts: StepParts) -> StepParts {
         self.parts = Some(parts);
-        if let Some(table) = self.tables.iter_mut().find(|table| table.layout.topic == STEP) {
-            table.layout.columns = step_columns(parts);
+        self.set_columns(STEP, step_columns(parts));
+        parts
+    }
+
+    /// The same of states of all blocks.
+    fn first_state(&mut self, record: &FieldRecord) -> bool {
+        let contact_loads = !record.normal_load_n.is_empty();
+        self.contact_loads = Some(contact_loads);
+        self.set_columns(FIELDS, fields_columns(StepParts { contact_loads, ..StepParts::default() }));
+        contact_loads
+    }
+
+    fn set_columns(&mut self, topic: &str, columns: Vec<Column>) {
+        if let Some(table) = self.tables.iter_mut().find(|table| table.layout.topic == topic) {
+            table.layout.columns = columns;
             table.batch = Batch::new(&table.layout.columns);
         }
-        parts
     }
 
     /// Writes the rows of those tables that have so many.

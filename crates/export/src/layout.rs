@@ -54,22 +54,7 @@ pub fn record_layouts(parts: StepParts) -> Vec<Layout> {
                 number("threshold_n", "Static friction threshold of this step."),
             ],
         ),
-        layout(
-            FIELDS,
-            vec![
-                STEP_COLUMN,
-                TIME,
-                BLOCK,
-                DISPLACEMENT,
-                VELOCITY,
-                TANGENTIAL_FORCE,
-                number(
-                    "stick_position_m",
-                    "Anchor of the friction spring; without meaning while the block slides.",
-                ),
-                flag("detached", "Whether the block enters the next step detached."),
-            ],
-        ),
+        layout(FIELDS, fields_columns(parts)),
         layout(
             WINDOW,
             vec![
@@ -86,20 +71,44 @@ pub fn record_layouts(parts: StepParts) -> Vec<Layout> {
     ]
 }
 
-/// What step records have in some runs only.
+/// What records have in some runs only.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StepParts {
     /// Forces on both ends, where the drive pulls there.
     pub end_forces: bool,
     /// Energies, in logs that have them.
     pub energies: bool,
+    /// In states of all blocks, what each of them bears: those of slabs.
+    pub contact_loads: bool,
 }
 
 impl StepParts {
     /// Of that record.
     pub fn of(record: &StepRecord) -> StepParts {
-        StepParts { end_forces: record.end_forces_n.is_some(), energies: record.energy.is_some() }
+        StepParts {
+            end_forces: record.end_forces_n.is_some(),
+            energies: record.energy.is_some(),
+            contact_loads: false,
+        }
     }
+}
+
+/// The columns of the table of states of all blocks.
+pub(crate) fn fields_columns(parts: StepParts) -> Vec<Column> {
+    let mut columns = vec![
+        STEP_COLUMN,
+        TIME,
+        BLOCK,
+        DISPLACEMENT,
+        VELOCITY,
+        TANGENTIAL_FORCE,
+        number("stick_position_m", "Anchor of the friction spring; without meaning while the block slides."),
+        flag("detached", "Whether the block enters the next step detached."),
+    ];
+    if parts.contact_loads {
+        columns.push(number("normal_load_n", "Normal load on the contact that this step's update used."));
+    }
+    columns
 }
 
 /// The columns of the table of step records; without energies those of the load table that runs
@@ -179,7 +188,7 @@ mod tests {
 
     #[test]
     fn forces_on_the_ends_stand_behind_the_other_columns() {
-        let of = |end_forces| step_columns(StepParts { end_forces, energies: false });
+        let of = |end_forces| step_columns(StepParts { end_forces, ..StepParts::default() });
         let [short, long] = [false, true].map(of);
         assert_eq!(short[..], long[..short.len()]);
         assert_eq!(&*long[short.len()].name, "first_end_force_n");
@@ -189,7 +198,7 @@ mod tests {
     fn energies_stand_last_in_the_order_of_their_fields() {
         let names = asperity_record::Energy::default().parts().map(|(name, _)| name);
         for end_forces in [false, true] {
-            let columns = step_columns(StepParts { end_forces, energies: true });
+            let columns = step_columns(StepParts { end_forces, energies: true, ..StepParts::default() });
             let last: Vec<&str> = columns[columns.len() - 8..].iter().map(|column| &*column.name).collect();
             assert_eq!(last, names);
         }

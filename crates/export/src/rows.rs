@@ -59,26 +59,32 @@ pub(crate) fn switch(batch: &mut Batch, record: &StepRecord, switch: &Switch) {
     ]);
 }
 
-pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord) -> Result<(), Ragged> {
+/// `contact_loads` says whether the table has what each block bears.
+pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, contact_loads: bool) -> Result<(), Ragged> {
     let FieldRecord {
         step,
         time_s,
         displacement_m,
         velocity_m_per_s,
         tangential_force_n,
+        normal_load_n,
         stick_position_m,
         detached,
     } = record;
-    let lengths = [
+    let mut lengths = vec![
         displacement_m.len(),
         velocity_m_per_s.len(),
         tangential_force_n.len(),
         stick_position_m.len(),
         detached.len(),
     ];
+    if contact_loads || !normal_load_n.is_empty() {
+        // Where the table has no column for them, they are as wrong as too few.
+        lengths.push(if contact_loads { normal_load_n.len() } else { 0 });
+    }
     Ragged::check(crate::layout::FIELDS, *step, &lengths)?;
     for (index, block) in (0..displacement_m.len()).zip(1..) {
-        batch.push(&[
+        let cells = [
             Cell::Step(*step),
             Cell::Number(*time_s),
             Cell::Count(block),
@@ -87,7 +93,9 @@ pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord) -> Result<(), Ragg
             Cell::Number(tangential_force_n[index]),
             Cell::Number(stick_position_m[index]),
             Cell::Flag(detached[index] != 0),
-        ]);
+            Cell::Number(normal_load_n.get(index).copied().unwrap_or_default()),
+        ];
+        batch.push(&cells[..if contact_loads { 9 } else { 8 }]);
     }
     Ok(())
 }
@@ -136,11 +144,12 @@ mod tests {
             displacement_m: vec![1e-7, 2e-7],
             velocity_m_per_s: vec![5e-324, -0.0],
             tangential_force_n: vec![1.0, 2.0],
+            normal_load_n: Vec::new(),
             stick_position_m: vec![3.0, 4.0],
             detached: vec![0, 1],
         };
         let mut batch = Batch::new(&record_layouts(StepParts::default())[2].columns);
-        fields(&mut batch, &state).unwrap();
+        fields(&mut batch, &state, false).unwrap();
         let column = |n: usize| (0..2).map(|row| batch.columns()[n].cell(row)).collect::<Vec<_>>();
         assert_eq!(column(0), [Cell::Step(8); 2]);
         assert_eq!(column(2), [Cell::Count(1), Cell::Count(2)]);
@@ -148,9 +157,16 @@ mod tests {
         assert_eq!(column(7), [Cell::Flag(false), Cell::Flag(true)]);
 
         let short = FieldRecord { stick_position_m: vec![3.0], ..state };
-        let error = fields(&mut batch, &short).unwrap_err().to_string();
+        let error = fields(&mut batch, &short, false).unwrap_err().to_string();
         assert!(error.contains("step 8") && error.contains("/fields") && error.contains("[2, 2, 2, 1, 2]"));
         assert_eq!(batch.rows(), 2, "nothing of it is taken");
+
+        let parts = StepParts { contact_loads: true, ..StepParts::default() };
+        let mut batch = Batch::new(&record_layouts(parts)[2].columns);
+        let slab = FieldRecord { normal_load_n: vec![5.0, 6.0], stick_position_m: vec![3.0, 4.0], ..short };
+        fields(&mut batch, &slab, true).unwrap();
+        assert_eq!(batch.columns()[8].cell(1), Cell::Number(6.0));
+        assert!(fields(&mut batch, &slab, false).is_err(), "a log is of a chain or of a slab");
     }
 
     #[test]

@@ -45,6 +45,11 @@ impl LengthLaw {
         }
     }
 
+    /// Whether there is one for a scenario: for a chain that is driven in one direction.
+    pub fn is_for(scenario: &Scenario) -> bool {
+        scenario.drive.kind != DriveKind::LeftRight && !scenario.slider.is_slab()
+    }
+
     /// The equation's number, as in `5.22`, or the name of what has none.
     pub fn equation(self) -> &'static str {
         match self {
@@ -252,8 +257,8 @@ pub struct LoadCurve {
 }
 
 impl LoadCurve {
-    /// The curve of a scenario, where it is as simple as that: a drive at the side, a normal load
-    /// that is constant at the start, no initial shear, at most an even prestress, and sliding
+    /// The curve of a scenario, where it is as simple as that: a chain with a drive at the side, a
+    /// normal load that is constant at the start, no initial shear, at most an even prestress, and sliding
     /// friction in proportion to the normal load.
     pub fn of(scenario: &Scenario) -> Option<LoadCurve> {
         let (friction, prestress) = (&scenario.friction, &scenario.prestress);
@@ -266,7 +271,8 @@ impl LoadCurve {
             prestress.first_block_ratio == 0.0 && prestress.rise_ratio == 0.0 && prestress.profile.is_empty();
         let mu_d = friction.dynamic_coefficient - prestress.ratio;
         let drives = scenario.drive.kind == DriveKind::Side && scenario.drive.velocity_m_per_s > 0.0;
-        if !(is_plain_friction && is_unstrained && is_even_prestress && drives && mu_d > 0.0) {
+        let is_chain = !scenario.slider.is_slab();
+        if !(is_chain && is_plain_friction && is_unstrained && is_even_prestress && drives && mu_d > 0.0) {
             return None;
         }
         let plan = Plan::new(scenario);

@@ -54,4 +54,5 @@ scenarios![
     "unloading-top-driven-poisson",
     "front",
     "slip-pulse",
+    "slab",
 ];

@@ -6,6 +6,8 @@ use crate::derive::{coefficients, longest_stable_step_s};
 use crate::keys::{self, MOST_SHEAR_RATIO};
 use crate::plan::Plan;
 use crate::scenario::{Friction, Scenario};
+use crate::slab;
+use crate::slab_keys;
 use crate::source::{Entries, ScenarioError};
 use crate::words::{DriveKind, FrictionLaw, Reattach, ScheduleFrom, Start};
 
@@ -27,6 +29,8 @@ const RULES: &[Rule] = &[
     schedules_from_the_hold_need_one,
     lists_have_a_number_for_each_block,
     every_block_has_ordered_coefficients,
+    slabs_have_what_they_can,
+    keys_of_slabs_are_for_slabs,
     only_springs_let_stuck_blocks_move,
     loaded_starts_leave_out_nothing,
     loaded_starts_know_the_stuck_chain,
@@ -58,6 +62,16 @@ pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut V
                 format!("ratios from -{MOST_SHEAR_RATIO} to {MOST_SHEAR_RATIO}; a block holds up to its static friction"),
             );
         }
+    }
+    if scenario.slider.is_slab() {
+        if let Some(problem) = slab::problem_at_rest(&Plan::new(scenario)) {
+            Refusals { entries, errors }.refuse(
+                "slider.rows",
+                problem,
+                "a slab that its load presses onto all of its contacts",
+            );
+        }
+        return;
     }
     if scenario.time.start == Start::AtRest {
         return;
@@ -274,6 +288,18 @@ fn every_block_has_ordered_coefficients(scenario: &Scenario, refusals: &mut Refu
     }
 }
 
+fn slabs_have_what_they_can(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    for (key, problem, accepted) in slab_keys::of_a_slab(scenario) {
+        refusals.refuse(key, problem, accepted);
+    }
+}
+
+fn keys_of_slabs_are_for_slabs(scenario: &Scenario, refusals: &mut Refusals<'_>) {
+    for (key, problem, accepted) in slab_keys::of_a_chain(scenario) {
+        refusals.refuse(key, problem, accepted);
+    }
+}
+
 fn moves_at_the_start(scenario: &Scenario) -> bool {
     scenario.initial_velocity.amplitude_m_per_s != 0.0
 }
@@ -326,9 +352,10 @@ fn the_scheme_is_stable(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     // Written so that a chain whose fastest vibration is no number is refused as well.
     let is_stable = longest_s.is_finite() && scenario.time.step_s < longest_s * (1.0 - BELOW_THE_BOUND);
     if !is_stable {
+        let body = if scenario.slider.is_slab() { "slab" } else { "chain" };
         refusals.refuse(
             "time.step_s",
-            format!("{:e} is above the stability limit of the scheme for this chain", scenario.time.step_s),
+            format!("{:e} is above the stability limit of the scheme for this {body}", scenario.time.step_s),
             if longest_s > 0.0 && longest_s.is_finite() {
                 format!("a number above 0 and below {longest_s:.3e}")
             } else {
@@ -522,6 +549,55 @@ mod tests {
         (
             "recording.rupture_fields_s = 1e-5",
             "recording.rupture_fields_s: 0.00001 has no meaning without recording.rupture_fields_from_blocks",
+        ),
+        (
+            "slider.rows = 31",
+            "slider.height_m: 0.02 over 31 rows is no square lattice with slider.length_m = 0.1",
+        ),
+        (
+            "slider.blocks = 11\nslider.rows = 3\nfriction.law = \"rigid\"",
+            "friction.law: a slab at rest is held by friction springs",
+        ),
+        (
+            "slider.blocks = 11\nslider.rows = 3\nfriction.reattach = \"two-way\"\ndrive.kind = \"left-right\"",
+            "drive.kind: left-right needs the two-way rule, by which the contacts of a slab chatter",
+        ),
+        (
+            "slider.blocks = 11\nslider.rows = 3\ndrive.height_m = 0.0251",
+            "drive.height_m: 0.0251 is above the slab (accepted: a number from 0 to slider.height_m = 0.02)",
+        ),
+        (
+            "slider.blocks = 11\nslider.rows = 3\ninitial_shear.beta = 0.1",
+            "initial_shear.beta: the shear of a slab at rest follows from its load",
+        ),
+        (
+            "slider.blocks = 11\nslider.rows = 3\nprestress.ratio = 0.1",
+            "prestress.ratio: the only force from outside on a slab is its normal load",
+        ),
+        (
+            "slider.blocks = 11\nslider.rows = 3\ninitial_velocity.amplitude_m_per_s = 0.1",
+            "initial_velocity.amplitude_m_per_s: it is that of a mode of a chain",
+        ),
+        (
+            "slider.blocks = 11\nslider.rows = 3\ntime.start = \"loaded\"",
+            "time.start: \"loaded\" is where a chain follows its drive",
+        ),
+        (
+            "slider.blocks = 10001\nslider.rows = 101\nslider.height_m = 0.001",
+            "slider.rows: 10001 x 101 nodes are 1010101 (accepted: at most 1000000 nodes)",
+        ),
+        ("drive.height_m = 0.005", "drive.height_m: a chain has no height to pull at, and 0.005 is given"),
+        (
+            "slider.blocks = 11\nslider.rows = 3\ndrive.kind = \"top\"\ndrive.height_m = 0.01",
+            "drive.height_m: 0.01 has no meaning for this drive",
+        ),
+        (
+            "normal_load.foundation_stiffness_ratio = 2",
+            "normal_load.foundation_stiffness_ratio: a chain has no foundation, and 2 is given",
+        ),
+        (
+            "slider.blocks = 3\nslider.rows = 11\nslider.height_m = 0.5\nnormal_load.tilt = 1",
+            "slider.rows: contact 3 bears nothing of the load",
         ),
         ("initial_shear.profile_csv = \"no such file\"", "initial_shear.profile_csv: no such file: "),
     ];

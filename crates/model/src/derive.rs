@@ -2,12 +2,14 @@
 
 use crate::elastic::{Chain, Elastic};
 use crate::initial;
+use crate::lattice::Lattice;
 use crate::load::{self, LoadCourse};
 use crate::mixed::mixed;
 use crate::plan::{
     Ageing, Drive, DriveSpring, Friction, Law, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
 use crate::scenario::Scenario;
+use crate::slab;
 use crate::words::{DriveKind, FrictionLaw, ScheduleFrom, Start};
 use asperity_record::{Scales, TimeGrid};
 
@@ -16,7 +18,17 @@ impl Plan {
     pub fn new(scenario: &Scenario) -> Plan {
         let springs = Springs::of(scenario);
         let blocks = springs.elastic.contacts();
-        let normal_load_n = load::tilted(scenario.normal_load.total_n, scenario.normal_load.tilt, blocks);
+        let pressed_n = load::tilted(scenario.normal_load.total_n, scenario.normal_load.tilt, blocks);
+        let at_rest = springs.elastic.lattice().map(|lattice| {
+            let kt = springs.interfacial_stiffness_n_per_m;
+            let u = slab::displacements_at_rest_m(lattice, kt, &pressed_n);
+            (slab::normal_load_n(lattice, &u), u)
+        });
+        // What presses on a slab reaches its contacts through its elasticity.
+        let (normal_load_n, top_load_n, displacement_at_rest_m) = match at_rest {
+            None => (pressed_n, Vec::new(), None),
+            Some((normal_load_n, u)) => (normal_load_n, pressed_n, Some(u)),
+        };
         let friction = &scenario.friction;
         let (mu_s, mu_d) = coefficients(scenario);
         let scaled = |factors: &[f64]| factors.iter().zip(&normal_load_n).map(|(mu, p)| mu * p).collect();
@@ -32,12 +44,25 @@ impl Plan {
             },
         };
         let ageing = (friction.ageing_coefficient > 0.0).then(|| Ageing {
+            coefficient: friction.ageing_coefficient,
             growth_n: normal_load_n.iter().map(|p| friction.ageing_coefficient * p).collect(),
             time_s: friction.ageing_time_s,
         });
         let load = &scenario.normal_load;
-        let drive = drive(scenario, blocks, steps);
+        let mut drive = drive(scenario, &springs.elastic, steps);
         let prestress_n = initial::prestress_n(scenario, &normal_load_n);
+        let initial = match displacement_at_rest_m {
+            Some(displacement_m) => slab::at_rest(displacement_m, blocks, &mut drive),
+            None => initial::state(
+                scenario,
+                springs.elastic.chain(),
+                springs.spacing_m,
+                springs.interfacial_stiffness_n_per_m,
+                &drive,
+                &normal_load_n,
+                &prestress_n,
+            ),
+        };
         let mut plan = Plan {
             blocks,
             length_m: scenario.slider.length_m,
@@ -51,6 +76,8 @@ impl Plan {
                 interfacial_stiffness_n_per_m: springs.interfacial_stiffness_n_per_m,
                 static_threshold_n: scaled(&mu_s),
                 dynamic_friction_n: scaled(&mu_d),
+                static_coefficients: mu_s,
+                dynamic_coefficients: mu_d,
                 reattach: friction.reattach,
                 ageing,
             },
@@ -60,15 +87,8 @@ impl Plan {
                 load.schedule_n.iter().map(|total_n| total_n / load.total_n).collect(),
                 load.schedule_from == ScheduleFrom::Hold,
             ),
-            initial: initial::state(
-                scenario,
-                &springs.elastic,
-                springs.spacing_m,
-                springs.interfacial_stiffness_n_per_m,
-                &drive,
-                &normal_load_n,
-                &prestress_n,
-            ),
+            initial,
+            top_load_n,
             prestress_n,
             drive,
             normal_load_n,
@@ -108,18 +128,25 @@ impl Plan {
 }
 
 /// Where the drive pulls, and until when.
-fn drive(scenario: &Scenario, blocks: usize, steps: impl Fn(f64) -> u64) -> Drive {
+fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> Drive {
     let drive = &scenario.drive;
-    let stiffness = drive.stiffness_n_per_m;
-    let spring = |block, stiffness_n_per_m, direction| DriveSpring { block, stiffness_n_per_m, direction };
+    let (stiffness, blocks) = (drive.stiffness_n_per_m, elastic.contacts());
+    let spring = |block, stiffness_n_per_m, direction| DriveSpring {
+        block,
+        stiffness_n_per_m,
+        rest_m: 0.0,
+        direction,
+    };
+    let row = |row| elastic.lattice().map_or(0, |lattice| lattice.row(row).start);
+    let top_row = elastic.lattice().map_or(0, |lattice| lattice.top_row().start);
     let springs = match drive.kind {
-        DriveKind::Side => vec![spring(0, stiffness, 1.0)],
+        DriveKind::Side => vec![spring(row(drive_row(scenario)), stiffness, 1.0)],
         DriveKind::LeftRight => vec![spring(0, stiffness, -1.0), spring(blocks - 1, stiffness, 1.0)],
         DriveKind::Top => top_stiffness_n_per_m(scenario)
             .into_iter()
             .enumerate()
             .filter(|(_, stiffness)| *stiffness > 0.0)
-            .map(|(block, stiffness)| spring(block, stiffness, 1.0))
+            .map(|(block, stiffness)| spring(top_row + block, stiffness, 1.0))
             .collect(),
     };
     Drive {
@@ -128,6 +155,14 @@ fn drive(scenario: &Scenario, blocks: usize, steps: impl Fn(f64) -> u64) -> Driv
         hold_from_step: (drive.hold_from_s > 0.0).then(|| steps(drive.hold_from_s)),
         until_load_ratio: (drive.until_load_ratio > 0.0).then_some(drive.until_load_ratio),
     }
+}
+
+/// The row that a side drive pulls at, counted from 0 at the bottom: the nearest to its height.
+pub(crate) fn drive_row(scenario: &Scenario) -> usize {
+    let slider = &scenario.slider;
+    let spacing_m = slider.length_m / f64::from(slider.blocks - 1);
+    // Casting saturates.
+    (scenario.drive.height_m / spacing_m).round() as usize
 }
 
 /// `K_n` of a top drive: `K` in all, spread evenly, with a tilt like that of the normal load
@@ -188,17 +223,29 @@ impl Springs {
     fn of(scenario: &Scenario) -> Springs {
         let slider = &scenario.slider;
         let gaps = f64::from(slider.blocks - 1);
-        let block_mass_kg = slider.mass_kg / f64::from(slider.blocks);
-        let stiffness_n_per_m =
-            slider.youngs_modulus_pa * gaps * slider.width_m * slider.height_m / slider.length_m;
+        let nodes = f64::from(slider.blocks) * f64::from(slider.rows);
+        let block_mass_kg = slider.mass_kg / nodes;
+        let stiffness_n_per_m = if slider.is_slab() {
+            0.75 * slider.width_m * slider.youngs_modulus_pa
+        } else {
+            slider.youngs_modulus_pa * gaps * slider.width_m * slider.height_m / slider.length_m
+        };
+        let damping_kg_per_s = slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt();
+        let elastic = if slider.is_slab() {
+            Elastic::Lattice(Lattice {
+                columns: slider.blocks as usize,
+                rows: slider.rows as usize,
+                stiffness_n_per_m,
+                damping_kg_per_s,
+                foundation_n_per_m: scenario.normal_load.foundation_stiffness_ratio * stiffness_n_per_m,
+            })
+        } else {
+            Elastic::Chain(Chain { nodes: slider.blocks as usize, stiffness_n_per_m, damping_kg_per_s })
+        };
         Springs {
             spacing_m: slider.length_m / gaps,
             block_mass_kg,
-            elastic: Elastic::Chain(Chain {
-                nodes: slider.blocks as usize,
-                stiffness_n_per_m,
-                damping_kg_per_s: slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt(),
-            }),
+            elastic,
             interfacial_stiffness_n_per_m: match scenario.friction.law {
                 FrictionLaw::InterfacialSprings => {
                     scenario.friction.interfacial_stiffness_ratio * stiffness_n_per_m
@@ -211,7 +258,11 @@ impl Springs {
     fn scales(&self, scenario: &Scenario) -> Scales {
         Scales {
             block_length_m: self.spacing_m,
-            block_time_s: (self.block_mass_kg / self.elastic.stiffness_n_per_m()).sqrt(),
+            block_time_s: match &self.elastic {
+                Elastic::Chain(chain) => (self.block_mass_kg / chain.stiffness_n_per_m).sqrt(),
+                // That of shear waves, `c_S = a sqrt(k / (2 m))`.
+                Elastic::Lattice(lattice) => (2.0 * self.block_mass_kg / lattice.stiffness_n_per_m).sqrt(),
+            },
             link_time_ratio: scenario.detection.link_time_ratio,
         }
     }

@@ -1,7 +1,9 @@
 //! What holds a slider together: springs and dashpots between *nodes*, chosen once per plan.
 //!
 //! Nodes move, *contacts* rub. Contacts are numbered along the sliding direction. In a chain
-//! every node is a contact; in a slab only the nodes of its bottom row would be.
+//! every node is a contact; in a slab, whose body is a [`Lattice`], only the nodes of its bottom row
+//! are. A *freedom* is one direction in which one node moves: a chain has one for each node, a
+//! lattice two.
 //!
 //! Everything that follows from how nodes are joined stands here: the pull on a node, the
 //! diagonal of the stiffness, the bounds on which stability and certificates of windows rest,
@@ -14,11 +16,15 @@
 
 use std::ops::{Add, Mul, Sub};
 
+use crate::lattice::Lattice;
+
 /// How the nodes of a slider hold each other.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Elastic {
     /// A chain of blocks.
     Chain(Chain),
+    /// A slab: a plane lattice of nodes, of which the bottom row rubs.
+    Lattice(Lattice),
 }
 
 /// A chain with free ends: neighbours are joined by a spring `k` (5.5) and a dashpot `eta`
@@ -47,6 +53,16 @@ impl Elastic {
     pub fn nodes(&self) -> usize {
         match self {
             Elastic::Chain(chain) => chain.nodes,
+            Elastic::Lattice(lattice) => lattice.nodes(),
+        }
+    }
+
+    /// Number of freedoms, for each of which there is a displacement and a velocity. Those along
+    /// the sliding direction come first, and of these those of the contacts.
+    pub fn freedoms(&self) -> usize {
+        match self {
+            Elastic::Chain(chain) => chain.nodes,
+            Elastic::Lattice(lattice) => lattice.freedoms(),
         }
     }
 
@@ -54,6 +70,28 @@ impl Elastic {
     pub fn contacts(&self) -> usize {
         match self {
             Elastic::Chain(chain) => chain.nodes,
+            Elastic::Lattice(lattice) => lattice.columns,
+        }
+    }
+
+    /// The chain, for whoever works with chains alone.
+    ///
+    /// # Panics
+    /// If it is a lattice.
+    #[inline]
+    pub fn chain(&self) -> &Chain {
+        match self {
+            Elastic::Chain(chain) => chain,
+            Elastic::Lattice(_) => panic!("a slab is no chain"),
+        }
+    }
+
+    /// The lattice of a slab; none of a chain.
+    #[inline]
+    pub fn lattice(&self) -> Option<&Lattice> {
+        match self {
+            Elastic::Chain(_) => None,
+            Elastic::Lattice(lattice) => Some(lattice),
         }
     }
 
@@ -61,6 +99,7 @@ impl Elastic {
     pub fn stiffness_n_per_m(&self) -> f64 {
         match self {
             Elastic::Chain(chain) => chain.stiffness_n_per_m,
+            Elastic::Lattice(lattice) => lattice.stiffness_n_per_m,
         }
     }
 
@@ -68,97 +107,99 @@ impl Elastic {
     pub fn damping_kg_per_s(&self) -> f64 {
         match self {
             Elastic::Chain(chain) => chain.damping_kg_per_s,
+            Elastic::Lattice(lattice) => lattice.damping_kg_per_s,
         }
     }
 
-    /// What springs and dashpots pull with at node `n`, counted from 0:
+    /// What springs and dashpots pull with at node `n` of a chain, counted from 0:
     /// [`Elastic::spring_force_n`] plus [`Elastic::damping_force_n`].
     pub fn pull_n<T: Number>(&self, displacement_m: &[T], velocity_m_per_s: &[T], n: usize) -> T {
         self.spring_force_n(displacement_m, n) + self.damping_force_n(velocity_m_per_s, n)
     }
 
-    /// What springs alone pull with at node `n`: in the chain
-    /// `((u_{n-1} - u_n) + (u_{n+1} - u_n)) k` (5.6).
+    /// What springs alone pull with at node `n` of a chain: `((u_{n-1} - u_n) + (u_{n+1} - u_n)) k`
+    /// (5.6).
     pub fn spring_force_n<T: Number>(&self, displacement_m: &[T], n: usize) -> T {
-        match self {
-            Elastic::Chain(chain) => second_difference(displacement_m, n) * chain.stiffness_n_per_m,
-        }
+        second_difference(displacement_m, n) * self.chain().stiffness_n_per_m
     }
 
-    /// What dashpots alone pull with at node `n`: in the chain
+    /// What dashpots alone pull with at node `n` of a chain:
     /// `((v_{n-1} - v_n) + (v_{n+1} - v_n)) eta` (5.7).
     pub fn damping_force_n<T: Number>(&self, velocity_m_per_s: &[T], n: usize) -> T {
-        match self {
-            Elastic::Chain(chain) => second_difference(velocity_m_per_s, n) * chain.damping_kg_per_s,
-        }
+        second_difference(velocity_m_per_s, n) * self.chain().damping_kg_per_s
     }
 
-    /// The displacements from `u_1 = 0` at which springs pull with these forces, of which the
-    /// last takes what the others leave.
+    /// The displacements of a chain from `u_1 = 0` at which springs pull with these forces, of which
+    /// the last takes what the others leave.
     pub fn displacements_m(&self, spring_force_n: &[f64]) -> Vec<f64> {
-        match self {
-            Elastic::Chain(chain) => chain.displacements_m(spring_force_n),
-        }
+        self.chain().displacements_m(spring_force_n)
     }
 
-    /// The diagonal of the stiffness at node `n`.
+    /// The diagonal of the stiffness at contact `n`, along the sliding direction.
     pub fn diagonal_n_per_m(&self, n: usize) -> f64 {
         match self {
             Elastic::Chain(chain) => chain.neighbours(n) * chain.stiffness_n_per_m,
+            // A neighbour on the one side, with it a diagonal, which pulls with a quarter of `k`.
+            Elastic::Lattice(lattice) => {
+                let neighbours = if n == 0 || n + 1 == lattice.columns { 1.0 } else { 2.0 };
+                neighbours * 1.25 * lattice.stiffness_n_per_m
+            }
         }
     }
 
-    /// The diagonal of the damping at node `n`.
+    /// The diagonal of the damping at node `n` of a chain.
     pub fn damping_diagonal_kg_per_s(&self, n: usize) -> f64 {
-        match self {
-            Elastic::Chain(chain) => chain.neighbours(n) * chain.damping_kg_per_s,
-        }
+        let chain = self.chain();
+        chain.neighbours(n) * chain.damping_kg_per_s
     }
 
-    /// The largest of the stiffness' diagonal: `2 k`.
+    /// The largest of the stiffness' diagonal: of a chain `2 k`.
     pub fn largest_diagonal_n_per_m(&self) -> f64 {
         match self {
             Elastic::Chain(chain) => 2.0 * chain.stiffness_n_per_m,
+            Elastic::Lattice(lattice) => lattice.largest_diagonal_n_per_m(),
         }
     }
 
-    /// No sum of magnitudes in a row of the stiffness is larger: `4 k`. It bounds a force by
-    /// the largest displacement.
+    /// No sum of magnitudes in a row of the stiffness is larger: of a chain `4 k`. It bounds a force
+    /// by the largest displacement.
     pub fn row_bound_n_per_m(&self) -> f64 {
         match self {
             Elastic::Chain(chain) => Chain::LARGEST_EIGENVALUE * chain.stiffness_n_per_m,
+            Elastic::Lattice(lattice) => lattice.row_bound_n_per_m(),
         }
     }
 
-    /// The same of the damping: `4 eta`.
+    /// The same of the damping: of a chain `4 eta`.
     pub fn damping_row_bound_kg_per_s(&self) -> f64 {
         match self {
             Elastic::Chain(chain) => Chain::LARGEST_EIGENVALUE * chain.damping_kg_per_s,
+            Elastic::Lattice(lattice) => lattice.damping_row_bound_kg_per_s(),
         }
     }
 
-    /// No eigenvalue of the stiffness is larger: `4 k`. It bounds the frequencies.
+    /// No eigenvalue of the stiffness between nodes is larger: of a chain `4 k`, of a lattice `6 k`.
+    /// It bounds the frequencies.
     pub fn spectral_bound_n_per_m(&self) -> f64 {
         match self {
             Elastic::Chain(chain) => Chain::LARGEST_EIGENVALUE * chain.stiffness_n_per_m,
+            Elastic::Lattice(lattice) => lattice.spectral_bound_n_per_m(),
         }
     }
 
-    /// The same of the damping: `4 eta`.
+    /// The same of the damping: of a chain `4 eta`, of a lattice `12 eta`.
     pub fn damping_spectral_bound_kg_per_s(&self) -> f64 {
         match self {
             Elastic::Chain(chain) => Chain::LARGEST_EIGENVALUE * chain.damping_kg_per_s,
+            Elastic::Lattice(lattice) => lattice.damping_spectral_bound_kg_per_s(),
         }
     }
 
-    /// No row of the damping plus half a step times the stiffness is longer (as a vector):
+    /// No row of a chain's damping plus half a step times the stiffness is longer (as a vector):
     /// `sqrt(6) (eta + dt k / 2)`, since a row of a second difference is `1, -2, 1`.
     pub fn row_length_kg_per_s(&self, step_s: f64) -> f64 {
-        match self {
-            Elastic::Chain(chain) => {
-                6f64.sqrt() * (chain.damping_kg_per_s + step_s * chain.stiffness_n_per_m / 2.0)
-            }
-        }
+        let chain = self.chain();
+        6f64.sqrt() * (chain.damping_kg_per_s + step_s * chain.stiffness_n_per_m / 2.0)
     }
 
     /// The time step beyond which the scheme is unstable, for nodes of this mass, the stiffness
@@ -169,6 +210,12 @@ impl Elastic {
     /// `z^2 - (2 - g dt - w^2 dt^2) z + (1 - g dt)` has both roots inside the unit
     /// circle if and only if `w^2 dt^2 + 2 g dt < 4`. The stiffest mode is bounded by
     /// `w^2 = (4 k + k_t + K) / m` and `g = (4 eta + E) / m`.
+    ///
+    /// A lattice has no modes that damping leaves apart. But with any positive stiffness `M` and
+    /// damping `C` the invariant `I(u, v) = v (m - dt C / 2) v + u M u - dt v M u` never grows, and it
+    /// bounds the state if `m - dt C / 2 - dt^2 M / 4` is positive: the same condition, with
+    /// `w^2 = (6 k + max(k_t + K, k_f)) / m` and `g = 12 eta / m`, since friction spring and drive pull
+    /// along `x`, the foundation along `z`. A foundation that lets go only takes stiffness away.
     pub fn longest_stable_step_s(
         &self,
         node_mass_kg: f64,
@@ -176,27 +223,31 @@ impl Elastic {
         drive_n_per_m: f64,
         contact_damping_kg_per_s: f64,
     ) -> f64 {
-        let stiffest = (self.spectral_bound_n_per_m() + interfacial_n_per_m + drive_n_per_m) / node_mass_kg;
+        let stiffest_n_per_m = match self {
+            Elastic::Chain(_) => self.spectral_bound_n_per_m() + interfacial_n_per_m + drive_n_per_m,
+            Elastic::Lattice(lattice) => {
+                let along_x = interfacial_n_per_m + drive_n_per_m;
+                self.spectral_bound_n_per_m() + along_x.max(lattice.foundation_n_per_m)
+            }
+        };
+        let stiffest = stiffest_n_per_m / node_mass_kg;
         let damping = (self.damping_spectral_bound_kg_per_s() + contact_damping_kg_per_s) / node_mass_kg;
         // The positive root, in the form in which nothing cancels or overflows.
         4.0 / (damping + libm::hypot(damping, 2.0 * stiffest.sqrt()))
     }
 
-    /// The stiffness with every contact stuck by a friction spring and with the drive's
+    /// The stiffness of a chain with every contact stuck by a friction spring and with the drive's
     /// stiffness at every node, ready to be solved with.
     pub fn stuck(&self, interfacial_n_per_m: f64, drive_n_per_m: &[f64]) -> Stiffness {
-        match self {
-            Elastic::Chain(chain) => {
-                let k = chain.stiffness_n_per_m;
-                let mut inverse: Vec<f64> = Vec::with_capacity(chain.nodes);
-                for (n, drive) in drive_n_per_m.iter().enumerate() {
-                    let diagonal = interfacial_n_per_m + self.diagonal_n_per_m(n) + drive;
-                    let before = inverse.last().map_or(0.0, |inverse| k * inverse * k);
-                    inverse.push(1.0 / (diagonal - before));
-                }
-                Stiffness { factor: inverse.iter().map(|inverse| k * inverse).collect(), inverse }
-            }
+        let chain = self.chain();
+        let k = chain.stiffness_n_per_m;
+        let mut inverse: Vec<f64> = Vec::with_capacity(chain.nodes);
+        for (n, drive) in drive_n_per_m.iter().enumerate() {
+            let diagonal = interfacial_n_per_m + self.diagonal_n_per_m(n) + drive;
+            let before = inverse.last().map_or(0.0, |inverse| k * inverse * k);
+            inverse.push(1.0 / (diagonal - before));
         }
+        Stiffness { factor: inverse.iter().map(|inverse| k * inverse).collect(), inverse }
     }
 }
 

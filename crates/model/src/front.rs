@@ -48,6 +48,7 @@
 
 use std::f64::consts::PI;
 
+use crate::elastic::Elastic;
 use crate::plan::{Law, Plan};
 
 /// What the speed of a front depends on; all dimensionless, see above.
@@ -73,9 +74,11 @@ pub fn relative_prestress(plan: &Plan, block: usize) -> Option<f64> {
 
 impl Front {
     /// That of a plan, with the prestress of one block, counted from 0; None where the theory
-    /// does not apply: with contacts that are not rigid or weaken with velocity, or a drive that
+    /// does not apply: to slabs, with contacts that are not rigid or weaken with velocity, or a drive that
     /// moves, or does not hold all blocks alike.
     pub fn of(plan: &Plan, block: usize) -> Option<Front> {
+        // Slabs have other fronts.
+        let Elastic::Chain(_) = plan.elastic else { return None };
         let k = plan.elastic.stiffness_n_per_m();
         let held = plan.drive.stiffness_n_per_m(plan.blocks);
         let even = held.iter().all(|stiffness| (stiffness - held[0]).abs() <= 1e-12 * held[0]);

@@ -1,21 +1,21 @@
 //! The chain before its first step.
 
 use crate::chain::{SteadyLoading, Stiffness};
-use crate::elastic::Elastic;
+use crate::elastic::{Chain, Elastic};
 use crate::plan::{Drive, InitialState, Plan};
 use crate::scenario::Scenario;
 
 /// The state at time 0, from which a run starts at rest.
 pub(crate) fn state(
     scenario: &Scenario,
-    elastic: &Elastic,
+    chain: &Chain,
     spacing_m: f64,
     interfacial_stiffness_n_per_m: f64,
     drive: &Drive,
     normal_load_n: &[f64],
     prestress_n: &[f64],
 ) -> InitialState {
-    let nodes = elastic.nodes();
+    let (nodes, elastic) = (chain.nodes, Elastic::Chain(*chain));
     // Displacements whose spring forces are the profile, from u_1 = 0.
     let u = elastic.displacements_m(&shear_n(scenario, normal_load_n, spacing_m));
 

@@ -84,6 +84,12 @@ use self::Default::{BySet, Is, Required};
 use Bound::{Excluding, Including, Open};
 use Kind::{Count, Flag, Number, Numbers, Text, Word};
 
+/// `k_f / k` of a slab that does not say otherwise.
+pub(crate) const FOUNDATION_RATIO: f64 = 0.5;
+
+/// Most rows of a slab.
+const MOST_ROWS: u64 = 10_000;
+
 const POSITIVE: Kind = Number(Excluding(0.0), Open);
 const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
 
@@ -123,9 +129,17 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "slider.blocks",
         symbol: "N",
-        doc: "Number of blocks in the chain.",
+        doc: "Number of blocks in the chain; of a slab, number of nodes in a row, and so of contacts.",
         kind: Count(2, MOST_BLOCKS),
         default: Is(Value::Count(100)),
+    },
+    Key {
+        path: "slider.rows",
+        symbol: "N_z",
+        doc: "Rows of nodes: 1 is the chain of the thesis; more make a slab, a plane lattice of N x N_z nodes, whose \
+              bottom row rubs (docs/slab.md).",
+        kind: Count(1, MOST_ROWS),
+        default: Is(Value::Count(1)),
     },
     Key {
         path: "slider.length_m",
@@ -144,21 +158,22 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "slider.height_m",
         symbol: "L_z",
-        doc: "Height of the slider.",
+        doc: "Height of the slider; of a slab, L_z / (N_z - 1) must be the spacing a.",
         kind: POSITIVE,
         default: Is(Value::Number(0.02)),
     },
     Key {
         path: "slider.mass_kg",
         symbol: "M",
-        doc: "Mass of the whole slider; each block has m = M / N.",
+        doc: "Mass of the whole slider; each block has m = M / N, each node of a slab m = M / (N N_z).",
         kind: POSITIVE,
         default: BySet { as_coded: Value::Number(12.0), as_stated: Value::Number(0.012) },
     },
     Key {
         path: "slider.youngs_modulus_pa",
         symbol: "E",
-        doc: "Young's modulus; the springs between blocks have k = E (N - 1) L_y L_z / L_x (5.5).",
+        doc: "Young's modulus; the springs between blocks have k = E (N - 1) L_y L_z / L_x (5.5), those of a slab \
+              k = 3 E L_y / 4, and k / 2 along diagonals.",
         kind: POSITIVE,
         default: Is(Value::Number(2.5e9)),
     },
@@ -278,9 +293,10 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "drive.kind",
         symbol: "",
-        doc: "Where the drive pulls: side, block 1 (5.8); top, every block, with K / N each (5.53); \
-              left-right, block 1 backwards and block N forwards, with K each. Its springs are measured from the \
-              grid of the undeformed slider, so with initial shear F_T is not quite 0 at the start.",
+        doc: "Where the drive pulls: side, block 1 (5.8); top, every block, or every node of a slab's top row, with \
+              K / N each (5.53); left-right, block 1 backwards and block N forwards, with K each. Its springs are \
+              measured from the grid of the undeformed slider, so with initial shear F_T is not quite 0 at the \
+              start; in a slab they are relaxed where it rests under its load.",
         kind: Word(&["side", "top", "left-right"]),
         default: Is(Value::Text("side")),
     },
@@ -316,6 +332,14 @@ pub const KEYS: &[Key] = &[
         default: Is(Value::Number(0.0)),
     },
     Key {
+        path: "drive.height_m",
+        symbol: "h",
+        doc: "Of a side drive of a slab: the height above the bottom at which it pulls the first node of the nearest \
+              row; 0 is block 1.",
+        kind: NOT_NEGATIVE,
+        default: Is(Value::Number(0.0)),
+    },
+    Key {
         path: "drive.hold_from_s",
         symbol: "",
         doc: "Time from which the drive point stands still, a whole number of steps; 0 for never.",
@@ -339,11 +363,19 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "normal_load.tilt",
         symbol: "theta",
-        doc: "Tilt of the load, p_n = F_N / N (1 - theta (2n - N - 1) / (N - 1)) (5.18): \
-              positive puts more load on the driven end. At -1 and 1 an end block bears nothing, switches in nearly \
+        doc: "Tilt of the load, p_n = F_N / N (1 - theta (2n - N - 1) / (N - 1)) (5.18), on a slab that of the nodes \
+              of its top row: positive puts more load on the driven end. At -1 and 1 an end block bears nothing, switches in nearly \
               every step, and the run takes long.",
         kind: Number(Including(-1.0), Including(1.0)),
         default: Is(Value::Number(0.0)),
+    },
+    Key {
+        path: "normal_load.foundation_stiffness_ratio",
+        symbol: "k_f / k",
+        doc: "Of a slab: stiffness of the foundation that bears each contact, p_n = -k_f u_z, over that between nodes; \
+              a contact that has lifted off bears nothing.",
+        kind: POSITIVE,
+        default: Is(Value::Number(FOUNDATION_RATIO)),
     },
     Key {
         path: "normal_load.schedule_s",

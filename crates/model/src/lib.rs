@@ -34,11 +34,13 @@
 //! - `fill_in`: written values checked against their keys, and defaults.
 //! - `words`: the words that a scenario chooses from.
 //! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
+//! - [`lattice`]: the body of a slab.
 //! - [`elastic`]: what holds a slider together.
 //! - [`load`]: normal load per block, and its course in time.
 //! - [`plan`]: the [`Plan`]: the numbers of the physics.
 //! - [`chain`]: the stuck chain at rest or in steady motion.
 //! - [`initial`]: displacements, velocities and friction springs at the start.
+//! - [`slab`]: a slab at rest under its load.
 //! - `mixed`: numbers without pattern.
 //! - `derive`: from a scenario to a plan.
 //! - `law_keys`: keys that some friction laws alone ask for.
@@ -48,6 +50,7 @@
 //! - [`analytic`]: what the theory predicts.
 //! - [`front`]: how fast it says that a front runs.
 //! - `contradictions`: what keys ask of each other, rule by rule.
+//! - `slab_keys`: what a slab and a chain each have no meaning for.
 //! - `profile`: initial shear and prestress from CSV files.
 //! - [`builtin`]: the scenarios that come with the program.
 //! - `resolve`: from a name or a text to a scenario: [`resolve()`], [`Scenario::resolve`].
@@ -63,6 +66,7 @@ mod fill_in;
 pub mod front;
 pub mod initial;
 pub mod keys;
+pub mod lattice;
 mod law_keys;
 pub mod load;
 mod mixed;
@@ -72,6 +76,8 @@ mod profile;
 mod resolve;
 pub mod scenario;
 mod show;
+pub mod slab;
+mod slab_keys;
 pub mod source;
 pub mod text;
 mod warnings;
@@ -79,6 +85,7 @@ mod words;
 
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
+pub use lattice::Lattice;
 pub use load::LoadCourse;
 pub use mixed::mixed;
 pub use plan::{

@@ -15,7 +15,7 @@ pub struct Plan {
     pub length_m: f64,
     /// Spacing `a = L / (N - 1)`.
     pub spacing_m: f64,
-    /// Block mass `m = M / N`.
+    /// Mass of a block `m = M / N`; of a slab, of a node.
     pub block_mass_kg: f64,
     /// What holds the blocks together: springs `k` (5.5) and dashpots `eta` (5.7).
     pub elastic: Elastic,
@@ -23,9 +23,11 @@ pub struct Plan {
     pub friction: Friction,
     /// Total normal load `F_N` at the start.
     pub total_normal_load_n: f64,
-    /// Normal load per block `p_n` (5.18) at the start.
+    /// Normal load per contact `p_n` at the start: (5.18); of a slab, that of its rest state.
     pub normal_load_n: Vec<f64>,
-    /// How it changes with time, for all blocks alike.
+    /// What presses each node of a slab's top row down at the start; empty in a chain.
+    pub top_load_n: Vec<f64>,
+    /// How the load changes with time, for all blocks alike.
     pub load_course: LoadCourse,
     /// A constant force from outside on each block, besides the drive; empty for none.
     pub prestress_n: Vec<f64>,
@@ -57,6 +59,10 @@ pub struct Friction {
     pub dynamic_coefficient: f64,
     /// Stiffness of a stuck block's friction spring, `k_t`; 0 by the laws that have none.
     pub interfacial_stiffness_n_per_m: f64,
+    /// `mu_s` of each contact, offsets and spread included.
+    pub static_coefficients: Vec<f64>,
+    /// `mu_d` of each contact, likewise.
+    pub dynamic_coefficients: Vec<f64>,
     /// Static thresholds `mu_s p_n`, of contacts that have not aged.
     pub static_threshold_n: Vec<f64>,
     /// Sliding friction `mu_d p_n`.
@@ -98,6 +104,8 @@ impl Law {
 /// Logarithmic ageing, `mu_s + b ln(1 + t_w / t_0)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ageing {
+    /// `b`.
+    pub coefficient: f64,
     /// `b p_n`.
     pub growth_n: Vec<f64>,
     /// `t_0`.
@@ -121,19 +129,23 @@ pub struct Drive {
 /// A driving spring.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveSpring {
-    /// The block, counted from 0.
+    /// The block, counted from 0; of a slab, the node, row by row from the bottom.
     pub block: usize,
     /// `K_n`.
     pub stiffness_n_per_m: f64,
+    /// The displacement of the block at which the spring pulls with nothing at the start: 0 in a
+    /// chain.
+    pub rest_m: f64,
     /// 1 where the point moves forward, -1 where it moves backward.
     pub direction: f64,
 }
 
 impl DriveSpring {
-    /// `K_n (V t - u_n)` (5.8) with the point at `point_m` from where it started.
+    /// `K_n (V t - u_n)` (5.8) with the point at `point_m` from where it started, and `u_n` counted
+    /// from where the spring is relaxed.
     #[inline]
     pub fn force_n(&self, point_m: f64, displacement_m: f64) -> f64 {
-        self.stiffness_n_per_m * (self.direction * point_m - displacement_m)
+        self.stiffness_n_per_m * (self.direction * point_m - (displacement_m - self.rest_m))
     }
 }
 
@@ -177,7 +189,7 @@ impl Drive {
 }
 
 /// Displacements from the grid, velocities and friction springs before the first step;
-/// all blocks are stuck. One value per block.
+/// all contacts are stuck. One value per freedom (`u`, `v`) or contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InitialState {
     /// The step behind which the run begins: 0, or where it starts loaded.

@@ -7,6 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::keys::FOUNDATION_RATIO;
 use crate::words::{DriveKind, FrictionLaw, ParameterSet, Reattach, ScheduleFrom, Start};
 
 /// A resolved scenario. See [`KEYS`](crate::keys::KEYS) for what each field means.
@@ -37,6 +38,8 @@ pub struct Scenario {
 #[expect(missing_docs, reason = "the key table documents every field, with symbol, unit and range")]
 pub struct Slider {
     pub blocks: u32,
+    #[serde(skip_serializing_if = "is_one_of_whole")]
+    pub rows: u32,
     pub length_m: f64,
     pub width_m: f64,
     pub height_m: f64,
@@ -72,7 +75,7 @@ pub struct Friction {
     pub static_spread: f64,
     #[serde(skip_serializing_if = "is_default")]
     pub dynamic_spread: f64,
-    #[serde(skip_serializing_if = "is_first_seed")]
+    #[serde(skip_serializing_if = "is_one_of_whole")]
     pub spread_seed: u32,
 }
 
@@ -89,13 +92,18 @@ fn is_one(value: &f64) -> bool {
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references")]
-fn is_first_seed(value: &u32) -> bool {
+fn is_one_of_whole(value: &u32) -> bool {
     *value == 1
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references")]
 fn is_first_weakening_velocity(value: &f64) -> bool {
     *value == 0.1
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references")]
+fn is_first_foundation(value: &f64) -> bool {
+    value.to_bits() == FOUNDATION_RATIO.to_bits()
 }
 
 /// `[drive]`
@@ -112,6 +120,8 @@ pub struct Drive {
     #[serde(skip_serializing_if = "is_default")]
     pub decay_length_m: f64,
     #[serde(skip_serializing_if = "is_default")]
+    pub height_m: f64,
+    #[serde(skip_serializing_if = "is_default")]
     pub hold_from_s: f64,
     #[serde(skip_serializing_if = "is_default")]
     pub until_load_ratio: f64,
@@ -124,6 +134,8 @@ pub struct Drive {
 pub struct NormalLoad {
     pub total_n: f64,
     pub tilt: f64,
+    #[serde(skip_serializing_if = "is_first_foundation")]
+    pub foundation_stiffness_ratio: f64,
     #[serde(skip_serializing_if = "is_default")]
     pub schedule_s: Vec<f64>,
     #[serde(skip_serializing_if = "is_default")]
@@ -218,6 +230,13 @@ pub struct Window {
     pub every_s: f64,
     pub first_block: u32,
     pub last_block: u32,
+}
+
+impl Slider {
+    /// Whether it is a slab, a lattice of several rows, and not a chain.
+    pub fn is_slab(&self) -> bool {
+        self.rows > 1
+    }
 }
 
 impl Scenario {

@@ -13,7 +13,8 @@ use serde::{Deserialize, Serialize};
 pub struct Energy {
     /// Work of the drive points on the drive springs, J.
     pub drive_work_j: f64,
-    /// Work of the prestress, J.
+    /// Work of the forces from outside other than the drive, J: of a chain's prestress; of the normal
+    /// load on a slab, which sinks and tilts under it.
     pub prestress_work_j: f64,
     /// Work that sliding contacts have turned into heat, J.
     pub friction_heat_j: f64,

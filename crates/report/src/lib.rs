@@ -24,7 +24,7 @@
 //! - `seen`: what stays of a run that goes by.
 //! - `study`: what a page is made of.
 //! - `symbols`: symbols and numbers as they are printed.
-//! - `sketch`: the model of a scenario, drawn.
+//! - `slab_sketch`, `sketch`: the model of a scenario, drawn.
 //! - `asked`: the parameters of scenarios.
 //! - `claims`, `figures`, `runs`: parts of the page.
 //! - `contents`: what a folder says of its page.
@@ -39,6 +39,7 @@ mod page;
 mod runs;
 mod seen;
 mod sketch;
+mod slab_sketch;
 mod study;
 mod sweep;
 mod symbols;

@@ -3,7 +3,8 @@
 use asperity_model::{DriveKind, Law, Plan, Scenario};
 use asperity_page::markup::text;
 
-use crate::symbols::number;
+use crate::slab_sketch;
+use crate::symbols::spelled;
 
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 216.0;
@@ -20,6 +21,9 @@ const DRAWN: usize = 7;
 /// The sketch of a scenario as SVG, with words for those who do not see it.
 pub(crate) fn sketch(scenario: &Scenario) -> String {
     let plan = Plan::new(scenario);
+    if let Some(lattice) = plan.elastic.lattice() {
+        return slab_sketch::sketch(&plan, lattice);
+    }
     let words = words(&plan, scenario.drive.kind);
     Sketch::of(&plan, scenario.drive.kind).svg(&words)
 }
@@ -27,7 +31,10 @@ pub(crate) fn sketch(scenario: &Scenario) -> String {
 /// What tells the sketches of scenarios apart: where the drive pulls, and what holds the blocks.
 pub(crate) fn kind(scenario: &Scenario) -> (&'static str, &'static str) {
     let plan = Plan::new(scenario);
-    (contact(&plan), drive(&plan, scenario.drive.kind))
+    match plan.elastic.lattice() {
+        Some(lattice) => ("a lattice whose bottom row rubs", slab_sketch::drive(&plan, lattice)),
+        None => (contact(&plan), drive(&plan, scenario.drive.kind)),
+    }
 }
 
 fn contact(plan: &Plan) -> &'static str {
@@ -303,14 +310,6 @@ impl Sketch<'_> {
             }
         }
     }
-}
-
-/// A number with its unit, without markup that SVG does not know.
-fn spelled(value: f64, unit: &str) -> String {
-    let html = number(value);
-    let Some((digits, power)) = html.split_once("<sup>") else { return format!("{html} {unit}") };
-    let power = power.trim_end_matches("</sup>");
-    format!("{digits}<tspan class=\"d\" dy=\"-5\">{power}</tspan><tspan dy=\"5\"> {unit}</tspan>")
 }
 
 #[cfg(test)]

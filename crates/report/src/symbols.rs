@@ -158,6 +158,14 @@ fn signed(text: &str) -> String {
     text.replace('-', "−")
 }
 
+/// A number with its unit, without markup that SVG does not know.
+pub(crate) fn spelled(value: f64, unit: &str) -> String {
+    let html = number(value);
+    let Some((digits, power)) = html.split_once("<sup>") else { return format!("{html} {unit}") };
+    let power = power.trim_end_matches("</sup>");
+    format!("{digits}<tspan class=\"d\" dy=\"-5\">{power}</tspan><tspan dy=\"5\"> {unit}</tspan>")
+}
+
 #[cfg(test)]
 mod tests {
     use super::{formulas, lettered, number, plain, round, rounded, symbol};

@@ -411,6 +411,7 @@ mod tests {
             displacement_m: vec![0.0; 2],
             velocity_m_per_s: vec![velocity_m_per_s; 2],
             tangential_force_n: vec![0.0; 2],
+            normal_load_n: Vec::new(),
             stick_position_m: vec![0.0; 2],
             detached: vec![0; 2],
         })

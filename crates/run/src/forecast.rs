@@ -132,8 +132,9 @@ impl MostLogBytes {
         let samples = on_cadence(recording.sample_every_steps) + 1;
         let fields = on_cadence(recording.fields_every_steps);
         let step = most.step(plan.drive.pulls_both_ways());
-        let state = most.fields(plan.blocks);
-        let checkpoint = plan.blocks as u64 * CHECKPOINT_BYTES_OF_A_BLOCK + CHECKPOINT_FRAME_BYTES;
+        let state = most.fields(plan.blocks, plan.elastic.lattice().is_some());
+        let checkpoint =
+            plan.elastic.freedoms() as u64 * CHECKPOINT_BYTES_OF_A_BLOCK + CHECKPOINT_FRAME_BYTES;
         let events = |of_slip_events: bool| -> u64 {
             let kinds = kinds.iter().filter(|kind| OF_SLIP_EVENTS.contains(&kind.topic) == of_slip_events);
             kinds.map(|kind| most.event(kind)).sum()

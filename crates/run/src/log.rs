@@ -219,6 +219,7 @@ mod tests {
             displacement_m: zeros(),
             velocity_m_per_s: zeros(),
             tangential_force_n: zeros(),
+            normal_load_n: Vec::new(),
             stick_position_m: zeros(),
             detached: vec![0; 100],
         }))

@@ -94,6 +94,11 @@ pub(crate) fn fields(record: &FieldRecord, blocks: u32, detached: Option<&[bool]
         ("displacement_m", record.displacement_m.len()),
         ("velocity_m_per_s", record.velocity_m_per_s.len()),
         ("tangential_force_n", record.tangential_force_n.len()),
+        // There for slabs alone.
+        (
+            "normal_load_n",
+            if record.normal_load_n.is_empty() { blocks as usize } else { record.normal_load_n.len() },
+        ),
         ("stick_position_m", record.stick_position_m.len()),
         ("detached", record.detached.len()),
     ];

@@ -98,14 +98,16 @@ impl MostBytes {
         ))
     }
 
-    /// Of the state of so many blocks, which are all of a chain.
-    pub fn fields(&self, blocks: usize) -> u64 {
+    /// Of the state of so many blocks, which are all of a slider; `loads` says whether it has what
+    /// each of them bears, as that of a slab.
+    pub fn fields(&self, blocks: usize, loads: bool) -> u64 {
         self.of_blocks(blocks, |blocks| FieldRecord {
             step: 0,
             time_s: 0.0,
             displacement_m: vec![0.0; blocks],
             velocity_m_per_s: vec![0.0; blocks],
             tangential_force_n: vec![0.0; blocks],
+            normal_load_n: if loads { vec![0.0; blocks] } else { Vec::new() },
             stick_position_m: vec![0.0; blocks],
             detached: vec![0; blocks],
         })
@@ -144,8 +146,9 @@ impl MostBytes {
 
     /// Of a message that has as much for each block.
     fn of_blocks<M: Serialize>(&self, blocks: usize, message: impl Fn(usize) -> M) -> u64 {
-        let [none, one] = [0, 1].map(|blocks| longest_message(&message(blocks)));
-        self.payload(none + (one - none) * blocks as u64)
+        // Without any, what may be left out would not be there at all.
+        let [one, two] = [1, 2].map(|blocks| longest_message(&message(blocks)));
+        self.payload(one + (two - one) * (blocks as u64).saturating_sub(1))
     }
 
     /// Of a payload of so many bytes, with its share of a chunk.
@@ -205,20 +208,23 @@ mod tests {
 
     #[test]
     fn a_message_is_not_longer_than_it_can_be() {
-        let worst = |blocks: usize| FieldRecord {
+        let worst = |blocks: usize, loads: usize| FieldRecord {
             step: u64::MAX,
             time_s: -f64::MIN_POSITIVE,
             displacement_m: vec![-f64::MIN_POSITIVE; blocks],
             velocity_m_per_s: vec![-f64::MIN_POSITIVE; blocks],
             tangential_force_n: vec![-f64::MIN_POSITIVE; blocks],
+            normal_load_n: vec![-f64::MIN_POSITIVE; loads],
             stick_position_m: vec![-f64::MIN_POSITIVE; blocks],
             detached: vec![1; blocks],
         };
         let most = MostBytes { topics: 9, frame: 0 };
-        for blocks in [2, 100] {
-            let payload = serde_json::to_string(&worst(blocks)).unwrap().len() as u64;
-            assert!(payload <= longest_json(&serde_json::to_value(worst(blocks)).unwrap()));
-            assert!(most.fields(blocks) > payload && most.fields(blocks) < payload * 11 / 10 + 300);
+        for (blocks, has_loads) in [(2, false), (100, false), (2, true), (100, true)] {
+            let worst = worst(blocks, if has_loads { blocks } else { 0 });
+            let payload = serde_json::to_string(&worst).unwrap().len() as u64;
+            assert!(payload <= longest_json(&serde_json::to_value(&worst).unwrap()));
+            let found = most.fields(blocks, has_loads);
+            assert!(found > payload && found < payload * 11 / 10 + 400, "{blocks} {has_loads}");
         }
         let event = most.event(&EventKind::of::<SlipEvent>());
         assert!(event > 200 && event < 1000, "{event}");

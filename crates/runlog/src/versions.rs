@@ -6,12 +6,13 @@
 //! | 2 | attachments `checkpoint`, from where an unfinished run can go on; the status `salvaged`, with a metadata record `salvage` |
 //! | 3 | metadata records `chunk`, which vouch for what stands before them; a summary that names all that the log holds; chunks end where a step and its switches end |
 //! | 4 | topics `/events/rupture` and `/events/arrival`; in the metadata `run`, `block_length_m`, `block_time_s`, `link_time_ratio` and `link_s`, by which ruptures are told; in `/step` and `run_end` the energies; in logs written later `longest_stable_step_s` in `run`, and the statuses `stopped-energy` and `stopped-not-finite`, with why in `stopped` |
+//! | 5 | slabs: in `/fields` what each contact bears, in checkpoints the states of all nodes |
 //!
 //! In any version `run_end` may have a digest for each topic, `digest:TOPIC`; logs that were
 //! written before there were any have none, and then there is nothing to compare. Who does not
 //! know these keys passes over them, so they are no new version.
 //!
-//! Versions 2 to 4 only add, so a log of version 1 reads as one without checkpoints, logs of
+//! Versions 2 to 5 only add, so a log of version 1 reads as one without checkpoints, logs of
 //! versions 1 and 2 as ones for which only their own checksums vouch, and logs of versions 1 to 3
 //! as ones without ruptures. A version
 //! that says something in other words puts what its predecessors said into today's here, and

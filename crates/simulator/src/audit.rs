@@ -48,19 +48,28 @@ impl Audit {
     /// Of the runs of a plan.
     pub fn of(plan: &Plan) -> Audit {
         let state = ChainState::initial(plan);
-        let stored = stored_of(plan, &state);
-        let (kinetic_j, elastic_j) = stored_j(Sweeps::detect(), plan, &stored, state.step, state.hold_step);
+        let is_slab = plan.elastic.lattice().is_some();
+        let initial_j = match is_slab {
+            // It is at rest, and what its load has pressed into it stays there.
+            true => 0.0,
+            false => {
+                let stored = stored_of(plan, &state);
+                let (kinetic_j, elastic_j) =
+                    stored_j(Sweeps::detect(), plan, &stored, state.step, state.hold_step);
+                kinetic_j + elastic_j
+            }
+        };
         let kt = match plan.friction.law {
             Law::Springs => plan.friction.interfacial_stiffness_n_per_m,
             Law::Rigid { .. } => 0.0,
         };
-        let drive = plan.drive.stiffness_n_per_m(plan.blocks);
+        let drive = plan.drive.stiffness_n_per_m(plan.elastic.nodes());
         let thresholds = plan.friction.static_threshold_n.iter().zip(drive).enumerate();
         let parts_j = thresholds.map(|(n, (threshold_n, drive_n_per_m))| {
             let held_by_n_per_m = plan.elastic.diagonal_n_per_m(n) + kt + drive_n_per_m;
             0.5 * threshold_n * threshold_n / held_by_n_per_m
         });
-        Audit { step_share: plan.step_share(), initial_j: kinetic_j + elastic_j, threshold_j: parts_j.sum() }
+        Audit { step_share: plan.step_share(), initial_j, threshold_j: parts_j.sum() }
     }
 
     /// Whether a run is stopped in the step of a record.

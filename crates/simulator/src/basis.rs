@@ -33,7 +33,7 @@
 //! `(focus / 2) sum_l (|c_J(l)| |w_{J-1}| + |c_{J-1}(l)| |w_J|)`, and out of the double sum the
 //! same summed up twice.
 
-use asperity_model::elastic::{Chain, Elastic};
+use asperity_model::elastic::Chain;
 
 use crate::step_map::StepMap;
 use crate::sweep::{Coefficients, FOLLOWED, Sweeps};
@@ -207,7 +207,7 @@ type Point = (f64, f64);
 fn spectrum(map: &StepMap) -> Vec<Point> {
     const ALONG: u32 = 64;
     let (dt, m) = (map.step_s, map.block_mass_kg);
-    let Elastic::Chain(chain) = &map.elastic;
+    let chain = map.elastic.chain();
     let held = map.interfacial_stiffness_n_per_m + map.stiffest_drive_n_per_m;
     let mut points = Vec::new();
     for share in [0.0, 0.25, 0.5, 0.75, 1.0] {

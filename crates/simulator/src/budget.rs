@@ -10,6 +10,7 @@ use asperity_model::{Law, Plan};
 use asperity_record::{Direction, Energy, FieldRecord, StepRecord, Switch};
 
 use crate::energy::{prestress_work_j, stored_j, stored_of};
+use crate::lattice;
 use crate::ledger::Sum;
 use crate::state::ChainState;
 use crate::sweep::{Stored, Sweeps};
@@ -45,8 +46,13 @@ impl Budget {
     /// Before the first step of a plan.
     pub(crate) fn of(plan: &Plan) -> Budget {
         let initial = ChainState::initial(plan);
-        let (kinetic_j, elastic_j) =
-            stored_j(Sweeps::detect(), plan, &stored_of(plan, &initial), initial.step, initial.hold_step);
+        let (kinetic_j, elastic_j) = match plan.elastic.lattice() {
+            Some(_) => lattice::stored_j(plan, &initial),
+            None => {
+                let stored = stored_of(plan, &initial);
+                stored_j(Sweeps::detect(), plan, &stored, initial.step, initial.hold_step)
+            }
+        };
         let initial_j = kinetic_j + elastic_j;
         Budget { initial_j, anchor_change_j: None, largest_j: initial_j.abs() }
     }
@@ -65,7 +71,8 @@ impl Budget {
     pub(crate) fn step(&mut self, plan: &Plan, record: &StepRecord) -> Result<(), String> {
         let Some(energy) = &record.energy else { return Err("it lacks the energies".to_owned()) };
         self.balance(energy)?;
-        if plan.prestress_n.is_empty() && energy.prestress_work_j != 0.0 {
+        let pushes = !plan.prestress_n.is_empty() || plan.elastic.lattice().is_some();
+        if !pushes && energy.prestress_work_j != 0.0 {
             return Err(format!("there is no prestress, and its work is {} J", energy.prestress_work_j));
         }
         self.anchors(plan, record, energy)

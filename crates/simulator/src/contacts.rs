@@ -2,8 +2,9 @@
 //! while it slides.
 //!
 //! Nodes move, contacts rub; in a chain every node carries one contact, of the same number.
-//! Whatever a contact bears is in proportion to the normal load of the step, and so is the
-//! driving force that stops a drive; a static threshold may also grow while its contact sticks.
+//! Whatever a contact of a chain bears is in proportion to the normal load of the step, and so is the
+//! driving force that stops a drive; a static threshold may also grow while its contact sticks. What
+//! a contact of a slab bears follows from its state.
 
 use asperity_model::Plan;
 
@@ -156,9 +157,29 @@ pub(crate) fn least_threshold_n<'a>(plan: &'a Plan, state: &'a ChainState) -> &'
     if plan.friction.ageing.is_some() { &state.aged_threshold_n } else { &plan.friction.static_threshold_n }
 }
 
+/// `mu_s + b ln(1 + t_w / t_0)` of contact `n` of a slab in the step that led to a state.
+pub(crate) fn static_coefficient(plan: &Plan, state: &ChainState, n: usize) -> f64 {
+    aged_coefficient(plan, n, state.stuck_since_step.get(n).copied(), state.step)
+}
+
+/// The same of a contact that has stuck since a step, where contacts age.
+pub(crate) fn aged_coefficient(plan: &Plan, n: usize, since_step: Option<u64>, step: u64) -> f64 {
+    let young = plan.friction.static_coefficients[n];
+    match (&plan.friction.ageing, since_step) {
+        (Some(ageing), Some(since_step)) => {
+            let waited_s = (step - since_step) as f64 * plan.grid.step_s();
+            young + ageing.coefficient * libm::log1p(waited_s / ageing.time_s)
+        }
+        _ => young,
+    }
+}
+
 /// The static threshold of contact `n` (counted from 0) in the step that led to a state, of a
 /// contact that has detached since that which it had reached.
 pub(crate) fn threshold_n(plan: &Plan, state: &ChainState, n: usize) -> f64 {
+    if let Some(normal_load_n) = state.normal_load_n.get(n) {
+        return static_coefficient(plan, state, n) * normal_load_n;
+    }
     let aged_n = aged_threshold_n(plan, n, &state.stuck_since_step, state.step);
     Load::in_step(plan, state.step, state.hold_step).scaled_n(aged_n)
 }

@@ -18,7 +18,7 @@
 
 use std::sync::Arc;
 
-use asperity_model::Plan;
+use asperity_model::{Elastic, Plan};
 use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord};
 use serde::{Deserialize, Serialize};
 
@@ -151,14 +151,19 @@ pub fn compare(
     progress: impl FnMut(u64),
 ) -> Result<Agreement, Disagreement> {
     let plan = Arc::new(bare(plan));
-    hold(&plan, Plain::new(Arc::clone(&plan)), Fast::new(Arc::clone(&plan)), each, progress)
+    let plain = Plain::new(Arc::clone(&plan));
+    match plan.elastic {
+        Elastic::Chain(_) => hold(&plan, plain, Fast::new(Arc::clone(&plan)), each, progress),
+        // What stands for the fast solver of a slab.
+        Elastic::Lattice(_) => hold(&plan, plain.clone(), plain, each, progress),
+    }
 }
 
 /// The same with solvers at the start.
 fn hold(
     plan: &Plan,
     mut plain: Plain,
-    mut fast: Fast,
+    mut fast: impl Solver + Clone,
     mut each: impl FnMut(&StepRecord, &StepRecord),
     mut progress: impl FnMut(u64),
 ) -> Result<Agreement, Disagreement> {

@@ -13,6 +13,11 @@
 //!   blocks is known: that gives the state before it (4.13, 4.14), and with it the forces (5.6-5.8),
 //!   up to rounding.
 //!
+//! Of a slab only the contacts are recorded: the loads that they bear, and with them thresholds, are
+//! held against each other where a state and a switch are of one step, but not against where the nodes
+//! are; nor are the drive's pull at a height and the energies that the nodes store, but for their
+//! balance.
+//!
 //! What remains open is when blocks switch and how the slider moves in between; that only the solver
 //! tells. Records that are missing may be excused one by one, see [`Expectation::take`].
 
@@ -26,6 +31,7 @@ use crate::audit::Audit;
 use crate::budget::Budget;
 use crate::contacts::{Load, StopForce, aged_threshold_n};
 use crate::recorder::{self, Due};
+use crate::slab_records;
 use crate::solver::SimulationError;
 use crate::state::ChainState;
 
@@ -357,7 +363,12 @@ impl Expectation {
             *since = record.step;
         }
         let is_known = self.stuck_since_step.get(n).is_none_or(|&since| since <= record.step);
-        if is_known {
+        if plan.elastic.lattice().is_some() {
+            // Up to what its contact bears, which a state tells.
+            if !(switch.threshold_n >= 0.0 && switch.threshold_n.is_finite()) {
+                return Err(format!("the threshold of block {block} is {} N", switch.threshold_n));
+            }
+        } else if is_known {
             let at_start_n = aged_threshold_n(plan, n, &self.stuck_since_step, record.step);
             let factor = record.normal_load_n / plan.total_normal_load_n;
             let expected_n = match self.hold {
@@ -408,6 +419,17 @@ impl Expectation {
     fn fields(&mut self, record: &FieldRecord, is_after_gap: bool) -> Result<(), String> {
         if record.displacement_m.len() != self.plan.blocks {
             return Err(format!("{} blocks, not {}", record.displacement_m.len(), self.plan.blocks));
+        }
+        let loads = if self.plan.elastic.lattice().is_some() { self.plan.blocks } else { 0 };
+        if record.normal_load_n.len() != loads {
+            return Err(format!("{} normal loads of contacts, not {loads}", record.normal_load_n.len()));
+        }
+        if let Some(n) = record.normal_load_n.iter().position(|load_n| *load_n < 0.0) {
+            let load_n = record.normal_load_n[n];
+            return Err(format!(
+                "the normal load of block {} is {load_n} N, and nothing pulls it down",
+                n + 1
+            ));
         }
         let begins = !std::mem::replace(&mut self.begun, true) && record.step == self.plan.initial.step;
         if begins && !is_after_gap {
@@ -491,6 +513,9 @@ impl Expectation {
             Hold::Known(hold_step) => Some(hold_step),
             Hold::After(_) | Hold::Between(..) => None,
         };
+        if plan.elastic.lattice().is_some() {
+            return slab_records::is_state_of(plan, step, record, &self.stuck_since_step, hold_step);
+        }
         if let Some(energy) = &step.energy {
             Budget::state(plan, energy, record, hold_step)?;
         }

@@ -2,11 +2,23 @@
 
 use std::sync::Arc;
 
-use asperity_model::Plan;
+use asperity_model::{Elastic, Plan};
 
 use crate::fast::Fast;
 use crate::plain::Plain;
 use crate::solver::Solver;
+
+/// Why a slab is stepped plainly.
+const SLAB_IS_STEPPED: &str =
+    "every step instead of windows and jumps: those are for chains, and this is a slab";
+
+/// The fast solver of a plan, or where there is none, the plain one in its place.
+fn fast(plan: Arc<Plan>) -> Box<dyn Solver> {
+    match plan.elastic {
+        Elastic::Chain(_) => Box::new(Fast::new(plan)),
+        Elastic::Lattice(_) => Box::new(Plain::standing_for(Fast::NAME, plan, SLAB_IS_STEPPED)),
+    }
+}
 
 /// Which solver is to take the steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -35,7 +47,7 @@ impl SolverKind {
     /// A solver of this kind at the start of a plan.
     pub fn start(self, plan: impl Into<Arc<Plan>>) -> Box<dyn Solver> {
         match self {
-            SolverKind::Fast => Box::new(Fast::new(plan)),
+            SolverKind::Fast => fast(plan.into()),
             SolverKind::Plain => Box::new(Plain::new(plan)),
         }
     }

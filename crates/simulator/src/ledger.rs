@@ -10,13 +10,16 @@ use serde::{Deserialize, Serialize};
 pub struct Ledger {
     /// Work of the drive point.
     pub drive_work_j: Sum,
+    /// Of a slab, work of the normal load on its top row; 0 in a chain.
+    #[serde(default, skip_serializing_if = "Sum::is_zero")]
+    pub load_work_j: Sum,
     /// Work against sliding friction.
     pub friction_heat_j: Sum,
     /// What friction springs held as they took hold, less what they lost as they let go.
     pub anchor_change_j: Sum,
     /// Work of the dashpots; 0 where it is told by the balance.
     pub viscous_loss_j: Sum,
-    /// What the time step added.
+    /// What the time step added; in a slab, but for a last part that its state says (`lattice.rs`).
     pub scheme_work_j: Sum,
     /// The span that is open.
     pub span: Option<Span>,
@@ -40,6 +43,7 @@ impl Ledger {
     pub(crate) fn of(energy: &Energy) -> Ledger {
         Ledger {
             drive_work_j: energy.drive_work_j.into(),
+            load_work_j: Sum::default(),
             friction_heat_j: energy.friction_heat_j.into(),
             anchor_change_j: energy.anchor_change_j.into(),
             viscous_loss_j: energy.viscous_loss_j.into(),
@@ -52,6 +56,7 @@ impl Ledger {
     pub fn is_finite(&self) -> bool {
         let sums = [
             self.drive_work_j,
+            self.load_work_j,
             self.friction_heat_j,
             self.anchor_change_j,
             self.viscous_loss_j,
@@ -84,6 +89,11 @@ impl Sum {
             (part - total) + self.total
         };
         self.total = total;
+    }
+
+    /// Whether nothing has been added.
+    fn is_zero(&self) -> bool {
+        self.total == 0.0 && self.rest == 0.0
     }
 
     /// The sum.

@@ -45,6 +45,7 @@
 //!   a run were made of.
 //! - `expectation`: whether records can be those of a plan, told without taking its steps, and
 //!   `budget`, whether their energies can.
+//! - `lattice`: the same steps of a slab, and its energies; `slab_records`, what its records tell.
 //! - `plain`: every step.
 //! - `fast`: which steps are taken how. `window` and `basis` take many while some blocks slide,
 //!   `jump` while all stick (by `modes` or, for long chains, by `waves`, with `complex` numbers),
@@ -53,8 +54,8 @@
 //! - [`Witness`]: whether a checkpoint is a state that the records before it lead to.
 //!
 //! How nodes pull at each other stands in [`asperity_model::elastic`] alone. Nodes move, contacts
-//! rub; in a chain every node carries one contact, and both are called *blocks* where the
-//! difference does not matter.
+//! rub; a slab has contacts at its bottom alone; in a chain every node carries one contact, and both
+//! are called *blocks* where the difference does not matter.
 
 mod audit;
 mod basis;
@@ -71,11 +72,13 @@ mod fast;
 mod jump;
 mod kept;
 mod kind;
+mod lattice;
 mod ledger;
 mod modes;
 mod plain;
 mod recorder;
 mod rest;
+mod slab_records;
 mod solver;
 mod state;
 mod step_map;

@@ -24,8 +24,6 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use asperity_model::Elastic;
-
 use crate::complex::Complex;
 use crate::step_map::StepMap;
 use crate::sweep::Sweeps;
@@ -56,7 +54,7 @@ impl Pencil {
     fn of(map: &StepMap) -> Pencil {
         let StepMap { step_s: dt, block_mass_kg: m, elastic, drive_n_per_m: drive, .. } = map;
         let (by_stiffness, by_damping) = (dt * dt / m, dt / m);
-        let Elastic::Chain(chain) = elastic;
+        let chain = elastic.chain();
         let held = |n: usize| map.interfacial_stiffness_n_per_m + drive[n];
         Pencil {
             stiffness: (0..map.blocks())

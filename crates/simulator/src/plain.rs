@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use asperity_model::Plan;
+use asperity_model::{Elastic, Plan};
 use asperity_record::Record;
 
 use crate::counters::Counters;
 use crate::energy::Bookkeeping;
+use crate::lattice::LatticeStepper;
 use crate::recorder::Recorder;
 use crate::solver::{SimulationError, Solver};
 use crate::state::ChainState;
@@ -17,8 +18,28 @@ use crate::sweep::Sweeps;
 #[derive(Debug, Clone)]
 pub struct Plain {
     plan: Arc<Plan>,
-    stepper: Stepper,
+    steps: Steps,
     recorder: Recorder,
+    /// The solver that it stands for.
+    name: &'static str,
+    fallbacks: Vec<&'static str>,
+}
+
+/// What takes the steps, by what holds the slider together.
+#[derive(Debug, Clone)]
+enum Steps {
+    Chain(Box<Stepper>),
+    Lattice(Box<LatticeStepper>),
+}
+
+/// The same of either.
+macro_rules! either {
+    ($steps:expr, $stepper:ident => $what:expr) => {
+        match $steps {
+            Steps::Chain($stepper) => $what,
+            Steps::Lattice($stepper) => $what,
+        }
+    };
 }
 
 impl Plain {
@@ -27,30 +48,42 @@ impl Plain {
 
     /// A solver at the start of a plan.
     pub fn new(plan: impl Into<Arc<Plan>>) -> Plain {
-        let plan = plan.into();
-        let stepper = Stepper::new(Arc::clone(&plan), Sweeps::detect(), Bookkeeping::EveryStep);
-        Plain { recorder: Recorder::new(&plan, stepper.state()), stepper, plan }
+        let (plan, sweeps) = (plan.into(), Sweeps::detect());
+        let steps = match &plan.elastic {
+            Elastic::Chain(_) => {
+                let stepper = Stepper::new(Arc::clone(&plan), sweeps, Bookkeeping::EveryStep);
+                Steps::Chain(Box::new(stepper))
+            }
+            Elastic::Lattice(_) => Steps::Lattice(Box::new(LatticeStepper::new(Arc::clone(&plan), sweeps))),
+        };
+        let recorder = Recorder::new(&plan, either!(&steps, stepper => stepper.state()));
+        Plain { recorder, steps, plan, name: Plain::NAME, fallbacks: Vec::new() }
+    }
+
+    /// The same in the place of another solver that cannot take the steps of this plan, and why.
+    pub(crate) fn standing_for(name: &'static str, plan: impl Into<Arc<Plan>>, why: &'static str) -> Plain {
+        Plain { name, fallbacks: vec![why], ..Plain::new(plan) }
     }
 
     /// The state after the last step taken.
     pub fn state(&self) -> &ChainState {
-        self.stepper.state()
+        either!(&self.steps, stepper => stepper.state())
     }
 
     /// The contacts that switched in the last step, counted from 0.
     pub fn switched(&self) -> &[usize] {
-        self.stepper.switched()
+        either!(&self.steps, stepper => stepper.switched())
     }
 
     /// Takes one step; returns the driving forces that it used.
     pub fn take_step(&mut self) -> Driving {
-        self.stepper.take_step()
+        either!(&mut self.steps, stepper => stepper.take_step())
     }
 }
 
 impl Solver for Plain {
     fn name(&self) -> &'static str {
-        Plain::NAME
+        self.name
     }
 
     fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
@@ -58,18 +91,19 @@ impl Solver for Plain {
             if !self.recorder.is_empty() {
                 return self.recorder.next();
             }
-            let state = self.stepper.state();
+            let state = self.state();
             if state.step == self.plan.steps {
                 return Ok(None);
             }
             let was_sliding = state.sliding > 0;
-            let driving = self.stepper.take_step();
-            self.recorder.observe(&self.plan, &mut self.stepper, was_sliding, driving)?;
+            let driving = self.take_step();
+            let (plan, recorder) = (&self.plan, &mut self.recorder);
+            either!(&mut self.steps, stepper => recorder.observe(plan, &mut **stepper, was_sliding, driving))?;
         }
     }
 
     fn step(&self) -> u64 {
-        self.stepper.state().step
+        self.state().step
     }
 
     fn is_between_records(&self) -> bool {
@@ -77,15 +111,19 @@ impl Solver for Plain {
     }
 
     fn counters(&self) -> Counters {
-        self.stepper.counters()
+        either!(&self.steps, stepper => stepper.counters())
+    }
+
+    fn fallbacks(&self) -> Vec<&'static str> {
+        self.fallbacks.clone()
     }
 
     fn snapshot(&self) -> ChainState {
-        self.stepper.state().clone()
+        self.state().clone()
     }
 
     fn restore(&mut self, state: &ChainState) {
-        self.stepper.restore(state);
+        either!(&mut self.steps, stepper => stepper.restore(state));
         self.recorder.continue_after(&self.plan, state);
     }
 }

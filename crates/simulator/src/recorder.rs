@@ -8,9 +8,40 @@ use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord, Switch
 
 use crate::audit::Audit;
 use crate::contacts::{Load, threshold_n};
+use crate::lattice::LatticeStepper;
 use crate::solver::SimulationError;
 use crate::state::ChainState;
 use crate::stepper::{Driving, Stepper};
+
+/// What has taken a single step.
+pub(crate) trait SingleSteps {
+    /// The state after it.
+    fn state(&self) -> &ChainState;
+    /// The contacts that switched in it, counted from 0.
+    fn switched(&self) -> &[usize];
+    /// Energies at its end; `None` if the state came without.
+    fn energy(&mut self) -> Option<Energy>;
+}
+
+macro_rules! takes_single_steps {
+    ($($stepper:ty),*) => {
+        $(impl SingleSteps for $stepper {
+            fn state(&self) -> &ChainState {
+                self.state()
+            }
+
+            fn switched(&self) -> &[usize] {
+                self.switched()
+            }
+
+            fn energy(&mut self) -> Option<Energy> {
+                self.energy()
+            }
+        })*
+    };
+}
+
+takes_single_steps!(Stepper, LatticeStepper);
 
 /// Turns states worth recording into records, and knows the next step at which
 /// a cadence asks for one.
@@ -95,7 +126,7 @@ impl Recorder {
     pub(crate) fn observe(
         &mut self,
         plan: &Plan,
-        stepper: &mut Stepper,
+        stepper: &mut impl SingleSteps,
         was_sliding: bool,
         driving: Driving,
     ) -> Result<(), SimulationError> {
@@ -245,14 +276,15 @@ fn switch(plan: &Plan, state: &ChainState, n: usize) -> Switch {
     }
 }
 
-/// The state of all blocks.
+/// The state of all blocks; of a slab, of its contacts.
 pub(crate) fn fields(plan: &Plan, state: &ChainState) -> FieldRecord {
     FieldRecord {
         step: state.step,
         time_s: plan.grid.time_s(state.step),
-        displacement_m: state.displacement_m.clone(),
-        velocity_m_per_s: state.velocity_m_per_s.clone(),
+        displacement_m: state.displacement_m[..plan.blocks].to_vec(),
+        velocity_m_per_s: state.velocity_m_per_s[..plan.blocks].to_vec(),
         tangential_force_n: state.tangential_force_n.clone(),
+        normal_load_n: state.normal_load_n.clone(),
         stick_position_m: state.stick_position_m.clone(),
         detached: state.slip.iter().map(|&slip| u8::from(slip != 0.0)).collect(),
     }
@@ -308,7 +340,8 @@ fn at_block(what: &'static str, step: u64, state: &ChainState, n: usize) -> Simu
     SimulationError::NotFinite {
         step,
         what,
-        block: n as u32 + 1,
+        // Of a slab, the contact below the node.
+        block: (n % state.slip.len()) as u32 + 1,
         displacement_m: state.displacement_m[n],
         velocity_m_per_s: state.velocity_m_per_s[n],
     }

@@ -1,6 +1,6 @@
 //! The state of a slider between two steps.
 
-use asperity_model::Plan;
+use asperity_model::{Plan, slab};
 use serde::{Deserialize, Serialize};
 
 use crate::cost::FIRST_SAVED_STEPS;
@@ -8,18 +8,19 @@ use crate::ledger::Ledger;
 
 /// Everything that the next step depends on, and the last step's forces.
 ///
-/// Structure of arrays, one value per node or per contact, which are the same blocks in a
-/// chain: the sweeps over them are what a run spends its time in, and compilers vectorise them
-/// in this form.
+/// Structure of arrays, one value per freedom of a node or per contact, which are the same blocks
+/// in a chain: the sweeps over them are what a run spends its time in, and compilers vectorise them
+/// in this form. The first freedoms of a slab are those of its contacts along the sliding direction
+/// ([`asperity_model::lattice`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ChainState {
     /// The last step taken; 0 initially.
     pub step: u64,
-    /// Displacement `u_n` of each node from the initial grid. Absolute positions would lose
+    /// Displacement `u_n` of each freedom from the initial grid. Absolute positions would lose
     /// seven digits and change the events.
     pub displacement_m: Vec<f64>,
-    /// Velocity `v_n` of each node.
+    /// Velocity `v_n` of each freedom.
     pub velocity_m_per_s: Vec<f64>,
     /// Anchor `u_stick,n` of each contact's friction spring; stale while it slides.
     pub stick_position_m: Vec<f64>,
@@ -30,6 +31,10 @@ pub struct ChainState {
     pub detached: u32,
     /// Tangential force without friction `tau_n` on each contact in the last step.
     pub tangential_force_n: Vec<f64>,
+    /// Normal load `p_n` on each contact of a slab in the last step; empty in a chain, whose plan
+    /// gives it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub normal_load_n: Vec<f64>,
     /// How many contacts slid in the last step.
     pub sliding: u32,
     /// Steps that a solver has decided to take one by one before it tries again
@@ -51,8 +56,8 @@ pub struct ChainState {
     /// Where contacts age, the step in which each stuck last.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stuck_since_step: Vec<u64>,
-    /// Where contacts age, what the threshold of each stuck one is no less than, at the
-    /// load of the start.
+    /// Where the contacts of a chain age, what the threshold of each stuck one is no less than, at
+    /// the load of the start.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub aged_threshold_n: Vec<f64>,
 }
@@ -68,14 +73,22 @@ impl ChainState {
         let u = &initial.displacement_m;
         let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
         let point_m = plan.drive_point_m(initial.step, hold_step);
-        let mut tangential_force_n: Vec<f64> =
-            (0..plan.blocks).map(|n| plan.elastic.pull_n(u, &initial.velocity_m_per_s, n)).collect();
-        for spring in &plan.drive.springs {
-            tangential_force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
-        }
-        for (tau, prestress) in tangential_force_n.iter_mut().zip(&plan.prestress_n) {
-            *tau += prestress;
-        }
+        let tangential_force_n = match plan.elastic.lattice() {
+            // Its driving springs are relaxed.
+            Some(_) => slab::tangential_force_n(plan),
+            None => {
+                let v = &initial.velocity_m_per_s;
+                let mut tau_n: Vec<f64> = (0..plan.blocks).map(|n| plan.elastic.pull_n(u, v, n)).collect();
+                for spring in &plan.drive.springs {
+                    tau_n[spring.block] += spring.force_n(point_m, u[spring.block]);
+                }
+                for (tau, prestress) in tau_n.iter_mut().zip(&plan.prestress_n) {
+                    *tau += prestress;
+                }
+                tau_n
+            }
+        };
+        let is_slab = plan.elastic.lattice().is_some();
         let ages = plan.friction.ageing.is_some();
         ChainState {
             step: initial.step,
@@ -85,6 +98,7 @@ impl ChainState {
             slip: vec![0.0; plan.blocks],
             detached: 0,
             tangential_force_n,
+            normal_load_n: if is_slab { plan.normal_load_n.clone() } else { Vec::new() },
             sliding: 0,
             single_steps: 0,
             no_jump_before_step: 0,
@@ -92,20 +106,27 @@ impl ChainState {
             hold_step,
             energy: Some(Ledger::default()),
             stuck_since_step: if ages { vec![initial.step; plan.blocks] } else { Vec::new() },
-            aged_threshold_n: if ages { plan.friction.static_threshold_n.clone() } else { Vec::new() },
+            aged_threshold_n: if ages && !is_slab {
+                plan.friction.static_threshold_n.clone()
+            } else {
+                Vec::new()
+            },
         }
     }
 
     /// Whether this can be a state of that plan: that it is of as many blocks, finite, and no
     /// further on. What is read from a file is to be asked before a solver restores it.
     pub fn fits(&self, plan: &Plan) -> bool {
-        let finite = |values: &[f64]| values.len() == plan.blocks && values.iter().all(|x| x.is_finite());
+        let are_finite =
+            |values: &[f64], count| values.len() == count && values.iter().all(|x| x.is_finite());
+        let finite = |values: &[f64]| are_finite(values, plan.blocks);
+        let freedoms = plan.elastic.freedoms();
         let ages = plan.friction.ageing.is_some();
         let slipping = self.slip.iter().filter(|&&slip| slip == 1.0).count();
         let sticking = self.slip.iter().filter(|&&slip| slip == 0.0).count();
         self.step <= plan.steps
-            && finite(&self.displacement_m)
-            && finite(&self.velocity_m_per_s)
+            && are_finite(&self.displacement_m, freedoms)
+            && are_finite(&self.velocity_m_per_s, freedoms)
             && finite(&self.stick_position_m)
             && finite(&self.tangential_force_n)
             && slipping + sticking == plan.blocks
@@ -117,6 +138,14 @@ impl ChainState {
             })
             && self.stuck_since_step.len() == if ages { plan.blocks } else { 0 }
             && self.stuck_since_step.iter().all(|&step| step <= self.step)
-            && if ages { finite(&self.aged_threshold_n) } else { self.aged_threshold_n.is_empty() }
+            && match plan.elastic.lattice() {
+                Some(_) => {
+                    finite(&self.normal_load_n)
+                        && self.normal_load_n.iter().all(|load_n| *load_n >= 0.0)
+                        && self.aged_threshold_n.is_empty()
+                }
+                None if ages => finite(&self.aged_threshold_n) && self.normal_load_n.is_empty(),
+                None => self.aged_threshold_n.is_empty() && self.normal_load_n.is_empty(),
+            }
     }
 }

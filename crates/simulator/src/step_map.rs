@@ -48,7 +48,7 @@ impl StepMap {
             drive_n_per_m,
             stiffest_drive_n_per_m,
         } = self;
-        let Elastic::Chain(Chain { nodes, stiffness_n_per_m, damping_kg_per_s }) = elastic;
+        let Chain { nodes, stiffness_n_per_m, damping_kg_per_s } = elastic.chain();
         let numbers = [
             step_s,
             block_mass_kg,

@@ -11,13 +11,14 @@
 //!
 //! In reading order: `elastic`, how nodes pull at each other; `step`, the equations of a step; `terms`,
 //! `coefficients`, `guards` and `linear`, what windows are made of; `waves`, what jumps of long chains are; `energy`,
-//! sums for the energies.
+//! sums for the energies. `lattice` moves the nodes of a slab; all else is of chains.
 //! `versions` has the instruction sets.
 
 mod coefficients;
 mod elastic;
 mod energy;
 mod guards;
+mod lattice;
 mod linear;
 mod step;
 mod terms;
@@ -27,6 +28,7 @@ mod waves;
 pub(crate) use coefficients::{Coefficients, FOLLOWED};
 pub(crate) use energy::{Changing, Forms, Moved, Stored};
 pub(crate) use guards::{Course, Guarded, Reserve, Steps, margin};
+pub(crate) use lattice::{Forces, MovedWork};
 pub(crate) use step::{After, Blocks, Constants};
 pub(crate) use terms::{Held, Second, TermChain, Terms};
 pub(crate) use versions::Sweeps;

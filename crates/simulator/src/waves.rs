@@ -22,7 +22,7 @@
 //! That they are all modes is checked with a state without pattern, and again in every
 //! jump: its residue is put together again, and what is missing counts.
 
-use asperity_model::{Elastic, Plan};
+use asperity_model::Plan;
 
 use crate::complex::Complex;
 use crate::modes::{Coordinates, Powers};
@@ -137,7 +137,7 @@ impl Waves {
         let blocks = plan.blocks;
         let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
         let drive_n_per_m = plan.drive.only_side()?.stiffness_n_per_m;
-        let Elastic::Chain(chain) = &plan.elastic;
+        let chain = plan.elastic.chain();
         let constants = Constants {
             s: dt * dt / m * plan.friction.interfacial_stiffness_n_per_m,
             kappa: dt * dt / m * chain.stiffness_n_per_m,

@@ -1,9 +1,9 @@
 //! A figure as understood: what is drawn without asking for more than the tables of the study.
 
+use asperity_model::Scenario;
 use asperity_model::analytic::{LengthLaw, LengthLawParameters, LoadCurve};
 use asperity_model::front::Front;
 use asperity_model::plan::Plan;
-use asperity_model::{DriveKind, Scenario};
 use serde::{Deserialize, Serialize};
 
 use crate::axes::Place;
@@ -71,7 +71,7 @@ impl Theory {
     /// What it says of a scenario; nothing where it does not apply.
     pub fn of(self, scenario: &Scenario) -> Option<f64> {
         match self {
-            Theory::LoadAtGlobalSlip => (scenario.drive.kind != DriveKind::LeftRight)
+            Theory::LoadAtGlobalSlip => LengthLaw::is_for(scenario)
                 .then(|| LengthLaw::natural(scenario).load_ratio(&LengthLawParameters::of(scenario), 1.0)),
             Theory::TimeToGlobalSlip => LoadCurve::of(scenario)?.time_to_dynamic_s(),
             Theory::FrontSpeed => {

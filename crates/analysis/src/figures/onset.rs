@@ -87,23 +87,27 @@ impl Onset {
         let decay = analytic::discrete_decay_per_block(run.scenario.friction.interfacial_stiffness_ratio);
         let discrete = |n: f64| first * decay.powf(n - 1.0);
         let simulated = tau.iter().take(last as usize).enumerate();
-        let mut series = vec![
-            Series {
-                label: "eq. (5.45)".to_owned(),
-                points: blocks(&continuous, 0.1),
-                look: Look::Line(Dash::Dashed, BLUE),
-            },
-            Series {
-                label: "discrete chain".to_owned(),
-                points: blocks(&discrete, 0.1),
-                look: Look::Line(Dash::Solid, RED),
-            },
-            Series {
-                label: "simulated".to_owned(),
-                points: simulated.map(|(n, &force)| (n as f64 + 1.0, show(force))).collect(),
-                look: Look::Marks(Marker::Circle, INK),
-            },
-        ];
+        let mut series = vec![Series {
+            label: "simulated".to_owned(),
+            points: simulated.map(|(n, &force)| (n as f64 + 1.0, show(force))).collect(),
+            look: Look::Marks(Marker::Circle, INK),
+        }];
+        // Slabs screen a force otherwise than chains do.
+        if run.plan.elastic.lattice().is_none() {
+            let theory = [
+                Series {
+                    label: "eq. (5.45)".to_owned(),
+                    points: blocks(&continuous, 0.1),
+                    look: Look::Line(Dash::Dashed, BLUE),
+                },
+                Series {
+                    label: "discrete chain".to_owned(),
+                    points: blocks(&discrete, 0.1),
+                    look: Look::Line(Dash::Solid, RED),
+                },
+            ];
+            series.splice(0..0, theory);
+        }
         if self.logarithmic {
             series.push(Series {
                 label: format!("{} %", AFFECTED_THRESHOLD * 100.0),

@@ -1,7 +1,7 @@
 //! What holds the slider together: how its nodes pull at each other, and the invariant of that.
 //!
 //! The stencil itself stands in [`asperity_model::elastic`]; here it is compiled for every
-//! instruction set. Another kind of body is another arm in each `match`.
+//! instruction set. These sweeps, and all that are made of them, are of chains.
 
 use asperity_model::elastic::{Chain, Elastic};
 
@@ -22,16 +22,12 @@ impl Sweeps {
 
 #[inline(always)]
 pub(super) fn pull(tau: &mut [f64], u: &[f64], v: &[f64], elastic: &Elastic) {
-    match elastic {
-        Elastic::Chain(chain) => chain.pull(tau, u, v),
-    }
+    elastic.chain().pull(tau, u, v);
 }
 
 #[inline(always)]
 fn invariant(spring: &[f64], u: &[f64], v: &[f64], elastic: &Elastic, mass: f64, dt: f64) -> f64 {
-    match elastic {
-        Elastic::Chain(chain) => chain_invariant(spring, u, v, chain, mass, dt),
-    }
+    chain_invariant(spring, u, v, elastic.chain(), mass, dt)
 }
 
 #[inline(always)]

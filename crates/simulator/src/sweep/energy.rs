@@ -110,7 +110,7 @@ fn rigid_step_work(moved: &Moved<'_>) -> StepWork {
 
 #[inline(always)]
 fn work_of_step<const RIGID: bool>(moved: &Moved<'_>) -> StepWork {
-    let Elastic::Chain(chain) = moved.elastic;
+    let chain = moved.elastic.chain();
     let &Moved { v, v_new, slip, sliding_friction, kt, weakening, radiation, dt, mass, .. } = moved;
     let rubbing = |v: f64, v_new: f64, slip: f64, sliding_friction: f64| {
         let drag = select_unpredictable(v == 0.0, 0.0, sliding_friction.copysign(v));
@@ -158,7 +158,7 @@ pub(crate) struct StoredEnergy {
 
 #[inline(always)]
 fn stored(state: &Stored<'_>) -> StoredEnergy {
-    let Elastic::Chain(chain) = state.elastic;
+    let chain = state.elastic.chain();
     let &Stored { u, v, u_stick, slip, kt, .. } = state;
     let held = |u: f64, u_stick: f64, slip: f64| {
         select_unpredictable(slip != 0.0, 0.0, 0.5 * kt * (u - u_stick) * (u - u_stick))
@@ -199,7 +199,7 @@ pub(crate) struct Forms {
 
 #[inline(always)]
 fn forms(state: &Changing<'_>) -> Forms {
-    let Elastic::Chain(chain) = state.elastic;
+    let chain = state.elastic.chain();
     let &Changing { u, v, d_v, spring, .. } = state;
     let last = u.len() - 1;
     let (u_next, v_next) = (&u[1..], &v[1..]);

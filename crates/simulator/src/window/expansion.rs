@@ -13,7 +13,7 @@
 
 use std::sync::Arc;
 
-use asperity_model::elastic::{Chain, Elastic};
+use asperity_model::elastic::Chain;
 use asperity_model::{Law, Plan, Reattach};
 
 use crate::basis::{Basis, MOST_TERMS};
@@ -265,7 +265,7 @@ impl Expansion {
         let blocks = self.blocks;
         let Basis { centre, focus, sigma, .. } = *self.basis;
         let (by, unit) = (2.0 / focus, self.unit_of_terms(plan));
-        let Elastic::Chain(chain) = &plan.elastic;
+        let chain = plan.elastic.chain();
         let springs = Chain {
             stiffness_n_per_m: unit * chain.stiffness_n_per_m,
             damping_kg_per_s: unit * chain.damping_kg_per_s / plan.grid.step_s(),

@@ -1,0 +1,189 @@
+//! A slab before its first step: pressed down and at rest.
+
+use crate::elastic::Elastic;
+use crate::lattice::Lattice;
+use crate::plan::{Drive, InitialState, Plan};
+
+/// A residual that is rounding, over the load.
+const RESIDUAL: f64 = 1e-15;
+
+/// The load of a contact, over the mean, that is rounding, or pulls.
+const BEARS_NOTHING: f64 = 1e-9;
+
+/// A force that is left over, over the load, as conjugate gradients leave it that came to no end.
+const UNBALANCED: f64 = 1e-9;
+
+/// Most steps of conjugate gradients for each freedom; a few hundred in all are the rule.
+const MOST_STEPS: usize = 10;
+
+/// The displacements in which a lattice is at rest under a load on every node of its top row, with
+/// every contact held by a spring whose anchor is where the contact is on the grid, and no drive.
+///
+/// The foundation is taken to bear every contact. The lattice would expand along `x` by Poisson's
+/// ratio; friction springs hold it, and that leaves a shear.
+pub(crate) fn displacements_at_rest_m(
+    lattice: &Lattice,
+    interfacial_n_per_m: f64,
+    top_load_n: &[f64],
+) -> Vec<f64> {
+    let (nodes, freedoms) = (lattice.nodes(), lattice.freedoms());
+    let still = vec![0.0; freedoms];
+    let mut residual = still.clone();
+    for (node, load_n) in lattice.top_row().zip(top_load_n) {
+        residual[nodes + node] = -load_n;
+    }
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b);
+    let (mut at, mut direction, mut bent) = (still.clone(), residual.clone(), still.clone());
+    let (mut square, mut dashpots_n) = (product(&residual, &residual), still.clone());
+    let enough = RESIDUAL * RESIDUAL * square;
+    for _ in 0..MOST_STEPS * freedoms {
+        if square <= enough {
+            break;
+        }
+        lattice.pull(&mut bent, &mut dashpots_n, &direction, &still);
+        for bent in &mut bent {
+            *bent = -*bent;
+        }
+        for n in lattice.row(0) {
+            bent[n] += interfacial_n_per_m * direction[n];
+            bent[nodes + n] += lattice.foundation_n_per_m * direction[nodes + n];
+        }
+        let far = square / product(&direction, &bent);
+        for n in 0..freedoms {
+            at[n] += far * direction[n];
+            residual[n] -= far * bent[n];
+        }
+        let before = std::mem::replace(&mut square, product(&residual, &residual));
+        for (direction, residual) in direction.iter_mut().zip(&residual) {
+            *direction = residual + square / before * *direction;
+        }
+    }
+    at
+}
+
+/// The normal load of each contact in a state.
+pub fn normal_load_n(lattice: &Lattice, displacement_m: &[f64]) -> Vec<f64> {
+    let rise_m = &displacement_m[lattice.nodes()..];
+    lattice.row(0).map(|n| lattice.normal_load_n(rise_m[n])).collect()
+}
+
+/// The state at the start, and the drive with its springs relaxed in it.
+pub(crate) fn at_rest(displacement_m: Vec<f64>, contacts: usize, drive: &mut Drive) -> InitialState {
+    for spring in &mut drive.springs {
+        spring.rest_m = displacement_m[spring.block];
+    }
+    InitialState {
+        step: 0,
+        velocity_m_per_s: vec![0.0; displacement_m.len()],
+        stick_position_m: vec![0.0; contacts],
+        displacement_m,
+    }
+}
+
+/// What is wrong with the rest state of a slab's plan: that it is none, or that a contact bears no
+/// load in it.
+pub(crate) fn problem_at_rest(plan: &Plan) -> Option<String> {
+    let Elastic::Lattice(lattice) = &plan.elastic else { return None };
+    let u = &plan.initial.displacement_m;
+    let mean_n = plan.total_normal_load_n / lattice.columns as f64;
+    if let Some(n) = plan.normal_load_n.iter().position(|load_n| *load_n <= BEARS_NOTHING * mean_n) {
+        return Some(format!("contact {} bears nothing of the load", n + 1));
+    }
+    let tangential_n = tangential_force_n(plan);
+    let kt = plan.friction.interfacial_stiffness_n_per_m;
+    let held = lattice.row(0).all(|n| (tangential_n[n] - kt * u[n]).abs() <= UNBALANCED * mean_n);
+    let borne_n: f64 = plan.normal_load_n.iter().sum();
+    let is_borne = (borne_n - plan.total_normal_load_n).abs() <= UNBALANCED * plan.total_normal_load_n;
+    (!(held && is_borne)).then(|| "the forces of the pressed slab do not balance".to_owned())
+}
+
+/// What springs pull each contact of a slab with along the sliding direction at the start, friction
+/// left out; nothing of a chain.
+pub fn tangential_force_n(plan: &Plan) -> Vec<f64> {
+    let Elastic::Lattice(lattice) = &plan.elastic else { return Vec::new() };
+    let (mut force_n, mut dashpots_n) = (vec![0.0; lattice.freedoms()], vec![0.0; lattice.freedoms()]);
+    lattice.pull(&mut force_n, &mut dashpots_n, &plan.initial.displacement_m, &plan.initial.velocity_m_per_s);
+    force_n.truncate(lattice.columns);
+    force_n
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Elastic, Plan, resolve};
+
+    fn plan(sets: &[&str]) -> Plan {
+        Plan::new(&resolve("slab", sets).unwrap_or_else(|error| panic!("{error}")))
+    }
+
+    /// What another program finds for the default slab and for a coarser one.
+    #[test]
+    fn the_default_slab_rests_where_another_program_has_it() {
+        let coarse = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7"];
+        for (sets, ratio, first_m) in
+            [(&[][..], -0.216413838, -7.504114667817e-07), (&coarse[..], -0.206473199, -1.233005712744e-06)]
+        {
+            let plan = plan(sets);
+            let tau = super::tangential_force_n(&plan);
+            assert!(
+                (tau[0] / plan.normal_load_n[0] - ratio).abs() < 1e-9,
+                "{}",
+                tau[0] / plan.normal_load_n[0]
+            );
+            let found_m = plan.initial.displacement_m[0];
+            assert!((found_m / first_m - 1.0).abs() < 1e-9, "{found_m}");
+            let ratios = tau.iter().zip(&plan.normal_load_n).map(|(tau, p)| tau.abs() / p);
+            let largest = ratios.fold(0.0, f64::max);
+            assert!((largest - ratio.abs()).abs() < 5e-4, "{largest}");
+        }
+    }
+
+    #[test]
+    fn a_slab_at_rest_is_symmetric_and_held() {
+        let plan = plan(&[]);
+        let Elastic::Lattice(lattice) = &plan.elastic else { panic!("a slab") };
+        let (nodes, columns) = (lattice.nodes(), lattice.columns);
+        let u = &plan.initial.displacement_m;
+        let largest = u.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+        for n in 0..nodes {
+            let mirrored = n / columns * columns + columns - 1 - n % columns;
+            assert!((u[n] + u[mirrored]).abs() < 1e-13 * largest, "x of node {n}");
+            assert!((u[nodes + n] - u[nodes + mirrored]).abs() < 1e-13 * largest, "z of node {n}");
+        }
+        let (mut force_n, mut dashpots_n) = (vec![0.0; lattice.freedoms()], vec![0.0; lattice.freedoms()]);
+        lattice.pull(&mut force_n, &mut dashpots_n, u, &plan.initial.velocity_m_per_s);
+        for n in 0..columns {
+            force_n[n] -= plan.friction.interfacial_stiffness_n_per_m * u[n];
+            force_n[nodes + n] += plan.normal_load_n[n];
+        }
+        for (node, load_n) in lattice.top_row().zip(&plan.top_load_n) {
+            force_n[nodes + node] -= load_n;
+        }
+        assert!(force_n.iter().all(|force_n| force_n.abs() < 1e-11), "all forces balance");
+        assert!(plan.drive.springs[0].force_n(0.0, u[plan.drive.springs[0].block]) == 0.0);
+    }
+
+    /// As the page has them.
+    #[test]
+    fn the_default_slab_has_the_numbers_of_the_page() {
+        let plan = plan(&[]);
+        let (k, m) = (plan.elastic.stiffness_n_per_m(), plan.block_mass_kg);
+        let speed = |share: f64| plan.spacing_m * (share * k / m).sqrt();
+        assert!((speed(1.5) - 1720.0).abs() < 0.5 && (speed(0.5) - 993.0).abs() < 0.5);
+        assert!((plan.scales.wave_speed_m_per_s() / speed(0.5) - 1.0).abs() < 1e-12);
+        let rho = 0.0756 / (0.14 * 0.075 * 0.006);
+        assert!((rho - 1200.0_f64).abs() < 1e-9);
+        assert_eq!(plan.drive.springs[0].block, 2 * 57, "5 mm are two rows");
+        // The largest frequency, and dt as a share of the longest stable step.
+        assert!((2e-7 * 1.6e6 - 0.32_f64).abs() < 1e-12 && plan.step_share() < 0.4, "{}", plan.step_share());
+        assert!((plan.normal_load_n.iter().sum::<f64>() - 1920.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_top_drive_pulls_at_the_top_row() {
+        let plan = plan(&["drive.kind=top", "drive.height_m=0"]);
+        let springs = &plan.drive.springs;
+        assert_eq!((springs.len(), springs[0].block, springs[56].block), (57, 30 * 57, 31 * 57 - 1));
+        let u = &plan.initial.displacement_m;
+        assert_eq!(plan.drive.total_force_n(0.0, u), 0.0, "relaxed in the rest state");
+    }
+}

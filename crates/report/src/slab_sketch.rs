@@ -1,0 +1,149 @@
+//! The model of a slab, drawn: its lattice, the surface, drive and normal load.
+
+use asperity_model::{Lattice, Plan};
+use asperity_page::markup::text;
+
+use crate::symbols::spelled;
+
+const WIDTH: f64 = 720.0;
+const HEIGHT: f64 = 236.0;
+/// Where the lattice stands.
+const LEFT: f64 = 180.0;
+const RIGHT: f64 = 540.0;
+const BOTTOM: f64 = 196.0;
+/// So many columns and rows are drawn; the drive is put at the height that it has.
+const DRAWN: [usize; 2] = [13, 5];
+/// Arrows of the load.
+const ARROW: f64 = 22.0;
+
+/// Where the drive pulls, in words.
+pub(crate) fn drive(plan: &Plan, lattice: &Lattice) -> &'static str {
+    match plan.drive.springs.as_slice() {
+        [] => "no drive",
+        [spring] if spring.block < lattice.top_row().start => "a spring drives it from the side",
+        _ => "springs drive it from the top",
+    }
+}
+
+/// The sketch of a slab as SVG, with words for those who do not see it.
+pub(crate) fn sketch(plan: &Plan, lattice: &Lattice) -> String {
+    let drive = drive(plan, lattice);
+    let words = format!(
+        "The model: a lattice of {} by {} nodes, joined by springs; those of the bottom row rub, each held by a \
+         friction spring while it sticks; {drive}; the normal load presses on the top row.",
+        lattice.columns, lattice.rows
+    );
+    let columns = lattice.columns.min(DRAWN[0]);
+    let rows = lattice.rows.min(DRAWN[1]);
+    let pitch = (RIGHT - LEFT) / (columns - 1) as f64;
+    let height = (pitch * (rows - 1) as f64).min(112.0);
+    let x = |column: usize| LEFT + column as f64 * pitch;
+    let z = |row: usize| BOTTOM - height * row as f64 / (rows - 1) as f64;
+    let mut out = String::new();
+    let mut path = |class: &str, d: &str| out += &format!("<path class=\"{class}\" d=\"{d}\"/>");
+    // The surface, hatched below.
+    let surface = BOTTOM + 8.0;
+    path("g", &format!("M{:.1} {surface}H{:.1}", LEFT - 60.0, RIGHT + 60.0));
+    let hatched = (0..40).map(|n| format!("M{:.0} {surface}l-6 7", LEFT - 54.0 + 12.0 * f64::from(n)));
+    path("f", &hatched.collect::<String>());
+    let (mut straight, mut diagonal, mut held) = (String::new(), String::new(), String::new());
+    for row in 0..rows {
+        straight += &format!("M{:.1} {:.1}H{:.1}", LEFT, z(row), RIGHT);
+        for column in 0..columns {
+            if row == 0 {
+                straight += &format!("M{:.1} {BOTTOM}V{:.1}", x(column), z(rows - 1));
+                held += &format!("M{:.1} {BOTTOM}v8", x(column));
+                continue;
+            }
+            if column > 0 {
+                let (left, right, below, above) = (x(column - 1), x(column), z(row - 1), z(row));
+                diagonal += &format!(
+                    "M{left:.1} {below:.1}L{right:.1} {above:.1}M{left:.1} {above:.1}L{right:.1} {below:.1}"
+                );
+            }
+        }
+    }
+    path("s", &straight);
+    path("f", &diagonal);
+    path("s", &held);
+    // The load, from above.
+    let top = z(rows - 1);
+    let most = plan.top_load_n.iter().fold(0.0, |most: f64, load_n| most.max(*load_n));
+    for column in 0..columns {
+        let load_n = plan.top_load_n[column * (lattice.columns - 1) / (columns - 1)];
+        let length = (ARROW * load_n / most).max(2.0);
+        path("s", &format!("M{:.1} {:.1}V{:.1}", x(column), top - 4.0 - length, top - 4.0));
+        path("h", &format!("M{0:.1} {1:.1}l-2.5 -6h5Z", x(column), top - 4.0));
+    }
+    let velocity = format!("<tspan class=\"i\">V</tspan> = {}", spelled(plan.drive.velocity_m_per_s, "m/s"));
+    let at = match plan.drive.springs.as_slice() {
+        [spring] => {
+            let share = (spring.block / lattice.columns) as f64 / (lattice.rows - 1) as f64;
+            Some(BOTTOM - share * height)
+        }
+        [] => None,
+        _ => Some(top - ARROW - 12.0),
+    };
+    let mut labels = Vec::new();
+    if let Some(at) = at {
+        let zigzag: String = (0..8)
+            .map(|n| {
+                format!("L{:.1} {:.1}", LEFT - 48.0 + 5.0 * f64::from(n), at + [4.0, -4.0][n as usize % 2])
+            })
+            .collect();
+        if plan.drive.springs.len() == 1 {
+            path("s", &format!("M{:.1} {at:.1}{zigzag}L{LEFT:.1} {at:.1}", LEFT - 56.0));
+        } else {
+            path("g", &format!("M{:.1} {at:.1}H{:.1}", LEFT - 20.0, RIGHT + 20.0));
+        }
+        path("s", &format!("M{:.1} {at:.1}h-34", LEFT - 60.0));
+        path("h", &format!("M{:.1} {at:.1}l-7 -3v6Z", LEFT - 60.0));
+        labels.push((LEFT - 156.0, at - 24.0, velocity));
+        labels.push((LEFT - 36.0, at - 8.0, "<tspan class=\"i\">K</tspan>".to_owned()));
+    }
+    let load = format!(
+        "<tspan class=\"i\">F</tspan><tspan class=\"d\" dy=\"3\">N</tspan><tspan dy=\"-3\"> = {}</tspan>",
+        spelled(plan.total_normal_load_n, "N")
+    );
+    labels.push((RIGHT + 12.0, top - 12.0, load));
+    let size = format!("{} × {}", lattice.columns, lattice.rows);
+    labels.push((RIGHT + 12.0, (top + BOTTOM) / 2.0, size));
+    labels.push((
+        LEFT,
+        surface + 24.0,
+        format!("<tspan class=\"i\">L</tspan> = {}", spelled(plan.length_m, "m")),
+    ));
+    for (x, y, html) in labels {
+        out += &format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"start\">{html}</text>");
+    }
+    let from = top - ARROW - 34.0;
+    format!(
+        "<svg class=\"sketch\" viewBox=\"0 {from} {WIDTH} {}\" role=\"img\" aria-label=\"{}\">{out}</svg>\n",
+        HEIGHT - from,
+        text(&words)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_model::{Plan, resolve};
+
+    use super::sketch;
+
+    #[test]
+    fn slabs_have_sketches_of_their_own() {
+        let of = |set: &[&str]| {
+            let plan = Plan::new(&resolve("slab", set).unwrap());
+            sketch(&plan, plan.elastic.lattice().unwrap())
+        };
+        let side = of(&[]);
+        assert!(side.contains("a lattice of 57 by 31 nodes") && side.contains("from the side"), "{side}");
+        assert!(!side.contains("blocks in a row"));
+        let top = of(&["drive.kind=top", "drive.height_m=0"]);
+        assert!(top.contains("springs drive it from the top"));
+        let few = of(&["slider.blocks=3", "slider.rows=2", "slider.height_m=0.07", "normal_load.tilt=0.3"]);
+        for svg in [side, top, few] {
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! A slab goes all the way that a chain goes: logged, checked, replayed, resumed, salvaged, exported,
+//! reduced, drawn.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::support::binary;
+use crate::support::binary::{asperity, succeed, text};
+use asperity_testkit::run_end;
+
+/// A coarse slab, up to its second precursor, and what else is asked of it.
+fn run(folder: &Path, name: &str, sets: &[&str]) -> PathBuf {
+    let log = folder.join(name);
+    let coarse = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.21"];
+    let sets = coarse.iter().chain(sets).flat_map(|set| ["--set", *set]);
+    let arguments: Vec<&str> = std::iter::once("slab").chain(sets).collect();
+    binary::run(&arguments, &log);
+    log
+}
+
+#[test]
+fn a_slab_is_logged_and_comes_back() {
+    let folder = asperity_testkit::folder();
+    let log = run(folder.path(), "slab.mcap", &[]);
+    let said = succeed(&["check", text(&log)]);
+    assert!(said.contains(": whole: "), "{said}");
+    let events = succeed(&["events", text(&log)]);
+    assert_eq!(events.lines().count(), 2, "{events}");
+    assert_eq!(succeed(&["replay", "--format", "csv", text(&log)]), events);
+    // The scenario in the log is the whole of it.
+    let again = folder.path().join("again.mcap");
+    binary::run(&[text(&log)], &again);
+    assert_eq!(run_end(&again).digest, run_end(&log).digest);
+    // By either solver the same records; the one that is asked for says what it does.
+    let plain = folder.path().join("plain.mcap");
+    binary::run(&[text(&log), "--solver", "plain"], &plain);
+    let (fast, plain) = (run_end(&log), run_end(&plain));
+    assert_eq!(fast.digest, plain.digest);
+    assert!(fast.solver.fallbacks[0].contains("this is a slab"), "{:?}", fast.solver);
+    assert!(plain.solver.fallbacks.is_empty());
+    let summary = succeed(&["summary", text(&log)]);
+    assert!(summary.contains("precursor count                        1"), "{summary}");
+    assert!(
+        summary.contains("length law                             -"),
+        "the theory is of chains: {summary}"
+    );
+}
+
+#[test]
+fn states_of_a_slab_say_what_each_contact_bears() {
+    let folder = asperity_testkit::folder();
+    let log = run(folder.path(), "slab.mcap", &["time.duration_s=0.02"]);
+    let out = folder.path().join("tables");
+    succeed(&["export", text(&log), "--topic", "/fields", "--to", "csv", "--out", text(&out)]);
+    let table = fs::read_to_string(out.join("slab.fields.csv")).expect("the table was written");
+    let mut rows = csv::Reader::from_reader(table.as_bytes());
+    let columns = rows.headers().expect("a table has a header").clone();
+    let column = |name: &str| columns.iter().position(|found| found == name).expect("it is a column");
+    let (step, tau, load) = (column("step"), column("tangential_force_n"), column("normal_load_n"));
+    let rows: Vec<csv::StringRecord> = rows.records().map(|row| row.expect("it is CSV")).collect();
+    let of_start: Vec<(f64, f64)> = rows
+        .iter()
+        .filter(|row| &row[step] == "0")
+        .map(|row| (row[tau].parse().expect("a number"), row[load].parse().expect("a number")))
+        .collect();
+    assert_eq!(of_start.len(), 29);
+    let ratio = of_start[0].0 / of_start[0].1;
+    assert!((ratio - -0.206473199).abs() < 1e-9, "{ratio}");
+    let borne_n: f64 = of_start.iter().map(|(_, load)| load).sum();
+    assert!((borne_n - 1920.0).abs() < 1e-9, "{borne_n}");
+    // A chain's table is as it was.
+    let chain = folder.path().join("chain.mcap");
+    binary::run(&["ten-blocks", "--set", "time.step_s=1e-7", "--set", "time.duration_s=0.02"], &chain);
+    succeed(&["export", text(&chain), "--topic", "/fields", "--to", "csv", "--out", text(&out)]);
+    let table = fs::read_to_string(out.join("chain.fields.csv")).expect("the table was written");
+    assert!(table.lines().next().expect("a header").ends_with(",detached"), "{table}");
+}
+
+#[cfg(feature = "analysis")]
+#[test]
+fn a_slab_is_drawn_and_reported() {
+    let folder = asperity_testkit::folder();
+    let log = run(folder.path(), "slab.mcap", &[]);
+    let out = folder.path().join("out");
+    succeed(&["reduce", text(&log), "--out", text(&out)]);
+    let figures = fs::read_dir(&out).expect("the folder was made").count();
+    assert!(figures > 3, "{figures} files");
+    let page = folder.path().join("slab.html");
+    succeed(&["report", text(&log), "--out", text(&page)]);
+    let page = fs::read_to_string(&page).expect("the page was written");
+    assert!(page.contains("a lattice of 29 by 16 nodes"), "its sketch is one of a slab");
+}
+
+/// Contradictions are refused before anything is made.
+#[test]
+fn what_a_slab_cannot_have_is_refused_with_the_reason() {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("none.mcap");
+    for (set, said) in [
+        (
+            "slider.rows=30",
+            "0.075 over 30 rows is no square lattice with slider.length_m = 0.14 over 57 blocks",
+        ),
+        ("friction.law=rigid", "a slab at rest is held by friction springs"),
+        ("drive.kind=top", "0.005 has no meaning for this drive"),
+        (
+            "drive.height_m=0.08",
+            "0.08 is above the slab (accepted: a number from 0 to slider.height_m = 0.075)",
+        ),
+        ("initial_shear.poisson_ratio=0.3", "the shear of a slab at rest follows from its load"),
+        ("time.step_s=1e-6", "above the stability limit of the scheme for this slab"),
+    ] {
+        let output = asperity(&["run", "slab", "--set", set, "--out", text(&log)]);
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{words}");
+        assert!(words.contains(said), "{words}");
+        assert!(!log.exists());
+    }
+}
+
+/// What is left of a damaged log of a slab is what was sound, and says what it lacks.
+#[test]
+fn a_damaged_log_of_a_slab_is_salvaged() {
+    let folder = asperity_testkit::folder();
+    let log = run(folder.path(), "slab.mcap", &["recording.sample_s=1e-5"]);
+    let mut bytes = fs::read(&log).expect("the log can be read");
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 64].fill(0);
+    fs::write(&log, &bytes).expect("the log can be written");
+    let output = asperity(&["check", text(&log)]);
+    assert_eq!(output.status.code(), Some(4), "{}", String::from_utf8_lossy(&output.stdout));
+    let saved = folder.path().join("saved.mcap");
+    let output = asperity(&["salvage", text(&log), "--out", text(&saved)]);
+    assert!(saved.exists(), "{}", String::from_utf8_lossy(&output.stderr));
+    let output = asperity(&["check", text(&saved)]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("salvaged"), "{said}");
+    let events = asperity(&["events", text(&saved)]);
+    assert_eq!(events.status.code(), Some(5), "{}", String::from_utf8_lossy(&events.stderr));
+    assert!(String::from_utf8_lossy(&events.stdout).lines().count() <= 2);
+}

@@ -65,8 +65,12 @@ pub(crate) const QUASI_STATIC_STEPS: u64 = 6;
 /// take the square of the blocks, in steps of so many blocks.
 const JUMP_STEPS: u64 = 8;
 
-/// What it takes to find each wave of a long chain.
-const STEPS_OF_A_WAVE: u64 = 6;
+/// Taking the state of a long chain apart into waves, or putting it together again, for every power
+/// of two in its blocks.
+const WAVE_STEPS: u64 = 8;
+
+/// What it takes to find all of them.
+const STEPS_OF_ALL_WAVES: u64 = 16_000;
 
 /// Modes that take no longer than this are found in any case: some milliseconds.
 const MODES_FOR_FREE_STEPS: u64 = 40_000;
@@ -110,12 +114,17 @@ impl Costs {
         JUMP_STEPS + 3 * self.blocks * self.blocks / (BLOCKS_OF_A_CALL + self.blocks)
     }
 
+    /// The same with waves.
+    pub(crate) fn waves_steps(self) -> u64 {
+        WAVE_STEPS * u64::from(self.blocks.max(1).ilog2())
+    }
+
     /// Whether finding all modes of the chain is worth it in a run of so many steps: as they are
     /// stored, or as the waves that they are in long chains.
     pub(crate) fn all_modes_pay(self, steps: u64, are_stored: bool) -> bool {
         let cost_steps = match are_stored {
             true => 5 * self.blocks.pow(3) / (BLOCKS_OF_A_CALL + self.blocks),
-            false => STEPS_OF_A_WAVE * self.blocks,
+            false => STEPS_OF_ALL_WAVES,
         };
         cost_steps <= MODES_FOR_FREE_STEPS.max(steps / PAUSE)
     }

@@ -19,8 +19,8 @@
 //! of [`crate::window::norms`] and one for what the modes may miss of the residue, reaches any
 //! threshold.
 //!
-//! Chains too long for stored modes are taken apart into waves ([`crate::waves`]) that
-//! are made anew each time; there, what is missing when the residue is put together
+//! Chains too long for stored modes are taken apart into waves ([`crate::waves`]), of which none is
+//! stored; there, what is missing when the residue is put together
 //! again is counted, and a jump is refused if that is more than rounding.
 
 use asperity_model::chain::{SteadyLoading, Stiffness};
@@ -42,11 +42,11 @@ const STORED: usize = 512;
 /// Below this many steps windows are cheaper than a jump with stored modes.
 const SHORTEST: u64 = 10_000;
 
-/// The same with waves, which take longer the longer the chain is, in steps per block.
-const SHORTEST_PER_BLOCK: u64 = 30;
+/// The same with waves.
+const SHORTEST_WITH_WAVES: u64 = 1_500;
 
-/// What part of them to wait where a jump was refused.
-const PATIENCE: u64 = 16;
+/// Steps after which it may be worth trying again where a jump was refused.
+const PATIENCE_STEPS: u64 = SHORTEST / 16;
 
 /// What samples may leave out of displacements, over the largest of them: a rounding error or two.
 const NEGLIGIBLE: f64 = 4e-16;
@@ -58,7 +58,7 @@ const MISSED_OF_STATE: f64 = 4.0 * f64::EPSILON;
 #[derive(Debug, Clone)]
 enum Basis {
     Stored(Modes),
-    Waves(Waves),
+    Waves(Box<Waves>),
 }
 
 impl Basis {
@@ -66,7 +66,7 @@ impl Basis {
         if plan.blocks <= STORED {
             Kept::HERE.modes(plan, sweeps).map(|stored| Basis::Stored(Modes::new(stored)))
         } else {
-            Waves::of(plan, sweeps).map(Basis::Waves)
+            Waves::of(plan, sweeps).map(|waves| Basis::Waves(Box::new(waves)))
         }
     }
 
@@ -150,13 +150,13 @@ impl Jump {
     fn shortest_steps(&self) -> u64 {
         match &self.basis {
             Basis::Stored(_) => SHORTEST,
-            Basis::Waves(_) => SHORTEST_PER_BLOCK * self.position_m.len() as u64,
+            Basis::Waves(_) => SHORTEST_WITH_WAVES,
         }
     }
 
     /// Steps after which it may be worth trying again where a jump was refused.
     pub(crate) fn patience_steps(&self) -> u64 {
-        self.shortest_steps() / PATIENCE
+        PATIENCE_STEPS
     }
 
     /// What was spent on the last attempt, and will be on landing if it was certified.
@@ -168,7 +168,7 @@ impl Jump {
     pub(crate) fn modes_steps(&self) -> u64 {
         match &self.basis {
             Basis::Stored(_) => self.costs.modes_steps(),
-            Basis::Waves(_) => self.shortest_steps() / 2,
+            Basis::Waves(_) => self.costs.waves_steps(),
         }
     }
 
@@ -210,7 +210,8 @@ impl Jump {
             }
             Basis::Waves(waves) => {
                 waves.project(&self.residue, &mut self.coordinates);
-                waves.compose(&self.coordinates, &mut self.composed, &mut self.swing);
+                waves.compose(&self.coordinates, &mut self.composed);
+                waves.bound(&self.coordinates, &mut self.swing);
                 let (mut missed_u, mut missed_v) = (0.0f64, 0.0f64);
                 for n in 0..blocks {
                     missed_u = missed_u.max((self.composed[n] - self.residue[n]).abs());
@@ -359,9 +360,7 @@ impl Jump {
         let blocks = self.position_m.len();
         match &mut self.basis {
             Basis::Stored(modes) => modes.compose_above(coordinates, least, &mut self.composed),
-            Basis::Waves(waves) => {
-                waves.compose_above(coordinates, least, &mut self.composed, &mut self.swing);
-            }
+            Basis::Waves(waves) => waves.compose_above(coordinates, least, &mut self.composed),
         }
         let (u, v) = self.composed.split_at(blocks);
         let SteadyLoading { advance_m, velocity_m_per_s, .. } = &self.loading[usize::from(self.moves)];

@@ -61,6 +61,7 @@ mod basis;
 mod budget;
 mod complex;
 mod contacts;
+mod cosines;
 mod cost;
 mod counters;
 mod energy;

@@ -282,13 +282,25 @@ fn the_thesis_slider_gives_the_same_switches_in_both_parameter_sets() {
 
 #[test]
 fn long_chains_jump_by_waves() {
-    for set in ["as-coded", "as-stated"] {
-        let set = ["slider.blocks=600", "time.duration_s=0.03", &format!("parameter_set={set}")];
-        let plan = plan("default", &set.map(str::to_owned));
-        let Compared { counters, switches, horizon_step } = compare("600 blocks", &plan, TOLERANCE);
+    for (set, drive, velocity_m_per_s, steps, tolerance) in [
+        ("as-coded", "side", 4e-4, 3_000_000, TOLERANCE),
+        ("as-stated", "side", 4e-4, 3_000_000, TOLERANCE),
+        // So fast that blocks come far: their velocities round as displacements over the step do.
+        ("as-stated", "top", 2e-2, 1_500_000, 10.0 * TOLERANCE),
+    ] {
+        let set = [
+            "slider.blocks=600".to_owned(),
+            format!("time.duration_s={steps}e-8"),
+            format!("parameter_set={set}"),
+            format!("drive.kind={drive}"),
+            format!("drive.velocity_m_per_s={velocity_m_per_s}"),
+            "friction.static_spread=0.2".to_owned(),
+        ];
+        let plan = plan("default", &set);
+        let Compared { counters, switches, horizon_step } = compare("600 blocks", &plan, tolerance);
         assert_eq!(horizon_step, plan.steps, "all of it");
-        assert!(counters.jumps > 3 && counters.jump_steps > 2_000_000, "{counters:?}");
-        assert!(switches > 20 && counters.window_steps > 10_000, "{switches} {counters:?}");
+        assert!(counters.jumps > 3 && 10 * counters.jump_steps > 9 * plan.steps, "{set:?} {counters:?}");
+        assert!(switches > 20 && counters.window_steps > 1_000, "{set:?} {switches} {counters:?}");
     }
 }
 

@@ -17,6 +17,10 @@ use asperity_model::Plan;
 
 use crate::basis::GRID_STEPS;
 
+/// Chains of more blocks are long: their modes are not stored, which would take memory as the square
+/// of the blocks, and whatever takes sweeps over all blocks in vain is not even tried.
+pub(crate) const LONG_CHAIN: usize = 512;
+
 /// Steps that leaps have saved are remembered up to so many: some milliseconds. More would be
 /// spent in vain on a chain that begins to chatter after a long rest.
 pub(crate) const MOST_SAVED_STEPS: u64 = 1 << 16;
@@ -38,6 +42,9 @@ const SPAN_STEPS: u64 = 4;
 
 /// Of both, for every order of the work of the scheme.
 const SPAN_STEPS_PER_ORDER: u64 = 7;
+
+/// Where no switch is foreseen for longer, a span takes less than adding up single steps.
+pub(crate) const STEPS_WORTH_A_SPAN: f64 = 100.0;
 
 /// First differences of a window, with the foresight that led to it, its bounds, and its landing.
 const WINDOW_STEPS: u64 = 7;
@@ -68,6 +75,9 @@ const JUMP_STEPS: u64 = 8;
 /// Taking the state of a long chain apart into waves, or putting it together again, for every power
 /// of two in its blocks.
 const WAVE_STEPS: u64 = 8;
+
+/// Asking waves how large they will be after so many steps.
+pub(crate) const CALM_STEPS: u64 = 5;
 
 /// What it takes to find all of them.
 const STEPS_OF_ALL_WAVES: u64 = 16_000;
@@ -128,6 +138,11 @@ impl Costs {
         };
         cost_steps <= MODES_FOR_FREE_STEPS.max(steps / PAUSE)
     }
+}
+
+/// A window, if terms took no longer than steps.
+pub(crate) fn least_window_steps(work: Work) -> u64 {
+    WINDOW_STEPS + work.terms
 }
 
 /// Both ends of a span of the energies.

@@ -37,6 +37,11 @@ use crate::sweep::Sweeps;
 /// up along a wave.
 pub(crate) const DEFECT_PER_BLOCK: f64 = 1e-14;
 
+/// Steps after which waves are first asked how calm they have become, a power of two, and most of
+/// them.
+const CALMING_STEPS: u64 = 64;
+const MOST_CALMING_STEPS: u64 = 4096;
+
 /// Most rounds to find a wave; some six are usual.
 const MOST_ROUNDS: usize = 60;
 
@@ -72,6 +77,8 @@ struct Wave {
     first_force_n: f64,
     /// The largest force on the other blocks by a wave of size 1.
     force_n: f64,
+    /// What [`CALMING_STEPS`] leave of it.
+    shrinks: f64,
 }
 
 /// `(dt^2 / m)(k_t, k, K)` and `(dt / m) eta`; a drive of all blocks is part of `k_t`.
@@ -192,6 +199,7 @@ impl Waves {
                 first: x0,
                 first_force_n: times * (pull * (x1 - x0) - held).size(),
                 force_n: times * (pull * shape + top_n_per_m.into()).size() * most,
+                shrinks: (0..CALMING_STEPS.ilog2()).fold(grown.size(), |size, _| size * size),
             }
         };
         let waves: Vec<Wave> = found.iter().map(wave).collect();
@@ -274,6 +282,37 @@ impl Waves {
         }
         swing.fill(of_others);
         swing[0] = of_first;
+    }
+
+    /// The same for ever more steps later, until `is_calm` says of a bound on the forces on the first
+    /// block and on the others that it will do: after how many steps that is, of at most some
+    /// thousand, and how often it was asked.
+    pub(crate) fn calm_after(
+        &self,
+        coordinates: &Coordinates,
+        mut is_calm: impl FnMut([f64; 2]) -> bool,
+    ) -> (u64, u64) {
+        let sizes = coordinates.re.iter().zip(&coordinates.im).map(|(&re, &im)| Complex { re, im }.size());
+        let mut sizes: Vec<f64> = sizes.collect();
+        let mut shrinks: Vec<f64> = self.waves.iter().map(|wave| wave.shrinks).collect();
+        let (mut steps, mut stride) = (0, CALMING_STEPS);
+        for asked in 1.. {
+            steps += stride;
+            let mut bound = [0.0; 2];
+            for ((size, shrinks), wave) in sizes.iter_mut().zip(&shrinks).zip(&self.waves) {
+                *size *= shrinks;
+                bound[0] += *size * wave.first_force_n;
+                bound[1] += *size * wave.force_n;
+            }
+            if steps >= MOST_CALMING_STEPS || is_calm(bound) {
+                return (steps, asked);
+            }
+            if asked % 8 == 0 {
+                stride *= 2;
+                shrinks.iter_mut().for_each(|shrinks| *shrinks *= *shrinks);
+            }
+        }
+        unreachable!("the steps grow up to the most of them")
     }
 
     /// The displacement of block 1 in it.

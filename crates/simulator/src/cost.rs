@@ -19,7 +19,7 @@ use crate::basis::GRID_STEPS;
 
 /// Chains of more blocks are long: their modes are not stored, which would take memory as the square
 /// of the blocks, and whatever takes sweeps over all blocks in vain is not even tried.
-pub(crate) const LONG_CHAIN: usize = 512;
+pub(crate) const LONG_CHAIN: usize = 256;
 
 /// Steps that leaps have saved are remembered up to so many: some milliseconds. More would be
 /// spent in vain on a chain that begins to chatter after a long rest.

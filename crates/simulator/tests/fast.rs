@@ -311,7 +311,7 @@ fn long_chains_jump_by_waves() {
 /// from the top, with time steps from short to half the longest, even friction and scattered.
 fn random_long_scenario(seed: u64) -> Vec<String> {
     let mut noise = Random::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) + 7);
-    let blocks: u32 = noise.pick(&[513, 800, 1300, 2000, 3000]);
+    let blocks: u32 = noise.pick(&[257, 500, 1000, 1700, 3000]);
     let set = noise.pick(&["as-coded", "as-stated"]);
     let from_side = noise.pick(&[true, true, false]);
     let base = vec![

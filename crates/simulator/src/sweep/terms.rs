@@ -196,8 +196,7 @@ const WHOLE: usize = 1024;
 /// of every block, and vectors like to begin where others do.
 const LAG: usize = 8;
 
-/// `strain` is scratch: the strains of two terms, with a place on either side. Of what a piece leaves in
-/// it, later terms overwrite all but the last [`LAG`] blocks before the next piece of the same term.
+/// `strain` is scratch: the strains of two terms, with a place on either side.
 #[inline(always)]
 fn terms(
     rows: Terms<'_>,
@@ -211,17 +210,54 @@ fn terms(
     let [mut now, mut next] = strains;
     let first = behind.start * pitch;
     chain.springs.strains(now, &u[first..first + blocks], &v[first..first + blocks]);
-    let piece = if blocks > WHOLE { PIECE } else { blocks };
-    let most_lag = if piece < blocks { LAG * behind.len() } else { 0 };
-    for piece_from in (0..blocks + most_lag).step_by(piece) {
+    if blocks > WHOLE {
+        let rows = Terms { u, v, guard, pitch };
+        terms_in_pieces(rows, [now, next], chain, behind, next_term);
+        return;
+    }
+    for j in behind {
+        let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
+        let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
+        // The first has none before it.
+        let before = j.saturating_sub(1) * pitch;
+        let term = Term {
+            u: &known_u[j * pitch..],
+            v: &known_v[j * pitch..],
+            before_u: &known_u[before..],
+            before_v: &known_v[before..],
+            strain: now,
+            spring: chain.spring,
+            sigma: chain.sigma,
+            first: j == 0,
+        };
+        let (next_u, next_v) = (&mut next_u[..blocks], &mut next_v[..blocks]);
+        next_term(next_u, next_v, next, &mut guard[j * pitch..][..blocks], &term);
+        hold_driven(&mut guard[j * pitch..][..blocks], &u[j * pitch..], chain);
+        Chain::free_ends(&mut next[..blocks + 2]);
+        std::mem::swap(&mut now, &mut next);
+    }
+}
+
+/// The same of a long chain. Of what a piece leaves in the strains, later terms overwrite all but the
+/// last [`LAG`] blocks before the next piece of the same term.
+#[inline(always)]
+fn terms_in_pieces(
+    rows: Terms<'_>,
+    strains: [&mut [f64]; 2],
+    chain: &TermChain<'_>,
+    behind: Range<usize>,
+    next_term: impl Fn(&mut [f64], &mut [f64], &mut [f64], &mut [f64], &Term<'_>),
+) {
+    let blocks = chain.sigma.len();
+    let Terms { u, v, guard, pitch } = rows;
+    let [mut now, mut next] = strains;
+    for piece_from in (0..blocks + LAG * behind.len()).step_by(PIECE) {
         for (j, lag) in behind.clone().zip((0..).step_by(LAG)) {
-            let lag = if piece < blocks { lag } else { 0 };
             let from = piece_from.saturating_sub(lag);
-            let to = (piece_from + piece).saturating_sub(lag).min(blocks);
+            let to = (piece_from + PIECE).saturating_sub(lag).min(blocks);
             if from < to {
                 let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
                 let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
-                // The first has none before it.
                 let before = j.saturating_sub(1) * pitch + from;
                 let term = Term {
                     u: &known_u[j * pitch + from..],
@@ -236,7 +272,7 @@ fn terms(
                 let (next_u, next_v) = (&mut next_u[from..to], &mut next_v[from..to]);
                 let next_strain = &mut next[from..to + 2];
                 next_term(next_u, next_v, next_strain, &mut guard[j * pitch..][from..to], &term);
-                // The ends' own strains stand again beyond them.
+                // The ends are free: their own strains stand again beyond them.
                 if from == 0 {
                     next[0] = next[1];
                 }
@@ -246,16 +282,22 @@ fn terms(
             }
             std::mem::swap(&mut now, &mut next);
         }
+        // Every piece begins with the strains of the same term.
         if behind.len() % 2 == 1 {
             std::mem::swap(&mut now, &mut next);
         }
     }
     for j in behind {
-        let (u, guard) = (&u[j * pitch..], &mut guard[j * pitch..]);
-        for &(n, drive) in chain.driven {
-            if chain.sigma[n] == 0.0 {
-                guard[n] -= drive * u[n];
-            }
+        hold_driven(&mut guard[j * pitch..][..blocks], &u[j * pitch..], chain);
+    }
+}
+
+/// The drive's part of the guards of stuck blocks.
+#[inline(always)]
+fn hold_driven(guard: &mut [f64], u: &[f64], chain: &TermChain<'_>) {
+    for &(n, drive) in chain.driven {
+        if chain.sigma[n] == 0.0 {
+            guard[n] -= drive * u[n];
         }
     }
 }

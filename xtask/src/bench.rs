@@ -17,10 +17,12 @@ Examples:
   cargo xtask bench --against v0.1.0 --pairs 40 --within 0.01 as-coded replay
 
 Without --against, the speed of this checkout is measured as ratios to a plain
-loop, which takes about ten minutes in all. Parts:
+loop, which takes about twenty minutes in all. Parts:
   loop      the plain loop in Rust, compared with the same loop in C
   runs      the default run
   chains    longer and shorter chains
+  switches  what a block switch costs, against the number of blocks
+  resolution  the study of resolution with up to 3,200 blocks
   pays      runs in which the fast solver may not pay, beside the plain one
   studies   asperity sweep run, beside bare solvers in as many processes
   logs      reading run logs

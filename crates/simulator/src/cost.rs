@@ -17,6 +17,10 @@ use asperity_model::Plan;
 
 use crate::basis::GRID_STEPS;
 
+/// Chains of more blocks are long: their modes are not stored, which would take memory as the square
+/// of the blocks, and whatever takes sweeps over all blocks in vain is not even tried.
+pub(crate) const LONG_CHAIN: usize = 256;
+
 /// Steps that leaps have saved are remembered up to so many: some milliseconds. More would be
 /// spent in vain on a chain that begins to chatter after a long rest.
 pub(crate) const MOST_SAVED_STEPS: u64 = 1 << 16;
@@ -38,6 +42,9 @@ const SPAN_STEPS: u64 = 4;
 
 /// Of both, for every order of the work of the scheme.
 const SPAN_STEPS_PER_ORDER: u64 = 7;
+
+/// Where no switch is foreseen for longer, a span takes less than adding up single steps.
+pub(crate) const STEPS_WORTH_A_SPAN: f64 = 100.0;
 
 /// First differences of a window, with the foresight that led to it, its bounds, and its landing.
 const WINDOW_STEPS: u64 = 7;
@@ -65,8 +72,15 @@ pub(crate) const QUASI_STATIC_STEPS: u64 = 6;
 /// take the square of the blocks, in steps of so many blocks.
 const JUMP_STEPS: u64 = 8;
 
-/// What it takes to find each wave of a long chain.
-const STEPS_OF_A_WAVE: u64 = 6;
+/// Taking the state of a long chain apart into waves, or putting it together again, for every power
+/// of two in its blocks.
+const WAVE_STEPS: u64 = 8;
+
+/// Asking waves how large they will be after so many steps.
+pub(crate) const CALM_STEPS: u64 = 5;
+
+/// What it takes to find all of them.
+const STEPS_OF_ALL_WAVES: u64 = 16_000;
 
 /// Modes that take no longer than this are found in any case: some milliseconds.
 const MODES_FOR_FREE_STEPS: u64 = 40_000;
@@ -110,15 +124,25 @@ impl Costs {
         JUMP_STEPS + 3 * self.blocks * self.blocks / (BLOCKS_OF_A_CALL + self.blocks)
     }
 
+    /// The same with waves.
+    pub(crate) fn waves_steps(self) -> u64 {
+        WAVE_STEPS * u64::from(self.blocks.max(1).ilog2())
+    }
+
     /// Whether finding all modes of the chain is worth it in a run of so many steps: as they are
     /// stored, or as the waves that they are in long chains.
     pub(crate) fn all_modes_pay(self, steps: u64, are_stored: bool) -> bool {
         let cost_steps = match are_stored {
             true => 5 * self.blocks.pow(3) / (BLOCKS_OF_A_CALL + self.blocks),
-            false => STEPS_OF_A_WAVE * self.blocks,
+            false => STEPS_OF_ALL_WAVES,
         };
         cost_steps <= MODES_FOR_FREE_STEPS.max(steps / PAUSE)
     }
+}
+
+/// A window, if terms took no longer than steps.
+pub(crate) fn least_window_steps(work: Work) -> u64 {
+    WINDOW_STEPS + work.terms
 }
 
 /// Both ends of a span of the energies.

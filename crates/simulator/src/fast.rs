@@ -29,6 +29,9 @@ use crate::stepper::{Driving, Stepper};
 use crate::sweep::Sweeps;
 use crate::window::Window;
 
+/// Single steps of a long chain without windows before it is asked again whether it may jump.
+const LOOK_ROUND_STEPS: u64 = 32;
+
 /// Many certified steps, still to be taken.
 #[derive(Debug, Clone, Copy)]
 enum Leap {
@@ -180,6 +183,9 @@ impl Fast {
             let debt_steps = cost::pay(&mut state.saved_steps, cost_steps);
             state.no_jump_before_step = state.step + patience_steps.max(cost::pause_steps(debt_steps));
         }
+        if self.window.never_pays() {
+            return Err(self.single_steps_of_long_chain());
+        }
         let state = self.stepper.state();
         match self.window.open(&self.plan, state, left) {
             Ok(index) => Ok(Leap::Window(index)),
@@ -189,6 +195,23 @@ impl Fast {
                 Err(single_steps)
             }
         }
+    }
+
+    /// How many steps to take one by one, where no window pays, before looking round. While no switch is
+    /// near, the energies take a span for it.
+    fn single_steps_of_long_chain(&mut self) -> u64 {
+        let adds_up = self.stepper.accounts_mut().0.by_steps();
+        let state = self.stepper.state();
+        let is_stuck = state.detached == 0;
+        let steps_to_jump = state.no_jump_before_step.saturating_sub(state.step).max(1);
+        let needs_span = !adds_up && state.energy.is_some_and(|ledger| ledger.span.is_none());
+        if is_stuck && needs_span && self.window.foresee(&self.plan, state) > cost::STEPS_WORTH_A_SPAN {
+            let (accounts, state) = self.stepper.accounts_mut();
+            let next_step = state.step + 1;
+            accounts.begin(&self.plan, state, next_step);
+            self.pay_for_spans();
+        }
+        if is_stuck && self.jump.is_some() { LOOK_ROUND_STEPS.min(steps_to_jump) } else { LOOK_ROUND_STEPS }
     }
 
     /// Has a span of the energies begin no later than a leap, which goes on to its end.

@@ -19,15 +19,15 @@
 //! of [`crate::window::norms`] and one for what the modes may miss of the residue, reaches any
 //! threshold.
 //!
-//! Chains too long for stored modes are taken apart into waves ([`crate::waves`]) that
-//! are made anew each time; there, what is missing when the residue is put together
+//! Chains too long for stored modes are taken apart into waves ([`crate::waves`]), of which none is
+//! stored; there, what is missing when the residue is put together
 //! again is counted, and a jump is refused if that is more than rounding.
 
 use asperity_model::chain::{SteadyLoading, Stiffness};
 use asperity_model::{Law, Plan};
 
 use crate::contacts::{Ramp, StopForce, least_threshold_n};
-use crate::cost::{self, Costs};
+use crate::cost::{self, Costs, LONG_CHAIN};
 use crate::energy::Accounts;
 use crate::kept::Kept;
 use crate::modes::{Coordinates, Modes};
@@ -36,17 +36,16 @@ use crate::sweep::Sweeps;
 use crate::waves::{DEFECT_PER_BLOCK, Waves};
 use crate::window::norms::{Norms, ROUNDING, invariant};
 
-/// Largest chain whose modes are stored: they grow as the square of its length.
-const STORED: usize = 512;
-
 /// Below this many steps windows are cheaper than a jump with stored modes.
 const SHORTEST: u64 = 10_000;
 
-/// The same with waves, which take longer the longer the chain is, in steps per block.
-const SHORTEST_PER_BLOCK: u64 = 30;
+/// The same with waves.
+const SHORTEST_WITH_WAVES: u64 = 1_500;
 
-/// What part of them to wait where a jump was refused.
-const PATIENCE: u64 = 16;
+/// Steps after which it may be worth trying again where a jump with stored modes was refused, and
+/// where the quasi-static part alone refused one with waves.
+const PATIENCE_STEPS: u64 = SHORTEST / 16;
+const PATIENCE_WITH_WAVES_STEPS: u64 = 100;
 
 /// What samples may leave out of displacements, over the largest of them: a rounding error or two.
 const NEGLIGIBLE: f64 = 4e-16;
@@ -58,15 +57,15 @@ const MISSED_OF_STATE: f64 = 4.0 * f64::EPSILON;
 #[derive(Debug, Clone)]
 enum Basis {
     Stored(Modes),
-    Waves(Waves),
+    Waves(Box<Waves>),
 }
 
 impl Basis {
     fn of(plan: &Plan, sweeps: Sweeps) -> Option<Basis> {
-        if plan.blocks <= STORED {
+        if plan.blocks <= LONG_CHAIN {
             Kept::HERE.modes(plan, sweeps).map(|stored| Basis::Stored(Modes::new(stored)))
         } else {
-            Waves::of(plan, sweeps).map(Basis::Waves)
+            Waves::of(plan, sweeps).map(|waves| Basis::Waves(Box::new(waves)))
         }
     }
 
@@ -98,6 +97,8 @@ pub(crate) struct Jump {
     costs: Costs,
     /// What was spent on the last attempt, and on landing if it is open.
     cost_steps: u64,
+    /// How long to wait for the next one, if it was refused.
+    patience_steps: u64,
     /// The size of modes that change nothing in displacements.
     negligible: f64,
     /// Sum of a residue's displacements over the states on the way.
@@ -114,7 +115,8 @@ impl Jump {
     /// Whether the run is long enough for the modes to be worth finding; never by the laws without
     /// friction springs, where nothing vibrates while all blocks are stuck.
     pub(crate) fn may_pay(plan: &Plan) -> bool {
-        plan.friction.law == Law::Springs && Costs::of(plan).all_modes_pay(plan.steps, plan.blocks <= STORED)
+        plan.friction.law == Law::Springs
+            && Costs::of(plan).all_modes_pay(plan.steps, plan.blocks <= LONG_CHAIN)
     }
 
     /// `None` for chains whose modes do not tell all of their states.
@@ -138,6 +140,7 @@ impl Jump {
             from_step: 0,
             costs: Costs::of(plan),
             cost_steps: 0,
+            patience_steps: PATIENCE_STEPS,
             negligible: 0.0,
             ways_m: vec![0.0; blocks],
             sampled: Coordinates::default(),
@@ -150,13 +153,13 @@ impl Jump {
     fn shortest_steps(&self) -> u64 {
         match &self.basis {
             Basis::Stored(_) => SHORTEST,
-            Basis::Waves(_) => SHORTEST_PER_BLOCK * self.position_m.len() as u64,
+            Basis::Waves(_) => SHORTEST_WITH_WAVES,
         }
     }
 
     /// Steps after which it may be worth trying again where a jump was refused.
     pub(crate) fn patience_steps(&self) -> u64 {
-        self.shortest_steps() / PATIENCE
+        self.patience_steps
     }
 
     /// What was spent on the last attempt, and will be on landing if it was certified.
@@ -168,7 +171,7 @@ impl Jump {
     pub(crate) fn modes_steps(&self) -> u64 {
         match &self.basis {
             Basis::Stored(_) => self.costs.modes_steps(),
-            Basis::Waves(_) => self.shortest_steps() / 2,
+            Basis::Waves(_) => self.costs.waves_steps(),
         }
     }
 
@@ -178,6 +181,10 @@ impl Jump {
         let blocks = plan.blocks;
         let fewest_steps = self.shortest_steps();
         self.cost_steps = cost::QUASI_STATIC_STEPS;
+        self.patience_steps = match &self.basis {
+            Basis::Stored(_) => PATIENCE_STEPS,
+            Basis::Waves(_) => PATIENCE_WITH_WAVES_STEPS,
+        };
         if most_steps < fewest_steps {
             return 0;
         }
@@ -210,7 +217,14 @@ impl Jump {
             }
             Basis::Waves(waves) => {
                 waves.project(&self.residue, &mut self.coordinates);
-                waves.compose(&self.coordinates, &mut self.composed, &mut self.swing);
+                waves.bound(&self.coordinates, &mut self.swing);
+                if self.certified_steps(plan, state, 0.0) < fewest_steps {
+                    self.wait_for_calm(plan, state, fewest_steps);
+                    return 0;
+                }
+                let Basis::Waves(waves) = &mut self.basis else { unreachable!("it is made of waves") };
+                waves.compose(&self.coordinates, &mut self.composed);
+                self.cost_steps += self.costs.waves_steps();
                 let (mut missed_u, mut missed_v) = (0.0f64, 0.0f64);
                 for n in 0..blocks {
                     missed_u = missed_u.max((self.composed[n] - self.residue[n]).abs());
@@ -247,8 +261,27 @@ impl Jump {
         steps
     }
 
+    /// Foresees after how many steps the waves will have become calm enough for a jump, and has the
+    /// next attempt wait for it.
+    fn wait_for_calm(&mut self, plan: &Plan, state: &ChainState, fewest_steps: u64) {
+        let Basis::Waves(waves) = &self.basis else { return };
+        let mut swing = std::mem::take(&mut self.swing);
+        let (steps, asked) = waves.calm_after(&self.coordinates, |[of_first, of_others]| {
+            swing.fill(of_others);
+            swing[0] = of_first;
+            self.certified_with(plan, state, 0.0, &swing) >= fewest_steps
+        });
+        self.swing = swing;
+        self.patience_steps = steps;
+        self.cost_steps += cost::CALM_STEPS * asked;
+    }
+
     /// Steps until the quasi-static force and the swing around it reach a threshold.
     fn certified_steps(&self, plan: &Plan, state: &ChainState, reserve: f64) -> u64 {
+        self.certified_with(plan, state, reserve, &self.swing)
+    }
+
+    fn certified_with(&self, plan: &Plan, state: &ChainState, reserve: f64, swing: &[f64]) -> u64 {
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let advance_m = &self.loading[usize::from(self.moves)].advance_m;
         let thresholds = least_threshold_n(plan, state);
@@ -256,7 +289,7 @@ impl Jump {
         let mut least = f64::INFINITY;
         for n in 0..plan.blocks {
             let threshold = ramp.load.scaled_n(thresholds[n]);
-            let room = threshold - ROUNDING * threshold - reserve - self.swing[n];
+            let room = threshold - ROUNDING * threshold - reserve - swing[n];
             let (force, rate) = (kt * (self.position_m[n] - state.stick_position_m[n]), kt * advance_m[n]);
             // Written so that what is not a number certifies nothing.
             let stays = force.abs() < room;
@@ -359,9 +392,7 @@ impl Jump {
         let blocks = self.position_m.len();
         match &mut self.basis {
             Basis::Stored(modes) => modes.compose_above(coordinates, least, &mut self.composed),
-            Basis::Waves(waves) => {
-                waves.compose_above(coordinates, least, &mut self.composed, &mut self.swing);
-            }
+            Basis::Waves(waves) => waves.compose_above(coordinates, least, &mut self.composed),
         }
         let (u, v) = self.composed.split_at(blocks);
         let SteadyLoading { advance_m, velocity_m_per_s, .. } = &self.loading[usize::from(self.moves)];

@@ -15,7 +15,7 @@ use crate::modes::StoredModes;
 use crate::step_map::StepMap;
 use crate::sweep::Sweeps;
 
-/// What is kept takes no more memory than this: some 20 chains of 100 blocks, or one of 512.
+/// What is kept takes no more memory than this: some 20 chains of 100 blocks, or four of 256.
 const MOST_BYTES: usize = 48 << 20;
 
 /// The maps that were used last, the latest first.

@@ -62,6 +62,7 @@ mod basis;
 mod budget;
 mod complex;
 mod contacts;
+mod cosines;
 mod cost;
 mod counters;
 mod energy;

@@ -10,26 +10,26 @@
 //! processors are slow at.
 //!
 //! In reading order: `elastic`, how nodes pull at each other; `step`, the equations of a step; `terms`,
-//! `coefficients`, `guards` and `linear`, what windows are made of; `waves`, what jumps of long chains are; `energy`,
-//! sums for the energies. `lattice` moves the nodes of a slab; all else is of chains.
+//! `coefficients`, `guards` and `linear`, what windows are made of; `fourier`, what jumps of long chains are;
+//! `energy`, sums for the energies. `lattice` moves the nodes of a slab; all else is of chains.
 //! `versions` has the instruction sets.
 
 mod coefficients;
 mod elastic;
 mod energy;
+mod fourier;
 mod guards;
 mod lattice;
 mod linear;
 mod step;
 mod terms;
 mod versions;
-mod waves;
 
 pub(crate) use coefficients::{Coefficients, FOLLOWED};
 pub(crate) use energy::{Changing, Forms, Moved, Stored};
+pub(crate) use fourier::{NEAR, Near, Parts};
 pub(crate) use guards::{Course, Guarded, Reserve, Steps, margin};
 pub(crate) use lattice::{Forces, MovedWork};
 pub(crate) use step::{After, Blocks, Constants};
 pub(crate) use terms::{Held, Second, TermChain, Terms};
 pub(crate) use versions::Sweeps;
-pub(crate) use waves::{Lanes, WaveSums, Waves8};

@@ -12,8 +12,8 @@ mod rows;
 
 use asperity_model::Plan;
 
-use crate::basis::{GRID_STEPS, MOST_TERMS};
-use crate::cost::Work;
+use crate::basis::{GRID_STEPS, Length, MOST_TERMS};
+use crate::cost::{self, LONG_CHAIN, Work};
 use crate::energy::Accounts;
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
@@ -29,14 +29,21 @@ pub(crate) struct Window {
     foreseen_steps: f64,
     /// Terms that were taken for it.
     terms_taken: usize,
+    /// Whether no length of them is worth its terms, in a long chain.
+    never_pays: bool,
     /// Sums of displacements over the states on the way.
     ways_m: Vec<f64>,
 }
 
 impl Window {
     pub(crate) fn new(plan: &Plan, sweeps: Sweeps) -> Window {
+        let expansion = Expansion::new(plan, sweeps);
+        let lengths = &expansion.basis.lengths;
+        let work = |terms| Work { terms, places: 0 };
+        let pays = |length: &Length| length.steps > cost::least_window_steps(work(length.terms as u64));
         Window {
-            expansion: Expansion::new(plan, sweeps),
+            never_pays: plan.blocks > LONG_CHAIN && !lengths.iter().any(pays),
+            expansion,
             certificate: Certificate::new(plan),
             foreseen_steps: 0.0,
             terms_taken: 0,
@@ -51,6 +58,9 @@ impl Window {
 
     /// Steps of the shortest window.
     pub(crate) fn shortest(&self) -> u64 {
+        if self.never_pays {
+            return u64::MAX;
+        }
         self.expansion.basis.lengths.first().map_or(u64::MAX, |length| length.steps)
     }
 
@@ -62,6 +72,17 @@ impl Window {
     /// What opening the window took, or trying to.
     pub(crate) fn work(&self) -> Work {
         Work { terms: self.terms_taken as u64, places: self.certificate.places }
+    }
+
+    /// Whether no window of a long chain is worth opening, and none is tried.
+    pub(crate) fn never_pays(&self) -> bool {
+        self.never_pays
+    }
+
+    /// Steps until the first switch of a state, by the state alone, if forces and velocities went on
+    /// as they go now.
+    pub(crate) fn foresee(&mut self, plan: &Plan, state: &ChainState) -> f64 {
+        if self.expansion.start(plan, state) { self.expansion.foreseen_steps() } else { 0.0 }
     }
 
     /// Opens a window of at most `most_steps` steps; the index of its length, if there

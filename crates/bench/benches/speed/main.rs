@@ -6,6 +6,7 @@
 
 #![expect(clippy::print_stdout, reason = "the tables are what a benchmark is for")]
 
+mod chains;
 mod diff;
 mod logs;
 mod pays;
@@ -28,10 +29,12 @@ const ROUNDS: usize = 5;
 const SCALAR_STEPS: u64 = 2_000_000;
 
 /// What can be measured, by name.
-const PARTS: [(&str, fn()); 8] = [
+const PARTS: [(&str, fn()); 10] = [
     ("loop", against_c),
     ("runs", default_runs),
     ("chains", long_chains),
+    ("switches", chains::switches),
+    ("resolution", chains::resolution),
     ("pays", pays::pays),
     ("studies", studies::studies),
     ("logs", logs::logs),

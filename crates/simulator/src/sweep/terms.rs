@@ -187,6 +187,15 @@ pub(crate) struct TermChain<'a> {
     pub(crate) back: f64,
 }
 
+/// Terms of longer chains are taken in pieces of so many blocks, one term after the other: what each
+/// is made of is then at hand. It changes no bit.
+const PIECE: usize = 256;
+const WHOLE: usize = 1024;
+
+/// By how many blocks the pieces of a term lag behind those of the one before: it needs a neighbour
+/// of every block, and vectors like to begin where others do.
+const LAG: usize = 8;
+
 /// `strain` is scratch: the strains of two terms, with a place on either side.
 #[inline(always)]
 fn terms(
@@ -201,6 +210,11 @@ fn terms(
     let [mut now, mut next] = strains;
     let first = behind.start * pitch;
     chain.springs.strains(now, &u[first..first + blocks], &v[first..first + blocks]);
+    if blocks > WHOLE {
+        let rows = Terms { u, v, guard, pitch };
+        terms_in_pieces(rows, [now, next], chain, behind, next_term);
+        return;
+    }
     for j in behind {
         let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
         let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
@@ -212,11 +226,79 @@ fn terms(
             before_u: &known_u[before..],
             before_v: &known_v[before..],
             strain: now,
+            spring: chain.spring,
+            sigma: chain.sigma,
             first: j == 0,
         };
         let (next_u, next_v) = (&mut next_u[..blocks], &mut next_v[..blocks]);
         next_term(next_u, next_v, next, &mut guard[j * pitch..][..blocks], &term);
+        hold_driven(&mut guard[j * pitch..][..blocks], &u[j * pitch..], chain);
+        Chain::free_ends(&mut next[..blocks + 2]);
         std::mem::swap(&mut now, &mut next);
+    }
+}
+
+/// The same of a long chain. Of what a piece leaves in the strains, later terms overwrite all but the
+/// last [`LAG`] blocks before the next piece of the same term.
+#[inline(always)]
+fn terms_in_pieces(
+    rows: Terms<'_>,
+    strains: [&mut [f64]; 2],
+    chain: &TermChain<'_>,
+    behind: Range<usize>,
+    next_term: impl Fn(&mut [f64], &mut [f64], &mut [f64], &mut [f64], &Term<'_>),
+) {
+    let blocks = chain.sigma.len();
+    let Terms { u, v, guard, pitch } = rows;
+    let [mut now, mut next] = strains;
+    for piece_from in (0..blocks + LAG * behind.len()).step_by(PIECE) {
+        for (j, lag) in behind.clone().zip((0..).step_by(LAG)) {
+            let from = piece_from.saturating_sub(lag);
+            let to = (piece_from + PIECE).saturating_sub(lag).min(blocks);
+            if from < to {
+                let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
+                let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
+                let before = j.saturating_sub(1) * pitch + from;
+                let term = Term {
+                    u: &known_u[j * pitch + from..],
+                    v: &known_v[j * pitch + from..],
+                    before_u: &known_u[before..],
+                    before_v: &known_v[before..],
+                    strain: &now[from..],
+                    spring: &chain.spring[from..to],
+                    sigma: &chain.sigma[from..to],
+                    first: j == 0,
+                };
+                let (next_u, next_v) = (&mut next_u[from..to], &mut next_v[from..to]);
+                let next_strain = &mut next[from..to + 2];
+                next_term(next_u, next_v, next_strain, &mut guard[j * pitch..][from..to], &term);
+                // The ends are free: their own strains stand again beyond them.
+                if from == 0 {
+                    next[0] = next[1];
+                }
+                if to == blocks {
+                    next[blocks + 1] = next[blocks];
+                }
+            }
+            std::mem::swap(&mut now, &mut next);
+        }
+        // Every piece begins with the strains of the same term.
+        if behind.len() % 2 == 1 {
+            std::mem::swap(&mut now, &mut next);
+        }
+    }
+    for j in behind {
+        hold_driven(&mut guard[j * pitch..][..blocks], &u[j * pitch..], chain);
+    }
+}
+
+/// The drive's part of the guards of stuck blocks.
+#[inline(always)]
+fn hold_driven(guard: &mut [f64], u: &[f64], chain: &TermChain<'_>) {
+    for &(n, drive) in chain.driven {
+        if chain.sigma[n] == 0.0 {
+            guard[n] -= drive * u[n];
+        }
     }
 }
 
@@ -229,6 +311,9 @@ struct Term<'a> {
     /// `stiffness u + damping v` of each block, between its two neighbours; the ends' own
     /// values stand again beyond them, which makes them free.
     strain: &'a [f64],
+    /// What [`TermChain`] has of these blocks.
+    spring: &'a [f64],
+    sigma: &'a [f64],
     first: bool,
 }
 
@@ -252,7 +337,7 @@ fn next_term<const BACK: i8, const RIGID: bool>(
     let next_here = &mut next_strain[1..][..blocks];
     let (u, v) = (&term.u[..blocks], &term.v[..blocks]);
     let (before_u, before_v) = (&term.before_u[..blocks], &term.before_v[..blocks]);
-    let (spring, sigma) = (&chain.spring[..blocks], &chain.sigma[..blocks]);
+    let (spring, sigma) = (&term.spring[..blocks], &term.sigma[..blocks]);
     let &TermChain { springs, by, stay, .. } = chain;
     for n in 0..blocks {
         let pull = Chain::pull_of_strains(left[n], here[n], right[n]);
@@ -272,10 +357,4 @@ fn next_term<const BACK: i8, const RIGID: bool>(
         next_here[n] = springs.strain(new_u, new_v);
         guard[n] = select_unpredictable(sigma[n] == 0.0, pull, v[n]);
     }
-    for &(n, drive) in chain.driven {
-        if sigma[n] == 0.0 {
-            guard[n] -= drive * u[n];
-        }
-    }
-    Chain::free_ends(&mut next_strain[..blocks + 2]);
 }

@@ -1,0 +1,179 @@
+//! Fourier sums, and what leads from their grid to wave numbers beside it and back.
+
+use crate::sweep::versions::{Sweeps, dispatch};
+
+/// Grid points around a wave number that its values are made of.
+pub(crate) const NEAR: usize = 16;
+
+impl Sweeps {
+    dispatch! {
+        /// `y_k = sum_j x_j exp(-2 pi i j k / size)`, in place, of a power of two.
+        fourier(values: Parts<'_>, scratch: Parts<'_>, turns: [&[f64]; 2])
+    }
+
+    dispatch! {
+        /// Of each wave number, the sums over its grid points of weights times values.
+        gather(sums: &mut [[f64; 4]], near: &Near<'_>, values: [&[f64]; 2])
+    }
+
+    dispatch! {
+        /// Adds to the values at the grid points of each wave number the real parts of weights times
+        /// two complex coordinates.
+        spread(values: Parts<'_>, near: &Near<'_>, coordinates: &[[f64; 4]])
+    }
+}
+
+/// Real and imaginary parts, or two kinds of real numbers.
+pub(crate) struct Parts<'a>(pub(crate) &'a mut [f64], pub(crate) &'a mut [f64]);
+
+/// The grid points around wave numbers.
+pub(crate) struct Near<'a> {
+    /// The first of each.
+    pub(crate) first: &'a [u32],
+    /// [`NEAR`] complex weights of each.
+    pub(crate) re: &'a [[f64; NEAR]],
+    pub(crate) im: &'a [[f64; NEAR]],
+}
+
+/// By radix 4, and 2 in the end where that is left; Stockham's order, which needs no reversal.
+#[inline(always)]
+fn fourier(values: Parts<'_>, scratch: Parts<'_>, turns: [&[f64]; 2]) {
+    let Parts(mut re, mut im) = values;
+    let Parts(mut to_re, mut to_im) = scratch;
+    let size = re.len();
+    let (mut left, mut stride, mut swapped) = (size, 1, false);
+    while left > 1 {
+        if left.is_multiple_of(4) {
+            by_four([re, im], [to_re, to_im], [left, stride], turns);
+            (left, stride) = (left / 4, stride * 4);
+        } else {
+            for q in 0..stride {
+                for (from, to) in [(&*re, &mut *to_re), (&*im, &mut *to_im)] {
+                    let (a, b) = (from[q], from[stride + q]);
+                    (to[q], to[stride + q]) = (a + b, a - b);
+                }
+            }
+            (left, stride) = (left / 2, stride * 2);
+        }
+        std::mem::swap(&mut re, &mut to_re);
+        std::mem::swap(&mut im, &mut to_im);
+        swapped = !swapped;
+    }
+    if swapped {
+        to_re.copy_from_slice(re);
+        to_im.copy_from_slice(im);
+    }
+}
+
+#[inline(always)]
+fn by_four(
+    [re, im]: [&[f64]; 2],
+    [to_re, to_im]: [&mut [f64]; 2],
+    [left, stride]: [usize; 2],
+    [cos, sin]: [&[f64]; 2],
+) {
+    let quarter = left / 4;
+    for p in 0..quarter {
+        let turn = |times: usize| (cos[times * p * stride], sin[times * p * stride]);
+        let [(c1, s1), (c2, s2), (c3, s3)] = [turn(1), turn(2), turn(3)];
+        let from = |part: usize| (p + part * quarter) * stride;
+        let [a_re, b_re, c_re, d_re] = [0, 1, 2, 3].map(|part| &re[from(part)..][..stride]);
+        let [a_im, b_im, c_im, d_im] = [0, 1, 2, 3].map(|part| &im[from(part)..][..stride]);
+        let (first, rest) = to_re[4 * p * stride..].split_at_mut(stride);
+        let (second, rest) = rest.split_at_mut(stride);
+        let (third, rest) = rest.split_at_mut(stride);
+        let to_re = [first, second, third, &mut rest[..stride]];
+        let (first, rest) = to_im[4 * p * stride..].split_at_mut(stride);
+        let (second, rest) = rest.split_at_mut(stride);
+        let (third, rest) = rest.split_at_mut(stride);
+        let to_im = [first, second, third, &mut rest[..stride]];
+        for q in 0..stride {
+            let (sum_re, sum_im) = (a_re[q] + c_re[q], a_im[q] + c_im[q]);
+            let (off_re, off_im) = (a_re[q] - c_re[q], a_im[q] - c_im[q]);
+            let (other_re, other_im) = (b_re[q] + d_re[q], b_im[q] + d_im[q]);
+            // Times -i.
+            let (side_re, side_im) = (b_im[q] - d_im[q], d_re[q] - b_re[q]);
+            (to_re[0][q], to_im[0][q]) = (sum_re + other_re, sum_im + other_im);
+            let (x, y) = (off_re + side_re, off_im + side_im);
+            (to_re[1][q], to_im[1][q]) = (c1 * x - s1 * y, c1 * y + s1 * x);
+            let (x, y) = (sum_re - other_re, sum_im - other_im);
+            (to_re[2][q], to_im[2][q]) = (c2 * x - s2 * y, c2 * y + s2 * x);
+            let (x, y) = (off_re - side_re, off_im - side_im);
+            (to_re[3][q], to_im[3][q]) = (c3 * x - s3 * y, c3 * y + s3 * x);
+        }
+    }
+}
+
+#[inline(always)]
+fn gather(sums: &mut [[f64; 4]], near: &Near<'_>, [u, v]: [&[f64]; 2]) {
+    for (((sums, first), re), im) in sums.iter_mut().zip(near.first).zip(near.re).zip(near.im) {
+        let from = *first as usize;
+        let (u, v) = (&u[from..][..NEAR], &v[from..][..NEAR]);
+        let (mut u_re, mut u_im, mut v_re, mut v_im) = ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
+        for at in (0..NEAR).step_by(8) {
+            let (re, im, u, v) = (&re[at..at + 8], &im[at..at + 8], &u[at..at + 8], &v[at..at + 8]);
+            for lane in 0..8 {
+                u_re[lane] += re[lane] * u[lane];
+                u_im[lane] += im[lane] * u[lane];
+                v_re[lane] += re[lane] * v[lane];
+                v_im[lane] += im[lane] * v[lane];
+            }
+        }
+        *sums = [total(&u_re), total(&u_im), total(&v_re), total(&v_im)];
+    }
+}
+
+#[inline(always)]
+fn spread(values: Parts<'_>, near: &Near<'_>, coordinates: &[[f64; 4]]) {
+    let Parts(u, v) = values;
+    for (((of, first), re), im) in coordinates.iter().zip(near.first).zip(near.re).zip(near.im) {
+        let from = *first as usize;
+        let (u, v) = (&mut u[from..][..NEAR], &mut v[from..][..NEAR]);
+        for t in 0..NEAR {
+            u[t] += of[0] * re[t] - of[1] * im[t];
+            v[t] += of[2] * re[t] - of[3] * im[t];
+        }
+    }
+}
+
+/// The sum of eight lanes, in one order.
+#[inline(always)]
+fn total(lanes: &[f64; 8]) -> f64 {
+    let four: [f64; 4] = [lanes[0] + lanes[4], lanes[1] + lanes[5], lanes[2] + lanes[6], lanes[3] + lanes[7]];
+    (four[0] + four[2]) + (four[1] + four[3])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Parts, Sweeps};
+
+    #[test]
+    fn fourier_sums_are_what_they_say_on_every_instruction_set() {
+        for size in [1usize, 2, 4, 8, 32, 64, 512] {
+            let angle = |k: usize| -2.0 * std::f64::consts::PI * (k % size) as f64 / size as f64;
+            let cos: Vec<f64> = (0..size).map(|k| libm::cos(angle(k))).collect();
+            let sin: Vec<f64> = (0..size).map(|k| libm::sin(angle(k))).collect();
+            let pattern = |seed: usize| -> Vec<f64> {
+                (0..size).map(|j| ((j * j * 7919 + seed * (j + 1)) % 101) as f64 / 101.0 - 0.5).collect()
+            };
+            let (re, im) = (pattern(3), pattern(17));
+            let mut first = None;
+            for sweeps in Sweeps::available() {
+                let (mut to_re, mut to_im) = (re.clone(), im.clone());
+                let (mut a, mut b) = (vec![0.0; size], vec![0.0; size]);
+                sweeps.fourier(Parts(&mut to_re, &mut to_im), Parts(&mut a, &mut b), [&cos, &sin]);
+                for k in 0..size {
+                    let (mut x, mut y) = (0.0, 0.0);
+                    for j in 0..size {
+                        let (c, s) = (cos[j * k % size], sin[j * k % size]);
+                        x += re[j] * c - im[j] * s;
+                        y += re[j] * s + im[j] * c;
+                    }
+                    assert!((x - to_re[k]).abs() < 1e-12 && (y - to_im[k]).abs() < 1e-12, "{size}, {k}");
+                }
+                let found = (to_re, to_im);
+                assert!(first.get_or_insert_with(|| found.clone()) == &found, "{sweeps:?}");
+            }
+        }
+    }
+}

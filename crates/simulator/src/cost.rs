@@ -29,7 +29,10 @@ pub(crate) const MOST_SAVED_STEPS: u64 = 1 << 16;
 pub(crate) const FIRST_SAVED_STEPS: u64 = 1 << 12;
 
 /// How many single steps follow each step that was spent and not saved before.
-const PAUSE: u64 = 48;
+const PAUSE: u64 = 96;
+
+/// All modes of a chain are found if that takes no more than such a part of a run's steps.
+const RUNS_OF_MODES: u64 = 48;
 
 /// Foreseeing the next switch from two steps.
 pub(crate) const FORESIGHT_STEPS: u64 = 1;
@@ -136,7 +139,7 @@ impl Costs {
             true => 5 * self.blocks.pow(3) / (BLOCKS_OF_A_CALL + self.blocks),
             false => STEPS_OF_ALL_WAVES,
         };
-        cost_steps <= MODES_FOR_FREE_STEPS.max(steps / PAUSE)
+        cost_steps <= MODES_FOR_FREE_STEPS.max(steps / RUNS_OF_MODES)
     }
 }
 

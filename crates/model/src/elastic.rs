@@ -301,7 +301,7 @@ impl Chain {
 
     /// Puts the strains of the first and the last node beyond the ends too: nothing pulls there.
     #[inline(always)]
-    pub fn free_ends(strain: &mut [f64]) {
+    fn free_ends(strain: &mut [f64]) {
         let beyond = strain.len() - 1;
         strain[0] = strain[1];
         strain[beyond] = strain[beyond - 1];

@@ -364,8 +364,8 @@ pub const KEYS: &[Key] = &[
         path: "normal_load.tilt",
         symbol: "theta",
         doc: "Tilt of the load, p_n = F_N / N (1 - theta (2n - N - 1) / (N - 1)) (5.18), on a slab that of the nodes \
-              of its top row: positive puts more load on the driven end. At -1 and 1 an end block bears nothing, switches in nearly \
-              every step, and the run takes long.",
+              of its top row: positive puts more load on the driven end. At -1 and 1 an end block bears nothing, \
+              switches in nearly every step, and the run takes long.",
         kind: Number(Including(-1.0), Including(1.0)),
         default: Is(Value::Number(0.0)),
     },

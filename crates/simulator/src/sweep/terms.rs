@@ -196,7 +196,9 @@ const WHOLE: usize = 1024;
 /// of every block, and vectors like to begin where others do.
 const LAG: usize = 8;
 
-/// `strain` is scratch: the strains of two terms, with a place on either side.
+/// `strain` is scratch: the strains of two terms, with a place on either side. Of what a piece leaves
+/// in them, later terms overwrite all but the last [`LAG`] blocks before the next piece of the same
+/// term.
 #[inline(always)]
 fn terms(
     rows: Terms<'_>,
@@ -210,54 +212,16 @@ fn terms(
     let [mut now, mut next] = strains;
     let first = behind.start * pitch;
     chain.springs.strains(now, &u[first..first + blocks], &v[first..first + blocks]);
-    if blocks > WHOLE {
-        let rows = Terms { u, v, guard, pitch };
-        terms_in_pieces(rows, [now, next], chain, behind, next_term);
-        return;
-    }
-    for j in behind {
-        let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
-        let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
-        // The first has none before it.
-        let before = j.saturating_sub(1) * pitch;
-        let term = Term {
-            u: &known_u[j * pitch..],
-            v: &known_v[j * pitch..],
-            before_u: &known_u[before..],
-            before_v: &known_v[before..],
-            strain: now,
-            spring: chain.spring,
-            sigma: chain.sigma,
-            first: j == 0,
-        };
-        let (next_u, next_v) = (&mut next_u[..blocks], &mut next_v[..blocks]);
-        next_term(next_u, next_v, next, &mut guard[j * pitch..][..blocks], &term);
-        hold_driven(&mut guard[j * pitch..][..blocks], &u[j * pitch..], chain);
-        Chain::free_ends(&mut next[..blocks + 2]);
-        std::mem::swap(&mut now, &mut next);
-    }
-}
-
-/// The same of a long chain. Of what a piece leaves in the strains, later terms overwrite all but the
-/// last [`LAG`] blocks before the next piece of the same term.
-#[inline(always)]
-fn terms_in_pieces(
-    rows: Terms<'_>,
-    strains: [&mut [f64]; 2],
-    chain: &TermChain<'_>,
-    behind: Range<usize>,
-    next_term: impl Fn(&mut [f64], &mut [f64], &mut [f64], &mut [f64], &Term<'_>),
-) {
-    let blocks = chain.sigma.len();
-    let Terms { u, v, guard, pitch } = rows;
-    let [mut now, mut next] = strains;
-    for piece_from in (0..blocks + LAG * behind.len()).step_by(PIECE) {
+    let all = blocks + LAG * behind.len();
+    let piece = if blocks > WHOLE { PIECE } else { all };
+    for piece_from in (0..all).step_by(piece) {
         for (j, lag) in behind.clone().zip((0..).step_by(LAG)) {
             let from = piece_from.saturating_sub(lag);
-            let to = (piece_from + PIECE).saturating_sub(lag).min(blocks);
+            let to = (piece_from + piece).saturating_sub(lag).min(blocks);
             if from < to {
                 let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
                 let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
+                // The first has none before it.
                 let before = j.saturating_sub(1) * pitch + from;
                 let term = Term {
                     u: &known_u[j * pitch + from..],

@@ -22,7 +22,7 @@ const DRAWN: usize = 7;
 pub(crate) fn sketch(scenario: &Scenario) -> String {
     let plan = Plan::new(scenario);
     if let Some(lattice) = plan.elastic.lattice() {
-        return slab_sketch::sketch(&plan, lattice);
+        return slab_sketch::sketch(&plan, lattice, scenario.drive.kind);
     }
     let words = words(&plan, scenario.drive.kind);
     Sketch::of(&plan, scenario.drive.kind).svg(&words)
@@ -32,7 +32,7 @@ pub(crate) fn sketch(scenario: &Scenario) -> String {
 pub(crate) fn kind(scenario: &Scenario) -> (&'static str, &'static str) {
     let plan = Plan::new(scenario);
     match plan.elastic.lattice() {
-        Some(lattice) => ("a lattice whose bottom row rubs", slab_sketch::drive(&plan, lattice)),
+        Some(_) => ("a lattice whose bottom row rubs", slab_sketch::drive(&plan, scenario.drive.kind)),
         None => (contact(&plan), drive(&plan, scenario.drive.kind)),
     }
 }

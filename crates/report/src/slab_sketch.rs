@@ -1,6 +1,6 @@
 //! The model of a slab, drawn: its lattice, the surface, drive and normal load.
 
-use asperity_model::{Lattice, Plan};
+use asperity_model::{DriveKind, Lattice, Plan};
 use asperity_page::markup::text;
 
 use crate::symbols::spelled;
@@ -17,17 +17,17 @@ const DRAWN: [usize; 2] = [13, 5];
 const ARROW: f64 = 22.0;
 
 /// Where the drive pulls, in words.
-pub(crate) fn drive(plan: &Plan, lattice: &Lattice) -> &'static str {
-    match plan.drive.springs.as_slice() {
-        [] => "no drive",
-        [spring] if spring.block < lattice.top_row().start => "a spring drives it from the side",
-        _ => "springs drive it from the top",
+pub(crate) fn drive(plan: &Plan, kind: DriveKind) -> &'static str {
+    match kind {
+        _ if plan.drive.springs.is_empty() => "no drive",
+        DriveKind::Top => "springs drive it from the top",
+        DriveKind::Side | DriveKind::LeftRight => "a spring drives it from the side",
     }
 }
 
 /// The sketch of a slab as SVG, with words for those who do not see it.
-pub(crate) fn sketch(plan: &Plan, lattice: &Lattice) -> String {
-    let drive = drive(plan, lattice);
+pub(crate) fn sketch(plan: &Plan, lattice: &Lattice, kind: DriveKind) -> String {
+    let drive = drive(plan, kind);
     let words = format!(
         "The model: a lattice of {} by {} nodes, joined by springs; those of the bottom row rub, each held by a \
          friction spring while it sticks; {drive}; the normal load presses on the top row.",
@@ -76,14 +76,11 @@ pub(crate) fn sketch(plan: &Plan, lattice: &Lattice) -> String {
         path("h", &format!("M{0:.1} {1:.1}l-2.5 -6h5Z", x(column), top - 4.0));
     }
     let velocity = format!("<tspan class=\"i\">V</tspan> = {}", spelled(plan.drive.velocity_m_per_s, "m/s"));
-    let at = match plan.drive.springs.as_slice() {
-        [spring] => {
-            let share = (spring.block / lattice.columns) as f64 / (lattice.rows - 1) as f64;
-            Some(BOTTOM - share * height)
-        }
-        [] => None,
-        _ => Some(top - ARROW - 12.0),
-    };
+    let is_top = kind == DriveKind::Top;
+    let at = plan.drive.springs.first().map(|spring| {
+        let share = (spring.block / lattice.columns) as f64 / (lattice.rows - 1) as f64;
+        if is_top { top - ARROW - 12.0 } else { BOTTOM - share * height }
+    });
     let mut labels = Vec::new();
     if let Some(at) = at {
         let zigzag: String = (0..8)
@@ -91,10 +88,10 @@ pub(crate) fn sketch(plan: &Plan, lattice: &Lattice) -> String {
                 format!("L{:.1} {:.1}", LEFT - 48.0 + 5.0 * f64::from(n), at + [4.0, -4.0][n as usize % 2])
             })
             .collect();
-        if plan.drive.springs.len() == 1 {
-            path("s", &format!("M{:.1} {at:.1}{zigzag}L{LEFT:.1} {at:.1}", LEFT - 56.0));
-        } else {
+        if is_top {
             path("g", &format!("M{:.1} {at:.1}H{:.1}", LEFT - 20.0, RIGHT + 20.0));
+        } else {
+            path("s", &format!("M{:.1} {at:.1}{zigzag}L{LEFT:.1} {at:.1}", LEFT - 56.0));
         }
         path("s", &format!("M{:.1} {at:.1}h-34", LEFT - 60.0));
         path("h", &format!("M{:.1} {at:.1}l-7 -3v6Z", LEFT - 60.0));
@@ -133,12 +130,15 @@ mod tests {
     #[test]
     fn slabs_have_sketches_of_their_own() {
         let of = |set: &[&str]| {
-            let plan = Plan::new(&resolve("slab", set).unwrap());
-            sketch(&plan, plan.elastic.lattice().unwrap())
+            let scenario = resolve("slab", set).unwrap();
+            let plan = Plan::new(&scenario);
+            sketch(&plan, plan.elastic.lattice().unwrap(), scenario.drive.kind)
         };
         let side = of(&[]);
         assert!(side.contains("a lattice of 57 by 31 nodes") && side.contains("from the side"), "{side}");
         assert!(!side.contains("blocks in a row"));
+        // At any height, the highest too.
+        assert!(of(&["drive.height_m=0.075"]).contains("from the side"));
         let top = of(&["drive.kind=top", "drive.height_m=0"]);
         assert!(top.contains("springs drive it from the top"));
         let few = of(&["slider.blocks=3", "slider.rows=2", "slider.height_m=0.07", "normal_load.tilt=0.3"]);

@@ -30,6 +30,9 @@ use crate::sweep::Sweeps;
 /// Most steps of Arnoldi's iteration: half of them end as modes and their conjugates.
 const MOST_ITERATIONS: usize = 200;
 
+/// The same, and at least so many, as far as there are so many modes.
+const LEAST_ITERATIONS: usize = 80;
+
 /// Modes are found if that takes no more than such a part of a run's steps.
 const RUNS_OF_MODES: u64 = 8;
 
@@ -176,7 +179,7 @@ impl FastSlab {
 
 /// Steps of Arnoldi's iteration for a slab.
 fn iterations(lattice: &Lattice) -> usize {
-    MOST_ITERATIONS.min(lattice.freedoms() / 2)
+    MOST_ITERATIONS.min(lattice.freedoms().max(LEAST_ITERATIONS))
 }
 
 /// Numbers that the factor of a slab's stiffness and the iteration take.

@@ -43,12 +43,9 @@ const SHORTEST: u64 = 256;
 /// Steps after which it may be worth trying again.
 const PATIENCE_STEPS: u64 = 256;
 
-/// What jumps may miss, as a share of the mean threshold: a tenth of what is kept in reserve for
-/// rounding.
-const MISSED: f64 = 0.1 * ROUNDING;
-
-/// What modes may be off by over a jump, over that: it is a bound on errors that mostly cancel.
-const OFF_OVER_MISSED: f64 = 10.0;
+/// What jumps may miss, as a share of the mean threshold, and as much again what modes may be off by:
+/// as much as is kept in reserve for rounding.
+const MISSED: f64 = ROUNDING;
 
 /// How often a state is taken apart.
 const ROUNDS: usize = 2;
@@ -246,7 +243,7 @@ impl Jump {
         let enough = MISSED * mean(&plan.friction.static_threshold_n) / norms.of_forces.force
             + norms.rounding(u_scale);
         let off = self.off(most_steps);
-        let excess = (left_out / enough).max(off / (OFF_OVER_MISSED * enough));
+        let excess = left_out.max(off) / enough;
         if excess > 1.0 {
             // By how many steps the modes that are not taken need to fall so far.
             let steps = libm::log(excess) / (0.75 * self.ground.modes.next_falls_by);

@@ -247,7 +247,9 @@ fn unit_of_rates(stuck: &StuckSlab) -> f64 {
     8.0 * rate / lattice.columns.max(lattice.rows) as f64
 }
 
-/// Gram and Schmidt, done twice.
+/// Vectors that a new one is made orthogonal to at once, while they are at hand.
+const AT_ONCE: usize = 8;
+
 fn arnoldi(stuck: &StuckSlab, unit: f64, iterations: usize) -> Arnoldi {
     let (sweeps, freedoms) = (stuck.sweeps, stuck.freedoms());
     let (dt, mass) = (stuck.step_s, stuck.mass_kg);
@@ -293,17 +295,19 @@ fn arnoldi(stuck: &StuckSlab, unit: f64, iterations: usize) -> Arnoldi {
         apply(&halves[0][from..][..freedoms], &halves[1][from..][..freedoms], &mut a);
         b.copy_from_slice(&halves[0][from..][..freedoms]);
         let whole = square(&a, &b);
-        for _ in 0..2 {
-            let (products, more) = (&mut products[..=j], &mut more[..=j]);
-            sweeps.dots(products, &halves[0], &a);
-            sweeps.dots(more, &halves[1], &b);
+        for from in (0..=j).step_by(AT_ONCE) {
+            let count = AT_ONCE.min(j + 1 - from);
+            let columns = from * freedoms..(from + count) * freedoms;
+            let (products, more) = (&mut products[..count], &mut more[..count]);
+            sweeps.dots(products, &halves[0][columns.clone()], &a);
+            sweeps.dots(more, &halves[1][columns.clone()], &b);
             for (i, (product, more)) in products.iter_mut().zip(more).enumerate() {
                 *product += *more;
-                *map.entry(i, j) += *product;
+                *map.entry(from + i, j) += *product;
                 *product = -*product;
             }
-            sweeps.add_columns(&mut a, &halves[0], products);
-            sweeps.add_columns(&mut b, &halves[1], products);
+            sweeps.add_columns(&mut a, &halves[0][columns.clone()], products);
+            sweeps.add_columns(&mut b, &halves[1][columns], products);
         }
         let left = square(&a, &b);
         if j + 1 == iterations {

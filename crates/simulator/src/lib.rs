@@ -79,6 +79,7 @@ mod modes;
 mod plain;
 mod recorder;
 mod rest;
+mod slab;
 mod slab_records;
 mod solver;
 mod state;

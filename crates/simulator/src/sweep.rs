@@ -15,6 +15,7 @@
 //! `versions` has the instruction sets.
 
 mod coefficients;
+mod dense;
 mod elastic;
 mod energy;
 mod fourier;

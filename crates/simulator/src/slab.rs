@@ -256,3 +256,34 @@ impl Solver for FastSlab {
         self.recorder.continue_after(&self.plan, state);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use asperity_model::{Plan, resolve};
+
+    use super::FastSlab;
+    use crate::solver::Solver;
+    use crate::sweep::Sweeps;
+
+    #[test]
+    fn all_instruction_sets_give_the_same_records_to_the_bit() {
+        let coarse = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.26"];
+        let plan = Arc::new(Plan::new(&resolve("slab", &coarse).unwrap_or_else(|error| panic!("{error}"))));
+        let run = |sweeps| {
+            let mut solver = FastSlab::with_sweeps(Arc::clone(&plan), sweeps);
+            // Debug output tells doubles apart to the bit, but for the sign of zero.
+            let mut records = Vec::new();
+            while let Some(record) = solver.next_record().unwrap() {
+                records.push(format!("{record:?}"));
+            }
+            (records, solver.counters())
+        };
+        let baseline = run(Sweeps::Baseline);
+        assert!(baseline.1.jumps > 1 && baseline.1.switches > 5, "{:?}", baseline.1);
+        for sweeps in Sweeps::available() {
+            assert!(run(sweeps) == baseline, "{sweeps:?}");
+        }
+    }
+}

@@ -252,22 +252,24 @@ fn from_state(plan: &Plan, state: &ChainState) -> (Vec<Entry>, Counters) {
     (fast, counters)
 }
 
-/// The slab rings at its slowest, more and more until contacts detach or lift off by it.
+/// The slab rings at its slowest, more and more until contacts detach or lift off by it at once, while
+/// the drive brings it to where they would later.
 #[test]
 fn vibration_just_below_and_beyond_its_thresholds_is_seen() {
-    let sets = ["drive.velocity_m_per_s=1e-9", "time.duration_s=0.6", "recording.sample_s=0"];
+    let sets = ["drive.velocity_m_per_s=1.5e-3", "time.duration_s=0.8", "recording.sample_s=0"];
     let sets = [&sets[..], &["slider.relative_damping=0.02"]].concat();
     let plan = small(&sets);
     let start = ChainState::initial(&plan);
     let nodes = plan.elastic.nodes();
+    let mut jumped = 0;
     for shape in 0..3 {
-        let (mut quiet, mut loud, mut jumped) = (0, 0, 0);
-        for amplitude in 1..=24 {
+        let (mut quiet, mut loud) = (0, 0);
+        for amplitude in 1..=16 {
             let mut state = start.clone();
             state.energy = None;
             for node in 0..nodes {
                 let (row, column) = ((node / 9) as f64, (node % 9) as f64 - 4.0);
-                let v = 0.05 * f64::from(amplitude);
+                let v = 0.02 * f64::from(amplitude);
                 match shape {
                     // It leans to the side, it is pressed down, it rocks.
                     0 => state.velocity_m_per_s[node] = v * row / 4.0,
@@ -276,12 +278,13 @@ fn vibration_just_below_and_beyond_its_thresholds_is_seen() {
                 }
             }
             let (found, counters) = from_state(&plan, &state);
-            let switched = found.iter().any(|(.., switches)| !switches.is_empty());
+            let switched = found.iter().any(|(step, _, switches)| *step < 1000 && !switches.is_empty());
             (quiet, loud) = if switched { (quiet, loud + 1) } else { (quiet + 1, loud) };
-            jumped += u64::from(counters.jump_steps > 10_000);
+            jumped += counters.jump_steps;
         }
-        assert!(quiet > 0 && loud > 0 && jumped > 12, "shape {shape}: {quiet} {loud} {jumped}");
+        assert!(quiet > 0 && loud > 0, "shape {shape}: {quiet} {loud}");
     }
+    assert!(jumped > 50_000, "{jumped}");
 }
 
 #[test]

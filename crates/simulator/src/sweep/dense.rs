@@ -215,9 +215,9 @@ mod tests {
                 x
             };
             let x = run(Sweeps::Baseline);
-            for i in 0..rows {
+            for (i, right) in right.iter().enumerate() {
                 let back: f64 = (0..rows).map(|j| entry(i, j) * x[j]).sum();
-                assert!((back - right[i]).abs() < 1e-12, "{rows} {width}: {back} {}", right[i]);
+                assert!((back - right).abs() < 1e-12, "{rows} {width}: {back} {right}");
             }
             for sweeps in Sweeps::available() {
                 assert_eq!(run(sweeps), x, "{sweeps:?}");

@@ -51,6 +51,8 @@ mod ruptures;
 mod salvage;
 mod scenarios;
 mod slab;
+#[cfg(feature = "analysis")]
+mod slab_study;
 #[cfg(target_os = "linux")]
 mod slurm;
 mod staging;

@@ -8,7 +8,8 @@ use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{
-    Arrival, Direction, Event, EventPayload, Record, RunHeader, Rupture, SlipEvent, StepRecord, WindowRecord,
+    Arrival, Direction, Event, EventPayload, FieldRecord, Record, RunHeader, Rupture, SlipEvent, StepRecord,
+    WindowRecord,
 };
 use asperity_runlog::{LogItem, RunReader};
 
@@ -203,6 +204,20 @@ impl RunData {
     pub fn load_at(&self, step: u64) -> Option<&Load> {
         let after = self.loads().partition_point(|load| load.step <= step);
         self.loads.get(after.saturating_sub(1))
+    }
+
+    /// What each contact bore in a state: of a slab what the state says, of a chain its share of the
+    /// load of that instant. `None` without step records.
+    ///
+    /// # Panics
+    /// If the loads were not kept: whoever reads them says so in its [`Wants`].
+    pub fn normal_load_n(&self, state: &FieldRecord) -> Option<Vec<f64>> {
+        let load = self.load_at(state.step)?;
+        if !state.normal_load_n.is_empty() {
+            return Some(state.normal_load_n.clone());
+        }
+        let course = load.normal_load_n / self.plan.total_normal_load_n;
+        Some(self.plan.normal_load_n.iter().map(|p_n| course * p_n).collect())
     }
 
     /// The first slip event in which every block slid.

@@ -54,9 +54,14 @@ impl Wants {
         }
     }
 
+    /// How fronts passed, and the states that they found.
+    pub fn fronts() -> Wants {
+        Wants { arrivals: true, precursor_onsets: true, ..Wants::LOADS | Wants::STATES }
+    }
+
     /// All that measures can be made of.
     pub fn all() -> Wants {
-        Wants::LOADS | Wants::STATES | Wants::WINDOWS | Wants::DETACHMENTS
+        Wants::fronts() | Wants::WINDOWS | Wants::DETACHMENTS
     }
 
     /// Whether it needs states of all blocks to be read.

@@ -34,6 +34,7 @@ mod pulse;
 mod recurrence;
 mod scale;
 mod sizes;
+mod slab_field;
 mod slipped;
 mod space_time;
 mod spread;
@@ -137,6 +138,9 @@ kinds! {
     /// Frequency against wave number of plane waves in the lattice of a slab, by what its bonds pull
     /// with and by theory, with the straight lines of long waves.
     "dispersion" dispersion: dispersion::Dispersion,
+    /// Stress or displacement all over a slab at chosen times, of which its nodes are found by taking
+    /// the run's steps once more.
+    "slab-field" slab_field: slab_field::SlabField,
     /// `tau_n / p_n` along the slider before and after each precursor.
     "stress-sequence" stress_sequence: stress_sequence::StressSequence,
     /// The load curve with its ruptures: precursors and global slips have the numbers that they have

@@ -25,6 +25,9 @@ pub struct Wants {
     pub detachments: bool,
     /// How each rupture passed its blocks.
     pub arrivals: bool,
+    /// Where all nodes of a slab were at these times, s. They are in no record, and there only while a
+    /// pipeline is run.
+    pub nodes_at_s: Vec<f64>,
     /// The states at the onsets of precursors, beside those at their ends.
     pub precursor_onsets: bool,
 }
@@ -51,6 +54,7 @@ impl Wants {
             detachments,
             arrivals: false,
             precursor_onsets: false,
+            nodes_at_s: Vec::new(),
         }
     }
 
@@ -83,6 +87,7 @@ impl BitOrAssign for Wants {
         self.detachments |= other.detachments;
         self.arrivals |= other.arrivals;
         self.precursor_onsets |= other.precursor_onsets;
+        self.nodes_at_s.extend(other.nodes_at_s);
         self.states_near_s.extend(other.states_near_s);
         self.displacements_of.extend(other.displacements_of);
     }

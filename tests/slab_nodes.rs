@@ -40,13 +40,12 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).expect("the table was written")
 }
 
-/// At the start, where it was recorded, in the middle of a precursor, and anywhere else; out of a log
-/// with checkpoints, and out of one without any.
-#[test]
-fn nodes_are_to_the_bit_those_of_the_run() {
+/// At the start, where states were recorded, at the onset and the end of a precursor, and anywhere else;
+/// out of a log with checkpoints, and out of one without any.
+fn compare(solver: &str) {
     let folder = asperity_testkit::folder();
     let log = folder.path().join("slab.mcap");
-    slab(&log, &["--checkpoint-s", "0"]);
+    slab(&log, &["--solver", solver, "--checkpoint-s", "0"]);
     let out = folder.path().join("out");
     let times = ["0", "0.1", "0.15", "0.2001508", "0.2002004", "0.2012344"];
     let asked: Vec<&str> = times.iter().flat_map(|at| ["--nodes-at-s", *at]).collect();
@@ -64,13 +63,22 @@ fn nodes_are_to_the_bit_those_of_the_run() {
         &["step", "block"],
         &["displacement_m", "velocity_m_per_s"],
     );
-    // The state of a contact is the same text as that of its node.
+    // The state of a contact is the same text as that of its node, but inside leaps of the fast solver,
+    // where samples leave out what is negligible.
     let mut compared = 0;
     for (at, cells) in of_nodes.iter().filter(|(at, _)| at[0] == "1") {
-        if let Some(expected) = recorded.get(&at[1..]) {
+        let Some(expected) = recorded.get(&at[1..]) else { continue };
+        let is_leapt = solver == "fast" && ["250000", "375000"].contains(&&*at[1]);
+        if is_leapt {
+            for ((found, expected), scale) in cells.iter().zip(expected).zip([1e-6, 1e-4]) {
+                let off =
+                    found.parse::<f64>().expect("a number") - expected.parse::<f64>().expect("a number");
+                assert!(off.abs() < 1e-10 * scale, "step {}, block {}: {found}, {expected}", at[1], at[2]);
+            }
+        } else {
             assert_eq!(cells, expected, "step {}, block {}", at[1], at[2]);
-            compared += 1;
         }
+        compared += 1;
     }
     assert_eq!(compared, 5 * 29, "all but the last time are recorded");
     // Every node of the start is where the slab rests.
@@ -86,10 +94,20 @@ fn nodes_are_to_the_bit_those_of_the_run() {
     // And the same out of a log that has no state to go on from.
     let other = folder.path().join("other/slab.mcap");
     fs::create_dir(folder.path().join("other")).expect("the folder can be written");
-    slab(&other, &["--checkpoint-s", "1e6"]);
+    slab(&other, &["--solver", solver, "--checkpoint-s", "1e6"]);
     let again = folder.path().join("again");
     export(&other, &again);
-    assert!(read(&again.join("slab.nodes.csv")) == nodes);
+    assert!(read(&again.join("slab.nodes.csv")) == nodes, "a checkpoint changes nothing");
+}
+
+#[test]
+fn nodes_are_those_of_a_run_by_single_steps() {
+    compare("plain");
+}
+
+#[test]
+fn nodes_are_those_of_a_run_by_leaps() {
+    compare("fast");
 }
 
 #[test]

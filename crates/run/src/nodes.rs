@@ -4,6 +4,10 @@
 //! follows from these by the solver that made the run: from the last checkpoint before the time
 //! asked for, or else from the state of rest, it takes the same steps once more. A checkpoint is
 //! believed only as far as the records before it bear it out ([`Witness`]).
+//!
+//! Where the run took steps one by one, its states are given to the bit: those of the plain solver, and
+//! of the fast one while contacts slide, at onsets and ends of events. Inside a leap of the fast solver
+//! the run has none; there one is made by a shorter leap, which rounds otherwise.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,7 +16,7 @@ use std::sync::Arc;
 use asperity_model::Plan;
 use asperity_record::{Record, RunHeader};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
-use asperity_simulator::{ChainState, SimulationError, SolverKind, Witness};
+use asperity_simulator::{ChainState, SimulationError, Solver, SolverKind, Witness};
 
 use crate::header::CODE_VERSION;
 use crate::own::{self, OwnProblem};
@@ -78,10 +82,13 @@ pub enum NodesError {
 }
 
 /// The nodes of a logged run at chosen times, one after the other.
-#[derive(Debug)]
 pub struct Nodes {
-    plan: Plan,
+    plan: Arc<Plan>,
     kind: SolverKind,
+    /// None until the first is asked for.
+    solver: Option<Box<dyn Solver>>,
+    /// Its last state at or before the last time.
+    last: Option<ChainState>,
     /// The steps still to come, from the last to the first.
     steps: Vec<u64>,
     /// Where the solver can begin, by the step.
@@ -118,7 +125,7 @@ impl Nodes {
         steps.sort_unstable_by(|a, b| b.cmp(a));
         steps.dedup();
         let from = checkpoints(log, &plan, &steps)?;
-        Ok(Nodes { kind: kind(&header), plan, steps, from })
+        Ok(Nodes { kind: kind(&header), plan: Arc::new(plan), solver: None, last: None, steps, from })
     }
 
     /// The nodes at the next of the times; `None` after the last.
@@ -127,25 +134,39 @@ impl Nodes {
     /// If the run cannot go on up to there.
     pub fn next_state(&mut self) -> Result<Option<NodeState>, NodesError> {
         let Some(step) = self.steps.pop() else { return Ok(None) };
-        // A solver stops after the last step of its plan, whatever else is recorded.
-        let plan = Arc::new(Plan { steps: step, ..self.plan.clone() });
-        let mut solver = self.kind.start(Arc::clone(&plan));
-        if let Some((_, state)) = self.from.range(..=step).next_back() {
+        let solver = self.solver.get_or_insert_with(|| self.kind.start(Arc::clone(&self.plan)));
+        let checkpoint = self.from.range(..=step).next_back();
+        if let Some((_, state)) = checkpoint.filter(|(at, _)| **at > solver.step()) {
             solver.restore(state);
         }
-        while solver.next_record()?.is_some() {}
-        let state = solver.snapshot();
-        assert_eq!(state.step, step, "a solver goes on to the last step of its plan");
-        let columns = plan.elastic.contacts();
-        let told = NodeState {
+        // The last state up to there, after each record; while it tells what is within a leap, a solver
+        // stands at the start of it.
+        let mut last = self.last.take().filter(|state| state.step <= step);
+        loop {
+            if solver.step() <= step {
+                last = Some(solver.snapshot());
+            }
+            if solver.step() >= step || solver.next_record()?.is_none() {
+                break;
+            }
+        }
+        let mut state = last.expect("a solver begins before any step that a log has");
+        self.last = Some(state.clone());
+        if state.step < step {
+            // It has gone beyond, in steps that nothing was recorded of, or in one leap.
+            let plan = Arc::new(Plan { steps: step, ..(*self.plan).clone() });
+            let mut there = self.kind.start(plan);
+            there.restore(&state);
+            while there.next_record()?.is_some() {}
+            state = there.snapshot();
+        }
+        Ok(Some(NodeState {
             step,
-            time_s: plan.grid.time_s(step),
-            columns,
-            displacement_m: state.displacement_m.clone(),
-            velocity_m_per_s: state.velocity_m_per_s.clone(),
-        };
-        self.from.insert(step, state);
-        Ok(Some(told))
+            time_s: self.plan.grid.time_s(step),
+            columns: self.plan.elastic.contacts(),
+            displacement_m: state.displacement_m,
+            velocity_m_per_s: state.velocity_m_per_s,
+        }))
     }
 }
 

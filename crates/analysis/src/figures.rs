@@ -132,8 +132,8 @@ kinds! {
     /// steady fronts under the force that each block bore before. That knows no front, and gives no
     /// line, where a block bore no more than sliding friction.
     "front-profile" front_profile: front_profile::FrontProfile,
-    /// Speed of fronts from block to block over `tau_n / p_n` of the block in the state in which the
-    /// rupture began, of precursors and the first global slip.
+    /// Speed of the fronts of precursors and of the first global slip over `tau_n / p_n` that the same
+    /// blocks bore when the rupture began.
     "front-stress" front_stress: front_stress::FrontStress,
     /// Frequency against wave number of plane waves in the lattice of a slab, by what its bonds pull
     /// with and by theory, with the straight lines of long waves.

@@ -122,6 +122,7 @@ impl Figure for FrontStress {
         let has = |global: usize| all.iter().any(|(_, part)| part.marks[global].iter().any(|p| shown(&p)));
         rows.extend(has(0).then(|| (Sample::Nothing, "open: precursors".to_owned())));
         rows.extend(has(1).then(|| (Sample::Nothing, "discs: first global slip".to_owned())));
+        rows.push((Sample::Nothing, format!("over {} spacings", self.across.max(1))));
         rows.push((Sample::Line(Dash::Dashed, BLUE), "μ_s".to_owned()));
         rows.push((Sample::Line(Dash::DotDashed, RED), "μ_d".to_owned()));
         let is_slab = first.longitudinal.is_some();

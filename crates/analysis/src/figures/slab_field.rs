@@ -11,7 +11,7 @@ use serde::Deserialize;
 
 use super::kind::{Figure, of_one_run};
 use super::of_study::colours::viridis;
-use super::of_study::paper::{Bar, Item, Panel, Paper};
+use super::of_study::paper::{Bar, Item, Panel, Paper, Sample};
 use super::plot::Sheet;
 use super::scale::Scale;
 use crate::run_data::{NodeField, RunData};
@@ -116,7 +116,14 @@ impl Figure for SlabField {
             panels: panels.collect(),
             bar: Some(Bar { scale: scale.clone(), span: 1.0 }),
             heading: String::new(),
-            rows: Vec::new(),
+            rows: if out > 0.0 {
+                vec![
+                    (Sample::Nothing, format!("{} % beyond", 100.0 * out)),
+                    (Sample::Nothing, "either end".to_owned()),
+                ]
+            } else {
+                Vec::new()
+            },
         };
         Ok(Sheet::Other(Arc::new(paper)))
     }

@@ -51,6 +51,9 @@ mod ruptures;
 mod salvage;
 mod scenarios;
 mod slab;
+mod slab_nodes;
+#[cfg(feature = "analysis")]
+mod slab_study;
 #[cfg(target_os = "linux")]
 mod slurm;
 mod staging;

@@ -231,3 +231,22 @@ fn figures_are_drawn_of_what_the_plan_has() {
     study.write("torn.toml", "title = ");
     refused(&["--from", text(&study.path("torn.toml"))], "torn.toml: ");
 }
+
+/// Length laws are those of chains.
+#[test]
+fn precursors_of_slabs_have_no_law() {
+    let study = Study::of(
+        "title = 'Slabs'\nscenario = 'slab'\nset = ['slider.blocks=29', 'slider.rows=16', \
+         'time.step_s=4e-7', 'time.duration_s=0.21']\n[[axis]]\nkey = 'friction.dynamic_coefficient'\n\
+         values = [0.17, 0.2]\n[[figure.lengths]]\nfile = 'lengths.png'\n\
+         colour = 'friction.dynamic_coefficient'",
+    );
+    let out = study.plan("study");
+    succeed(&["sweep", "run", text(&out)]);
+    succeed(&["sweep", "collect", text(&out)]);
+    let drawing = fs::read_to_string(out.join("figures/lengths.svg")).expect("it was drawn");
+    let (_, said) = drawing.split_once("<desc>").expect("a figure says what it shows");
+    let (said, _) = said.split_once("</desc>").expect("in one place");
+    assert!(said.contains("shown: ") && said.contains("simulated"), "{said}");
+    assert!(!said.contains("5.57"), "{said}");
+}

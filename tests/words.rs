@@ -192,6 +192,8 @@ fn the_columns_of_every_table_are_those_of_the_code() {
         let table = asperity_record::markdown(columns);
         assert!(page.contains(&table), "docs/outputs.md lacks the columns of {topic}, which are\n{table}");
     }
+    let nodes = asperity_record::markdown(&asperity_export::layout::nodes_layout().columns);
+    assert!(page.contains(&nodes), "docs/outputs.md lacks the columns of nodes, which are\n{nodes}");
 }
 
 /// A folder that looks like the repository, and whose `out` is its own.

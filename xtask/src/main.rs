@@ -74,6 +74,9 @@ enum Command {
     /// Slip pulses on a held top drive, and where they end.
     #[command(name = "reproduce-slip-pulses")]
     ReproduceSlipPulses(reproduce::ReproduceArguments),
+    /// Slabs: precursors, fronts, drives, and the state of rest, beside the chain.
+    #[command(name = "reproduce-slab")]
+    ReproduceSlab(reproduce::ReproduceArguments),
     /// All of these, and the studies of top-driven sliders and of the number of blocks.
     #[command(name = "reproduce-all")]
     ReproduceAll(reproduce::ReproduceArguments),
@@ -105,6 +108,7 @@ fn main() -> ExitCode {
         Command::ReproduceGoals(arguments) => reproduce::command(&arguments, &[reproduce::GOALS]),
         Command::ReproduceFrontSpeed(arguments) => reproduce::command(&arguments, &[reproduce::FRONT_SPEED]),
         Command::ReproduceSlipPulses(arguments) => reproduce::command(&arguments, &[reproduce::SLIP_PULSES]),
+        Command::ReproduceSlab(arguments) => reproduce::command(&arguments, &[reproduce::SLAB]),
         Command::ReproduceAll(arguments) => reproduce::command(&arguments, &reproduce::ALL),
         Command::Convergence(arguments) => convergence::command(&arguments),
         Command::Test(arguments) => test::command(&arguments),

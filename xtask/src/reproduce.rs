@@ -16,10 +16,11 @@ const TOP_DRIVEN: &str = "top-driven";
 const RESOLUTION: &str = "resolution";
 pub(crate) const FRONT_SPEED: &str = "front-speed";
 pub(crate) const SLIP_PULSES: &str = "slip-pulses";
+pub(crate) const SLAB: &str = "slab";
 
 /// All of them, in the order in which `reproduce-all` runs them.
-pub(crate) const ALL: [&str; 8] =
-    [CHAPTER5, CHAPTER6, APPENDIX_A, GOALS, TOP_DRIVEN, RESOLUTION, FRONT_SPEED, SLIP_PULSES];
+pub(crate) const ALL: [&str; 9] =
+    [CHAPTER5, CHAPTER6, APPENDIX_A, GOALS, TOP_DRIVEN, RESOLUTION, FRONT_SPEED, SLIP_PULSES, SLAB];
 
 /// Where a pipeline stands, from the root of the workspace.
 pub(crate) fn pipeline(name: &str) -> String {

@@ -104,10 +104,9 @@ pub fn nearest_precursor(run: &RunData, blocks: f64) -> Option<Precursor<'_>> {
 pub fn front_profile(run: &RunData, blocks: f64) -> Option<(Precursor<'_>, Vec<f64>)> {
     let precursor = nearest_precursor(run, blocks)?;
     let fields = run.states().at_precursor_end(precursor.end.end_step?)?;
-    // The load of that step, which need not be that of the start.
-    let record = run.loads().iter().find(|record| record.step == fields.step)?;
-    let factor = record.normal_load_n / run.plan.total_normal_load_n;
-    let loads = run.plan.normal_load_n.iter().map(|p| p * factor);
+    // Of that step, whose load need not be that of the start.
+    run.loads().iter().find(|record| record.step == fields.step)?;
+    let loads = run.normal_load_n(fields)?;
     let profile = fields.tangential_force_n.iter().zip(loads).map(|(tau, p)| tau / p).collect();
     Some((precursor, profile))
 }
@@ -121,6 +120,23 @@ pub fn event_in_window(run: &RunData, blocks: f64) -> Option<&SlipEvent> {
         .iter()
         .filter(|slip| (window.from_step..=window.to_step).contains(&slip.onset_step))
         .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}
+
+/// Duration of a slip event over the time in which sound crosses its blocks.
+pub(crate) fn over_crossing(run: &RunData, event: &SlipEvent) -> Option<f64> {
+    let per_block_s = run.plan.scales.block_time_s;
+    Some((event.end_s? - event.onset_s) / (f64::from(event.blocks_slipped) * per_block_s))
+}
+
+/// Fewest blocks of an event that counts for the median: shorter ones are mostly chatter.
+const FEWEST_BLOCKS: u32 = 5;
+
+/// The median of that of all slip events of [`FEWEST_BLOCKS`] or more.
+pub(crate) fn median_over_crossing(run: &RunData) -> Option<f64> {
+    let events = run.slips.iter().filter(|slip| slip.blocks_slipped >= FEWEST_BLOCKS);
+    let mut all: Vec<f64> = events.filter_map(|slip| over_crossing(run, slip)).collect();
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied()
 }
 
 /// The sum of the magnitudes of all driving forces over the normal load: `F_T / F_N`

@@ -8,11 +8,13 @@ mod arrest;
 mod axes;
 mod compose;
 mod damping;
+mod dispersion;
 mod displacement;
 mod forces;
 mod front;
 mod front_profile;
 mod front_speed;
+mod front_stress;
 mod front_transient;
 mod full_page;
 mod initial_shear;
@@ -32,6 +34,7 @@ mod pulse;
 mod recurrence;
 mod scale;
 mod sizes;
+mod slab_field;
 mod slipped;
 mod space_time;
 mod spread;
@@ -47,6 +50,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use asperity_files::FileSet;
+use asperity_model::analytic::LengthLaw;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -128,6 +132,15 @@ kinds! {
     /// steady fronts under the force that each block bore before. That knows no front, and gives no
     /// line, where a block bore no more than sliding friction.
     "front-profile" front_profile: front_profile::FrontProfile,
+    /// Speed of the fronts of precursors and of the first global slip over `tau_n / p_n` that the same
+    /// blocks bore when the rupture began.
+    "front-stress" front_stress: front_stress::FrontStress,
+    /// Frequency against wave number of plane waves in the lattice of a slab, by what its bonds pull
+    /// with and by theory, with the straight lines of long waves.
+    "dispersion" dispersion: dispersion::Dispersion,
+    /// Stress or displacement all over a slab at chosen times, of which its nodes are found by taking
+    /// the run's steps once more.
+    "slab-field" slab_field: slab_field::SlabField,
     /// `tau_n / p_n` along the slider before and after each precursor.
     "stress-sequence" stress_sequence: stress_sequence::StressSequence,
     /// The load curve with its ruptures: precursors and global slips have the numbers that they have
@@ -282,7 +295,7 @@ pub fn overview_files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Draws the two figures that any run allows: its load curve and its precursors
-/// beside the length law that its scenario calls for. `provenance` is whether they name the code and
+/// beside the length law that its scenario calls for, if it is a chain. `provenance` is whether they name the code and
 /// bear a line at their foot.
 ///
 /// # Errors
@@ -293,7 +306,8 @@ pub fn draw_overview(
     files: &FileSet,
     folder: &Path,
 ) -> Result<(), AnalysisError> {
-    let law = asperity_model::analytic::LengthLaw::natural(&run.scenario);
+    let is_chain = !run.scenario.slider.is_slab();
+    let law = is_chain.then(|| LengthLaw::natural(&run.scenario));
     let figures = Figures {
         load: vec![load::Load::of_run(OVERVIEW[0], &run.name)],
         lengths: vec![lengths::Lengths::of_run(OVERVIEW[1], &run.name, run.name.clone(), law)],

@@ -1,9 +1,12 @@
 //! Fronts read off the switches of a run: when they came to each block, how fast they ran, what
 //! they left behind.
 
+use std::collections::BTreeMap;
+
 use asperity_model::front::{Front, relative_prestress};
 use asperity_record::Direction;
 
+use crate::precursors::{PrecursorRules, among_ruptures};
 use crate::run_data::RunData;
 
 /// What happened to a block.
@@ -83,6 +86,59 @@ pub(crate) fn local_speeds(run: &RunData) -> Vec<(f64, f64)> {
     forward.map(|pair| (f64::from(pair[1].block), crossing_s / took(pair))).collect()
 }
 
+/// Over how many spacings a speed is taken, if nothing else is asked for: between two neighbours it
+/// comes in whole steps, and jumps where an earlier rupture has left a peak of stress.
+pub(crate) const ACROSS: u32 = 4;
+
+/// How fast the fronts of precursors, and that of the first global slip, ran over the wave speed,
+/// behind the stress that they found: the mean of `tau_n / p_n` over the blocks between which the
+/// speed is taken, in the state at the onset of the slip event in which the rupture began. (When a
+/// front comes to a block, the block bears its threshold, by what a detachment is.) Stretches that a
+/// front passed in no time or backwards are left out.
+pub(crate) fn over_stress(run: &RunData, from_blocks: u32, across: u32) -> [Vec<(f64, f64)>; 2] {
+    let mut all = [Vec::new(), Vec::new()];
+    let per_spacing_s = crossing_s(run);
+    for rupture in among_ruptures(run, &PrecursorRules { min_blocks: from_blocks, merge_gap_s: 0.0 }) {
+        let slip = run.event_of(rupture);
+        let state = slip.and_then(|slip| run.states().at_precursor_onset(slip.onset_step));
+        let Some((state, p_n)) = state.and_then(|state| Some((state, run.normal_load_n(state)?))) else {
+            continue;
+        };
+        let of = run.arrivals().iter().filter(|arrival| arrival.rupture == rupture.rupture);
+        let at: BTreeMap<u32, f64> = of.map(|arrival| (arrival.block, arrival.arrival_s)).collect();
+        for (block, from_s) in at.range(rupture.nucleation_block..) {
+            let Some(to_s) = at.get(&(block + across)).filter(|to_s| *to_s > from_s) else { continue };
+            let passed = *block as usize - 1..(block + across) as usize;
+            let ratios = state.tangential_force_n[passed.clone()].iter().zip(&p_n[passed]);
+            let stress = ratios.map(|(tau_n, p_n)| tau_n / p_n).sum::<f64>() / f64::from(across + 1);
+            let speed = f64::from(across) * per_spacing_s / (to_s - from_s);
+            all[usize::from(rupture.reached_every_block)].push((stress, speed));
+        }
+    }
+    all
+}
+
+/// How far faster fronts go with more stress: Spearman's rank correlation of all that
+/// [`over_stress`] finds of ruptures of five blocks or more, -1 to 1.
+pub(crate) fn speed_stress_correlation(run: &RunData) -> Option<f64> {
+    let points = over_stress(run, 5, ACROSS).concat();
+    let ranks = |of: fn(&(f64, f64)) -> f64| -> Vec<f64> {
+        // Equals share the mean of their ranks.
+        let rank = |value: f64| {
+            let below = points.iter().filter(|point| of(point) < value).count();
+            let equal = points.iter().filter(|point| of(point) == value).count();
+            below as f64 + 0.5 * (equal as f64 - 1.0)
+        };
+        points.iter().map(|point| rank(of(point))).collect()
+    };
+    let (stress, speed) = (ranks(|point| point.0), ranks(|point| point.1));
+    let middle = (points.len() as f64 - 1.0) / 2.0;
+    let product =
+        |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - middle) * (b - middle)).sum::<f64>();
+    let scale = (product(&stress, &stress) * product(&speed, &speed)).sqrt();
+    (scale > 0.0).then(|| product(&stress, &speed) / scale)
+}
+
 /// The theory for the run, with the prestress of the middle block.
 pub(crate) fn theory(run: &RunData) -> Option<Front> {
     Front::of(&run.plan, run.plan.blocks / 2)
@@ -126,11 +182,12 @@ pub(crate) fn arrest_prestress(run: &RunData) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use asperity_record::Direction;
+    use asperity_record::{Direction, FieldRecord};
 
     use super::*;
-    use crate::made_up::pulse;
+    use crate::made_up::{self, pulse};
     use crate::run_data::Switched;
+    use crate::wants::Wants;
 
     #[test]
     fn speed_length_and_slip_are_those_of_the_steady_span() {
@@ -174,5 +231,46 @@ mod tests {
         let passage = passages(&run)[7];
         assert!((passage.slip_m.unwrap() - 3e-6).abs() < 1e-15);
         assert!((passage.stop_s.unwrap() - 5.101e-6).abs() < 1e-15);
+    }
+
+    /// Twelve blocks that a rupture passes from block 2 on; the ones that bear more, faster.
+    #[test]
+    fn fronts_are_set_against_the_stress_that_they_found() {
+        let delays = [0, 40, 40, 20, 20, 10, 10, 5, 5, 2, 2];
+        let mut at = 1000;
+        let mut passed: Vec<made_up::Passed> = delays
+            .iter()
+            .zip(2..)
+            .map(|(delay, block)| {
+                at += delay;
+                (block, at, Some(5000))
+            })
+            .collect();
+        passed.push((1, 1010, Some(5000)));
+        passed.sort_by_key(|(_, step, _)| *step);
+        let mut run = made_up::run("", &[(1000, 5000, &[1, 2, 3])]);
+        (run.header.blocks, run.slips[0].last_block, run.slips[0].blocks_slipped) = (12, 12, 12);
+        made_up::with_ruptures(&mut run, &[&passed]);
+        let state = FieldRecord {
+            step: 1000,
+            time_s: run.plan.grid.time_s(1000),
+            displacement_m: vec![0.0; 12],
+            velocity_m_per_s: vec![0.0; 12],
+            tangential_force_n: (0..12).map(f64::from).collect(),
+            normal_load_n: vec![10.0; 12],
+            stick_position_m: vec![0.0; 12],
+            detached: vec![0; 12],
+        };
+        run.kept |= Wants::fronts();
+        made_up::with_states(&mut run, &[state]);
+        let [precursors, global] = over_stress(&run, 5, 4);
+        assert!(precursors.is_empty());
+        // Block 2 to block 6: 120 steps of 1e-7 s, and 0.1 to 0.5.
+        assert!((global[0].0 - 0.3).abs() < 1e-12, "{global:?}");
+        assert!((global[0].1 - 4.0 * crossing_s(&run) / 120e-7).abs() < 1e-9, "{global:?}");
+        assert_eq!(global.len(), 7, "from block 2 to 6, up to from 8 to 12");
+        assert_eq!(speed_stress_correlation(&run), Some(1.0));
+        let [_, short] = over_stress(&run, 13, 4);
+        assert!(short.is_empty(), "it has twelve blocks");
     }
 }

@@ -47,6 +47,7 @@
 //! - [`mod@reference`]: what may stand in it, as `docs/figures.md` has it.
 //! - [`reduction`]: tables and figures of a pipeline, made of one run after the other.
 
+mod at_rest;
 mod beside_hold;
 mod beside_theory;
 pub mod claims;
@@ -64,7 +65,9 @@ pub mod measure;
 mod parquet_bounds;
 pub mod parquet_table;
 pub mod parquet_tables;
+mod partial;
 pub mod pipeline;
+mod plane_waves;
 pub mod precursors;
 pub mod record;
 pub mod reduction;

@@ -194,3 +194,22 @@ pub(crate) fn pulse(reached: u32, toml: &str) -> RunData {
     records.sort_by_key(|record| record.step);
     gone_by(&scenario, &records, [])
 }
+
+/// A slab of three contacts and as many rows with these slip events, and its state at rest, in which
+/// they bear 1/4, 1/2 and 1/4 of 400 N.
+pub(crate) fn slab(events: &[(u64, u64, &[u32])]) -> RunData {
+    let mut run = run("slider.rows = 3\nslider.length_m = 0.1\nslider.height_m = 0.1", events);
+    run.kept.states = true;
+    let state = FieldRecord {
+        step: 0,
+        time_s: 0.0,
+        displacement_m: vec![0.0; 3],
+        velocity_m_per_s: vec![0.0; 3],
+        tangential_force_n: vec![-20.0, 0.0, 20.0],
+        normal_load_n: vec![100.0, 200.0, 100.0],
+        stick_position_m: vec![0.0; 3],
+        detached: vec![0; 3],
+    };
+    with_states(&mut run, &[state]);
+    run
+}

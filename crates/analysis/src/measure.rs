@@ -6,6 +6,7 @@ use asperity_record::SlipEvent;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::at_rest;
 use crate::beside_hold::{
     Side, hyperbola_error, longest_flank, mean_in_time, parabola_error, points_beside_hold,
     residual_beside_hold, sag,
@@ -15,8 +16,12 @@ use crate::beside_theory::{
     decaying_drive_onset_error, initial_shear_error, intercept_error, largest, load_curve_error,
     onset_profile_error, residual, ring_down_error, slope_error, time_to_reach,
 };
-use crate::curves::{self, event_in_window, front_profile, nearest_precursor};
+use crate::curves::{
+    self, event_in_window, front_profile, median_over_crossing, nearest_precursor, over_crossing,
+};
 use crate::fronts;
+use crate::partial;
+use crate::plane_waves::speeds_along_rows_m_per_s;
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::{Load, RunData};
 use crate::wants::Wants;
@@ -44,6 +49,8 @@ pub enum Measure {
     LoadAtFirstGlobalSlip,
     /// How far that is from `mu_d`, over `mu_d`.
     LoadAtFirstGlobalSlipError,
+    /// Where it lies between the two coefficients: 0 at `mu_d`, 1 at `mu_s`.
+    LoadBetweenCoefficients,
     /// How many blocks carry more than 0.49 % of the force on block 1 when the
     /// first precursor starts.
     AffectedBlocks,
@@ -208,12 +215,44 @@ pub enum Measure {
     FrontReachBlocks,
     /// `tau` of the last block that the front from block 1 reached, where it did not reach all.
     ArrestPrestress,
+    /// Number of ruptures of a tenth of the blocks or more before the first that reached all,
+    /// wherever they began.
+    PartialRuptures,
+    /// Share of the blocks that the largest of them has; 0 without any.
+    LargestPartialRupture,
+    /// How far from the driven end the first rupture of a tenth of the blocks or more began, mm.
+    FirstNucleationMm,
+    /// Speed of the front of the first rupture that reached every block, towards higher-numbered
+    /// blocks, over the wave speed.
+    GlobalFrontOverC,
+    /// How much faster fronts of precursors and of the first global slip run where they find more
+    /// stress: Spearman's rank correlation of speed and `tau_n / p_n`, -1 to 1.
+    FrontStressCorrelation,
+    /// `tau_1 / p_1` before the first step.
+    RestShearOfFirstBlock,
+    /// Largest sum of `tau_n` and its mirror image before the first step, over the largest `tau_n`.
+    RestShearAsymmetry,
+    /// The `beta` of (5.50) that has the same first moment as the shear before the first step.
+    RestShearBeta,
+    /// Poisson's ratio of a slab: what its shear at rest and its growth along x make of it.
+    RestPoissonRatio,
+    /// Speed of the longitudinal wave along a slab that is `near` spacings long, m/s, by what the
+    /// bonds of the lattice pull with.
+    LongitudinalWaveSpeed,
+    /// The same of the shear wave.
+    ShearWaveSpeed,
 }
 
 impl Measure {
     /// Whether it counts events.
     pub(crate) fn is_count(self) -> bool {
-        matches!(self, Measure::PrecursorCount | Measure::GlobalSlipCount | Measure::Reattachments)
+        matches!(
+            self,
+            Measure::PrecursorCount
+                | Measure::GlobalSlipCount
+                | Measure::Reattachments
+                | Measure::PartialRuptures
+        )
     }
 
     /// Its name in words.
@@ -251,9 +290,14 @@ impl Measure {
             | Measure::AheadOfFrontError
             | Measure::InitialShearError
             | Measure::OnsetProfileError
+            | Measure::RestShearOfFirstBlock
+            | Measure::RestShearAsymmetry
+            | Measure::RestShearBeta
+            | Measure::RestPoissonRatio
             | Measure::LargestDisplacementMm => Wants::STATES,
             Measure::MeanBehindFront | Measure::MeanBehindFrontError => Wants::LOADS | Wants::STATES,
             Measure::RingDownError | Measure::ForwardShare | Measure::LowestVelocity => Wants::WINDOWS,
+            Measure::FrontStressCorrelation => Wants::fronts(),
             _ => Wants::NOTHING,
         }
     }
@@ -302,6 +346,10 @@ impl Measure {
             Measure::LoadAtFirstGlobalSlip => Some(run.first_global_slip()?.ft_fn_onset),
             Measure::LoadAtFirstGlobalSlipError => {
                 Some((run.first_global_slip()?.ft_fn_onset / mu_d - 1.0).abs())
+            }
+            Measure::LoadBetweenCoefficients => {
+                let above = run.first_global_slip()?.ft_fn_onset - mu_d;
+                Some(above / (run.plan.friction.static_coefficient - mu_d))
             }
             Measure::AffectedBlocks => affected_blocks(run),
             Measure::AffectedBlocksTheory => {
@@ -403,6 +451,17 @@ impl Measure {
             Measure::PulseSlipRatio => fronts::pulse_slip_ratio(run),
             Measure::FrontReachBlocks => Some(fronts::passages(run).len() as f64),
             Measure::ArrestPrestress => fronts::arrest_prestress(run),
+            Measure::PartialRuptures => partial::count(run),
+            Measure::LargestPartialRupture => partial::largest_share(run),
+            Measure::FirstNucleationMm => partial::nucleation_mm(run),
+            Measure::GlobalFrontOverC => partial::global_front_over_c(run),
+            Measure::FrontStressCorrelation => fronts::speed_stress_correlation(run),
+            Measure::RestShearOfFirstBlock => at_rest::shear_of_first_block(run),
+            Measure::RestShearAsymmetry => at_rest::asymmetry(run),
+            Measure::RestShearBeta => at_rest::shear_beta(run),
+            Measure::RestPoissonRatio => at_rest::poisson_ratio(run),
+            Measure::LongitudinalWaveSpeed => speeds_along_rows_m_per_s(&run.plan, near?).map(|[_, c]| c),
+            Measure::ShearWaveSpeed => speeds_along_rows_m_per_s(&run.plan, near?).map(|[c, _]| c),
         }
     }
 }
@@ -432,22 +491,6 @@ fn largest_drop(run: &RunData) -> Option<&SlipEvent> {
 /// The middle between the extrema of `F_T / F_N` in a slip.
 fn middle(slip: &SlipEvent) -> f64 {
     (slip.ft_fn_max + slip.ft_fn_min) / 2.0
-}
-
-/// Duration of a slip event over the time in which sound crosses its blocks.
-fn over_crossing(run: &RunData, event: &SlipEvent) -> Option<f64> {
-    let per_block_s = run.plan.scales.block_time_s;
-    Some((event.end_s? - event.onset_s) / (f64::from(event.blocks_slipped) * per_block_s))
-}
-
-/// Fewest blocks of an event that counts for the median: shorter ones are mostly chatter.
-const FEWEST_BLOCKS: u32 = 5;
-
-fn median_over_crossing(run: &RunData) -> Option<f64> {
-    let events = run.slips.iter().filter(|slip| slip.blocks_slipped >= FEWEST_BLOCKS);
-    let mut all: Vec<f64> = events.filter_map(|slip| over_crossing(run, slip)).collect();
-    all.sort_by(f64::total_cmp);
-    all.get(all.len() / 2).copied()
 }
 
 /// Velocities of all blocks of the dense window, while that event lasts.

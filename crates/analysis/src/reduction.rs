@@ -25,7 +25,7 @@ use crate::pipeline::{
     CLAIMS, CLAIMS_PAGE, FIRST_GLOBAL_SLIPS, Pipeline, REPORT, RESIDUALS, study_table, table_of,
 };
 use crate::precursors::PrecursorRules;
-use crate::run_data::Collector;
+use crate::run_data::{Collector, NodeField};
 use crate::study::StudyRow;
 use crate::tables::{FirstGlobalSlip, ResidualRow};
 use crate::wants::Wants;
@@ -89,6 +89,16 @@ impl Passing {
             Record::Step(record) => self.loads.push(record),
             Record::Fields(_) | Record::Window(_) => Ok(()),
         }
+    }
+
+    /// The times at which all nodes of the run are wanted, s; they must be given before it has passed.
+    pub fn nodes_at_s(&self) -> &[f64] {
+        self.collector.nodes_at_s()
+    }
+
+    /// The nodes at one of them.
+    pub fn nodes(&mut self, nodes: NodeField) {
+        self.collector.nodes(nodes);
     }
 
     /// An event of it.

@@ -8,7 +8,8 @@ use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::{
-    Arrival, Direction, Event, EventPayload, Record, RunHeader, Rupture, SlipEvent, StepRecord, WindowRecord,
+    Arrival, Direction, Event, EventPayload, FieldRecord, Record, RunHeader, Rupture, SlipEvent, StepRecord,
+    WindowRecord,
 };
 use asperity_runlog::{LogItem, RunReader};
 
@@ -64,6 +65,18 @@ pub struct Switched {
     pub displacement_m: f64,
 }
 
+/// Where all nodes of a slab were after a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NodeField {
+    /// The step.
+    pub step: u64,
+    /// Its time, s.
+    pub time_s: f64,
+    /// Displacements from the grid, m: along the sliding direction those of all nodes, row by row from
+    /// the bottom, then upwards likewise.
+    pub displacement_m: Vec<f64>,
+}
+
 /// What is kept of a run.
 #[derive(Debug, Clone)]
 pub struct RunData {
@@ -93,6 +106,7 @@ pub struct RunData {
     pub(crate) rupture_fields: Vec<WindowRecord>,
     pub(crate) detachments: Vec<(u64, u32)>,
     pub(crate) arrivals: Vec<Arrival>,
+    pub(crate) nodes: Vec<NodeField>,
 }
 
 impl RunData {
@@ -184,6 +198,16 @@ impl RunData {
         &self.arrivals
     }
 
+    /// Where all nodes were nearest to one of the times that were asked for, s.
+    ///
+    /// # Panics
+    /// If nobody asked: whoever reads them says so in its [`Wants`].
+    pub fn nodes_at(&self, at_s: f64) -> Option<&NodeField> {
+        assert!(self.kept.nodes_at_s.contains(&at_s), "nodes of run {} are not asked for", self.name);
+        let distance = |nodes: &&NodeField| (nodes.time_s - at_s).abs();
+        self.nodes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+
     /// The ruptures in the order of their onsets; none where the log has none.
     pub fn ruptures_by_onset(&self) -> Vec<&Rupture> {
         let mut ruptures: Vec<&Rupture> = self.ruptures.iter().flatten().collect();
@@ -203,6 +227,20 @@ impl RunData {
     pub fn load_at(&self, step: u64) -> Option<&Load> {
         let after = self.loads().partition_point(|load| load.step <= step);
         self.loads.get(after.saturating_sub(1))
+    }
+
+    /// What each contact bore in a state: of a slab what the state says, of a chain its share of the
+    /// load of that instant. `None` without step records.
+    ///
+    /// # Panics
+    /// If the loads were not kept: whoever reads them says so in its [`Wants`].
+    pub fn normal_load_n(&self, state: &FieldRecord) -> Option<Vec<f64>> {
+        let load = self.load_at(state.step)?;
+        if !state.normal_load_n.is_empty() {
+            return Some(state.normal_load_n.clone());
+        }
+        let course = load.normal_load_n / self.plan.total_normal_load_n;
+        Some(self.plan.normal_load_n.iter().map(|p_n| course * p_n).collect())
     }
 
     /// The first slip event in which every block slid.
@@ -241,6 +279,7 @@ impl Collector {
             rupture_fields: Vec::new(),
             detachments: Vec::new(),
             arrivals: Vec::new(),
+            nodes: Vec::new(),
         };
         Collector { run, ruptures: Vec::new(), place: name.to_owned() }
     }
@@ -341,6 +380,17 @@ impl Collector {
                 Direction::Detach => {}
             }
         }
+    }
+
+    /// The times at which all nodes of a slab are wanted, s: no record has them, and whoever makes the
+    /// run gives them to [`Collector::nodes`]. None of a chain.
+    pub fn nodes_at_s(&self) -> &[f64] {
+        if self.run.scenario.slider.is_slab() { &self.run.kept.nodes_at_s } else { &[] }
+    }
+
+    /// Takes the nodes at one of these times.
+    pub fn nodes(&mut self, nodes: NodeField) {
+        self.run.nodes.push(nodes);
     }
 
     /// Takes an event.

@@ -25,6 +25,9 @@ pub struct Wants {
     pub detachments: bool,
     /// How each rupture passed its blocks.
     pub arrivals: bool,
+    /// Where all nodes of a slab were at these times, s. They are in no record, and there only while a
+    /// pipeline is run.
+    pub nodes_at_s: Vec<f64>,
     /// The states at the onsets of precursors, beside those at their ends.
     pub precursor_onsets: bool,
 }
@@ -51,12 +54,18 @@ impl Wants {
             detachments,
             arrivals: false,
             precursor_onsets: false,
+            nodes_at_s: Vec::new(),
         }
+    }
+
+    /// How fronts passed, and the states that they found.
+    pub fn fronts() -> Wants {
+        Wants { arrivals: true, precursor_onsets: true, ..Wants::LOADS | Wants::STATES }
     }
 
     /// All that measures can be made of.
     pub fn all() -> Wants {
-        Wants::LOADS | Wants::STATES | Wants::WINDOWS | Wants::DETACHMENTS
+        Wants::fronts() | Wants::WINDOWS | Wants::DETACHMENTS
     }
 
     /// Whether it needs states of all blocks to be read.
@@ -78,6 +87,7 @@ impl BitOrAssign for Wants {
         self.detachments |= other.detachments;
         self.arrivals |= other.arrivals;
         self.precursor_onsets |= other.precursor_onsets;
+        self.nodes_at_s.extend(other.nodes_at_s);
         self.states_near_s.extend(other.states_near_s);
         self.displacements_of.extend(other.displacements_of);
     }

@@ -506,12 +506,14 @@ Examples:
   asperity export out/mine.mcap --to csv --topic /step -o out/tables
   asperity export out/mine.mcap --to ndjson --from-s 0.5 --to-s 0.6 -o out/part
   asperity export out/chapter5/runs/*.mcap --to parquet -o out/tables
+  asperity export out/slab.mcap --to csv --nodes-at-s 0.2 -o out/nodes
 
 Writes one file per topic (NAME.step.parquet for /step of NAME.mcap), and
 NAME.FORMAT.export.json with the header and scenario of the run, the columns
 with their units, and the number of rows of each file. Tables are long: states
 of all blocks (/fields, /window) have one row per block. The whole log is read
-and checked, whichever part is exported.
+and checked, whichever part is exported. The nodes of a slab are in no log: they
+follow from it by the steps of the program that made it, which are taken again.
 
 Exit codes:
   0  all of every log is exported
@@ -540,6 +542,9 @@ pub(crate) struct ExportArguments {
     /// Only what happened before this time.
     #[arg(long, value_name = "SECONDS")]
     pub(crate) to_s: Option<f64>,
+    /// All nodes of a slab at this time as well, in NAME.nodes. May be repeated.
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) nodes_at_s: Vec<f64>,
     /// Replace existing files.
     #[arg(long, alias = "replace")]
     pub(crate) force: bool,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_export::export::MOST_FOREIGN;
 use asperity_export::format::{Format, State};
-use asperity_export::{Csv, Export, ExportError, Judged, Ndjson, Ran, Report, Request, name_of};
+use asperity_export::{Csv, Export, ExportError, Judged, Ndjson, NodeRows, Ran, Report, Request, name_of};
 
 use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
@@ -15,13 +15,13 @@ use crate::progress::Board;
 use crate::terminal;
 use asperity_files::{Existing, Inputs};
 use asperity_run::detectors::event_kinds;
-use asperity_run::{Checked, Verdict};
+use asperity_run::{Checked, NodeState, Nodes, NodesError, Verdict};
 
 pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), Failure> {
     let requests = requests(arguments)?;
     create_folder(&arguments.out)?;
     let exported = exit::each_of(&requests, arguments.jobs, |(run, request)| {
-        export_one(run, request, arguments.to, board)
+        export_one(run, request, arguments, board)
     })?;
     Code::worst(exported.into_iter().filter_map(Result::err)).said()
 }
@@ -40,8 +40,16 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
                 run.display()
             )));
         }
+        let is_node_topic = |topic: &String| topic == "/nodes";
+        if arguments.nodes_at_s.is_empty() && arguments.topic.iter().any(is_node_topic) {
+            return Err(Failure::BadInput(
+                "--topic /nodes: no log has it, and no time is given (accepted: with --nodes-at-s)"
+                    .to_owned(),
+            ));
+        }
         let request = Request {
             topics: arguments.topic.clone(),
+            nodes: !arguments.nodes_at_s.is_empty(),
             from_s: arguments.from_s,
             to_s: arguments.to_s,
             out: arguments.out.clone(),
@@ -54,17 +62,34 @@ fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Fail
     Ok(requests)
 }
 
-fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) -> Result<(), Failure> {
-    let format: &dyn Format = match to {
+fn export_one(
+    run: &Path,
+    request: &Request,
+    arguments: &ExportArguments,
+    board: &Board,
+) -> Result<(), Failure> {
+    let format: &dyn Format = match arguments.to {
         #[cfg(feature = "analysis")]
         ExportFormat::Parquet => &asperity_analysis::parquet_tables::Parquet,
         ExportFormat::Csv => &Csv,
         ExportFormat::Ndjson => &Ndjson,
     };
     let checked = judge::readable(run)?;
-    let export = Export::open(run, request.clone(), &event_kinds(), format)
+    let mut nodes = match &arguments.nodes_at_s[..] {
+        [] => None,
+        at_s => Some(nodes(run, &checked, at_s)?),
+    };
+    let mut export = Export::open(run, request.clone(), &event_kinds(), format)
         .map_err(|error| failure(run, &checked, error))?
         .judged(judged(&checked));
+    while let Some(state) =
+        nodes.as_mut().map(Nodes::next_state).transpose().map_err(not_told(run))?.flatten()
+    {
+        let NodeState { step, time_s, columns, displacement_m, velocity_m_per_s } = &state;
+        let rows =
+            NodeRows { step: *step, time_s: *time_s, columns: *columns, displacement_m, velocity_m_per_s };
+        export.nodes(&rows).map_err(|error| failure(run, &checked, error))?;
+    }
     let header = export.header();
     let duration_s = header.time_grid().time_s(header.steps);
     let mut progress = board.steps(&request.name, header.steps, duration_s);
@@ -101,6 +126,26 @@ fn export_one(run: &Path, request: &Request, to: ExportFormat, board: &Board) ->
             ),
         )),
         Ran { problem: None, .. } => judge::tell(run, &checked, board),
+    }
+}
+
+/// The nodes of a run at these times, of a log that is sound as far as it goes.
+fn nodes(run: &Path, checked: &Checked, at_s: &[f64]) -> Result<Nodes, Failure> {
+    match checked.verdict {
+        Verdict::Whole | Verdict::OtherCode | Verdict::Incomplete | Verdict::Stopped => {}
+        Verdict::NoRunLog | Verdict::Damaged | Verdict::Salvaged => return Err(judge::failure(run, checked)),
+    }
+    Nodes::of_log(run, at_s).map_err(not_told(run))
+}
+
+/// Why there are no nodes.
+fn not_told(run: &Path) -> impl Fn(NodesError) -> Failure {
+    move |error| {
+        let said = format!("--nodes-at-s: {}: {error}", run.display());
+        match error {
+            NodesError::Log(_) | NodesError::Stopped(_) => Failure::failed(said),
+            _ => Failure::BadInput(said),
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use asperity_analysis::load_table::LoadTable;
 use asperity_analysis::pipeline::Pipeline;
 use asperity_analysis::precursors::PrecursorRules;
 use asperity_analysis::reduction::{Passing, Progress, Reduction};
-use asperity_analysis::run_data::RunData;
+use asperity_analysis::run_data::{NodeField, RunData};
 use asperity_analysis::tables::ResidualRow;
 use asperity_analysis::{AnalysisError, figures, record, summaries, table_file, tables};
 use asperity_files::{Existing, FileSet, FolderLock, Inputs, is_new_folder};
@@ -16,7 +16,7 @@ use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
 use asperity_record::{Event, Record, RunEnd};
 use asperity_run::study::{Job, Stored};
-use asperity_run::{Notice, SolverKind, Threads, Verdict, Watch, at_once};
+use asperity_run::{NodeState, Nodes, Notice, SolverKind, Threads, Verdict, Watch, at_once};
 use asperity_summary::{RupturesFrom, Summarizer, Summary};
 
 use crate::args::{ReduceArguments, ReproduceArguments};
@@ -220,7 +220,7 @@ impl Reducing<'_> {
         let mut passage = self.passage(job, &mut nobody)?;
         let stored = job.stored(self.runs_folder, self.solver, &mut passage);
         match &stored {
-            Stored::Whole(end) => self.passed(passage, end)?,
+            Stored::Whole(end) => self.passed(job, passage, end)?,
             Stored::Nothing | Stored::Unfit(_) => self.reduction.discard(passage.passing),
         }
         Ok(stored)
@@ -234,7 +234,7 @@ impl Reducing<'_> {
             job.make(self.runs_folder, self.solver, fresh, threads, &interrupt::has_come, &mut passage);
         let outcome = outcome.map_err(|error| run::failure(error, board, &format!("run {}", job.name)))?;
         match outcome.end.filter(|_| outcome.has_run) {
-            Some(end) => self.passed(passage, &end)?,
+            Some(end) => self.passed(job, passage, &end)?,
             // It lacked its name only, and nothing has gone by.
             None => {
                 self.reduction.discard(passage.passing);
@@ -254,9 +254,18 @@ impl Reducing<'_> {
         Ok(Passage { passing, summarizer, problem: None, also })
     }
 
-    fn passed(&self, passage: Passage<'_>, end: &RunEnd) -> Result<(), Failure> {
-        let Passage { passing, summarizer, problem, .. } = passage;
+    fn passed(&self, job: &Job, passage: Passage<'_>, end: &RunEnd) -> Result<(), Failure> {
+        let Passage { mut passing, summarizer, problem, .. } = passage;
         problem.map_or(Ok(()), Err)?;
+        if !passing.nodes_at_s().is_empty() {
+            let told = |error| Failure::failed(format!("run {}: {error}", job.name));
+            let mut nodes = Nodes::of_log(&job.log(self.runs_folder), passing.nodes_at_s()).map_err(told)?;
+            while let Some(NodeState { step, time_s, displacement_m, .. }) =
+                nodes.next_state().map_err(told)?
+            {
+                passing.nodes(NodeField { step, time_s, displacement_m });
+            }
+        }
         let summary = summarizer.finish(RupturesFrom::Log, Some(end));
         self.reduction.passed(passing, true, summary).map_err(not_written)
     }

@@ -19,10 +19,10 @@ use crate::batch::Batch;
 use crate::foreign;
 use crate::format::{About, Format, FormatError, State, TableWriter};
 use crate::layout::{
-    EVENTS, FIELDS, Layout, STEP, SWITCH, StepParts, WINDOW, event_layout, fields_columns, record_layouts,
-    step_columns,
+    EVENTS, FIELDS, Layout, NODES, STEP, SWITCH, StepParts, WINDOW, event_layout, fields_columns,
+    nodes_layout, record_layouts, step_columns,
 };
-use crate::rows;
+use crate::rows::{self, NodeRows};
 
 /// So many rows are held of each table before they are written: enough for row
 /// groups that readers like, and a few MB.
@@ -42,6 +42,8 @@ pub struct Request {
     pub from_s: Option<f64>,
     /// Only rows from before this time, s.
     pub to_s: Option<f64>,
+    /// Whether there is a table of nodes as well, of what [`Export::nodes`] is given.
+    pub nodes: bool,
     /// The folder, which is there.
     pub out: PathBuf,
     /// How the files' names begin.
@@ -202,7 +204,8 @@ impl<'a> Export<'a> {
         }
         let mut reader = RunReader::open(run, wanted(&request.topics))?;
         let first = reader.next_item();
-        let layouts = layouts(&reader, kinds);
+        let mut layouts = layouts(&reader, kinds);
+        layouts.extend(request.nodes.then(nodes_layout));
         for topic in &request.topics {
             if !layouts.iter().any(|layout| layout.topic == *topic) {
                 let accepted = layouts.iter().map(|layout| &*layout.topic).collect::<Vec<_>>().join(", ");
@@ -219,7 +222,8 @@ impl<'a> Export<'a> {
             .map(|layout| (layout.topic.to_string(), EventRows::new(layout, kinds)))
             .collect();
         let chosen = |layout: &Layout| {
-            request.topics.is_empty() || request.topics.iter().any(|topic| *topic == layout.topic)
+            let is_named = request.topics.iter().any(|topic| *topic == layout.topic);
+            request.topics.is_empty() || is_named || layout.topic == NODES
         };
         let tables: Vec<Table> = layouts
             .into_iter()
@@ -261,6 +265,19 @@ impl<'a> Export<'a> {
     pub fn judged(mut self, judged: Judged) -> Export<'a> {
         self.judged = judged;
         self
+    }
+
+    /// Adds the nodes of a slab after a step, whenever it was.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    ///
+    /// # Panics
+    /// If the request has no table of nodes.
+    pub fn nodes(&mut self, nodes: &NodeRows<'_>) -> Result<(), ExportError> {
+        let table = self.tables.iter_mut().find(|table| table.layout.topic == NODES);
+        rows::nodes(&mut table.expect("nodes are asked for").batch, nodes);
+        self.flush(BATCH_ROWS)
     }
 
     /// What the run is.

@@ -31,6 +31,7 @@ pub(crate) const STEP: &str = "/step";
 pub(crate) const SWITCH: &str = "/switch";
 pub(crate) const FIELDS: &str = "/fields";
 pub(crate) const WINDOW: &str = "/window";
+pub(crate) const NODES: &str = "/nodes";
 pub(crate) const EVENTS: &str = "/events/";
 
 /// The tables of a log's records, in the order in which they are written.
@@ -69,6 +70,22 @@ pub fn record_layouts(parts: StepParts) -> Vec<Layout> {
             ],
         ),
     ]
+}
+
+/// The table of the nodes of a slab at chosen times. It is of no topic of a log: what it holds
+/// follows from a log by taking steps once more.
+pub fn nodes_layout() -> Layout {
+    let columns = vec![
+        STEP_COLUMN,
+        TIME,
+        count("row", "Row of the node, counted from 1 at the bottom."),
+        count("column", "Column of the node, counted from 1: in row 1 its number as a block."),
+        number("displacement_x_m", "Displacement from the grid along the sliding direction."),
+        number("displacement_z_m", "Displacement from the grid upwards."),
+        number("velocity_x_m_per_s", "Velocity along the sliding direction."),
+        number("velocity_z_m_per_s", "Velocity upwards."),
+    ];
+    Layout { topic: Cow::Borrowed(NODES), columns }
 }
 
 /// What records have in some runs only.

@@ -22,6 +22,7 @@
 //! # let out = folder.path().to_owned();
 //! // The slip events of the log at `run` from 0.5 s on, as CSV in the folder `out`.
 //! let request = Request {
+//!     nodes: false,
 //!     topics: vec!["/events/slip".to_owned()],
 //!     from_s: Some(0.5),
 //!     to_s: None,
@@ -51,3 +52,4 @@ pub mod rows;
 pub use comma::{Csv, CsvRows, Spelling};
 pub use export::{Export, ExportError, Judged, Ran, Report, Request, name_of};
 pub use lines::Ndjson;
+pub use rows::NodeRows;

@@ -100,6 +100,39 @@ pub(crate) fn fields(batch: &mut Batch, record: &FieldRecord, contact_loads: boo
     Ok(())
 }
 
+/// The nodes of a slab after a step.
+#[derive(Debug, Clone, Copy)]
+pub struct NodeRows<'a> {
+    /// The step.
+    pub step: u64,
+    /// Its time, s.
+    pub time_s: f64,
+    /// Nodes in a row.
+    pub columns: usize,
+    /// Displacements of all nodes along the sliding direction, row by row, then upwards, m.
+    pub displacement_m: &'a [f64],
+    /// Velocities in the same order, m/s.
+    pub velocity_m_per_s: &'a [f64],
+}
+
+pub(crate) fn nodes(batch: &mut Batch, of: &NodeRows<'_>) {
+    let (u, v) = (of.displacement_m, of.velocity_m_per_s);
+    let nodes = u.len() / 2;
+    let counted = |index: usize| u32::try_from(index + 1).expect("slabs have no more nodes than that");
+    for node in 0..nodes {
+        batch.push(&[
+            Cell::Step(of.step),
+            Cell::Number(of.time_s),
+            Cell::Count(counted(node / of.columns)),
+            Cell::Count(counted(node % of.columns)),
+            Cell::Number(u[node]),
+            Cell::Number(u[nodes + node]),
+            Cell::Number(v[node]),
+            Cell::Number(v[nodes + node]),
+        ]);
+    }
+}
+
 pub(crate) fn window(batch: &mut Batch, record: &WindowRecord) -> Result<(), Ragged> {
     let WindowRecord {
         window,

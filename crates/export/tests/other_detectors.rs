@@ -90,6 +90,7 @@ fn log(folder: &Path) -> PathBuf {
 
 fn request(out: &Path, topics: &[&str]) -> Request {
     Request {
+        nodes: false,
         topics: topics.iter().map(|topic| (*topic).to_owned()).collect(),
         from_s: None,
         to_s: None,

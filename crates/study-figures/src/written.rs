@@ -115,8 +115,8 @@ pub struct Lengths {
     /// Stands above the figure.
     #[serde(default)]
     pub title: String,
-    /// The law drawn as a line; by default the one that each scenario calls for. Where runs of one
-    /// colour have more than twelve laws, none is drawn.
+    /// The law drawn as a line, of chains; by default the one that each scenario calls for. Where runs
+    /// of one colour have more than twelve laws, none is drawn.
     pub law: Option<LengthLaw>,
     /// A key with marks and a law of its own for each of its values.
     pub colour: Option<String>,

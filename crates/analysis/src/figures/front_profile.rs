@@ -39,7 +39,7 @@ impl Figure for FrontProfile {
     of_one_run!();
 
     fn wants(&self) -> Wants {
-        Wants { arrivals: true, states: true, precursor_onsets: true, ..Wants::LOADS }
+        Wants::fronts()
     }
 
     fn part(&self, run: &RunData) -> Result<Sheet, String> {
@@ -83,7 +83,9 @@ impl FrontProfile {
             items.push(Item::Line(gaps.collect(), Dash::DotDashed, GREEN));
             rows.push((Sample::Line(Dash::DotDashed, GREEN), "theory, rigid contacts".to_owned()));
         }
-        rows.push((Sample::Line(Dash::Dashed, GREY), format!("c = {c_m_per_s:.1} m/s")));
+        // Of a slab, that of its shear waves.
+        let c = if run.plan.elastic.lattice().is_some() { "c_S" } else { "c" };
+        rows.push((Sample::Line(Dash::Dashed, GREY), format!("{c} = {c_m_per_s:.1} m/s")));
         let nucleation = Item::Line(vec![(beginning, 0.0), (beginning, to)], Dash::Dotted, BLUE);
         rows.push((Sample::Line(Dash::Dotted, BLUE), "nucleation".to_owned()));
         let marks: Vec<(f64, f64)> = local.into_iter().filter(within).collect();
@@ -103,7 +105,7 @@ impl FrontProfile {
         Ok(Paper {
             title,
             x: Scale::between("block n", first - 0.5, last + 0.5),
-            y: Scale::between("v/c", 0.0, to),
+            y: Scale::between(&format!("v/{c}"), 0.0, to),
             panels: vec![Panel { title: String::new(), items }],
             bar: None,
             heading: String::new(),

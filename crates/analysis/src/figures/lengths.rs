@@ -1,7 +1,7 @@
 //! `L_p / L` against `F_T / F_N`: precursors as marks, the length law as a line
 //! (Figures 5.9, 5.12, 5.21 to 5.24, 6.13, 6.15, 6.17, 6.19, 6.21).
 //!
-//! The laws are for a slider that is being driven. Where the drive is held, precursors
+//! The laws are of chains, so that slabs have marks alone; and for a slider that is being driven. Where the drive is held, precursors
 //! after that bear another mark, and the line is dashed beyond the load reached by then.
 
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
@@ -10,7 +10,6 @@ use serde::Deserialize;
 
 use super::kind::{Figure, Labelled, Parts, run_names};
 use super::plot::{Axis, BLUE, Corner, Dash, INK, Look, Marker, Panel, Series, Sheet, nth};
-use crate::curves;
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
 use crate::wants::Wants;
@@ -23,14 +22,14 @@ pub(crate) struct Lengths {
     /// Stands above the figure.
     #[serde(default)]
     title: String,
-    /// The length law drawn as a line.
-    law: LengthLaw,
+    /// The length law drawn as a line, of chains: slabs have none.
+    law: Option<LengthLaw>,
     /// The runs, each with what the legend calls it.
     series: Vec<Labelled>,
 }
 
 impl Lengths {
-    pub(super) fn of_run(file: &str, run: &str, label: String, law: LengthLaw) -> Lengths {
+    pub(super) fn of_run(file: &str, run: &str, label: String, law: Option<LengthLaw>) -> Lengths {
         let series = vec![Labelled { run: run.to_owned(), label }];
         Lengths { file: file.to_owned(), title: String::new(), law, series }
     }
@@ -61,13 +60,14 @@ impl Figure for Lengths {
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
         let parameters = LengthLawParameters::of(&run.scenario);
-        let law: Vec<(f64, f64)> = (0..=400)
-            .map(|i| f64::from(i) / 400.0)
-            .map(|x| (self.law.load_ratio(&parameters, x), x))
-            .collect();
-        let points: Vec<(f64, f64)> = curves::precursor_points(run, self.law, &PrecursorRules::default())
-            .into_iter()
-            .map(|point| (point.ft_fn, point.lp_l))
+        let line = |law: LengthLaw| {
+            let shares = (0..=400).map(|i| f64::from(i) / 400.0);
+            shares.map(|x| (law.load_ratio(&parameters, x), x)).collect()
+        };
+        let law = self.law.filter(|_| !run.scenario.slider.is_slab()).map_or_else(Vec::new, line);
+        let points: Vec<(f64, f64)> = precursors::find(run, &PrecursorRules::default())
+            .iter()
+            .map(|found| (found.start.ft_fn_onset, found.length_ratio(run.header.blocks)))
             .collect();
         let hold_step = run.plan.drive.hold_from_step;
         let beside_hold = hold_step.map(|hold_step| beside_hold(run, hold_step, &points, &law));
@@ -77,9 +77,11 @@ impl Figure for Lengths {
     fn sheet(&self, parts: Parts<Self::Part>) -> Result<Sheet, String> {
         let mut series = Vec::new();
         let mut longest: f64 = 0.0;
+        let mut any_line = false;
         for (index, labelled) in self.series.iter().enumerate() {
             let Part { law, points, beside_hold } = labelled.find(&parts)?;
             let (marker, dash, color) = nth(index);
+            any_line |= !law.is_empty();
             longest = law.iter().chain(points).fold(longest, |longest, (load, _)| longest.max(*load));
             match beside_hold {
                 None => {
@@ -89,15 +91,29 @@ impl Figure for Lengths {
                         points: points.clone(),
                         look: Look::Marks(marker, color),
                     });
-                    series.push(Series {
-                        label: label(),
-                        points: law.clone(),
-                        look: Look::Line(dash, color),
-                    });
+                    if !law.is_empty() {
+                        series.push(Series {
+                            label: label(),
+                            points: law.clone(),
+                            look: Look::Line(dash, color),
+                        });
+                    }
                 }
-                Some(of_both_sides) => series.extend(of_both_sides.clone()),
+                Some(of_both_sides) => {
+                    series.extend(of_both_sides.iter().filter(|series| !series.points.is_empty()).cloned());
+                }
             }
         }
+        if let (Some(law), false) = (self.law, any_line) {
+            return Err(format!(
+                "law = {} has no line: {} is that of a chain, and all runs are of slabs (accepted: no law, or a run \
+                 of a chain)",
+                law.file_word(),
+                law.label()
+            ));
+        }
+        let note =
+            self.law.map_or_else(String::new, |law| format!("marks: simulated, lines: {}", law.label()));
         // Curves first, so that marks lie on top of them.
         let mut drawn = series.clone();
         drawn.sort_by_key(|series| matches!(series.look, Look::Marks(..)));
@@ -107,7 +123,7 @@ impl Figure for Lengths {
             y: Axis::new("L_p/L", 0.0, 1.08),
             series: drawn,
             legend: Corner::BottomRight,
-            note: format!("marks: simulated, lines: {}", self.law.label()),
+            note,
         })))
     }
 }
@@ -132,4 +148,36 @@ fn beside_hold(run: &RunData, hold_step: u64, points: &[(f64, f64)], law: &[(f64
         series(while_driven, valid, Look::Line(Dash::Solid, INK)),
         series(once_held, beyond, Look::Line(Dash::Dashed, BLUE)),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::{Figure, Lengths, Look, Sheet};
+    use crate::made_up::{self, EVENTS};
+
+    /// The labels of the lines.
+    fn lines(toml: &str) -> Result<Vec<String>, String> {
+        let figure: Lengths = toml::from_str(toml).unwrap();
+        let runs = [("slab", made_up::slab(&EVENTS)), ("chain", made_up::run("", &EVENTS))];
+        let parts: BTreeMap<String, _> =
+            runs.iter().map(|(name, run)| ((*name).to_owned(), figure.part(run).unwrap())).collect();
+        let Sheet::Single(panel) = figure.sheet(parts)? else { panic!("one panel") };
+        assert_eq!(panel.note.is_empty(), !toml.contains("law"), "{:?}", panel.note);
+        let lines = panel.series.into_iter().filter(|series| matches!(series.look, Look::Line(..)));
+        Ok(lines.map(|series| series.label).collect())
+    }
+
+    /// The laws are those of chains.
+    #[test]
+    fn a_slab_has_marks_and_no_line() {
+        let slab = "file = 'f.png'\nseries = [{ run = 'slab', label = 'a slab' }";
+        let both = format!("{slab}, {{ run = 'chain', label = 'a chain' }}]");
+        assert_eq!(lines(&both).unwrap(), Vec::<String>::new());
+        assert_eq!(lines(&format!("law = 'eq-5.57'\n{both}")).unwrap(), ["a chain"]);
+        assert_eq!(lines(&format!("{slab}]")).unwrap(), Vec::<String>::new());
+        let refused = lines(&format!("law = 'eq-5.57'\n{slab}]")).unwrap_err();
+        assert!(refused.contains("law = eq-5.57") && refused.contains("(accepted: no law, or"), "{refused}");
+    }
 }

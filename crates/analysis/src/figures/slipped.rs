@@ -26,7 +26,8 @@ pub(crate) struct Slipped {
 /// What is shown of a run.
 pub(crate) struct Part {
     points: Vec<(f64, f64)>,
-    dynamic_coefficient: f64,
+    /// `mu_d` of a chain, in which what slid bears it and nothing else bears anything.
+    dynamic_coefficient: Option<f64>,
 }
 
 impl Figure for Slipped {
@@ -45,7 +46,8 @@ impl Figure for Slipped {
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
-        let dynamic_coefficient = run.plan.friction.dynamic_coefficient;
+        let is_chain = !run.scenario.slider.is_slab();
+        let dynamic_coefficient = is_chain.then_some(run.plan.friction.dynamic_coefficient);
         Ok(Part { points: growing_slips(run), dynamic_coefficient })
     }
 
@@ -58,8 +60,8 @@ impl Figure for Slipped {
             highest = points.iter().fold(highest, |highest, (load, _)| highest.max(*load));
             series.push(Series { label: labelled.label.clone(), points, look: Look::Marks(marker, color) });
         }
-        if let Some(first) = self.series.first() {
-            let mu_d = first.find(&parts)?.dynamic_coefficient;
+        let first = self.series.iter().find_map(|labelled| parts.get(&labelled.run)?.dynamic_coefficient);
+        if let Some(mu_d) = first {
             let line = Series {
                 label: "F_T/F_N = μ_d × share".to_owned(),
                 points: vec![(0.0, 0.0), (mu_d, 1.0)],
@@ -70,7 +72,7 @@ impl Figure for Slipped {
         }
         // In whichever corner hides fewer marks.
         let marks = |corner: &dyn Fn(f64, f64) -> bool| {
-            let points = series.iter().skip(1).flat_map(|series| &series.points);
+            let points = series.iter().skip(usize::from(first.is_some())).flat_map(|series| &series.points);
             points.filter(|(load, share)| corner(load / highest, *share)).count()
         };
         let upper = marks(&|load, share| load < 0.5 && share > 0.6);

@@ -46,26 +46,35 @@ impl Figure for Stress {
     }
 }
 
+/// `mu_s p_n` and `mu_d p_n` of every block in a state: with the load of the instant, or what the
+/// contacts of a slab bear.
+fn thresholds_n(run: &RunData, fields: &FieldRecord, load: &Load) -> [Vec<f64>; 2] {
+    let friction = &run.plan.friction;
+    let borne_n = &fields.normal_load_n;
+    if !borne_n.is_empty() {
+        let of = |mu: &[f64]| mu.iter().zip(borne_n).map(|(mu, p_n)| mu * p_n).collect();
+        return [of(&friction.static_coefficients), of(&friction.dynamic_coefficients)];
+    }
+    let course = load.normal_load_n / run.plan.total_normal_load_n;
+    let of = |at_start_n: &[f64]| at_start_n.iter().map(|force_n| course * force_n).collect();
+    [of(&friction.static_threshold_n), of(&friction.dynamic_friction_n)]
+}
+
 /// Whether some block is pulled backwards with more than half of sliding friction.
 fn is_mirrored(run: &RunData, fields: &FieldRecord, load: &Load) -> bool {
-    let course = load.normal_load_n / run.plan.total_normal_load_n;
+    let [_, sliding_n] = thresholds_n(run, fields, load);
     let backwards = fields.tangential_force_n.iter().fold(0.0f64, |low, tau| low.min(*tau));
-    -backwards > 0.5 * run.plan.friction.dynamic_friction_n[0] * course
+    -backwards > 0.5 * sliding_n[0]
 }
 
 /// A state; `any_mirrored` is whether in some panel beside it thresholds lie on both sides.
 fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool) -> Panel {
-    let course = record.normal_load_n / run.plan.total_normal_load_n;
-    let along = |values: &[f64], factor: f64| -> Vec<(f64, f64)> {
+    let along = |values: &[f64]| -> Vec<(f64, f64)> {
         let position_mm = |n: usize| n as f64 * run.plan.spacing_m * 1e3;
-        values.iter().enumerate().map(|(n, value)| (position_mm(n), factor * value)).collect()
+        values.iter().enumerate().map(|(n, value)| (position_mm(n), *value)).collect()
     };
-    let friction = &run.plan.friction;
-    let curves = [
-        along(&friction.static_threshold_n, course),
-        along(&friction.dynamic_friction_n, course),
-        along(&fields.tangential_force_n, 1.0),
-    ];
+    let [threshold, sliding] = thresholds_n(run, fields, record).map(|force_n| along(&force_n));
+    let curves = [threshold, sliding, along(&fields.tangential_force_n)];
     let mirrored = is_mirrored(run, fields, record);
     let values = || curves.iter().flatten().map(|(_, force)| *force);
     let (lowest, highest) = (values().fold(0.0, f64::min), values().fold(0.0, f64::max));
@@ -104,5 +113,25 @@ fn panel(run: &RunData, fields: &FieldRecord, record: &Load, any_mirrored: bool)
         series,
         legend: Corner::TopRight,
         note: String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Figure, Sheet, Stress};
+    use crate::made_up;
+    use crate::wants::Wants;
+
+    /// The contacts of a slab bear what their state says, whatever they bore at rest.
+    #[test]
+    fn thresholds_of_a_slab_are_those_of_its_state() {
+        let figure: Stress = toml::from_str("file = 'f.png'\nrun = 'a'\nat_s = [0.0]").unwrap();
+        let mut run = made_up::slab(&made_up::EVENTS);
+        let state = run.states().first().unwrap().clone();
+        run.kept = Wants { states_near_s: vec![0.0], ..Wants::LOADS };
+        made_up::with_states(&mut run, &[state]);
+        let Sheet::Single(panel) = figure.part(&run).unwrap() else { panic!("one panel") };
+        let heights = |n: usize| panel.series[n].points.iter().map(|point| point.1).collect::<Vec<f64>>();
+        assert_eq!((heights(0), heights(1)), (vec![70.0, 140.0, 70.0], vec![45.0, 90.0, 45.0]));
     }
 }

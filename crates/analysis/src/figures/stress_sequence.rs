@@ -113,13 +113,12 @@ impl StressSequence {
     }
 }
 
-/// `tau_n / p_n` of every block in a state.
+/// `tau_n / p_n` of every block in a state; where a contact bears nothing, nothing is shown.
 fn profile(run: &RunData, state: &FieldRecord) -> Result<Vec<(f64, f64)>, String> {
-    let load = run.load_at(state.step).ok_or_else(|| format!("run {} has no step records", run.name))?;
-    let course = load.normal_load_n / run.plan.total_normal_load_n;
-    let ratios = state.tangential_force_n.iter().zip(&run.plan.normal_load_n);
-    let ratios = ratios.map(|(tau_n, p_n)| tau_n / (course * p_n));
-    Ok(ratios.enumerate().map(|(n, ratio)| (n as f64 + 1.0, ratio)).collect())
+    let loads = run.normal_load_n(state).ok_or_else(|| format!("run {} has no step records", run.name))?;
+    let ratios = state.tangential_force_n.iter().zip(&loads).enumerate();
+    let borne = ratios.filter(|(_, (_, p_n))| **p_n != 0.0);
+    Ok(borne.map(|(n, (tau_n, p_n))| (n as f64 + 1.0, tau_n / p_n)).collect())
 }
 
 #[cfg(test)]

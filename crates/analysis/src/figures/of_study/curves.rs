@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use asperity_model::DriveKind;
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_study_figures::{Place, Theory, quantile};
 use plotters::prelude::RGBColor;
@@ -237,7 +236,7 @@ pub(super) fn lengths(
         let mut laws: Vec<(LengthLaw, LengthLawParameters)> = Vec::new();
         for run in runs {
             let scenario = scenario_of(run)?;
-            if scenario.drive.kind == DriveKind::LeftRight {
+            if !LengthLaw::is_for(&scenario) {
                 continue;
             }
             let of = law.unwrap_or_else(|| LengthLaw::natural(&scenario));

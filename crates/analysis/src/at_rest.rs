@@ -1,0 +1,108 @@
+//! Numbers of the state before the first step, which of a slab is that of rest under its load.
+//!
+//! A slab that is pressed would grow along x by Poisson's ratio; what holds it at its foot leaves a
+//! shear. How much of either there is follows from each other: by the theorem of Betti, with a slab
+//! stretched evenly along x as the second state,
+//!
+//! ```text
+//! E B H <dL> = nu F_N H - sum of x_n tau_n
+//! ```
+//!
+//! for a thickness `B`, a height `H`, the mean `<dL>` over the height of how much longer the slab has
+//! become, and `x_n` from any point on, since the `tau_n` of a slab at rest add up to nothing. The
+//! stiffness of contacts and foundation is not in it.
+
+use crate::run_data::RunData;
+
+/// `tau_n` and `p_n` of every contact in the state before the first step.
+fn forces_n(run: &RunData) -> Option<(&[f64], &[f64])> {
+    let first = run.states().first()?;
+    let own = !first.normal_load_n.is_empty();
+    let borne_n = if own { &first.normal_load_n } else { &run.plan.normal_load_n };
+    Some((&first.tangential_force_n, borne_n))
+}
+
+/// `tau_1 / p_1`.
+pub(crate) fn shear_of_first_block(run: &RunData) -> Option<f64> {
+    let (tau_n, p_n) = forces_n(run)?;
+    Some(tau_n[0] / p_n[0])
+}
+
+/// The largest sum of `tau_n` and its mirror image, over the largest `tau_n`; `None` without shear.
+pub(crate) fn asymmetry(run: &RunData) -> Option<f64> {
+    let (tau_n, _) = forces_n(run)?;
+    let largest = tau_n.iter().fold(0.0f64, |most, tau| most.max(tau.abs()));
+    let pairs = tau_n.iter().zip(tau_n.iter().rev());
+    let off = pairs.fold(0.0f64, |most, (tau, mirrored)| most.max((tau + mirrored).abs()));
+    (largest > 0.0).then(|| off / largest)
+}
+
+/// The `beta` of a shear `beta p (2 x / L - 1)` (5.50), with the mean `p`, that has the same first
+/// moment.
+pub(crate) fn shear_beta(run: &RunData) -> Option<f64> {
+    let (tau_n, p_n) = forces_n(run)?;
+    let mean_n = p_n.iter().sum::<f64>() / p_n.len() as f64;
+    let (mut moment, mut of_one) = (0.0, 0.0);
+    for (n, tau) in tau_n.iter().enumerate() {
+        let place = 2.0 * n as f64 / (tau_n.len() - 1) as f64 - 1.0;
+        moment += place * tau;
+        of_one += place * place * mean_n;
+    }
+    Some(moment / of_one)
+}
+
+/// Poisson's ratio, from the shear and from how much longer the slab has become; `None` of a chain.
+pub(crate) fn poisson_ratio(run: &RunData) -> Option<f64> {
+    let lattice = run.plan.elastic.lattice()?;
+    let (tau_n, _) = forces_n(run)?;
+    let (u, last) = (&run.plan.initial.displacement_m, lattice.rows - 1);
+    let longer_m = |row: usize| u[lattice.row(row).end - 1] - u[lattice.row(row).start];
+    // The rows at top and bottom stand for half a spacing each.
+    let ends_m = 0.5 * (longer_m(0) + longer_m(last));
+    let mean_m = (ends_m + (1..last).map(longer_m).sum::<f64>()) / last as f64;
+    let slider = &run.scenario.slider;
+    let moment_n_m: f64 = tau_n.iter().enumerate().map(|(n, tau)| n as f64 * run.plan.spacing_m * tau).sum();
+    let pulled_n_m = slider.youngs_modulus_pa * slider.width_m * slider.height_m * mean_m;
+    Some((pulled_n_m + moment_n_m) / (run.plan.total_normal_load_n * slider.height_m))
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_model::{Plan, resolve, slab};
+    use asperity_record::FieldRecord;
+
+    use super::{asymmetry, poisson_ratio, shear_beta, shear_of_first_block};
+    use crate::made_up;
+
+    #[test]
+    fn a_shear_is_over_what_contacts_bear() {
+        let mut run = made_up::slab(&[]);
+        assert_eq!((shear_of_first_block(&run), asymmetry(&run)), (Some(-0.2), Some(0.0)));
+        // A first moment of 40 N, over that of 400/3 N on each end.
+        assert!((shear_beta(&run).unwrap() - 0.15).abs() < 1e-12, "{:?}", shear_beta(&run));
+        let mut state = run.states().first().unwrap().clone();
+        state.tangential_force_n = vec![-20.0, 0.0, 30.0];
+        made_up::with_states(&mut run, &[state]);
+        assert_eq!(asymmetry(&run), Some(1.0 / 3.0));
+        assert_eq!(poisson_ratio(&made_up::run("", &[])), None, "of a chain");
+    }
+
+    /// Poisson's ratio is that of the sheet, whatever holds its foot, but for what edges cost.
+    #[test]
+    fn growth_and_shear_add_up_to_poissons_ratio() {
+        for ratio in ["1e-3", "1", "10"] {
+            let set = format!("friction.interfacial_stiffness_ratio={ratio}");
+            let mut run = made_up::slab(&[]);
+            run.scenario = resolve("slab", &[set.as_str()]).unwrap();
+            run.plan = Plan::new(&run.scenario);
+            let state = FieldRecord {
+                tangential_force_n: slab::tangential_force_n(&run.plan),
+                normal_load_n: run.plan.normal_load_n.clone(),
+                ..run.states().first().unwrap().clone()
+            };
+            made_up::with_states(&mut run, &[state]);
+            let error = 3.0 * poisson_ratio(&run).unwrap() - 1.0;
+            assert!((-0.04..0.0).contains(&error), "{ratio}: {error}");
+        }
+    }
+}

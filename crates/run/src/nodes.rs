@@ -1,0 +1,243 @@
+//! The nodes of a slab at any time of its run: what its log does not have.
+//!
+//! A log records contacts. What the nodes above them did stands in its checkpoints alone, and
+//! follows from these by the solver that made the run: from the last checkpoint before the time
+//! asked for, or else from the state of rest, it takes the same steps once more. A checkpoint is
+//! believed only as far as the records before it bear it out ([`Witness`]).
+//!
+//! Where the run took steps one by one, its states are given to the bit: those of the plain solver, and
+//! of the fast one while contacts slide, at onsets and ends of events. Inside a leap of the fast solver
+//! the run has none; there one is made by a shorter leap, which rounds otherwise.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use asperity_model::Plan;
+use asperity_record::{Record, RunHeader};
+use asperity_runlog::{LogError, LogItem, RunReader, Topics};
+use asperity_simulator::{ChainState, SimulationError, Solver, SolverKind, Witness};
+
+use crate::header::CODE_VERSION;
+use crate::own::{self, OwnProblem};
+use crate::resume::Saved;
+
+/// All nodes after a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NodeState {
+    /// The step.
+    pub step: u64,
+    /// Its time, s.
+    pub time_s: f64,
+    /// Nodes in a row; rows are counted from the bottom.
+    pub columns: usize,
+    /// Displacement of every node from the grid, m: along the sliding direction those of all nodes,
+    /// row by row, then upwards likewise.
+    pub displacement_m: Vec<f64>,
+    /// Velocities, m/s, in the same order.
+    pub velocity_m_per_s: Vec<f64>,
+}
+
+/// Nodes that cannot be told.
+#[derive(Debug, thiserror::Error)]
+pub enum NodesError {
+    /// The log cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The run is of a chain.
+    #[error("a chain has no nodes but its blocks, whose states are in /fields (accepted: a run of a slab)")]
+    Chain,
+    /// Another version of the program made the run, and would take other steps.
+    #[error(
+        "its nodes follow from the steps of the code that made it, {found}, and this is {} (accepted: a run by this \
+         program)",
+        CODE_VERSION
+    )]
+    OtherCode {
+        /// The code version of the log.
+        found: String,
+    },
+    /// A time at which there was no run.
+    #[error("the log has no state at {at_s} s (accepted: 0 to {last_s} s)")]
+    Outside {
+        /// What was asked for.
+        at_s: f64,
+        /// The time of the last step of the log.
+        last_s: f64,
+    },
+    /// The scenario of the log is not that of its header.
+    #[error(transparent)]
+    Scenario(#[from] OwnProblem),
+    /// A checkpoint is not what its records lead to.
+    #[error("the checkpoint at step {step} is not a state of this run: {problem}")]
+    NoState {
+        /// The step it says that it is of.
+        step: u64,
+        /// What contradicts what.
+        problem: String,
+    },
+    /// The solver stops before.
+    #[error(transparent)]
+    Stopped(#[from] SimulationError),
+}
+
+/// The nodes of a logged run at chosen times, one after the other.
+pub struct Nodes {
+    plan: Arc<Plan>,
+    kind: SolverKind,
+    /// None until the first is asked for.
+    solver: Option<Box<dyn Solver>>,
+    /// Its last state at or before the last time.
+    last: Option<ChainState>,
+    /// The steps still to come, from the last to the first.
+    steps: Vec<u64>,
+    /// Where the solver can begin, by the step.
+    from: BTreeMap<u64, ChainState>,
+}
+
+impl Nodes {
+    /// Reads what a log has of its nodes. Of each time the nearest step is meant.
+    ///
+    /// # Errors
+    /// If the log is not sound up to there, or not of a slab, or not by this program.
+    pub fn of_log(log: &Path, at_s: &[f64]) -> Result<Nodes, NodesError> {
+        let mut reader = RunReader::open(log, Topics::NONE)?;
+        // What is announced stands before the first record.
+        let first = reader.next_item();
+        let header = reader.header().clone();
+        if header.code_version != CODE_VERSION {
+            return Err(NodesError::OtherCode { found: header.code_version });
+        }
+        let plan = own::plan(&header, reader.scenario_toml())?;
+        if plan.elastic.lattice().is_none() {
+            return Err(NodesError::Chain);
+        }
+        first?;
+        let last_step = last_step(log)?;
+        let mut steps = at_s
+            .iter()
+            .map(|at_s| {
+                let step = if *at_s >= 0.0 { plan.grid.nearest_step(*at_s) } else { u64::MAX };
+                let outside = NodesError::Outside { at_s: *at_s, last_s: plan.grid.time_s(last_step) };
+                if step <= last_step { Ok(step) } else { Err(outside) }
+            })
+            .collect::<Result<Vec<u64>, NodesError>>()?;
+        steps.sort_unstable_by(|a, b| b.cmp(a));
+        steps.dedup();
+        let from = checkpoints(log, &plan, &steps)?;
+        Ok(Nodes { kind: kind(&header), plan: Arc::new(plan), solver: None, last: None, steps, from })
+    }
+
+    /// The nodes at the next of the times; `None` after the last.
+    ///
+    /// # Errors
+    /// If the run cannot go on up to there.
+    pub fn next_state(&mut self) -> Result<Option<NodeState>, NodesError> {
+        let Some(step) = self.steps.pop() else { return Ok(None) };
+        let solver = self.solver.get_or_insert_with(|| self.kind.start(Arc::clone(&self.plan)));
+        let checkpoint = self.from.range(..=step).next_back();
+        if let Some((_, state)) = checkpoint.filter(|(at, _)| **at > solver.step()) {
+            solver.restore(state);
+        }
+        // The last state up to there, after each record; while it tells what is within a leap, a solver
+        // stands at the start of it.
+        let mut last = self.last.take().filter(|state| state.step <= step);
+        loop {
+            if solver.step() <= step {
+                last = Some(solver.snapshot());
+            }
+            if solver.step() >= step || solver.next_record()?.is_none() {
+                break;
+            }
+        }
+        let mut state = last.expect("a solver begins before any step that a log has");
+        self.last = Some(state.clone());
+        if state.step < step {
+            // It has gone beyond, in steps that nothing was recorded of, or in one leap.
+            let plan = Arc::new(Plan { steps: step, ..(*self.plan).clone() });
+            let mut there = self.kind.start(plan);
+            there.restore(&state);
+            while there.next_record()?.is_some() {}
+            state = there.snapshot();
+        }
+        Ok(Some(NodeState {
+            step,
+            time_s: self.plan.grid.time_s(step),
+            columns: self.plan.elastic.contacts(),
+            displacement_m: state.displacement_m,
+            velocity_m_per_s: state.velocity_m_per_s,
+        }))
+    }
+}
+
+/// The solver that made a run.
+fn kind(header: &RunHeader) -> SolverKind {
+    SolverKind::named(&header.solver).unwrap_or_default()
+}
+
+/// The last step that a log has a record of.
+fn last_step(log: &Path) -> Result<u64, LogError> {
+    let mut last = 0;
+    over_records(log, &mut |record, _| {
+        last = record.step();
+        true
+    })?;
+    Ok(last)
+}
+
+/// Goes over the records of a log, as far as there are any: each, and the last checkpoint before it.
+/// Ends where it is told `false`.
+fn over_records(log: &Path, see: &mut dyn FnMut(&Record, Option<&str>) -> bool) -> Result<(), LogError> {
+    let mut reader = RunReader::open(log, Topics::RECORDS)?;
+    loop {
+        match reader.next_item() {
+            Ok(Some(LogItem::Record(record))) => {
+                if !see(&record, reader.checkpoint()) {
+                    return Ok(());
+                }
+            }
+            Ok(Some(_)) => {}
+            Ok(None) => return Ok(()),
+            Err(error) if error.problem.is_early_end() => return Ok(()),
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// The last checkpoint before each of the steps, those that there are.
+fn checkpoints(log: &Path, plan: &Plan, steps: &[u64]) -> Result<BTreeMap<u64, ChainState>, NodesError> {
+    let mut found: BTreeMap<u64, Saved> = BTreeMap::new();
+    let mut seen = String::new();
+    over_records(log, &mut |_, checkpoint| {
+        if let Some(text) = checkpoint.filter(|text| **text != *seen) {
+            text.clone_into(&mut seen);
+            if let Ok(saved) = serde_json::from_str::<Saved>(text) {
+                found.insert(saved.chain.step, saved);
+            }
+            // Of those before the same step the last is enough.
+            let needed: Vec<u64> = steps
+                .iter()
+                .filter_map(|step| found.range(..=*step).next_back())
+                .map(|(at, _)| *at)
+                .collect();
+            found.retain(|step, _| needed.contains(step));
+        }
+        true
+    })?;
+    let mut confirmed = BTreeMap::new();
+    for (step, saved) in found {
+        let mut witness = Witness::new(plan);
+        over_records(log, &mut |record, _| {
+            let is_before = record.step() <= step;
+            if is_before {
+                witness.saw(record);
+            }
+            is_before
+        })?;
+        witness
+            .confirm(&saved.chain, &saved.counters)
+            .map_err(|problem| NodesError::NoState { step, problem })?;
+        confirmed.insert(step, saved.chain);
+    }
+    Ok(confirmed)
+}

@@ -1,0 +1,143 @@
+//! The nodes of a slab at any time, which no log holds: `asperity export --nodes-at-s`.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use asperity_model::{Plan, resolve};
+
+use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::clients::file;
+
+/// A coarse slab through its first precursor, with states all along.
+const COARSE: [&str; 5] = [
+    "slider.blocks=29",
+    "slider.rows=16",
+    "time.step_s=4e-7",
+    "time.duration_s=0.21",
+    "recording.fields_s=0.05",
+];
+
+fn slab(log: &Path, more: &[&str]) {
+    let sets = COARSE.iter().flat_map(|set| ["--set", *set]);
+    run(&["slab"].into_iter().chain(sets).chain(more.iter().copied()).collect::<Vec<&str>>(), log);
+}
+
+/// What a table has of some columns, by the texts of others.
+fn columns(table: &str, by: &[&str], of: &[&str]) -> BTreeMap<Vec<String>, Vec<String>> {
+    let mut rows = csv::Reader::from_reader(table.as_bytes());
+    let header = rows.headers().expect("it is CSV").clone();
+    let at = |name: &&str| header.iter().position(|found| found == *name).expect("it is a column");
+    let (by, of): (Vec<usize>, Vec<usize>) = (by.iter().map(at).collect(), of.iter().map(at).collect());
+    let cells = |row: &csv::StringRecord, at: &[usize]| at.iter().map(|n| row[*n].to_owned()).collect();
+    rows.records()
+        .map(|row| row.expect("it is CSV"))
+        .map(|row| (cells(&row, &by), cells(&row, &of)))
+        .collect()
+}
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).expect("the table was written")
+}
+
+/// At the start, where states were recorded, at the onset and the end of a precursor, and anywhere else;
+/// out of a log with checkpoints, and out of one without any.
+fn compare(solver: &str) {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("slab.mcap");
+    slab(&log, &["--solver", solver, "--checkpoint-s", "0"]);
+    let out = folder.path().join("out");
+    let times = ["0", "0.1", "0.15", "0.2001508", "0.2002004", "0.2012344"];
+    let asked: Vec<&str> = times.iter().flat_map(|at| ["--nodes-at-s", *at]).collect();
+    let export = |log: &Path, out: &Path| {
+        let common = ["export", text(log), "--to", "csv", "--topic", "/fields", "--out", text(out)];
+        succeed(&[&common[..], &asked].concat())
+    };
+    export(&log, &out);
+    let nodes = read(&out.join("slab.nodes.csv"));
+    assert_eq!(nodes.lines().count(), 1 + times.len() * 29 * 16);
+    let of = ["displacement_x_m", "velocity_x_m_per_s"];
+    let of_nodes = columns(&nodes, &["row", "step", "column"], &of);
+    let recorded = columns(
+        &read(&out.join("slab.fields.csv")),
+        &["step", "block"],
+        &["displacement_m", "velocity_m_per_s"],
+    );
+    // The state of a contact is the same text as that of its node, but inside leaps of the fast solver,
+    // where samples leave out what is negligible.
+    let mut compared = 0;
+    for (at, cells) in of_nodes.iter().filter(|(at, _)| at[0] == "1") {
+        let Some(expected) = recorded.get(&at[1..]) else { continue };
+        let is_leapt = solver == "fast" && ["250000", "375000"].contains(&&*at[1]);
+        if is_leapt {
+            for ((found, expected), scale) in cells.iter().zip(expected).zip([1e-6, 1e-4]) {
+                let off =
+                    found.parse::<f64>().expect("a number") - expected.parse::<f64>().expect("a number");
+                assert!(off.abs() < 1e-10 * scale, "step {}, block {}: {found}, {expected}", at[1], at[2]);
+            }
+        } else {
+            assert_eq!(cells, expected, "step {}, block {}", at[1], at[2]);
+        }
+        compared += 1;
+    }
+    assert_eq!(compared, 5 * 29, "all but the last time are recorded");
+    // Every node of the start is where the slab rests.
+    let plan = Plan::new(&resolve("slab", &COARSE).expect("it is valid"));
+    let places = columns(&nodes, &["step", "row", "column"], &["displacement_x_m", "displacement_z_m"]);
+    for node in 0..29 * 16 {
+        let (row, column) = (node / 29 + 1, node % 29 + 1);
+        let cells = &places[&["0".to_owned(), row.to_string(), column.to_string()][..]];
+        let u = &plan.initial.displacement_m;
+        let found: Vec<f64> = cells.iter().map(|cell| cell.parse().expect("a number")).collect();
+        assert_eq!(found, [u[node], u[29 * 16 + node]], "row {row}, column {column}");
+    }
+    // And the same out of a log that has no state to go on from.
+    let other = folder.path().join("other/slab.mcap");
+    fs::create_dir(folder.path().join("other")).expect("the folder can be written");
+    slab(&other, &["--solver", solver, "--checkpoint-s", "1e6"]);
+    let again = folder.path().join("again");
+    export(&other, &again);
+    assert!(read(&again.join("slab.nodes.csv")) == nodes, "a checkpoint changes nothing");
+}
+
+#[test]
+fn nodes_are_those_of_a_run_by_single_steps() {
+    compare("plain");
+}
+
+#[test]
+fn nodes_are_those_of_a_run_by_leaps() {
+    compare("fast");
+}
+
+#[test]
+fn nodes_that_cannot_be_told_are_refused_with_the_reason() {
+    let folder = asperity_testkit::folder();
+    let path = |name: &str| folder.path().join(name);
+    let (short, chain, damaged) = (path("short.mcap"), path("chain.mcap"), path("damaged.mcap"));
+    slab(&short, &["--set", "time.duration_s=0.001", "--set", "recording.fields_s=0"]);
+    run(&["ten-blocks", "--set", "time.step_s=1e-7", "--set", "time.duration_s=0.02"], &chain);
+    let mut bytes = fs::read(&short).expect("the log can be read");
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 16].fill(0);
+    fs::write(&damaged, &bytes).expect("the log can be written");
+    let old = file("fixtures/logs/v5/slab.mcap");
+    let out = path("out");
+    for (log, arguments, code, said) in [
+        (&short, &["--nodes-at-s", "0.0011"][..], 2, "no state at 0.0011 s (accepted: 0 to 0.001 s)"),
+        (&short, &["--nodes-at-s=-1"], 2, "no state at -1 s (accepted: 0 to 0.001 s)"),
+        (&short, &["--nodes-at-s", "NaN"], 2, "no state at NaN s"),
+        (&short, &["--topic", "/nodes"], 2, "--topic /nodes: no log has it, and no time is given"),
+        (&chain, &["--nodes-at-s", "0"], 2, "a chain has no nodes but its blocks"),
+        (&damaged, &["--nodes-at-s", "0"], 4, "damaged"),
+        (&old, &["--nodes-at-s", "0"], 2, "(accepted: a run by this program)"),
+    ] {
+        let common = ["export", text(log), "--to", "csv", "--out", text(&out)];
+        let output = asperity(&[&common[..], arguments].concat());
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {words}");
+        assert!(words.contains(said), "{arguments:?}: {words}");
+        let left = fs::read_dir(&out).map_or(0, Iterator::count);
+        assert_eq!(left, 0, "{arguments:?} leaves files");
+    }
+}

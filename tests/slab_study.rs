@@ -1,0 +1,86 @@
+//! The study of slabs, `pipelines/slab.toml`, as far as it can be made in some seconds: the runs with
+//! few nodes or few steps, and all figures, tables and claims that are of these alone.
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use toml::{Table, Value};
+
+use crate::support::binary::{succeed, text};
+use crate::support::clients::file;
+
+/// The runs that are made.
+const RUNS: [&str; 9] =
+    ["coarse", "chain", "chain-beta", "top-flat", "top-tilted", "rest-29", "rest-57", "length-29", "mu-d-01"];
+
+/// The runs that a part of the pipeline names, wherever in it.
+fn runs_of(part: &Value, found: &mut BTreeSet<String>) {
+    match part {
+        Value::Table(table) => {
+            for (key, value) in table {
+                match (key.as_str(), value) {
+                    ("run" | "minus", Value::String(run)) => {
+                        found.insert(run.clone());
+                    }
+                    ("runs", Value::Array(runs)) => {
+                        found.extend(runs.iter().filter_map(Value::as_str).map(str::to_owned));
+                    }
+                    _ => runs_of(value, found),
+                }
+            }
+        }
+        Value::Array(values) => values.iter().for_each(|value| runs_of(value, found)),
+        _ => {}
+    }
+}
+
+/// The pipeline without what needs other runs.
+fn short() -> Table {
+    let whole = fs::read_to_string(file("pipelines/slab.toml")).expect("the pipeline is there");
+    let mut pipeline: Table = whole.parse().expect("it is TOML");
+    let is_made = |part: &Value| {
+        let mut runs = BTreeSet::new();
+        runs_of(part, &mut runs);
+        runs.iter().all(|run| RUNS.contains(&run.as_str()))
+    };
+    let keep = |parts: &mut Value, is_kept: &dyn Fn(&Value) -> bool| {
+        parts.as_array_mut().expect("a list").retain(is_kept);
+    };
+    keep(&mut pipeline["run"], &|run| run["name"].as_str().is_some_and(|name| RUNS.contains(&name)));
+    for key in ["study", "claim"] {
+        keep(&mut pipeline[key], &is_made);
+    }
+    for (_, figures) in pipeline["figure"].as_table_mut().expect("figures by kind").iter_mut() {
+        keep(figures, &is_made);
+    }
+    pipeline
+}
+
+#[test]
+fn what_the_study_says_of_its_short_runs_holds() {
+    let folder = asperity_testkit::folder();
+    let pipeline = short();
+    let claims = pipeline["claim"].as_array().expect("a list").len();
+    assert!(claims >= 15, "{claims} claims");
+    let figures = pipeline["figure"].as_table().expect("by kind");
+    let figures: usize = figures.values().map(|of| of.as_array().expect("a list").len()).sum();
+    assert!(figures >= 3, "{figures} figures");
+    let asked = folder.path().join("slab.toml");
+    fs::write(&asked, pipeline.to_string()).expect("the folder can be written");
+    let out = folder.path().join("out");
+    succeed(&["reproduce", text(&asked), "-o", text(&out), "--quiet"]);
+    let table = fs::read_to_string(out.join("tables/claims.csv")).expect("claims were judged");
+    let mut rows = csv::Reader::from_reader(table.as_bytes());
+    let columns = rows.headers().expect("it is CSV").clone();
+    let at = |name: &str| columns.iter().position(|column| column == name).expect("it is a column");
+    let (quote, verdict) = (at("quote"), at("verdict"));
+    let mut judged = 0;
+    for row in rows.records() {
+        let row = row.expect("it is CSV");
+        assert_eq!(&row[verdict], "agrees", "{}", &row[quote]);
+        judged += 1;
+    }
+    assert_eq!(judged, claims);
+    let drawn = fs::read_dir(out.join("figures")).expect("figures were drawn").count();
+    assert_eq!(drawn, 3 * figures, "each as PNG, SVG and PDF");
+}

@@ -36,8 +36,8 @@ const LEAST_ITERATIONS: usize = 80;
 /// Modes are found if that takes no more than such a part of a run's steps.
 const RUNS_OF_MODES: u64 = 8;
 
-/// Most memory that the factor of a slab's stiffness and the iteration may take, in numbers.
-const MOST_NUMBERS: usize = 1 << 28;
+/// Most memory that the factor of a slab's stiffness and the iteration may take, in numbers: 1 GB.
+const MOST_NUMBERS: usize = 1 << 27;
 
 /// Single steps that take no longer than putting a sample together.
 const STEPS_OF_SAMPLE: u64 = 32;

@@ -3,7 +3,8 @@
 //! It takes single steps ([`crate::lattice`]) while any contact slides, and until what is fast has
 //! died away after that. Then it jumps ([`jump`]) by the slow modes of the stuck slab ([`modes`],
 //! found with the factor of its stiffness, [`stuck`], and [`eigen`]) as far as is certified. Every
-//! switch happens in a single step. When it tries to jump depends on the state and the plan alone, and
+//! switch happens in a single step. Attempts that come to nothing are paid for from what jumps have saved
+//! ([`crate::cost`]), so that a slab that rattles takes no longer than plainly. When it tries to jump depends on the state and the plan alone, and
 //! what is to be recorded inside a jump is evaluated on the side.
 
 mod eigen;
@@ -17,6 +18,7 @@ use std::sync::Arc;
 use asperity_model::{Lattice, Plan};
 use asperity_record::Record;
 
+use crate::cost;
 use crate::counters::Counters;
 use crate::fast::Fast;
 use crate::lattice::LatticeStepper;
@@ -36,8 +38,8 @@ const LEAST_ITERATIONS: usize = 80;
 /// Modes are found if that takes no more than such a part of a run's steps.
 const RUNS_OF_MODES: u64 = 8;
 
-/// Most memory that the factor of a slab's stiffness and the iteration may take, in numbers.
-const MOST_NUMBERS: usize = 1 << 28;
+/// Most memory that the factor of a slab's stiffness and the iteration may take, in numbers: 1 GB.
+const MOST_NUMBERS: usize = 1 << 27;
 
 /// Single steps that take no longer than putting a sample together.
 const STEPS_OF_SAMPLE: u64 = 32;
@@ -135,8 +137,11 @@ impl FastSlab {
             Attempt::Jump(steps) => self.open_steps = Some(steps),
             Attempt::Wait(steps) => {
                 self.counters.refused_jumps += 1;
+                // What was not saved before is made up for by single steps.
+                let cost_steps = jump.cost_steps();
                 let state = self.stepper.state_mut();
-                state.no_jump_before_step = state.step + steps;
+                let debt_steps = cost::pay(&mut state.saved_steps, cost_steps);
+                state.no_jump_before_step = state.step + steps.max(cost::pause_steps(debt_steps));
             }
         }
     }
@@ -154,6 +159,8 @@ impl FastSlab {
             let state = self.stepper.state_mut();
             jump.land(steps, state);
             jump.account(&self.plan, steps, state);
+            cost::earn(&mut state.saved_steps, steps);
+            cost::pay(&mut state.saved_steps, jump.cost_steps());
             // For the forces that go with the state.
             return self.take_single_step();
         }

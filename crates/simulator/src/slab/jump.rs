@@ -31,7 +31,7 @@ use crate::complex::Complex;
 use crate::contacts::{Ramp, StopForce, static_coefficient};
 use crate::ledger::Ledger;
 use crate::modes::Coordinates;
-use crate::slab::modes::SlowModes;
+use crate::slab::modes::{SlowModes, sizes};
 use crate::slab::norms::{SlabNorms, invariant};
 use crate::slab::stuck::StuckSlab;
 use crate::state::ChainState;
@@ -42,6 +42,11 @@ const SHORTEST: u64 = 256;
 
 /// Steps after which it may be worth trying again.
 const PATIENCE_STEPS: u64 = 256;
+
+/// What finding the forced part takes in single steps, besides as many as there are nodes along the
+/// shorter side, and what each mode does that a state is taken apart into.
+const STEPS_OF_FORCED: u64 = 10;
+const STEPS_OF_MODE: u64 = 2;
 
 /// What jumps may miss, as a share of the mean threshold, and as much again what modes may be off by:
 /// as much as is kept in reserve for rounding.
@@ -100,6 +105,8 @@ pub(super) struct Jump {
     advance_m: Vec<f64>,
     coordinates: Coordinates,
     from_step: u64,
+    /// What the last attempt took, in single steps.
+    cost_steps: u64,
     moves: bool,
     ramp: Ramp,
     hold_step: u64,
@@ -202,6 +209,7 @@ impl Jump {
             advance_m: zeros(),
             coordinates: Coordinates::default(),
             from_step: 0,
+            cost_steps: 0,
             moves: true,
             ramp: Ramp::FLAT,
             hold_step: u64::MAX,
@@ -220,9 +228,12 @@ impl Jump {
         let nodes = self.ground.stuck.lattice.nodes();
         let refused = Attempt::Wait(PATIENCE_STEPS);
         let rise_m = &state.displacement_m[nodes..][..plan.blocks];
+        self.cost_steps = 0;
         if most_steps < SHORTEST || rise_m.iter().any(|rise_m| *rise_m >= 0.0) {
             return refused;
         }
+        let lattice = &self.ground.stuck.lattice;
+        self.cost_steps = STEPS_OF_FORCED + lattice.rows.min(lattice.columns) as u64;
         self.from_step = state.step;
         self.moves = state.hold_step > state.step + 1;
         self.hold_step = state.hold_step;
@@ -238,10 +249,11 @@ impl Jump {
             return refused;
         }
         let (u_scale, v_scale) = (largest(&state.displacement_m), largest(&state.velocity_m_per_s));
+        self.cost_steps += STEPS_OF_MODE * self.ground.modes.rates.len() as u64;
         let left_out = self.take_apart(state);
         let norms = self.ground.norms;
-        let enough = MISSED * mean(&plan.friction.static_threshold_n) / norms.of_forces.force
-            + norms.rounding(u_scale);
+        let mean_n = plan.friction.static_threshold_n.iter().sum::<f64>() / plan.blocks as f64;
+        let enough = MISSED * mean_n / norms.of_forces.force + norms.rounding(u_scale);
         let off = self.off(most_steps);
         let excess = left_out.max(off) / enough;
         if excess > 1.0 {
@@ -264,6 +276,11 @@ impl Jump {
         }
         self.start = state.energy.map(|ledger| Start { ledger, here: self.worth(plan, state, 0) });
         Attempt::Jump(steps)
+    }
+
+    /// What the last attempt took, and will take on landing, in single steps.
+    pub(super) fn cost_steps(&self) -> u64 {
+        self.cost_steps
     }
 
     /// `a` and `b`.
@@ -679,12 +696,4 @@ impl Jump {
         }
         Worth { kinetic_j, elastic_j, scheme_j, ahead_j }
     }
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-fn sizes(coordinates: &Coordinates) -> Vec<f64> {
-    coordinates.re.iter().zip(&coordinates.im).map(|(re, im)| (re * re + im * im).sqrt()).collect()
 }

@@ -240,6 +240,11 @@ impl SlowModes {
     }
 }
 
+/// How large each coordinate is.
+pub(super) fn sizes(coordinates: &Coordinates) -> Vec<f64> {
+    coordinates.re.iter().zip(&coordinates.im).map(|(re, im)| (re * re + im * im).sqrt()).collect()
+}
+
 /// Some times the slowest rate: that of a shear wave across the longer side.
 fn unit_of_rates(stuck: &StuckSlab) -> f64 {
     let lattice = &stuck.lattice;

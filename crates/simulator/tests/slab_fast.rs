@@ -195,6 +195,26 @@ fn samples_are_those_of_single_steps() {
     }
 }
 
+/// Pulled at its top edge, the slab tilts, and its trailing contact lifts off and comes down again.
+#[test]
+fn contacts_that_lift_off_are_followed() {
+    let sets = ["drive.height_m=0.07", "drive.velocity_m_per_s=3e-3", "recording.fields_s=5e-3"];
+    let plan = small(&sets);
+    let (fast, counters, _) = run(&plan, SolverKind::Fast);
+    let (plain, ..) = run(&plan, SolverKind::Plain);
+    assert_eq!(entries(&fast), entries(&plain));
+    let lifted = |records: &[Record]| -> Vec<u64> {
+        let states = records.iter().filter_map(|record| match record {
+            Record::Fields(state) if state.normal_load_n.contains(&0.0) => Some(state.step),
+            _ => None,
+        });
+        states.collect()
+    };
+    let (of_fast, of_plain) = (lifted(&fast), lifted(&plain));
+    assert_eq!(of_fast, of_plain);
+    assert!(of_fast.len() > 5 && counters.jumps > 3, "{} {counters:?}", of_fast.len());
+}
+
 /// From a state that is saved between any two records a run goes on to the bit.
 #[test]
 fn a_run_that_is_resumed_is_the_run() {

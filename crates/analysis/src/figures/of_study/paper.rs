@@ -80,6 +80,8 @@ pub(crate) struct Paper {
     pub(crate) x: Scale,
     pub(crate) y: Scale,
     pub(crate) panels: Vec<Panel>,
+    /// Height of a panel over its width, where both axes have the same unit; else as there is room.
+    pub(crate) shape: Option<f64>,
     pub(crate) bar: Option<Bar>,
     /// Above the rows.
     pub(crate) heading: String,
@@ -131,7 +133,11 @@ impl Paper {
             2 => ((PAGE_WIDTH - key) / 2, SMALL_PANEL.1 as i32),
             _ => (SMALL_PANEL.0 as i32, SMALL_PANEL.1 as i32),
         };
-        (columns * small.0 + key, self.title_height() + rows * small.1)
+        let is_titled = self.panels.iter().any(|panel| !panel.title.is_empty());
+        let about = BELOW + if is_titled { TITLE } else { ABOVE };
+        let tall = |shape: f64| (shape * f64::from(small.0 - LEFT - RIGHT)).round() as i32 + about;
+        let height = self.shape.map_or(small.1, tall);
+        (columns * small.0 + key, self.title_height() + rows * height)
     }
 
     /// Draws it into a rectangle of a picture: its upper left corner, its width and height.

@@ -98,6 +98,9 @@ const BELOW: i32 = 165;
 const ABOVE: i32 = 50;
 const TITLE: i32 = 90;
 
+/// What a number upwards needs, in pixels.
+const ROW_OF_NUMBERS: f64 = 60.0;
+
 /// The key: its rows, the samples in them, and the colour bar.
 const ROW: i32 = 64;
 const SAMPLE: i32 = 100;
@@ -201,7 +204,12 @@ impl Paper {
         }
         let frame = frame(low, high);
         let ruler = |scale| Ruler { scale, ticks: Scale::ticks(scale) };
-        axes::draw(root, &frame, &ruler(&self.x), &ruler(&self.y))?;
+        let mut upwards = ruler(&self.y);
+        if self.shape.is_some() {
+            // A panel may be low.
+            upwards.ticks = self.y.ticks_at_most((f64::from(high.1 - low.1) / ROW_OF_NUMBERS).min(7.0));
+        }
+        axes::draw(root, &frame, &ruler(&self.x), &upwards)?;
         let (middle, between) = ((frame.left + frame.right) / 2.0, (frame.top + frame.bottom) / 2.0);
         let (wide, tall) = (f64::from(high.0 - low.0 + RIGHT), f64::from(high.1 - low.1));
         axes::label(root, &panel.title, (middle, frame.top - 40.0), wide, false)?;

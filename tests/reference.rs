@@ -105,13 +105,12 @@ fn pulled_apart_at_both_ends() {
 #[test]
 fn a_coarse_slab() {
     let sets = ["slab", "--set", "slider.blocks=29", "--set", "slider.rows=16", "--set", "time.step_s=4e-7"];
-    check_solver("slab-29x16-T06-dt4e-7", 4e-7, &sets);
+    check("slab-29x16-T06-dt4e-7", 4e-7, &sets);
 }
 
-/// The default slab takes so long that one solver is enough: a slab's steps are the same by both.
 #[test]
 fn the_default_slab() {
-    check_solver("slab-57x31-T06-dt2e-7", 2e-7, &["slab"]);
+    check("slab-57x31-T06-dt2e-7", 2e-7, &["slab"]);
 }
 
 /// A row of either table; times in steps.

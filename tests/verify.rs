@@ -77,6 +77,23 @@ fn a_near_tie_that_is_none_any_more_is_told() {
     assert!(stderr.contains("moved.json: the solvers agree there now"), "{stderr}");
 }
 
+/// The runs of a pipeline may be of slabs.
+#[test]
+fn slabs_are_verified() {
+    let folder = asperity_testkit::folder();
+    let pipeline = folder.path().join("slabs.toml");
+    let coarse = "\"slider.blocks=29\", \"slider.rows=16\", \"time.step_s=4e-7\", \"time.duration_s=0.25\"";
+    let runs = [("side", ""), ("top", ", \"drive.kind=top\", \"drive.height_m=0\"")];
+    let runs = runs.map(|(name, sets)| {
+        format!("[[run]]\nname = \"{name}\"\nscenario = \"slab\"\nset = [{coarse}{sets}]\n")
+    });
+    fs::write(&pipeline, format!("title = \"Slabs\"\n{}", runs.concat())).expect("it can be written");
+    let table = succeed(&["verify-solver", text(&pipeline)]);
+    let switches = |line: &str| line.split(',').nth(1).and_then(|count| count.parse::<u64>().ok());
+    let switches: Vec<u64> = table.lines().skip(1).map(|line| switches(line).expect("a count")).collect();
+    assert!(switches.len() == 2 && switches[0] > 5, "{table}");
+}
+
 #[test]
 fn a_log_says_what_its_run_was_made_of() {
     let folder = asperity_testkit::folder();

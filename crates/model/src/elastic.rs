@@ -195,11 +195,33 @@ impl Elastic {
         }
     }
 
-    /// No row of a chain's damping plus half a step times the stiffness is longer (as a vector):
-    /// `sqrt(6) (eta + dt k / 2)`, since a row of a second difference is `1, -2, 1`.
+    /// No row of the damping plus half a step times the stiffness between nodes is longer (as a
+    /// vector): of a chain `sqrt(6) (eta + dt k / 2)`, since a row of a second difference is
+    /// `1, -2, 1`; of a lattice `sqrt(72) eta + sqrt(23 / 2) dt k / 2`, since a row of its damping is
+    /// 8 and eight times -1, one of its stiffness 3, -1 along its axis and four times 1/4 along each.
     pub fn row_length_kg_per_s(&self, step_s: f64) -> f64 {
-        let chain = self.chain();
-        6f64.sqrt() * (chain.damping_kg_per_s + step_s * chain.stiffness_n_per_m / 2.0)
+        match self {
+            Elastic::Chain(chain) => {
+                6f64.sqrt() * (chain.damping_kg_per_s + step_s * chain.stiffness_n_per_m / 2.0)
+            }
+            Elastic::Lattice(lattice) => {
+                72f64.sqrt() * lattice.damping_kg_per_s
+                    + 11.5f64.sqrt() * (step_s * lattice.stiffness_n_per_m / 2.0)
+            }
+        }
+    }
+
+    /// No eigenvalue of the stiffness of springs, friction springs `k_t`, drive `K` and foundation is
+    /// larger: of a chain `4 k + k_t + K`, of a lattice `6 k + max(k_t + K, k_f)`, since friction
+    /// spring and drive pull along `x`, the foundation along `z`.
+    pub fn stiffest_n_per_m(&self, interfacial_n_per_m: f64, drive_n_per_m: f64) -> f64 {
+        match self {
+            Elastic::Chain(_) => self.spectral_bound_n_per_m() + interfacial_n_per_m + drive_n_per_m,
+            Elastic::Lattice(lattice) => {
+                let along_x = interfacial_n_per_m + drive_n_per_m;
+                self.spectral_bound_n_per_m() + along_x.max(lattice.foundation_n_per_m)
+            }
+        }
     }
 
     /// The time step beyond which the scheme is unstable, for nodes of this mass, the stiffness
@@ -223,14 +245,7 @@ impl Elastic {
         drive_n_per_m: f64,
         contact_damping_kg_per_s: f64,
     ) -> f64 {
-        let stiffest_n_per_m = match self {
-            Elastic::Chain(_) => self.spectral_bound_n_per_m() + interfacial_n_per_m + drive_n_per_m,
-            Elastic::Lattice(lattice) => {
-                let along_x = interfacial_n_per_m + drive_n_per_m;
-                self.spectral_bound_n_per_m() + along_x.max(lattice.foundation_n_per_m)
-            }
-        };
-        let stiffest = stiffest_n_per_m / node_mass_kg;
+        let stiffest = self.stiffest_n_per_m(interfacial_n_per_m, drive_n_per_m) / node_mass_kg;
         let damping = (self.damping_spectral_bound_kg_per_s() + contact_damping_kg_per_s) / node_mass_kg;
         // The positive root, in the form in which nothing cancels or overflows.
         4.0 / (damping + libm::hypot(damping, 2.0 * stiffest.sqrt()))

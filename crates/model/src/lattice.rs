@@ -70,7 +70,18 @@ impl<'a> Row<'a> {
     fn of(row: &'a [f64], inner: usize) -> Row<'a> {
         Row { left: &row[..inner], here: &row[1..][..inner], right: &row[2..][..inner] }
     }
+
+    /// A group of it.
+    #[inline(always)]
+    fn group(&self, at: usize) -> Row<'a> {
+        let of = |row: &'a [f64]| &row[at..][..GROUP];
+        Row { left: of(self.left), here: of(self.here), right: of(self.right) }
+    }
 }
+
+/// Nodes of a row that are computed at once. The last group of a row begins so that it ends with the row,
+/// and computes again what the one before it did: in fewer nodes than a group, that takes longer.
+const GROUP: usize = 8;
 
 impl Around {
     /// Around a node inside its row.
@@ -213,12 +224,26 @@ impl Lattice {
         let z_n = &mut z_n[..inner];
         let (x0, x1, x2) = (Row::of(x[0], inner), Row::of(x[1], inner), Row::of(x[2], inner));
         let (z0, z1, z2) = (Row::of(z[0], inner), Row::of(z[1], inner), Row::of(z[2], inner));
-        for n in 0..inner {
-            let u_x = Around::inside::<BELOW, ABOVE>(&x0, &x1, &x2, n);
-            let u_z = Around::inside::<BELOW, ABOVE>(&z0, &z1, &z2, n);
-            let (x, z) = self.spring_force_n(&u_x, &u_z);
-            x_n[n] = x;
-            z_n[n] = z;
+        if inner < GROUP {
+            for n in 0..inner {
+                let u_x = Around::inside::<BELOW, ABOVE>(&x0, &x1, &x2, n);
+                let u_z = Around::inside::<BELOW, ABOVE>(&z0, &z1, &z2, n);
+                (x_n[n], z_n[n]) = self.spring_force_n(&u_x, &u_z);
+            }
+            return;
+        }
+        for from in (0..inner).step_by(GROUP) {
+            let at = from.min(inner - GROUP);
+            let (x0, x1, x2) = (x0.group(at), x1.group(at), x2.group(at));
+            let (z0, z1, z2) = (z0.group(at), z1.group(at), z2.group(at));
+            let (mut x, mut z) = ([0.0; GROUP], [0.0; GROUP]);
+            for n in 0..GROUP {
+                let u_x = Around::inside::<BELOW, ABOVE>(&x0, &x1, &x2, n);
+                let u_z = Around::inside::<BELOW, ABOVE>(&z0, &z1, &z2, n);
+                (x[n], z[n]) = self.spring_force_n(&u_x, &u_z);
+            }
+            x_n[at..][..GROUP].copy_from_slice(&x);
+            z_n[at..][..GROUP].copy_from_slice(&z);
         }
     }
 
@@ -237,8 +262,20 @@ impl Lattice {
     fn dashpots_inside<const BELOW: bool, const ABOVE: bool>(&self, force_n: &mut [f64], v: Rows<'_>) {
         let inner = force_n.len();
         let (v0, v1, v2) = (Row::of(v[0], inner), Row::of(v[1], inner), Row::of(v[2], inner));
-        for (n, force_n) in force_n.iter_mut().enumerate() {
-            *force_n = self.dashpot_force_n(&Around::inside::<BELOW, ABOVE>(&v0, &v1, &v2, n));
+        if inner < GROUP {
+            for (n, force_n) in force_n.iter_mut().enumerate() {
+                *force_n = self.dashpot_force_n(&Around::inside::<BELOW, ABOVE>(&v0, &v1, &v2, n));
+            }
+            return;
+        }
+        for from in (0..inner).step_by(GROUP) {
+            let at = from.min(inner - GROUP);
+            let (v0, v1, v2) = (v0.group(at), v1.group(at), v2.group(at));
+            let mut group = [0.0; GROUP];
+            for (n, force_n) in group.iter_mut().enumerate() {
+                *force_n = self.dashpot_force_n(&Around::inside::<BELOW, ABOVE>(&v0, &v1, &v2, n));
+            }
+            force_n[at..][..GROUP].copy_from_slice(&group);
         }
     }
 
@@ -378,26 +415,37 @@ mod tests {
         (1..LATTICE.columns - 1).contains(&column) && (1..LATTICE.rows - 1).contains(&row)
     }
 
-    /// As the page has it: `k e (e . (u_j - u_i))` and `eta (v_j - v_i)` for every bond.
+    /// As the page has it: `k e (e . (u_j - u_i))` and `eta (v_j - v_i)` for every bond; in rows shorter
+    /// than a group, as long as some, and longer.
     #[test]
     fn the_pull_is_that_of_the_bonds() {
-        let (u, v, nodes) = (numbers(1), numbers(2), LATTICE.nodes());
-        let mut expected = still();
-        let mut bonds = 0;
-        LATTICE.over_bonds(|Bond { from, to, along, stiffness_n_per_m }| {
-            bonds += 1;
-            let difference = |of: &[f64]| [of[to] - of[from], of[nodes + to] - of[nodes + from]];
-            let (du, dv) = (difference(&u), difference(&v));
-            let stretch = along[0] * du[0] + along[1] * du[1];
-            for axis in 0..2 {
-                let force = stiffness_n_per_m * along[axis] * stretch + LATTICE.damping_kg_per_s * dv[axis];
-                expected[axis * nodes + from] += force;
-                expected[axis * nodes + to] -= force;
+        for columns in [2, 7, 10, 11, 18, 27] {
+            let lattice = Lattice { columns, ..LATTICE };
+            let (nodes, freedoms) = (lattice.nodes(), lattice.freedoms());
+            let numbers = |seed: u64| -> Vec<f64> {
+                (0..freedoms).map(|n| mixed(seed << 32 | n as u64) as f64 / u64::MAX as f64 - 0.5).collect()
+            };
+            let (u, v, mut expected) = (numbers(1), numbers(2), vec![0.0; freedoms]);
+            let mut bonds = 0;
+            lattice.over_bonds(|Bond { from, to, along, stiffness_n_per_m }| {
+                bonds += 1;
+                let difference = |of: &[f64]| [of[to] - of[from], of[nodes + to] - of[nodes + from]];
+                let (du, dv) = (difference(&u), difference(&v));
+                let stretch = along[0] * du[0] + along[1] * du[1];
+                for axis in 0..2 {
+                    let force =
+                        stiffness_n_per_m * along[axis] * stretch + lattice.damping_kg_per_s * dv[axis];
+                    expected[axis * nodes + from] += force;
+                    expected[axis * nodes + to] -= force;
+                }
+            });
+            assert_eq!(bonds, (columns - 1) * 5 + columns * 4 + 2 * (columns - 1) * 4);
+            let (mut springs, mut dashpots) = (vec![0.0; freedoms], vec![0.0; freedoms]);
+            lattice.pull(&mut springs, &mut dashpots, &u, &v);
+            for n in 0..freedoms {
+                let found = springs[n] + dashpots[n];
+                assert!((found - expected[n]).abs() < 1e-14 * 20.0, "{columns}, freedom {n}: {found}");
             }
-        });
-        assert_eq!(bonds, 6 * 5 + 7 * 4 + 2 * 6 * 4);
-        for (n, (found, expected)) in pull(&u, &v).iter().zip(&expected).enumerate() {
-            assert!((found - expected).abs() < 1e-14 * 20.0, "freedom {n}: {found} {expected}");
         }
     }
 

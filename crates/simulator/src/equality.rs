@@ -26,6 +26,7 @@ use crate::exact::Exact;
 use crate::fast::Fast;
 use crate::plain::Plain;
 use crate::recorder::{fields, is_on_cadence};
+use crate::slab::FastSlab;
 use crate::solver::{SimulationError, Solver};
 use crate::state::ChainState;
 use crate::window::norms::Norms;
@@ -154,8 +155,7 @@ pub fn compare(
     let plain = Plain::new(Arc::clone(&plan));
     match plan.elastic {
         Elastic::Chain(_) => hold(&plan, plain, Fast::new(Arc::clone(&plan)), each, progress),
-        // What stands for the fast solver of a slab.
-        Elastic::Lattice(_) => hold(&plan, plain.clone(), plain, each, progress),
+        Elastic::Lattice(_) => hold(&plan, plain, FastSlab::new(Arc::clone(&plan)), each, progress),
     }
 }
 

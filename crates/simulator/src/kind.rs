@@ -6,17 +6,14 @@ use asperity_model::{Elastic, Plan};
 
 use crate::fast::Fast;
 use crate::plain::Plain;
+use crate::slab::FastSlab;
 use crate::solver::Solver;
 
-/// Why a slab is stepped plainly.
-const SLAB_IS_STEPPED: &str =
-    "every step instead of windows and jumps: those are for chains, and this is a slab";
-
-/// The fast solver of a plan, or where there is none, the plain one in its place.
+/// The fast solver of a plan.
 fn fast(plan: Arc<Plan>) -> Box<dyn Solver> {
     match plan.elastic {
         Elastic::Chain(_) => Box::new(Fast::new(plan)),
-        Elastic::Lattice(_) => Box::new(Plain::standing_for(Fast::NAME, plan, SLAB_IS_STEPPED)),
+        Elastic::Lattice(_) => Box::new(FastSlab::new(plan)),
     }
 }
 

@@ -84,6 +84,11 @@ impl LatticeStepper {
         &self.state
     }
 
+    /// The same, for a solver that takes many steps at once.
+    pub(crate) fn state_mut(&mut self) -> &mut ChainState {
+        &mut self.state
+    }
+
     /// The contacts that switched in the last step, counted from 0.
     pub(crate) fn switched(&self) -> &[usize] {
         &self.switched

@@ -45,7 +45,8 @@
 //!   a run were made of.
 //! - `expectation`: whether records can be those of a plan, told without taking its steps, and
 //!   `budget`, whether their energies can.
-//! - `lattice`: the same steps of a slab, and its energies; `slab_records`, what its records tell.
+//! - `lattice`: the same steps of a slab, and its energies; `slab_records`, what its records tell;
+//!   `slab`, its fast solver.
 //! - `plain`: every step.
 //! - `fast`: which steps are taken how. `window` and `basis` take many while some blocks slide,
 //!   `jump` while all stick (by `modes` or, for long chains, by `waves`, with `complex` numbers),
@@ -79,6 +80,7 @@ mod modes;
 mod plain;
 mod recorder;
 mod rest;
+mod slab;
 mod slab_records;
 mod solver;
 mod state;

@@ -20,9 +20,6 @@ pub struct Plain {
     plan: Arc<Plan>,
     steps: Steps,
     recorder: Recorder,
-    /// The solver that it stands for.
-    name: &'static str,
-    fallbacks: Vec<&'static str>,
 }
 
 /// What takes the steps, by what holds the slider together.
@@ -57,12 +54,7 @@ impl Plain {
             Elastic::Lattice(_) => Steps::Lattice(Box::new(LatticeStepper::new(Arc::clone(&plan), sweeps))),
         };
         let recorder = Recorder::new(&plan, either!(&steps, stepper => stepper.state()));
-        Plain { recorder, steps, plan, name: Plain::NAME, fallbacks: Vec::new() }
-    }
-
-    /// The same in the place of another solver that cannot take the steps of this plan, and why.
-    pub(crate) fn standing_for(name: &'static str, plan: impl Into<Arc<Plan>>, why: &'static str) -> Plain {
-        Plain { name, fallbacks: vec![why], ..Plain::new(plan) }
+        Plain { recorder, steps, plan }
     }
 
     /// The state after the last step taken.
@@ -83,7 +75,7 @@ impl Plain {
 
 impl Solver for Plain {
     fn name(&self) -> &'static str {
-        self.name
+        Plain::NAME
     }
 
     fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
@@ -112,10 +104,6 @@ impl Solver for Plain {
 
     fn counters(&self) -> Counters {
         either!(&self.steps, stepper => stepper.counters())
-    }
-
-    fn fallbacks(&self) -> Vec<&'static str> {
-        self.fallbacks.clone()
     }
 
     fn snapshot(&self) -> ChainState {

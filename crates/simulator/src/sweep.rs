@@ -11,10 +11,12 @@
 //!
 //! In reading order: `elastic`, how nodes pull at each other; `step`, the equations of a step; `terms`,
 //! `coefficients`, `guards` and `linear`, what windows are made of; `fourier`, what jumps of long chains are;
-//! `energy`, sums for the energies. `lattice` moves the nodes of a slab; all else is of chains.
+//! `energy`, sums for the energies. `lattice` moves the nodes of a slab, and `dense` is what its modes are
+//! made of; all else is of chains.
 //! `versions` has the instruction sets.
 
 mod coefficients;
+mod dense;
 mod elastic;
 mod energy;
 mod fourier;

@@ -11,6 +11,7 @@ mod diff;
 mod logs;
 mod pays;
 mod scalar;
+mod slabs;
 mod studies;
 
 use std::ffi::OsString;
@@ -29,13 +30,14 @@ const ROUNDS: usize = 5;
 const SCALAR_STEPS: u64 = 2_000_000;
 
 /// What can be measured, by name.
-const PARTS: [(&str, fn()); 10] = [
+const PARTS: [(&str, fn()); 11] = [
     ("loop", against_c),
     ("runs", default_runs),
     ("chains", long_chains),
     ("switches", chains::switches),
     ("resolution", chains::resolution),
     ("pays", pays::pays),
+    ("slab", slabs::slabs),
     ("studies", studies::studies),
     ("logs", logs::logs),
     ("diff", diff::tables),

@@ -67,7 +67,7 @@ impl Norms {
         let (kt, drive) = (plan.friction.interfacial_stiffness_n_per_m, plan.drive.stiffest_n_per_m());
         let all = plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum::<f64>();
         let (stiffest, most_damped) =
-            (elastic.spectral_bound_n_per_m() + kt + drive, elastic.damping_spectral_bound_kg_per_s());
+            (elastic.stiffest_n_per_m(kt, drive), elastic.damping_spectral_bound_kg_per_s());
         let inertia = plan.block_mass_kg - dt * most_damped / 2.0 - dt * dt * stiffest / 4.0;
         assert!(inertia > 0.0, "the time step is within the stability of the scheme");
         let velocity = 1.0 / inertia.sqrt();

@@ -1,0 +1,699 @@
+//! Jumps of a slab: most of each stick phase at once, by its slow modes.
+//!
+//! While every contact sticks and bears load, what is forced advances by the same displacement in
+//! every step,
+//!
+//! ```text
+//! u_q(s + i) = a + i b,  v_q = b / dt,  M b = g,  M a = G(s + 1) - C v_q,
+//! ```
+//!
+//! with `G` the forces of drive, load and anchors and `g` what they change by in a step. What is left,
+//! `r = y - y_q`, is taken apart into slow modes ([`super::modes`]).
+//!
+//! **Missed.** The norm `sqrt(I)` of what the modes do not put together again never grows, and what
+//! the modes themselves are off by is added up over the jump. A jump is taken once the sum is below
+//! [`MISSED`] of the thresholds, or what rounding makes of it: the fast modes have died.
+//!
+//! **Certificate.** A contact stays as it is while `mu_s p_n - |tau_n|` and `p_n` are positive. For the
+//! part that is forced, `tau_n = k_t (u - u_stick)` and `p_n = -k_f u_z` are linear in time, so both
+//! are least at the ends of any stretch. That of the modes is at most the sum of their sizes, which
+//! fall; so as soon as a stretch is certified, the next begins with smaller ones. Where that is not
+//! enough, both ends of a short stretch are taken exactly, and between them nothing is further off than
+//! `h^2 / 8` times the sum of the modes' second differences. What is missed, and the reserves for
+//! rounding of [`crate::window::norms`], must fit in as well. An ageing contact is taken to be no
+//! stronger than where the jump begins.
+
+use std::sync::Arc;
+
+use asperity_model::Plan;
+
+use crate::complex::Complex;
+use crate::contacts::{Ramp, StopForce, static_coefficient};
+use crate::ledger::Ledger;
+use crate::modes::Coordinates;
+use crate::slab::modes::{SlowModes, sizes};
+use crate::slab::norms::{SlabNorms, invariant};
+use crate::slab::stuck::StuckSlab;
+use crate::state::ChainState;
+use crate::window::norms::ROUNDING;
+
+/// Below this many steps a jump is not worth it.
+const SHORTEST: u64 = 256;
+
+/// Steps after which it may be worth trying again.
+const PATIENCE_STEPS: u64 = 256;
+
+/// What finding the forced part takes in single steps, besides as many as there are nodes along the
+/// shorter side, and what each mode does that a state is taken apart into.
+const STEPS_OF_FORCED: u64 = 10;
+const STEPS_OF_MODE: u64 = 2;
+
+/// What jumps may miss, as a share of the mean threshold, and as much again what modes may be off by:
+/// as much as is kept in reserve for rounding.
+const MISSED: f64 = ROUNDING;
+
+/// How often a state is taken apart.
+const ROUNDS: usize = 2;
+
+/// Modes of so small a share of the largest displacement change nothing in a sample.
+const NEGLIGIBLE: f64 = 1e-17;
+
+/// Steps of a stretch of which both ends are taken exactly, and how many of them are at most.
+const STRETCH: u64 = 32;
+const MOST_STRETCHES: u64 = 2048;
+
+/// Orders of the work of the scheme that are taken at most, and the share of it that is negligible.
+const MOST_ORDERS: usize = 12;
+const NEGLIGIBLE_WORK: f64 = 1e-13;
+
+/// What the jumps of a plan have in common.
+#[derive(Debug)]
+pub(super) struct Ground {
+    pub(super) stuck: StuckSlab,
+    modes: SlowModes,
+    norms: SlabNorms,
+    /// Force on each contact and what it bears, by each mode, mode by mode.
+    force_n: Vec<Complex>,
+    load_n: Vec<Complex>,
+    /// Their magnitudes.
+    most_force_n: Vec<f64>,
+    most_load_n: Vec<f64>,
+    /// The sum of the driving forces, and the way of the load, `sum F_n u_z`, by each mode.
+    drive_n: Vec<Complex>,
+    pressed_j: Vec<Complex>,
+    /// `M^-1` of what the forces change by in a step by a moving drive, and for a load that grows by
+    /// that of the start.
+    by_drive_m: Vec<f64>,
+    by_load_m: Vec<f64>,
+}
+
+/// What an attempt to jump came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Attempt {
+    /// So many steps are certified.
+    Jump(u64),
+    /// Nothing, and not before so many steps.
+    Wait(u64),
+}
+
+/// The jump that is open.
+#[derive(Debug, Clone)]
+pub(super) struct Jump {
+    ground: Arc<Ground>,
+    /// `a`, `b`, and the outer forces `G(s + 1)` and `g` that belong to them.
+    position_m: Vec<f64>,
+    advance_m: Vec<f64>,
+    coordinates: Coordinates,
+    from_step: u64,
+    /// What the last attempt took, in single steps.
+    cost_steps: u64,
+    moves: bool,
+    ramp: Ramp,
+    hold_step: u64,
+    /// Static coefficients where it begins.
+    coefficients: Vec<f64>,
+    /// Energies where it begins.
+    start: Option<Start>,
+    u: Vec<f64>,
+    w: Vec<f64>,
+    stiff: Vec<f64>,
+    damped: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Start {
+    ledger: Ledger,
+    here: Worth,
+}
+
+/// What a state is worth: kinetic and elastic energy, the function whose differences are the work of
+/// the scheme, and the part of it that a ledger leaves to the state.
+#[derive(Debug, Clone, Copy)]
+struct Worth {
+    kinetic_j: f64,
+    elastic_j: f64,
+    scheme_j: f64,
+    ahead_j: f64,
+}
+
+impl Ground {
+    /// `None` if there are no slow modes to be found.
+    pub(super) fn of(plan: &Plan, stuck: StuckSlab, iterations: usize) -> Option<Ground> {
+        let modes = SlowModes::of(&stuck, iterations)?;
+        let (freedoms, contacts) = (stuck.freedoms(), plan.blocks);
+        let nodes = freedoms / 2;
+        let kt = plan.friction.interfacial_stiffness_n_per_m;
+        let inertia = stuck.mass_kg / (stuck.step_s * stuck.step_s);
+        let (mut force_n, mut load_n) = (Vec::new(), Vec::new());
+        let (mut drive_n, mut pressed_j) = (Vec::new(), Vec::new());
+        for (mode, &s) in modes.rates.iter().enumerate() {
+            let weight = modes.weights[mode];
+            // `tau = m (v' - v) / dt + k_t u`.
+            let factor = s * s / (Complex::ONE + s) * inertia + Complex::from(kt);
+            for n in 0..contacts {
+                force_n.push(modes.shape(mode, n) * factor * weight);
+                load_n.push(modes.shape(mode, nodes + n) * (-weight * stuck.lattice.foundation_n_per_m));
+            }
+            let springs = plan.drive.springs.iter();
+            drive_n.push(springs.fold(Complex::ZERO, |sum, spring| {
+                sum + modes.shape(mode, spring.block) * (-weight * spring.stiffness_n_per_m)
+            }));
+            let parts = stuck.lattice.top_row().zip(&plan.top_load_n);
+            pressed_j.push(parts.fold(Complex::ZERO, |sum, (node, load_n)| {
+                sum + modes.shape(mode, nodes + node) * (weight * load_n)
+            }));
+        }
+        let mut scratch = vec![0.0; freedoms];
+        let mut by_drive_m = vec![0.0; freedoms];
+        let advance_m = plan.drive.velocity_m_per_s * stuck.step_s;
+        for spring in &plan.drive.springs {
+            by_drive_m[spring.block] += spring.stiffness_n_per_m * spring.direction * advance_m;
+        }
+        stuck.solve(&mut by_drive_m, &mut scratch);
+        let mut by_load_m = vec![0.0; freedoms];
+        for (node, load_n) in stuck.lattice.top_row().zip(&plan.top_load_n) {
+            by_load_m[nodes + node] = -load_n;
+        }
+        stuck.solve(&mut by_load_m, &mut scratch);
+        Some(Ground {
+            norms: SlabNorms::of(plan, &stuck),
+            stuck,
+            modes,
+            most_force_n: force_n.iter().map(|force| force.size()).collect(),
+            most_load_n: load_n.iter().map(|load| load.size()).collect(),
+            force_n,
+            load_n,
+            drive_n,
+            pressed_j,
+            by_drive_m,
+            by_load_m,
+        })
+    }
+}
+
+/// How large the modes are, and what they and what is missed may add to each contact.
+struct Swing {
+    force_n: Vec<f64>,
+    load_n: Vec<f64>,
+    drive_n: f64,
+}
+
+impl Jump {
+    pub(super) fn new(ground: Arc<Ground>) -> Jump {
+        let freedoms = ground.stuck.freedoms();
+        let zeros = || vec![0.0; freedoms];
+        Jump {
+            ground,
+            position_m: zeros(),
+            advance_m: zeros(),
+            coordinates: Coordinates::default(),
+            from_step: 0,
+            cost_steps: 0,
+            moves: true,
+            ramp: Ramp::FLAT,
+            hold_step: u64::MAX,
+            coefficients: Vec::new(),
+            start: None,
+            u: zeros(),
+            w: zeros(),
+            stiff: zeros(),
+            damped: zeros(),
+            scratch: zeros(),
+        }
+    }
+
+    /// Takes a state apart in which every contact sticks.
+    pub(super) fn open(&mut self, plan: &Plan, state: &ChainState, most_steps: u64) -> Attempt {
+        let nodes = self.ground.stuck.lattice.nodes();
+        let refused = Attempt::Wait(PATIENCE_STEPS);
+        let rise_m = &state.displacement_m[nodes..][..plan.blocks];
+        self.cost_steps = 0;
+        if most_steps < SHORTEST || rise_m.iter().any(|rise_m| *rise_m >= 0.0) {
+            return refused;
+        }
+        let lattice = &self.ground.stuck.lattice;
+        self.cost_steps = STEPS_OF_FORCED + lattice.rows.min(lattice.columns) as u64;
+        self.from_step = state.step;
+        self.moves = state.hold_step > state.step + 1;
+        self.hold_step = state.hold_step;
+        self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
+        self.coefficients.clear();
+        self.coefficients.extend((0..plan.blocks).map(|n| static_coefficient(plan, state, n)));
+        self.find_forced(plan, state);
+        let sweeps = self.ground.stuck.sweeps;
+        let largest = |values: &[f64]| sweeps.largest(values);
+        // What even the forced part does not allow needs no closer look.
+        let calm = Swing { force_n: vec![0.0; plan.blocks], load_n: vec![0.0; plan.blocks], drive_n: 0.0 };
+        if self.certified(plan, state, 0, &calm, [0.0; 3]) < SHORTEST {
+            return refused;
+        }
+        let (u_scale, v_scale) = (largest(&state.displacement_m), largest(&state.velocity_m_per_s));
+        self.cost_steps += STEPS_OF_MODE * self.ground.modes.rates.len() as u64;
+        let left_out = self.take_apart(state);
+        let norms = self.ground.norms;
+        let mean_n = plan.friction.static_threshold_n.iter().sum::<f64>() / plan.blocks as f64;
+        let enough = MISSED * mean_n / norms.of_forces.force + norms.rounding(u_scale);
+        let off = self.off(most_steps);
+        let excess = left_out.max(off) / enough;
+        if excess > 1.0 {
+            // By how many steps the modes that are not taken need to fall so far.
+            let steps = libm::log(excess) / (0.75 * self.ground.modes.next_falls_by);
+            let is_told = steps < (1 << 20) as f64;
+            return Attempt::Wait(if is_told { (steps as u64).max(PATIENCE_STEPS / 4) } else { 1 << 12 });
+        }
+        let missed = left_out + off;
+        let reach_m = u_scale + largest(&self.advance_m) * most_steps as f64;
+        let rounding_n = norms.of_forces.force_rounding(reach_m, v_scale);
+        let reserves = [
+            norms.of_forces.force * missed + rounding_n,
+            norms.load * missed + rounding_n,
+            norms.of_forces.drive * missed + rounding_n * plan.drive.springs.len() as f64,
+        ];
+        let steps = self.march(plan, state, most_steps, reserves);
+        if steps < SHORTEST {
+            return refused;
+        }
+        self.start = state.energy.map(|ledger| Start { ledger, here: self.worth(plan, state, 0) });
+        Attempt::Jump(steps)
+    }
+
+    /// What the last attempt took, and will take on landing, in single steps.
+    pub(super) fn cost_steps(&self) -> u64 {
+        self.cost_steps
+    }
+
+    /// `a` and `b`.
+    fn find_forced(&mut self, plan: &Plan, state: &ChainState) {
+        let Jump { ground, position_m, advance_m, stiff, damped, scratch, .. } = self;
+        let nodes = ground.stuck.lattice.nodes();
+        let (drives, loads) = (f64::from(u8::from(self.moves)), self.ramp.change_n(1.0));
+        for ((b, drive), load) in advance_m.iter_mut().zip(&ground.by_drive_m).zip(&ground.by_load_m) {
+            *b = drives * drive + loads * load;
+        }
+        ground.stuck.products(stiff, damped, advance_m, advance_m);
+        for (a, damped) in position_m.iter_mut().zip(&*damped) {
+            *a = -damped / ground.stuck.step_s;
+        }
+        let kt = plan.friction.interfacial_stiffness_n_per_m;
+        for (a, anchor_m) in position_m.iter_mut().zip(&state.stick_position_m) {
+            *a += kt * anchor_m;
+        }
+        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
+        for spring in &plan.drive.springs {
+            position_m[spring.block] += spring.force_n(point_m, 0.0);
+        }
+        for (node, load_n) in ground.stuck.lattice.top_row().zip(&plan.top_load_n) {
+            position_m[nodes + node] -= self.ramp.load.scaled_n(*load_n);
+        }
+        ground.stuck.solve(position_m, scratch);
+    }
+
+    /// Finds the coordinates of what is not forced; the norm of what they leave out.
+    fn take_apart(&mut self, state: &ChainState) -> f64 {
+        let Jump { ground, position_m, advance_m, coordinates, u, w, stiff, damped, scratch, .. } = self;
+        let (stuck, modes) = (&ground.stuck, &ground.modes);
+        for n in 0..u.len() {
+            u[n] = state.displacement_m[n] - position_m[n];
+            w[n] = stuck.step_s * state.velocity_m_per_s[n] - advance_m[n];
+        }
+        coordinates.re.clear();
+        coordinates.im.clear();
+        coordinates.re.resize(modes.rates.len(), 0.0);
+        coordinates.im.resize(modes.rates.len(), 0.0);
+        // Modes that are off a little mix a little: what is left of them is taken out as well.
+        let mut found = Coordinates::default();
+        for _ in 0..ROUNDS {
+            for (scratch, (u, w)) in scratch.iter_mut().zip(u.iter().zip(&*w)) {
+                *scratch = u - w;
+            }
+            stuck.products(stiff, damped, scratch, w);
+            modes.project(stuck, w, stiff, &mut found);
+            for (own, found) in [(&mut coordinates.re, &mut found.re), (&mut coordinates.im, &mut found.im)] {
+                for (own, found) in own.iter_mut().zip(found) {
+                    *own += *found;
+                    *found = -*found;
+                }
+            }
+            modes.add(stuck, &found, modes.rates.len(), u, w);
+        }
+        stuck.products(stiff, damped, u, w);
+        invariant(stuck, u, w, stiff, damped).sqrt()
+    }
+
+    /// What the modes are off by over so many steps.
+    fn off(&self, steps: u64) -> f64 {
+        let modes = &self.ground.modes;
+        let sizes = sizes(&self.coordinates);
+        let parts = sizes.iter().zip(&modes.off).zip(&modes.rates).map(|((size, off), s)| {
+            let falls_by = 1.0 - (Complex::ONE + *s).size();
+            size * off * (steps as f64).min(1.0 / falls_by.max(f64::MIN_POSITIVE))
+        });
+        parts.sum()
+    }
+
+    /// The largest number of steps that is certified.
+    fn march(&self, plan: &Plan, state: &ChainState, most_steps: u64, reserves: [f64; 3]) -> u64 {
+        let (mut steps, mut stretches) = (0, 0);
+        while steps < most_steps {
+            let coordinates = self.grown(steps);
+            let swing = self.swing(plan, &coordinates);
+            let certified = self.certified(plan, state, steps, &swing, reserves).min(most_steps);
+            if certified >= steps + STRETCH || certified == most_steps {
+                steps = certified;
+                continue;
+            }
+            // One stretch with its ends taken exactly.
+            let to = (steps + STRETCH).min(most_steps);
+            stretches += 1;
+            if stretches > MOST_STRETCHES || !self.stays(plan, state, [steps, to], &coordinates, reserves) {
+                break;
+            }
+            steps = to;
+        }
+        steps
+    }
+
+    fn grown(&self, steps: u64) -> Coordinates {
+        let mut coordinates = self.coordinates.clone();
+        coordinates.grow_by(&self.ground.modes.powers.growth(steps));
+        coordinates
+    }
+
+    /// How much the modes may add from there on.
+    fn swing(&self, plan: &Plan, coordinates: &Coordinates) -> Swing {
+        let Ground { most_force_n, most_load_n, drive_n, .. } = &*self.ground;
+        let contacts = plan.blocks;
+        let mut swing = Swing { force_n: vec![0.0; contacts], load_n: vec![0.0; contacts], drive_n: 0.0 };
+        for (mode, size) in sizes(coordinates).into_iter().enumerate() {
+            let row = mode * contacts..(mode + 1) * contacts;
+            for (n, (force, load)) in most_force_n[row.clone()].iter().zip(&most_load_n[row]).enumerate() {
+                swing.force_n[n] += size * force;
+                swing.load_n[n] += size * load;
+            }
+            swing.drive_n += size * drive_n[mode].size();
+        }
+        swing
+    }
+
+    /// The steps from the start of the jump up to which nothing switches and no load stops the drive
+    /// by this swing, if all is well at `from`; `from` if it is not.
+    fn certified(
+        &self,
+        plan: &Plan,
+        state: &ChainState,
+        from: u64,
+        swing: &Swing,
+        reserves: [f64; 3],
+    ) -> u64 {
+        let [of_force, of_load, of_drive] = reserves;
+        let mut least = f64::INFINITY;
+        for n in 0..plan.blocks {
+            let [force, rate, load, load_rate] = self.forced_contact(plan, state, n, from as f64);
+            let mu = self.coefficients[n];
+            let bears = load - swing.load_n[n] - of_load;
+            let room = mu * bears * (1.0 - ROUNDING) - swing.force_n[n] - of_force;
+            // Written so that what is not a number certifies nothing.
+            let stays = bears > 0.0 && force.abs() < room;
+            if !stays {
+                return from;
+            }
+            let fall = -mu * load_rate;
+            for (way, closing) in
+                [(room - force, rate + fall), (room + force, fall - rate), (bears, -load_rate)]
+            {
+                least = if closing > 0.0 { least.min(way / closing) } else { least };
+            }
+        }
+        if let Some(stop) = StopForce::of(plan, state.hold_step) {
+            let (force, rate) = self.forced_drive(plan, state, from as f64);
+            let room = stop.under_n(self.ramp.ahead(from as f64)) * (1.0 - ROUNDING)
+                - swing.drive_n
+                - of_drive
+                - force;
+            let stays = room > 0.0;
+            if !stays {
+                return from;
+            }
+            let closing = rate - stop.change_n(self.ramp);
+            least = if closing > 0.0 { least.min(room / closing) } else { least };
+        }
+        // Casting saturates: without a rate there is no end.
+        from.saturating_add(least as u64)
+    }
+
+    /// Force and load on a contact by the forced part so many steps into the jump, and what they
+    /// change by in a step.
+    fn forced_contact(&self, plan: &Plan, state: &ChainState, n: usize, into: f64) -> [f64; 4] {
+        let (kt, kf) =
+            (plan.friction.interfacial_stiffness_n_per_m, self.ground.stuck.lattice.foundation_n_per_m);
+        let z = self.ground.stuck.lattice.nodes() + n;
+        let (rate, load_rate) = (kt * self.advance_m[n], -kf * self.advance_m[z]);
+        let force = kt * (self.position_m[n] - state.stick_position_m[n]) + into * rate;
+        [force, rate, -kf * self.position_m[z] + into * load_rate, load_rate]
+    }
+
+    /// The same of the sum of the driving forces.
+    fn forced_drive(&self, plan: &Plan, state: &ChainState, into: f64) -> (f64, f64) {
+        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
+        let advance_m = if self.moves { plan.drive.velocity_m_per_s * self.ground.stuck.step_s } else { 0.0 };
+        let (mut force, mut rate) = (0.0, 0.0);
+        for spring in &plan.drive.springs {
+            force += spring.force_n(point_m, self.position_m[spring.block]);
+            rate += spring.stiffness_n_per_m * (spring.direction * advance_m - self.advance_m[spring.block]);
+        }
+        (force + into * rate, rate)
+    }
+
+    /// Whether nothing switches on a short stretch, with the modes at both ends of it.
+    fn stays(
+        &self,
+        plan: &Plan,
+        state: &ChainState,
+        [from, to]: [u64; 2],
+        coordinates: &Coordinates,
+        [of_force, of_load, of_drive]: [f64; 3],
+    ) -> bool {
+        let Ground { modes, force_n, load_n, most_force_n, most_load_n, drive_n, .. } = &*self.ground;
+        let contacts = plan.blocks;
+        let ends = [coordinates.clone(), self.grown(to)];
+        let bend = (to - from) as f64 * (to - from) as f64 / 8.0;
+        let bends: Vec<f64> = sizes(coordinates)
+            .iter()
+            .zip(&modes.rates)
+            .map(|(size, s)| bend * size * (s.re * s.re + s.im * s.im))
+            .collect();
+        let part = |of: &Complex, c: &Coordinates, mode: usize| of.re * c.re[mode] - of.im * c.im[mode];
+        let are_clear = (0..contacts).all(|n| {
+            let (mut forces, mut loads, mut bent) = ([0.0; 2], [0.0; 2], [of_force, of_load]);
+            for (mode, more) in bends.iter().enumerate() {
+                let at = mode * contacts + n;
+                for (end, c) in ends.iter().enumerate() {
+                    forces[end] += part(&force_n[at], c, mode);
+                    loads[end] += part(&load_n[at], c, mode);
+                }
+                bent[0] += more * most_force_n[at];
+                bent[1] += more * most_load_n[at];
+            }
+            [from, to].into_iter().enumerate().all(|(end, into)| {
+                let [force, _, load, _] = self.forced_contact(plan, state, n, into as f64);
+                let bears = load + loads[end] - bent[1];
+                let room = self.coefficients[n] * bears * (1.0 - ROUNDING) - bent[0];
+                bears > 0.0 && (force + forces[end]).abs() < room
+            })
+        });
+        let Some(stop) = StopForce::of(plan, state.hold_step) else { return are_clear };
+        let bent: f64 = bends.iter().zip(drive_n).map(|(bend, drive)| bend * drive.size()).sum();
+        are_clear
+            && [from, to].into_iter().zip(&ends).all(|(into, c)| {
+                let swing: f64 = (0..drive_n.len()).map(|mode| part(&drive_n[mode], c, mode)).sum();
+                let (force, _) = self.forced_drive(plan, state, into as f64);
+                let goal = stop.under_n(self.ramp.ahead(into as f64)) * (1.0 - ROUNDING);
+                force + swing + bent + of_drive < goal
+            })
+    }
+
+    /// Writes the state after `into` steps of the jump, without forces.
+    pub(super) fn land(&mut self, into: u64, state: &mut ChainState) {
+        let modes = self.ground.modes.rates.len();
+        let coordinates = self.grown(into);
+        self.compose(into, &coordinates, modes, state);
+    }
+
+    /// The same for a sample, without modes that change nothing.
+    pub(super) fn sample(&mut self, into: u64, state: &mut ChainState) {
+        let coordinates = self.grown(into);
+        let least = NEGLIGIBLE * self.ground.stuck.sweeps.largest(&self.position_m);
+        let last = sizes(&coordinates).iter().rposition(|size| *size > least);
+        self.compose(into, &coordinates, last.map_or(0, |last| last + 1), state);
+    }
+
+    fn compose(&mut self, into: u64, coordinates: &Coordinates, modes: usize, state: &mut ChainState) {
+        let Jump { ground, position_m, advance_m, u, w, .. } = self;
+        u.fill(0.0);
+        w.copy_from_slice(advance_m);
+        ground.modes.add(&ground.stuck, coordinates, modes, u, w);
+        for n in 0..u.len() {
+            state.displacement_m[n] = position_m[n] + (into as f64 * advance_m[n] + u[n]);
+            state.velocity_m_per_s[n] = w[n] / ground.stuck.step_s;
+        }
+        state.step = self.from_step + into;
+        state.sliding = 0;
+    }
+
+    /// Brings the ledger of a state up to `into` steps of the jump, where the state stands.
+    ///
+    /// The sums over the steps of what drive and load do are geometric. The work of the scheme is a
+    /// difference of [`Worth`], and the viscous loss what is missing in the balance.
+    pub(super) fn account(&mut self, plan: &Plan, into: u64, state: &mut ChainState) {
+        let Some(Start { ledger, here: start }) = self.start else { return };
+        let here = self.worth(plan, state, into);
+        let (drive_j, load_j) = (self.drive_work_j(plan, into), self.load_work_j(plan, into));
+        let scheme_j = here.scheme_j - start.scheme_j;
+        let stored_j = (here.kinetic_j - start.kinetic_j) + (here.elastic_j - start.elastic_j);
+        let mut ledger = ledger;
+        ledger.drive_work_j.add(drive_j);
+        ledger.load_work_j.add(load_j);
+        ledger.viscous_loss_j.add((drive_j + load_j) + scheme_j - stored_j);
+        ledger.scheme_work_j.add(scheme_j + (here.ahead_j - start.ahead_j));
+        state.energy = Some(ledger);
+    }
+
+    /// `sum z^i` over so many steps of each mode, times what the mode does.
+    fn summed(&self, growth: &Coordinates, of: &[Complex]) -> f64 {
+        let rates = self.ground.modes.rates.iter();
+        let parts = rates.zip(of).enumerate().map(|(mode, (s, of))| {
+            let c = Complex { re: self.coordinates.re[mode], im: self.coordinates.im[mode] };
+            let grown = Complex { re: growth.re[mode], im: growth.im[mode] };
+            (c * *of * grown / *s).re
+        });
+        parts.sum()
+    }
+
+    fn drive_work_j(&self, plan: &Plan, into: u64) -> f64 {
+        let moving = into.min(self.hold_step.saturating_sub(self.from_step));
+        let advance_m = plan.drive.velocity_m_per_s * self.ground.stuck.step_s;
+        if moving == 0 || advance_m == 0.0 {
+            return 0.0;
+        }
+        // Where the point stops on the way, it does so in the first step.
+        let count = moving as f64;
+        let growth = self.ground.modes.powers.growth(moving);
+        let point_m = plan.drive_point_m(self.from_step + 1, u64::MAX);
+        let (mut force, mut rate) = (0.0, 0.0);
+        for spring in &plan.drive.springs {
+            force += spring.force_n(point_m - 0.5 * advance_m, self.position_m[spring.block]);
+            rate += spring.stiffness_n_per_m * (spring.direction * advance_m - self.advance_m[spring.block]);
+        }
+        advance_m
+            * (count * (force + 0.5 * (count - 1.0) * rate) + self.summed(&growth, &self.ground.drive_n))
+    }
+
+    /// `-sum L_j (U_j - U_{j - 1})` with `U = sum F_n u_z` and `L` the load over that of the start,
+    /// linear in time.
+    fn load_work_j(&self, plan: &Plan, into: u64) -> f64 {
+        let Ground { stuck, modes, pressed_j, .. } = &*self.ground;
+        let nodes = stuck.lattice.nodes();
+        let count = into as f64;
+        let (first, rate) = (self.ramp.load.scaled_n(1.0), self.ramp.change_n(1.0));
+        let parts = stuck.lattice.top_row().zip(&plan.top_load_n);
+        let advance_j: f64 = parts.map(|(node, load_n)| load_n * self.advance_m[nodes + node]).sum();
+        let mut work_j = advance_j * (count * first + rate * (count * (count - 1.0) / 2.0));
+        let growth = modes.powers.growth(into);
+        for (mode, (&s, &pressed)) in modes.rates.iter().zip(pressed_j).enumerate() {
+            let c = Complex { re: self.coordinates.re[mode], im: self.coordinates.im[mode] };
+            let grown = Complex { re: growth.re[mode], im: growth.im[mode] };
+            // `sum_{j=1}^k s z^(j-1) = z^k - 1`, and with `j - 1` before it `k z^k - z (z^k - 1) / s`.
+            let rising = (Complex::ONE + grown).scaled(count) - (Complex::ONE + s) * grown / s;
+            work_j += (c * pressed * (grown.scaled(first) + rising.scaled(rate))).re;
+        }
+        -work_j
+    }
+
+    /// As [`crate::energy`] derives the work of the scheme, for any stiffness and damping.
+    fn worth(&mut self, plan: &Plan, state: &ChainState, into: u64) -> Worth {
+        let &mut Jump { moves, hold_step, ramp, .. } = self;
+        let Jump { ground, stiff, damped, scratch, u: du, w: dv, .. } = self;
+        let stuck = &ground.stuck;
+        let (dt, mass, nodes) = (stuck.step_s, stuck.mass_kg, stuck.lattice.nodes());
+        let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
+        let sweeps = stuck.sweeps;
+        let product = |a: &[f64], b: &[f64]| {
+            let mut product = [0.0];
+            sweeps.dots(&mut product, a, b);
+            product[0]
+        };
+        let (kinetic_j, elastic_j) = crate::lattice::stored_j(plan, state);
+        // The outer forces of the step that comes next, as if the jump went on.
+        let hold_step = if moves { u64::MAX } else { hold_step };
+        let point_m = plan.drive_point_m(state.step + 1, hold_step);
+        let advance_m = if moves { plan.drive.velocity_m_per_s * dt } else { 0.0 };
+        let (load, load_change) = (ramp.ahead(into as f64), ramp.change_n(1.0));
+        sweeps.lattice_pull(stiff, damped, u, v, &stuck.lattice);
+        let ahead_j = 0.5 * dt * product(stiff, v);
+        // `g x`.
+        let steady_j = |x: &[f64]| {
+            let springs = plan.drive.springs.iter();
+            let drive: f64 = springs
+                .map(|spring| spring.stiffness_n_per_m * spring.direction * advance_m * x[spring.block])
+                .sum();
+            let parts = stuck.lattice.top_row().zip(&plan.top_load_n);
+            let pressed: f64 = parts.map(|(node, load_n)| load_n * x[nodes + node]).sum();
+            drive - load_change * pressed
+        };
+        let loss = -product(damped, v);
+        // `D v` and `D u`.
+        let by_force = dt / mass;
+        for ((dv, stiff), damped) in dv.iter_mut().zip(&*stiff).zip(&*damped) {
+            *dv = stiff + damped;
+        }
+        let kt = plan.friction.interfacial_stiffness_n_per_m;
+        for n in 0..plan.blocks {
+            dv[n] -= kt * (u[n] - state.stick_position_m[n]);
+            dv[nodes + n] -= stuck.lattice.foundation_n_per_m * u[nodes + n];
+        }
+        for spring in &plan.drive.springs {
+            dv[spring.block] += spring.force_n(point_m, u[spring.block]);
+        }
+        for (node, load_n) in stuck.lattice.top_row().zip(&plan.top_load_n) {
+            dv[nodes + node] -= load.scaled_n(*load_n);
+        }
+        for n in 0..dv.len() {
+            dv[n] *= by_force;
+            du[n] = dt * (v[n] + dv[n]);
+        }
+        let mut scheme_j = -0.5 * mass * product(v, dv) - 0.25 * dt * loss + 0.5 * steady_j(u);
+        let mut share = 0.25;
+        for order in 1..=MOST_ORDERS {
+            stuck.products(stiff, damped, du, dv);
+            let square = product(dv, dv);
+            let (strain_j, loss) = (0.5 * product(du, stiff), product(dv, damped));
+            let steady = if order == 1 { steady_j(du) } else { 0.0 };
+            // The differences of the next order.
+            for n in 0..dv.len() {
+                scratch[n] = -by_force * (stiff[n] + damped[n]);
+            }
+            if order == 1 {
+                for spring in &plan.drive.springs {
+                    scratch[spring.block] +=
+                        by_force * (spring.stiffness_n_per_m * spring.direction * advance_m);
+                }
+                for (node, load_n) in stuck.lattice.top_row().zip(&plan.top_load_n) {
+                    scratch[nodes + node] -= by_force * (load_change * load_n);
+                }
+            }
+            let mixed = product(dv, scratch);
+            let part = share * (steady - 0.5 * mass * (square + mixed) - strain_j - 0.75 * dt * loss);
+            scheme_j -= part;
+            if part.abs() <= NEGLIGIBLE_WORK * scheme_j.abs() {
+                break;
+            }
+            share *= 0.25;
+            for n in 0..dv.len() {
+                du[n] = dt * (dv[n] + scratch[n]);
+            }
+            dv.copy_from_slice(scratch);
+        }
+        Worth { kinetic_j, elastic_j, scheme_j, ahead_j }
+    }
+}

@@ -1,0 +1,392 @@
+//! The slow modes of a stuck slab: what rings on after all else has died.
+//!
+//! With `K = (dt^2 / m) M` and `D = (dt / m) C` a step without forcing turns `(u, w)`, `w = dt v`,
+//! into `w' = w - K u - D w`, `u' = u + w'`. A mode is multiplied by `1 + s`, and then
+//! `w = s / (1 + s) u` and
+//!
+//! ```text
+//! [s^2 + s (D + K) + K] x = 0,
+//! ```
+//!
+//! which is symmetric. The modes of smallest `|s|` are the slowest, and Arnoldi's iteration finds them
+//! first in `K^-1`: with `t = S / s` for a unit of rates `S`, `(t x, x)` is an eigenvector to `t` of
+//!
+//! ```text
+//! (a, b) -> (-S a - K^-1 (S D a + S^2 b), a).
+//! ```
+//!
+//! Since the pencil is symmetric, the coordinate of a mode is told by `x` as well: as for a chain
+//! ([`crate::modes`]) it is `x (w - K (u - w) / s)` over its value on the mode itself.
+//!
+//! **What they leave out.** Nothing rests on how well the modes were found: two numbers tell how far
+//! a state that is put together from its coordinates, so many steps later, may be from where steps
+//! lead. What is not put together now has a norm that never grows ([`super::norms`]). And a
+//! mode whose image is off by `(e, e)`, `e = -K x - (D + s) s / (1 + s) x`, adds that in every step,
+//! which in this norm is `sqrt(m) |e| / dt` times what is left of its coordinate. Modes that are off by
+//! too much are not taken.
+
+use asperity_model::mixed;
+
+use crate::complex::Complex;
+use crate::modes::{Coordinates, Powers};
+use crate::slab::eigen::Hessenberg;
+use crate::slab::stuck::StuckSlab;
+
+/// Largest part of a mode by which its image may be off, for a mode to be taken. What that comes to is
+/// counted in every jump, so it may be as large as waits for fewer modes are long.
+const DEFECT: f64 = 1e-6;
+
+/// The search ends after so many eigenvalues that belong to no mode yet.
+const MOST_MISSING: usize = 6;
+
+/// Solutions before the iteration, which take the fastest out of what it starts with.
+const FIRST_SOLUTIONS: usize = 2;
+
+/// Slow modes of a stuck slab.
+#[derive(Debug)]
+pub(super) struct SlowModes {
+    freedoms: usize,
+    /// Real and imaginary part of the displacements of each mode, one after the other.
+    shapes: Vec<f64>,
+    /// `s` of each.
+    pub(super) rates: Vec<Complex>,
+    /// `w` over `u` of each, `s / (1 + s)`.
+    velocities: Vec<Complex>,
+    /// The value of the coordinate on the mode itself, inverted.
+    own: Vec<Complex>,
+    /// How often the real part counts: 2 for a mode that stands for its conjugate too.
+    pub(super) weights: Vec<f64>,
+    /// By how much its image is off, in the norm `sqrt(I)`, for a coordinate of size 1 and its
+    /// conjugate.
+    pub(super) off: Vec<f64>,
+    pub(super) powers: Powers,
+    /// By which part the next modes fall in a step, as far as the iteration tells: what is not taken
+    /// falls about so fast.
+    pub(super) next_falls_by: f64,
+}
+
+/// Arnoldi's iteration: an orthonormal basis, and the map in it.
+struct Arnoldi {
+    basis: Vec<f64>,
+    map: Hessenberg,
+}
+
+impl SlowModes {
+    /// Those that an iteration of so many steps finds, the slowest first; `None` if there are none.
+    pub(super) fn of(stuck: &StuckSlab, iterations: usize) -> Option<SlowModes> {
+        let freedoms = stuck.freedoms();
+        let unit = unit_of_rates(stuck);
+        let Arnoldi { basis, map } = arnoldi(stuck, unit, iterations.min(2 * freedoms - FIRST_SOLUTIONS));
+        let values = map.eigenvalues()?;
+        let mut values: Vec<Complex> = values.into_iter().filter(|value| value.im <= 0.0).collect();
+        // Of `t = S / s`: a rate with a positive imaginary part has a `t` with a negative one.
+        values.sort_by(|a, b| b.size().total_cmp(&a.size()));
+        let mut modes = SlowModes {
+            freedoms,
+            shapes: Vec::new(),
+            rates: Vec::new(),
+            velocities: Vec::new(),
+            own: Vec::new(),
+            weights: Vec::new(),
+            off: Vec::new(),
+            powers: Powers::of(&[]),
+            next_falls_by: 1.0,
+        };
+        let scratch = || vec![0.0; freedoms];
+        let mut work = [scratch(), scratch(), scratch(), scratch(), scratch(), scratch()];
+        let mut missing = 0;
+        for value in values {
+            let falls_by = 1.0 - (Complex::ONE + Complex::from(unit) / value).size();
+            if !modes.take(stuck, &basis, &map, unit, value, &mut work) {
+                missing += 1;
+                modes.next_falls_by = modes.next_falls_by.min(falls_by.abs());
+                if missing == MOST_MISSING {
+                    break;
+                }
+            }
+        }
+        modes.powers = Powers::of(&modes.rates);
+        (!modes.rates.is_empty() && modes.powers.none_grows()).then_some(modes)
+    }
+
+    /// Takes the mode of an eigenvalue, if it is near enough to one.
+    fn take(
+        &mut self,
+        stuck: &StuckSlab,
+        basis: &[f64],
+        map: &Hessenberg,
+        unit: f64,
+        value: Complex,
+        work: &mut [Vec<f64>; 6],
+    ) -> bool {
+        let freedoms = self.freedoms;
+        let [re, im, stiff_re, stiff_im, damped_re, damped_im] = work;
+        let coordinates = map.eigenvector(value);
+        // Of the first half, `t x`, which has been through the map once more than the second.
+        let parts = [coordinates.iter().map(|c| c.re).collect(), coordinates.iter().map(|c| c.im).collect()];
+        for (part, times) in [&mut *re, &mut *im].into_iter().zip::<[Vec<f64>; 2]>(parts) {
+            part.fill(0.0);
+            stuck.sweeps.add_columns(part, &basis[..map.size * freedoms], &times);
+        }
+        let largest = re.iter().zip(&*im).fold(0.0, |most: f64, (re, im)| most.max(re * re + im * im)).sqrt();
+        let is_found = largest > 0.0;
+        if !is_found {
+            return false;
+        }
+        for x in re.iter_mut().chain(&mut *im) {
+            *x /= largest;
+        }
+        let (by_stiffness, by_damping) =
+            (stuck.step_s * stuck.step_s / stuck.mass_kg, stuck.step_s / stuck.mass_kg);
+        stuck.products(stiff_re, damped_re, re, re);
+        stuck.products(stiff_im, damped_im, im, im);
+        for x in stiff_re.iter_mut().chain(&mut *stiff_im) {
+            *x *= by_stiffness;
+        }
+        for x in damped_re.iter_mut().chain(&mut *damped_im) {
+            *x *= by_damping;
+        }
+        // The products of `x` with `x`, `K x` and `D x`, without conjugates.
+        let product = |of_re: &[f64], of_im: &[f64]| {
+            let mut sums = [[0.0; 2]; 2];
+            stuck.sweeps.dots(&mut sums[0], &[re.as_slice(), im].concat(), of_re);
+            stuck.sweeps.dots(&mut sums[1], &[re.as_slice(), im].concat(), of_im);
+            Complex { re: sums[0][0] - sums[1][1], im: sums[0][1] + sums[1][0] }
+        };
+        let (square, stiff, damped) =
+            (product(re, im), product(stiff_re, stiff_im), product(damped_re, damped_im));
+        let mut s = Complex::from(unit) / value;
+        for _ in 0..3 {
+            let off = s * s * square + s * (damped + stiff) + stiff;
+            let slope = s * square.scaled(2.0) + (damped + stiff);
+            s = s - off / slope;
+        }
+        let is_rate = s.re.is_finite() && s.im >= 0.0 && s.size() > 0.0;
+        if !is_rate {
+            return false;
+        }
+        // A real rate has real displacements, and no conjugate.
+        let is_real = value.im == 0.0;
+        if is_real != (s.im == 0.0) {
+            return false;
+        }
+        let velocity = s / (Complex::ONE + s);
+        let mut off = 0.0;
+        for n in 0..freedoms {
+            let (x, damped) =
+                (Complex { re: re[n], im: im[n] }, Complex { re: damped_re[n], im: damped_im[n] });
+            let e = Complex { re: stiff_re[n], im: stiff_im[n] } + velocity * (damped + s * x);
+            off += e.re * e.re + e.im * e.im;
+        }
+        let length: f64 = re.iter().zip(&*im).map(|(re, im)| re * re + im * im).sum();
+        let share = (off / length).sqrt() / velocity.size();
+        let is_near = share <= DEFECT;
+        if !is_near {
+            return false;
+        }
+        let weight = if is_real { 1.0 } else { 2.0 };
+        self.shapes.extend_from_slice(re);
+        self.shapes.extend_from_slice(im);
+        self.rates.push(s);
+        self.velocities.push(velocity);
+        let own = velocity * square - stiff / (s * (Complex::ONE + s));
+        self.own.push(Complex::ONE / own);
+        self.weights.push(weight);
+        self.off.push(weight * off.sqrt() * stuck.mass_kg.sqrt() / stuck.step_s);
+        true
+    }
+
+    /// The coordinates of a state without forcing, from `w` and `M (u - w)`.
+    pub(super) fn project(&self, stuck: &StuckSlab, w: &[f64], stiff: &[f64], coordinates: &mut Coordinates) {
+        let count = self.rates.len();
+        let by_stiffness = stuck.step_s * stuck.step_s / stuck.mass_kg;
+        let (mut of_w, mut of_stiff) = (vec![0.0; 2 * count], vec![0.0; 2 * count]);
+        stuck.sweeps.dots(&mut of_w, &self.shapes, w);
+        stuck.sweeps.dots(&mut of_stiff, &self.shapes, stiff);
+        coordinates.re.clear();
+        coordinates.im.clear();
+        for m in 0..count {
+            let of = |products: &[f64]| Complex { re: products[2 * m], im: products[2 * m + 1] };
+            let coordinate = (of(&of_w) - of(&of_stiff).scaled(by_stiffness) / self.rates[m]) * self.own[m];
+            coordinates.re.push(coordinate.re);
+            coordinates.im.push(coordinate.im);
+        }
+    }
+
+    /// Adds the state with the coordinates of the first so many modes to `u` and `w`.
+    pub(super) fn add(
+        &self,
+        stuck: &StuckSlab,
+        coordinates: &Coordinates,
+        modes: usize,
+        u: &mut [f64],
+        w: &mut [f64],
+    ) {
+        let (mut of_u, mut of_w) = (Vec::with_capacity(2 * modes), Vec::with_capacity(2 * modes));
+        for m in 0..modes {
+            let coordinate = Complex { re: coordinates.re[m], im: coordinates.im[m] };
+            let (moving, weight) = (coordinate * self.velocities[m], self.weights[m]);
+            of_u.extend([weight * coordinate.re, -weight * coordinate.im]);
+            of_w.extend([weight * moving.re, -weight * moving.im]);
+        }
+        stuck.sweeps.add_columns(u, &self.shapes[..2 * modes * self.freedoms], &of_u);
+        stuck.sweeps.add_columns(w, &self.shapes[..2 * modes * self.freedoms], &of_w);
+    }
+
+    /// The displacement of a freedom in a mode.
+    pub(super) fn shape(&self, mode: usize, freedom: usize) -> Complex {
+        let at = 2 * mode * self.freedoms + freedom;
+        Complex { re: self.shapes[at], im: self.shapes[at + self.freedoms] }
+    }
+}
+
+/// How large each coordinate is.
+pub(super) fn sizes(coordinates: &Coordinates) -> Vec<f64> {
+    coordinates.re.iter().zip(&coordinates.im).map(|(re, im)| (re * re + im * im).sqrt()).collect()
+}
+
+/// Some times the slowest rate: that of a shear wave across the longer side.
+fn unit_of_rates(stuck: &StuckSlab) -> f64 {
+    let lattice = &stuck.lattice;
+    let rate = stuck.step_s * (lattice.stiffness_n_per_m / stuck.mass_kg).sqrt();
+    8.0 * rate / lattice.columns.max(lattice.rows) as f64
+}
+
+/// Vectors that a new one is made orthogonal to at once, while they are at hand.
+const AT_ONCE: usize = 8;
+
+fn arnoldi(stuck: &StuckSlab, unit: f64, iterations: usize) -> Arnoldi {
+    let (sweeps, freedoms) = (stuck.sweeps, stuck.freedoms());
+    let (dt, mass) = (stuck.step_s, stuck.mass_kg);
+    // Both halves of the vectors, each in a matrix of its own.
+    let mut halves = [Vec::with_capacity((iterations + 1) * freedoms), Vec::new()];
+    halves[1].reserve((iterations + 1) * freedoms);
+    let (mut stiff, mut damped, mut scratch) =
+        (vec![0.0; freedoms], vec![0.0; freedoms], vec![0.0; freedoms]);
+    let mut apply = |a: &[f64], b: &[f64], image: &mut [f64]| {
+        stuck.products(&mut stiff, &mut damped, a, a);
+        for n in 0..freedoms {
+            // `M^-1` is `dt^2 / m` times `K^-1`.
+            image[n] = unit / dt * damped[n] + unit * unit * mass / (dt * dt) * b[n];
+        }
+        stuck.solve(image, &mut scratch);
+        for (image, a) in image.iter_mut().zip(a) {
+            *image = -*image - unit * a;
+        }
+    };
+    let number = |n: usize| mixed(n as u64) as f64 / u64::MAX as f64 - 0.5;
+    let (mut a, mut b): (Vec<f64>, Vec<f64>) = (vec![0.0; freedoms], (0..freedoms).map(number).collect());
+    let mut image = vec![0.0; freedoms];
+    for _ in 0..FIRST_SOLUTIONS {
+        apply(&a, &b, &mut image);
+        std::mem::swap(&mut b, &mut a);
+        std::mem::swap(&mut a, &mut image);
+    }
+    let square = |a: &[f64], b: &[f64]| {
+        let mut squares = [[0.0]; 2];
+        sweeps.dots(&mut squares[0], a, a);
+        sweeps.dots(&mut squares[1], b, b);
+        squares[0][0] + squares[1][0]
+    };
+    let scale = 1.0 / square(&a, &b).sqrt();
+    for (half, x) in halves.iter_mut().zip([&a, &b]) {
+        half.extend(x.iter().map(|x| scale * x));
+    }
+    let mut map = Hessenberg::zero(iterations);
+    let (mut products, mut more) = (vec![0.0; iterations], vec![0.0; iterations]);
+    let mut size = iterations;
+    for j in 0..iterations {
+        let from = j * freedoms;
+        apply(&halves[0][from..][..freedoms], &halves[1][from..][..freedoms], &mut a);
+        b.copy_from_slice(&halves[0][from..][..freedoms]);
+        let whole = square(&a, &b);
+        for from in (0..=j).step_by(AT_ONCE) {
+            let count = AT_ONCE.min(j + 1 - from);
+            let columns = from * freedoms..(from + count) * freedoms;
+            let (products, more) = (&mut products[..count], &mut more[..count]);
+            sweeps.dots(products, &halves[0][columns.clone()], &a);
+            sweeps.dots(more, &halves[1][columns.clone()], &b);
+            for (i, (product, more)) in products.iter_mut().zip(more).enumerate() {
+                *product += *more;
+                *map.entry(from + i, j) += *product;
+                *product = -*product;
+            }
+            sweeps.add_columns(&mut a, &halves[0][columns.clone()], products);
+            sweeps.add_columns(&mut b, &halves[1][columns], products);
+        }
+        let left = square(&a, &b);
+        if j + 1 == iterations {
+            break;
+        }
+        let goes_on = left > 1e-28 * whole;
+        if !goes_on {
+            // All that the start can lead to has been found.
+            size = j + 1;
+            break;
+        }
+        *map.entry(j + 1, j) = left.sqrt();
+        for (half, x) in halves.iter_mut().zip([&a, &b]) {
+            half.extend(x.iter().map(|x| x / left.sqrt()));
+        }
+    }
+    let [basis, _] = halves;
+    let mut small = Hessenberg::zero(size);
+    for i in 0..size {
+        small.rows[i * size..][..size].copy_from_slice(&map.rows[i * iterations..][..size]);
+    }
+    Arnoldi { basis, map: small }
+}
+
+#[cfg(test)]
+mod tests {
+    use asperity_model::{Plan, resolve};
+
+    use super::SlowModes;
+    use crate::modes::Coordinates;
+    use crate::slab::stuck::StuckSlab;
+    use crate::sweep::Sweeps;
+
+    /// Steps of a state made of modes are what the modes say.
+    #[test]
+    fn modes_are_multiplied_in_every_step() {
+        let sets = ["slider.blocks=9", "slider.rows=5", "slider.height_m=0.07", "drive.height_m=0.0175"];
+        let plan = Plan::new(&resolve("slab", &sets).unwrap_or_else(|error| panic!("{error}")));
+        let stuck = StuckSlab::of(&plan, Sweeps::detect()).expect("it is positive");
+        let freedoms = stuck.freedoms();
+        let modes = SlowModes::of(&stuck, 60).expect("there are modes");
+        let count = modes.rates.len();
+        assert!(count > 10 && modes.rates.is_sorted_by(|a, b| a.size() <= b.size()));
+        let coordinates = Coordinates {
+            re: (0..count).map(|m| 1.0 + m as f64).collect(),
+            im: (0..count).map(|m| if modes.weights[m] == 2.0 { 0.5 * m as f64 } else { 0.0 }).collect(),
+        };
+        let (mut u, mut w) = (vec![0.0; freedoms], vec![0.0; freedoms]);
+        modes.add(&stuck, &coordinates, count, &mut u, &mut w);
+        let (mut stiff, mut damped) = (vec![0.0; freedoms], vec![0.0; freedoms]);
+        // What was put together is taken apart again.
+        let moving: Vec<f64> = u.iter().zip(&w).map(|(u, w)| u - w).collect();
+        stuck.products(&mut stiff, &mut damped, &moving, &w);
+        let mut found = Coordinates::default();
+        modes.project(&stuck, &w, &stiff, &mut found);
+        let parts = |of: &Coordinates| of.re.iter().chain(&of.im).copied().collect::<Vec<f64>>();
+        for (found, own) in parts(&found).into_iter().zip(parts(&coordinates)) {
+            assert!((found - own).abs() < 1e-4 * count as f64, "{found} {own}");
+        }
+        const STEPS: u64 = 500;
+        for _ in 0..STEPS {
+            stuck.products(&mut stiff, &mut damped, &u, &w);
+            for n in 0..freedoms {
+                w[n] -= (stuck.step_s * stuck.step_s * stiff[n] + stuck.step_s * damped[n]) / stuck.mass_kg;
+                u[n] += w[n];
+            }
+        }
+        let mut grown = coordinates.clone();
+        grown.grow_by(&modes.powers.growth(STEPS));
+        let (mut u_grown, mut w_grown) = (vec![0.0; freedoms], vec![0.0; freedoms]);
+        modes.add(&stuck, &grown, count, &mut u_grown, &mut w_grown);
+        for n in 0..freedoms {
+            assert!((u[n] - u_grown[n]).abs() < 1e-4 && (w[n] - w_grown[n]).abs() < 1e-4, "freedom {n}");
+        }
+        assert!(u.iter().any(|u| u.abs() > 0.1), "they are slow");
+    }
+}

@@ -79,6 +79,7 @@ impl Figure for Dispersion {
             (Sample::Nothing, "lines: theory".to_owned()),
         ];
         Ok(Sheet::Other(Arc::new(Paper {
+            shape: None,
             title: self.title.clone(),
             x: Scale::between("q_x a/π", 0.0, 1.0),
             y: Scale::between("ω √(m/k)", 0.0, HIGHEST),

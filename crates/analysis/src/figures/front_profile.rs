@@ -103,6 +103,7 @@ impl FrontProfile {
             self.title.clone()
         };
         Ok(Paper {
+            shape: None,
             title,
             x: Scale::between("block n", first - 0.5, last + 0.5),
             y: Scale::between(&format!("v/{c}"), 0.0, to),

@@ -134,6 +134,7 @@ impl Figure for FrontStress {
             rows.push((Sample::Line(Dash::Dotted, GREY), format!("c_L = {speed:.0} m/s")));
         }
         Ok(Sheet::Other(Arc::new(Paper {
+            shape: None,
             title: self.title.clone(),
             x,
             y: Scale::between(&format!("v/{name}"), 0.0, self.to_speed),

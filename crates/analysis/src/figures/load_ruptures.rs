@@ -127,6 +127,7 @@ pub(super) fn curve(run: &RunData, from_s: Option<f64>, to_s: Option<f64>) -> Re
         }
     }
     Ok(Paper {
+        shape: None,
         title: String::new(),
         x: Scale::between(&clock.label, from, to),
         y: Scale::between("F_T/F_N", bottom, top),

@@ -118,6 +118,7 @@ pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Paper {
     }
     behind.extend(items);
     Paper {
+        shape: None,
         title: String::new(),
         x: Scale::between(&format!("T between onsets ({unit})"), clock.place(from_s), clock.place(to_s)),
         y: Scale::between("share of longer times", 0.0, 1.04),

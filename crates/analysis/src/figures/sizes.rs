@@ -146,6 +146,7 @@ pub(super) fn distribution(
     behind.extend(items);
     let frame = [f64::from(from_blocks), largest];
     Ok(Paper {
+        shape: None,
         title: String::new(),
         x: Scale::of("size s (blocks)", true, 0.04, frame.into_iter()),
         y: Scale::of("share of at least s", true, 0.0, [lowest, 1.25].into_iter()),

@@ -110,20 +110,16 @@ impl Figure for SlabField {
             Panel { title, items: cells.collect() }
         });
         let paper = Paper {
+            shape: Some((lattice.rows - 1) as f64 / (lattice.columns - 1) as f64),
             title: self.title.clone(),
             x: Scale::between("x (mm)", 0.0, (lattice.columns - 1) as f64 * spacing_mm),
             y: Scale::between("z (mm)", 0.0, (lattice.rows - 1) as f64 * spacing_mm),
             panels: panels.collect(),
             bar: Some(Bar { scale: scale.clone(), span: 1.0 }),
             heading: String::new(),
-            rows: if out > 0.0 {
-                vec![
-                    (Sample::Nothing, format!("{} % beyond", 100.0 * out)),
-                    (Sample::Nothing, "either end".to_owned()),
-                ]
-            } else {
-                Vec::new()
-            },
+            rows: Vec::from_iter(
+                (out > 0.0).then(|| (Sample::Nothing, format!("ends: {} % beyond", 100.0 * out))),
+            ),
         };
         Ok(Sheet::Other(Arc::new(paper)))
     }

@@ -201,6 +201,7 @@ pub(super) fn map(
     let items = layers.into_values().flatten().chain(velocities).chain(fronts).chain([creep]).collect();
     let (from, to) = (view.clock.place(view.from_s), view.clock.place(view.to_s));
     Ok(Paper {
+        shape: None,
         title: String::new(),
         x: Scale::between(&view.clock.label, from, to),
         y: Scale::between("block n", f64::from(view.from_block) - 0.5, f64::from(view.to_block) + 0.5),

@@ -102,6 +102,7 @@ impl StressSequence {
         let rows =
             lines.map(|(_, dash, color, label)| (Sample::Line(dash, color), label.to_owned())).collect();
         Ok(Paper {
+            shape: None,
             title: self.title.clone(),
             x: Scale::between("block n", 0.5, last + 0.5),
             y: Scale::between("τ_n/p_n", if low < 0.0 { low - margin } else { 0.0 }, high + margin),

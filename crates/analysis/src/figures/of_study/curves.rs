@@ -204,6 +204,7 @@ pub(super) fn family(
     let lowest = ys.iter().copied().fold(f64::INFINITY, f64::min);
     let panels = panels.into_iter().map(|(panel, layers)| (panel, layers.concat())).collect();
     Ok(Paper {
+        shape: None,
         title: figure.title.clone(),
         x: Scale::of(&figure.x.label, figure.x.log, 0.04, xs.into_iter().filter(|x| x.is_finite())),
         y: Scale::of(&figure.y.label, figure.y.log, 0.06, ys.into_iter()).down_to_zero(lowest),
@@ -325,6 +326,7 @@ pub(super) fn lengths(
     }
     let panels = panels.into_iter().map(|(panel, layers)| (panel, layers.concat())).collect();
     Ok(Paper {
+        shape: None,
         title: figure.title.clone(),
         x: Scale::between(&figure.x.label, 0.0, to),
         y: Scale::between(&figure.y.label, 0.0, 1.05),

@@ -88,6 +88,7 @@ pub(super) fn paper(gathered: &Gathered, statistic: Statistic, scattered: bool) 
         rows.push((Sample::Crossed, "no run".to_owned()));
     }
     Ok(Paper {
+        shape: None,
         title: figure.title.clone(),
         x,
         y,

@@ -80,6 +80,8 @@ pub(crate) struct Paper {
     pub(crate) x: Scale,
     pub(crate) y: Scale,
     pub(crate) panels: Vec<Panel>,
+    /// Height of a panel over its width, where both axes have the same unit; else as there is room.
+    pub(crate) shape: Option<f64>,
     pub(crate) bar: Option<Bar>,
     /// Above the rows.
     pub(crate) heading: String,
@@ -95,6 +97,9 @@ const RIGHT: i32 = 40;
 const BELOW: i32 = 165;
 const ABOVE: i32 = 50;
 const TITLE: i32 = 90;
+
+/// What a number upwards needs, in pixels.
+const ROW_OF_NUMBERS: f64 = 60.0;
 
 /// The key: its rows, the samples in them, and the colour bar.
 const ROW: i32 = 64;
@@ -131,7 +136,11 @@ impl Paper {
             2 => ((PAGE_WIDTH - key) / 2, SMALL_PANEL.1 as i32),
             _ => (SMALL_PANEL.0 as i32, SMALL_PANEL.1 as i32),
         };
-        (columns * small.0 + key, self.title_height() + rows * small.1)
+        let is_titled = self.panels.iter().any(|panel| !panel.title.is_empty());
+        let about = BELOW + if is_titled { TITLE } else { ABOVE };
+        let tall = |shape: f64| (shape * f64::from(small.0 - LEFT - RIGHT)).round() as i32 + about;
+        let height = self.shape.map_or(small.1, tall);
+        (columns * small.0 + key, self.title_height() + rows * height)
     }
 
     /// Draws it into a rectangle of a picture: its upper left corner, its width and height.
@@ -195,7 +204,12 @@ impl Paper {
         }
         let frame = frame(low, high);
         let ruler = |scale| Ruler { scale, ticks: Scale::ticks(scale) };
-        axes::draw(root, &frame, &ruler(&self.x), &ruler(&self.y))?;
+        let mut upwards = ruler(&self.y);
+        if self.shape.is_some() {
+            // A panel may be low.
+            upwards.ticks = self.y.ticks_at_most((f64::from(high.1 - low.1) / ROW_OF_NUMBERS).min(7.0));
+        }
+        axes::draw(root, &frame, &ruler(&self.x), &upwards)?;
         let (middle, between) = ((frame.left + frame.right) / 2.0, (frame.top + frame.bottom) / 2.0);
         let (wide, tall) = (f64::from(high.0 - low.0 + RIGHT), f64::from(high.1 - low.1));
         axes::label(root, &panel.title, (middle, frame.top - 40.0), wide, false)?;

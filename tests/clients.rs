@@ -339,14 +339,51 @@ fn rerun_checks_and_converts() {
 fn data_frames_read_what_is_exported_to_the_bit() {
     let Some(python) = Python::find() else { return };
     let logs = Logs::make();
-    let mut arguments = vec![file("tests/clients/exported.py"), logs.whole.clone()];
+    assert_exported(&python, &logs.whole, logs.folder.path());
+}
+
+/// What is exported of a log is what it holds, to the bit, to every one who reads tables.
+fn assert_exported(python: &Python, log: &Path, folder: &Path) {
+    let mut arguments = vec![file("tests/clients/exported.py"), log.to_owned()];
     for format in ["parquet", "csv", "ndjson"] {
-        let out = logs.folder.path().join(format);
-        succeed(&["export", text(&logs.whole), "--to", format, "--out", text(&out)]);
+        let out = folder.join(format);
+        succeed(&["export", text(log), "--to", format, "--out", text(&out)]);
         arguments.push(out);
     }
     let output = python.program("python", &arguments.iter().map(|path| text(path)).collect::<Vec<_>>());
     assert!(output.status.success(), "{}", said(&output));
+}
+
+/// States of a slab have one number more for each contact, what it bears.
+#[test]
+fn clients_read_the_log_of_a_slab() {
+    let (python, node) = (Python::find(), Node::find());
+    let folder = folder();
+    let log = folder.path().join("run.mcap");
+    let sets = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.26"];
+    let sets = sets.iter().flat_map(|set| ["--set", *set]);
+    binary::run(&std::iter::once("slab").chain(sets).collect::<Vec<_>>(), &log);
+    let counts = counts(&log);
+    assert!(counts["/switch"] >= 10 && counts["/fields"] > 10 && counts["/events/slip"] > 1, "{counts:?}");
+    let (_, rows) = exported(&log, "/fields", &[]);
+    let loads: Vec<&Value> = rows[rows.len() - 29..].iter().map(|row| &row["normal_load_n"]).collect();
+    assert!(loads.iter().all(|load_n| load_n.as_f64().is_some_and(|load_n| load_n > 10.0)), "{loads:?}");
+    let assert_read = |output: &Output| {
+        assert!(output.status.success(), "{}", said(output));
+        let found = parsed(output);
+        assert_eq!((&found["status"], &found["counts"]), (&json!("complete"), &json!(counts)));
+        assert_eq!(json!(loads), message(&found["all"]["/fields"]["last"])["normal_load_n"]);
+    };
+    if let Some(node) = node {
+        assert_read(&node.read_log(&log, "0", "1"));
+    }
+    let Some(python) = python else { return };
+    assert_read(&python.program("python", &[text(&file("tests/clients/read_log.py")), text(&log), "0", "1"]));
+    for check in [("pymcap-cli", &["doctor"][..]), ("rerun", &["mcap", "check"])] {
+        let output = python.program(check.0, &[check.1, &[text(&log)]].concat());
+        assert!(output.status.success(), "{}", said(&output));
+    }
+    assert_exported(&python, &log, folder.path());
 }
 
 /// A log of several chunks, and the end of a run that was killed cut from it.

@@ -8,6 +8,7 @@
 //! what is to be recorded inside a jump is evaluated on the side.
 
 mod eigen;
+mod ground;
 mod jump;
 mod modes;
 mod norms;
@@ -23,7 +24,8 @@ use crate::counters::Counters;
 use crate::fast::Fast;
 use crate::lattice::LatticeStepper;
 use crate::recorder::Recorder;
-use crate::slab::jump::{Attempt, Ground, Jump};
+use crate::slab::ground::Ground;
+use crate::slab::jump::{Attempt, Jump};
 use crate::slab::stuck::StuckSlab;
 use crate::solver::{SimulationError, Solver};
 use crate::state::ChainState;

@@ -31,9 +31,9 @@ use crate::complex::Complex;
 use crate::contacts::{Ramp, StopForce, static_coefficient};
 use crate::ledger::Ledger;
 use crate::modes::Coordinates;
-use crate::slab::modes::{SlowModes, sizes};
-use crate::slab::norms::{SlabNorms, invariant};
-use crate::slab::stuck::StuckSlab;
+use crate::slab::ground::Ground;
+use crate::slab::modes::sizes;
+use crate::slab::norms::invariant;
 use crate::state::ChainState;
 use crate::window::norms::ROUNDING;
 
@@ -65,27 +65,6 @@ const MOST_STRETCHES: u64 = 2048;
 /// Orders of the work of the scheme that are taken at most, and the share of it that is negligible.
 const MOST_ORDERS: usize = 12;
 const NEGLIGIBLE_WORK: f64 = 1e-13;
-
-/// What the jumps of a plan have in common.
-#[derive(Debug)]
-pub(super) struct Ground {
-    pub(super) stuck: StuckSlab,
-    modes: SlowModes,
-    norms: SlabNorms,
-    /// Force on each contact and what it bears, by each mode, mode by mode.
-    force_n: Vec<Complex>,
-    load_n: Vec<Complex>,
-    /// Their magnitudes.
-    most_force_n: Vec<f64>,
-    most_load_n: Vec<f64>,
-    /// The sum of the driving forces, and the way of the load, `sum F_n u_z`, by each mode.
-    drive_n: Vec<Complex>,
-    pressed_j: Vec<Complex>,
-    /// `M^-1` of what the forces change by in a step by a moving drive, and for a load that grows by
-    /// that of the start.
-    by_drive_m: Vec<f64>,
-    by_load_m: Vec<f64>,
-}
 
 /// What an attempt to jump came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -135,61 +114,6 @@ struct Worth {
     elastic_j: f64,
     scheme_j: f64,
     ahead_j: f64,
-}
-
-impl Ground {
-    /// `None` if there are no slow modes to be found.
-    pub(super) fn of(plan: &Plan, stuck: StuckSlab, iterations: usize) -> Option<Ground> {
-        let modes = SlowModes::of(&stuck, iterations)?;
-        let (freedoms, contacts) = (stuck.freedoms(), plan.blocks);
-        let nodes = freedoms / 2;
-        let kt = plan.friction.interfacial_stiffness_n_per_m;
-        let inertia = stuck.mass_kg / (stuck.step_s * stuck.step_s);
-        let (mut force_n, mut load_n) = (Vec::new(), Vec::new());
-        let (mut drive_n, mut pressed_j) = (Vec::new(), Vec::new());
-        for (mode, &s) in modes.rates.iter().enumerate() {
-            let weight = modes.weights[mode];
-            // `tau = m (v' - v) / dt + k_t u`.
-            let factor = s * s / (Complex::ONE + s) * inertia + Complex::from(kt);
-            for n in 0..contacts {
-                force_n.push(modes.shape(mode, n) * factor * weight);
-                load_n.push(modes.shape(mode, nodes + n) * (-weight * stuck.lattice.foundation_n_per_m));
-            }
-            let springs = plan.drive.springs.iter();
-            drive_n.push(springs.fold(Complex::ZERO, |sum, spring| {
-                sum + modes.shape(mode, spring.block) * (-weight * spring.stiffness_n_per_m)
-            }));
-            let parts = stuck.lattice.top_row().zip(&plan.top_load_n);
-            pressed_j.push(parts.fold(Complex::ZERO, |sum, (node, load_n)| {
-                sum + modes.shape(mode, nodes + node) * (weight * load_n)
-            }));
-        }
-        let mut scratch = vec![0.0; freedoms];
-        let mut by_drive_m = vec![0.0; freedoms];
-        let advance_m = plan.drive.velocity_m_per_s * stuck.step_s;
-        for spring in &plan.drive.springs {
-            by_drive_m[spring.block] += spring.stiffness_n_per_m * spring.direction * advance_m;
-        }
-        stuck.solve(&mut by_drive_m, &mut scratch);
-        let mut by_load_m = vec![0.0; freedoms];
-        for (node, load_n) in stuck.lattice.top_row().zip(&plan.top_load_n) {
-            by_load_m[nodes + node] = -load_n;
-        }
-        stuck.solve(&mut by_load_m, &mut scratch);
-        Some(Ground {
-            norms: SlabNorms::of(plan, &stuck),
-            stuck,
-            modes,
-            most_force_n: force_n.iter().map(|force| force.size()).collect(),
-            most_load_n: load_n.iter().map(|load| load.size()).collect(),
-            force_n,
-            load_n,
-            drive_n,
-            pressed_j,
-            by_drive_m,
-            by_load_m,
-        })
-    }
 }
 
 /// How large the modes are, and what they and what is missed may add to each contact.

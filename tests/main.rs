@@ -18,6 +18,7 @@ mod diff;
 mod disk;
 #[cfg(feature = "analysis")]
 mod end_to_end;
+mod energies;
 mod export;
 #[cfg(feature = "analysis")]
 mod figures_page;

@@ -14,7 +14,7 @@ use asperity_runlog::{LogItem, RunReader, Topics, partial_path};
 use asperity_testkit::{Random, read_log};
 
 /// Runs that differ in what a solver's state is made of.
-const SCENARIOS: [&[&str]; 6] = [
+const SCENARIOS: [&[&str]; 7] = [
     // Jumps, windows and single steps, a record about every twenty microseconds of work.
     &["default", "--set", "time.duration_s=2"],
     &["default", "--set", "time.duration_s=1.2", "--set", "parameter_set=as-stated"],
@@ -41,6 +41,18 @@ const SCENARIOS: [&[&str]; 6] = [
         "prestress.ratio=0.1",
         "--set",
         "prestress.first_block_ratio=0.05",
+    ],
+    // Zones, of which only the first blocks are stepped; there is no going on from inside of one.
+    &[
+        "default",
+        "--set",
+        "slider.blocks=600",
+        "--set",
+        "recording.energies=none",
+        "--set",
+        "time.duration_s=0.25",
+        "--set",
+        "recording.sample_s=1e-4",
     ],
     // Nodes above the contacts, which no record has.
     &[

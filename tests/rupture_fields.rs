@@ -5,11 +5,11 @@ use std::fs;
 use std::path::Path;
 
 use asperity_record::Record;
-use asperity_runlog::{LogItem, partial_path};
+use asperity_runlog::LogItem;
 use asperity_testkit::read_log;
 use serde_json::Value;
 
-use crate::support::binary::{asperity, run, succeed, text};
+use crate::support::binary::{asperity, goes_on, run, succeed, text};
 
 /// Thirty blocks, whose ruptures are of up to eleven.
 const SCENARIO: [&str; 7] =
@@ -90,22 +90,7 @@ fn large_ruptures_are_recorded_and_nothing_else_changes() {
 /// However much of its log a run that was killed leaves behind, it ends with the same messages.
 #[test]
 fn a_run_that_is_gone_on_with_gives_the_same_states() {
-    let folder = asperity_testkit::folder();
-    let (whole, resumed) = (folder.path().join("whole.mcap"), folder.path().join("resumed.mcap"));
-    let begin =
-        [&["run"], &SCENARIO[..], &RUPTURES, &["--checkpoint-s", "0.002", "--resume", "--out"]].concat();
-    succeed(&[&begin[..], &[text(&whole)]].concat());
-    let (items, end) = read_log(&whole).expect("the log is whole");
-    let bytes = fs::read(&whole).expect("it can be read");
-    for eighths in [1, 3, 5, 7] {
-        let left = &bytes[..bytes.len() * eighths / 8];
-        fs::write(partial_path(&resumed), left).expect("it can be written");
-        succeed(&[&begin[..], &[text(&resumed)]].concat());
-        let (again, end_again) = read_log(&resumed).expect("the log is whole");
-        assert!(again == items, "other items after {eighths} eighths");
-        assert_eq!(end_again.topic_digests, end.topic_digests);
-        fs::remove_file(&resumed).expect("the log is there");
-    }
+    goes_on(&[&["run"], &SCENARIO[..], &RUPTURES].concat(), &[1, 3, 5, 7]);
 }
 
 #[test]

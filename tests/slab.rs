@@ -94,6 +94,23 @@ fn a_slab_is_drawn_and_reported() {
     succeed(&["reduce", text(&log), "--out", text(&out)]);
     let figures = fs::read_dir(&out).expect("the folder was made").count();
     assert!(figures > 3, "{figures} files");
+    // The laws of lengths are of chains: its precursors stand beside none.
+    for (table, empty) in [
+        ("precursors.csv", &["law", "ft_fn_law", "residual"][..]),
+        ("precursor-ruptures.csv", &["law", "ft_fn_law", "residual"]),
+        ("residuals.csv", &["law", "rms", "max", "rms_over_mu_d"]),
+    ] {
+        let text = fs::read_to_string(out.join(table)).expect("the table was written");
+        let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let header = lines.next().expect("a header");
+        let rows: Vec<_> = lines.collect();
+        assert!(!rows.is_empty() && empty.iter().all(|column| header.contains(column)), "{text}");
+        for row in rows {
+            for (column, cell) in header.iter().zip(row) {
+                assert_eq!(cell.is_empty(), empty.contains(column), "{table}: {column} {cell}");
+            }
+        }
+    }
     let page = folder.path().join("slab.html");
     succeed(&["report", text(&log), "--out", text(&page)]);
     let page = fs::read_to_string(&page).expect("the page was written");

@@ -1,7 +1,11 @@
 //! Running the built `asperity` binary.
 
+use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
+
+use asperity_runlog::partial_path;
+use asperity_testkit::read_log;
 
 /// Runs the binary to its end.
 pub(crate) fn asperity(arguments: &[&str]) -> Output {
@@ -20,6 +24,26 @@ pub(crate) fn succeed(arguments: &[&str]) -> String {
 pub(crate) fn run(scenario: &[&str], out: &Path) {
     let arguments = [&["run"], scenario, &["--out", text(out)]].concat();
     succeed(&arguments);
+}
+
+/// Holds what a run ends with that goes on from parts of its log, in eighths, against the whole of it.
+/// `run` lets it go on.
+pub(crate) fn goes_on(run: &[&str], eighths: &[usize]) {
+    let folder = asperity_testkit::folder();
+    let (whole, resumed) = (folder.path().join("whole.mcap"), folder.path().join("resumed.mcap"));
+    let begin = [run, &["--checkpoint-s", "0.002", "--resume", "--out"]].concat();
+    succeed(&[&begin[..], &[text(&whole)]].concat());
+    let (items, end) = read_log(&whole).expect("the log is whole");
+    let bytes = fs::read(&whole).expect("it can be read");
+    for eighths in eighths {
+        let left = &bytes[..bytes.len() * eighths / 8];
+        fs::write(partial_path(&resumed), left).expect("it can be written");
+        succeed(&[&begin[..], &[text(&resumed)]].concat());
+        let (again, end_again) = read_log(&resumed).expect("the log is whole");
+        assert!(again == items, "other items after {eighths} eighths");
+        assert_eq!(end_again.topic_digests, end.topic_digests);
+        fs::remove_file(&resumed).expect("the log is there");
+    }
 }
 
 /// A path as an argument.

@@ -96,7 +96,7 @@ kinds! {
     "front" front: front::Front,
     /// Initial shear profiles.
     "initial-shear" initial_shear: initial_shear::InitialShear,
-    /// `L_p / L` against `F_T / F_N`.
+    /// Lengths of precursors, and the load at which each begins.
     "lengths" lengths: lengths::Lengths,
     /// Load against time.
     "load" load: load::Load,

@@ -91,9 +91,9 @@ pub fn precursor_ruptures(
         ),
         numbers("lp_l", points().map(|point| point.lp_l)),
         numbers("ft_fn", points().map(|point| point.ft_fn)),
-        column("law", rows.iter().map(|(_, _, law, _)| law.table_word()).collect::<Vec<String>>()),
-        numbers("ft_fn_law", points().map(|point| point.predicted)),
-        numbers("residual", points().map(|point| point.ft_fn - point.predicted)),
+        column("law", rows.iter().map(|(_, _, law, _)| word(run, *law)).collect::<Vec<_>>()),
+        gaps("ft_fn_law", points().map(|point| has_law(run).then_some(point.predicted))),
+        gaps("residual", points().map(|point| has_law(run).then_some(point.ft_fn - point.predicted))),
         column(
             "event",
             ruptures().map(|rupture| Some(run.event_of(rupture)?.event)).collect::<Vec<Option<u64>>>(),
@@ -121,12 +121,22 @@ pub fn precursors(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Resu
         counts("blocks_slipped", found.iter().map(|precursor| precursor.blocks_slipped)),
         numbers("lp_l", points.iter().map(|point| point.lp_l)),
         numbers("ft_fn", points.iter().map(|point| point.ft_fn)),
-        column("law", vec![law.table_word(); points.len()]),
-        numbers("ft_fn_law", points.iter().map(|point| point.predicted)),
-        numbers("residual", points.iter().map(|point| point.ft_fn - point.predicted)),
+        column("law", vec![word(run, law); points.len()]),
+        gaps("ft_fn_law", points.iter().map(|point| has_law(run).then_some(point.predicted))),
+        gaps("residual", points.iter().map(|point| has_law(run).then_some(point.ft_fn - point.predicted))),
         counts("min_blocks", found.iter().map(|_| rules.min_blocks)),
         numbers("merge_gap_s", found.iter().map(|_| rules.merge_gap_s)),
     ])
+}
+
+/// Whether the length laws, which are those of chains, say anything about a run.
+fn has_law(run: &RunData) -> bool {
+    !run.scenario.slider.is_slab()
+}
+
+/// What a law is called beside precursors that it is compared with.
+fn word(run: &RunData, law: LengthLaw) -> Option<String> {
+    has_law(run).then(|| law.table_word())
 }
 
 /// How well the precursors of a run follow a length law: a row of [`residual_table`].
@@ -135,6 +145,7 @@ pub struct ResidualRow {
     run: String,
     law: LengthLaw,
     found: Option<Residuals>,
+    has_law: bool,
     dynamic_coefficient: f64,
     rules: PrecursorRules,
 }
@@ -146,6 +157,7 @@ impl ResidualRow {
             run: run.name.clone(),
             law,
             found: residuals(run, law, rules),
+            has_law: has_law(run),
             dynamic_coefficient: run.scenario.friction.dynamic_coefficient,
             rules: *rules,
         }
@@ -157,13 +169,14 @@ impl ResidualRow {
 /// # Errors
 /// If polars refuses.
 pub fn residual_table(rows: &[ResidualRow]) -> Result<DataFrame, AnalysisError> {
+    let residual = |row: &ResidualRow| row.found.filter(|_| row.has_law);
     frame(vec![
         column("run", rows.iter().map(|row| row.run.clone()).collect::<Vec<_>>()),
-        column("law", rows.iter().map(|row| row.law.table_word()).collect::<Vec<_>>()),
+        column("law", rows.iter().map(|row| row.has_law.then(|| row.law.table_word())).collect::<Vec<_>>()),
         counts("precursors", rows.iter().map(|row| row.found.map_or(0, |found| found.count as u32))),
-        gaps("rms", rows.iter().map(|row| row.found.map(|found| found.rms))),
-        gaps("max", rows.iter().map(|row| row.found.map(|found| found.max))),
-        gaps("rms_over_mu_d", rows.iter().map(|row| Some(row.found?.rms / row.dynamic_coefficient))),
+        gaps("rms", rows.iter().map(|row| residual(row).map(|found| found.rms))),
+        gaps("max", rows.iter().map(|row| residual(row).map(|found| found.max))),
+        gaps("rms_over_mu_d", rows.iter().map(|row| Some(residual(row)?.rms / row.dynamic_coefficient))),
         counts("min_blocks", rows.iter().map(|row| row.rules.min_blocks)),
         numbers("merge_gap_s", rows.iter().map(|row| row.rules.merge_gap_s)),
     ])

@@ -104,7 +104,10 @@ fn figures_of(path: &Path, plan: &Plan) -> Result<Vec<Figure>, Failure> {
             path.display(),
             figure.file
         ))),
-        _ => Ok(sweep.figures),
+        _ => match plan.energy_of_none(&sweep.figures) {
+            Some(problem) => Err(Failure::BadInput(format!("--from {}: {problem}", path.display()))),
+            None => Ok(sweep.figures),
+        },
     }
 }
 

@@ -12,6 +12,7 @@ use crate::exit::{self, Code, Failure};
 use crate::judge;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
+use crate::summary::WITHOUT_ENERGIES;
 use crate::terminal;
 use asperity_files::{Existing, Inputs};
 use asperity_run::detectors::event_kinds;
@@ -95,12 +96,16 @@ fn export_one(
     let mut progress = board.steps(&request.name, header.steps, duration_s);
     let outcome = export.run(|step| progress.advance(step));
     progress.clear();
-    let Report { files, ran, left_out } = outcome.map_err(|error| failure(run, &checked, error))?;
+    let Report { files, ran, left_out, without_energies } =
+        outcome.map_err(|error| failure(run, &checked, error))?;
     for (path, rows) in files {
         match rows {
             Some(rows) => terminal::say(format_args!("{}: {rows} rows", path.display()))?,
             None => terminal::say(format_args!("{}: what the others hold", path.display()))?,
         }
+    }
+    if without_energies {
+        board.line(&format!("{}: {WITHOUT_ENERGIES}", run.display()));
     }
     for (topic, count) in left_out {
         board.line(&format!(

@@ -91,6 +91,10 @@ pub(crate) fn in_short(summary: &Summary) -> String {
     }
 }
 
+/// What is said of a run whose records have no energies.
+pub(crate) const WITHOUT_ENERGIES: &str = "its records have no energies, so all that needs them is empty \
+    (recording.energies = \"none\", or a log of version 3 or before)";
+
 fn notes(summary: &Summary) -> Vec<String> {
     let mut notes = Vec::new();
     if summary.creeps == Some(true) {
@@ -111,6 +115,9 @@ fn notes(summary: &Summary) -> Vec<String> {
                 .to_owned(),
         ),
         _ => {}
+    }
+    if summary.step_record_count > 0 && summary.drive_work_j.is_none() {
+        notes.push(WITHOUT_ENERGIES.to_owned());
     }
     notes
 }

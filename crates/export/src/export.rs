@@ -124,6 +124,8 @@ pub struct Report {
     /// for them, and their schema is not flat or not known, no file can be named after the topic,
     /// or there are more than [`MOST_FOREIGN`] such topics.
     pub left_out: BTreeMap<String, u64>,
+    /// Whether the step records have no energies, so that tables of them have no such columns.
+    pub without_energies: bool,
 }
 
 /// How far a log was read.
@@ -332,8 +334,9 @@ impl<'a> Export<'a> {
             break;
         }
         ran.last_s = self.header().time_grid().time_s(ran.last_step);
+        let without_energies = self.parts.is_some_and(|parts| !parts.energies);
         let (files, left_out) = self.finish(&ran)?;
-        Ok(Report { files, ran, left_out })
+        Ok(Report { files, ran, left_out, without_energies })
     }
 
     /// The inner error is what is wrong with the log, the outer one with a file.

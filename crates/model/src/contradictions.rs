@@ -3,12 +3,13 @@
 use asperity_record::TimeGrid;
 
 use crate::derive::{coefficients, longest_stable_step_s};
-use crate::keys::{self, MOST_SHEAR_RATIO};
+use crate::keys::MOST_SHEAR_RATIO;
 use crate::plan::Plan;
 use crate::scenario::{Friction, Scenario};
 use crate::slab;
 use crate::slab_keys;
 use crate::source::{Entries, ScenarioError};
+use crate::window_keys::WINDOW;
 use crate::words::{DriveKind, FrictionLaw, Reattach, ScheduleFrom, Start};
 
 /// Refuses a scenario that breaks it.
@@ -111,7 +112,7 @@ impl Refusals<'_> {
     fn refuse_in_window(&mut self, index: usize, key: &str, problem: String, accepted: String) {
         self.errors.push(ScenarioError {
             place: self.entries.windows[index].get(key).map(|entry| entry.place.clone()),
-            key: Some(format!("{}.{key}", keys::WINDOW)),
+            key: Some(format!("{WINDOW}.{key}")),
             problem,
             accepted: Some(accepted),
         });

@@ -3,9 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::keys::{self, DRAWN_KEYS, KEYS, Key, Kind, WINDOW_KEYS};
+use crate::keys::{self, DRAWN_KEYS, KEYS, Key, Kind};
 use crate::near;
 use crate::source::{Entries, Entry, ScenarioError, Written};
+use crate::window_keys::{WINDOW, WINDOW_KEYS};
 
 /// Checks what is written against the key table and adds the defaults.
 pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> toml::Table {
@@ -34,7 +35,7 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
             unknown_keys(window, [WINDOW_KEYS, &[]], "recording.window.", errors);
             let mut table = toml::Table::new();
             for key in WINDOW_KEYS {
-                let path = format!("{}.{}", keys::WINDOW, key.path);
+                let path = format!("{WINDOW}.{}", key.path);
                 match window.get(key.path) {
                     Some(entry) => {
                         if let Some(value) = checked(key, &path, entry, errors) {
@@ -53,7 +54,7 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
         })
         .collect();
     if !windows.is_empty() {
-        insert(&mut table, keys::WINDOW, toml::Value::Array(windows));
+        insert(&mut table, WINDOW, toml::Value::Array(windows));
     }
     table
 }
@@ -137,9 +138,10 @@ pub(crate) fn insert(table: &mut toml::Table, path: &str, value: toml::Value) {
 #[cfg(test)]
 mod tests {
     use super::fill_in;
-    use crate::keys::{KEYS, WINDOW_KEYS};
+    use crate::keys::KEYS;
     use crate::scenario::Scenario;
     use crate::source::ScenarioSource;
+    use crate::window_keys::WINDOW_KEYS;
 
     #[test]
     fn key_table_and_fields_agree() {

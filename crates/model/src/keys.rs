@@ -80,7 +80,7 @@ pub enum Value {
     NoNumbers,
 }
 
-use self::Default::{BySet, Is, Required};
+use self::Default::{BySet, Is};
 use Bound::{Excluding, Including, Open};
 use Kind::{Count, Flag, Number, Numbers, Text, Word};
 
@@ -90,14 +90,11 @@ pub(crate) const FOUNDATION_RATIO: f64 = 0.5;
 /// Most rows of a slab.
 const MOST_ROWS: u64 = 10_000;
 
-const POSITIVE: Kind = Number(Excluding(0.0), Open);
-const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
+pub(crate) const POSITIVE: Kind = Number(Excluding(0.0), Open);
+pub(crate) const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
 
 /// No contact bears more than a few times its normal load; far beyond that forces overflow.
 pub(crate) const MOST_SHEAR_RATIO: f64 = 1e6;
-
-/// Prefix of the keys inside each `[[recording.window]]`.
-pub const WINDOW: &str = "recording.window";
 
 /// The words of `parameter_set`, in the order of [`Default::BySet`].
 pub const PARAMETER_SETS: &[&str] = &["as-coded", "as-stated"];
@@ -556,6 +553,14 @@ pub const KEYS: &[Key] = &[
         kind: NOT_NEGATIVE,
         default: Is(Value::Number(0.0)),
     },
+    Key {
+        path: "recording.energies",
+        symbol: "",
+        doc: "Whether every step record has the energies of the whole slider: every-record; none, which takes less \
+              time, and leaves out the audit that stops a run whose time step does too much work.",
+        kind: Word(&["every-record", "none"]),
+        default: Is(Value::Text("every-record")),
+    },
 ];
 
 /// What was drawn at random, in texts that the program writes, for other programs: it follows from
@@ -578,52 +583,13 @@ pub const DRAWN_KEYS: &[Key] = &[
     },
 ];
 
-/// The keys of a dense window, `[[recording.window]]`, as many as wanted.
-pub const WINDOW_KEYS: &[Key] = &[
-    Key {
-        path: "from_s",
-        symbol: "",
-        doc: "Start of the window, a whole number of steps.",
-        kind: NOT_NEGATIVE,
-        default: Required,
-    },
-    Key {
-        path: "to_s",
-        symbol: "",
-        doc: "End of the window, a whole number of steps, not before from_s.",
-        kind: NOT_NEGATIVE,
-        default: Required,
-    },
-    Key {
-        path: "every_s",
-        symbol: "",
-        doc: "Cadence within the window, a whole number of steps.",
-        kind: POSITIVE,
-        default: Required,
-    },
-    Key {
-        path: "first_block",
-        symbol: "",
-        doc: "First block to record.",
-        kind: Count(1, MOST_BLOCKS),
-        default: Required,
-    },
-    Key {
-        path: "last_block",
-        symbol: "",
-        doc: "Last block to record, not before first_block nor beyond N.",
-        kind: Count(1, MOST_BLOCKS),
-        default: Required,
-    },
-];
-
 impl Key {
     /// The default in the given parameter set (`true` for as-coded), if any.
     pub fn default_in(&self, as_coded_set: bool) -> Option<Value> {
         match self.default {
             Is(value) => Some(value),
             BySet { as_coded, as_stated } => Some(if as_coded_set { as_coded } else { as_stated }),
-            Required => None,
+            Default::Required => None,
         }
     }
 }

@@ -27,6 +27,7 @@
 //! - [`keys`]: every key a scenario may have, once: symbol, unit, range,
 //!   default, meaning. The checks, `asperity scenario show` and the key
 //!   reference are made from this table.
+//! - `window_keys`: those of a dense window.
 //! - `near`: the key or scenario that was probably meant.
 //! - [`text`]: reading what somebody wrote, and places in it.
 //! - [`source`]: scenario texts and `--set` overrides as layers, each value with
@@ -81,6 +82,7 @@ mod slab_keys;
 pub mod source;
 pub mod text;
 mod warnings;
+mod window_keys;
 mod words;
 
 pub use derive::ADVISED_SHARE;
@@ -94,4 +96,4 @@ pub use plan::{
 pub use resolve::{ResolveError, resolve};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
-pub use words::{DriveKind, ParameterSet, Reattach};
+pub use words::{DriveKind, Energies, ParameterSet, Reattach};

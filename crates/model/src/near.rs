@@ -106,7 +106,8 @@ fn wrong_letters(written: &str, meant: &str) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::{did_you_mean, keys, name};
-    use crate::keys::{KEYS, WINDOW_KEYS};
+    use crate::keys::KEYS;
+    use crate::window_keys::WINDOW_KEYS;
 
     #[test]
     fn keys_are_found_by_symbol_last_part_part_and_spelling() {

@@ -8,7 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::keys::FOUNDATION_RATIO;
-use crate::words::{DriveKind, FrictionLaw, ParameterSet, Reattach, ScheduleFrom, Start};
+use crate::words::{DriveKind, Energies, FrictionLaw, ParameterSet, Reattach, ScheduleFrom, Start};
 
 /// A resolved scenario. See [`KEYS`](crate::keys::KEYS) for what each field means.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -216,6 +216,8 @@ pub struct Recording {
     pub rupture_fields_from_blocks: u32,
     #[serde(skip_serializing_if = "is_default")]
     pub rupture_fields_s: f64,
+    #[serde(skip_serializing_if = "is_default")]
+    pub energies: Energies,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub window: Vec<Window>,
 }
@@ -259,7 +261,7 @@ impl Scenario {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Scenario, ScenarioErrors, ScenarioSource};
+    use crate::{Plan, Scenario, ScenarioErrors, ScenarioSource};
 
     fn resolve(text: &str) -> Result<Scenario, ScenarioErrors> {
         Scenario::resolve(&ScenarioSource::new("test.toml", text))
@@ -279,5 +281,19 @@ mod tests {
         assert_eq!(resolve("name = \"a\"\nsummary = \"b\"").unwrap().hash(), base.hash());
         assert_ne!(resolve("normal_load.tilt = 1e-9").unwrap().hash(), base.hash());
         assert_ne!(resolve("recording.sample_s = 0.5").unwrap().hash(), base.hash());
+    }
+
+    #[test]
+    fn energies_enter_the_hash_only_where_there_are_none() {
+        let base = resolve("").unwrap();
+        let of = |word: &str| resolve(&format!("recording.energies = {word:?}")).unwrap();
+        assert_eq!(of("every-record"), base);
+        assert!(!toml::to_string(&base).unwrap().contains("energies"));
+        assert_ne!(of("none").hash(), base.hash());
+        assert!(Plan::new(&base).recording.energies && !Plan::new(&of("none")).recording.energies);
+        assert_eq!(
+            resolve("recording.energies = \"some\"").unwrap_err().to_string(),
+            "test.toml:1:22: recording.energies: \"some\" is not accepted (accepted: \"every-record\" or \"none\")"
+        );
     }
 }

@@ -3,9 +3,10 @@
 use asperity_record::TimeGrid;
 
 use crate::derive::{ADVISED_SHARE, drawn_offsets};
-use crate::keys::{self, DRAWN_KEYS, KEYS, Key, WINDOW_KEYS};
+use crate::keys::{self, DRAWN_KEYS, KEYS, Key};
 use crate::law_keys;
 use crate::scenario::Scenario;
+use crate::window_keys::WINDOW_KEYS;
 use crate::words::ParameterSet;
 
 impl Scenario {

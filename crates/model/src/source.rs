@@ -13,8 +13,8 @@ use asperity_record::bounds::check_toml;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::keys;
 use crate::text::Lines;
+use crate::window_keys::WINDOW;
 
 /// A scenario as written: a base text and what overrides it.
 #[derive(Debug, Clone)]
@@ -179,9 +179,7 @@ fn collect(layer: &Layer, prefix: &str, table: &DeTable<'_>, entries: &mut Entri
             if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
         match value.get_ref() {
             DeValue::Table(inner) => collect(layer, &path, inner, entries),
-            DeValue::Array(windows)
-                if path == keys::WINDOW && windows.iter().all(|w| w.get_ref().is_table()) =>
-            {
+            DeValue::Array(windows) if path == WINDOW && windows.iter().all(|w| w.get_ref().is_table()) => {
                 // A layer that lists windows replaces those of the layers below.
                 entries.windows = windows
                     .iter()

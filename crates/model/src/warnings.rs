@@ -5,7 +5,7 @@ use crate::initial;
 use crate::plan::Plan;
 use crate::scenario::{Scenario, Time};
 use crate::slab;
-use crate::words::{DriveKind, Reattach, Start};
+use crate::words::{DriveKind, Energies, Reattach, Start};
 
 /// A driving force at the start, over the normal load, that is more than rounding.
 const LEAST_LOAD_RATIO: f64 = 1e-9;
@@ -21,7 +21,7 @@ impl Scenario {
         // A loaded start goes on from what a start at rest has.
         let at_rest = Scenario { time: Time { start: Start::AtRest, ..self.time.clone() }, ..self.clone() };
         let plan = Plan::new(&at_rest);
-        [step, chatter, load_at_start, remainder, beyond_at_start, without_threshold]
+        [step, without_audit, chatter, load_at_start, remainder, beyond_at_start, without_threshold]
             .into_iter()
             .filter_map(|warning| warning(self, &plan))
             .collect()
@@ -39,6 +39,16 @@ fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
              depends on the step",
             scenario.time.step_s
         )
+    })
+}
+
+/// A step so long that the run might have to be stopped, and nothing to tell it by.
+fn without_audit(scenario: &Scenario, plan: &Plan) -> Option<String> {
+    let is_long = step(scenario, plan).is_some();
+    (is_long && scenario.recording.energies == Energies::None).then(|| {
+        "recording.energies = \"none\": with so long a step the time step may do more work than the drive, and a \
+         run without energies is not stopped for it"
+            .to_owned()
     })
 }
 
@@ -222,6 +232,18 @@ mod tests {
         let warned = at(0.95);
         assert!(warned[0].starts_with("time.step_s = "), "{warned:?}");
         assert!(warned[0].contains(" is 0.95 of the longest stable step, 3.379e-6 s: beyond 0.4 of it"));
+    }
+
+    /// Only there would the energies have a run stopped.
+    #[test]
+    fn runs_without_energies_are_warned_of_where_the_step_is_long() {
+        let without = "recording.energies=none";
+        assert_eq!(warnings(&[without]), Vec::<String>::new());
+        let long = ["time.step_s=2e-6", "time.duration_s=1"];
+        assert_eq!(warnings(&long).len(), 1);
+        let warned = warnings(&[long[0], long[1], without]);
+        assert_eq!(warned.len(), 2, "{warned:?}");
+        assert!(warned[1].starts_with("recording.energies = \"none\": with so long a step"), "{warned:?}");
     }
 
     #[test]

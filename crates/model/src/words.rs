@@ -88,6 +88,17 @@ pub enum Start {
     Loaded,
 }
 
+/// Which records have the energies of the slider.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Energies {
+    /// That of every step that is recorded.
+    #[default]
+    EveryRecord,
+    /// None.
+    None,
+}
+
 /// When a sliding block re-attaches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

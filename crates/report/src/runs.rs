@@ -1,6 +1,7 @@
 //! Runs on a page: the pair of load curve and space-time map, the table of ruptures, and of each run
 //! what was asked, its numbers and its widest ruptures in words.
 
+use asperity_model::Energies;
 use asperity_model::keys::Key;
 use asperity_page::markup::{Cell, Row, counted, json, paragraph, section, sortable_table, table, text};
 use asperity_record::Rupture;
@@ -257,6 +258,9 @@ pub(crate) fn details(
         body += &beside(&own);
         body += &widest(run);
         body += &numbers(&run.summary);
+        if run.scenario.recording.energies == Energies::None {
+            body += "<p>No energies: recording.energies = &quot;none&quot;.</p>\n";
+        }
         body += &links(&run.links);
         let part =
             if run.lacks.is_some() { " <span class=\"lacks\">not all of it is there</span>" } else { "" };

@@ -29,6 +29,16 @@ pub struct Counters {
     pub applications: u64,
     /// Block switches.
     pub switches: u64,
+    /// Zones of a long chain that were stepped alone.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub zones: u64,
+    /// Of all steps, those in zones.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub zone_steps: u64,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 impl Counters {
@@ -49,7 +59,10 @@ impl Counters {
             refused_windows,
             applications,
             switches,
+            zones,
+            zone_steps,
         } = *self;
+        let of_zones = [("zones", zones), ("zone_steps", zone_steps)];
         [
             ("steps", self.steps()),
             ("plain_steps", plain_steps),
@@ -62,8 +75,10 @@ impl Counters {
             ("applications", applications),
             ("switches", switches),
         ]
+        .into_iter()
+        .chain(of_zones.into_iter().filter(|_| zones > 0))
         .map(|(name, count)| (name.to_owned(), count))
-        .into()
+        .collect()
     }
 }
 
@@ -81,6 +96,8 @@ impl Add for Counters {
             refused_windows: self.refused_windows + other.refused_windows,
             applications: self.applications + other.applications,
             switches: self.switches + other.switches,
+            zones: self.zones + other.zones,
+            zone_steps: self.zone_steps + other.zone_steps,
         }
     }
 }
@@ -99,6 +116,9 @@ impl fmt::Display for Counters {
         line(f, "in jumps", self.jump_steps, &each(self.jump_steps, self.jumps))?;
         line(f, "in windows", self.window_steps, &each(self.window_steps, self.windows))?;
         line(f, "one by one", self.plain_steps, "")?;
+        if self.zones > 0 {
+            line(f, "of all in zones", self.zone_steps, &each(self.zone_steps, self.zones))?;
+        }
         line(f, "block switches", self.switches, "")?;
         line(f, "applications", self.applications, "of a step's map, to open windows")?;
         line(f, "refused jumps", self.refused_jumps, "all blocks stuck, but too briefly")?;

@@ -167,9 +167,11 @@ impl Expectation {
                     return Err(format!("the run is stopped there for another reason: {found}"));
                 }
                 (RunStatus::StoppedEnergy, None) => {
-                    return Err(
-                        "the run is said to be stopped there, and its energies allow it to go on".to_owned()
-                    );
+                    let why = match self.plan.recording.energies {
+                        true => "its energies allow it to go on",
+                        false => "a run without energies is not stopped for them",
+                    };
+                    return Err(format!("the run is said to be stopped there, and {why}"));
                 }
                 (_, Some(found)) => return Err(format!("a run is stopped there: {found}")),
                 // That the next step cannot be recorded, only the solver tells.

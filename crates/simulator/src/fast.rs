@@ -5,7 +5,8 @@
 //! switches, jumps ([`crate::jump`]) most of each stick phase, and the plain stepper
 //! takes the rest, so that every switch happens in a plain step. How the run is
 //! cut up depends on the trajectory alone. What is to be recorded inside a window
-//! or jump is evaluated on the side.
+//! or jump is evaluated on the side. Of a long chain a solver of the same kind may take the first
+//! blocks alone, by windows and single steps, while all others are in a jump ([`crate::zone`]).
 //!
 //! Where windows are refused or short, they cost more than the steps that they cover. So accounts
 //! are kept ([`crate::cost`]): what leaps save pays for tries in vain, and once nothing is left, a
@@ -28,9 +29,13 @@ use crate::state::ChainState;
 use crate::stepper::{Driving, Stepper};
 use crate::sweep::Sweeps;
 use crate::window::Window;
+use crate::zone::{self, Extent, QUIET_STEPS, Zone, Zones};
 
 /// Single steps of a long chain without windows before it is asked again whether it may jump.
 const LOOK_ROUND_STEPS: u64 = 32;
+
+/// No jump, and no zone, before the next switch.
+const UNTIL_SWITCH: u64 = u64::MAX;
 
 /// Many certified steps, still to be taken.
 #[derive(Debug, Clone, Copy)]
@@ -50,12 +55,20 @@ enum Leap {
 #[derive(Debug, Clone)]
 pub struct Fast {
     plan: Arc<Plan>,
+    sweeps: Sweeps,
     stepper: Stepper,
     recorder: Recorder,
     window: Window,
     /// For chains whose modes are known.
     jump: Option<Jump>,
-    /// For what is recorded inside a window or jump.
+    /// For chains long enough for them.
+    zones: Option<Zones<Fast>>,
+    /// Where it stops: at the end of the run, or of the zone that it is in.
+    until_step: u64,
+    /// In a zone it stops as well where all blocks have stuck for so many steps.
+    quiet_steps: u64,
+    last_switch_step: u64,
+    /// For what is recorded inside a window or jump, and for what a zone leaves in its jump.
     aside: Stepper,
     /// Whether it stands where the last record inside the open one was made.
     is_inside: bool,
@@ -77,14 +90,27 @@ impl Fast {
 
     /// The same with sweeps for a certain instruction set.
     fn with_sweeps(plan: Arc<Plan>, sweeps: Sweeps) -> Fast {
+        let window = Window::new(&plan, sweeps);
+        let jump = if Jump::may_pay(&plan) { Jump::new(&plan, sweeps) } else { None };
+        let zones = if jump.is_some() { Zones::of(&plan) } else { None };
+        Fast { jump, zones, ..Fast::without_jumps(plan, window, sweeps) }
+    }
+
+    /// The same by windows and single steps alone.
+    fn without_jumps(plan: Arc<Plan>, window: Window, sweeps: Sweeps) -> Fast {
         let stepper = Stepper::new(Arc::clone(&plan), sweeps, Bookkeeping::Spans);
         Fast {
             costs: Costs::of(&plan),
             recorder: Recorder::new(&plan, stepper.state()),
-            window: Window::new(&plan, sweeps),
-            jump: if Jump::may_pay(&plan) { Jump::new(&plan, sweeps) } else { None },
+            window,
+            jump: None,
+            zones: None,
+            until_step: plan.steps,
+            quiet_steps: u64::MAX,
+            last_switch_step: stepper.state().step,
             aside: stepper.clone(),
             is_inside: false,
+            sweeps,
             plan,
             stepper,
             leap: None,
@@ -95,7 +121,7 @@ impl Fast {
     /// Takes the steps that are best taken one by one, with nothing beside them, up to the last of
     /// them or to one that is recorded.
     fn take_single_steps(&mut self) -> Result<(), SimulationError> {
-        while self.recorder.is_empty() && self.stepper.state().step < self.plan.steps {
+        while self.recorder.is_empty() && !self.has_ended() {
             let state = self.stepper.state_mut();
             let was_sliding = state.sliding > 0;
             if state.single_steps <= 1 {
@@ -104,6 +130,7 @@ impl Fast {
             let driving = self.stepper.take_step();
             self.stepper.state_mut().single_steps -= 1;
             self.pay_for_spans();
+            self.note_switches();
             self.recorder.observe(&self.plan, &mut self.stepper, was_sliding, driving)?;
         }
         Ok(())
@@ -131,7 +158,29 @@ impl Fast {
             self.pay(cost_steps);
         }
         self.pay_for_spans();
+        self.note_switches();
         self.recorder.observe(&self.plan, &mut self.stepper, was_sliding, driving)
+    }
+
+    fn note_switches(&mut self) {
+        if !self.stepper.switched().is_empty() {
+            let state = self.stepper.state_mut();
+            self.last_switch_step = state.step;
+            if state.no_jump_before_step == UNTIL_SWITCH {
+                state.no_jump_before_step = state.step;
+            }
+        }
+    }
+
+    /// Whether all there is to do up to here has been done.
+    fn has_ended(&self) -> bool {
+        let state = self.stepper.state();
+        let is_quiet = || {
+            state.detached == 0
+                && state.sliding == 0
+                && state.step - self.last_switch_step >= self.quiet_steps
+        };
+        state.step >= self.until_step || (self.leap.is_none() && is_quiet())
     }
 
     /// Pays for what was done beside the steps; what leaps have not saved up to now is made up for
@@ -159,7 +208,7 @@ impl Fast {
         }
         let state = self.stepper.state();
         // Not beyond where drive or load change their course, nor to the last step.
-        let last_step = (self.plan.steps - 1).min(self.plan.steady_until_step(state.step, state.hold_step));
+        let last_step = (self.until_step - 1).min(self.plan.steady_until_step(state.step, state.hold_step));
         let left = last_step - state.step;
         if self.plan.friction.law != Law::Springs && state.detached == 0 {
             let steps = rest_steps(&self.plan, state).min(left);
@@ -212,6 +261,90 @@ impl Fast {
             self.pay_for_spans();
         }
         if is_stuck && self.jump.is_some() { LOOK_ROUND_STEPS.min(steps_to_jump) } else { LOOK_ROUND_STEPS }
+    }
+
+    /// Opens a zone, if some blocks slide, and one is worth it and certified.
+    fn open_zone(&mut self) -> bool {
+        let (Some(zones), Some(jump)) = (&mut self.zones, &mut self.jump) else { return false };
+        let state = self.stepper.state();
+        let Some(extent) = zones.next(&self.plan, state, jump.modes_steps()) else { return false };
+        if zones.must_rest() {
+            self.stepper.state_mut().no_jump_before_step = UNTIL_SWITCH;
+            return false;
+        }
+        let stuck = zone::stuck_chain(&self.plan, state, jump, extent);
+        let is_certified = jump.open_behind(&self.plan, &stuck, extent.cut, extent.steps) >= extent.steps;
+        let cost_steps = jump.cost_steps();
+        self.pay(cost_steps);
+        if is_certified {
+            let state = self.stepper.state();
+            let first = Fast::of_first_blocks(&self.plan, state, extent, &self.window, self.sweeps);
+            let open = Zone { first: Box::new(first), stuck, extent };
+            self.zones.as_mut().expect("it is there").open = Some(open);
+        } else {
+            let state = self.stepper.state_mut();
+            state.no_jump_before_step = state.step + zone::PATIENCE_STEPS;
+        }
+        is_certified
+    }
+
+    /// The whole chain goes on by a step or more.
+    fn break_row_of_zones(&mut self) {
+        if let Some(zones) = &mut self.zones {
+            zones.in_a_row = 0;
+        }
+    }
+
+    /// For the first blocks alone, up to the end of their zone.
+    fn of_first_blocks(
+        plan: &Plan,
+        state: &ChainState,
+        extent: Extent,
+        window: &Window,
+        sweeps: Sweeps,
+    ) -> Fast {
+        let part = Arc::new(zone::first_blocks(plan, extent));
+        let window = window.for_blocks_of(&part);
+        let mut first = Fast::without_jumps(part, window, sweeps);
+        first.restore(&zone::first_of_state(state, extent));
+        first.until_step = state.step + extent.steps;
+        first.quiet_steps = QUIET_STEPS;
+        first
+    }
+
+    /// The next record of the zone that is open; `None` where it ends, and the chain is whole again.
+    fn next_of_zone(&mut self) -> Result<Option<Record>, SimulationError> {
+        let Some(zone) = self.zones.as_mut().and_then(|zones| zones.open.as_mut()) else { return Ok(None) };
+        let Some(record) = zone.first.next_record()? else {
+            self.close_zone();
+            return Ok(None);
+        };
+        match record {
+            Record::Step(ref step) => {
+                if step.switches.iter().any(|switch| switch.block as usize > zone.extent.calm_from) {
+                    zone.first.until_step = step.step;
+                }
+                Ok(Some(record))
+            }
+            Record::Fields(fields) => {
+                let rest = go_on(&mut self.aside, &mut self.jump, &zone.stuck, fields.step);
+                let anchors_m = &self.stepper.state().stick_position_m;
+                Ok(Some(Record::Fields(zone.whole(fields, rest, anchors_m))))
+            }
+            other => Ok(Some(other)),
+        }
+    }
+
+    /// Puts the chain together again, which was paid for as the zone was opened.
+    fn close_zone(&mut self) {
+        let Some(zone) = self.zones.as_mut().and_then(Zones::take) else { return };
+        let first = zone.first.stepper.state();
+        let rest = go_on(&mut self.aside, &mut self.jump, &zone.stuck, first.step);
+        zone.join(first, rest, self.stepper.state_mut());
+        let of_zone =
+            Counters { zones: 1, zone_steps: first.step - zone.stuck.step, ..zone.first.counters() };
+        self.counters = self.counters + of_zone;
+        self.recorder.continue_after(&self.plan, self.stepper.state());
     }
 
     /// Has a span of the energies begin no later than a leap, which goes on to its end.
@@ -352,6 +485,19 @@ fn rest(plan: &Plan, steps: u64, state: &mut ChainState, accounts: &Accounts) {
     state.displacement_m = displacement_m;
 }
 
+/// The chain that sticks, behind a later step than that in which its zone began.
+fn go_on<'a>(
+    aside: &'a mut Stepper,
+    jump: &mut Option<Jump>,
+    stuck: &ChainState,
+    step: u64,
+) -> &'a ChainState {
+    aside.state_mut().clone_from(stuck);
+    opened(jump).land(step - 1 - stuck.step, aside.state_mut());
+    aside.take_step();
+    aside.state()
+}
+
 /// The jump that a leap was opened with.
 fn opened(jump: &mut Option<Jump>) -> &mut Jump {
     jump.as_mut().expect("only a solver with jumps opens one")
@@ -364,10 +510,16 @@ impl Solver for Fast {
 
     fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
         loop {
+            if self.zones.as_ref().is_some_and(Zones::is_open) {
+                if let Some(record) = self.next_of_zone()? {
+                    return Ok(Some(record));
+                }
+                continue;
+            }
             if !self.recorder.is_empty() {
                 return self.recorder.next();
             }
-            if self.stepper.state().step == self.plan.steps {
+            if self.has_ended() {
                 return Ok(None);
             }
             if let Some(leap) = self.leap {
@@ -375,6 +527,7 @@ impl Solver for Fast {
                 continue;
             }
             if self.stepper.state().single_steps > 1 {
+                self.break_row_of_zones();
                 self.take_single_steps()?;
                 continue;
             }
@@ -383,6 +536,11 @@ impl Solver for Fast {
             let state = self.stepper.state();
             let edge_ahead = (state.sliding > 0) != (state.detached > 0);
             if state.single_steps == 0 && !edge_ahead {
+                // One that was tried in vain may have to be made up for by single steps.
+                if self.open_zone() || self.stepper.state().single_steps > 1 {
+                    continue;
+                }
+                self.break_row_of_zones();
                 match self.open_leap() {
                     Ok(leap) => {
                         self.begin_span(leap);
@@ -395,21 +553,25 @@ impl Solver for Fast {
                     }
                 }
             }
+            self.break_row_of_zones();
             self.take_plain_step()?;
         }
     }
 
     fn step(&self) -> u64 {
-        self.stepper.state().step
+        let of_zone = self.zones.as_ref().and_then(Zones::step);
+        of_zone.unwrap_or(self.stepper.state().step)
     }
 
     fn is_between_records(&self) -> bool {
-        self.recorder.is_empty()
+        self.recorder.is_empty() && !self.zones.as_ref().is_some_and(Zones::is_open)
     }
 
     fn counters(&self) -> Counters {
         let Counters { plain_steps, switches, .. } = self.stepper.counters();
-        Counters { plain_steps, switches, applications: self.window.applications(), ..self.counters }
+        let applications = self.window.applications();
+        let of_zone = self.zones.as_ref().map_or_else(Counters::default, Zones::counters);
+        self.counters + of_zone + Counters { plain_steps, switches, applications, ..Counters::default() }
     }
 
     fn fallbacks(&self) -> Vec<&'static str> {
@@ -436,13 +598,23 @@ impl Solver for Fast {
     }
 
     fn snapshot(&self) -> ChainState {
-        self.stepper.state().clone()
+        if self.step() == self.stepper.state().step {
+            return self.stepper.state().clone();
+        }
+        // In a zone, whose blocks alone have been stepped.
+        let mut whole = self.clone();
+        whole.close_zone();
+        whole.stepper.state().clone()
     }
 
     fn restore(&mut self, state: &ChainState) {
         self.stepper.restore(state);
         self.leap = None;
         self.is_inside = false;
+        self.last_switch_step = state.step;
+        if let Some(zones) = &mut self.zones {
+            zones.restart();
+        }
         self.recorder.continue_after(&self.plan, state);
     }
 }
@@ -459,9 +631,13 @@ mod tests {
 
     #[test]
     fn all_instruction_sets_give_the_same_records_to_the_bit() {
-        for set in ["as-coded", "as-stated"] {
-            let source = ScenarioSource::new("test", "time.duration_s = 0.25")
-                .with_override(&format!("parameter_set={set}"));
+        for set in [
+            &["parameter_set=as-coded", "time.duration_s=0.25"][..],
+            &["parameter_set=as-stated", "time.duration_s=0.25"],
+            &["slider.blocks=700", "recording.energies=none", "time.duration_s=0.03"],
+        ] {
+            let source = ScenarioSource::new("test", "");
+            let source = set.iter().fold(source, |source, value| source.with_override(value));
             let plan = Arc::new(Plan::new(&Scenario::resolve(&source).unwrap()));
             let run = |sweeps| {
                 let mut solver = Fast::with_sweeps(Arc::clone(&plan), sweeps);
@@ -474,8 +650,9 @@ mod tests {
             };
             let baseline = run(Sweeps::Baseline);
             assert!(baseline.1.jumps > 3 && baseline.1.switches > 50, "{:?}", baseline.1);
+            assert_eq!(baseline.1.zones > 0, plan.blocks == 700, "{:?}", baseline.1);
             for sweeps in Sweeps::available() {
-                assert!(run(sweeps) == baseline, "{set}, {sweeps:?}");
+                assert!(run(sweeps) == baseline, "{set:?}, {sweeps:?}");
             }
         }
     }

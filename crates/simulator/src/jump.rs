@@ -94,6 +94,8 @@ pub(crate) struct Jump {
     composed: Vec<f64>,
     coordinates: Coordinates,
     from_step: u64,
+    /// The first block that it certifies, counted from 0.
+    first: usize,
     costs: Costs,
     /// What was spent on the last attempt, and on landing if it is open.
     cost_steps: u64,
@@ -138,6 +140,7 @@ impl Jump {
             composed: vec![0.0; 2 * blocks],
             coordinates: Coordinates::default(),
             from_step: 0,
+            first: 0,
             costs: Costs::of(plan),
             cost_steps: 0,
             patience_steps: PATIENCE_STEPS,
@@ -178,8 +181,24 @@ impl Jump {
     /// Splits a state in which every block is stuck, and gives the largest number
     /// of steps over which none detaches by the certificate, 0 if those are not worth it.
     pub(crate) fn open(&mut self, plan: &Plan, state: &ChainState, most_steps: u64) -> u64 {
+        self.split(plan, state, 0, [self.shortest_steps(), most_steps])
+    }
+
+    /// The same of the blocks from `first` on alone, whatever the drive comes to: `steps`, or 0.
+    pub(crate) fn open_behind(&mut self, plan: &Plan, state: &ChainState, first: usize, steps: u64) -> u64 {
+        self.split(plan, state, first, [steps, steps])
+    }
+
+    /// Both, for a jump of at least and at most so many steps.
+    fn split(
+        &mut self,
+        plan: &Plan,
+        state: &ChainState,
+        first: usize,
+        [fewest_steps, most_steps]: [u64; 2],
+    ) -> u64 {
         let blocks = plan.blocks;
-        let fewest_steps = self.shortest_steps();
+        self.first = first;
         self.cost_steps = cost::QUASI_STATIC_STEPS;
         self.patience_steps = match &self.basis {
             Basis::Stored(_) => PATIENCE_STEPS,
@@ -219,6 +238,9 @@ impl Jump {
                 waves.project(&self.residue, &mut self.coordinates);
                 waves.bound(&self.coordinates, &mut self.swing);
                 if self.certified_steps(plan, state, 0.0) < fewest_steps {
+                    if first > 0 {
+                        return 0;
+                    }
                     self.wait_for_calm(plan, state, fewest_steps);
                     return 0;
                 }
@@ -261,6 +283,11 @@ impl Jump {
         steps
     }
 
+    /// The velocities of the quasi-static chain behind a state.
+    pub(crate) fn steady_velocity_m_per_s(&self, state: &ChainState) -> &[f64] {
+        &self.loading[usize::from(state.hold_step > state.step + 1)].velocity_m_per_s
+    }
+
     /// Foresees after how many steps the waves will have become calm enough for a jump, and has the
     /// next attempt wait for it.
     fn wait_for_calm(&mut self, plan: &Plan, state: &ChainState, fewest_steps: u64) {
@@ -287,7 +314,7 @@ impl Jump {
         let thresholds = least_threshold_n(plan, state);
         let ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
         let mut least = f64::INFINITY;
-        for n in 0..plan.blocks {
+        for n in self.first..plan.blocks {
             let threshold = ramp.load.scaled_n(thresholds[n]);
             let room = threshold - ROUNDING * threshold - reserve - swing[n];
             let (force, rate) = (kt * (self.position_m[n] - state.stick_position_m[n]), kt * advance_m[n]);
@@ -309,7 +336,9 @@ impl Jump {
     /// Steps until the quasi-static driving force and the swing around it reach the load that
     /// stops the drive.
     fn steps_to_load(&self, plan: &Plan, state: &ChainState, swing: f64) -> u64 {
-        let Some(stop) = StopForce::of(plan, state.hold_step) else { return u64::MAX };
+        let Some(stop) = StopForce::of(plan, state.hold_step).filter(|_| self.first == 0) else {
+            return u64::MAX;
+        };
         let ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
         let advance_m = &self.loading[usize::from(self.moves)].advance_m;
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);

@@ -50,7 +50,8 @@
 //! - `plain`: every step.
 //! - `fast`: which steps are taken how. `window` and `basis` take many while some blocks slide,
 //!   `jump` while all stick (by `modes` or, for long chains, by `waves`, with `complex` numbers),
-//!   `rest` where what sticks does not move at all; `cost` keeps accounts of whether that pays.
+//!   `rest` where what sticks does not move at all, and `zone` the first blocks of a long chain alone,
+//!   while the others are in a jump; `cost` keeps accounts of whether that pays.
 //! - [`equality`] and `exact`: whether two solvers agree, and who is right where rounding decides.
 //! - [`Witness`]: whether a checkpoint is a state that the records before it lead to.
 //!
@@ -90,6 +91,7 @@ mod sweep;
 mod waves;
 mod window;
 mod witness;
+mod zone;
 
 pub use audit::{Audit, MOST_SCHEME_SHARE};
 pub use counters::Counters;

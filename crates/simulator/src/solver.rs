@@ -20,12 +20,13 @@ pub trait Solver: Send {
     /// The last step taken.
     fn step(&self) -> u64;
 
-    /// Whether all records up to [`Solver::step`] have been handed out, so that nothing is
-    /// lost if another solver goes on from a snapshot taken now.
+    /// Whether another solver can go on from a snapshot taken now: all records up to
+    /// [`Solver::step`] have been handed out, and it is not in the middle of what only the whole
+    /// of gives the same bits.
     fn is_between_records(&self) -> bool;
 
-    /// The whole state, to the bit: a solver of the same kind that restores it
-    /// yields the same switches, events and states from there on, whatever the
+    /// The whole state, to the bit where [`Solver::is_between_records`]: a solver of the same kind
+    /// that restores it yields the same switches, events and states from there on, whatever the
     /// cadences.
     fn snapshot(&self) -> ChainState;
 

@@ -50,7 +50,8 @@ pub struct ChainState {
     /// known.
     #[serde(default = "never")]
     pub hold_step: u64,
-    /// Energies up to the last step; none in states that were saved before there were any.
+    /// Energies up to the last step; none where the scenario asks for none, and in states that were
+    /// saved before there were any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy: Option<Ledger>,
     /// Where contacts age, the step in which each stuck last.
@@ -104,7 +105,7 @@ impl ChainState {
             no_jump_before_step: 0,
             saved_steps: FIRST_SAVED_STEPS,
             hold_step,
-            energy: Some(Ledger::default()),
+            energy: plan.recording.energies.then(Ledger::default),
             stuck_since_step: if ages { vec![initial.step; plan.blocks] } else { Vec::new() },
             aged_threshold_n: if ages && !is_slab {
                 plan.friction.static_threshold_n.clone()

@@ -10,7 +10,7 @@
 //! share of the largest of them, must balance, and change by anchors to the bit as the switches
 //! say. In a run that records no states, displacements and velocities are not held against anything.
 //! Of a slab the contacts alone are recorded: its nodes are held against nothing but the balance of
-//! the energies, to 1e-9 of the largest.
+//! the energies, to 1e-9 of the largest; without energies against nothing.
 
 use std::sync::Arc;
 
@@ -112,7 +112,7 @@ impl Witness {
                 let ledger = match self.last {
                     Some((step, _)) if step == record.step => self.energy.as_ref().map(Ledger::of),
                     Some(_) => None,
-                    None => Some(Ledger::default()),
+                    None => self.plan.recording.energies.then(Ledger::default),
                 };
                 self.fields = Some((record.clone(), sliding, self.stuck_since_step.clone(), ledger));
             }
@@ -129,7 +129,11 @@ impl Witness {
         if !state.fits(&self.plan) {
             return Err("it is not a state of this scenario".to_owned());
         }
-        self.confirm_contacts(state)?;
+        match (state.energy.is_some(), self.plan.recording.energies) {
+            (true, false) => return Err("it has energies, the scenario asks for none".to_owned()),
+            (false, true) => return Err("it has no energies, the scenario asks for them".to_owned()),
+            _ => self.confirm_contacts(state)?,
+        }
         self.confirm_work(state, counters)?;
         self.confirm_drive(state)?;
         self.confirm_motion(state)
@@ -308,10 +312,12 @@ impl Witness {
         let plan = Arc::new(self.plan.clone());
         let mut stepper = LatticeStepper::new(Arc::clone(&plan), Sweeps::detect());
         stepper.restore(state);
-        let Some(found) = stepper.energy() else { return Err("it has no energies".to_owned()) };
-        Budget::of(&plan).balance(&found)?;
+        let found = stepper.energy();
+        if let Some(found) = &found {
+            Budget::of(&plan).balance(found)?;
+        }
         let Some((step, _)) = self.last.filter(|(step, _)| *step == state.step) else { return Ok(()) };
-        if self.energy.is_some_and(|recorded| recorded != found) {
+        if self.energy != found {
             return Err(format!("it has other energies than the record of step {step}"));
         }
         let Some((fields, ..)) = self.fields.as_ref().filter(|(fields, ..)| fields.step == step) else {

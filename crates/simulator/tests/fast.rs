@@ -344,6 +344,26 @@ fn random_long_scenario(seed: u64) -> Vec<String> {
     [base, own.to_vec()].concat()
 }
 
+/// Without energies the first blocks of these chains are stepped alone while they slide.
+#[test]
+fn random_long_chains_give_the_same_switches_in_zones() {
+    let mut total = Counters::default();
+    let sets = (0..).map(|seed| (seed, random_long_scenario(seed)));
+    let has = |set: &[String], assignment: &str| set.iter().any(|own| own == assignment);
+    let sets = sets.filter(|(_, set)| {
+        has(set, "drive.kind=side") && !has(set, "slider.blocks=257") && !has(set, "slider.blocks=500")
+    });
+    for (seed, mut set) in sets.take(40) {
+        set.push("recording.energies=none".to_owned());
+        let plan = plan("default", &set);
+        let Compared { counters, horizon_step, .. } =
+            compare(&format!("seed {seed} {set:?}"), &plan, EXTREME_TOLERANCE);
+        assert_eq!(horizon_step, plan.steps, "seed {seed}");
+        total = total + counters;
+    }
+    assert!(total.zones > 100 && total.zone_steps > 200_000, "{total:?}");
+}
+
 /// Compares so many of them, and sees to it that shortcuts were taken past many switches.
 fn compare_random_long(seeds: std::ops::Range<u64>) {
     let (mut total, mut chaotic) = (Counters::default(), Vec::new());
@@ -400,6 +420,27 @@ fn cadences_never_change_a_bit_of_the_run() {
     assert!(usual.len() > 50);
     assert_eq!(usual, often);
     assert_eq!(usual, never);
+    // In zones.
+    for (zones, sample) in [
+        (&["slider.blocks=600", "time.duration_s=0.1"][..], "recording.sample_s=3e-6"),
+        // With many single steps.
+        (
+            &[
+                "slider.blocks=3000",
+                "parameter_set=as-stated",
+                "drive.velocity_m_per_s=0.008231330882585005",
+                "time.step_s=3.78e-9",
+                "time.duration_s=1.134e-4",
+                "recording.fields_s=0",
+            ],
+            "recording.sample_s=1.3986e-7",
+        ),
+    ] {
+        let none = [zones, &["recording.energies=none", "recording.sample_s=0"]].concat();
+        let usual = switches(&none);
+        assert!(usual.len() > 50, "{}", usual.len());
+        assert_eq!(usual, switches(&[&none[..], &[sample]].concat()));
+    }
 }
 
 /// Samples go from one to the next, and would round differently from a jump that lands
@@ -434,7 +475,7 @@ fn dense_samples_are_handed_out_one_by_one() {
 
 #[test]
 fn a_restored_state_continues_to_the_bit() {
-    let cases: [&[&str]; 8] = [
+    let cases: [&[&str]; 9] = [
         &["time.duration_s=0.15"],
         // Long chains: waves, windows of most lengths, and none where the step is long.
         &["slider.blocks=600", "time.duration_s=0.02", "recording.sample_s=1e-5"],
@@ -453,6 +494,8 @@ fn a_restored_state_continues_to_the_bit() {
             "time.duration_s=0.02",
             "recording.sample_s=1e-5",
         ],
+        // Zones.
+        &["slider.blocks=600", "recording.energies=none", "time.duration_s=0.06", "recording.sample_s=1e-5"],
         // States of ruptures, from inside of windows.
         &[
             "time.duration_s=0.15",
@@ -477,6 +520,9 @@ fn a_restored_state_continues_to_the_bit() {
         let mut solver = Fast::new(plan.clone());
         for part in 1..12 {
             for _ in 0..whole.len() / 12 {
+                solver.next_record().unwrap();
+            }
+            while !solver.is_between_records() {
                 solver.next_record().unwrap();
             }
             let snapshot = solver.snapshot();

@@ -6,21 +6,10 @@ use asperity_model::lattice::Bond;
 use asperity_model::{Lattice, Plan, resolve};
 use asperity_record::{Direction, Record, RunStatus, StepRecord};
 use asperity_simulator::{ChainState, Expectation, Plain, Solver, SolverKind, Witness};
-
-/// A slab that is small, so that a second of it takes a moment: 9 x 5 nodes.
-const SMALL: [&str; 8] = [
-    "slider.blocks=9",
-    "slider.rows=5",
-    "slider.height_m=0.07",
-    "slider.mass_kg=7.56",
-    "drive.velocity_m_per_s=4e-3",
-    "drive.height_m=0.0175",
-    "time.step_s=1e-5",
-    "time.duration_s=0.2",
-];
+use asperity_testkit::SMALL_SLAB;
 
 fn plan(sets: &[&str]) -> Plan {
-    let sets: Vec<&str> = SMALL.iter().chain(sets).copied().collect();
+    let sets: Vec<&str> = SMALL_SLAB.iter().chain(sets).copied().collect();
     Plan::new(&resolve("slab", &sets).unwrap_or_else(|error| panic!("{error}")))
 }
 

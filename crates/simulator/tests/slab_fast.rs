@@ -5,7 +5,7 @@ use asperity_model::{Plan, Reattach};
 use asperity_record::{Direction, Record, StepRecord};
 use asperity_simulator::equality::{self, Disagreement};
 use asperity_simulator::{ChainState, Counters, SimulationError, SolverKind};
-use asperity_testkit::{Random, plan};
+use asperity_testkit::{Random, SMALL_SLAB, plan};
 
 /// Steps of a random slab.
 const STEPS: u64 = 150_000;
@@ -99,21 +99,10 @@ fn entries(records: &[Record]) -> Vec<Entry> {
     steps.map(|step| (step.step, step.sliding, switches(step))).collect()
 }
 
-/// A small slab of 9 x 5 nodes whose run is long enough for modes.
-const SMALL: [&str; 9] = [
-    "slider.blocks=9",
-    "slider.rows=5",
-    "slider.height_m=0.07",
-    "slider.mass_kg=7.56",
-    "drive.height_m=0.0175",
-    "drive.velocity_m_per_s=8e-4",
-    "time.step_s=1e-5",
-    "time.duration_s=1.2",
-    "recording.fields_s=0",
-];
-
+/// A small slab whose run is long enough for modes.
 fn small(sets: &[&str]) -> Plan {
-    plan("slab", &[&SMALL, sets].concat())
+    let longer = ["drive.velocity_m_per_s=8e-4", "time.duration_s=1.2", "recording.fields_s=0"];
+    plan("slab", &[&SMALL_SLAB, &longer[..], sets].concat())
 }
 
 /// All that is said of steps in which a contact switches, to the bit.

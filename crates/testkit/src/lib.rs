@@ -25,7 +25,7 @@ mod random;
 mod records;
 
 pub use logs::{read_log, run_end};
-pub use plans::{plan, scenario};
+pub use plans::{SMALL_SLAB, plan, scenario};
 pub use random::Random;
 pub use records::{quiet_step, slip_event, switch};
 

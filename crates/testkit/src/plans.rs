@@ -15,6 +15,18 @@ pub fn scenario<S: AsRef<str>>(name: &str, sets: &[S]) -> (Scenario, Plan) {
     (scenario, plan)
 }
 
+/// What makes the built-in scenario `slab` so small that it slips within a moment: 9 x 5 nodes.
+pub const SMALL_SLAB: [&str; 8] = [
+    "slider.blocks=9",
+    "slider.rows=5",
+    "slider.height_m=0.07",
+    "slider.mass_kg=7.56",
+    "drive.velocity_m_per_s=4e-3",
+    "drive.height_m=0.0175",
+    "time.step_s=1e-5",
+    "time.duration_s=0.2",
+];
+
 /// The plan of a built-in scenario with overrides.
 ///
 /// # Panics

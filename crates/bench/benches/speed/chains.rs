@@ -28,13 +28,18 @@ pub(crate) fn switches() {
         "The slider of the thesis in N blocks while the first of them slip. `dt` is a share of the longest stable step.\n"
     );
     println!(
-        "| parameter set | dt | N | time step, s | switches | steps per switch | cost of a switch, us | the same in steps \
-         of the plain solver | speed-up over the plain solver |\n|---|---|---|---|---|---|---|---|---|"
+        "| parameter set | energies | dt | N | time step, s | switches | steps per switch | cost of a switch, us | \
+         the same in steps of the plain solver | speed-up over the plain solver |\n|---|---|---|---|---|---|---|---|---|---|"
     );
-    for set in ["as-coded", "as-stated"] {
+    let kinds = ["as-coded", "as-stated"].map(|set| ["every-record", "none"].map(|energies| (set, energies)));
+    for (set, energies) in kinds.into_iter().flatten() {
         for share in SHARES {
             for (blocks, duration_s) in CHAINS {
-                let set = [format!("parameter_set={set}"), format!("slider.blocks={blocks}")];
+                let set = [
+                    format!("parameter_set={set}"),
+                    format!("slider.blocks={blocks}"),
+                    format!("recording.energies={energies}"),
+                ];
                 let longest_s = longest_step_s(&set);
                 let step_s = if share > 0.0 { share * longest_s } else { THESIS_STEP_S };
                 if step_s > 0.6 * longest_s {
@@ -48,7 +53,7 @@ pub(crate) fn switches() {
                 let steps = plan.steps as f64;
                 let share = if share > 0.0 { format!("{share}") } else { "thesis".to_owned() };
                 println!(
-                    "| {} | {share} | {blocks} | {:.3e} | {switches} | {:.0} | {:.1} | {:.0} | {:.0} |",
+                    "| {} | {energies} | {share} | {blocks} | {:.3e} | {switches} | {:.0} | {:.1} | {:.0} | {:.0} |",
                     &set[0]["parameter_set=".len()..],
                     plan.grid.step_s(),
                     steps / switches,

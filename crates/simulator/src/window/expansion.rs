@@ -84,17 +84,21 @@ pub(super) struct Expansion {
 
 impl Expansion {
     pub(super) fn new(plan: &Plan, sweeps: Sweeps) -> Expansion {
+        let basis = match plan.friction.law.is_affine() {
+            true => Kept::HERE.basis(plan, sweeps),
+            false => Arc::new(Basis::none()),
+        };
+        Expansion::with_basis(plan, sweeps, basis)
+    }
+
+    pub(super) fn with_basis(plan: &Plan, sweeps: Sweeps, basis: Arc<Basis>) -> Expansion {
         let blocks = plan.blocks;
         let several = |times: usize| vec![0.0; blocks * times];
         let rows = || Rows::new(blocks, MOST_TERMS + 1);
         Expansion {
             blocks,
             sweeps,
-            basis: if plan.friction.law.is_affine() {
-                Kept::HERE.basis(plan, sweeps)
-            } else {
-                Arc::new(Basis::none())
-            },
+            basis,
             spring: several(1),
             scaled_spring: several(1),
             driven: plan.drive.springs.iter().map(|spring| (spring.block, 0.0)).collect(),

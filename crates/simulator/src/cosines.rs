@@ -22,6 +22,8 @@
 //! imaginary part `b` multiplies the rest by `exp(b y)` and by the growth of `K` over `b / h`, so it
 //! must stay a fraction of `h`.
 
+use std::sync::Arc;
+
 use crate::complex::Complex;
 use crate::sweep::{NEAR, Near, Parts, Sweeps};
 
@@ -29,7 +31,7 @@ use crate::sweep::{NEAR, Near, Parts, Sweeps};
 const HALF_WIDTH: f64 = NEAR as f64 / 2.0;
 
 /// Points of the grid that kernels reach beyond 0 and `pi`.
-const BEYOND: usize = NEAR / 2;
+pub(crate) const BEYOND: usize = NEAR / 2;
 
 /// The largest imaginary part of a wave number, in points of the grid.
 const LARGEST_IMAGINARY: f64 = 1.0;
@@ -42,13 +44,13 @@ pub(crate) struct Cosines {
     /// `G`.
     size: usize,
     /// `cos` and `sin` of `-2 pi k / G`, and of `-pi k / (2 G)`.
-    turns: [Vec<f64>; 2],
-    quarter_turns: [Vec<f64>; 2],
+    turns: [Arc<[f64]>; 2],
+    quarter_turns: [Arc<[f64]>; 2],
     /// `1 / psi` of every block.
-    part: Vec<f64>,
-    first: Vec<u32>,
-    re: Vec<[f64; NEAR]>,
-    im: Vec<[f64; NEAR]>,
+    part: Arc<[f64]>,
+    first: Arc<[u32]>,
+    re: Arc<[[f64; NEAR]]>,
+    im: Arc<[[f64; NEAR]]>,
     /// Two kinds of numbers on the grid, with room for what kernels reach beyond it.
     grid: [Vec<f64>; 2],
     values: [Vec<f64>; 2],
@@ -68,31 +70,18 @@ impl Cosines {
         let spacing = pi / size as f64;
         let (mut first, mut re, mut im) = (Vec::new(), Vec::new(), Vec::new());
         for q in wave_numbers {
-            let at = q.scaled(1.0 / spacing);
-            let whole = at.re.floor();
-            let is_near = (0.0..=size as f64).contains(&at.re) && at.im.abs() <= LARGEST_IMAGINARY;
-            if !is_near {
-                return None;
-            }
-            let from = whole - HALF_WIDTH + 1.0;
-            let weights: [Complex; NEAR] =
-                std::array::from_fn(|t| kernel(at - Complex::from(from + t as f64)));
-            first.push((from + BEYOND as f64) as u32);
-            re.push(weights.map(|weight| weight.re));
-            im.push(weights.map(|weight| weight.im));
+            let (from, [of_re, of_im]) = kernel_weights(q.scaled(1.0 / spacing), size, sweeps)?;
+            first.push(from);
+            re.push(of_re);
+            im.push(of_im);
         }
-        let angles = |unit: f64| -> [Vec<f64>; 2] {
+        let angles = |unit: f64| -> [Arc<[f64]>; 2] {
             let angle = move |k: usize| unit * k as f64;
             [
                 (0..size).map(|k| libm::cos(angle(k))).collect(),
                 (0..size).map(|k| libm::sin(angle(k))).collect(),
             ]
         };
-        let part = (0..blocks).map(|p| {
-            let reach = HALF_WIDTH * spacing * (p as f64 + 0.5);
-            let r = (beta() * beta() - reach * reach).sqrt();
-            r / (2.0 * HALF_WIDTH * libm::sinh(r))
-        });
         let on_grid = || vec![0.0; size + 2 * BEYOND + 1];
         let values = || vec![0.0; size];
         Some(Cosines {
@@ -101,10 +90,10 @@ impl Cosines {
             size,
             turns: angles(-2.0 * spacing),
             quarter_turns: angles(-0.5 * spacing),
-            part: part.collect(),
-            first,
-            re,
-            im,
+            part: (0..blocks).map(|p| over_psi(spacing * (p as f64 + 0.5))).collect(),
+            first: first.into(),
+            re: re.into(),
+            im: im.into(),
             grid: [on_grid(), on_grid()],
             values: [values(), values()],
             scratch: [values(), values()],
@@ -207,7 +196,7 @@ fn place(p: usize, size: usize) -> usize {
 /// What the second of two kinds of numbers is multiplied with so that they are of the same size: both
 /// pass through one transform, and each rounds as the larger does. A power of two, which rounds
 /// nothing.
-fn balance(first: f64, second: f64) -> f64 {
+pub(crate) fn balance(first: f64, second: f64) -> f64 {
     const BIAS: i64 = 1023;
     const MOST: i64 = 500;
     let exponent = |x: f64| (x.to_bits() >> 52) as i64;
@@ -220,17 +209,30 @@ fn beta() -> f64 {
     HALF_WIDTH * 1.5 * std::f64::consts::PI
 }
 
-/// `I_0(beta sqrt(1 - (t / w)^2))`, by its power series.
-fn kernel(t: Complex) -> Complex {
-    let share = t.scaled(1.0 / HALF_WIDTH);
-    let quarter = (Complex::ONE - share * share).scaled(beta() * beta() / 4.0);
-    let (mut sum, mut term, mut order) = (Complex::ONE, Complex::ONE, 1.0);
-    while term.size() > 1e-18 * sum.size() {
-        term = (term * quarter).scaled(1.0 / (order * order));
-        sum = sum + term;
-        order += 1.0;
+/// The first of the points around a wave number, which is given in points of a grid of `size` from 0
+/// to `pi`, and real and imaginary parts of their weights,
+/// `I_0(beta sqrt(1 - (t / w)^2))`; `None` too far from the real axis, or beyond 0 and `pi`.
+pub(crate) fn kernel_weights(at: Complex, size: usize, sweeps: Sweeps) -> Option<(u32, [[f64; NEAR]; 2])> {
+    let is_near = (0.0..=size as f64).contains(&at.re) && at.im.abs() <= LARGEST_IMAGINARY;
+    if !is_near {
+        return None;
     }
-    sum
+    let from = at.re.floor() - HALF_WIDTH + 1.0;
+    let [mut re, mut im] = [[0.0; NEAR]; 2];
+    for (t, (re, im)) in re.iter_mut().zip(&mut im).enumerate() {
+        let share = (at - Complex::from(from + t as f64)).scaled(1.0 / HALF_WIDTH);
+        let quarter = (Complex::ONE - share * share).scaled(beta() * beta() / 4.0);
+        (*re, *im) = (quarter.re, quarter.im);
+    }
+    sweeps.bessel(&mut re, &mut im);
+    Some(((from + BEYOND as f64) as u32, [re, im]))
+}
+
+/// `1 / psi` of a place, from `h y`.
+pub(crate) fn over_psi(reach: f64) -> f64 {
+    let reach = HALF_WIDTH * reach;
+    let r = (beta() * beta() - reach * reach).sqrt();
+    r / (2.0 * HALF_WIDTH * libm::sinh(r))
 }
 
 #[cfg(test)]

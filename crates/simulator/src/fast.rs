@@ -12,6 +12,8 @@
 //! are kept ([`crate::cost`]): what leaps save pays for tries in vain, and once nothing is left, a
 //! try is followed by many single steps with nothing beside them.
 
+mod in_zones;
+
 use std::sync::Arc;
 
 use asperity_model::{Law, Plan};
@@ -29,13 +31,10 @@ use crate::state::ChainState;
 use crate::stepper::{Driving, Stepper};
 use crate::sweep::Sweeps;
 use crate::window::Window;
-use crate::zone::{self, Extent, QUIET_STEPS, Zone, Zones};
+use crate::zone::Zones;
 
 /// Single steps of a long chain without windows before it is asked again whether it may jump.
 const LOOK_ROUND_STEPS: u64 = 32;
-
-/// No jump, and no zone, before the next switch.
-const UNTIL_SWITCH: u64 = u64::MAX;
 
 /// Many certified steps, still to be taken.
 #[derive(Debug, Clone, Copy)]
@@ -91,8 +90,11 @@ impl Fast {
     /// The same with sweeps for a certain instruction set.
     fn with_sweeps(plan: Arc<Plan>, sweeps: Sweeps) -> Fast {
         let window = Window::new(&plan, sweeps);
-        let jump = if Jump::may_pay(&plan) { Jump::new(&plan, sweeps) } else { None };
-        let zones = if jump.is_some() { Zones::of(&plan) } else { None };
+        let may_jump = Jump::may_pay(&plan);
+        let zones = if may_jump { Zones::of(&plan) } else { None };
+        let first_blocks = zones.as_ref().map_or(0, Zones::first_blocks);
+        let jump = if may_jump { Jump::new(&plan, first_blocks, sweeps) } else { None };
+        let zones = zones.filter(|_| jump.is_some());
         Fast { jump, zones, ..Fast::without_jumps(plan, window, sweeps) }
     }
 
@@ -164,10 +166,9 @@ impl Fast {
 
     fn note_switches(&mut self) {
         if !self.stepper.switched().is_empty() {
-            let state = self.stepper.state_mut();
-            self.last_switch_step = state.step;
-            if state.no_jump_before_step == UNTIL_SWITCH {
-                state.no_jump_before_step = state.step;
+            self.last_switch_step = self.stepper.state().step;
+            if let Some(zones) = &mut self.zones {
+                zones.in_a_row = 0;
             }
         }
     }
@@ -263,90 +264,6 @@ impl Fast {
         if is_stuck && self.jump.is_some() { LOOK_ROUND_STEPS.min(steps_to_jump) } else { LOOK_ROUND_STEPS }
     }
 
-    /// Opens a zone, if some blocks slide, and one is worth it and certified.
-    fn open_zone(&mut self) -> bool {
-        let (Some(zones), Some(jump)) = (&mut self.zones, &mut self.jump) else { return false };
-        let state = self.stepper.state();
-        let Some(extent) = zones.next(&self.plan, state, jump.modes_steps()) else { return false };
-        if zones.must_rest() {
-            self.stepper.state_mut().no_jump_before_step = UNTIL_SWITCH;
-            return false;
-        }
-        let stuck = zone::stuck_chain(&self.plan, state, jump, extent);
-        let is_certified = jump.open_behind(&self.plan, &stuck, extent.cut, extent.steps) >= extent.steps;
-        let cost_steps = jump.cost_steps();
-        self.pay(cost_steps);
-        if is_certified {
-            let state = self.stepper.state();
-            let first = Fast::of_first_blocks(&self.plan, state, extent, &self.window, self.sweeps);
-            let open = Zone { first: Box::new(first), stuck, extent };
-            self.zones.as_mut().expect("it is there").open = Some(open);
-        } else {
-            let state = self.stepper.state_mut();
-            state.no_jump_before_step = state.step + zone::PATIENCE_STEPS;
-        }
-        is_certified
-    }
-
-    /// The whole chain goes on by a step or more.
-    fn break_row_of_zones(&mut self) {
-        if let Some(zones) = &mut self.zones {
-            zones.in_a_row = 0;
-        }
-    }
-
-    /// For the first blocks alone, up to the end of their zone.
-    fn of_first_blocks(
-        plan: &Plan,
-        state: &ChainState,
-        extent: Extent,
-        window: &Window,
-        sweeps: Sweeps,
-    ) -> Fast {
-        let part = Arc::new(zone::first_blocks(plan, extent));
-        let window = window.for_blocks_of(&part);
-        let mut first = Fast::without_jumps(part, window, sweeps);
-        first.restore(&zone::first_of_state(state, extent));
-        first.until_step = state.step + extent.steps;
-        first.quiet_steps = QUIET_STEPS;
-        first
-    }
-
-    /// The next record of the zone that is open; `None` where it ends, and the chain is whole again.
-    fn next_of_zone(&mut self) -> Result<Option<Record>, SimulationError> {
-        let Some(zone) = self.zones.as_mut().and_then(|zones| zones.open.as_mut()) else { return Ok(None) };
-        let Some(record) = zone.first.next_record()? else {
-            self.close_zone();
-            return Ok(None);
-        };
-        match record {
-            Record::Step(ref step) => {
-                if step.switches.iter().any(|switch| switch.block as usize > zone.extent.calm_from) {
-                    zone.first.until_step = step.step;
-                }
-                Ok(Some(record))
-            }
-            Record::Fields(fields) => {
-                let rest = go_on(&mut self.aside, &mut self.jump, &zone.stuck, fields.step);
-                let anchors_m = &self.stepper.state().stick_position_m;
-                Ok(Some(Record::Fields(zone.whole(fields, rest, anchors_m))))
-            }
-            other => Ok(Some(other)),
-        }
-    }
-
-    /// Puts the chain together again, which was paid for as the zone was opened.
-    fn close_zone(&mut self) {
-        let Some(zone) = self.zones.as_mut().and_then(Zones::take) else { return };
-        let first = zone.first.stepper.state();
-        let rest = go_on(&mut self.aside, &mut self.jump, &zone.stuck, first.step);
-        zone.join(first, rest, self.stepper.state_mut());
-        let of_zone =
-            Counters { zones: 1, zone_steps: first.step - zone.stuck.step, ..zone.first.counters() };
-        self.counters = self.counters + of_zone;
-        self.recorder.continue_after(&self.plan, self.stepper.state());
-    }
-
     /// Has a span of the energies begin no later than a leap, which goes on to its end.
     fn begin_span(&mut self, leap: Leap) {
         let steps = match leap {
@@ -388,6 +305,11 @@ impl Fast {
             Leap::Jump { .. } => opened(&mut self.jump).cost_steps(),
             Leap::Rest { .. } => cost::REST_STEPS,
         };
+        cost::earn(&mut self.stepper.state_mut().saved_steps, steps);
+        self.pay(cost_steps);
+        if matches!(leap, Leap::Jump { .. }) && self.open_zone_behind_jump(steps) {
+            return Ok(());
+        }
         let (accounts, state) = self.stepper.accounts_mut();
         match leap {
             Leap::Window(index) => {
@@ -395,7 +317,7 @@ impl Fast {
                 self.window.account(&self.plan, index, state, accounts);
                 if self.window.ends_near_switch(index) {
                     // This one, and one to foresee from.
-                    state.single_steps = 2;
+                    state.single_steps = state.single_steps.max(2);
                 }
             }
             Leap::Jump { steps } => {
@@ -408,8 +330,6 @@ impl Fast {
         if accounts.by_steps() {
             accounts.end(&self.plan, state);
         }
-        cost::earn(&mut state.saved_steps, steps);
-        self.pay(cost_steps);
         self.take_plain_step()
     }
 
@@ -485,19 +405,6 @@ fn rest(plan: &Plan, steps: u64, state: &mut ChainState, accounts: &Accounts) {
     state.displacement_m = displacement_m;
 }
 
-/// The chain that sticks, behind a later step than that in which its zone began.
-fn go_on<'a>(
-    aside: &'a mut Stepper,
-    jump: &mut Option<Jump>,
-    stuck: &ChainState,
-    step: u64,
-) -> &'a ChainState {
-    aside.state_mut().clone_from(stuck);
-    opened(jump).land(step - 1 - stuck.step, aside.state_mut());
-    aside.take_step();
-    aside.state()
-}
-
 /// The jump that a leap was opened with.
 fn opened(jump: &mut Option<Jump>) -> &mut Jump {
     jump.as_mut().expect("only a solver with jumps opens one")
@@ -527,7 +434,6 @@ impl Solver for Fast {
                 continue;
             }
             if self.stepper.state().single_steps > 1 {
-                self.break_row_of_zones();
                 self.take_single_steps()?;
                 continue;
             }
@@ -540,7 +446,6 @@ impl Solver for Fast {
                 if self.open_zone() || self.stepper.state().single_steps > 1 {
                     continue;
                 }
-                self.break_row_of_zones();
                 match self.open_leap() {
                     Ok(leap) => {
                         self.begin_span(leap);
@@ -553,7 +458,6 @@ impl Solver for Fast {
                     }
                 }
             }
-            self.break_row_of_zones();
             self.take_plain_step()?;
         }
     }
@@ -563,8 +467,13 @@ impl Solver for Fast {
         of_zone.unwrap_or(self.stepper.state().step)
     }
 
+    /// Not while the state is in parts, nor behind zones before a block switches in a step of the
+    /// whole chain: how many they were is in no state.
     fn is_between_records(&self) -> bool {
-        self.recorder.is_empty() && !self.zones.as_ref().is_some_and(Zones::is_open)
+        let is_saved_by_state = |zones: &Zones<Fast>| {
+            zones.in_a_row == 0 || (!zones.is_open() && self.leap.is_none() && self.has_ended())
+        };
+        self.recorder.is_empty() && self.zones.as_ref().is_none_or(is_saved_by_state)
     }
 
     fn counters(&self) -> Counters {
@@ -598,13 +507,7 @@ impl Solver for Fast {
     }
 
     fn snapshot(&self) -> ChainState {
-        if self.step() == self.stepper.state().step {
-            return self.stepper.state().clone();
-        }
-        // In a zone, whose blocks alone have been stepped.
-        let mut whole = self.clone();
-        whole.close_zone();
-        whole.stepper.state().clone()
+        self.whole_state()
     }
 
     fn restore(&mut self, state: &ChainState) {

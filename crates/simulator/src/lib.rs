@@ -72,6 +72,7 @@ pub mod equality;
 mod exact;
 mod expectation;
 mod fast;
+mod first_cosines;
 mod jump;
 mod kept;
 mod kind;

@@ -29,7 +29,7 @@ mod versions;
 
 pub(crate) use coefficients::{Coefficients, FOLLOWED};
 pub(crate) use energy::{Changing, Forms, Moved, Stored};
-pub(crate) use fourier::{NEAR, Near, Parts};
+pub(crate) use fourier::{FirstGrids, NEAR, Near, Parts};
 pub(crate) use guards::{Course, Guarded, Reserve, Steps, margin};
 pub(crate) use lattice::{Forces, MovedWork};
 pub(crate) use step::{After, Blocks, Constants};

@@ -31,6 +31,13 @@
 //! of it. It is felt where that is more than [`UNFELT`] of the displacements, or ways in a step, that it
 //! came from: some hundredths of a rounding error.
 //!
+//! **Going on.** A zone that opens where a jump of the whole chain ends takes only its own blocks from the
+//! waves, and has that jump go on for all others. Once its blocks stick, the jump goes on over the whole
+//! chain, with what has become of the blocks before `cut`; see [`crate::jump`]. So in the longest chains
+//! the parts are put together, at the cost of the whole chain, once in [`MOST_IN_A_ROW`] zones. While a
+//! zone is open, or a jump that has gone on, the solver's state has the step and the anchors from which
+//! the jump goes on; displacements and velocities are with the waves.
+//!
 //! **What it needs.** No record but states of all blocks may need the blocks behind the zone: one is
 //! opened only in runs without energies, without dense windows and without the states of ruptures.
 //! States of all blocks are put together from both parts.
@@ -61,6 +68,10 @@ const AT_REST: f64 = 1e-40;
 /// Lengths of zones are multiples of this.
 const GRANULE: usize = 64;
 
+/// A jump of chains of so many blocks goes on with what so many of the first have become.
+const SHORTEST_GOING_ON: usize = 2048;
+const FIRST_BLOCKS: usize = 1024;
+
 /// What a step of a window takes, over a single step, about.
 const SHARE_OF_WINDOWS: f64 = 0.7;
 
@@ -77,9 +88,12 @@ pub(crate) const PATIENCE_STEPS: u64 = 4096;
 /// Steps without a switch behind which a chain that sticks is left to a jump.
 pub(crate) const QUIET_STEPS: u64 = 400;
 
-/// So many zones follow each other at once. From inside of one no run can be gone on with: behind them
-/// comes a switch of the whole chain.
-const MOST_IN_A_ROW: u32 = 16;
+/// The same where that jump goes on with what the first blocks have become.
+pub(crate) const QUIET_STEPS_GOING_ON: u64 = 64;
+
+/// So many zones follow each other at once. No run can be gone on with from there, before a block
+/// switches in a step of the whole chain.
+const MOST_IN_A_ROW: u32 = 64;
 
 /// A threshold that is never reached.
 const NEVER_N: f64 = 1e30;
@@ -89,7 +103,9 @@ const NEVER_N: f64 = 1e30;
 pub(crate) struct Zones<S> {
     /// Steps, and how far they are felt, ascending.
     reaches: Vec<(u64, usize)>,
-    /// How many have followed each other at once.
+    /// The first blocks of the plan, of which zones behind a jump that goes on are made.
+    first_blocks: Option<Plan>,
+    /// How many there have been since a block switched in a step of the whole chain.
     pub(crate) in_a_row: u32,
     pub(crate) open: Option<Zone<S>>,
 }
@@ -99,9 +115,19 @@ pub(crate) struct Zones<S> {
 pub(crate) struct Zone<S> {
     /// Steps the first blocks.
     pub(crate) first: Box<S>,
-    /// The chain that sticks, where the zone begins.
-    pub(crate) stuck: ChainState,
+    pub(crate) from_step: u64,
     pub(crate) extent: Extent,
+    /// No block from this one on has slipped in it.
+    pub(crate) active: usize,
+    /// Up to where nothing has happened in it but what its jump says.
+    pub(crate) as_foreseen_until: u64,
+}
+
+/// The zone that takes least, and what it does of what the whole chain would.
+#[derive(Debug, Clone, Copy)]
+struct Best {
+    of: Extent,
+    share: f64,
 }
 
 /// How far a zone goes, in steps and blocks.
@@ -129,7 +155,14 @@ impl<S: Solver> Zones<S> {
             && recording.windows.is_empty()
             && recording.rupture_fields.is_none();
         let reaches = if may { reaches(plan) } else { Vec::new() };
-        (!reaches.is_empty()).then_some(Zones { reaches, in_a_row: 0, open: None })
+        let goes_on = plan.blocks >= SHORTEST_GOING_ON && plan.drive.until_load_ratio.is_none();
+        let first_blocks = goes_on.then(|| first_blocks(plan, FIRST_BLOCKS, FIRST_BLOCKS));
+        (!reaches.is_empty()).then_some(Zones { reaches, first_blocks, in_a_row: 0, open: None })
+    }
+
+    /// With so many of the first blocks a jump may go on.
+    pub(crate) fn first_blocks(&self) -> usize {
+        self.first_blocks.as_ref().map_or(0, |plan| plan.blocks)
     }
 
     pub(crate) fn is_open(&self) -> bool {
@@ -152,34 +185,52 @@ impl<S: Solver> Zones<S> {
     }
 
     /// The next zone, if one is worth it: that which takes least for its steps.
-    pub(crate) fn next(&self, plan: &Plan, state: &ChainState, waves_steps: u64) -> Option<Extent> {
+    pub(crate) fn next(&self, plan: &Plan, state: &ChainState, waves_steps: u64) -> Option<(usize, Extent)> {
         let active = state.slip.iter().rposition(|&slip| slip != 0.0)? + 1;
-        if state.step < state.no_jump_before_step || state.energy.is_some() {
+        if state.step < state.no_jump_before_step || state.energy.is_some() || self.must_rest() {
             return None;
         }
-        let to_end = plan.steps - state.step;
+        let extent = self.best(plan, [active, usize::MAX], state.step, waves_steps)?;
+        (extent.share <= MOST_SHARE).then_some((active, extent.of))
+    }
+
+    /// The next behind a jump that goes on, in which blocks before `active` slide.
+    pub(crate) fn next_going_on(
+        &self,
+        plan: &Plan,
+        active: usize,
+        step: u64,
+        waves_steps: u64,
+    ) -> Option<Extent> {
+        if self.must_rest() {
+            return None;
+        }
+        self.best(plan, [active, self.first_blocks()], step, waves_steps).map(|best| best.of)
+    }
+
+    /// That which takes least for its steps, of at most so many blocks.
+    fn best(&self, plan: &Plan, [active, furthest]: [usize; 2], step: u64, waves_steps: u64) -> Option<Best> {
+        let to_end = plan.steps - step;
+        let opening_steps = TIMES_WAVES * waves_steps as f64 / SHARE_OF_WINDOWS;
         let extents = self.reaches.iter().map(|&(steps, reach)| {
+            let steps = steps.min(to_end);
             let calm_from = (active + reach / 4 + GRANULE / 2).next_multiple_of(GRANULE);
             let (cut, end) = (calm_from + reach, calm_from + 2 * reach);
-            Extent { steps: steps.min(to_end), calm_from, cut, end }
+            let share = end as f64 / plan.blocks as f64 + opening_steps / steps as f64;
+            Best { of: Extent { steps, calm_from, cut, end }, share }
         });
-        let share = |extent: &Extent| {
-            extent.end as f64 / plan.blocks as f64
-                + TIMES_WAVES * waves_steps as f64 / (SHARE_OF_WINDOWS * extent.steps as f64)
-        };
-        let best = extents.min_by(|a, b| share(a).total_cmp(&share(b)))?;
-        (share(&best) <= MOST_SHARE).then_some(best)
+        extents.filter(|best| best.of.end <= furthest).min_by(|a, b| a.share.total_cmp(&b.share))
+    }
+
+    /// The plan of the first blocks as a chain of their own, of which those behind `cut` never switch.
+    pub(crate) fn plan_of(&self, plan: &Plan, extent: Extent) -> Plan {
+        let of = self.first_blocks.as_ref().filter(|first| extent.end <= first.blocks).unwrap_or(plan);
+        first_blocks(of, extent.cut, extent.end)
     }
 
     /// Whether so many have followed each other that the whole chain is to go on up to its next switch.
-    pub(crate) fn must_rest(&self) -> bool {
+    fn must_rest(&self) -> bool {
         self.in_a_row >= MOST_IN_A_ROW
-    }
-
-    /// The zone that is open has ended.
-    pub(crate) fn take(&mut self) -> Option<Zone<S>> {
-        self.in_a_row += 1;
-        self.open.take()
     }
 }
 
@@ -225,17 +276,15 @@ impl<S> Zone<S> {
     }
 }
 
-/// The chain in which every block sticks for ever: behind the zone with the state and the anchors of
-/// the blocks there, before it at rest under the forces of now.
-pub(crate) fn stuck_chain(plan: &Plan, state: &ChainState, jump: &Jump, extent: Extent) -> ChainState {
-    let mut stuck = state.clone();
-    stuck.slip.fill(0.0);
-    (stuck.detached, stuck.sliding) = (0, 0);
+/// Makes a chain stick for ever: from `calm_from` on with its state and anchors, before it at rest under
+/// the forces of now.
+pub(crate) fn stick(plan: &Plan, state: &mut ChainState, jump: &Jump, calm_from: usize) {
+    state.slip.fill(0.0);
+    (state.detached, state.sliding) = (0, 0);
     let steady = jump.steady_velocity_m_per_s(state);
-    let Extent { calm_from, .. } = extent;
     // From rest to what the blocks do, over some blocks.
     let fades_from = calm_from - GRANULE / 2;
-    for (n, (velocity, steady)) in stuck.velocity_m_per_s.iter_mut().zip(steady).enumerate().take(calm_from) {
+    for (n, (velocity, steady)) in state.velocity_m_per_s.iter_mut().zip(steady).enumerate().take(calm_from) {
         let share = match n.checked_sub(fades_from) {
             None => 0.0,
             Some(into) => into as f64 / (calm_from - fades_from) as f64,
@@ -244,7 +293,7 @@ pub(crate) fn stuck_chain(plan: &Plan, state: &ChainState, jump: &Jump, extent: 
     }
     let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
     let kt = plan.friction.interfacial_stiffness_n_per_m;
-    for (n, anchor_m) in stuck.stick_position_m[..calm_from].iter_mut().enumerate() {
+    for (n, anchor_m) in state.stick_position_m[..calm_from].iter_mut().enumerate() {
         let mut force_n = plan.elastic.pull_n(&state.displacement_m, steady, n);
         for spring in plan.drive.springs.iter().filter(|spring| spring.block == n) {
             force_n += spring.force_n(point_m, state.displacement_m[n]);
@@ -252,28 +301,27 @@ pub(crate) fn stuck_chain(plan: &Plan, state: &ChainState, jump: &Jump, extent: 
         force_n += plan.prestress_n.get(n).unwrap_or(&0.0);
         *anchor_m = state.displacement_m[n] - force_n / kt;
     }
-    stuck
 }
 
-/// The state of the first blocks.
-pub(crate) fn first_of_state(state: &ChainState, extent: Extent) -> ChainState {
-    let mut first = state.clone();
-    for values in [
-        &mut first.displacement_m,
-        &mut first.velocity_m_per_s,
-        &mut first.stick_position_m,
-        &mut first.slip,
-        &mut first.tangential_force_n,
-    ] {
-        values.truncate(extent.end);
+/// The state of so many first blocks.
+pub(crate) fn first_of_state(state: &ChainState, end: usize) -> ChainState {
+    let first = |values: &[f64]| values[..end].to_vec();
+    ChainState {
+        displacement_m: first(&state.displacement_m),
+        velocity_m_per_s: first(&state.velocity_m_per_s),
+        stick_position_m: first(&state.stick_position_m),
+        slip: first(&state.slip),
+        tangential_force_n: first(&state.tangential_force_n),
+        normal_load_n: Vec::new(),
+        stuck_since_step: Vec::new(),
+        aged_threshold_n: Vec::new(),
+        ..*state
     }
-    first
 }
 
-/// The plan of the first blocks as a chain of their own, of which those behind `cut` never switch.
-pub(crate) fn first_blocks(plan: &Plan, extent: Extent) -> Plan {
+/// The plan of the blocks before `end` as a chain of their own, of which those behind `cut` never switch.
+fn first_blocks(plan: &Plan, cut: usize, end: usize) -> Plan {
     let mut part = plan.clone();
-    let Extent { cut, end, .. } = extent;
     part.blocks = end;
     let Elastic::Chain(chain) = &mut part.elastic else { panic!("a slab has no zones") };
     chain.nodes = end;
@@ -341,7 +389,7 @@ mod tests {
 
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
-    use super::{Extent, NEVER_N, first_blocks, reaches};
+    use super::{NEVER_N, first_blocks, reaches};
     use crate::energy::Bookkeeping;
     use crate::state::ChainState;
     use crate::stepper::Stepper;
@@ -353,7 +401,7 @@ mod tests {
         let mut whole = plan.clone();
         whole.friction.static_threshold_n.fill(NEVER_N);
         let end = 2 * reach + 10;
-        let part = first_blocks(&whole, Extent { steps, calm_from: 10, cut: reach + 10, end });
+        let part = first_blocks(&whole, reach + 10, end);
         let mut state = ChainState::initial(&whole);
         for n in 0..whole.blocks {
             let pattern = ((n * n * 7919) % 101) as f64 / 101.0;

@@ -166,10 +166,8 @@ impl Fast {
 
     fn note_switches(&mut self) {
         if !self.stepper.switched().is_empty() {
-            self.last_switch_step = self.stepper.state().step;
-            if let Some(zones) = &mut self.zones {
-                zones.in_a_row = 0;
-            }
+            let state = self.stepper.state_mut();
+            (self.last_switch_step, state.whole_until_switch) = (state.step, false);
         }
     }
 
@@ -264,6 +262,13 @@ impl Fast {
         if is_stuck && self.jump.is_some() { LOOK_ROUND_STEPS.min(steps_to_jump) } else { LOOK_ROUND_STEPS }
     }
 
+    /// The whole chain goes on by itself.
+    fn break_row_of_zones(&mut self) {
+        if let Some(zones) = &mut self.zones {
+            (zones.in_a_row, zones.goes_on) = (0, false);
+        }
+    }
+
     /// Has a span of the energies begin no later than a leap, which goes on to its end.
     fn begin_span(&mut self, leap: Leap) {
         let steps = match leap {
@@ -310,6 +315,7 @@ impl Fast {
         if matches!(leap, Leap::Jump { .. }) && self.open_zone_behind_jump(steps) {
             return Ok(());
         }
+        self.break_row_of_zones();
         let (accounts, state) = self.stepper.accounts_mut();
         match leap {
             Leap::Window(index) => {
@@ -434,6 +440,7 @@ impl Solver for Fast {
                 continue;
             }
             if self.stepper.state().single_steps > 1 {
+                self.break_row_of_zones();
                 self.take_single_steps()?;
                 continue;
             }
@@ -446,6 +453,7 @@ impl Solver for Fast {
                 if self.open_zone() || self.stepper.state().single_steps > 1 {
                     continue;
                 }
+                self.break_row_of_zones();
                 match self.open_leap() {
                     Ok(leap) => {
                         self.begin_span(leap);
@@ -458,6 +466,7 @@ impl Solver for Fast {
                     }
                 }
             }
+            self.break_row_of_zones();
             self.take_plain_step()?;
         }
     }
@@ -467,13 +476,8 @@ impl Solver for Fast {
         of_zone.unwrap_or(self.stepper.state().step)
     }
 
-    /// Not while the state is in parts, nor behind zones before a block switches in a step of the
-    /// whole chain: how many they were is in no state.
     fn is_between_records(&self) -> bool {
-        let is_saved_by_state = |zones: &Zones<Fast>| {
-            zones.in_a_row == 0 || (!zones.is_open() && self.leap.is_none() && self.has_ended())
-        };
-        self.recorder.is_empty() && self.zones.as_ref().is_none_or(is_saved_by_state)
+        self.recorder.is_empty() && self.zones.as_ref().is_none_or(|zones| !zones.is_open() && !zones.goes_on)
     }
 
     fn counters(&self) -> Counters {

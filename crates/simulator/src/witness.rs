@@ -252,6 +252,7 @@ impl Witness {
             sliding: *sliding,
             single_steps: 0,
             no_jump_before_step: 0,
+            whole_until_switch: false,
             saved_steps: 0,
             // One that came before is as good as told by the loads since.
             energy: *ledger,

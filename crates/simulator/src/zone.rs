@@ -91,8 +91,8 @@ pub(crate) const QUIET_STEPS: u64 = 400;
 /// The same where that jump goes on with what the first blocks have become.
 pub(crate) const QUIET_STEPS_GOING_ON: u64 = 64;
 
-/// So many zones follow each other at once. No run can be gone on with from there, before a block
-/// switches in a step of the whole chain.
+/// So many zones follow each other at once. From inside of one, or of a jump between them, no run can
+/// be gone on with: behind them the chain is stepped whole up to its next switch.
 const MOST_IN_A_ROW: u32 = 64;
 
 /// A threshold that is never reached.
@@ -105,9 +105,11 @@ pub(crate) struct Zones<S> {
     reaches: Vec<(u64, usize)>,
     /// The first blocks of the plan, of which zones behind a jump that goes on are made.
     first_blocks: Option<Plan>,
-    /// How many there have been since a block switched in a step of the whole chain.
+    /// How many have followed each other, with nothing but jumps that go on between them.
     pub(crate) in_a_row: u32,
     pub(crate) open: Option<Zone<S>>,
+    /// Whether the jump that is open has gone on behind a zone.
+    pub(crate) goes_on: bool,
 }
 
 /// A zone that is open.
@@ -157,7 +159,13 @@ impl<S: Solver> Zones<S> {
         let reaches = if may { reaches(plan) } else { Vec::new() };
         let goes_on = plan.blocks >= SHORTEST_GOING_ON && plan.drive.until_load_ratio.is_none();
         let first_blocks = goes_on.then(|| first_blocks(plan, FIRST_BLOCKS, FIRST_BLOCKS));
-        (!reaches.is_empty()).then_some(Zones { reaches, first_blocks, in_a_row: 0, open: None })
+        (!reaches.is_empty()).then_some(Zones {
+            reaches,
+            first_blocks,
+            in_a_row: 0,
+            open: None,
+            goes_on: false,
+        })
     }
 
     /// With so many of the first blocks a jump may go on.
@@ -181,13 +189,13 @@ impl<S: Solver> Zones<S> {
 
     /// Forgets what is open, at a state to go on from.
     pub(crate) fn restart(&mut self) {
-        (self.in_a_row, self.open) = (0, None);
+        (self.in_a_row, self.open, self.goes_on) = (0, None, false);
     }
 
     /// The next zone, if one is worth it: that which takes least for its steps.
     pub(crate) fn next(&self, plan: &Plan, state: &ChainState, waves_steps: u64) -> Option<(usize, Extent)> {
         let active = state.slip.iter().rposition(|&slip| slip != 0.0)? + 1;
-        if state.step < state.no_jump_before_step || state.energy.is_some() || self.must_rest() {
+        if state.step < state.no_jump_before_step || state.energy.is_some() || state.whole_until_switch {
             return None;
         }
         let extent = self.best(plan, [active, usize::MAX], state.step, waves_steps)?;
@@ -199,10 +207,11 @@ impl<S: Solver> Zones<S> {
         &self,
         plan: &Plan,
         active: usize,
+        state: &ChainState,
         step: u64,
         waves_steps: u64,
     ) -> Option<Extent> {
-        if self.must_rest() {
+        if self.must_rest() || state.whole_until_switch {
             return None;
         }
         self.best(plan, [active, self.first_blocks()], step, waves_steps).map(|best| best.of)
@@ -229,7 +238,7 @@ impl<S: Solver> Zones<S> {
     }
 
     /// Whether so many have followed each other that the whole chain is to go on up to its next switch.
-    fn must_rest(&self) -> bool {
+    pub(crate) fn must_rest(&self) -> bool {
         self.in_a_row >= MOST_IN_A_ROW
     }
 }

@@ -550,8 +550,8 @@ fn a_restored_state_continues_to_the_bit() {
             "slider.blocks=2500",
             "recording.energies=none",
             "parameter_set=as-stated",
-            "time.duration_s=0.03",
-            "recording.sample_s=3e-6",
+            "time.duration_s=0.06",
+            "recording.sample_s=1e-5",
         ],
         // States of ruptures, from inside of windows.
         &[
@@ -590,6 +590,34 @@ fn a_restored_state_continues_to_the_bit() {
                 whole.iter().filter(|record| record.step() > snapshot.step).collect();
             assert!(rest.iter().eq(expected), "{set:?}, part {part}, from step {}", snapshot.step);
         }
+    }
+}
+
+/// From inside of a zone, and of a jump that goes on behind it, no run can be gone on with; so there are
+/// never too many of them in a row, with samples and without.
+#[test]
+fn a_long_chain_can_be_gone_on_with_every_so_often() {
+    for sample in ["recording.sample_s=0", "recording.sample_s=1e-4"] {
+        let set = [
+            "slider.blocks=2500",
+            "recording.energies=none",
+            "parameter_set=as-stated",
+            "time.duration_s=0.06",
+            "recording.event_fields=false",
+            "recording.fields_s=0",
+            sample,
+        ];
+        let mut solver = Fast::new(plan("default", &set));
+        let (mut before, mut most) = (0, 0);
+        while solver.next_record().unwrap().is_some() {
+            if solver.is_between_records() {
+                let zones = solver.counters().zones;
+                (before, most) = (zones, most.max(zones - before));
+            }
+        }
+        let Counters { zones, jumps, .. } = solver.counters();
+        assert!(zones > 100 && jumps > 100, "{sample}: {zones} {jumps}");
+        assert!(most <= 64, "{sample}: {most}");
     }
 }
 

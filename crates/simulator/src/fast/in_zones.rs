@@ -12,7 +12,7 @@ use crate::jump::Jump;
 use crate::solver::{SimulationError, Solver};
 use crate::state::ChainState;
 use crate::stepper::Stepper;
-use crate::zone::{self, Extent, QUIET_STEPS, QUIET_STEPS_GOING_ON, Zone};
+use crate::zone::{self, Extent, QUIET_STEPS, QUIET_STEPS_GOING_ON, Zone, Zones};
 
 impl Fast {
     /// Opens a zone, if some blocks slide, and one is worth it and certified.
@@ -45,7 +45,8 @@ impl Fast {
             return false;
         }
         let active = jump.nearest_block(&self.plan, state) + 1;
-        let Some(extent) = zones.next_going_on(&self.plan, active, step, jump.modes_steps()) else {
+        let waves_steps = jump.modes_steps();
+        let Some(extent) = zones.next_going_on(&self.plan, active, state, step, waves_steps) else {
             return false;
         };
         let most_steps = steps + extent.steps;
@@ -75,6 +76,7 @@ impl Fast {
         solver.until_step = first.step + extent.steps;
         solver.quiet_steps = if goes_on { QUIET_STEPS_GOING_ON } else { QUIET_STEPS };
         zones.in_a_row += 1;
+        zones.goes_on = false;
         zones.open = Some(Zone {
             first: Box::new(solver),
             from_step: first.step,
@@ -127,16 +129,17 @@ impl Fast {
         if slides || step + 1 >= self.until_step || cut > jump.first_blocks() || !jump.can_go_on(first) {
             return false;
         }
-        let Some(next) = zones.next_going_on(&self.plan, zone.active, step, waves_steps) else {
+        let state = self.stepper.state_mut();
+        let Some(next) = zones.next_going_on(&self.plan, zone.active, state, step, waves_steps) else {
             return false;
         };
-        let state = self.stepper.state_mut();
         (state.hold_step, state.saved_steps) = (hold_step, first.saved_steps);
         let changed_step = (last_switch_step > zone.as_foreseen_until).then_some(last_switch_step);
         let former = jump.go_on(&self.plan, first, cut, changed_step, state);
         let last_step = (self.until_step - 1).min(self.plan.steady_until_step(step, hold_step));
         let steps = jump.certify_all(&self.plan, state, last_step - step);
         if steps > 0 {
+            zones.goes_on = true;
             self.count_zone();
             self.leap = Some(Leap::Jump { steps });
             self.is_inside = false;
@@ -193,19 +196,20 @@ impl Fast {
         let first = zone.first.stepper.state();
         let rest = go_on(&mut self.aside, &mut self.jump, self.stepper.state(), first.step);
         zone.join(first, rest, self.stepper.state_mut());
+        let must_rest = self.zones.as_ref().is_some_and(Zones::must_rest);
+        self.stepper.state_mut().whole_until_switch |= must_rest;
         self.recorder.continue_after(&self.plan, self.stepper.state());
     }
 
     /// The state of all blocks, put together where it is in parts.
     pub(super) fn whole_state(&self) -> ChainState {
         let mut state = self.stepper.state().clone();
-        let Some(zones) = self.zones.as_ref().filter(|zones| zones.in_a_row > 0) else { return state };
+        let Some(zones) = &self.zones else { return state };
         if let Some(zone) = &zones.open {
             let first = zone.first.stepper.state();
             let rest = go_on(&mut self.aside.clone(), &mut self.jump.clone(), &state, first.step).clone();
             zone.join(first, &rest, &mut state);
-        } else if let Some(Leap::Jump { .. }) = self.leap {
-            // It may have gone on behind a zone.
+        } else if zones.goes_on {
             opened(&mut self.jump.clone()).land(0, &mut state);
         }
         state

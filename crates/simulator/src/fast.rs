@@ -91,7 +91,7 @@ impl Fast {
     fn with_sweeps(plan: Arc<Plan>, sweeps: Sweeps) -> Fast {
         let window = Window::new(&plan, sweeps);
         let may_jump = Jump::may_pay(&plan);
-        let zones = if may_jump { Zones::of(&plan) } else { None };
+        let zones = if may_jump { Zones::of(&plan, sweeps) } else { None };
         let first_blocks = zones.as_ref().map_or(0, Zones::first_blocks);
         let jump = if may_jump { Jump::new(&plan, first_blocks, sweeps) } else { None };
         let zones = zones.filter(|_| jump.is_some());

@@ -49,12 +49,15 @@ use crate::counters::Counters;
 use crate::jump::Jump;
 use crate::solver::Solver;
 use crate::state::ChainState;
+use crate::sweep::{Impulse, Sweeps};
 
 /// Shorter chains are stepped whole.
 const SHORTEST_CHAIN: usize = 512;
 
-/// Reaches are known for so many steps.
-const STEPS: [u64; 6] = [256, 512, 1024, 2048, 4096, 8192];
+/// Reaches are known for so many steps; in chains of fewer blocks than [`SHORTEST_GOING_ON`] for at most
+/// [`MOST_STEPS_OF_SHORT`], since it takes some milliseconds to find them.
+const STEPS: [u64; 8] = [256, 512, 1024, 2048, 4096, 8192, 16_384, 32_768];
+const MOST_STEPS_OF_SHORT: u64 = 8192;
 
 /// No reach is further.
 const FURTHEST: usize = 512;
@@ -146,7 +149,7 @@ pub(crate) struct Extent {
 
 impl<S: Solver> Zones<S> {
     /// `None` for chains in which none is opened.
-    pub(crate) fn of(plan: &Plan) -> Option<Zones<S>> {
+    pub(crate) fn of(plan: &Plan, sweeps: Sweeps) -> Option<Zones<S>> {
         let recording = &plan.recording;
         let may = !recording.energies
             && plan.blocks >= SHORTEST_CHAIN
@@ -156,7 +159,7 @@ impl<S: Solver> Zones<S> {
             && plan.drive.only_side().is_some()
             && recording.windows.is_empty()
             && recording.rupture_fields.is_none();
-        let reaches = if may { reaches(plan) } else { Vec::new() };
+        let reaches = if may { reaches(plan, sweeps) } else { Vec::new() };
         let goes_on = plan.blocks >= SHORTEST_GOING_ON && plan.drive.until_load_ratio.is_none();
         let first_blocks = goes_on.then(|| first_blocks(plan, FIRST_BLOCKS, FIRST_BLOCKS));
         (!reaches.is_empty()).then_some(Zones {
@@ -354,37 +357,33 @@ fn first_blocks(plan: &Plan, cut: usize, end: usize) -> Plan {
 }
 
 /// Steps, and how far in blocks anything is felt after them, as far as that is not too far.
-fn reaches(plan: &Plan) -> Vec<(u64, usize)> {
+fn reaches(plan: &Plan, sweeps: Sweeps) -> Vec<(u64, usize)> {
     let chain = plan.elastic.chain();
     let (dt, dt_over_m) = (plan.grid.step_s(), plan.grid.step_s() / plan.block_mass_kg);
-    let kt = plan.friction.interfacial_stiffness_n_per_m;
-    // From the middle of a chain, which mirrors the other half, up to where all is as good as at rest.
-    // Ways in a step, of a unit velocity's way.
     let zeros = || vec![0.0f64; FURTHEST + 2];
-    let (mut u, mut way, mut next, mut most) = (zeros(), zeros(), zeros(), zeros());
-    way[0] = 1.0;
-    let (spring, damper, held) =
-        (dt * dt_over_m * chain.stiffness_n_per_m, dt_over_m * chain.damping_kg_per_s, dt * dt_over_m * kt);
+    // Ways in a step, of a unit velocity's way; up to where all is as good as at rest.
+    let mut impulse = Impulse {
+        spring: dt * dt_over_m * chain.stiffness_n_per_m,
+        damper: dt_over_m * chain.damping_kg_per_s,
+        held: dt * dt_over_m * plan.friction.interfacial_stiffness_n_per_m,
+        u: zeros(),
+        way: zeros(),
+        most: zeros(),
+        next: zeros(),
+    };
+    impulse.way[0] = 1.0;
     let (mut found, mut step, mut front) = (Vec::new(), 0, 1);
-    for steps in STEPS {
+    let is_short = plan.blocks < SHORTEST_GOING_ON;
+    for steps in STEPS.into_iter().take_while(|steps| !is_short || *steps <= MOST_STEPS_OF_SHORT) {
         while step < steps {
-            let bend = |x: &[f64], n: usize| (x[n - 1] - x[n]) + (x[n + 1] - x[n]);
-            next[0] = way[0] + 2.0 * (spring * (u[1] - u[0]) + damper * (way[1] - way[0])) - held * u[0];
-            for n in 1..=front {
-                next[n] = way[n] + spring * bend(&u, n) + damper * bend(&way, n) - held * u[n];
-            }
-            std::mem::swap(&mut way, &mut next);
-            for n in 0..=front {
-                u[n] += way[n];
-                most[n] = most[n].max(u[n].abs()).max(way[n].abs());
-            }
-            if front < FURTHEST && most[front] > AT_REST {
+            sweeps.push_on(&mut impulse, front);
+            if front < FURTHEST && impulse.most[front] > AT_REST {
                 front += 1;
             }
             step += 1;
         }
-        let unit = (spring + damper) * steps as f64;
-        match most[..=FURTHEST].iter().rposition(|most| unit * most > UNFELT) {
+        let unit = (impulse.spring + impulse.damper) * steps as f64;
+        match impulse.most[..=FURTHEST].iter().rposition(|most| unit * most > UNFELT) {
             Some(reach) if reach < FURTHEST - 1 => found.push((steps, reach + 1)),
             _ => break,
         }
@@ -453,7 +452,7 @@ mod tests {
             let source = ScenarioSource::new("test", "slider.blocks = 1200\ntime.step_s = 2e-9");
             let source = set.iter().fold(source, |source, value| source.with_override(value));
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-            let reaches = reaches(&plan);
+            let reaches = reaches(&plan, Sweeps::detect());
             assert!(reaches.len() > 2 && reaches.is_sorted(), "{set:?}: {reaches:?}");
             for (steps, reach) in reaches.into_iter().take(3) {
                 let [at_reach, at_half] = apart(&plan, steps, reach);

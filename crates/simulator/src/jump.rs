@@ -139,6 +139,8 @@ pub(crate) struct Jump {
     sampled_step: u64,
     cadence: (u64, Coordinates),
     swing: Vec<f64>,
+    /// The same some steps later, by which nothing is certified.
+    calmer_swing: Vec<f64>,
 }
 
 impl Jump {
@@ -183,6 +185,7 @@ impl Jump {
             sampled: Coordinates::default(),
             sampled_step: 0,
             swing: vec![0.0; blocks],
+            calmer_swing: Vec::new(),
         })
     }
 
@@ -478,13 +481,14 @@ impl Jump {
     /// next attempt wait for it.
     fn wait_for_calm(&mut self, plan: &Plan, state: &ChainState, fewest_steps: u64) {
         let Basis::Waves(waves) = &self.basis else { return };
-        let mut swing = std::mem::take(&mut self.swing);
+        let mut swing = std::mem::take(&mut self.calmer_swing);
+        swing.resize(plan.blocks, 0.0);
         let (steps, asked) = waves.calm_after(&self.coordinates, |[of_first, of_others]| {
             swing.fill(of_others);
             swing[0] = of_first;
             self.certified_with(plan, state, 0.0, &swing) >= fewest_steps
         });
-        self.swing = swing;
+        self.calmer_swing = swing;
         self.patience_steps = steps;
         self.cost_steps += cost::CALM_STEPS * asked;
     }

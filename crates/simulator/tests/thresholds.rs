@@ -214,3 +214,29 @@ fn a_block_behind_a_zone_may_switch_in_any_step() {
     }
     assert!(zones > 4 && in_zones > 20 && tried > 20, "{zones} {in_zones} {tried}");
 }
+
+/// Behind a zone whose jump waits for calm, waves that have passed its cut may still move what lies there.
+#[test]
+fn a_weak_block_feels_waves_that_have_passed_the_cut() {
+    let scenario = [
+        "parameter_set=as-stated",
+        "slider.blocks=2048",
+        "friction.interfacial_stiffness_ratio=0.6101",
+        "slider.relative_damping=5.312e-3",
+        "drive.velocity_m_per_s=0.00320835036297389",
+        "time.step_s=1.57e-8",
+        "time.duration_s=3.14e-4",
+        "recording.energies=none",
+        "recording.sample_s=0",
+        "recording.fields_s=0",
+        "recording.event_fields=false",
+    ];
+    for (n, threshold_n) in [(367, 2.2e-3), (367, 2.6e-3), (387, 2.3e-3)] {
+        let mut plan = plan("default", &scenario.map(str::to_owned));
+        plan.friction.static_threshold_n[n] = threshold_n;
+        plan.friction.dynamic_friction_n[n] = 0.25 * threshold_n;
+        plan.steps = 17_000;
+        let (_, switches) = compared(&plan);
+        assert!(switches.iter().any(|(_, block)| *block as usize == n + 1), "{n}");
+    }
+}

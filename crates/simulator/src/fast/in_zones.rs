@@ -90,8 +90,10 @@ impl Fast {
     pub(super) fn next_of_zone(&mut self) -> Result<Option<Record>, SimulationError> {
         let Some(zone) = self.zones.as_mut().and_then(|zones| zones.open.as_mut()) else { return Ok(None) };
         let Some(record) = zone.first.next_record()? else {
-            if !self.go_on_behind_zone() {
+            if let Err(debt_steps) = self.go_on_behind_zone() {
                 self.close_zone();
+                let state = self.stepper.state_mut();
+                state.single_steps = state.single_steps.max(cost::pause_steps(debt_steps));
             }
             return Ok(None);
         };
@@ -99,6 +101,10 @@ impl Fast {
             Record::Step(ref step) => {
                 let last = step.switches.iter().map(|switch| switch.block as usize).max().unwrap_or(0);
                 zone.active = zone.active.max(last);
+                if last > 0 {
+                    // It no longer waits for waves to become calm.
+                    zone.first.quiet_steps = zone.first.quiet_steps.min(QUIET_STEPS);
+                }
                 if last > zone.extent.calm_from {
                     zone.first.until_step = step.step;
                 }
@@ -114,52 +120,53 @@ impl Fast {
     }
 
     /// Where a zone ends and all of its blocks stick, has its jump go on with what they have become:
-    /// over all of the chain, or beside them for some more steps. Whether it can.
+    /// over all of the chain, or beside them for some more steps. If it cannot, what was spent on that
+    /// and not saved before.
     ///
     /// Not while a block slides: in the jump it would stick in between, and what is added for that would
     /// be as large as its slip, and round like it.
-    fn go_on_behind_zone(&mut self) -> bool {
-        let (Some(zones), Some(jump)) = (&mut self.zones, &mut self.jump) else { return false };
+    fn go_on_behind_zone(&mut self) -> Result<(), u64> {
+        let (Some(zones), Some(jump)) = (&mut self.zones, &mut self.jump) else { return Err(0) };
         let waves_steps = jump.modes_steps();
-        let Some(zone) = &zones.open else { return false };
+        let Some(zone) = &zones.open else { return Err(0) };
         let (cut, last_switch_step) = (zone.extent.cut, zone.first.last_switch_step);
         let first = zone.first.stepper.state();
         let (step, hold_step) = (first.step, first.hold_step);
         let slides = first.detached > 0 || first.sliding > 0;
         if slides || step + 1 >= self.until_step || cut > jump.first_blocks() || !jump.can_go_on(first) {
-            return false;
+            return Err(0);
         }
         let state = self.stepper.state_mut();
         let Some(next) = zones.next_going_on(&self.plan, zone.active, state, step, waves_steps) else {
-            return false;
+            return Err(0);
         };
-        (state.hold_step, state.saved_steps) = (hold_step, first.saved_steps);
+        state.hold_step = hold_step;
         let changed_step = (last_switch_step > zone.as_foreseen_until).then_some(last_switch_step);
         let former = jump.go_on(&self.plan, first, cut, changed_step, state);
         let last_step = (self.until_step - 1).min(self.plan.steady_until_step(step, hold_step));
         let steps = jump.certify_all(&self.plan, state, last_step - step);
         if steps > 0 {
+            state.saved_steps = first.saved_steps;
             zones.goes_on = true;
             self.count_zone();
             self.leap = Some(Leap::Jump { steps });
             self.is_inside = false;
             self.recorder.continue_after(&self.plan, self.stepper.state());
-            return true;
+            return Ok(());
         }
         self.counters.refused_jumps += 1;
         let cost_steps = jump.cost_steps();
-        let is_paid = cost::pay(&mut state.saved_steps, cost_steps) == 0;
         let quiet_steps = step + jump.patience_steps() - last_switch_step;
-        let Some(zone) = &mut zones.open else { return false };
-        if is_paid && zone.first.until_step - step > QUIET_STEPS_GOING_ON {
+        let Some(zone) = &mut zones.open else { return Err(0) };
+        let debt_steps = cost::pay(&mut zone.first.stepper.state_mut().saved_steps, cost_steps);
+        if debt_steps == 0 && zone.first.until_step - step > QUIET_STEPS_GOING_ON {
             // The steps for which the reach holds are not used up.
-            zone.first.stepper.state_mut().saved_steps = state.saved_steps;
             (zone.as_foreseen_until, zone.first.quiet_steps) = (step, quiet_steps);
-            return true;
+            return Ok(());
         }
-        if !is_paid || jump.certify(&self.plan, state, next.cut, next.steps) < next.steps {
+        if debt_steps > 0 || jump.certify(&self.plan, state, next.cut, next.steps) < next.steps {
             jump.go_back(former, state);
-            return false;
+            return Err(debt_steps);
         }
         // What has come from the end of the zone is not felt before the cut.
         let known = cut.min(next.end);
@@ -172,14 +179,13 @@ impl Fast {
         first.slip.resize(next.end, 0.0);
         // One for the forces, and one to foresee from.
         first.single_steps = first.single_steps.max(2);
-        first.saved_steps = state.saved_steps;
         let active = zone.active;
         self.count_zone();
         self.begin_zone(first, next, active);
         if let Some(zone) = self.zones.as_mut().and_then(|zones| zones.open.as_mut()) {
             (zone.first.last_switch_step, zone.first.quiet_steps) = (last_switch_step, quiet_steps);
         }
-        true
+        Ok(())
     }
 
     /// Takes the zone away, and counts what was done in it.

@@ -222,7 +222,7 @@ impl Fast {
     }
 }
 
-/// The chain that sticks, behind a later step than that in which its jump began.
+/// The chain that sticks, behind a step; in that in which its jump began without the forces.
 fn go_on<'a>(
     aside: &'a mut Stepper,
     jump: &mut Option<Jump>,
@@ -230,7 +230,10 @@ fn go_on<'a>(
     step: u64,
 ) -> &'a ChainState {
     aside.state_mut().clone_from(stuck);
-    opened(jump).land(step - 1 - stuck.step, aside.state_mut());
-    aside.take_step();
+    let into = step - stuck.step;
+    opened(jump).land(into.saturating_sub(1), aside.state_mut());
+    if into > 0 {
+        aside.take_step();
+    }
     aside.state()
 }

@@ -368,10 +368,10 @@ impl Jump {
         self.first_blocks() > 0 && self.moves == (state.hold_step > state.step + 1)
     }
 
-    /// Goes on from the later step of `found`, in which the first blocks, before `cut`, are what they
-    /// are there and stick with its anchors, since they `changed` in a certain step; if they have not since
-    /// the jump began, without looking at them. `state` has the step and the anchors from which the jump
-    /// went on up to now, and has the new ones afterwards.
+    /// Goes on from the later step of `found`: the blocks before `cut` are what they are there, and stick
+    /// with its anchors. They switched last in `changed_step`; if they have not since the jump began, they
+    /// need not be looked at. `state` has the step and the anchors of the jump: up to now the former, then
+    /// the new ones.
     pub(crate) fn go_on(
         &mut self,
         plan: &Plan,

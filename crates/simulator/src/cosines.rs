@@ -48,9 +48,7 @@ pub(crate) struct Cosines {
     quarter_turns: [Arc<[f64]>; 2],
     /// `1 / psi` of every block.
     part: Arc<[f64]>,
-    first: Arc<[u32]>,
-    re: Arc<[[f64; NEAR]]>,
-    im: Arc<[[f64; NEAR]]>,
+    kernels: Kernels,
     /// Two kinds of numbers on the grid, with room for what kernels reach beyond it.
     grid: [Vec<f64>; 2],
     values: [Vec<f64>; 2],
@@ -68,13 +66,7 @@ impl Cosines {
         let pi = std::f64::consts::PI;
         let size = (2 * blocks).next_power_of_two().max(2 * NEAR);
         let spacing = pi / size as f64;
-        let (mut first, mut re, mut im) = (Vec::new(), Vec::new(), Vec::new());
-        for q in wave_numbers {
-            let (from, [of_re, of_im]) = kernel_weights(q.scaled(1.0 / spacing), size, sweeps)?;
-            first.push(from);
-            re.push(of_re);
-            im.push(of_im);
-        }
+        let kernels = Kernels::of(wave_numbers, size, sweeps)?;
         let angles = |unit: f64| -> [Arc<[f64]>; 2] {
             let angle = move |k: usize| unit * k as f64;
             [
@@ -91,9 +83,7 @@ impl Cosines {
             turns: angles(-2.0 * spacing),
             quarter_turns: angles(-0.5 * spacing),
             part: (0..blocks).map(|p| over_psi(spacing * (p as f64 + 0.5))).collect(),
-            first: first.into(),
-            re: re.into(),
-            im: im.into(),
+            kernels,
             grid: [on_grid(), on_grid()],
             values: [values(), values()],
             scratch: [values(), values()],
@@ -128,9 +118,8 @@ impl Cosines {
                 grid[BEYOND + size + beyond] = -grid[BEYOND + size - beyond];
             }
         }
-        sums.resize(self.first.len(), [0.0; 4]);
-        let near = Near { first: &self.first, re: &self.re, im: &self.im };
-        self.sweeps.gather(sums, &near, [&self.grid[0], &self.grid[1]]);
+        sums.resize(self.kernels.first.len(), [0.0; 4]);
+        self.sweeps.gather(sums, &self.kernels.near(), [&self.grid[0], &self.grid[1]]);
         for [_, _, re, im] in sums {
             (*re, *im) = (*re / balance, *im / balance);
         }
@@ -150,8 +139,7 @@ impl Cosines {
         let [of_u, of_v] = &mut self.grid;
         of_u.fill(0.0);
         of_v.fill(0.0);
-        let near = Near { first: &self.first, re: &self.re, im: &self.im };
-        self.sweeps.spread(Parts(of_u, of_v), &near, coordinates);
+        self.sweeps.spread(Parts(of_u, of_v), &self.kernels.near(), coordinates);
         for grid in [of_u, of_v] {
             for beyond in 1..=BEYOND {
                 grid[BEYOND + beyond] += grid[BEYOND - beyond];
@@ -209,23 +197,49 @@ fn beta() -> f64 {
     HALF_WIDTH * 1.5 * std::f64::consts::PI
 }
 
-/// The first of the points around a wave number, which is given in points of a grid of `size` from 0
-/// to `pi`, and real and imaginary parts of their weights,
-/// `I_0(beta sqrt(1 - (t / w)^2))`; `None` too far from the real axis, or beyond 0 and `pi`.
-pub(crate) fn kernel_weights(at: Complex, size: usize, sweeps: Sweeps) -> Option<(u32, [[f64; NEAR]; 2])> {
-    let is_near = (0.0..=size as f64).contains(&at.re) && at.im.abs() <= LARGEST_IMAGINARY;
-    if !is_near {
-        return None;
+/// What passes numbers between a grid and the wave numbers beside it.
+#[derive(Debug, Clone)]
+pub(crate) struct Kernels {
+    first: Arc<[u32]>,
+    re: Arc<[[f64; NEAR]]>,
+    im: Arc<[[f64; NEAR]]>,
+}
+
+impl Kernels {
+    /// On a grid of `size` from 0 to `pi`; `None` if a wave number lies too far from the real axis, or
+    /// beyond 0 and `pi`.
+    pub(crate) fn of(
+        wave_numbers: impl Iterator<Item = Complex>,
+        size: usize,
+        sweeps: Sweeps,
+    ) -> Option<Kernels> {
+        let spacing = std::f64::consts::PI / size as f64;
+        let (mut first, mut re, mut im) = (Vec::new(), Vec::new(), Vec::new());
+        for q in wave_numbers {
+            let at = q.scaled(1.0 / spacing);
+            let is_near = (0.0..=size as f64).contains(&at.re) && at.im.abs() <= LARGEST_IMAGINARY;
+            if !is_near {
+                return None;
+            }
+            let from = at.re.floor() - HALF_WIDTH + 1.0;
+            let [mut of_re, mut of_im] = [[0.0; NEAR]; 2];
+            for (t, (re, im)) in of_re.iter_mut().zip(&mut of_im).enumerate() {
+                // `I_0(beta sqrt(1 - (t / w)^2))`
+                let share = (at - Complex::from(from + t as f64)).scaled(1.0 / HALF_WIDTH);
+                let quarter = (Complex::ONE - share * share).scaled(beta() * beta() / 4.0);
+                (*re, *im) = (quarter.re, quarter.im);
+            }
+            sweeps.bessel(&mut of_re, &mut of_im);
+            first.push((from + BEYOND as f64) as u32);
+            re.push(of_re);
+            im.push(of_im);
+        }
+        Some(Kernels { first: first.into(), re: re.into(), im: im.into() })
     }
-    let from = at.re.floor() - HALF_WIDTH + 1.0;
-    let [mut re, mut im] = [[0.0; NEAR]; 2];
-    for (t, (re, im)) in re.iter_mut().zip(&mut im).enumerate() {
-        let share = (at - Complex::from(from + t as f64)).scaled(1.0 / HALF_WIDTH);
-        let quarter = (Complex::ONE - share * share).scaled(beta() * beta() / 4.0);
-        (*re, *im) = (quarter.re, quarter.im);
+
+    pub(crate) fn near(&self) -> Near<'_> {
+        Near { first: &self.first, re: &self.re, im: &self.im }
     }
-    sweeps.bessel(&mut re, &mut im);
-    Some(((from + BEYOND as f64) as u32, [re, im]))
 }
 
 /// `1 / psi` of a place, from `h y`.

@@ -265,7 +265,7 @@ impl Fast {
     /// The whole chain goes on by itself.
     fn break_row_of_zones(&mut self) {
         if let Some(zones) = &mut self.zones {
-            (zones.in_a_row, zones.goes_on) = (0, false);
+            zones.in_a_row = 0;
         }
     }
 
@@ -477,7 +477,7 @@ impl Solver for Fast {
     }
 
     fn is_between_records(&self) -> bool {
-        self.recorder.is_empty() && self.zones.as_ref().is_none_or(|zones| !zones.is_open() && !zones.goes_on)
+        self.recorder.is_empty() && !self.zones.as_ref().is_some_and(Zones::is_open) && !self.has_gone_on()
     }
 
     fn counters(&self) -> Counters {

@@ -14,8 +14,8 @@
 use std::sync::Arc;
 
 use crate::complex::Complex;
-use crate::cosines::{BEYOND, balance, kernel_weights, over_psi};
-use crate::sweep::{FirstGrids, NEAR, Near, Parts, Sweeps};
+use crate::cosines::{BEYOND, Kernels, balance, over_psi};
+use crate::sweep::{FirstGrids, NEAR, Parts, Sweeps};
 
 /// What turns numbers of the first blocks into those of waves, and back.
 #[derive(Debug, Clone)]
@@ -32,9 +32,7 @@ pub(crate) struct FirstCosines {
     part: Arc<[f64]>,
     /// `cos qN` and `sin qN` of every wave.
     far_end: Arc<[[Complex; 2]]>,
-    first: Arc<[u32]>,
-    re: Arc<[[f64; NEAR]]>,
-    im: Arc<[[f64; NEAR]]>,
+    kernels: Kernels,
     /// Cosines and sines of three kinds of numbers on the grid, with room for what kernels reach
     /// beyond it.
     grids: FirstGrids,
@@ -54,13 +52,7 @@ impl FirstCosines {
     ) -> Option<FirstCosines> {
         let size = (2 * blocks).next_power_of_two().max(2 * NEAR);
         let spacing = std::f64::consts::PI / size as f64;
-        let (mut first, mut re, mut im) = (Vec::new(), Vec::new(), Vec::new());
-        for &q in wave_numbers {
-            let (from, [of_re, of_im]) = kernel_weights(q.scaled(1.0 / spacing), size, sweeps)?;
-            first.push(from);
-            re.push(of_re);
-            im.push(of_im);
-        }
+        let kernels = Kernels::of(wave_numbers.iter().copied(), size, sweeps)?;
         let far_end = wave_numbers.iter().map(|q| {
             let (sin, cos) = q.scaled(all as f64).sin_cos();
             [cos, sin]
@@ -79,9 +71,7 @@ impl FirstCosines {
             half_turns: angles(-0.5 * spacing),
             part: (0..blocks).map(|n| over_psi(spacing * (n as f64 + 0.5))).collect(),
             far_end: far_end.collect(),
-            first: first.into(),
-            re: re.into(),
-            im: im.into(),
+            kernels,
             grids: FirstGrids(std::array::from_fn(|_| [on_grid(), on_grid()])),
             values: [values(), values()],
             scratch: [values(), values()],
@@ -106,9 +96,8 @@ impl FirstCosines {
         let nothing: &[f64] = &[];
         self.fill_grid([of[0], of[1]], balance, [0, 1]);
         self.fill_grid([of[2], nothing], 1.0, [2, 2]);
-        let near = Near { first: &self.first, re: &self.re, im: &self.im };
         let sums = &mut self.sums[..waves];
-        self.sweeps.gather_first(sums, &near, &self.grids);
+        self.sweeps.gather_first(sums, &self.kernels.near(), &self.grids);
         for (wave, (sums, [cos, sin])) in sums.iter().zip(&*self.far_end).enumerate() {
             let of_kind = |kind: usize, factor: f64| {
                 let [c_re, c_im, s_re, s_im] = [0, 1, 2, 3].map(|part| sums[4 * kind + part] * factor);
@@ -175,8 +164,7 @@ impl FirstCosines {
         for grid in self.grids.0.iter_mut().take(2).flatten() {
             grid.fill(0.0);
         }
-        let near = Near { first: &self.first, re: &self.re, im: &self.im };
-        self.sweeps.spread_first(&mut self.grids, &near, &self.sums[..coordinates.len()]);
+        self.sweeps.spread_first(&mut self.grids, &self.kernels.near(), &self.sums[..coordinates.len()]);
         for [of_cos, of_sin] in self.grids.0.iter_mut().take(2) {
             for (grid, sign) in [(&mut *of_cos, 1.0), (&mut *of_sin, -1.0)] {
                 for beyond in 1..=BEYOND {

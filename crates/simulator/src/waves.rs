@@ -245,9 +245,11 @@ impl Waves {
         let of_anchors = waves.iter().zip(&found).map(|(wave, &(_, z, _))| {
             [wave.of_u + wave.of_v, wave.of_first_u + wave.of_first_v].map(|of| of.scaled(push) / z)
         });
-        let wave_numbers: Vec<Complex> = found.iter().map(|(q, ..)| *q).collect();
         let cosines_of_first = (first_blocks > 0)
-            .then(|| FirstCosines::of(&wave_numbers, blocks, first_blocks, sweeps))
+            .then(|| {
+                let wave_numbers: Vec<Complex> = found.iter().map(|(q, ..)| *q).collect();
+                FirstCosines::of(&wave_numbers, blocks, first_blocks, sweeps)
+            })
             .flatten();
         let first = cosines_of_first.map(|cosines| First {
             cosines,

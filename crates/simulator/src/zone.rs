@@ -111,8 +111,6 @@ pub(crate) struct Zones<S> {
     /// How many have followed each other, with nothing but jumps that go on between them.
     pub(crate) in_a_row: u32,
     pub(crate) open: Option<Zone<S>>,
-    /// Whether the jump that is open has gone on behind a zone.
-    pub(crate) goes_on: bool,
 }
 
 /// A zone that is open.
@@ -162,13 +160,7 @@ impl<S: Solver> Zones<S> {
         let reaches = if may { reaches(plan, sweeps) } else { Vec::new() };
         let goes_on = plan.blocks >= SHORTEST_GOING_ON && plan.drive.until_load_ratio.is_none();
         let first_blocks = goes_on.then(|| first_blocks(plan, FIRST_BLOCKS, FIRST_BLOCKS));
-        (!reaches.is_empty()).then_some(Zones {
-            reaches,
-            first_blocks,
-            in_a_row: 0,
-            open: None,
-            goes_on: false,
-        })
+        (!reaches.is_empty()).then_some(Zones { reaches, first_blocks, in_a_row: 0, open: None })
     }
 
     /// With so many of the first blocks a jump may go on.
@@ -192,7 +184,7 @@ impl<S: Solver> Zones<S> {
 
     /// Forgets what is open, at a state to go on from.
     pub(crate) fn restart(&mut self) {
-        (self.in_a_row, self.open, self.goes_on) = (0, None, false);
+        (self.in_a_row, self.open) = (0, None);
     }
 
     /// The next zone, if one is worth it: that which takes least for its steps.

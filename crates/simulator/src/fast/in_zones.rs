@@ -76,7 +76,6 @@ impl Fast {
         solver.until_step = first.step + extent.steps;
         solver.quiet_steps = if goes_on { QUIET_STEPS_GOING_ON } else { QUIET_STEPS };
         zones.in_a_row += 1;
-        zones.goes_on = false;
         zones.open = Some(Zone {
             first: Box::new(solver),
             from_step: first.step,
@@ -147,7 +146,6 @@ impl Fast {
         let steps = jump.certify_all(&self.plan, state, last_step - step);
         if steps > 0 {
             state.saved_steps = first.saved_steps;
-            zones.goes_on = true;
             self.count_zone();
             self.leap = Some(Leap::Jump { steps });
             self.is_inside = false;
@@ -188,6 +186,11 @@ impl Fast {
         Ok(())
     }
 
+    /// Whether the jump that is open has gone on behind a zone: one of a whole chain ends their row.
+    pub(super) fn has_gone_on(&self) -> bool {
+        self.leap.is_some() && self.zones.as_ref().is_some_and(|zones| zones.in_a_row > 0)
+    }
+
     /// Takes the zone away, and counts what was done in it.
     fn count_zone(&mut self) -> Option<Zone<Fast>> {
         let zone = self.zones.as_mut()?.open.take()?;
@@ -215,7 +218,7 @@ impl Fast {
             let first = zone.first.stepper.state();
             let rest = go_on(&mut self.aside.clone(), &mut self.jump.clone(), &state, first.step).clone();
             zone.join(first, &rest, &mut state);
-        } else if zones.goes_on {
+        } else if self.has_gone_on() {
             opened(&mut self.jump.clone()).land(0, &mut state);
         }
         state

@@ -129,9 +129,16 @@ fn read_by_all(file: &Path, must_refuse: bool, consistent: bool) {
 
 /// Holds what `check` says of forgeries against what it must say, all at once.
 fn judged(forgeries: &[Forgery]) {
+    judged_by(&[], forgeries);
+}
+
+/// The same with some of its options.
+fn judged_by(options: &[&str], forgeries: &[Forgery]) {
     let scratch = asperity_testkit::folder();
     let folder = scratch.path();
     let mut arguments = vec!["check".to_owned()];
+    arguments.extend(options.iter().map(|option| (*option).to_owned()));
+    let first = arguments.len();
     for forgery in forgeries {
         let file = folder.join(format!("{}.mcap", forgery.name));
         fs::write(&file, &forgery.bytes).expect("the folder can be written");
@@ -141,9 +148,9 @@ fn judged(forgeries: &[Forgery]) {
     let Outcome { out, err, .. } = bounded(folder, &arguments);
     let mut wrong = Vec::new();
     for (number, forgery) in forgeries.iter().enumerate() {
-        let file = arguments[number + 1];
+        let file = arguments[first + number];
         let start = out.find(&format!("{file}: ")).unwrap_or_else(|| panic!("{file}: nothing said\n{err}"));
-        let next = arguments.get(number + 2).and_then(|next| out.find(&format!("{next}: ")));
+        let next = arguments.get(first + number + 1).and_then(|next| out.find(&format!("{next}: ")));
         let said = out[start + file.len() + 2..next.unwrap_or(out.len())].trim_end();
         let verdict = format!("{}: ", forgery.verdict.word());
         if !said.starts_with(&verdict) || !forgery.says.split('|').any(|says| said.contains(says)) {
@@ -168,24 +175,40 @@ fn golden() -> Vec<laws::parts::Part> {
 
 #[test]
 fn check_tells_every_forgery_of_a_log_by_what_is_wrong() {
-    let scratch = asperity_testkit::folder();
-    let path = scratch.path().join("small.mcap");
-    small::run(&path);
-    let sound = laws::parts::take_apart(&fs::read(&path).expect("it was just written"));
-    judged(&Forge::all(&sound));
+    judged(&Forge::all(&own_log(&[])));
 }
 
-/// What has right checksums, counts and digests, and is not what its own scenario makes.
+/// What has right checksums, counts and digests, and is not what its own scenario announces.
 #[test]
 fn check_holds_a_log_against_its_own_scenario() {
+    judged(&Forge::of_own(&own_log(&[])));
+}
+
+/// What agrees with itself and its header is believed, and read by all commands without a panic; that it
+/// is not the run is seen where that is made again.
+#[test]
+fn check_again_tells_every_forgery_of_records() {
+    let forgeries = Forge::of_records(&own_log(&[]), &own_log(&["--set", "friction.static_coefficient=0.6"]));
+    judged_by(&["--again"], &forgeries);
+    let believed: Vec<Forgery> = forgeries
+        .into_iter()
+        .map(|forgery| Forgery { verdict: Verdict::Whole, says: "up to step", ..forgery })
+        .collect();
+    judged(&believed);
     let scratch = asperity_testkit::folder();
-    let [path, other] = ["small.mcap", "other.mcap"].map(|name| scratch.path().join(name));
-    small::run(&path);
-    let softer = ["--set", "friction.static_coefficient=0.6"];
-    crate::support::binary::run(&[&small::SCENARIO[..], &softer].concat(), &other);
-    let [sound, other] =
-        [path, other].map(|path| laws::parts::take_apart(&fs::read(&path).expect("it was just written")));
-    judged(&Forge::of_own(&sound, &other));
+    for Forgery { name, bytes, .. } in &believed {
+        let file = scratch.path().join(format!("{name}.mcap"));
+        fs::write(&file, bytes).expect("the folder can be written");
+        read_by_all(&file, false, true);
+    }
+}
+
+/// A log of this very program, taken apart.
+fn own_log(more: &[&str]) -> Vec<laws::parts::Part> {
+    let scratch = asperity_testkit::folder();
+    let path = scratch.path().join("small.mcap");
+    crate::support::binary::run(&[&small::SCENARIO[..], more].concat(), &path);
+    laws::parts::take_apart(&fs::read(&path).expect("it was just written"))
 }
 
 /// The files in the repository are what the code that explains them makes.

@@ -103,9 +103,9 @@ fn forge(log: &Path, forged: &Path, record: &str, pairs: &[(&str, Option<&str>)]
     fs::write(forged, put_together(&parts, Packing::USUAL)).expect("the folder can be written");
 }
 
-/// A log cannot be called that of a run which was stopped, nor one that was be called whole.
+/// How a run ended must be said in one way; whether it did is seen where it is made again.
 #[test]
-fn how_a_run_ended_is_held_against_its_energies() {
+fn how_a_run_ended_is_said_in_one_way_and_seen_by_making_it_again() {
     let folder = asperity_testkit::folder();
     let (long, sound) = (folder.path().join("long.mcap"), folder.path().join("sound.mcap"));
     assert_eq!(run(&long, &[]).0, 1);
@@ -118,24 +118,27 @@ fn how_a_run_ended_is_held_against_its_energies() {
     let (code, said, _) = check(&long, "run", &[]);
     assert!(code == 7, "as it was: {said}");
     for (log, record, pairs, told) in [
-        (
-            &sound,
-            "run_end",
-            &[("status", Some("stopped-energy")), ("stopped", Some("so"))][..],
-            "allow it to go on",
-        ),
-        (&sound, "run_end", &[("status", Some("stopped-energy"))], "is not why the run was stopped"),
+        (&sound, "run_end", &[("status", Some("stopped-energy"))][..], "is not why the run was stopped"),
         (&sound, "run_end", &[("stopped", Some("so"))], "is not why the run was stopped"),
         (&sound, "run_end", &[("status", Some("stopped"))], "\"stopped-energy\", \"stopped-not-finite\""),
         (&sound, "run", &[("longest_stable_step_s", None)], "longest_stable_step_s"),
         (&sound, "run", &[("longest_stable_step_s", Some("1e-5"))], "longest_stable_step_s"),
         (&sound, "run", &[("longest_stable_step_s", Some("-1"))], "a number above 0"),
-        (&long, "run_end", &[("stopped", Some("in step 1 it was tired"))], "for another reason"),
-        (&long, "run_end", &[("status", Some("stopped-not-finite"))], "a run is stopped there"),
         (&long, "run_end", &[("status", Some("complete")), ("stopped", None)], "the last step"),
     ] {
         let (code, said, _) = check(log, record, pairs);
         assert!(code == 4 && said.contains(told), "{pairs:?}: {said}");
+    }
+    for (log, pairs, told) in [
+        (&sound, &[("status", Some("stopped-energy")), ("stopped", Some("so"))][..], "is not stopped"),
+        (&long, &[("stopped", Some("in step 1 it was tired"))], "is stopped: in step "),
+        (&long, &[("status", Some("stopped-not-finite"))], "is stopped: in step "),
+    ] {
+        let (code, said, _) = check(log, "run_end", pairs);
+        assert_eq!(code, 7, "{pairs:?}: {said}");
+        let (code, said, _) = outcome(&["check", "--again", text(&forged)]);
+        let told = format!("the run, made again, {told}");
+        assert!(code == 4 && said.contains(&told), "{pairs:?}: {said}");
     }
 }
 

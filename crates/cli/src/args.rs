@@ -307,9 +307,11 @@ numbers are finite, that switches fit the state of their blocks, that the
 events follow from the step records, and that counts and digests are those
 stated at the end of the log.
 
-A log of this very program is also compared with its own scenario: what is
-recorded and when, loads and thresholds, the state at the start. --again makes
-its run again and compares every record, which takes as long as the run.
+Header and topics of a log of this very program must be those that its own
+scenario derives. Whether its records are the physics of that scenario is not
+compared: somebody who makes all checksums right can change any of them, and
+--again finds it. It makes the run again and compares every record, which takes
+as long as the run.
 
 Exit codes, that of the worst of several logs; this is their order:
   0  whole: all of its run, by this program with its detectors

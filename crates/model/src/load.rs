@@ -58,35 +58,6 @@ impl LoadCourse {
         start + (end - start) * ((at - from) as f64 / (to - from) as f64)
     }
 
-    /// Whether its steps count from where the drive stops, and there is anything to count.
-    pub fn counts_from_hold(&self) -> bool {
-        self.from_hold && !self.is_constant()
-    }
-
-    /// The steps in which the drive may have stopped if the factor is this in a step, while it
-    /// changes; each to a few steps, since the factor is rounded.
-    pub fn hold_steps(&self, step: u64, factor: f64) -> Vec<u64> {
-        let ramps = self.knots.windows(2).filter_map(|ends| {
-            let [(from, start), (to, end)] = [ends[0], ends[1]];
-            let into = (factor - start) / (end - start) * (to - from) as f64;
-            (start != end && (-2.0..=(to - from) as f64 + 2.0).contains(&into))
-                .then(|| from.saturating_add_signed(into.round() as i64))
-        });
-        let mut holds: Vec<u64> = ramps
-            .flat_map(|at| (at.saturating_sub(2)..=at + 2).filter_map(|at| step.checked_sub(at)))
-            .collect();
-        holds.sort_unstable();
-        holds.dedup();
-        holds
-    }
-
-    /// Whether it stays at this factor for some time, or for ever.
-    pub fn rests_at(&self, factor: f64) -> bool {
-        let ends = [self.knots.first(), self.knots.last()].into_iter().flatten();
-        let flat = self.knots.windows(2).filter(|ends| ends[0].1 == ends[1].1).map(|ends| &ends[0]);
-        self.knots.is_empty() || ends.chain(flat).any(|(_, rest)| (rest - factor).abs() <= 4.0 * f64::EPSILON)
-    }
-
     /// By how much the factor changes in each step behind `step`, up to the next knot. Not the
     /// difference of two factors: many steps would multiply their rounding.
     pub fn rate(&self, step: u64, hold_step: u64) -> f64 {
@@ -130,21 +101,6 @@ mod tests {
         let course = LoadCourse::new(vec![0, 10], vec![1.0, 0.5], true);
         assert_eq!([course.factor(99, u64::MAX), course.factor(105, 100)], [1.0, 0.75]);
         assert_eq!([course.next_knot(100, u64::MAX), course.next_knot(100, 100)], [u64::MAX, 110]);
-    }
-
-    #[test]
-    fn a_factor_tells_when_the_drive_stopped_while_it_changes() {
-        let course = LoadCourse::new(vec![0, 1000, 5000, 6000], vec![1.0, 0.5, 0.5, 0.7], true);
-        for (step, hold_step) in [(2_500, 2_000), (2_001, 2_000), (12_345, 7_000), (2_999, 2_000)] {
-            let factor = course.factor(step, hold_step);
-            let found = course.hold_steps(step, factor);
-            assert!(found.contains(&hold_step) && found.len() <= 10, "{step}: {found:?}");
-            assert!(!course.rests_at(factor));
-        }
-        assert!(
-            course.rests_at(1.0) && course.rests_at(0.5) && course.rests_at(0.7) && !course.rests_at(0.6)
-        );
-        assert!(course.counts_from_hold() && !LoadCourse::default().counts_from_hold());
     }
 
     #[test]

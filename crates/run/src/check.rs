@@ -9,7 +9,7 @@ use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 use crate::agreement::{Agreement, Difference, OtherDetectors};
 use crate::detectors;
 use crate::header::CODE_VERSION;
-use crate::own::{self, Own, OwnProblem};
+use crate::own::{self, MadeAgain, OwnProblem};
 use crate::verdict::Verdict;
 use crate::watch::Watch;
 
@@ -43,10 +43,9 @@ impl fmt::Display for Checked {
 /// - the order of steps and their times, switches against the states of the blocks, whether all
 ///   numbers are finite;
 /// - the events against those which the step records give;
-/// - a log of this very program against its own scenario: header, topics with their schemas, what is
-///   recorded and when, loads, thresholds, anchors and the state at the start, how the run ended.
+/// - header and topics of a log of this very program against its own scenario.
 ///
-/// Of a salvaged log, what is missing is held against the gaps that its numbers leave.
+/// Whether its records are those of the run tells [`check_again`] alone.
 pub fn check(log: &Path) -> Checked {
     check_seen(log, &mut ())
 }
@@ -57,7 +56,7 @@ pub fn check_seen(log: &Path, watch: &mut dyn Watch) -> Checked {
 }
 
 /// The same, and makes the run of a log of this very program again, by the same solver: every
-/// record must be the one that it gives. It takes about as long as the run did.
+/// record and the status must be those that it gives. It takes about as long as the run did.
 pub fn check_again(log: &Path) -> Checked {
     judge(log, true, &mut ())
 }
@@ -196,9 +195,9 @@ impl Seen {
         let scenario_is_lost = reader.scenario_toml().is_empty();
         let mut plan = None;
         if ours && !scenario_is_lost {
-            plan = Some(own::plan(&header, reader.scenario_toml())?);
+            plan = Some(own::plan(&header, reader.scenario_toml())?).filter(|_| again);
         }
-        let mut own = None;
+        let mut made_again = None;
         let mut detectors = detectors::all(&header, reader.scenario_toml());
         let mut both = Some(Agreement::with(&detectors));
         // Of a salvaged log, until a gap is found that explains it.
@@ -225,7 +224,7 @@ impl Seen {
             };
             if self.messages == 0 {
                 own::topics(reader.announced(), header.blocks, &kinds, ours)?;
-                own = plan.take().map(|plan| Own::new(plan, &header, reader.is_salvaged(), again));
+                made_again = plan.take().map(|plan| MadeAgain::new(plan, &header, reader.is_salvaged()));
             }
             if let Some(both) = &mut both
                 && both.announced(reader.event_topics())
@@ -248,8 +247,8 @@ impl Seen {
                 LogItem::Record(record) => {
                     watch.record(&record);
                     self.record(&header, &record, reader.has_gap())?;
-                    if let Some(own) = &mut own {
-                        own.record(&record, reader.is_after_gap())?;
+                    if let Some(made_again) = &mut made_again {
+                        made_again.record(&record)?;
                     }
                     if let (Record::Step(step), Some(both)) = (&record, &mut both) {
                         for detector in &mut detectors {
@@ -277,8 +276,8 @@ impl Seen {
         let status = end.map_or(RunStatus::Complete, |end| end.status);
         let why = end.and_then(|end| end.stopped.as_deref());
         // If it has not begun, there was no message at all.
-        if let Some(own) = own.or_else(|| plan.map(|plan| Own::new(plan, &header, false, again))) {
-            own.finish(status, why)?;
+        if let Some(made) = made_again.or_else(|| plan.map(|plan| MadeAgain::new(plan, &header, false))) {
+            made.finish(status, why)?;
         }
         if let Some(mut both) = both {
             both.announced(reader.event_topics());

@@ -2,8 +2,8 @@
 //!
 //! A log records contacts. What the nodes above them did stands in its checkpoints alone, and
 //! follows from these by the solver that made the run: from the last checkpoint before the time
-//! asked for, or else from the state of rest, it takes the same steps once more. A checkpoint is
-//! believed only as far as the records before it bear it out ([`Witness`]).
+//! asked for, or else from the state of rest, it takes the same steps once more. A checkpoint is used if
+//! its checksum holds and it fits the plan.
 //!
 //! Where the run took steps one by one, its states are given to the bit: those of the plain solver, and
 //! of the fast one while contacts slide, at onsets and ends of events. Inside a leap of the fast solver
@@ -16,7 +16,7 @@ use std::sync::Arc;
 use asperity_model::Plan;
 use asperity_record::{Record, RunHeader};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
-use asperity_simulator::{ChainState, SimulationError, Solver, SolverKind, Witness};
+use asperity_simulator::{ChainState, SimulationError, Solver, SolverKind};
 
 use crate::header::CODE_VERSION;
 use crate::own::{self, OwnProblem};
@@ -68,12 +68,12 @@ pub enum NodesError {
     /// The scenario of the log is not that of its header.
     #[error(transparent)]
     Scenario(#[from] OwnProblem),
-    /// A checkpoint is not what its records lead to.
+    /// A checkpoint is none of this run.
     #[error("the checkpoint at step {step} is not a state of this run: {problem}")]
     NoState {
         /// The step it says that it is of.
         step: u64,
-        /// What contradicts what.
+        /// What does not fit.
         problem: String,
     },
     /// The solver stops before.
@@ -178,24 +178,16 @@ fn kind(header: &RunHeader) -> SolverKind {
 /// The last step that a log has a record of.
 fn last_step(log: &Path) -> Result<u64, LogError> {
     let mut last = 0;
-    over_records(log, &mut |record, _| {
-        last = record.step();
-        true
-    })?;
+    over_records(log, &mut |record, _| last = record.step())?;
     Ok(last)
 }
 
 /// Goes over the records of a log, as far as there are any: each, and the last checkpoint before it.
-/// Ends where it is told `false`.
-fn over_records(log: &Path, see: &mut dyn FnMut(&Record, Option<&str>) -> bool) -> Result<(), LogError> {
+fn over_records(log: &Path, see: &mut dyn FnMut(&Record, Option<&str>)) -> Result<(), LogError> {
     let mut reader = RunReader::open(log, Topics::RECORDS)?;
     loop {
         match reader.next_item() {
-            Ok(Some(LogItem::Record(record))) => {
-                if !see(&record, reader.checkpoint()) {
-                    return Ok(());
-                }
-            }
+            Ok(Some(LogItem::Record(record))) => see(&record, reader.checkpoint()),
             Ok(Some(_)) => {}
             Ok(None) => return Ok(()),
             Err(error) if error.problem.is_early_end() => return Ok(()),
@@ -222,22 +214,10 @@ fn checkpoints(log: &Path, plan: &Plan, steps: &[u64]) -> Result<BTreeMap<u64, C
                 .collect();
             found.retain(|step, _| needed.contains(step));
         }
-        true
     })?;
-    let mut confirmed = BTreeMap::new();
-    for (step, saved) in found {
-        let mut witness = Witness::new(plan);
-        over_records(log, &mut |record, _| {
-            let is_before = record.step() <= step;
-            if is_before {
-                witness.saw(record);
-            }
-            is_before
-        })?;
-        witness
-            .confirm(&saved.chain, &saved.counters)
-            .map_err(|problem| NodesError::NoState { step, problem })?;
-        confirmed.insert(step, saved.chain);
-    }
-    Ok(confirmed)
+    let fitting = found.into_iter().map(|(step, saved)| match saved.fits(plan) {
+        Ok(()) => Ok((step, saved.chain)),
+        Err(problem) => Err(NodesError::NoState { step, problem }),
+    });
+    fitting.collect()
 }

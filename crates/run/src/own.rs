@@ -1,10 +1,13 @@
-//! What a log of this very program must be, held against its own scenario: only of this version of
-//! the code is it certain what a scenario means, and what is announced and recorded of it.
+//! What the header and the topics of a log of this very program must be by its own scenario, and its
+//! records, where the run is made again: only of this version of the code is it certain what a scenario
+//! means, and what is announced and recorded of it.
+
+use std::sync::Arc;
 
 use asperity_model::{Plan, Scenario, ScenarioErrors, ScenarioSource};
 use asperity_record::{EventKind, Record, RunHeader, RunStatus, Scales};
 use asperity_runlog::{Announced, announcements, is_topic_of_a_run};
-use asperity_simulator::{Departure, Expectation, Solver, SolverKind};
+use asperity_simulator::{Solver, SolverKind};
 
 use crate::header::header;
 
@@ -35,9 +38,14 @@ pub enum OwnProblem {
         /// What is wrong with it.
         what: &'static str,
     },
-    /// A record that no run of the scenario gives.
-    #[error("{0}, by its scenario")]
-    Record(#[from] Departure),
+    /// Not the run that the same scenario gives now.
+    #[error("step {step}: the run, made again, {what}")]
+    MadeAgain {
+        /// The step.
+        step: u64,
+        /// What the run does there.
+        what: String,
+    },
 }
 
 /// A log's scenario, which must be that of its header.
@@ -124,35 +132,27 @@ pub(crate) fn topics(
     }
 }
 
-/// Follows the records of a log.
-pub(crate) struct Own {
-    expectation: Expectation,
-    /// The run made again, where that is asked for.
-    again: Option<Box<dyn Solver>>,
+/// The run of a log, made again beside its records.
+pub(crate) struct MadeAgain {
+    plan: Arc<Plan>,
+    solver: Box<dyn Solver>,
     is_salvaged: bool,
 }
 
-impl Own {
-    /// Of a log with that header; with `again` the run is made again, record by record.
-    pub(crate) fn new(plan: Plan, logged: &RunHeader, is_salvaged: bool, again: bool) -> Own {
-        let again = SolverKind::named(&logged.solver).filter(|_| again).map(|kind| kind.start(plan.clone()));
-        Own { expectation: Expectation::of(plan, is_salvaged), again, is_salvaged }
+impl MadeAgain {
+    /// Of a log with that header, by the solver that it names.
+    pub(crate) fn new(plan: Plan, logged: &RunHeader, is_salvaged: bool) -> MadeAgain {
+        let plan = Arc::new(plan);
+        let solver = SolverKind::named(&logged.solver).unwrap_or_default().start(Arc::clone(&plan));
+        MadeAgain { plan, solver, is_salvaged }
     }
 
-    /// Takes the next record; `is_after_gap` says that some of its kind are missing before it.
+    /// That the run gives this record next; of a salvaged log, behind some that it lacks.
     ///
     /// # Errors
-    /// If no run of the scenario gives it there.
-    pub(crate) fn record(&mut self, record: &Record, is_after_gap: bool) -> Result<(), OwnProblem> {
-        self.expectation.take(record, is_after_gap)?;
-        self.is_made_again(record)
-    }
-
-    /// That the run, made again, gives this record next; of a salvaged log, behind some that it
-    /// lacks.
-    fn is_made_again(&mut self, record: &Record) -> Result<(), OwnProblem> {
-        let Some(solver) = &mut self.again else { return Ok(()) };
-        while let Ok(Some(made)) = solver.next_record() {
+    /// If it does not.
+    pub(crate) fn record(&mut self, record: &Record) -> Result<(), OwnProblem> {
+        while let Ok(Some(made)) = self.solver.next_record() {
             if made == *record {
                 return Ok(());
             }
@@ -160,29 +160,37 @@ impl Own {
                 break;
             }
         }
-        let what = "the run, made again, gives another record".to_owned();
-        Err(Departure { step: record.step(), what }.into())
+        Err(OwnProblem::MadeAgain { step: record.step(), what: "gives another record".to_owned() })
     }
 
-    /// That nothing is missing at the end of a run that took all its steps, or was `stopped` for a
-    /// reason, in words.
+    /// That the run ends here, with that status and, if it was `stopped`, for that reason.
     ///
     /// # Errors
-    /// If something is, or the run cannot have ended so.
+    /// If it does not.
     pub(crate) fn finish(mut self, status: RunStatus, stopped: Option<&str>) -> Result<(), OwnProblem> {
-        self.expectation.finish(status, stopped)?;
-        let Some(mut solver) = self.again else { return Ok(()) };
-        let what = match solver.next_record() {
+        let what = match self.solver.next_record() {
             Ok(Some(more)) => {
-                let what = "the run, made again, gives a record more".to_owned();
-                return Err(Departure { step: more.step(), what }.into());
+                let what = "gives a record more".to_owned();
+                return Err(OwnProblem::MadeAgain { step: more.step(), what });
             }
-            Ok(None) if stopped.is_none() => return Ok(()),
-            Ok(None) => "the run, made again, is not stopped".to_owned(),
-            Err(error) if stopped == Some(&error.to_string()) => return Ok(()),
-            Err(error) => format!("the run, made again, is stopped: {error}"),
+            Ok(None) if stopped.is_some() => "is not stopped".to_owned(),
+            Ok(None) => match ending(&self.plan, &*self.solver) {
+                made if made == status => return Ok(()),
+                RunStatus::LoadNotReached => "does not reach the load that stops the drive".to_owned(),
+                _ => "waits for no load, or reaches it".to_owned(),
+            },
+            Err(error) if error.status() == status && stopped == Some(&error.to_string()) => return Ok(()),
+            Err(error) => format!("is stopped: {error}"),
         };
-        Err(Departure { step: solver.step(), what }.into())
+        Err(OwnProblem::MadeAgain { step: self.solver.step(), what })
+    }
+}
+
+/// How a run ends that has taken all its steps.
+pub(crate) fn ending(plan: &Plan, solver: &dyn Solver) -> RunStatus {
+    match plan.drive.until_load_ratio {
+        Some(_) if solver.snapshot().hold_step == u64::MAX => RunStatus::LoadNotReached,
+        _ => RunStatus::Complete,
     }
 }
 

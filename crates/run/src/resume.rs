@@ -5,14 +5,16 @@
 //! their own: they are given the records up to the checkpoint again, out of the unfinished
 //! log, and so stand where they stood. What comes out is what one run would have given.
 //!
-//! A checkpoint is believed only as far as the records before it bear it out ([`Witness`]).
+//! A checkpoint is used if its checksum holds, it fits the plan, and the same contacts are detached in it
+//! as the switches before it leave so: detectors rely on that. Whether it is what the records before it lead
+//! to tells `check --again` of the finished log.
 
 use std::path::PathBuf;
 
 use asperity_model::Plan;
-use asperity_record::{Checkpoint, EventKind, Record, RunEnd, RunHeader};
+use asperity_record::{Checkpoint, Direction, EventKind, Record, RunEnd, RunHeader};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics, Unfinished};
-use asperity_simulator::{ChainState, Counters, Witness};
+use asperity_simulator::{ChainState, Counters};
 use serde::{Deserialize, Serialize};
 
 use crate::detectors::has_events_of;
@@ -36,22 +38,35 @@ impl Saved {
         Checkpoint { step: self.chain.step, state }
     }
 
-    /// Whether the records of the log lead to it, or in words what contradicts them.
-    fn confirm(
-        &self,
-        unfinished: &Unfinished,
-        state: &str,
-        plan: &Plan,
-    ) -> Result<Result<(), String>, LogError> {
+    /// That a solver of the plan can go on from it, and counts go on as numbers.
+    ///
+    /// # Errors
+    /// In words, what does not fit.
+    pub(crate) fn fits(&self, plan: &Plan) -> Result<(), String> {
+        if !self.chain.fits(plan) {
+            return Err("it is not a state of this scenario".to_owned());
+        }
+        if !self.counters.fit(self.chain.step - plan.initial.step) {
+            return Err(format!("it is of step {}, and counts other steps", self.chain.step));
+        }
         if self.resumed > MOST_RESUMED {
-            return Ok(Err(format!("it says that the run was resumed {} times", self.resumed)));
+            return Err(format!("it says that the run was resumed {} times", self.resumed));
         }
-        let mut witness = Witness::new(plan);
-        let mut again = Again::new(unfinished, self.chain.step, state)?;
+        Ok(())
+    }
+
+    /// The first block, counted from 1, that is detached in it and not by the switches before it, or the
+    /// other way.
+    fn differing_block(&self, again: &mut Again) -> Result<Option<usize>, LogError> {
+        let mut slip = vec![0.0; self.chain.slip.len()];
         while let Some(record) = again.next_record()? {
-            witness.saw(&record);
+            let Record::Step(record) = record else { continue };
+            for switch in &record.switches {
+                slip[switch.block as usize - 1] = f64::from(switch.direction == Direction::Detach);
+            }
         }
-        Ok(witness.confirm(&self.chain, &self.counters))
+        let differs = slip.iter().zip(&self.chain.slip).position(|(left, found)| left != found);
+        Ok(differs.map(|n| n + 1))
     }
 }
 
@@ -77,7 +92,7 @@ pub enum LeftError {
     /// It is of another run.
     #[error("{0} (accepted: the scenario, solver and program it was begun with, or another log)")]
     OtherRun(#[from] OtherRun),
-    /// Its checkpoint is not what its records lead to.
+    /// Its checkpoint is none of this run.
     #[error(
         "{}: its last checkpoint is not a state of this run: {problem}; without the file the run starts from the \
          beginning",
@@ -86,7 +101,7 @@ pub enum LeftError {
     NoState {
         /// The log.
         log: PathBuf,
-        /// What contradicts what.
+        /// What does not fit.
         problem: String,
     },
 }
@@ -131,9 +146,15 @@ impl Left {
             Err(error) => return refused(error.to_string()),
         };
         let state = state.to_owned();
-        match saved.confirm(&unfinished, &state, plan)? {
-            Ok(()) => Ok(Left::Part { unfinished, saved, state }),
-            Err(problem) => refused(problem),
+        if let Err(problem) = saved.fits(plan) {
+            return refused(problem);
+        }
+        let mut again = Again::new(&unfinished, saved.chain.step, &state)?;
+        match saved.differing_block(&mut again)? {
+            None => Ok(Left::Part { unfinished, saved, state }),
+            Some(block) => {
+                refused(format!("its block {block} is detached or stuck, its switches leave it otherwise"))
+            }
         }
     }
 }

@@ -13,6 +13,7 @@ use asperity_stream::{Given, Item, StreamError};
 use crate::detectors::{self, TopicError};
 use crate::header::header;
 use crate::log::{CHECKPOINT_INTERVAL, Log, LogTo};
+use crate::own::ending;
 use crate::place::PlaceError;
 use crate::resume::{Again, Left, LeftError, Saved};
 use crate::watch::{Notice, Watch};
@@ -267,12 +268,7 @@ pub fn run(
     let Source { solver, before, stopped, .. } = source;
     let counters = before.counters + solver.counters();
     let fallbacks = solver.fallbacks();
-    let never_stopped = plan.drive.until_load_ratio.filter(|_| solver.snapshot().hold_step == u64::MAX);
-    let status = match (is_stopped, never_stopped) {
-        (true, _) => RunStatus::Interrupted,
-        (false, Some(_)) => RunStatus::LoadNotReached,
-        (false, None) => RunStatus::Complete,
-    };
+    let status = if is_stopped { RunStatus::Interrupted } else { ending(&plan, &*solver) };
     let mut report = SolverReport {
         counts: counters.by_name(),
         fallbacks: fallbacks.iter().map(|&fallback| fallback.to_owned()).collect(),
@@ -290,7 +286,7 @@ pub fn run(
         let log = log.filter(|_| end.is_some()).map(|log| partial_path(log.path));
         return Err(RunError::Stopped { log });
     }
-    if let Some(ratio) = never_stopped {
+    if let (RunStatus::LoadNotReached, Some(ratio)) = (status, plan.drive.until_load_ratio) {
         watch.notice(Notice::LoadNotReached { ratio });
     }
     for fallback in fallbacks {

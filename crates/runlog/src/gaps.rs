@@ -79,11 +79,11 @@ impl Gaps {
         self.is_state_unknown = false;
     }
 
-    /// Takes the next message; whether some of its topic are missing before it.
+    /// Takes the next message.
     ///
     /// # Errors
     /// If it bears a number that no gap explains.
-    pub(crate) fn message(&mut self, topic: &str, sequence: u32, time_ns: u64) -> Result<bool, LogProblem> {
+    pub(crate) fn message(&mut self, topic: &str, sequence: u32, time_ns: u64) -> Result<(), LogProblem> {
         while self.times.get(self.passed).is_some_and(|(_, before_ns)| *before_ns <= time_ns) {
             self.pass();
         }
@@ -97,7 +97,7 @@ impl Gaps {
             }
         }
         self.topics.insert(topic.to_owned(), (sequence.saturating_add(1), self.passed));
-        Ok(sequence != expected)
+        Ok(())
     }
 
     /// Whether an event may stand after a record of another time: what made it certain is in

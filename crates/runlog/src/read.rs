@@ -74,9 +74,8 @@ pub struct RunReader {
     /// For a salvaged log, what may be missing from it.
     salvage: Option<Gaps>,
     end: Option<RunEnd>,
-    /// A step record whose switches are still being read, how many it promises, and whether
-    /// messages are missing before one of them.
-    open_step: Option<(StepRecord, u32, bool)>,
+    /// A step record whose switches are still being read, and how many it promises.
+    open_step: Option<(StepRecord, u32)>,
     detached: Vec<bool>,
     detached_count: u32,
     last_step: u64,
@@ -84,10 +83,8 @@ pub struct RunReader {
     energy: Option<Energy>,
     /// The step of the last record of any kind.
     record_step: u64,
-    /// What is read, each with whether messages of its topic are missing before it.
-    ready: VecDeque<(LogItem, bool)>,
-    /// Whether they are before the last item that was handed out.
-    is_after_gap: bool,
+    /// What is read and not yet handed out.
+    ready: VecDeque<LogItem>,
     counts: BTreeMap<String, u64>,
     /// JSON schemas by their number in the file, as far as there is room.
     schemas: BTreeMap<u16, String>,
@@ -136,7 +133,6 @@ impl RunReader {
             energy: None,
             record_step: 0,
             ready: VecDeque::new(),
-            is_after_gap: false,
             announced: BTreeMap::new(),
             schema_heads: BTreeMap::new(),
             counts: BTreeMap::new(),
@@ -217,12 +213,6 @@ impl RunReader {
         self.salvage.as_ref().is_some_and(Gaps::says_lost)
     }
 
-    /// Whether messages of the topic of the last item are missing before it; of a step record, also
-    /// of its switches.
-    pub fn is_after_gap(&self) -> bool {
-        self.is_after_gap
-    }
-
     /// How the run ended; known once [`RunReader::next_item`] has given `None`.
     pub fn end(&self) -> Option<&RunEnd> {
         self.end.as_ref()
@@ -240,10 +230,7 @@ impl RunReader {
                     return Err(LogError { path: self.path.clone(), problem: problem.again() });
                 }
                 _ if !self.ready.is_empty() => {
-                    return Ok(self.ready.pop_front().map(|(item, is_after_gap)| {
-                        self.is_after_gap = is_after_gap;
-                        item
-                    }));
+                    return Ok(self.ready.pop_front());
                 }
                 Progress::Whole => return Ok(None),
                 Progress::Reading => {}
@@ -366,14 +353,13 @@ impl RunReader {
         if topic != SWITCH {
             self.close_step()?;
         }
-        let is_after_gap = match &mut self.salvage {
-            Some(gaps) => gaps.message(&topic, sequence, head.log_time)?,
-            None => false,
-        };
+        if let Some(gaps) = &mut self.salvage {
+            gaps.message(&topic, sequence, head.log_time)?;
+        }
         if topic == SWITCH {
             self.switches += 1;
             return if self.topics.steps {
-                self.switch(decode(&topic, sequence, data)?, head, is_after_gap)
+                self.switch(decode(&topic, sequence, data)?, head)
             } else {
                 Ok(())
             };
@@ -394,7 +380,7 @@ impl RunReader {
                 let promised = message.switches;
                 let record = message.into_record();
                 self.energy = record.energy;
-                self.open_step = Some((record, promised, is_after_gap));
+                self.open_step = Some((record, promised));
                 if promised == 0 {
                     self.close_step()?;
                 }
@@ -407,7 +393,7 @@ impl RunReader {
                 agree::fields(&record, blocks, self.topics.steps.then_some(&self.detached[..]))?;
                 self.at_record(record.step);
                 if self.topics.fields {
-                    self.ready.push_back((LogItem::Record(Record::Fields(record)), is_after_gap));
+                    self.ready.push_back(LogItem::Record(Record::Fields(record)));
                 }
             }
             WINDOW if self.topics.windows => {
@@ -415,7 +401,7 @@ impl RunReader {
                 timed(record.step)?;
                 agree::window(&record, header.blocks)?;
                 self.at_record(record.step);
-                self.ready.push_back((LogItem::Record(Record::Window(record)), is_after_gap));
+                self.ready.push_back(LogItem::Record(Record::Window(record)));
             }
             _ if self.topics.events && topic.starts_with(EVENTS) => {
                 // An event stands at the time of the record before it.
@@ -431,7 +417,7 @@ impl RunReader {
                     .map_err(|error| invalid(serde::de::Error::custom(error)))?
                     .to_owned();
                 agree::event(&topic, &payload, header.blocks).map_err(invalid)?;
-                self.ready.push_back((LogItem::Event(Event { topic, payload }), is_after_gap));
+                self.ready.push_back(LogItem::Event(Event { topic, payload }));
             }
             _ => {}
         }
@@ -460,17 +446,11 @@ impl RunReader {
         }
     }
 
-    fn switch(
-        &mut self,
-        message: SwitchMessage,
-        head: &MessageHeader,
-        is_after_gap: bool,
-    ) -> Result<(), LogProblem> {
+    fn switch(&mut self, message: SwitchMessage, head: &MessageHeader) -> Result<(), LogProblem> {
         let is_state_unknown = self.is_state_unknown();
-        let Some((record, promised, is_step_after_gap)) = &mut self.open_step else {
+        let Some((record, promised)) = &mut self.open_step else {
             return Err(LogProblem::Switches { step: message.step, promised: 0, found: 1 });
         };
-        *is_step_after_gap |= is_after_gap;
         agree::switch(record, &message)?;
         if let Some(header) = &self.header {
             agree::time(header, SWITCH, message.step, head)?;
@@ -494,12 +474,12 @@ impl RunReader {
 
     /// Hands out the step record that was open, if its switches are all there.
     fn close_step(&mut self) -> Result<(), LogProblem> {
-        let Some((record, promised, is_after_gap)) = self.open_step.take() else { return Ok(()) };
+        let Some((record, promised)) = self.open_step.take() else { return Ok(()) };
         let found = record.switches.len() as u32;
         if found != promised {
             return Err(LogProblem::Switches { step: record.step, promised, found });
         }
-        self.ready.push_back((LogItem::Record(Record::Step(record)), is_after_gap));
+        self.ready.push_back(LogItem::Record(Record::Step(record)));
         Ok(())
     }
 

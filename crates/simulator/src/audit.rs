@@ -38,7 +38,7 @@ pub const MOST_SCHEME_SHARE: f64 = 0.3;
 
 /// Holds the work of the scheme against what was put in.
 #[derive(Debug, Clone)]
-pub struct Audit {
+pub(crate) struct Audit {
     step_share: f64,
     initial_j: f64,
     threshold_j: f64,
@@ -46,7 +46,7 @@ pub struct Audit {
 
 impl Audit {
     /// Of the runs of a plan.
-    pub fn of(plan: &Plan) -> Audit {
+    pub(crate) fn of(plan: &Plan) -> Audit {
         let state = ChainState::initial(plan);
         let is_slab = plan.elastic.lattice().is_some();
         let initial_j = match is_slab {
@@ -73,7 +73,7 @@ impl Audit {
     }
 
     /// Whether a run is stopped in the step of a record.
-    pub fn stops(&self, record: &StepRecord) -> Option<SimulationError> {
+    pub(crate) fn stops(&self, record: &StepRecord) -> Option<SimulationError> {
         let energy = record.energy.as_ref().filter(|_| !record.switches.is_empty())?;
         let scheme_work_j = energy.scheme_work_j;
         // The drive is no measure where it does not move, and at the start of a front nothing has

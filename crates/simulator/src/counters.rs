@@ -41,7 +41,28 @@ fn is_zero(count: &u64) -> bool {
     *count == 0
 }
 
+/// Most that a count of work may be that no number of steps bounds: sums of it stay numbers.
+const MOST_COUNTED: u64 = 1 << 48;
+
 impl Counters {
+    /// Whether these can be the counts of so many steps. What is read from a file is to be asked before
+    /// anything is added to it.
+    pub fn fit(&self, steps: u64) -> bool {
+        let of_steps = [self.plain_steps, self.jump_steps, self.window_steps];
+        let others = [
+            self.jumps,
+            self.refused_jumps,
+            self.windows,
+            self.refused_windows,
+            self.applications,
+            self.switches,
+            self.zones,
+            self.zone_steps,
+        ];
+        of_steps.into_iter().try_fold(0, u64::checked_add) == Some(steps)
+            && others.into_iter().all(|count| count <= MOST_COUNTED)
+    }
+
     /// Steps that were covered.
     pub fn steps(&self) -> u64 {
         self.plain_steps + self.jump_steps + self.window_steps
@@ -123,5 +144,24 @@ impl fmt::Display for Counters {
         line(f, "applications", self.applications, "of a step's map, to open windows")?;
         line(f, "refused jumps", self.refused_jumps, "all blocks stuck, but too briefly")?;
         line(f, "refused windows", self.refused_windows, "single steps instead")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Counters;
+
+    #[test]
+    fn counts_of_a_file_are_of_its_steps_and_can_be_added_to() {
+        let counters = Counters { plain_steps: 3, jump_steps: 4, jumps: 1, ..Counters::default() };
+        assert!(counters.fit(7) && !counters.fit(8));
+        assert!(!Counters { window_steps: u64::MAX, ..counters }.fit(6), "the sum wraps around");
+        for many in [
+            Counters { switches: u64::MAX, ..counters },
+            Counters { zones: u64::MAX, ..counters },
+            Counters { applications: u64::MAX, ..counters },
+        ] {
+            assert!(!many.fit(7), "{many}");
+        }
     }
 }

@@ -497,7 +497,7 @@ pub(crate) fn stored_j(
 }
 
 /// Work of the prestress up to a state.
-pub(crate) fn prestress_work_j(plan: &Plan, displacement_m: &[f64]) -> f64 {
+fn prestress_work_j(plan: &Plan, displacement_m: &[f64]) -> f64 {
     let ways = displacement_m.iter().zip(&plan.initial.displacement_m);
     let parts = plan.prestress_n.iter().zip(ways);
     parts.fold(0.0, |sum, (force, (u, initial))| sum + force * (u - initial))

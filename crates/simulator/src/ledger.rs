@@ -1,6 +1,5 @@
 //! Running totals of energies, as part of the state: what a resumed run goes on with.
 
-use asperity_record::Energy;
 use serde::{Deserialize, Serialize};
 
 /// Totals up to the last step, J, but for what the last states say by themselves. While a span of
@@ -39,19 +38,6 @@ pub struct Span {
 }
 
 impl Ledger {
-    /// Of energies that were recorded.
-    pub(crate) fn of(energy: &Energy) -> Ledger {
-        Ledger {
-            drive_work_j: energy.drive_work_j.into(),
-            load_work_j: Sum::default(),
-            friction_heat_j: energy.friction_heat_j.into(),
-            anchor_change_j: energy.anchor_change_j.into(),
-            viscous_loss_j: energy.viscous_loss_j.into(),
-            scheme_work_j: energy.scheme_work_j.into(),
-            span: None,
-        }
-    }
-
     /// Whether all numbers are finite.
     pub fn is_finite(&self) -> bool {
         let sums = [
@@ -102,19 +88,13 @@ impl Sum {
     }
 }
 
-impl From<f64> for Sum {
-    fn from(total: f64) -> Sum {
-        Sum { total, rest: 0.0 }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::Sum;
 
     #[test]
     fn small_parts_are_not_lost_in_a_large_total() {
-        let (mut sum, mut naive) = (Sum::from(1.0), 1.0);
+        let (mut sum, mut naive) = (Sum { total: 1.0, rest: 0.0 }, 1.0);
         for _ in 0..1_000_000 {
             sum.add(1e-17);
             naive += 1e-17;

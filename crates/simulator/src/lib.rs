@@ -43,17 +43,13 @@
 //! - `audit`: whether the time step does more of that work than an honest run can have.
 //! - `recorder`: what is recorded and when, for all solvers alike; `counters`: what the steps of
 //!   a run were made of.
-//! - `expectation`: whether records can be those of a plan, told without taking its steps, and
-//!   `budget`, whether their energies can.
-//! - `lattice`: the same steps of a slab, and its energies; `slab_records`, what its records tell;
-//!   `slab`, its fast solver.
+//! - `lattice`: the same steps of a slab, and its energies; `slab`, its fast solver.
 //! - `plain`: every step.
 //! - `fast`: which steps are taken how. `window` and `basis` take many while some blocks slide,
 //!   `jump` while all stick (by `modes` or, for long chains, by `waves`, with `complex` numbers),
 //!   `rest` where what sticks does not move at all, and `zone` the first blocks of a long chain alone,
 //!   while the others are in a jump; `cost` keeps accounts of whether that pays.
 //! - [`equality`] and `exact`: whether two solvers agree, and who is right where rounding decides.
-//! - [`Witness`]: whether a checkpoint is a state that the records before it lead to.
 //!
 //! How nodes pull at each other stands in [`asperity_model::elastic`] alone. Nodes move, contacts
 //! rub; a slab has contacts at its bottom alone; in a chain every node carries one contact, and both
@@ -61,7 +57,6 @@
 
 mod audit;
 mod basis;
-mod budget;
 mod complex;
 mod contacts;
 mod cosines;
@@ -70,7 +65,6 @@ mod counters;
 mod energy;
 pub mod equality;
 mod exact;
-mod expectation;
 mod fast;
 mod first_cosines;
 mod jump;
@@ -83,7 +77,6 @@ mod plain;
 mod recorder;
 mod rest;
 mod slab;
-mod slab_records;
 mod solver;
 mod state;
 mod step_map;
@@ -91,13 +84,11 @@ mod stepper;
 mod sweep;
 mod waves;
 mod window;
-mod witness;
 mod zone;
 
-pub use audit::{Audit, MOST_SCHEME_SHARE};
+pub use audit::MOST_SCHEME_SHARE;
 pub use counters::Counters;
 pub use exact::Exact;
-pub use expectation::{Departure, Expectation};
 pub use fast::Fast;
 pub use kind::SolverKind;
 pub use ledger::{Ledger, Span, Sum};
@@ -105,4 +96,3 @@ pub use plain::Plain;
 pub use solver::{SimulationError, Solver};
 pub use state::ChainState;
 pub use stepper::Driving;
-pub use witness::Witness;

@@ -210,7 +210,7 @@ fn load(
 
 /// A state that is recorded behind a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Due {
+enum Due {
     /// Of all blocks.
     Fields,
     /// Of a dense window, by its number in the plan, or of a rupture, by the number behind those.
@@ -220,7 +220,7 @@ pub(crate) enum Due {
 /// What is recorded behind a step, in this order; `edge` tells whether the step is the onset or end of
 /// a slip event, `sliding` how many blocks slid in it. The state of a rupture may be all there is of a
 /// step, everything else follows the record of its step.
-pub(crate) fn due_states(plan: &Plan, step: u64, edge: bool, sliding: u32) -> impl Iterator<Item = Due> {
+fn due_states(plan: &Plan, step: u64, edge: bool, sliding: u32) -> impl Iterator<Item = Due> {
     let recording = &plan.recording;
     let fields = (edge && recording.event_fields) || is_on_cadence(recording.fields_every_steps, step);
     let is_in = move |window: &WindowPlan| next_in_window(window, step - 1) == Some(step);
@@ -237,13 +237,13 @@ pub(crate) fn is_on_cadence(every: u64, step: u64) -> bool {
 
 /// The first step after `step` at which a cadence, a rupture or the end of the run asks for a record;
 /// behind the end there is none. `detached` blocks slide until then.
-pub(crate) fn next_due(plan: &Plan, step: u64, detached: u32) -> u64 {
+fn next_due(plan: &Plan, step: u64, detached: u32) -> u64 {
     let of_rupture = plan.recording.rupture_fields.and_then(|fields| fields.next_due(step, detached));
     next_step_due(plan, step).min(of_rupture.unwrap_or(u64::MAX))
 }
 
 /// The same of the records of steps, which states of ruptures do not have.
-pub(crate) fn next_step_due(plan: &Plan, step: u64) -> u64 {
+fn next_step_due(plan: &Plan, step: u64) -> u64 {
     if step >= plan.steps {
         return u64::MAX;
     }
@@ -291,7 +291,7 @@ pub(crate) fn fields(plan: &Plan, state: &ChainState) -> FieldRecord {
 }
 
 /// The blocks of a dense window, or of a rupture, counted from 0.
-pub(crate) fn blocks_of(plan: &Plan, index: usize) -> std::ops::Range<usize> {
+fn blocks_of(plan: &Plan, index: usize) -> std::ops::Range<usize> {
     plan.recording.windows.get(index).map_or(0..plan.blocks, |window| window.blocks.clone())
 }
 

@@ -49,7 +49,8 @@ pub trait Solver: Send {
 /// A run that cannot go on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SimulationError {
-    /// The time step had done more work than an honest run can have of it ([`Audit`](crate::Audit)).
+    /// The time step had done more work than an honest run can have of it
+    /// ([`MOST_SCHEME_SHARE`](crate::MOST_SCHEME_SHARE)).
     #[error(
         "in step {step} the time step itself has done {scheme_work_j:.3e} J of work, more than {:.0} % of the \
          {put_in_j:.3e} J that were put in ({put_in}); a shorter time.step_s is needed",

@@ -54,8 +54,7 @@ pub struct ChainState {
     /// known.
     #[serde(default = "never")]
     pub hold_step: u64,
-    /// Energies up to the last step; none where the scenario asks for none, and in states that were
-    /// saved before there were any.
+    /// Energies up to the last step; none where the scenario asks for none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy: Option<Ledger>,
     /// Where contacts age, the step in which each stuck last.
@@ -125,8 +124,9 @@ impl ChainState {
         }
     }
 
-    /// Whether this can be a state of that plan: that it is of as many blocks, finite, and no
-    /// further on. What is read from a file is to be asked before a solver restores it.
+    /// Whether this can be a state of that plan: that it is of as many blocks, finite, within the
+    /// run's steps, with the energies that are asked for, and that its drive stops no later than it may.
+    /// What is read from a file is to be asked before a solver restores it.
     pub fn fits(&self, plan: &Plan) -> bool {
         let are_finite =
             |values: &[f64], count| values.len() == count && values.iter().all(|x| x.is_finite());
@@ -135,7 +135,7 @@ impl ChainState {
         let ages = plan.friction.ageing.is_some();
         let slipping = self.slip.iter().filter(|&&slip| slip == 1.0).count();
         let sticking = self.slip.iter().filter(|&&slip| slip == 0.0).count();
-        self.step <= plan.steps
+        (plan.initial.step..=plan.steps).contains(&self.step)
             && are_finite(&self.displacement_m, freedoms)
             && are_finite(&self.velocity_m_per_s, freedoms)
             && finite(&self.stick_position_m)
@@ -144,6 +144,11 @@ impl ChainState {
             && self.slip.len() == plan.blocks
             && self.detached as usize == slipping
             && self.sliding as usize <= plan.blocks
+            && match plan.drive.until_load_ratio {
+                None => self.hold_step == plan.drive.hold_from_step.unwrap_or(u64::MAX),
+                Some(_) => self.hold_step == u64::MAX || self.hold_step <= self.step,
+            }
+            && self.energy.is_some() == plan.recording.energies
             && self.energy.is_none_or(|ledger| {
                 ledger.is_finite() && ledger.span.is_none_or(|span| span.from_step <= self.step)
             })

@@ -2,12 +2,15 @@
 //! stepper; small chains and short times, the same model.
 
 use asperity_model::{Plan, analytic};
-use asperity_record::{Direction, Record};
+use asperity_record::{Direction, Record, WindowRecord};
 use asperity_simulator::{Fast, Plain, Solver};
 use asperity_testkit::plan;
 
 fn records(plan: Plan) -> Vec<Record> {
-    let mut solver = Plain::new(plan);
+    records_of(Plain::new(plan))
+}
+
+fn records_of(mut solver: impl Solver) -> Vec<Record> {
     std::iter::from_fn(|| solver.next_record().unwrap()).collect()
 }
 
@@ -305,6 +308,47 @@ fn records_hold_every_onset_and_end_and_the_cadences() {
     assert!(fields.len() > 10, "and the edges of events");
     let windows = records.iter().filter(|record| matches!(record, Record::Window(_))).count();
     assert_eq!(windows, 11);
+}
+
+/// The states of ruptures are those of a window that is always open, where enough blocks slide; and
+/// nothing else is recorded otherwise, by either solver.
+#[test]
+fn ruptures_are_recorded_while_they_are_large() {
+    let windows = |records: &[Record], number: u32| -> Vec<WindowRecord> {
+        let of = records.iter().filter_map(|record| match record {
+            Record::Window(record) if record.window == number => Some(record.clone()),
+            _ => None,
+        });
+        of.collect()
+    };
+    let plan = |sets: &[&str]| {
+        let short = ["slider.blocks=12", "time.step_s=1e-7", "time.duration_s=0.1"];
+        plan("default", &[&short[..], &["drive.velocity_m_per_s=2e-3"], sets].concat())
+    };
+    // While three blocks slide at once.
+    let ruptures = ["recording.rupture_fields_from_blocks=3", "recording.rupture_fields_s=2e-5"];
+    let open = "recording.window=[{from_s=0,to_s=0.1,every_s=2e-5,first_block=1,last_block=12}]";
+    let all = windows(&records(plan(&[open])), 0);
+    let expected: Vec<WindowRecord> = all.into_iter().filter(|record| record.sliding >= 3).collect();
+    assert!(expected.len() > 30, "{} records", expected.len());
+    let bare = plan(&[]);
+    let with = plan(&ruptures);
+    for (plain, dense) in [
+        (records(bare.clone()), records(with.clone())),
+        (records_of(Fast::new(bare)), records_of(Fast::new(with))),
+    ] {
+        assert_eq!(windows(&dense, 0).len(), expected.len());
+        for (found, expected) in windows(&dense, 0).iter().zip(&expected) {
+            assert_eq!((found.step, found.sliding), (expected.step, expected.sliding));
+            // The fast solver rounds otherwise.
+            let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs().max(1e-6);
+            let pairs = found.displacement_m.iter().zip(&expected.displacement_m);
+            assert!(pairs.clone().all(|(a, b)| close(*a, *b)), "step {}", found.step);
+        }
+        let others: Vec<Record> =
+            dense.into_iter().filter(|record| !matches!(record, Record::Window(_))).collect();
+        assert!(others == plain, "the other records are the same to the bit");
+    }
 }
 
 #[test]

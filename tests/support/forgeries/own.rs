@@ -1,50 +1,54 @@
-//! Forged logs that agree with themselves in all but one thing: their own scenario would have made
-//! another log. Only of a log of this very program is that known.
+//! Forged logs of this very program: those that their own scenario gives away, and those of which only
+//! the run, made again, tells that it was another.
 
 use std::collections::BTreeMap;
 
 use mcap::records::op;
 use serde_json::{Value, json};
 
-use super::Verdict::Damaged;
 use super::{Forge, Forgery, named, payload};
 use crate::laws::parts::Part;
 use crate::laws::thin::{messages, renumber};
 
 impl Forge {
-    /// Those of a log of this program; `other` is one of another scenario with as many blocks.
-    pub(crate) fn of_own(sound: &[Part], other: &[Part]) -> Vec<Forgery> {
+    /// Those of a log of this program that its header, its topics or its end give away.
+    pub(crate) fn of_own(sound: &[Part]) -> Vec<Forgery> {
         let mut forge = Forge { sound: sound.to_vec(), made: Vec::new() };
-        forge.own_records(other);
         forge.own_numbers();
         forge.own_scenario();
         forge.own_topics();
         forge.own_ruptures();
         forge.own_links();
-        forge.own_end();
         forge.made
     }
 
-    fn own_records(&mut self, other: &[Part]) {
-        let asked = "which the scenario asks for";
-        self.parts("own-no-states", "no state of any step", "no state of all blocks", |parts| {
+    /// Those that agree with themselves and with the header; `other` is a log of another scenario with
+    /// as many blocks.
+    pub(crate) fn of_records(sound: &[Part], other: &[Part]) -> Vec<Forgery> {
+        let mut forge = Forge { sound: sound.to_vec(), made: Vec::new() };
+        forge.other_records(other);
+        forge.other_numbers();
+        forge.other_end();
+        forge.made
+    }
+
+    fn other_records(&mut self, other: &[Part]) {
+        let says = "the run, made again, gives another record";
+        self.parts("again-no-states", "no state of any step", says, |parts| {
             remove(parts, "/fields", |_| true);
         });
-        self.parts("own-state-lost", "a state of all blocks is missing", asked, |parts| {
+        self.parts("again-state-lost", "a state of all blocks is missing", says, |parts| {
             remove(parts, "/fields", |number| number == 3);
         });
-        self.parts("own-last-state-lost", "the last state is missing", asked, |parts| {
+        let more = "the run, made again, gives a record more";
+        self.parts("again-last-state-lost", "the last state is missing", more, |parts| {
             let last = messages(parts, "/fields").len() - 1;
             remove(parts, "/fields", |number| number == last);
         });
-        self.parts("own-sample-lost", "a sample is missing", asked, |parts| {
+        self.parts("again-sample-lost", "a sample is missing", says, |parts| {
             remove(parts, "/step", |number| number == 1);
         });
-        self.parts("own-last-sample-lost", "the last sample is missing", "follows step", |parts| {
-            let last = messages(parts, "/step").len() - 1;
-            remove(parts, "/step", |number| number == last);
-        });
-        self.parts("own-sample-more", "a sample that nobody asked for", "no block switches in it", |parts| {
+        self.parts("again-sample-more", "a sample that nobody asked for", says, |parts| {
             let at = messages(parts, "/step")[1];
             let mut message: Value = serde_json::from_str(payload(&parts[at])).expect("it is JSON");
             let step = message["step"].as_u64().expect("it has a step") - 1;
@@ -54,82 +58,62 @@ impl Forge {
             parts.insert(at, Part::message(channel, 0, step * 100, message.to_string().as_bytes()));
             renumber(parts);
         });
-        let other: Vec<Part> = other.iter().filter(|part| part.opcode == op::MESSAGE).cloned().collect();
-        self.parts("own-records-of-another-run", "the records of another run", "not", |parts| {
-            parts.retain(|part| part.opcode != op::MESSAGE);
-            let at = named(parts, "run_end");
-            parts.splice(at..at, other);
+        let is_of_run = |part: &Part| part.opcode == op::MESSAGE || part.name() == Some("run_end");
+        self.parts("again-another-run", "the records and the end of another run", says, |parts| {
+            parts.retain(|part| !is_of_run(part));
+            parts.extend(other.iter().filter(|part| is_of_run(part)).cloned());
         });
     }
 
-    fn own_numbers(&mut self) {
-        let what = "a number that is not that of the scenario";
-        self.parts("own-normal-load", what, "the normal load is", |parts| {
-            change_step(parts, 1, |message| message["normal_load_n"] = json!(1e300));
-        });
-        self.parts("own-normal-load-a-little", what, "the normal load is", |parts| {
-            change_step(parts, 1, |message| message["normal_load_n"] = json!(400.000_000_000_1));
-        });
-        self.parts("own-driving-force", what, "the driving force is", |parts| {
-            // Of the onset of the first event, behind which the state stands.
-            let first = payload(&parts[messages(parts, "/fields")[1]]).to_owned();
-            let state: Value = serde_json::from_str(&first).expect("it is JSON");
-            let number = messages(parts, "/step")
-                .into_iter()
-                .position(|at| payload(&parts[at]).starts_with(&format!("{{\"step\":{},", state["step"])))
-                .expect("it is behind its step");
-            change_step(parts, number, |message| message["driving_force_n"] = json!(1.0));
-        });
-        for (name, topic, key, says) in [
-            ("own-threshold", "/switch", "threshold_n", "the threshold of block"),
-            ("own-anchor", "/switch", "stick_position_m", "the change by anchors is"),
-            ("own-switch-force", "/switch", "tangential_force_n", "detaches at"),
+    fn other_numbers(&mut self) {
+        let what = "a number that the run does not give";
+        let says = "the run, made again, gives another record";
+        for (name, load_n) in
+            [("again-normal-load", 1e300), ("again-normal-load-a-little", 400.000_000_000_1)]
+        {
+            self.parts(name, what, says, |parts| {
+                change_step(parts, 1, |message| message["normal_load_n"] = json!(load_n));
+            });
+        }
+        for (name, key) in [
+            ("again-threshold", "threshold_n"),
+            ("again-anchor", "stick_position_m"),
+            ("again-switch-velocity", "velocity_m_per_s"),
         ] {
             self.parts(name, what, says, |parts| {
-                let at = messages(parts, topic)[0];
+                // Of the first one the events tell as well.
+                let at = *messages(parts, "/switch").last().expect("blocks switch");
                 change(parts, at, |message| message[key] = json!(1e-3));
             });
         }
-        for (name, key, number, says) in [
-            ("own-start", "displacement_m", 0, "the state at the start"),
-            ("own-state-force", "tangential_force_n", 2, "the tangential force on block"),
-            ("own-state-displacement", "displacement_m", 2, "by its scenario"),
-            ("own-state-velocity", "velocity_m_per_s", 2, "by its scenario"),
-            ("own-state-anchor", "stick_position_m", 2, "the anchor of block"),
-        ] {
+        for (name, number) in [("again-start", 0), ("again-state", 2)] {
             self.parts(name, what, says, |parts| {
                 let at = messages(parts, "/fields")[number];
-                change(parts, at, |message| message[key][4] = json!(1e-3));
+                change(parts, at, |message| message["displacement_m"][4] = json!(1e-3));
             });
         }
-        for (name, key, says) in [
-            ("own-drive-work", "drive_work_j", "the energies do not balance"),
-            ("own-friction-heat", "friction_heat_j", "the energies do not balance"),
-            ("own-prestress-work", "prestress_work_j", "by its scenario"),
-            ("own-anchor-change", "anchor_change_j", "by its scenario"),
-        ] {
-            self.parts(name, what, says, |parts| {
-                let number = messages(parts, "/step").len() / 2;
-                change_step(parts, number, |message| message[key] = json!(1e-3));
-            });
-        }
-        // Two that balance each other.
-        self.parts("own-kinetic-energy", what, "the kinetic energy is", |parts| {
-            for number in 0..messages(parts, "/step").len() - 1 {
-                change_step(parts, number, |message| {
-                    let [kinetic, elastic] =
-                        ["kinetic_j", "elastic_j"].map(|key| message[key].as_f64().expect("it is a number"));
-                    (message["kinetic_j"], message["elastic_j"]) = (json!(elastic), json!(kinetic));
-                });
-            }
+        self.parts("again-heat", what, says, |parts| {
+            let number = messages(parts, "/step").len() / 2;
+            change_step(parts, number, |message| message["friction_heat_j"] = json!(1e-3));
         });
-        self.parts("own-no-energies", "steps without energies", "it lacks the energies", |parts| {
-            for number in 0..messages(parts, "/step").len() {
-                change_step(parts, number, |message| {
-                    let message = message.as_object_mut().expect("it is an object");
-                    message.retain(|key, _| !key.ends_with("_j"));
-                });
-            }
+        self.parts("again-no-energies", "a step without energies", says, |parts| {
+            change_step(parts, 3, |message| {
+                let message = message.as_object_mut().expect("it is an object");
+                message.retain(|key, _| !key.ends_with("_j"));
+            });
+        });
+    }
+
+    fn other_end(&mut self) {
+        let what = "a load that the scenario does not ask for is said not to have been reached";
+        let says = "the run, made again, waits for no load";
+        self.says("again-status", "run_end", "status", Some("load-not-reached"), what, says);
+    }
+
+    fn own_numbers(&mut self) {
+        self.parts("own-last-sample-lost", "the last sample is missing", "follows step", |parts| {
+            let last = messages(parts, "/step").len() - 1;
+            remove(parts, "/step", |number| number == last);
         });
         self.parts(
             "own-energy-lost",
@@ -272,16 +256,6 @@ impl Forge {
                 map.insert("link_time_ratio".to_owned(), "50".to_owned());
                 map.insert("link_s".to_owned(), (link_s / 2.0).to_string());
             });
-        });
-    }
-
-    fn own_end(&mut self) {
-        let what = "a load that the scenario does not ask for is said not to have been reached";
-        self.parts_only("own-status", what, Damaged, "the scenario gives none", |parts| {
-            let at = named(parts, "run_end");
-            let mut map = parts[at].map().expect("it is metadata");
-            map.insert("status".to_owned(), "load-not-reached".to_owned());
-            parts[at] = Part::metadata("run_end", &map);
         });
     }
 }

@@ -47,6 +47,7 @@ mod resume;
 #[cfg(feature = "analysis")]
 mod rules;
 mod runlog;
+mod rupture_energies;
 mod rupture_fields;
 mod ruptures;
 mod salvage;

@@ -1,12 +1,16 @@
 //! A slab goes all the way that a chain goes: logged, checked, replayed, resumed, salvaged, exported,
 //! reduced, drawn.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::support::binary;
 use crate::support::binary::{asperity, succeed, text};
-use asperity_testkit::run_end;
+use asperity_record::Record;
+use asperity_runlog::LogItem;
+use asperity_summary::Summary;
+use asperity_testkit::{read_log, run_end};
 
 /// A coarse slab, up to its second precursor, and what else is asked of it.
 fn run(folder: &Path, name: &str, sets: &[&str]) -> PathBuf {
@@ -115,6 +119,72 @@ fn a_slab_is_drawn_and_reported() {
     succeed(&["report", text(&log), "--out", text(&page)]);
     let page = fs::read_to_string(&page).expect("the page was written");
     assert!(page.contains("a lattice of 29 by 16 nodes"), "its sketch is one of a slab");
+}
+
+/// A slab that tips: most of what it does happens without load, and counts as slip events all the same.
+#[test]
+fn contacts_in_the_air_are_counted_apart_and_warned_of() {
+    let folder = asperity_testkit::folder();
+    let tips = [
+        "slider.length_m=0.03",
+        "slider.height_m=0.15",
+        "slider.blocks=5",
+        "slider.rows=21",
+        "slider.mass_kg=7.56",
+        "drive.height_m=0.105",
+        "friction.static_coefficient=1.5",
+        "friction.dynamic_coefficient=1",
+        "drive.velocity_m_per_s=0.2",
+        "time.step_s=4e-6",
+        "time.duration_s=0.1",
+        "recording.fields_s=4e-6",
+    ];
+    let mut found = Vec::new();
+    for solver in ["plain", "fast"] {
+        let log = folder.path().join(format!("{solver}.mcap"));
+        let sets = tips.iter().flat_map(|set| ["--set", *set]);
+        let arguments: Vec<&str> =
+            ["run", "slab", "--solver", solver, "--out", text(&log)].into_iter().chain(sets).collect();
+        let told = String::from_utf8(asperity(&arguments).stderr).expect("the binary writes UTF-8");
+        let summary = succeed(&["summary", "--format", "json", text(&log)]);
+        let summary: Summary = serde_json::from_str(&summary).expect("it is a summary");
+        let in_air = summary.contact_steps_in_air.expect("the solver counts them");
+        let note = format!(
+            "{} of its {} slip events are of contacts without load alone, which rub on nothing; contacts were in the \
+             air for {in_air} steps",
+            summary.unloaded_event_count, summary.event_count
+        );
+        assert!(told.contains(&note), "{told}");
+        // The states of all steps say which contacts bear nothing.
+        let (items, end) = read_log(&log).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(end.solver.counts["contact_steps_in_air"], in_air);
+        let states = items.iter().filter_map(|item| match item {
+            LogItem::Record(Record::Fields(state)) if state.step > 0 => {
+                Some((state.step, &state.normal_load_n))
+            }
+            _ => None,
+        });
+        let states: BTreeMap<u64, &Vec<f64>> = states.collect();
+        assert_eq!(states.len(), 25_000);
+        let bear_nothing =
+            states.values().flat_map(|loads| loads.iter()).filter(|load_n| **load_n == 0.0).count();
+        assert_eq!(bear_nothing as u64, in_air);
+        found.push([
+            in_air,
+            summary.event_count,
+            summary.unloaded_event_count,
+            summary.unloaded_contact_count,
+        ]);
+    }
+    assert_eq!(found[0], found[1]);
+    let [in_air, events, unloaded, contacts] = found[0];
+    assert!(in_air > 50_000 && unloaded > 900 && unloaded < events && contacts < 5, "{found:?}");
+    // One that stands has none, and nothing is said.
+    let stands = run(folder.path(), "stands.mcap", &[]);
+    let output = asperity(&["summary", "--format", "json", text(&stands)]);
+    let summary: Summary = serde_json::from_slice(&output.stdout).expect("it is a summary");
+    assert_eq!((summary.contact_steps_in_air, summary.unloaded_event_count), (Some(0), 0));
+    assert!(!String::from_utf8_lossy(&output.stderr).contains("without load"));
 }
 
 /// Contradictions are refused before anything is made.

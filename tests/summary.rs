@@ -166,6 +166,32 @@ fn drives_from_above_and_from_both_ends() {
     assert_eq!((found.creep_front_block, found.raw_events_mislead), (None, Some(false)));
 }
 
+/// A front that no drive feeds has no law of lengths, and in long steps a speed that is somewhat wrong.
+#[test]
+fn fronts_without_a_drive_have_no_length_law_and_say_how_wrong_their_speeds_are() {
+    let folder = folder();
+    let theory = 1.25;
+    for (step_s, duration_s, is_told) in [("1e-9", "3e-5", false), ("1.595e-8", "2.9986e-5", true)] {
+        let log = folder.path().join(format!("{step_s}.mcap"));
+        let sets = [format!("time.step_s={step_s}"), format!("time.duration_s={duration_s}")];
+        let run = asperity(&["run", "front", "--set", &sets[0], "--set", &sets[1], "--out", text(&log)]);
+        let output = asperity(&["summary", "--format", "json", text(&log)]);
+        let [warned, told] =
+            [run.stderr, output.stderr].map(|said| String::from_utf8(said).expect("the binary writes UTF-8"));
+        let found: Summary = serde_json::from_slice(&output.stdout).expect("it is a summary");
+        assert_eq!(
+            (found.length_law, found.length_law_rms_residual, found.precursor_count),
+            (None, None, Some(1))
+        );
+        let estimate = found.front_speed_error_ratio.expect("there is a front");
+        let error = found.front_speed_over_wave_speed_ratio.expect("there is a front") / theory - 1.0;
+        assert!((error - estimate).abs() < 0.003, "{error}, estimated {estimate}");
+        for said in [&warned, &told] {
+            assert_eq!(said.contains("speeds of fronts are wrong by about 6 %"), is_told, "{said}");
+        }
+    }
+}
+
 /// Logs of older versions have no ruptures, and their step records have all that makes them.
 #[test]
 fn logs_of_every_version() {

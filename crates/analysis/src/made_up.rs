@@ -135,6 +135,7 @@ pub(crate) fn with_ruptures(run: &mut RunData, ruptures: &[&[Passed]]) {
             mean_slip_m: None,
             largest_slip_m: None,
             potency_m2: None,
+            moment_n_m: None,
             mean_force_drop_n: None,
             farthest_block_before: None,
             overlapping: false,

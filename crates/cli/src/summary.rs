@@ -6,7 +6,7 @@ use std::path::Path;
 
 use asperity_export::{CsvRows, Spelling};
 use asperity_model::analytic::{LengthLaw, LengthLawParameters};
-use asperity_model::{Scenario, ScenarioSource};
+use asperity_model::{Scenario, ScenarioSource, WRONG_FRONT};
 use asperity_record::{EventPayload, Record, Rupture, StepRecord};
 use asperity_run::{Checked, Verdict, at_once};
 use asperity_runlog::{LogItem, RunReader, Topics};
@@ -35,6 +35,7 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
     for (run, found) in arguments.runs.iter().zip(found) {
         let told = found.and_then(|(summary, checked)| {
             tell(run.display(), &summary, board);
+            wrong_fronts(&summary).iter().for_each(|note| board.line(&format!("{}: {note}", run.display())));
             judge::tell(run, &checked, board)
         });
         if let Err(failure) = told {
@@ -95,6 +96,17 @@ pub(crate) fn in_short(summary: &Summary) -> String {
 pub(crate) const WITHOUT_ENERGIES: &str = "its records have no energies, so all that needs them is empty \
     (recording.energies = \"none\", or a log of version 3 or before)";
 
+/// What a run is warned of before it begins, its scenario being known.
+fn wrong_fronts(summary: &Summary) -> Option<String> {
+    summary.front_speed_error_ratio.filter(|error| *error > WRONG_FRONT).map(|error| {
+        format!(
+            "its time step is so long that speeds of fronts are wrong by about {:.0} %, in proportion to the step \
+             (docs/ruptures.md)",
+            100.0 * error
+        )
+    })
+}
+
 fn notes(summary: &Summary) -> Vec<String> {
     let mut notes = Vec::new();
     if summary.creeps == Some(true) {
@@ -107,6 +119,18 @@ fn notes(summary: &Summary) -> Vec<String> {
             "raw slip events mislead: they last far longer than fronts take, or join ruptures far apart"
                 .to_owned(),
         );
+    }
+    if summary.unloaded_event_count > 0 || summary.contact_steps_in_air > Some(0) {
+        let in_air = match summary.contact_steps_in_air {
+            Some(steps) if steps > 0 => {
+                format!("; contacts were in the air for {steps} steps, summed over them")
+            }
+            _ => String::new(),
+        };
+        notes.push(format!(
+            "{} of its {} slip events are of contacts without load alone, which rub on nothing{in_air} (docs/slab.md)",
+            summary.unloaded_event_count, summary.event_count
+        ));
     }
     match summary.ruptures_from.as_str() {
         "steps" => notes.push("its log has no ruptures; they were found in its step records".to_owned()),

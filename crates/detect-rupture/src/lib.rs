@@ -24,7 +24,13 @@
 //!     at(12, &[(2, Attach), (3, Attach), (9, Attach)]),
 //!     at(20, &[]),
 //! ];
-//! let links = Links { t_link_s: 1.0, time_grid: TimeGrid::new(0.25), spacing_m: 0.001 };
+//! let links = Links {
+//!     t_link_s: 1.0,
+//!     time_grid: TimeGrid::new(0.25),
+//!     spacing_m: 0.001,
+//!     modulus_n_per_m: None,
+//!     interfacial_stiffness_n_per_m: None,
+//! };
 //! let mut detectors: Vec<Box<dyn Detector>> = vec![Box::new(RuptureDetector::new(10, links))];
 //! let ruptures: Vec<Rupture> = detect_all(&mut detectors, &records)
 //!     .iter()
@@ -56,6 +62,10 @@ pub struct Links {
     pub time_grid: TimeGrid,
     /// Length of a block, m.
     pub spacing_m: f64,
+    /// Elastic modulus times width, N/m: what makes a moment of slip; none if nobody knows it.
+    pub modulus_n_per_m: Option<f64>,
+    /// Stiffness of a friction spring, N/m, by which an anchor holds energy; none likewise.
+    pub interfacial_stiffness_n_per_m: Option<f64>,
 }
 
 impl Links {
@@ -126,7 +136,7 @@ impl Detector for ArrivalDetector {
 }
 
 fn rupture(slipped: &Slipped, links: &Links, blocks: u32) -> Rupture {
-    let Links { time_grid, spacing_m, .. } = *links;
+    let Links { time_grid, spacing_m, modulus_n_per_m, interfacial_stiffness_n_per_m, .. } = *links;
     let passages = &slipped.blocks;
     let (&first_block, _) = passages.first_key_value().expect("a rupture has a block");
     let (&last_block, _) = passages.last_key_value().expect("a rupture has a block");
@@ -144,7 +154,16 @@ fn rupture(slipped: &Slipped, links: &Links, blocks: u32) -> Rupture {
         .collect();
     let sum = |values: &Vec<f64>| values.iter().sum::<f64>();
     let count = passages.len() as f64;
+    let potency_m2 = slips.as_ref().map(|slips| sum(slips) * spacing_m);
     let change = |of: fn(&Energy) -> f64| slipped.energies.map(|[before, after]| of(&after) - of(&before));
+    // Plus 0, since -0 is no answer of a law without friction springs.
+    let anchor_change_j = slipped
+        .anchored_m2
+        .zip(interfacial_stiffness_n_per_m)
+        .map(|(anchored_m2, stiffness)| 0.5 * stiffness * anchored_m2 + 0.0);
+    // Records have the springs as they are after the switches of their step. So what switches change
+    // of them is taken out of both records, and what the rupture's own changed is put in.
+    let in_steps_j = change(|energy| energy.elastic_j - energy.anchor_change_j);
     Rupture {
         rupture: slipped.rupture,
         onset_s: time_grid.time_s(slipped.onset_step),
@@ -164,7 +183,8 @@ fn rupture(slipped: &Slipped, links: &Links, blocks: u32) -> Rupture {
         front_speed_down_m_per_s: front::speed_m_per_s(&down, spacing_m),
         mean_slip_m: slips.as_ref().map(|slips| sum(slips) / count),
         largest_slip_m: slips.as_ref().map(|slips| slips.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
-        potency_m2: slips.as_ref().map(|slips| sum(slips) * spacing_m),
+        potency_m2,
+        moment_n_m: potency_m2.zip(modulus_n_per_m).map(|(potency, modulus)| potency * modulus),
         mean_force_drop_n: drops.as_ref().map(|drops| sum(drops) / count),
         farthest_block_before: slipped.farthest_block_before,
         overlapping: slipped.overlapping,
@@ -172,10 +192,10 @@ fn rupture(slipped: &Slipped, links: &Links, blocks: u32) -> Rupture {
         drive_work_j: change(|energy| energy.drive_work_j),
         prestress_work_j: change(|energy| energy.prestress_work_j),
         friction_heat_j: change(|energy| energy.friction_heat_j),
-        anchor_change_j: change(|energy| energy.anchor_change_j),
+        anchor_change_j,
         viscous_loss_j: change(|energy| energy.viscous_loss_j),
         kinetic_change_j: change(|energy| energy.kinetic_j),
-        elastic_change_j: change(|energy| energy.elastic_j),
+        elastic_change_j: in_steps_j.zip(anchor_change_j).map(|(in_steps_j, anchor_j)| in_steps_j + anchor_j),
         scheme_work_j: change(|energy| energy.scheme_work_j),
     }
 }

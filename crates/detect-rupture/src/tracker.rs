@@ -50,6 +50,7 @@ struct Slipping {
     sliding: u32,
     last_attachment: Attachment,
     farthest_block_before: Option<u32>,
+    anchored_m2: f64,
 }
 
 /// The last re-attachment of a rupture: its step, and `F_T / F_N` and the run's energies there.
@@ -89,9 +90,13 @@ pub struct Slipped {
     pub overlapping: bool,
     /// Whether the run was over before it was certain.
     pub open: bool,
-    /// The run's energies in the step before the first one in which a block slides, and in the
-    /// last one; none where what lies between is not this rupture's alone, or not known.
+    /// The run's energies in the step before the first one in which a block slides, after the
+    /// detachments of that step, and in the last one; none where what lies between is not this
+    /// rupture's alone, or not known.
     pub energies: Option<[Energy; 2]>,
+    /// Squares of the stretch of friction springs, summed over its re-attachments less its
+    /// detachments, m2; none in a run without energies.
+    pub anchored_m2: Option<f64>,
 }
 
 /// How a rupture passed a block.
@@ -120,6 +125,12 @@ pub struct Stop {
     pub displacement_m: f64,
     /// Tangential force without friction, N.
     pub force_n: f64,
+}
+
+/// Square of the stretch with which a friction spring lets go, or takes hold, m2.
+fn stretch_m2(switch: &Switch) -> f64 {
+    let stretch_m = switch.displacement_m - switch.stick_position_m;
+    stretch_m * stretch_m
 }
 
 impl Passage {
@@ -249,6 +260,7 @@ impl RuptureTracker {
                     sliding: 0,
                     last_attachment: Attachment::at(record),
                     farthest_block_before,
+                    anchored_m2: 0.0,
                 };
                 self.open.insert(id, begun);
                 id
@@ -261,6 +273,7 @@ impl RuptureTracker {
         slipping.last_detachment = record.step;
         slipping.detachments += 1;
         slipping.sliding += 1;
+        slipping.anchored_m2 -= stretch_m2(switch);
         let before = slipping.blocks.get(&switch.block).copied();
         slipping.blocks.insert(switch.block, before.map_or(passage, |before| before.join(passage)));
         self.last[n] = Some(Detachment { step: record.step, of: id });
@@ -279,6 +292,7 @@ impl RuptureTracker {
         });
         slipping.last_attachment = Attachment::at(record);
         slipping.sliding -= 1;
+        slipping.anchored_m2 += stretch_m2(switch);
         let waits = self.growing.contains(&(slipping.last_detachment, id));
         (slipping.sliding == 0 && !waits).then_some(id)
     }
@@ -303,6 +317,7 @@ impl RuptureTracker {
         }
         slipping.detachments += joining.detachments;
         slipping.sliding += joining.sliding;
+        slipping.anchored_m2 += joining.anchored_m2;
         for (block, passage) in joining.blocks {
             let there = slipping.blocks.get(&block).copied();
             slipping.blocks.insert(block, there.map_or(passage, |there| there.join(passage)));
@@ -346,6 +361,7 @@ impl RuptureTracker {
                 .zip(end.and_then(|end| end.energy))
                 .filter(|_| !overlapping && !open)
                 .map(|(before, after)| [before, after]),
+            anchored_m2: slipping.energy_before.map(|_| slipping.anchored_m2),
         }
     }
 }

@@ -13,7 +13,13 @@ const T_LINK_S: f64 = 0.625;
 const LINK_STEPS: u64 = 2;
 
 fn links() -> Links {
-    Links { t_link_s: T_LINK_S, time_grid: TimeGrid::new(STEP_S), spacing_m: 0.001 }
+    Links {
+        t_link_s: T_LINK_S,
+        time_grid: TimeGrid::new(STEP_S),
+        spacing_m: 0.001,
+        modulus_n_per_m: Some(50.0),
+        interfacial_stiffness_n_per_m: Some(4e5),
+    }
 }
 
 /// A block that slides from one step's end to another's.

@@ -140,12 +140,22 @@ impl About {
             ("steps", steps.to_string()),
         ];
         pairs.extend(longest_stable_step_s.map(|longest_s| ("longest_stable_step_s", longest_s.to_string())));
-        if let Some(Scales { block_length_m, block_time_s, link_time_ratio }) = scales {
-            pairs.extend([
-                ("block_length_m", block_length_m.to_string()),
-                ("block_time_s", block_time_s.to_string()),
-                ("link_time_ratio", link_time_ratio.to_string()),
-            ]);
+        if let Some(Scales {
+            block_length_m,
+            block_time_s,
+            link_time_ratio,
+            modulus_n_per_m,
+            interfacial_stiffness_n_per_m,
+        }) = scales
+        {
+            let scales = [
+                ("block_length_m", Some(*block_length_m)),
+                ("block_time_s", Some(*block_time_s)),
+                ("link_time_ratio", Some(*link_time_ratio)),
+                ("modulus_n_per_m", *modulus_n_per_m),
+                ("interfacial_stiffness_n_per_m", *interfacial_stiffness_n_per_m),
+            ];
+            pairs.extend(scales.into_iter().filter_map(|(key, value)| Some((key, value?.to_string()))));
         }
         pairs.extend(self.from_s.map(|from_s| ("from_s", from_s.to_string())));
         pairs.extend(self.to_s.map(|to_s| ("to_s", to_s.to_string())));

@@ -45,9 +45,20 @@ impl LengthLaw {
         }
     }
 
-    /// Whether there is one for a scenario: for a chain that is driven in one direction.
+    /// Whether there is one for a scenario: for a chain that is driven in one direction, and whose
+    /// prestress is smaller than sliding friction on every block. All laws balance the growing force
+    /// of a drive with what friction takes behind the front; without a drive nothing grows, and
+    /// where friction takes no more than the prestress gives, a front needs no drive and stops
+    /// nowhere.
     pub fn is_for(scenario: &Scenario) -> bool {
-        scenario.drive.kind != DriveKind::LeftRight && !scenario.slider.is_slab()
+        let drive = &scenario.drive;
+        let is_driven = drive.velocity_m_per_s > 0.0 && drive.stiffness_n_per_m > 0.0;
+        if drive.kind == DriveKind::LeftRight || scenario.slider.is_slab() || !is_driven {
+            return false;
+        }
+        let plan = Plan::new(scenario);
+        let taken_n = &plan.friction.dynamic_friction_n;
+        plan.prestress_n.iter().zip(taken_n).all(|(given_n, taken_n)| *given_n <= 0.0 || given_n < taken_n)
     }
 
     /// The equation's number, as in `5.22`, or the name of what has none.
@@ -425,6 +436,23 @@ mod tests {
                     assert!((closed - direct).abs() < 1e-9, "beta {beta}, Lp/L {lp}: {closed} {direct}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn there_is_no_length_law_where_nothing_drives_or_nothing_holds() {
+        assert!(LengthLaw::is_for(&scenario("")));
+        assert!(LengthLaw::is_for(&scenario("prestress.ratio = 0.44")));
+        for none in [
+            "drive.velocity_m_per_s = 0.0",
+            "drive.stiffness_n_per_m = 0.0",
+            "drive.kind = \"left-right\"\nfriction.reattach = \"two-way\"",
+            // mu_d = 0.45: sliding friction takes no more than the prestress gives.
+            "prestress.ratio = 0.45",
+            "prestress.ratio = 0.6",
+            "prestress.ratio = 0.2\nprestress.rise_ratio = 0.3",
+        ] {
+            assert!(!LengthLaw::is_for(&scenario(none)), "{none}");
         }
     }
 

@@ -265,6 +265,12 @@ impl Springs {
                 Elastic::Lattice(lattice) => (2.0 * self.block_mass_kg / lattice.stiffness_n_per_m).sqrt(),
             },
             link_time_ratio: scenario.detection.link_time_ratio,
+            modulus_n_per_m: Some(match &self.elastic {
+                Elastic::Chain(_) => scenario.slider.youngs_modulus_pa * scenario.slider.width_m,
+                // The shear modulus of the sheet, `rho c_S^2 = k / (2 L_y) = 3 E / 8`.
+                Elastic::Lattice(lattice) => 0.5 * lattice.stiffness_n_per_m,
+            }),
+            interfacial_stiffness_n_per_m: Some(self.interfacial_stiffness_n_per_m),
         }
     }
 }

@@ -96,4 +96,5 @@ pub use plan::{
 pub use resolve::{ResolveError, resolve};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
+pub use warnings::WRONG_FRONT;
 pub use words::{DriveKind, Energies, ParameterSet, Reattach};

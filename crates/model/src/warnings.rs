@@ -21,7 +21,7 @@ impl Scenario {
         // A loaded start goes on from what a start at rest has.
         let at_rest = Scenario { time: Time { start: Start::AtRest, ..self.time.clone() }, ..self.clone() };
         let plan = Plan::new(&at_rest);
-        [step, without_audit, chatter, load_at_start, remainder, beyond_at_start, without_threshold]
+        [step, without_audit, fronts, chatter, load_at_start, remainder, beyond_at_start, without_threshold]
             .into_iter()
             .filter_map(|warning| warning(self, &plan))
             .collect()
@@ -49,6 +49,25 @@ fn without_audit(scenario: &Scenario, plan: &Plan) -> Option<String> {
         "recording.energies = \"none\": with so long a step the time step may do more work than the drive, and a \
          run without energies is not stopped for it"
             .to_owned()
+    })
+}
+
+/// A share of a front's speed by which the time step makes it so wrong that `run`, `scenario validate`
+/// and `summary` warn of it.
+pub const WRONG_FRONT: f64 = 0.04;
+
+/// A step so long that it shows in the speeds of fronts.
+fn fronts(scenario: &Scenario, plan: &Plan) -> Option<String> {
+    let error = plan.scales.front_error(scenario.time.step_s);
+    (error > WRONG_FRONT).then(|| {
+        format!(
+            "time.step_s = {:e} is {:.3} of the time that a wave takes over a block, {:.3e} s: speeds of fronts are wrong \
+             by about {:.0} %, in proportion to the step (docs/ruptures.md)",
+            scenario.time.step_s,
+            scenario.time.step_s / plan.scales.block_time_s,
+            plan.scales.block_time_s,
+            100.0 * error
+        )
     })
 }
 
@@ -136,11 +155,18 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     } else {
         String::new()
     };
+    // What has friction springs starts in balance: its velocities are rounding when it detaches.
+    let sign = if plan.friction.interfacial_stiffness_n_per_m > 0.0 {
+        ". Where nothing else moves a block, its velocity is rounding then, and the sign of that decides whether \
+         sliding friction pushes it on or back in step 2"
+    } else {
+        ""
+    };
     let what = match plan.elastic.lattice() {
         None => "initial_shear and prestress go",
         Some(_) => "slider.rows: the shear of the slab at rest goes",
     };
-    Some(format!("{what} beyond static friction on {}, {how_far}: {then}{again}", blocks(&beyond)))
+    Some(format!("{what} beyond static friction on {}, {how_far}: {then}{again}{sign}", blocks(&beyond)))
 }
 
 /// Blocks that nothing holds.
@@ -234,6 +260,23 @@ mod tests {
         assert!(warned[0].contains(" is 0.95 of the longest stable step, 3.379e-6 s: beyond 0.4 of it"));
     }
 
+    /// A front is timed by whole steps, and its speed is wrong in proportion to them.
+    #[test]
+    fn steps_too_long_for_fronts_are_warned_of_with_the_error_of_their_speeds() {
+        let front = |ratio: f64| {
+            let set = format!("time.step_s={:e}", ratio * 1.155_67e-7);
+            let sets = ["slider.blocks=600", "slider.mass_kg=0.012", "slider.relative_damping=0", &set];
+            let quiet = ["time.duration_s=5e-5", "recording.sample_s=0", "recording.fields_s=0"];
+            warnings(&[&sets[..], &quiet[..]].concat())
+        };
+        assert_eq!(front(0.09), Vec::<String>::new());
+        let warned = front(0.138);
+        assert_eq!(warned.len(), 1, "{warned:?}");
+        let expected = "is 0.138 of the time that a wave takes over a block, 1.156e-7 s: speeds of fronts are wrong by \
+                        about 6 %, in proportion to the step";
+        assert!(warned[0].contains(expected), "{warned:?}");
+    }
+
     /// Only there would the energies have a run stopped.
     #[test]
     fn runs_without_energies_are_warned_of_where_the_step_is_long() {
@@ -284,9 +327,15 @@ mod tests {
         let expected = "initial_shear and prestress go beyond static friction on blocks 1 to 5, 96 to 100, at most \
                         1.1000 times it, on block ";
         assert!(said.starts_with(expected), "{said}");
-        assert!(said.ends_with(": they detach in step 1"), "{said}");
+        assert!(
+            said.contains(": they detach in step 1. Where nothing else moves a block, its velocity"),
+            "{said}"
+        );
         let said = only(&["initial_shear.beta=0.77", "friction.reattach=two-way"]);
-        assert!(said.ends_with("re-attach in the next one at a velocity of exactly 0"), "{said}");
+        assert!(said.contains("re-attach in the next one at a velocity of exactly 0. Where"), "{said}");
+        // Without friction springs a stuck block is at rest exactly.
+        let said = only(&["initial_shear.beta=0.77", "friction.law=rigid"]);
+        assert!(said.ends_with(": they detach in step 1"), "{said}");
         let said = only(&["prestress.ratio=0.6", "prestress.first_block_ratio=0.100000000001"]);
         assert!(said.contains("on block 1, 1.00000000000"), "{said}");
     }

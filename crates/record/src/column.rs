@@ -81,7 +81,7 @@ impl Column {
 }
 
 /// Ends of names, and the units that they stand for. An end that ends in another stands first.
-const UNITS: [(&str, &str); 24] = [
+const UNITS: [(&str, &str); 25] = [
     ("_m_per_s2", "m/s2"),
     ("_n_per_m2", "N/m2"),
     ("_kg_per_s", "kg/s"),
@@ -99,6 +99,7 @@ const UNITS: [(&str, &str); 24] = [
     ("_kg", "kg"),
     ("_hz", "Hz"),
     ("_pa", "Pa"),
+    ("_n_m", "N m"),
     ("_m2", "m2"),
     ("_m3", "m3"),
     ("_j", "J"),

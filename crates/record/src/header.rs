@@ -9,7 +9,7 @@ use crate::{Energy, Scales, TimeGrid};
 /// Version of the meaning and layout of records, events and header. A change to
 /// any of them raises it. Keys that are added to `run_end` do not: who does not know them
 /// passes over them.
-pub const RECORD_SCHEMA_VERSION: u32 = 5;
+pub const RECORD_SCHEMA_VERSION: u32 = 6;
 
 /// What a run is, known before it starts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

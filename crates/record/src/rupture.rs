@@ -52,9 +52,13 @@ payload! {
         pub mean_slip_m: Option<f64>,
         /// Largest slip of a block, m; null if one still slid at the end of the run.
         pub largest_slip_m: Option<f64>,
-        /// Moment over modulus: the sum of slip times block length, m2; null if a block still slid
-        /// at the end of the run. The chain's modulus is k a, its stiffness times the block length.
+        /// Potency over the width of the slider: the sum of slip times block length, m2; null if a
+        /// block still slid at the end of the run.
         pub potency_m2: Option<f64>,
+        /// Moment: slip times slipped area times elastic modulus, `E L_y a` times the sum of slip,
+        /// N m; of a slab with its shear modulus, `3 E / 8`. Null as the potency, and in logs of
+        /// versions before 6.
+        pub moment_n_m: Option<f64>,
         /// Mean fall of the tangential force on its blocks, without friction, from detachment to
         /// re-attachment, N; null if one still slid at the end of the run.
         pub mean_force_drop_n: Option<f64>,
@@ -65,23 +69,26 @@ payload! {
         pub overlapping: bool,
         /// Whether the run ended before it was certain that no detachment belongs to it any more.
         pub open: bool,
-        /// Work of the drive points from the step after which the first block slid to the last
-        /// one in which a block slid, J; this and what follows is null where another rupture slid
-        /// at the same time, where the run ended before it was certain, and in runs without
-        /// energies.
+        /// Work of the drive points in the steps from the first to the last one in which a block
+        /// slid, J; this and the other energies, but for the anchor change, are null where another
+        /// rupture slid at the same time, where the run ended before it was certain, and in runs
+        /// without energies.
         pub drive_work_j: Option<f64>,
         /// Work of the prestress, J.
         pub prestress_work_j: Option<f64>,
         /// What sliding contacts turned into heat, J.
         pub friction_heat_j: Option<f64>,
-        /// What friction springs held when they took hold again, less what they lost when they let
-        /// go, J.
+        /// What the friction springs of its blocks held when they took hold again, less what they
+        /// lost when they let go, J, summed over all of its switches, so that all ruptures add up
+        /// to the total of the run; null in runs without energies. Before version 6 of the log it
+        /// leaves out the detachments of its first step.
         pub anchor_change_j: Option<f64>,
         /// What the dampers between blocks took up, J.
         pub viscous_loss_j: Option<f64>,
         /// Change of the kinetic energy, J.
         pub kinetic_change_j: Option<f64>,
-        /// Change of the energy of all springs, J.
+        /// Change of the energy of all springs, from just before its first switch to just after its
+        /// last, J; before version 6 of the log, from just after its first.
         pub elastic_change_j: Option<f64>,
         /// What the time step itself added, J.
         pub scheme_work_j: Option<f64>,

@@ -14,12 +14,32 @@ pub struct Scales {
     /// How many such times there may be between the detachments of neighbours that are one
     /// rupture; so the slowest front that is one rupture runs at `c` over this.
     pub link_time_ratio: f64,
+    /// Elastic modulus times the width of the slider: of a chain `E L_y`, of a slab `G L_y` with its
+    /// shear modulus `G = 3 E / 8`; the density times the square of the wave speed, times the width,
+    /// in both. It makes a moment of slip (docs/ruptures.md), N/m. None in logs of versions before
+    /// 6, whose scenario gives it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modulus_n_per_m: Option<f64>,
+    /// Stiffness of a stuck block's friction spring, `k_t`, N/m; 0 by the laws that have none. None
+    /// as the modulus.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interfacial_stiffness_n_per_m: Option<f64>,
 }
+
+/// Relative error of a front's speed over the time step, in times that a wave takes over a block:
+/// measured (docs/ruptures.md), of an error that is of first order.
+const FRONT_ERROR: f64 = 0.4;
 
 impl Scales {
     /// Most time between two detachments that are linked, `t_link`, s.
     pub fn link_s(&self) -> f64 {
         self.link_time_ratio * self.block_time_s
+    }
+
+    /// By how much the time step makes the speeds of fronts wrong, as a share of them; an estimate,
+    /// of either sign.
+    pub fn front_error(&self, step_s: f64) -> f64 {
+        FRONT_ERROR * step_s / self.block_time_s
     }
 
     /// Speed of long elastic waves, `c`, m/s.

@@ -1,13 +1,19 @@
 //! Events as a log holds them, compared with events as detectors find them now.
 //!
 //! A log may have been written with other detectors, more of them or fewer. Then what both have
-//! is compared, and which topics only one has is told beside it.
+//! is compared, and which topics only one has is told beside it. What a later version of the log
+//! has put into an event, or defines otherwise, is left out of the comparison with an older one.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::fmt;
 
 use asperity_detect::Detector;
-use asperity_record::Event;
+use asperity_record::{Event, EventPayload, RunHeader, Rupture};
+use serde_json::{Map, Value};
+
+/// Fields of events that a version of the log was the first to have, or to have as they are now.
+const SINCE: [(u32, &str, &[&str]); 1] =
+    [(6, Rupture::TOPIC, &["moment_n_m", "anchor_change_j", "elastic_change_j"])];
 
 /// How much more of one than of the other is kept: far more than records and events ever are
 /// apart in a log that a run wrote.
@@ -49,6 +55,8 @@ pub(crate) struct Agreement {
     emitted: BTreeSet<String>,
     /// What was announced in the log, once that is known.
     announced: Option<BTreeSet<String>>,
+    /// The version of the log.
+    version: u32,
     /// What is kept of both.
     bytes: usize,
     /// Where they part, once that is known.
@@ -71,10 +79,22 @@ pub struct Difference {
 }
 
 impl Agreement {
-    /// Of a log with what these detectors find.
-    pub(crate) fn with(detectors: &[Box<dyn Detector>]) -> Agreement {
+    /// Of a log with that header with what these detectors find.
+    pub(crate) fn with(detectors: &[Box<dyn Detector>], header: &RunHeader) -> Agreement {
         let emitted = detectors.iter().map(|detector| detector.emits().topic.to_owned()).collect();
-        Agreement { emitted, ..Agreement::default() }
+        Agreement { emitted, version: header.record_schema_version, ..Agreement::default() }
+    }
+
+    /// An event without what the log's version does not have, or has otherwise.
+    fn comparable(&self, mut event: Event) -> Event {
+        let later = SINCE.iter().filter(|(since, topic, _)| self.version < *since && event.topic == *topic);
+        for (_, _, fields) in later {
+            if let Ok(mut payload) = serde_json::from_str::<Map<String, Value>>(&event.payload) {
+                payload.retain(|field, _| !fields.contains(&field.as_str()));
+                event.payload = Value::Object(payload).to_string();
+            }
+        }
+        event
     }
 
     /// Takes note of what the log announced, which must be known before the first event is found;
@@ -103,6 +123,7 @@ impl Agreement {
         if !self.emitted.contains(&event.topic) {
             return;
         }
+        let event = self.comparable(event);
         self.keep(size(&event), |both| both.logged.push_back(event));
     }
 
@@ -111,6 +132,7 @@ impl Agreement {
         if !self.announced.as_ref().is_some_and(|announced| announced.contains(&event.topic)) {
             return;
         }
+        let event = self.comparable(event);
         self.keep(size(&event), |both| both.found.push_back(event));
     }
 
@@ -192,7 +214,29 @@ mod tests {
     }
 
     fn between(emitted: &[&str], announced: &[&str]) -> Agreement {
-        Agreement { emitted: topics(emitted), announced: Some(topics(announced)), ..Agreement::default() }
+        let version = asperity_record::RECORD_SCHEMA_VERSION;
+        Agreement {
+            emitted: topics(emitted),
+            announced: Some(topics(announced)),
+            version,
+            ..Agreement::default()
+        }
+    }
+
+    /// An older log has no moment and another anchor change; what else it has must agree.
+    #[test]
+    fn what_a_later_version_says_is_not_compared_with_an_older_log() {
+        let logged = r#"{"rupture":0,"anchor_change_j":1.0,"elastic_change_j":2.0,"drive_work_j":3.0}"#;
+        let found = r#"{"rupture":0,"moment_n_m":5.0,"anchor_change_j":-1.0,"elastic_change_j":0.0,"drive_work_j":3.0}"#;
+        let compare = |version: u32, found: &str| {
+            let topic = "/events/rupture";
+            let mut both = Agreement { version, ..between(&[topic], &[topic]) };
+            both.logged(event(topic, logged));
+            both.found(event(topic, found));
+            both.finish().is_ok()
+        };
+        assert!(compare(5, found) && !compare(6, found));
+        assert!(!compare(5, &found.replace("3.0", "3.5")));
     }
 
     #[test]

@@ -199,7 +199,7 @@ impl Seen {
         }
         let mut made_again = None;
         let mut detectors = detectors::all(&header, reader.scenario_toml());
-        let mut both = Some(Agreement::with(&detectors));
+        let mut both = Some(Agreement::with(&detectors, &header));
         // Of a salvaged log, until a gap is found that explains it.
         let mut differs = None;
         // Of a run that was stopped the log holds all that there is.

@@ -47,7 +47,13 @@ fn names() -> Vec<&'static str> {
 /// What the registered detectors emit.
 pub fn event_kinds() -> Vec<EventKind> {
     // Of what they are made for, nothing shows in that.
-    let links = Links { t_link_s: 1.0, time_grid: TimeGrid::new(1.0), spacing_m: 1.0 };
+    let links = Links {
+        t_link_s: 1.0,
+        time_grid: TimeGrid::new(1.0),
+        spacing_m: 1.0,
+        modulus_n_per_m: None,
+        interfacial_stiffness_n_per_m: None,
+    };
     let run = OfRun { blocks: 2, rules: SlipRules::EVERY_SLIP, links: Some(links) };
     DETECTORS.iter().filter_map(|(_, start)| start(run)).map(|detector| detector.emits()).collect()
 }
@@ -62,14 +68,17 @@ pub(crate) fn of_plan(plan: &Plan) -> Vec<Box<dyn Detector>> {
     Settings::default().for_run(plan.blocks as u32, plan.grid, Some(plan.scales))
 }
 
-/// What links detachments in a run, by its header, or in a log of an older version by its
-/// scenario. None if neither can say it: then the log is one of which only a part is left.
+/// What links detachments in a run, and makes moments and energies of them, by its header; what the
+/// header of an older version lacks, by its scenario. None, or without that, if neither can say it:
+/// then the log is one of which only a part is left.
 fn scales(header: &RunHeader, scenario_toml: &str) -> Option<Scales> {
-    header.scales.or_else(|| {
-        let source = ScenarioSource::logged("scenario.toml", scenario_toml);
-        let scenario = Scenario::resolve(&source).ok().filter(|_| !scenario_toml.is_empty());
-        scenario.filter(|scenario| scenario.slider.blocks == header.blocks).map(|scenario| scenario.scales())
-    })
+    if header.scales.is_some_and(|scales| scales.modulus_n_per_m.is_some()) {
+        return header.scales;
+    }
+    let source = ScenarioSource::logged("scenario.toml", scenario_toml);
+    let scenario = Scenario::resolve(&source).ok().filter(|_| !scenario_toml.is_empty());
+    let scenario = scenario.filter(|scenario| scenario.slider.blocks == header.blocks);
+    scenario.map(|scenario| scenario.scales()).or(header.scales)
 }
 
 /// A topic that a detector must not have.
@@ -246,7 +255,13 @@ impl Settings {
         let links = scales.map(|scales| {
             let link_time_ratio = self.link_time_ratio.unwrap_or(scales.link_time_ratio);
             let t_link_s = Scales { link_time_ratio, ..scales }.link_s();
-            Links { t_link_s, time_grid, spacing_m: scales.block_length_m }
+            Links {
+                t_link_s,
+                time_grid,
+                spacing_m: scales.block_length_m,
+                modulus_n_per_m: scales.modulus_n_per_m,
+                interfacial_stiffness_n_per_m: scales.interfacial_stiffness_n_per_m,
+            }
         });
         let rules = SlipRules { merge_gap_s: self.merge_gap_s, min_blocks: self.min_blocks };
         let run = OfRun { blocks, rules, links };

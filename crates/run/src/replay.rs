@@ -106,7 +106,7 @@ impl Replay {
         let Replay { path, mut reader, detectors, compares } = self;
         kinds_of(&detectors)?;
         let header = reader.header().clone();
-        let agreement = Mutex::new(compares.then(|| Agreement::with(&detectors)));
+        let agreement = Mutex::new(compares.then(|| Agreement::with(&detectors, &header)));
         let mut slip_events = 0;
         let outcome = asperity_stream::run(
             || loop {

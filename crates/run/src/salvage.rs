@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use asperity_model::{Plan, Scenario, ScenarioSource};
-use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
+use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader, Scales};
 use asperity_runlog::{RunReader, SalvageError, Salvaged, Topics};
 
 use crate::check::{CheckProblem, Checked, check};
@@ -61,8 +61,14 @@ fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeade
         (Some(logged), Some(scenario)) => {
             let (solver, code_version) = (logged.solver.clone(), logged.code_version.clone());
             let mut expected = of(&scenario, &solver, &code_version, logged.record_schema_version);
-            // Those of versions before 4 do not say them.
-            expected.scales = logged.scales.and(expected.scales);
+            // Those of versions before 4 do not say them, those before 6 not all of them.
+            expected.scales = logged.scales.zip(expected.scales).map(|(logged, expected)| Scales {
+                modulus_n_per_m: logged.modulus_n_per_m.and(expected.modulus_n_per_m),
+                interfacial_stiffness_n_per_m: logged
+                    .interfacial_stiffness_n_per_m
+                    .and(expected.interfacial_stiffness_n_per_m),
+                ..expected
+            });
             expected.longest_stable_step_s = logged.longest_stable_step_s.and(expected.longest_stable_step_s);
             if expected == logged {
                 return Ok((logged, Vec::new()));

@@ -21,6 +21,8 @@ const FALLBACKS: &str = "solver_fallbacks";
 const BLOCK_LENGTH: &str = "block_length_m";
 const BLOCK_TIME: &str = "block_time_s";
 const LINK_TIME_RATIO: &str = "link_time_ratio";
+const MODULUS: &str = "modulus_n_per_m";
+const INTERFACIAL_STIFFNESS: &str = "interfacial_stiffness_n_per_m";
 const LONGEST_STABLE_STEP: &str = "longest_stable_step_s";
 const STOPPED: &str = "stopped";
 const BETWEEN_FALLBACKS: &str = "; ";
@@ -51,15 +53,24 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
         map.insert(LONGEST_STABLE_STEP.to_owned(), longest_s.to_string());
     }
     if let Some(scales) = &header.scales {
-        let Scales { block_length_m, block_time_s, link_time_ratio } = *scales;
+        let Scales {
+            block_length_m,
+            block_time_s,
+            link_time_ratio,
+            modulus_n_per_m,
+            interfacial_stiffness_n_per_m,
+        } = *scales;
         let scales = [
-            (BLOCK_LENGTH, block_length_m),
-            (BLOCK_TIME, block_time_s),
-            (LINK_TIME_RATIO, link_time_ratio),
+            (BLOCK_LENGTH, Some(block_length_m)),
+            (BLOCK_TIME, Some(block_time_s)),
+            (LINK_TIME_RATIO, Some(link_time_ratio)),
             // For readers: what follows from the other two.
-            ("link_s", scales.link_s()),
+            ("link_s", Some(scales.link_s())),
+            (MODULUS, modulus_n_per_m),
+            (INTERFACIAL_STIFFNESS, interfacial_stiffness_n_per_m),
         ];
-        map.extend(scales.map(|(key, value)| (key.to_owned(), value.to_string())));
+        let said = scales.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?.to_string())));
+        map.extend(said);
     }
     map
 }
@@ -115,6 +126,14 @@ fn scales_from_map(map: &Reader<'_>) -> Result<Option<Scales>, MetadataError> {
         block_length_m: map.positive(BLOCK_LENGTH)?,
         block_time_s: map.positive(BLOCK_TIME)?,
         link_time_ratio: map.positive(LINK_TIME_RATIO)?,
+        modulus_n_per_m: match map.map.contains_key(MODULUS) {
+            true => Some(map.positive(MODULUS)?),
+            false => None,
+        },
+        interfacial_stiffness_n_per_m: match map.map.contains_key(INTERFACIAL_STIFFNESS) {
+            true => Some(map.not_negative(INTERFACIAL_STIFFNESS)?),
+            false => None,
+        },
     }))
 }
 
@@ -301,6 +320,11 @@ impl Reader<'_> {
     fn positive(&self, key: &'static str) -> Result<f64, MetadataError> {
         let value: f64 = self.parse(key, "a number above 0")?;
         if value.is_finite() && value > 0.0 { Ok(value) } else { Err(self.invalid(key, "a number above 0")) }
+    }
+
+    fn not_negative(&self, key: &'static str) -> Result<f64, MetadataError> {
+        let value: f64 = self.parse(key, "a number from 0")?;
+        if value.is_finite() && value >= 0.0 { Ok(value) } else { Err(self.invalid(key, "a number from 0")) }
     }
 
     pub(crate) fn invalid(&self, key: &str, accepted: impl Into<Cow<'static, str>>) -> MetadataError {

@@ -7,14 +7,16 @@
 //! | 3 | metadata records `chunk`, which vouch for what stands before them; a summary that names all that the log holds; chunks end where a step and its switches end |
 //! | 4 | topics `/events/rupture` and `/events/arrival`; in the metadata `run`, `block_length_m`, `block_time_s`, `link_time_ratio` and `link_s`, by which ruptures are told; in `/step` and `run_end` the energies; in logs written later `longest_stable_step_s` in `run`, and the statuses `stopped-energy` and `stopped-not-finite`, with why in `stopped` |
 //! | 5 | slabs: in `/fields` what each contact bears, in checkpoints the states of all nodes |
+//! | 6 | in `/events/rupture` `moment_n_m`, an `anchor_change_j` of every rupture that counts all of its switches, and an `elastic_change_j` to match: before, those of its first step were left out; in the metadata `run`, `modulus_n_per_m` and `interfacial_stiffness_n_per_m`, of which these two are made |
 //!
 //! In any version `run_end` may have a digest for each topic, `digest:TOPIC`; logs that were
 //! written before there were any have none, and then there is nothing to compare. Who does not
 //! know these keys passes over them, so they are no new version.
 //!
-//! Versions 2 to 5 only add, so a log of version 1 reads as one without checkpoints, logs of
+//! Versions 2 to 6 only add, so a log of version 1 reads as one without checkpoints, logs of
 //! versions 1 and 2 as ones for which only their own checksums vouch, and logs of versions 1 to 3
-//! as ones without ruptures. A version
+//! as ones without ruptures, and ruptures of versions 4 and 5 have no moment. What these have in
+//! `anchor_change_j` and `elastic_change_j` stays as it was written; a replay finds today's. A version
 //! that says something in other words puts what its predecessors said into today's here, and
 //! nowhere else. `fixtures/logs` holds logs of every version, made by the program of that
 //! time, and `tests/versions.rs` reads them.

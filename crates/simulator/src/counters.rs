@@ -35,6 +35,9 @@ pub struct Counters {
     /// Of all steps, those in zones.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub zone_steps: u64,
+    /// Steps in which a contact of a slab had lifted off, summed over the contacts.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub contact_steps_in_air: u64,
 }
 
 fn is_zero(count: &u64) -> bool {
@@ -82,6 +85,7 @@ impl Counters {
             switches,
             zones,
             zone_steps,
+            contact_steps_in_air,
         } = *self;
         let of_zones = [("zones", zones), ("zone_steps", zone_steps)];
         [
@@ -98,6 +102,7 @@ impl Counters {
         ]
         .into_iter()
         .chain(of_zones.into_iter().filter(|_| zones > 0))
+        .chain((contact_steps_in_air > 0).then_some(("contact_steps_in_air", contact_steps_in_air)))
         .map(|(name, count)| (name.to_owned(), count))
         .collect()
     }
@@ -119,6 +124,7 @@ impl Add for Counters {
             switches: self.switches + other.switches,
             zones: self.zones + other.zones,
             zone_steps: self.zone_steps + other.zone_steps,
+            contact_steps_in_air: self.contact_steps_in_air + other.contact_steps_in_air,
         }
     }
 }
@@ -141,6 +147,9 @@ impl fmt::Display for Counters {
             line(f, "of all in zones", self.zone_steps, &each(self.zone_steps, self.zones))?;
         }
         line(f, "block switches", self.switches, "")?;
+        if self.contact_steps_in_air > 0 {
+            line(f, "contacts in the air", self.contact_steps_in_air, "steps, summed over the contacts")?;
+        }
         line(f, "applications", self.applications, "of a step's map, to open windows")?;
         line(f, "refused jumps", self.refused_jumps, "all blocks stuck, but too briefly")?;
         line(f, "refused windows", self.refused_windows, "single steps instead")

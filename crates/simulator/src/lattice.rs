@@ -132,10 +132,12 @@ impl LatticeStepper {
             total_n += force_n;
         }
         let (kt, friction) = (plan.friction.interfacial_stiffness_n_per_m, &plan.friction);
+        let mut in_air = 0;
         for n in 0..contacts {
             let (u, v) = (state.displacement_m[n], state.velocity_m_per_s[n]);
             let rise_m = state.displacement_m[nodes + n];
             let normal_load_n = lattice.normal_load_n(rise_m);
+            in_air += u64::from(normal_load_n == 0.0);
             let tau = (springs_n[n] + dashpots_n[n]) + outer_n[n];
             let friction_n = if state.slip[n] == 0.0 {
                 -kt * (u - state.stick_position_m[n])
@@ -162,6 +164,7 @@ impl LatticeStepper {
         self.add_step(&work, point_m, load);
         self.switch_contacts();
         self.counters.plain_steps += 1;
+        self.counters.contact_steps_in_air += in_air;
         self.counters.switches += self.switched.len() as u64;
         let stop = StopForce::of(&self.plan, self.state.hold_step);
         if stop.is_some_and(|stop| total_n >= stop.under_n(load)) {

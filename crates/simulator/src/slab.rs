@@ -243,8 +243,8 @@ impl Solver for FastSlab {
     }
 
     fn counters(&self) -> Counters {
-        let Counters { plain_steps, switches, .. } = self.stepper.counters();
-        Counters { plain_steps, switches, ..self.counters }
+        let Counters { plain_steps, switches, contact_steps_in_air, .. } = self.stepper.counters();
+        Counters { plain_steps, switches, contact_steps_in_air, ..self.counters }
     }
 
     fn fallbacks(&self) -> Vec<&'static str> {

@@ -42,6 +42,7 @@ mod statistics;
 mod summarizer;
 mod summary;
 pub mod text;
+mod unloaded;
 
 pub use key::Key;
 pub use measures::{WIDE_BLOCKS, front_speed_m_per_s};

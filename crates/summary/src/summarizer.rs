@@ -11,12 +11,16 @@ use crate::measures::{self, WIDE_BLOCKS};
 use crate::raw::RawEvents;
 use crate::statistics::{Line, mean, median};
 use crate::summary::{Summary, status};
+use crate::unloaded::Unloaded;
 
 /// A creep front counts from this share of the slider on.
 const CREEP_SHARE: f64 = 0.1;
 
 /// Fewest times between global ruptures of which the second half tells how the slider settled.
 const FEWEST_INTERVALS: usize = 4;
+
+/// The version of the log from which on the solver counts the steps of contacts in the air.
+const COUNTS_AIR_SINCE: u32 = 6;
 
 /// What a scenario says of a slider, besides the header of its run.
 #[derive(Default)]
@@ -77,6 +81,7 @@ pub struct Summarizer {
     pulls_both_ways: bool,
     creep: CreepFront,
     raw: RawEvents,
+    unloaded: Unloaded,
     growth: Growth,
     global: Vec<Rupture>,
     ruptures: u64,
@@ -103,6 +108,7 @@ impl Summarizer {
             pulls_both_ways: false,
             creep: CreepFront::new(header.blocks),
             raw: RawEvents::new(header.blocks),
+            unloaded: Unloaded::default(),
             growth: Growth::default(),
             global: Vec::new(),
             ruptures: 0,
@@ -121,6 +127,7 @@ impl Summarizer {
         self.switches += record.switches.len() as u64;
         self.largest_ft_fn = largest(self.largest_ft_fn, Some(record.load_ratio()));
         self.pulls_both_ways |= record.end_forces_n.is_some();
+        self.unloaded.take(record);
         for switch in record.switches.iter().filter(|switch| switch.direction == Direction::Detach) {
             self.detachments += 1;
             self.creep.slides(switch.block, record.step + 1);
@@ -165,7 +172,7 @@ impl Summarizer {
 
     /// Takes the news that the run is over, and how, if that is known.
     pub fn finish(self, ruptures_from: RupturesFrom, end: Option<&RunEnd>) -> Summary {
-        let Summarizer { header, slider, grid, growth, global, raw, .. } = self;
+        let Summarizer { header, slider, grid, growth, global, raw, unloaded, .. } = self;
         let is_known = ruptures_from != RupturesFrom::None;
         let known = |count: u64| is_known.then_some(count);
         let pulls_one_way = !self.pulls_both_ways;
@@ -197,11 +204,17 @@ impl Summarizer {
             block >= WIDE_BLOCKS && f64::from(block) >= CREEP_SHARE * f64::from(header.blocks)
         });
         let scales = header.scales.or(slider.scales);
+        // Of a log of before version 6 the scenario has it.
+        let modulus_n_per_m =
+            [header.scales, slider.scales].into_iter().flatten().find_map(|scales| scales.modulus_n_per_m);
         let wave_speed_m_per_s = scales.map(|scales| scales.wave_speed_m_per_s());
         let wave_s = scales.map(|scales| f64::from(header.blocks.saturating_sub(1)) * scales.block_time_s);
         let front_speed_m_per_s = front_speed(&growing);
         let solver = |name: &str| end.and_then(|end| end.solver.counts.get(name).copied());
         let energy = self.energy.as_ref();
+        let [unloaded_contact_count, unloaded_detachment_count, unloaded_event_count] = unloaded.counts();
+        // Who counts them says nothing of none.
+        let none_in_air = (end.is_some() && header.record_schema_version >= COUNTS_AIR_SINCE).then_some(0);
 
         Summary {
             run: self.name,
@@ -248,12 +261,17 @@ impl Summarizer {
             front_speed_over_wave_speed_ratio: front_speed_m_per_s
                 .zip(wave_speed_m_per_s)
                 .and_then(|(front, wave)| finite(front / wave)),
+            front_speed_error_ratio: scales
+                .filter(|_| front_speed_m_per_s.is_some())
+                .map(|scales| scales.front_error(header.time_step_s)),
             precursor_slip_m: mean_of(&precursors, |rupture| rupture.mean_slip_m),
             global_rupture_slip_m: mean_of(&global, |rupture| rupture.mean_slip_m),
             largest_slip_m: self.largest_slip_m,
             precursor_force_drop_n: mean_of(&precursors, |rupture| rupture.mean_force_drop_n),
             global_rupture_force_drop_n: mean_of(&global, |rupture| rupture.mean_force_drop_n),
-            global_rupture_potency_m2: mean_of(&global, |rupture| rupture.potency_m2),
+            global_rupture_moment_n_m: mean_of(&global, |rupture| rupture.potency_m2)
+                .zip(modulus_n_per_m)
+                .map(|(potency_m2, modulus)| potency_m2 * modulus),
             drive_work_j: energy.map(|energy| energy.drive_work_j),
             prestress_work_j: energy.map(|energy| energy.prestress_work_j),
             friction_heat_j: energy.map(|energy| energy.friction_heat_j),
@@ -273,6 +291,10 @@ impl Summarizer {
             longest_event_s: raw.longest_s(simulated_s),
             wide_event_count: raw.wide_count(),
             joined_event_count: known(raw.joined_count()),
+            contact_steps_in_air: solver("contact_steps_in_air").or(none_in_air),
+            unloaded_contact_count,
+            unloaded_detachment_count,
+            unloaded_event_count,
             rupture_count: known(self.ruptures),
             wide_rupture_count: known(self.wide),
             overlapping_rupture_count: known(self.overlapping),

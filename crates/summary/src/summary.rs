@@ -74,7 +74,9 @@ summary! {
             longest_precursor_ratio: Option<f64>,
             /// Mean growth from one to the next, in `L_p / L`; null if there are fewer than two.
             precursor_growth_ratio: Option<f64>,
-            /// The law of lengths that the scenario calls for; null for drives that pull both ways.
+            /// The law of lengths that the scenario calls for; null for slabs and for drives that pull
+            /// both ways, and where nothing drives, or a prestress is no smaller than sliding
+            /// friction: there nothing stops a front.
             length_law: Option<String>,
             /// Slope of the straight line through what `F_T / F_N` at the onset of each precursor
             /// exceeds the law by, over `L_p / L`, by least squares; null if there are fewer than
@@ -123,6 +125,9 @@ summary! {
             wave_speed_m_per_s: Option<f64>,
             /// The first of these speeds over that of waves.
             front_speed_over_wave_speed_ratio: Option<f64>,
+            /// By how much the time step makes these speeds wrong, as a share of them, of either sign:
+            /// an estimate, 0.4 times the time step over the time that a wave takes over a block.
+            front_speed_error_ratio: Option<f64>,
         }
         "Slip and force" {
             /// Mean over the precursors of the mean slip of their blocks, m.
@@ -136,8 +141,8 @@ summary! {
             precursor_force_drop_n: Option<f64>,
             /// The same of the global ruptures, N.
             global_rupture_force_drop_n: Option<f64>,
-            /// Mean over the global ruptures of the sum of slip times block length, m2.
-            global_rupture_potency_m2: Option<f64>,
+            /// Mean moment of the global ruptures, N m.
+            global_rupture_moment_n_m: Option<f64>,
         }
         "Energy, from the start to the last record" {
             /// Work of the drive points on the drive springs, J; null, as all energies, in logs
@@ -191,6 +196,18 @@ summary! {
             wide_event_count: u64,
             /// Number of these in which more than one wide rupture began.
             joined_event_count: Option<u64>,
+        }
+        "Contacts without load" {
+            /// Steps in which a contact of a slab had lifted off, summed over the contacts; null if
+            /// the log does not say, as before version 6.
+            contact_steps_in_air: Option<u64>,
+            /// Number of contacts that detached without load: with a threshold of 0, which is that of
+            /// a contact that bears nothing, or has no static friction.
+            unloaded_contact_count: u64,
+            /// Number of their detachments without load.
+            unloaded_detachment_count: u64,
+            /// Number of raw slip events in which no contact with load detached.
+            unloaded_event_count: u64,
         }
         "Counts" {
             /// Number of ruptures, of any size.

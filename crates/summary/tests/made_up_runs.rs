@@ -30,7 +30,13 @@ fn header() -> RunHeader {
 
 /// Nine waves from block to block take half a second, at 4 m/s.
 fn slider() -> Slider {
-    let scales = Scales { block_length_m: 2.0 / 9.0, block_time_s: 0.5 / 9.0, link_time_ratio: 3.0 };
+    let scales = Scales {
+        block_length_m: 2.0 / 9.0,
+        block_time_s: 0.5 / 9.0,
+        link_time_ratio: 3.0,
+        modulus_n_per_m: Some(2e4),
+        interfacial_stiffness_n_per_m: None,
+    };
     Slider {
         scales: Some(scales),
         length_law: Some(LengthLaw { name: "(5.57)".to_owned(), load_ratio: Box::new(|x| 0.5 * x) }),
@@ -69,6 +75,7 @@ fn rupture(number: u64, onset: u64, arrival: u64, end: u64, last_block: u32, ft_
         mean_slip_m: Some(2e-3),
         largest_slip_m: Some(f64::from(last_block) * 1e-3),
         potency_m2: Some(f64::from(last_block) * 1e-4),
+        moment_n_m: None,
         mean_force_drop_n: Some(1.5),
         farthest_block_before: None,
         overlapping: false,
@@ -157,7 +164,8 @@ fn precursors_grow_from_block_1_and_the_whole_slider_is_none_of_them() {
     assert_near(found.front_speed_m_per_s, 4.5);
     assert_near(found.front_speed_over_wave_speed_ratio, 1.125);
     assert_near(found.largest_slip_m, 0.01);
-    assert_near(found.global_rupture_potency_m2, 1e-3);
+    // The mean potency, 1e-3 m2, by the modulus of the header.
+    assert_near(found.global_rupture_moment_n_m, 20.0);
     assert_near(found.global_rupture_force_drop_n, 1.5);
     // Of 2, 5 and 8 blocks, a quarter of a joule each; of 10 and 10.
     assert_near(found.precursor_heat_j, 1.25);

@@ -1,4 +1,4 @@
-//! What a log of versions 3 to 5 says of itself beside its records: the records `chunk`, indexes and
+//! What a log of versions 3 to 6 says of itself beside its records: the records `chunk`, indexes and
 //! summary, all of them true, however wrong the rest is. Written from the description of the
 //! format and not with the code of `crates/runlog`, so that one holds the other to account.
 
@@ -15,7 +15,7 @@ pub fn is_sealed(parts: &[Part]) -> bool {
         .iter()
         .find(|part| part.name() == Some("run"))
         .and_then(version)
-        .is_some_and(|version| matches!(version, 3..=5))
+        .is_some_and(|version| matches!(version, 3..=6))
 }
 
 /// A group of the summary: its kind, and its records.

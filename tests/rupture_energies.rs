@@ -1,0 +1,243 @@
+//! Energies of ruptures: with what lies between them they are those of the run, for chains and slabs,
+//! by either solver and every friction law. And moments, which are slip times area times modulus.
+//!
+//! The bug: a rupture's energies began behind its first detachment, so that the anchor change left out
+//! what the friction spring of the nucleating block lost: +2.70e-9 J instead of -1.31e-8 J for the first
+//! rupture of the default as stated.
+
+use std::path::Path;
+
+use asperity_record::{Direction, Energy, Record, RunEnd, Rupture, StepRecord};
+use asperity_runlog::LogItem;
+use asperity_testkit::{SMALL_SLAB, read_log, scenario};
+
+use crate::support::binary;
+
+/// A run: its step records, ruptures and end.
+struct Run {
+    steps: Vec<StepRecord>,
+    ruptures: Vec<Rupture>,
+    end: RunEnd,
+}
+
+fn run(name: &str, sets: &[&str], solver: &str) -> Run {
+    let folder = asperity_testkit::folder();
+    let log = folder.path().join("run.mcap");
+    let sets = sets.iter().flat_map(|set| ["--set", *set]);
+    let arguments: Vec<&str> = [name, "--solver", solver].into_iter().chain(sets).collect();
+    binary::run(&arguments, &log);
+    logged(&log)
+}
+
+fn logged(log: &Path) -> Run {
+    let (items, end) = read_log(log).unwrap_or_else(|error| panic!("{error}"));
+    let (mut steps, mut ruptures) = (Vec::new(), Vec::new());
+    for item in items {
+        match item {
+            LogItem::Record(Record::Step(step)) => steps.push(step),
+            LogItem::Record(_) => {}
+            LogItem::Event(event) => {
+                ruptures.extend(event.decode::<Rupture>().transpose().expect("the log is whole"));
+            }
+        }
+    }
+    Run { steps, ruptures, end }
+}
+
+/// All that happens in steps, and not by switches: what friction springs hold less the anchor change.
+fn in_steps(energy: &Energy) -> [f64; 7] {
+    [
+        energy.drive_work_j,
+        energy.prestress_work_j,
+        energy.friction_heat_j,
+        energy.viscous_loss_j,
+        energy.scheme_work_j,
+        energy.kinetic_j,
+        energy.elastic_j - energy.anchor_change_j,
+    ]
+}
+
+const FRICTION_HEAT: usize = 2;
+
+/// The same of a rupture, if they are known, with its anchor change.
+fn of_rupture(rupture: &Rupture) -> Option<([f64; 7], f64)> {
+    let anchor_j = rupture.anchor_change_j?;
+    Some((
+        [
+            rupture.drive_work_j?,
+            rupture.prestress_work_j?,
+            rupture.friction_heat_j?,
+            rupture.viscous_loss_j?,
+            rupture.scheme_work_j?,
+            rupture.kinetic_change_j?,
+            rupture.elastic_change_j? - anchor_j,
+        ],
+        anchor_j,
+    ))
+}
+
+impl Run {
+    fn energy(&self, step: u64) -> Energy {
+        let at = self.steps.binary_search_by_key(&step, |record| record.step).expect("it is recorded");
+        self.steps[at].energy.expect("the run has energies")
+    }
+
+    /// From the step of the first detachment to that of the last re-attachment, or to the run's end.
+    fn window(&self, rupture: &Rupture) -> (u64, u64) {
+        let last = self.steps.last().expect("a run has a record").step;
+        (rupture.onset_step - 1, rupture.end_step.map_or(last, |end| end - 1))
+    }
+
+    /// The windows of all ruptures, those that overlap as one, in order.
+    fn union(&self) -> Vec<(u64, u64)> {
+        let mut windows: Vec<(u64, u64)> = self.ruptures.iter().map(|rupture| self.window(rupture)).collect();
+        windows.sort_unstable();
+        let mut union: Vec<(u64, u64)> = Vec::new();
+        for (from, to) in windows {
+            match union.last_mut() {
+                Some(last) if from < last.1 => last.1 = last.1.max(to),
+                _ => union.push((from, to)),
+            }
+        }
+        union
+    }
+}
+
+/// Adds up a run; how many ruptures overlap comes back.
+fn adds_up(what: &str, run: &Run) -> usize {
+    let (first, last) = (run.steps[0].step, run.steps.last().expect("it has records").step);
+    let change = |from: u64, to: u64| {
+        let (before, after) = (in_steps(&run.energy(from)), in_steps(&run.energy(to)));
+        std::array::from_fn::<f64, 7, _>(|n| after[n] - before[n])
+    };
+    let total = change(first, last);
+    let largest_j = total.iter().fold(0.0, |most: f64, part| most.max(part.abs()));
+    let is_near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * largest_j;
+    let mut sum = [0.0; 7];
+    let mut add = |parts: [f64; 7]| sum.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
+
+    // What lies between ruptures: blocks that stick, and neither rub nor switch.
+    let union = run.union();
+    let mut behind = first;
+    for &(from, to) in union.iter().chain([&(last, last)]) {
+        let between = change(behind.min(from), from);
+        assert!(is_near(between[FRICTION_HEAT], 0.0), "{what}: heat {between:?} before step {from}");
+        add(between);
+        behind = to;
+    }
+    // Ruptures that slide alone tell it themselves; of those that overlap only all together is known.
+    for &(from, to) in &union {
+        let within: Vec<&Rupture> = run
+            .ruptures
+            .iter()
+            .filter(|rupture| {
+                (from, to) == run.window(rupture)
+                    || run.window(rupture).0 >= from && run.window(rupture).1 <= to
+            })
+            .collect();
+        match within.as_slice() {
+            [rupture] if !rupture.open => {
+                let (parts, anchor_j) = of_rupture(rupture).expect("it slides alone");
+                let [drive, prestress, heat, viscous, scheme, kinetic, springs] = parts;
+                let left =
+                    drive + prestress + anchor_j + scheme - heat - viscous - kinetic - (springs + anchor_j);
+                assert!(is_near(left, 0.0), "{what}: {left} J are left of {rupture:?}");
+                add(parts);
+            }
+            _ => add(change(from, to)),
+        }
+    }
+    for (n, (sum, total)) in sum.iter().zip(total).enumerate() {
+        assert!(is_near(*sum, total), "{what}: part {n} is {sum} J, of the run {total} J");
+    }
+
+    // Every switch belongs to one rupture, so anchor changes add up even where ruptures overlap.
+    let anchors: Vec<f64> =
+        run.ruptures.iter().map(|rupture| rupture.anchor_change_j.expect("it is known")).collect();
+    let size_j: f64 = anchors.iter().map(|anchor| anchor.abs()).sum();
+    let total_j = run.end.energy.expect("the run has energies").anchor_change_j;
+    let sum_j: f64 = anchors.iter().sum();
+    assert!((sum_j - total_j).abs() <= 1e-9 * size_j, "{what}: anchors {sum_j} J, of the run {total_j} J");
+    run.ruptures.iter().filter(|rupture| rupture.overlapping).count()
+}
+
+#[test]
+fn ruptures_and_what_lies_between_them_add_up_to_the_run() {
+    let ten = ["time.step_s=1e-7", "time.duration_s=1.2"];
+    let creeping = [
+        "time.step_s=1e-7",
+        "time.duration_s=0.6",
+        "friction.static_coefficient=0.5",
+        "normal_load.tilt=-0.8",
+        "slider.blocks=40",
+    ];
+    let both = ["time.step_s=1e-7", "time.duration_s=1.5"];
+    let front = ["slider.blocks=60", "time.step_s=1e-9", "time.duration_s=5e-5"];
+    let cases: [(&str, &[&str], &[&str]); 10] = [
+        ("ten-blocks", &ten, &[]),
+        ("ten-blocks", &ten, &["parameter_set=as-stated"]),
+        ("ten-blocks", &ten, &["friction.ageing_coefficient=0.02"]),
+        ("ten-blocks", &ten, &["friction.law=rigid"]),
+        ("ten-blocks", &ten, &["friction.law=velocity-weakening"]),
+        ("ten-blocks", &ten, &["friction.reattach=two-way"]),
+        ("default", &creeping, &[]),
+        ("left-right-driven", &both, &[]),
+        ("front", &front, &["friction.law=interfacial-springs", "slider.relative_damping=0.1"]),
+        ("slab", &SMALL_SLAB, &[]),
+    ];
+    let (mut ruptures, mut overlapping) = (0, 0);
+    for (name, sets, more) in cases {
+        for solver in ["plain", "fast"] {
+            let what = format!("{name} {more:?} by {solver}");
+            let run = run(name, &[sets, more].concat(), solver);
+            assert!(!run.ruptures.is_empty(), "{what}");
+            overlapping += adds_up(&what, &run);
+            ruptures += run.ruptures.len();
+        }
+    }
+    assert!(ruptures > 100 && overlapping > 20, "{ruptures} ruptures, {overlapping} overlapping");
+}
+
+/// The first rupture of the default as stated: one block that detaches and re-attaches.
+#[test]
+fn the_anchor_change_counts_the_detachment_that_nucleates() {
+    let sets = ["parameter_set=as-stated", "time.step_s=2e-8", "time.duration_s=0.06"];
+    let run = run("default", &sets, "fast");
+    let rupture = &run.ruptures[0];
+    let (_, plan) = scenario("default", &sets);
+    let switches = run.steps.iter().flat_map(|step| &step.switches).filter(|switch| switch.block == 1);
+    let held_j = |direction: Direction| {
+        let mut of = switches.clone().filter(|switch| switch.direction == direction);
+        let stretch_m =
+            of.next().map(|switch| switch.displacement_m - switch.stick_position_m).expect("it is there");
+        0.5 * plan.friction.interfacial_stiffness_n_per_m * stretch_m * stretch_m
+    };
+    let expected_j = held_j(Direction::Attach) - held_j(Direction::Detach);
+    let found_j = rupture.anchor_change_j.expect("it is known");
+    assert!(
+        (found_j / expected_j - 1.0).abs() < 1e-12 && (found_j / -1.313_82e-8 - 1.0).abs() < 1e-4,
+        "{found_j}"
+    );
+}
+
+/// `E L_y` times the sum of slip times block length, by hand; of a slab `3 E / 8` for `E`.
+#[test]
+fn moments_are_modulus_times_area_times_slip() {
+    for (name, sets, modulus_pa, width_m) in [
+        ("ten-blocks", &["time.step_s=1e-7", "time.duration_s=1.2"][..], 2.5e9, 0.005),
+        ("slab", &SMALL_SLAB[..], 0.375 * 3e9, 0.006),
+    ] {
+        let run = run(name, sets, "fast");
+        let (_, plan) = scenario(name, sets);
+        let mut compared = 0;
+        for rupture in &run.ruptures {
+            let Some(mean_slip_m) = rupture.mean_slip_m else { continue };
+            let area_m2 = f64::from(rupture.last_block - rupture.first_block + 1) * plan.spacing_m * width_m;
+            let moment_n_m = rupture.moment_n_m.expect("it has stopped");
+            let expected_n_m = modulus_pa * area_m2 * mean_slip_m;
+            assert!((moment_n_m / expected_n_m - 1.0).abs() < 1e-12, "{moment_n_m} {expected_n_m}");
+            compared += 1;
+        }
+        assert!(compared > 0, "{name}");
+    }
+}

@@ -192,13 +192,10 @@ fn csv_tables_of_no_run_are_refused() {
         let said = refused(folder.path(), &["diff", text(&file), text(&file)], &file);
         assert!(said.contains(says), "{name}: {said}");
     }
-    #[cfg(target_os = "linux")]
-    {
-        let file = folder.path().join("endless.csv");
-        std::os::unix::fs::symlink("/dev/zero", &file).expect("the folder can be written");
-        let said = refused(folder.path(), &["diff", text(&file), text(&file)], &file);
-        assert!(said.contains("line 1 is longer than"), "{said}");
-    }
+    let file = folder.path().join("endless.csv");
+    fs::write(&file, "a".repeat(1 << 17)).expect("the folder can be written");
+    let said = refused(folder.path(), &["diff", text(&file), text(&file)], &file);
+    assert!(said.contains("line 1 is longer than"), "{said}");
 }
 
 /// However often they are asked for, a log is not made of checkpoints.

@@ -31,6 +31,8 @@ mod hostile;
 #[cfg(feature = "analysis")]
 mod look;
 mod new_detector;
+#[cfg(unix)]
+mod not_files;
 #[cfg(feature = "analysis")]
 mod page;
 mod prestress;

@@ -141,3 +141,45 @@ fn nodes_that_cannot_be_told_are_refused_with_the_reason() {
         assert_eq!(left, 0, "{arguments:?} leaves files");
     }
 }
+
+/// What stands before a cut or a damage is as sound as that of a whole log; it used to be refused, since
+/// the end of the log was asked for first.
+#[test]
+fn nodes_of_a_log_that_breaks_off_are_those_of_the_whole_one() {
+    let folder = asperity_testkit::folder();
+    let file = |name: &str| folder.path().join(name);
+    let log = file("slab.mcap");
+    slab(&log, &[]);
+    let bytes = fs::read(&log).expect("it was just written");
+    let ask = |log: &Path, at_s: &str, out: &str| {
+        let out = file(out);
+        let common = ["export", text(log), "--to", "csv", "--topic", "/nodes", "--out", text(&out)];
+        let output = asperity(&[&common[..], &["--nodes-at-s", "0", "--nodes-at-s", at_s]].concat());
+        let said = String::from_utf8(output.stderr).expect("it writes UTF-8");
+        (output.status.code().expect("it ends"), said, out)
+    };
+    let (code, _, whole) = ask(&log, "0.1", "whole");
+    assert_eq!(code, 0);
+    let expected = read(&whole.join("slab.nodes.csv"));
+    let (cut, damaged) = (file("cut.mcap"), file("damaged.mcap"));
+    let end = bytes.windows(7).rposition(|found| found == b"run_end").expect("it has an end");
+    fs::write(&cut, &bytes[..end]).expect("the folder can be written");
+    let mut changed = bytes.clone();
+    changed[end] ^= 4;
+    fs::write(&damaged, &changed).expect("the folder can be written");
+    let salvaged = file("salvaged.mcap");
+    succeed(&["salvage", text(&cut), "--out", text(&salvaged)]);
+    for (log, expected_code, word) in
+        [(&cut, 3, "incomplete"), (&damaged, 4, "damaged"), (&salvaged, 5, "salvaged with gaps")]
+    {
+        let (code, said, out) = ask(log, "0.1", word);
+        assert!(code == expected_code && said.contains(word), "{code}: {said}");
+        let name = log.file_stem().expect("it has a name").to_string_lossy();
+        assert!(read(&out.join(format!("{name}.nodes.csv"))) == expected, "{word}: other nodes");
+    }
+    // Beyond what there is.
+    let short = file("short.mcap");
+    fs::write(&short, &bytes[..bytes.len() / 4]).expect("the folder can be written");
+    let (code, said, _) = ask(&short, "0.205", "short");
+    assert!(code == 3 && said.contains("--nodes-at-s: ") && said.contains("incomplete"), "{code}: {said}");
+}

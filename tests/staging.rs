@@ -10,6 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use asperity_files::Held;
 use asperity_runlog::partial_path;
 
 use crate::support::binary::{asperity, succeed, text};
@@ -233,4 +234,79 @@ fn what_is_missing_is_named_as_arrays_of_a_batch_system() {
         let (code, _, err) = of(more);
         assert!(code == 2 && err.contains(problem) && err.contains("not in "), "{err}");
     }
+}
+
+/// Runs of a second and more, so that what is done to them comes in between.
+const LONGER: &str = "
+title = 'Two processes at one run'
+scenario = 'default'
+set = ['slider.blocks=60', 'time.duration_s=8']
+[[axis]]
+key = 'normal_load.tilt'
+values = [-0.4, 0.3]
+";
+
+/// Puts the results of a complete study into another folder of the same plan.
+fn give_results(from: &Path, to: &Path) {
+    let (from, to) = (from.join("segments"), to.join("segments"));
+    fs::create_dir_all(&to).expect("the folder can be written");
+    for entry in fs::read_dir(&from).expect("it has results") {
+        let entry = entry.expect("it can be read");
+        fs::copy(entry.path(), to.join(entry.file_name())).expect("the folder can be written");
+    }
+}
+
+/// A worker that is stopped leaves its unfinished log for the next one; of a run that another process
+/// has made meanwhile there is no next one, and the log stayed in a complete study.
+#[test]
+#[cfg(unix)]
+fn a_stopped_worker_leaves_nothing_of_a_run_that_is_done() {
+    use std::io::Write;
+    let study = Study::of(LONGER);
+    let [whole, out] = ["whole", "out"].map(|name| study.plan(name));
+    go_on(&whole, &[]);
+    let mut worker = Command::new(env!("CARGO_BIN_EXE_asperity"))
+        .args(["--quiet", "sweep", "run", "--worker", "--patience-s", "0", text(&out)])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("the binary starts");
+    let mut tell = worker.stdin.take().expect("it has a pipe");
+    writeln!(tell, "1").expect("it listens");
+    wait_for("unfinished log", || begun(&out, 1).exists());
+    give_results(&whole, &out);
+    assert_eq!(terminate(&mut worker), Some(143));
+    assert_eq!(staged(&out), [""; 0]);
+    assert_eq!(sweep(&["status", text(&out)]).0, 0);
+}
+
+/// What another process holds at the start is cleared at the end, if that has let go of it by then; and
+/// so are whole logs that nobody brought to where they are kept.
+#[test]
+fn logs_of_runs_that_are_done_are_cleared_at_the_end() {
+    let study = Study::of(LONGER);
+    let [whole, out] = ["whole", "out"].map(|name| study.plan(name));
+    go_on(&whole, &["--index", "1"]);
+    give_results(&whole, &out);
+    let log = study.path("log.mcap");
+    succeed(&[
+        "run",
+        "default",
+        "--set",
+        "slider.blocks=5",
+        "--set",
+        "time.duration_s=0.01",
+        "-o",
+        text(&log),
+    ]);
+    fs::create_dir(out.join("staging")).expect("the folder can be written");
+    fs::copy(&log, begun(&out, 1)).expect("the folder can be written");
+    fs::copy(&log, out.join("staging/1.mcap")).expect("the folder can be written");
+    let held = Held::open(&begun(&out, 1)).expect("nobody has it").expect("it is there");
+    let mut child = start(&out, &AT_ONCE);
+    wait_for("unfinished log", || begun(&out, 2).exists());
+    assert!(begun(&out, 1).exists());
+    drop(held);
+    assert!(child.wait().expect("it is ours").success());
+    assert_eq!(staged(&out), [""; 0]);
 }

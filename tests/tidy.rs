@@ -294,6 +294,34 @@ fn files_are_written_in_one_place() {
     assert_eq!(writes(sample).collect::<Vec<_>>(), [(3, "File::create")]);
 }
 
+/// What opens files to be read, and waits for a writer where a pipe stands in the place of one.
+const READERS: [&str; 3] = ["File::open", "fs::read(", "fs::read_to_string"];
+
+#[test]
+fn files_of_others_are_opened_in_one_place() {
+    // What the build and tests read of the sources, and what the kernel writes.
+    let is_own =
+        |name: &str, line: &str| name == "crates/run/src/code_version.rs" || line.contains("\"/proc/");
+    let mut found = String::new();
+    for path in files_in(&["crates"]) {
+        let name = short(&path);
+        let is_source = name.contains("/src/") && name.ends_with(".rs");
+        let is_for_tests = ["files", "testkit", "bench"].map(|name| format!("crates/{name}/"));
+        if !is_source || is_for_tests.iter().any(|folder| name.starts_with(folder)) {
+            continue;
+        }
+        let source = read(&path);
+        let own = source.split("#[cfg(test)]").next().unwrap_or_default();
+        let code = (1..).zip(own.lines()).filter(|(_, line)| !line.trim_start().starts_with("//"));
+        for (number, line) in code.filter(|(_, line)| !is_own(&name, line)) {
+            for word in READERS.into_iter().filter(|word| line.contains(word)) {
+                found += &format!("{name}:{number} uses {word}\n");
+            }
+        }
+    }
+    assert!(found.is_empty(), "files are opened past asperity_files::open:\n{found}");
+}
+
 #[test]
 fn every_source_file_says_what_it_is_for() {
     for path in files_in(&["crates", "tests", "xtask"]) {

@@ -163,6 +163,67 @@ fn every_command_goes_by_the_verdict_of_check() {
     assert!(commands >= 49, "{commands} commands");
 }
 
+/// A log of which hardly anything can be read has its verdict and the exit codes of that like any
+/// other: `summary` and `report` used to end with 1.
+#[test]
+fn damaged_beginnings_are_judged_alike() {
+    let Logs { folder, logs } = Logs::make();
+    let table = table();
+    let whole = &logs[0].1;
+    let bytes = fs::read(whole).expect("it was just written");
+    let chunk = b"\x04\0\0\0zstd";
+    let end = bytes.windows(chunk.len()).position(|found| found == chunk).expect("it has a chunk");
+    let log = folder.path().join("begun.mcap");
+    let mut random = asperity_testkit::Random::new(4);
+    let mut verdicts: BTreeMap<String, u32> = BTreeMap::new();
+    for number in 0..30 {
+        let at = random.below(end as u64) as usize;
+        let mut changed = bytes.clone();
+        match number % 3 {
+            0 => changed.truncate(at),
+            1 => changed[at] ^= 1 << random.below(8),
+            // Magic, MCAP's header and the run's.
+            _ => changed[at % 400] ^= 1 << random.below(8),
+        }
+        fs::write(&log, &changed).expect("the folder can be written");
+        let (_, said) = outcome(&["check", text(&log)]);
+        let says = |verdict: &&String| {
+            said.contains(&format!(": {verdict}: "))
+                || (*verdict == "not a run log" && said.contains(&**verdict))
+        };
+        let verdict = table.keys().find(says).unwrap_or_else(|| panic!("no verdict: {said}")).clone();
+        *verdicts.entry(verdict.clone()).or_default() += 1;
+        for command in
+            ["check", "events", "summary", "export", "replay", "diff", "salvage", "reduce", "report"]
+        {
+            if command == "reduce" && !cfg!(feature = "analysis") {
+                continue;
+            }
+            let out = folder.path().join(format!("{command} {number}"));
+            let out = out.with_extension(match command {
+                "salvage" => "mcap",
+                "report" => "html",
+                _ => "folder",
+            });
+            let mut arguments = match command {
+                "check" | "events" | "summary" => vec![command, text(&log)],
+                "diff" => vec!["diff", text(whole), text(&log)],
+                "export" => vec!["export", text(&log), "--to", "csv"],
+                _ => vec![command, text(&log)],
+            };
+            if !matches!(command, "check" | "events" | "summary" | "diff") {
+                arguments.extend(["--out", text(&out)]);
+            }
+            let (code, said) = outcome(&arguments);
+            let of_verdict: i32 = table[&verdict]["check"].parse().expect("it is a code");
+            let cell = table[&verdict][command].split([',', ' ']).next().and_then(|code| code.parse().ok());
+            let promised = cell == Some(code) || (command == "salvage" && code == of_verdict);
+            assert!(promised, "case {number}, {verdict}: asperity {}: {code}\n{said}", arguments.join(" "));
+        }
+    }
+    assert!(verdicts["damaged"] >= 5 && verdicts["incomplete"] >= 5, "{verdicts:?}");
+}
+
 /// Of several logs the worst counts.
 #[test]
 fn the_worst_of_several_logs_decides() {

@@ -2,12 +2,14 @@
 //! written by it, a batch of rows at a time.
 
 use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use asperity_files::FileSet;
 use polars::prelude::{AnyValue, Column, DataFrame, NamedFrom, ParquetWriter, Series};
 
 use crate::error::AnalysisError;
+use crate::guarded::start_threads;
+use crate::parquet_checksum;
 use crate::parquet_table::ParquetTable;
 
 /// A cell of a table.
@@ -131,6 +133,9 @@ const BATCH: usize = 1 << 16;
 /// A Parquet file of matches that is being written.
 pub struct MatchFile {
     writer: polars::io::parquet::write::BatchedWriter<File>,
+    /// What it writes to.
+    file: File,
+    path: PathBuf,
     rows: Vec<MatchRow>,
 }
 
@@ -140,8 +145,14 @@ impl MatchFile {
     /// # Errors
     /// If it cannot be written.
     pub fn create(files: &FileSet, path: &Path) -> Result<MatchFile, AnalysisError> {
-        let writer = ParquetWriter::new(files.create(path)?).batched(frame(&[])?.schema())?;
-        Ok(MatchFile { writer, rows: Vec::new() })
+        let failed = |problem| AnalysisError::Write { path: path.display().to_string(), problem };
+        start_threads().map_err(failed)?;
+        let file = files.create(path)?;
+        let writer = file.try_clone().map_err(|error| failed(error.to_string()))?;
+        let metadata = parquet_checksum::metadata(&file).map_err(|error| failed(error.to_string()))?;
+        let writer =
+            ParquetWriter::new(writer).with_key_value_metadata(metadata).batched(frame(&[])?.schema())?;
+        Ok(MatchFile { writer, file, path: path.to_owned(), rows: Vec::new() })
     }
 
     /// Adds a row.
@@ -166,7 +177,10 @@ impl MatchFile {
     pub fn finish(mut self) -> Result<(), AnalysisError> {
         self.write()?;
         self.writer.finish()?;
-        Ok(())
+        parquet_checksum::seal(&mut self.file).map_err(|error| AnalysisError::Write {
+            path: self.path.display().to_string(),
+            problem: error.to_string(),
+        })
     }
 }
 

@@ -58,11 +58,13 @@ pub mod event_file;
 pub mod figures;
 mod fronts;
 mod growth;
+mod guarded;
 pub mod load_table;
 #[cfg(test)]
 mod made_up;
 pub mod measure;
 mod parquet_bounds;
+pub mod parquet_checksum;
 pub mod parquet_table;
 pub mod parquet_tables;
 mod partial;

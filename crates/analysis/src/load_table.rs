@@ -11,6 +11,8 @@ use asperity_record::{Cell, Column, StepRecord};
 use polars::prelude::{BatchedWriter, ParquetWriter};
 
 use crate::error::AnalysisError;
+use crate::guarded::start_threads;
+use crate::parquet_checksum;
 use crate::parquet_tables;
 use crate::table_file;
 
@@ -27,6 +29,8 @@ pub struct LoadTable {
     paths: [PathBuf; 2],
     csv: CsvRows<File>,
     parquet: BatchedWriter<File>,
+    /// What it writes to.
+    file: File,
     /// Row groups that are written.
     groups: usize,
 }
@@ -49,11 +53,16 @@ impl LoadTable {
         let csv = CsvRows::new(files.create(&paths[0])?, &columns, Spelling::Plain)
             .map_err(|error| refused(&paths[0], &error))?;
         let rows = Batch::new(&columns);
+        start_threads().map_err(|error| refused(&paths[1], &error))?;
         let file = files.create(&paths[1])?;
+        let writer = file.try_clone().map_err(|error| refused(&paths[1], &error))?;
+        let metadata = parquet_checksum::metadata(&file).map_err(|error| refused(&paths[1], &error))?;
         let parquet = parquet_tables::frame(&columns, &rows)
-            .and_then(|empty| ParquetWriter::new(file).batched(empty.schema()))
+            .and_then(|empty| {
+                ParquetWriter::new(writer).with_key_value_metadata(metadata).batched(empty.schema())
+            })
             .map_err(|error| refused(&paths[1], &error))?;
-        Ok(LoadTable { parts, columns, rows, line: Vec::new(), paths, csv, parquet, groups: 0 })
+        Ok(LoadTable { parts, columns, rows, line: Vec::new(), paths, csv, parquet, file, groups: 0 })
     }
 
     /// Writes the row of a step record.
@@ -79,7 +88,8 @@ impl LoadTable {
             self.end_group()?;
         }
         self.csv.finish().map_err(|error| refused(&self.paths[0], &error))?;
-        self.parquet.finish().map(drop).map_err(|error| refused(&self.paths[1], &error))
+        self.parquet.finish().map_err(|error| refused(&self.paths[1], &error))?;
+        parquet_checksum::seal(&mut self.file).map_err(|error| refused(&self.paths[1], &error))
     }
 
     /// Takes the table back, as if it had never been begun.

@@ -50,6 +50,8 @@ pub(crate) struct Bounds {
     pub(crate) rows: Vec<usize>,
     /// Bytes that its texts may have, all cells together.
     pub(crate) most_text: u64,
+    /// What it says of itself.
+    pub(crate) footer: FileMetaData,
 }
 
 /// Looks at footer and page headers.
@@ -105,7 +107,7 @@ pub(crate) fn check(file: &mut File) -> Result<Bounds, String> {
     if packed > length {
         return Err("its column chunks overlap".to_owned());
     }
-    Ok(Bounds { rows, most_text: TEXT_PER_BYTE * (ANY + length) })
+    Ok(Bounds { rows, most_text: TEXT_PER_BYTE * (ANY + length), footer })
 }
 
 /// What is left of a budget of so many bytes for each byte of the file.

@@ -6,16 +6,14 @@
 //! also come upon what it takes to be impossible, and panic. That is caught here and is an error
 //! like any other: no state is shared with what panicked, since it owns all that it works on.
 
-use std::cell::Cell;
 use std::fs::File;
-use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
-use std::sync::Once;
 
 use polars::prelude::{DataFrame, ParallelStrategy, ParquetReader, PolarsResult, SerReader};
 
 use crate::error::AnalysisError;
-use crate::parquet_bounds;
+use crate::guarded::{guarded, start_threads};
+use crate::{parquet_bounds, parquet_checksum};
 
 /// Rows that are read at once, if row groups allow.
 const PART_ROWS: usize = 1 << 16;
@@ -35,13 +33,16 @@ impl ParquetTable {
     /// Opens a file and looks at how large it says that it is.
     ///
     /// # Errors
-    /// If it cannot be read, is damaged, or stands for more than its length bears out.
+    /// If it cannot be read, is damaged, or stands for more than its length bears out; or if the system
+    /// gives no threads.
     pub fn open(path: &Path) -> Result<ParquetTable, AnalysisError> {
         let problem = |problem: String| AnalysisError::Read { path: path.display().to_string(), problem };
-        let mut file = File::open(path).map_err(|error| problem(error.to_string()))?;
+        let mut file = asperity_files::open(path).map_err(|error| problem(error.to_string()))?;
         let bounds = parquet_bounds::check(&mut file).map_err(problem)?;
+        parquet_checksum::verify(&mut file, &bounds.footer).map_err(problem)?;
+        start_threads().map_err(problem)?;
         let of_names = file.try_clone().map_err(|error| problem(error.to_string()))?;
-        let names = guarded(|| {
+        let names = read(|| {
             let schema = ParquetReader::new(of_names).schema()?;
             Ok(schema.iter_names().map(ToString::to_string).collect())
         })
@@ -77,7 +78,7 @@ impl ParquetTable {
             .set_rechunk(true)
             // On this thread: its panics are ours to catch, and columns unpack one after another.
             .read_parallel(ParallelStrategy::None);
-        let part = guarded(|| reader.finish()).map_err(|problem| self.problem(problem))?;
+        let part = read(|| reader.finish()).map_err(|problem| self.problem(problem))?;
         let (found, columns) = (part.height(), part.width());
         if found != rows || columns != self.names.len() {
             let (wanted, expected) = (rows, self.names.len());
@@ -94,45 +95,21 @@ impl ParquetTable {
     }
 }
 
-thread_local! {
-    /// Whether a panic of this thread is caught and told as an error.
-    static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
-}
-
-/// Has polars do something, and makes an error of a panic. Panics of other threads, and of this
-/// one at other times, are reported as they always are.
-fn guarded<T>(work: impl FnOnce() -> PolarsResult<T>) -> Result<T, String> {
-    static HOOK: Once = Once::new();
-    HOOK.call_once(|| {
-        let usual = panic::take_hook();
-        panic::set_hook(Box::new(move |info| {
-            if !IS_GUARDED.get() {
-                usual(info);
-            }
-        }));
-    });
-    IS_GUARDED.set(true);
-    let outcome = panic::catch_unwind(AssertUnwindSafe(work));
-    IS_GUARDED.set(false);
-    match outcome {
-        Ok(Ok(done)) => Ok(done),
-        Ok(Err(error)) => Err(error.to_string()),
-        Err(panic) => {
-            let text = panic.downcast_ref::<String>().map(String::as_str);
-            let what = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("it does not say at what");
-            Err(format!("it is damaged: its reader gave up at: {what}"))
-        }
+/// Has polars read something, and makes an error of a panic.
+fn read<T>(work: impl FnOnce() -> PolarsResult<T>) -> Result<T, String> {
+    match guarded(work) {
+        Ok(outcome) => outcome.map_err(|error| error.to_string()),
+        Err(panic) => Err(format!("it is damaged: its reader gave up at: {panic}")),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::guarded;
+    use super::read;
 
     #[test]
-    fn a_panic_of_polars_is_an_error() {
-        let text = |outcome: Result<(), String>| outcome.unwrap_err();
-        assert_eq!(text(guarded(|| panic!("row {}", 7))), "it is damaged: its reader gave up at: row 7");
-        assert_eq!(guarded(|| Ok(7)), Ok(7));
+    fn a_panic_of_the_reader_is_damage() {
+        let text = read::<()>(|| panic!("row {}", 7)).unwrap_err();
+        assert_eq!(text, "it is damaged: its reader gave up at: row 7");
     }
 }

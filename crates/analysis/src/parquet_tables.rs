@@ -2,7 +2,7 @@
 //! here because only this crate may use polars.
 //!
 //! Each batch is a row group, so memory does not grow with the table. Units and
-//! the run's header stand in the file's key-value metadata under `asperity:`.
+//! the run's header stand in the file's key-value metadata under `asperity:`, and a checksum of it all.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -15,6 +15,9 @@ use polars::prelude::{
     BatchedWriter, Column, DataFrame, DataType, KeyValueMetadata, NamedFrom, ParquetMetadataContext,
     ParquetWriter, PolarsResult, Schema, Series,
 };
+
+use crate::guarded::start_threads;
+use crate::parquet_checksum;
 
 /// Parquet, compressed with zstd.
 #[derive(Debug, Clone, Copy)]
@@ -33,6 +36,7 @@ impl Format for Parquet {
     }
 
     fn start(&self, layout: &Layout, file: File) -> Result<Box<dyn TableWriter>, FormatError> {
+        start_threads().map_err(FormatError::Library)?;
         let schema: Schema = layout
             .columns
             .iter()
@@ -62,14 +66,18 @@ impl TableWriter for ParquetTable {
     fn finish(self: Box<Self>, about: &[(String, String)]) -> Result<File, FormatError> {
         // Whether the log is whole is known only now, and the writer's own way of
         // ending a file takes no more than it was started with.
-        let metadata = KeyValueMetadata::from_static(about.to_vec())
+        let mut about = about.to_vec();
+        about.extend(parquet_checksum::pair(&self.file)?);
+        let metadata = KeyValueMetadata::from_static(about)
             .collect(ParquetMetadataContext { arrow_schema: "" })
             .map_err(refused)?;
         let mut writer =
             self.writer.get_writer().lock().map_err(|error| FormatError::Library(error.to_string()))?;
         writer.end(Some(metadata)).map_err(refused)?;
         drop(writer);
-        Ok(self.file)
+        let mut file = self.file;
+        parquet_checksum::seal(&mut file)?;
+        Ok(file)
     }
 }
 

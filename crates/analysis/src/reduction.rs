@@ -5,7 +5,6 @@
 //! figures that still wait for other runs.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -290,7 +289,7 @@ impl<'a> Reduction<'a> {
         let written = pipeline.outputs(out);
         let from_folder = |path: &PathBuf| path.strip_prefix(out).unwrap_or(path).display().to_string();
         let written: Vec<String> = written.iter().map(from_folder).collect();
-        let read = |file: &str| fs::read(files.begun(&out.join(file))?).ok();
+        let read = |file: &str| asperity_files::read(&files.begun(&out.join(file))?).ok();
         let page = Page::of(&contents, &written, shown.collect(), told, &read, provenance);
         files.write(&out.join(REPORT), page.html())?;
         one_more(1);

@@ -10,6 +10,8 @@ use asperity_record::Cell;
 use polars::prelude::{AnyValue, DataFrame, ParquetWriter};
 
 use crate::error::AnalysisError;
+use crate::guarded::start_threads;
+use crate::parquet_checksum;
 use crate::parquet_table::ParquetTable;
 
 /// Writes `NAME.csv` and `NAME.parquet` into a folder, as files of a set.
@@ -21,8 +23,17 @@ pub fn write(files: &FileSet, folder: &Path, name: &str, table: &mut DataFrame) 
         |path: &Path, problem: String| AnalysisError::Write { path: path.display().to_string(), problem };
     let [csv, parquet] = paths(folder, name);
     write_csv(files.create(&csv)?, table).map_err(|error| failed(&csv, error.to_string()))?;
-    let written = ParquetWriter::new(files.create(&parquet)?).finish(table);
-    written.map(drop).map_err(|error| failed(&parquet, error.to_string()))
+    let file = files.create(&parquet)?;
+    write_parquet(file, table).map_err(|problem| failed(&parquet, problem))
+}
+
+fn write_parquet(mut file: File, table: &mut DataFrame) -> Result<(), String> {
+    start_threads()?;
+    let in_words = |error: io::Error| error.to_string();
+    let metadata = parquet_checksum::metadata(&file).map_err(in_words)?;
+    let writer = ParquetWriter::new(&mut file).with_key_value_metadata(metadata);
+    writer.finish(table).map_err(|error| error.to_string())?;
+    parquet_checksum::seal(&mut file).map_err(in_words)
 }
 
 /// The files of a table.
@@ -39,7 +50,7 @@ const PARQUET: &[u8] = b"PAR1";
 /// If it cannot be read.
 pub fn is_parquet(path: &Path) -> io::Result<bool> {
     let mut start = Vec::new();
-    File::open(path)?.take(PARQUET.len() as u64).read_to_end(&mut start)?;
+    asperity_files::open(path)?.take(PARQUET.len() as u64).read_to_end(&mut start)?;
     Ok(start == PARQUET)
 }
 

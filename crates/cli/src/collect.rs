@@ -1,7 +1,6 @@
 //! `asperity sweep collect` and `asperity sweep draw`: the tables of a study and its figures, both made
 //! of the results of its runs as they pass.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 #[cfg(feature = "analysis")]
@@ -211,7 +210,7 @@ fn write_page(
     let read = |file: &str| {
         let path = figures.folder.join(file.strip_prefix("figures/")?);
         // As it is where this program draws nothing.
-        fs::read(files.begun(&path).unwrap_or(path)).ok()
+        asperity_files::read(&files.begun(&path).unwrap_or(path)).ok()
     };
     let shown = Shown {
         figures: figures.all,

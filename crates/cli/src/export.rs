@@ -78,13 +78,13 @@ fn export_one(
     let checked = judge::readable(run)?;
     let mut nodes = match &arguments.nodes_at_s[..] {
         [] => None,
-        at_s => Some(nodes(run, &checked, at_s)?),
+        at_s => Some(Nodes::of_log(run, checked.seen.last_step, at_s).map_err(without_nodes(run, &checked))?),
     };
     let mut export = Export::open(run, request.clone(), &event_kinds(), format)
         .map_err(|error| failure(run, &checked, error))?
         .judged(judged(&checked));
     while let Some(state) =
-        nodes.as_mut().map(Nodes::next_state).transpose().map_err(not_told(run))?.flatten()
+        nodes.as_mut().map(Nodes::next_state).transpose().map_err(without_nodes(run, &checked))?.flatten()
     {
         let NodeState { step, time_s, columns, displacement_m, velocity_m_per_s } = &state;
         let rows =
@@ -134,20 +134,14 @@ fn export_one(
     }
 }
 
-/// The nodes of a run at these times, of a log that is sound as far as it goes.
-fn nodes(run: &Path, checked: &Checked, at_s: &[f64]) -> Result<Nodes, Failure> {
-    match checked.verdict {
-        Verdict::Whole | Verdict::OtherCode | Verdict::Incomplete | Verdict::Stopped => {}
-        Verdict::NoRunLog | Verdict::Damaged | Verdict::Salvaged => return Err(judge::failure(run, checked)),
-    }
-    Nodes::of_log(run, at_s).map_err(not_told(run))
-}
-
-/// Why there are no nodes.
-fn not_told(run: &Path) -> impl Fn(NodesError) -> Failure {
+/// Why there are no nodes; of a log that does not hold all of its run, with what it is worth.
+fn without_nodes<'a>(run: &'a Path, checked: &'a Checked) -> impl Fn(NodesError) -> Failure + 'a {
     move |error| {
         let said = format!("--nodes-at-s: {}: {error}", run.display());
         match error {
+            NodesError::Outside { .. } | NodesError::Log(_) if !checked.verdict.holds_all() => {
+                Failure::Log(checked.verdict, format!("{said}; the log is {checked}"))
+            }
             NodesError::Log(_) | NodesError::Stopped(_) => Failure::failed(said),
             _ => Failure::BadInput(said),
         }

@@ -1,6 +1,7 @@
 //! What the commands that read logs do with one that is not whole: they ask `asperity_run::check`
 //! what it is worth before they write anything, and say so in its words.
 
+use std::fmt::Display;
 use std::path::Path;
 
 use asperity_run::{Checked, Verdict, check};
@@ -11,6 +12,15 @@ use crate::progress::Board;
 /// The failure that a log's verdict is for a command that needs more.
 pub(crate) fn failure(run: &Path, checked: &Checked) -> Failure {
     Failure::Log(checked.verdict, format!("{}: {checked}", run.display()))
+}
+
+/// Why a log cannot be read by a command that has judged it: what it is worth, or else that it has
+/// changed since.
+pub(crate) fn unreadable(run: &Path, verdict: Verdict, problem: impl Display) -> Failure {
+    if verdict.holds_all() {
+        return Failure::Failed(format!("{}: {problem}", run.display()));
+    }
+    Failure::Log(verdict, format!("{}: {verdict}: {problem}", run.display()))
 }
 
 /// A log that is to be read as far as it is sound.

@@ -39,7 +39,7 @@ use std::process::ExitCode;
 use asperity_record::printable;
 use clap::Parser;
 
-use args::{Arguments, Command};
+use args::{Arguments, Command, SweepCommand};
 use exit::Failure;
 use progress::Board;
 
@@ -78,6 +78,11 @@ fn arguments() -> Result<Option<Arguments>, Failure> {
 
 fn dispatch(arguments: Arguments) -> Result<(), Failure> {
     let board = Board::new(arguments.quiet);
+    // How a worker of a study ends says whether its run is to blame.
+    let is_worker = matches!(&arguments.command, Command::Sweep(SweepCommand::Run(run)) if run.worker);
+    if !is_worker {
+        interrupt::fail_without_memory();
+    }
     match arguments.command {
         Command::Scenario(command) => scenario::command(command, &board),
         Command::Run(arguments) => run::command(&arguments, &board),

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileSet, Inputs};
-use asperity_model::{Scenario, ScenarioSource};
+use asperity_model::{Scenario, ScenarioSource, text};
 use asperity_record::{EventPayload, Record, Rupture};
 use asperity_report::{
     Claim, Contents, Entry, Gather, Judgement, Limits, Link, Recorded, Run, Study, encoded, files_of_picture,
@@ -156,9 +156,9 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
 
 /// A run out of its log, which is read once, as far as it is sound.
 fn run(name: &str, log: &Path, checked: &Checked, limits: Limits) -> Result<Run, Failure> {
-    let problem = |problem: String| Failure::Log(checked.verdict, format!("{}: {problem}", log.display()));
+    let problem = |problem: String| judge::unreadable(log, checked.verdict, problem);
     let topics = Topics { events: true, ..Topics::STEPS };
-    let mut reader = RunReader::open(log, topics).map_err(Failure::failed)?;
+    let mut reader = RunReader::open(log, topics).map_err(|error| problem(error.problem.to_string()))?;
     // Of a log that breaks off so early, or was salvaged without it, nothing says what was asked.
     if reader.scenario_toml().is_empty() {
         return Err(problem("it has no attachment `scenario.toml`".to_owned()));
@@ -183,7 +183,7 @@ fn run(name: &str, log: &Path, checked: &Checked, limits: Limits) -> Result<Run,
             }
             Ok(None) => break,
             Err(error) if error.problem.is_early_end() => break,
-            Err(error) => return Err(Failure::failed(error)),
+            Err(error) => return Err(problem(error.problem.to_string())),
         }
     }
     let holds_all = checked.verdict.holds_all();
@@ -213,7 +213,7 @@ fn run(name: &str, log: &Path, checked: &Checked, limits: Limits) -> Result<Run,
 fn recorded(folder: &Path) -> Result<Recorded, Failure> {
     let path = folder.join(RECORD);
     let bad = |problem: String| Failure::BadInput(format!("{}: {problem}", path.display()));
-    let text = fs::read_to_string(&path).map_err(|error| bad(format!("{error} (accepted: a text file)")))?;
+    let text = text::read(&path).map_err(|error| bad(format!("{error} (accepted: a text file)")))?;
     Recorded::read(&text).map_err(bad)
 }
 
@@ -260,7 +260,7 @@ fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Resu
     } else {
         Vec::new()
     };
-    let read = |file: &str| fs::read(folder.join(file)).ok();
+    let read = |file: &str| asperity_files::read(&folder.join(file)).ok();
     Ok(Study::of(&contents, &recorded.files, runs, claims, &read, !arguments.no_provenance))
 }
 

@@ -259,7 +259,8 @@ impl Reducing<'_> {
         problem.map_or(Ok(()), Err)?;
         if !passing.nodes_at_s().is_empty() {
             let told = |error| Failure::failed(format!("run {}: {error}", job.name));
-            let mut nodes = Nodes::of_log(&job.log(self.runs_folder), passing.nodes_at_s()).map_err(told)?;
+            let mut nodes =
+                Nodes::of_log(&job.log(self.runs_folder), u64::MAX, passing.nodes_at_s()).map_err(told)?;
             while let Some(NodeState { step, time_s, displacement_m, .. }) =
                 nodes.next_state().map_err(told)?
             {

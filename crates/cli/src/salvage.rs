@@ -8,6 +8,7 @@ use asperity_runlog::{SalvageError, Salvaged, WriteError};
 
 use crate::args::SalvageArguments;
 use crate::exit::{Failure, folder_is_there};
+use crate::judge;
 use crate::outputs::refused;
 use crate::terminal::say;
 
@@ -25,6 +26,11 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
         }
         Err(SalvageProblem::Failed { error: SalvageError::Hopeless { problem, .. }, checked }) => {
             Err(Failure::Log(checked.verdict, format!("{}: {checked}; {problem}", input.display())))
+        }
+        Err(SalvageProblem::Failed { error: SalvageError::Read { .. }, checked })
+            if checked.verdict == Verdict::NoRunLog =>
+        {
+            Err(judge::failure(input, &checked))
         }
         Err(problem @ SalvageProblem::Contradictory(_)) => {
             Err(Failure::Log(Verdict::Damaged, format!("{}: {problem}", input.display())))

@@ -166,7 +166,7 @@ pub(crate) fn of_folder(
     let mut rows = Rows::of(&plan.common.keys);
     let (counts, _) = collect(&plan, &mut results, files, folder, &[], &mut rows).map_err(Failure::failed)?;
     board.line(&study::in_words(&plan, counts));
-    let read = |file: &str| fs::read(folder.join(file)).ok();
+    let read = |file: &str| asperity_files::read(&folder.join(file)).ok();
     let shown = Shown {
         figures: &plan.common.figures,
         links: links(&arguments.out, tables),

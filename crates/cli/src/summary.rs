@@ -203,8 +203,8 @@ fn read(
 ) -> Result<Summary, Failure> {
     let topics = if most_messages.is_some() { Topics::ALL } else { Topics { events: true, ..Topics::STEPS } };
     let mut left = most_messages.unwrap_or(u64::MAX);
-    let mut reader = RunReader::open(run, topics).map_err(Failure::failed)?;
-    let unreadable = |problem: String| Failure::Log(verdict, format!("{}: {problem}", run.display()));
+    let unreadable = |problem: String| judge::unreadable(run, verdict, problem);
+    let mut reader = RunReader::open(run, topics).map_err(|error| unreadable(error.problem.to_string()))?;
     let slider = match reader.scenario_toml() {
         // Of a log that breaks off so early, or was salvaged without it.
         "" => Slider::default(),

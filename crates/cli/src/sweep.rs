@@ -134,11 +134,7 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
         chosen.as_ref().is_none_or(|chosen| chosen.contains(run))
             && chunk.is_none_or(|SweepChunk { part, of }| run % of == part % of)
     };
-    let begun = staging::begun(folder).map_err(|error| unreadable(folder, &error))?;
-    // Left by workers that died between the result of a run and what they had to tidy up.
-    for (run, _) in begun.iter().filter(|(run, _)| !results.is_missing(*run)) {
-        staging::clear(folder, *run).map_err(Failure::failed)?;
-    }
+    clear_done(folder, &results)?;
     let queue: VecDeque<(u64, u32)> = results
         .missing()
         .filter(is_chosen)
@@ -171,7 +167,14 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     };
     drop(results);
     thread::scope(|scope| {
-        let supervisors: Vec<_> = (0..jobs).map(|_| scope.spawn(|| study.supervise())).collect();
+        // Where the system gives no more threads, fewer do the same.
+        let supervise = || study.supervise();
+        let start = |_| thread::Builder::new().spawn_scoped(scope, supervise);
+        let started: Vec<_> = (0..jobs).map(start).collect();
+        if let Some(Err(error)) = started.first() {
+            study.give_up(format!("failed to start a thread: {error}"));
+        }
+        let supervisors: Vec<_> = started.into_iter().flatten().collect();
         while !supervisors.iter().all(|supervisor| supervisor.is_finished()) {
             if interrupt::has_come() {
                 study.shared().workers.iter().for_each(|worker| lock(worker).tell = None);
@@ -189,8 +192,19 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
         return Err(Failure::Failed(problem));
     }
     let results = Results::read(folder, &plan).map_err(|error| unreadable(folder, &error))?;
+    clear_done(folder, &results)?;
     board.line(&in_words(&plan, results.counts()));
     outcome(results.counts_of(is_chosen))
+}
+
+/// Removes the logs of runs that are no longer missing: left by workers that died between the result
+/// of a run and clearing its log, or that were making a run which another process has made meanwhile.
+fn clear_done(folder: &Path, results: &Results) -> Result<(), Failure> {
+    let left = staging::left(folder).map_err(|error| unreadable(folder, &error))?;
+    left.into_iter()
+        .filter(|run| !results.is_missing(*run))
+        .try_for_each(|run| staging::clear(folder, run))
+        .map_err(Failure::failed)
 }
 
 /// How a worker begins to say that a run goes on from where it was.
@@ -402,7 +416,8 @@ fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
     plan.check_code(folder).map_err(Failure::failed)?;
     create_folder(&folder.join(staging::FOLDER))?;
     let is_left_alone = Arc::new(AtomicBool::new(false));
-    let told = listen(Arc::clone(&is_left_alone));
+    let told = listen(Arc::clone(&is_left_alone))
+        .map_err(|error| Failure::Failed(format!("failed to start a thread: {error}")))?;
     let stop = || interrupt::has_come() || is_left_alone.load(Ordering::Relaxed);
     let tell = |notice: Notice<'_>| say(notice).unwrap_or(());
     let ways = Ways { folder, slider: summary::slider, patience, stop: &stop, tell: &tell };
@@ -418,7 +433,12 @@ fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
                 let said = format!("failed {}", reason.replace('\n', " "));
                 (Kind::Failed, reason.into_bytes(), said)
             }
-            Made::Stopped => break,
+            Made::Stopped => {
+                // Whoever asks for the study from now on may find it complete, and not come by again.
+                let results = Results::read(folder, &plan).map_err(Failure::failed)?;
+                clear_done(folder, &results)?;
+                break;
+            }
             Made::ByAnother => {
                 say(BY_ANOTHER)?;
                 continue;
@@ -444,17 +464,17 @@ fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
 
 /// The lines of standard input, and whether they have come to their end, which is known while a run
 /// is made.
-fn listen(is_over: Arc<AtomicBool>) -> mpsc::Receiver<io::Result<String>> {
+fn listen(is_over: Arc<AtomicBool>) -> io::Result<mpsc::Receiver<io::Result<String>>> {
     let (send, receive) = mpsc::channel();
-    thread::spawn(move || {
+    thread::Builder::new().spawn(move || {
         for line in io::stdin().lock().lines() {
             if send.send(line).is_err() {
                 return;
             }
         }
         is_over.store(true, Ordering::Relaxed);
-    });
-    receive
+    })?;
+    Ok(receive)
 }
 
 fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {

@@ -1,7 +1,6 @@
 //! Which claims changed between two outputs of a pipeline: from their tables of claims.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use asperity_diff::report::ClaimChange;
@@ -69,7 +68,7 @@ pub(crate) fn changes(old: &Path, new: &Path) -> Result<Vec<ClaimChange>, Claims
 
 fn claims(path: &Path) -> Result<BTreeMap<ClaimKey, Judged>, ClaimsError> {
     let failed = |error: csv::Error| ClaimsError::Csv { path: path.to_owned(), error };
-    let file = File::open(path).map_err(|error| failed(error.into()))?;
+    let file = asperity_files::open(path).map_err(|error| failed(error.into()))?;
     let mut reader = csv::Reader::from_reader(ShortLines::of(file));
     let headings = reader.headers().map_err(failed)?.clone();
     let place = |name: &str| headings.iter().position(|heading| heading == name);

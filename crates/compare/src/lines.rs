@@ -3,7 +3,7 @@
 use std::io::{self, Read};
 
 /// No row of a table is longer: ours have some hundred bytes. A row is read as a whole before it
-/// is looked at, and a file such as `/dev/zero` has no end.
+/// is looked at, and a file of other content may have no line break at all.
 const LONGEST_BYTES: usize = 1 << 16;
 
 /// Reads on as long as there is a line break now and then.

@@ -1,7 +1,6 @@
 //! Slip events out of a run log, a CSV or a Parquet file, one at a time where
 //! the format lets them be, with the columns that there are.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use asperity_diff::column::{Column, Columns, Kind, Value};
@@ -278,7 +277,7 @@ fn put(event: &mut SlipEvent, column: Column, value: Value) -> Result<(), &'stat
 const MOST_WHOLE: u64 = 1 << 53;
 
 fn csv(path: &Path) -> Result<Table, TableError> {
-    let file = File::open(path).map_err(|error| TableError::Io { path: path.to_owned(), error })?;
+    let file = asperity_files::open(path).map_err(|error| TableError::Io { path: path.to_owned(), error })?;
     let mut reader = csv::ReaderBuilder::new().from_reader(ShortLines::of(file));
     let broken = {
         let path = path.to_owned();

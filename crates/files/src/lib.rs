@@ -1,5 +1,5 @@
 //! The one writer of files: every table, page, figure, record and run log of the project gets its
-//! name here.
+//! name here. What a command reads is opened here as well.
 //!
 //! A file gets its name once it is whole, and files that belong together get theirs together.
 //! Until then they stand in a folder of their own beside their names, which is locked while its
@@ -34,6 +34,7 @@
 //! - [`Inputs`]: what is never written over.
 //! - `lock`, `rename`: keeping processes apart, and giving a name.
 //! - [`FileSet`], in a `stage`: files that appear together or not at all.
+//! - [`open()`]: the one way to what a command reads, which is a file.
 //! - [`Held`]: a file that has a name while it is written, as an unfinished run log; [`FolderLock`]:
 //!   a folder that one process at a time writes into.
 
@@ -42,6 +43,7 @@ mod held;
 mod identity;
 mod inputs;
 mod lock;
+mod open;
 mod place;
 mod rename;
 mod set;
@@ -50,6 +52,7 @@ mod stage;
 pub use error::FileError;
 pub use held::{FolderLock, Held};
 pub use inputs::{Inputs, partial_path};
+pub use open::{NoFile, open, open_text, read};
 pub use place::is_taken;
 pub use rename::Existing;
 pub use set::FileSet;

@@ -69,6 +69,10 @@ impl Drop for Stage {
 fn remove_leftovers(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten().filter(|entry| is_name(&entry.file_name())) {
+        // Opening a named pipe would wait for a writer.
+        if !entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            continue;
+        }
         let path = entry.path();
         let Ok(open) = File::open(&path) else { continue };
         if try_lock(&open) != Lock::Taken {

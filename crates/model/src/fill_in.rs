@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::keys::{self, DRAWN_KEYS, KEYS, Key, Kind};
+use crate::keys::{self, DRAWN_KEYS, KEYS, Key, Kind, LEAST_MAGNITUDE, MOST_MAGNITUDE};
 use crate::near;
 use crate::source::{Entries, Entry, ScenarioError, Written};
 use crate::window_keys::{WINDOW, WINDOW_KEYS};
@@ -110,15 +110,42 @@ fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>
         }
         _ => None,
     };
-    if good.is_none() {
+    let mut refuse = |problem: String, accepted: String| {
         errors.push(ScenarioError {
             place: Some(entry.place.clone()),
             key: Some(path.to_owned()),
-            problem: format!("{} is not accepted", entry.value),
-            accepted: Some(key.kind.to_string()),
+            problem,
+            accepted: Some(accepted),
         });
+    };
+    if good.is_none() {
+        refuse(format!("{} is not accepted", entry.value), key.kind.to_string());
+    }
+    let extreme = match &entry.value {
+        Written::Number(value) => Some(*value),
+        Written::Whole(value) => Some(*value as f64),
+        Written::Numbers(values) => values.iter().copied().find(|value| !key.kind.is_usable(*value)),
+        _ => None,
+    };
+    let extreme =
+        extreme.filter(|value| good.is_some() && is_number(key.kind) && !key.kind.is_usable(*value));
+    if let Some(value) = extreme {
+        let size = if value.abs() < 1.0 { "small" } else { "large" };
+        let unless_zero = if key.kind.accepts_number(0.0) { " unless it is 0" } else { "" };
+        refuse(
+            format!("{value:e} is too {size} to calculate with"),
+            format!(
+                "{}, of a magnitude from {LEAST_MAGNITUDE:e} to {MOST_MAGNITUDE:e}{unless_zero}",
+                key.kind
+            ),
+        );
+        return None;
     }
     good
+}
+
+fn is_number(kind: Kind) -> bool {
+    matches!(kind, Kind::Number(..) | Kind::Numbers(..))
 }
 
 /// Puts a value under a dotted key.

@@ -96,6 +96,12 @@ pub(crate) const NOT_NEGATIVE: Kind = Number(Including(0.0), Open);
 /// No contact bears more than a few times its normal load; far beyond that forces overflow.
 pub(crate) const MOST_SHEAR_RATIO: f64 = 1e6;
 
+/// The least and the greatest magnitude of a number that is not 0. All that follows from the keys, as
+/// stiffnesses, displacements and energies, is a product of a few of them and of their squares. With
+/// these bounds it is finite, and far from the numbers below 2e-308 that have fewer digits.
+pub(crate) const LEAST_MAGNITUDE: f64 = 1e-30;
+pub(crate) const MOST_MAGNITUDE: f64 = 1e30;
+
 /// The words of `parameter_set`, in the order of [`Default::BySet`].
 pub const PARAMETER_SETS: &[&str] = &["as-coded", "as-stated"];
 
@@ -626,6 +632,14 @@ impl Kind {
             }
             _ => false,
         }
+    }
+
+    /// Whether one can calculate with a number, see [`LEAST_MAGNITUDE`]. Lists of what is added, block by
+    /// block, may hold the rounding of a 0.
+    pub(crate) fn is_usable(&self, value: f64) -> bool {
+        let is_added = matches!(self, Numbers(low, _) if !matches!(low, Including(0.0) | Excluding(0.0)));
+        let least = if is_added { 0.0 } else { LEAST_MAGNITUDE };
+        value == 0.0 || (least..=MOST_MAGNITUDE).contains(&value.abs())
     }
 }
 

@@ -186,15 +186,19 @@ mod tests {
                  (accepted: a number above 0 and below 3.379e-6)",
             ),
             (
-                "time.step_s = 1e-8\nslider.mass_kg = 1e-320",
-                "test.toml:1:15: time.step_s: 1e-8 is above the stability limit of the scheme for this chain \
-                 (accepted: none: stiffness, damping or mass are so large or small that no number tells how \
-                 fast a block swings)",
+                "slider.width_m = 5e-324",
+                "test.toml:1:18: slider.width_m: 5e-324 is too small to calculate with (accepted: a number above 0, \
+                 of a magnitude from 1e-30 to 1e30)",
             ),
             (
-                "time.step_s = 1e-8\nslider.mass_kg = 1e-297",
+                "normal_load.schedule_s = [0, 1]\nnormal_load.schedule_n = [400, 1e31]",
+                "test.toml:2:26: normal_load.schedule_n: 1e31 is too large to calculate with (accepted: a list, each \
+                 a number above 0, of a magnitude from 1e-30 to 1e30)",
+            ),
+            (
+                "time.step_s = 1e-8\nslider.mass_kg = 1e-29",
                 "test.toml:1:15: time.step_s: 1e-8 is above the stability limit of the scheme for this chain \
-                 (accepted: a number above 0 and below 3.085e-155)",
+                 (accepted: a number above 0 and below 3.085e-21)",
             ),
             (
                 "time.step_s = 1.7e-13\nslider.relative_damping = 7.5e7\ntime.duration_s = 1.7e-12\n\

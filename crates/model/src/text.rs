@@ -1,21 +1,22 @@
 //! Texts that somebody wrote: reading them, and saying where in them something is.
 
-use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+use asperity_files::open_text;
 use asperity_record::bounds::LONGEST_TOML_BYTES;
 
-/// No text that somebody wrote is longer; `/dev/zero` is.
+/// No text that somebody wrote is longer; `</dev/zero` is.
 const LONGEST_BYTES: u64 = LONGEST_TOML_BYTES as u64;
 
-/// The text of a file, which is not made room for beyond what any has.
+/// The text of a file, or of a stream that this process was started with (`/dev/stdin`,
+/// `/dev/fd/3`), which is not made room for beyond what any has.
 ///
 /// # Errors
-/// If the system refuses, or the file is too long or no text.
+/// If the path leads to something else, the system refuses, or the file is too long or no text.
 pub fn read(path: &Path) -> io::Result<String> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(LONGEST_BYTES + 1).read_to_end(&mut bytes)?;
+    open_text(path)?.take(LONGEST_BYTES + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > LONGEST_BYTES {
         let problem = format!("the file is longer than {LONGEST_BYTES} bytes, the most that a text may have");
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, problem));

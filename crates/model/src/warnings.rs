@@ -191,6 +191,9 @@ fn without_threshold(scenario: &Scenario, plan: &Plan) -> Option<String> {
 
 /// A ratio from 1 on, with as many digits as tell it from 1.
 fn times(ratio: f64) -> String {
+    if ratio >= 1e6 {
+        return format!("{ratio:.3e}");
+    }
     let short = format!("{ratio:.4}");
     if ratio > 1.0 && short == "1.0000" { format!("{ratio}") } else { short }
 }

@@ -96,14 +96,13 @@ pub struct Nodes {
 }
 
 impl Nodes {
-    /// Reads what a log has of its nodes. Of each time the nearest step is meant.
+    /// Reads what a log has of its nodes, up to its last sound step, as `check` found it, and to its
+    /// first gap. Of each time the nearest step is meant.
     ///
     /// # Errors
     /// If the log is not sound up to there, or not of a slab, or not by this program.
-    pub fn of_log(log: &Path, at_s: &[f64]) -> Result<Nodes, NodesError> {
-        let mut reader = RunReader::open(log, Topics::NONE)?;
-        // What is announced stands before the first record.
-        let first = reader.next_item();
+    pub fn of_log(log: &Path, last_sound_step: u64, at_s: &[f64]) -> Result<Nodes, NodesError> {
+        let reader = RunReader::open(log, Topics::NONE)?;
         let header = reader.header().clone();
         if header.code_version != CODE_VERSION {
             return Err(NodesError::OtherCode { found: header.code_version });
@@ -112,8 +111,7 @@ impl Nodes {
         if plan.elastic.lattice().is_none() {
             return Err(NodesError::Chain);
         }
-        first?;
-        let last_step = last_step(log)?;
+        let last_step = last_step(log, last_sound_step)?;
         let mut steps = at_s
             .iter()
             .map(|at_s| {
@@ -124,7 +122,7 @@ impl Nodes {
             .collect::<Result<Vec<u64>, NodesError>>()?;
         steps.sort_unstable_by(|a, b| b.cmp(a));
         steps.dedup();
-        let from = checkpoints(log, &plan, &steps)?;
+        let from = checkpoints(log, last_step, &plan, &steps)?;
         Ok(Nodes { kind: kind(&header), plan: Arc::new(plan), solver: None, last: None, steps, from })
     }
 
@@ -175,32 +173,44 @@ fn kind(header: &RunHeader) -> SolverKind {
     SolverKind::named(&header.solver).unwrap_or_default()
 }
 
-/// The last step that a log has a record of.
-fn last_step(log: &Path) -> Result<u64, LogError> {
+/// The last step that a log has a record of, as far as it is sound and has no gap.
+fn last_step(log: &Path, last_sound_step: u64) -> Result<u64, LogError> {
     let mut last = 0;
-    over_records(log, &mut |record, _| last = record.step())?;
+    over_records(log, last_sound_step, &mut |record, _| last = record.step())?;
     Ok(last)
 }
 
-/// Goes over the records of a log, as far as there are any: each, and the last checkpoint before it.
-fn over_records(log: &Path, see: &mut dyn FnMut(&Record, Option<&str>)) -> Result<(), LogError> {
+/// Goes over the records of a log up to a step, as far as there are any: each, and the last
+/// checkpoint before it.
+fn over_records(
+    log: &Path,
+    last_step: u64,
+    see: &mut dyn FnMut(&Record, Option<&str>),
+) -> Result<(), LogError> {
     let mut reader = RunReader::open(log, Topics::RECORDS)?;
-    loop {
-        match reader.next_item() {
-            Ok(Some(LogItem::Record(record))) => see(&record, reader.checkpoint()),
-            Ok(Some(_)) => {}
-            Ok(None) => return Ok(()),
-            Err(error) if error.problem.is_early_end() => return Ok(()),
-            Err(error) => return Err(error),
+    // Where it cannot be read on, the verdict says so.
+    while let Ok(Some(item)) = reader.next_item() {
+        match item {
+            LogItem::Record(record) if record.step() > last_step => break,
+            // What follows a gap need not follow from what stands before it.
+            LogItem::Record(_) if reader.has_gap() => break,
+            LogItem::Record(record) => see(&record, reader.checkpoint()),
+            LogItem::Event(_) => {}
         }
     }
+    Ok(())
 }
 
 /// The last checkpoint before each of the steps, those that there are.
-fn checkpoints(log: &Path, plan: &Plan, steps: &[u64]) -> Result<BTreeMap<u64, ChainState>, NodesError> {
+fn checkpoints(
+    log: &Path,
+    last_step: u64,
+    plan: &Plan,
+    steps: &[u64],
+) -> Result<BTreeMap<u64, ChainState>, NodesError> {
     let mut found: BTreeMap<u64, Saved> = BTreeMap::new();
     let mut seen = String::new();
-    over_records(log, &mut |_, checkpoint| {
+    over_records(log, last_step, &mut |_, checkpoint| {
         if let Some(text) = checkpoint.filter(|text| **text != *seen) {
             text.clone_into(&mut seen);
             if let Ok(saved) = serde_json::from_str::<Saved>(text) {

@@ -55,7 +55,7 @@ pub(crate) struct Pieces {
 
 impl Pieces {
     pub(crate) fn open(path: &Path) -> io::Result<Pieces> {
-        let file = File::open(path)?;
+        let file = asperity_files::open(path)?;
         let length = file.metadata()?.len();
         let file = BufReader::with_capacity(1 << 16, file);
         let effort = MOST_EFFORT_BYTES.saturating_add(length.saturating_mul(4));

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use asperity_files::FileError;
+use asperity_files::{FileError, NoFile};
 use asperity_record::bounds::TooLong;
 use asperity_record::{Direction, RECORD_SCHEMA_VERSION};
 
@@ -274,9 +274,9 @@ impl LogProblem {
 
 impl From<io::Error> for LogProblem {
     fn from(error: io::Error) -> LogProblem {
-        match error.kind() {
-            io::ErrorKind::NotFound => NoRunLog::Missing.into(),
-            io::ErrorKind::IsADirectory => NoRunLog::Folder.into(),
+        match (NoFile::of(&error), error.kind()) {
+            (Some(what), _) => NoRunLog::NoFile(what).into(),
+            (None, io::ErrorKind::NotFound) => NoRunLog::Missing.into(),
             _ => LogProblem::Io(error),
         }
     }
@@ -288,9 +288,9 @@ pub enum NoRunLog {
     /// Nothing stands there.
     #[error("there is no such file")]
     Missing,
-    /// A folder stands there.
-    #[error("not a run log: it is a folder")]
-    Folder,
+    /// Something else than a file stands there.
+    #[error("not a run log: it is {}", .0.words())]
+    NoFile(NoFile),
     /// A file of no bytes, which may also be a log that was hardly begun.
     #[error("the file is empty")]
     Empty,

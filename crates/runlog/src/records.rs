@@ -37,7 +37,7 @@ impl Records {
     /// Opens a file.
     ///
     /// # Errors
-    /// If the system refuses.
+    /// If it is none, or the system refuses.
     pub(crate) fn open(path: &Path) -> io::Result<Records> {
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
@@ -45,7 +45,7 @@ impl Records {
             .with_validate_summary_section_crc(true)
             .with_record_length_limit(LONGEST_RECORD_BYTES);
         Ok(Records {
-            source: BufReader::with_capacity(1 << 16, File::open(path)?),
+            source: BufReader::with_capacity(1 << 16, asperity_files::open(path)?),
             reader: LinearReader::new_with_options(options),
             next_at: MAGIC.len() as u64,
             at: 0,

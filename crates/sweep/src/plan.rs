@@ -3,7 +3,7 @@
 //! A plan is a file of JSON lines: what all runs have in common, a line for each run, and last a
 //! BLAKE3 hash over all of it, by which an edited plan is known.
 
-use std::fs;
+use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -210,9 +210,11 @@ impl Plan {
     pub fn read(folder: &Path) -> Result<Plan, PlanError> {
         let path = folder.join(FILE);
         let no_plan = |problem: &str| PlanError::NoPlan { path: path.clone(), problem: problem.to_owned() };
-        let text = fs::read_to_string(&path).map_err(|error| {
-            no_plan(&format!("there is no plan ({error}) (accepted: a folder of `asperity sweep plan`)"))
-        })?;
+        let text = asperity_files::read(&path)
+            .and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other))
+            .map_err(|error| {
+                no_plan(&format!("there is no plan ({error}) (accepted: a folder of `asperity sweep plan`)"))
+            })?;
         let edited = || no_plan("it is not as it was written (accepted: a plan nobody edited)");
         let split = text.trim_end_matches('\n').rfind('\n').ok_or_else(edited)?;
         let (body, end) = text.split_at(split + 1);

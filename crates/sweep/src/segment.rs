@@ -159,7 +159,7 @@ impl Reader {
     /// # Errors
     /// If it cannot be read.
     pub fn open(path: &Path, plan: &str) -> io::Result<Option<Reader>> {
-        let mut file = BufReader::with_capacity(1 << 16, File::open(path)?);
+        let mut file = BufReader::with_capacity(1 << 16, asperity_files::open(path)?);
         let expected = first_line(plan);
         let mut found = vec![0; expected.len()];
         match file.read_exact(&mut found) {

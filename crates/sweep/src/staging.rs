@@ -4,6 +4,8 @@
 //!
 //! What stands here is a saving of time. Without it, a run is made from its beginning.
 
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -39,8 +41,11 @@ fn name(run: u64) -> String {
 pub(crate) fn keep(folder: &Path, run: u64) -> Result<(), FileError> {
     create_folder(&folder.join(LOGS))?;
     let path = log(folder, run);
+    let kept = kept_log(folder, run);
     match Held::open(&path)? {
-        Some(mut held) => held.rename(&kept_log(folder, run), Existing::Replace),
+        Some(mut held) => held.rename(&kept, Existing::Replace),
+        // Another process made the same run meanwhile, and cleared this log.
+        None if kept.exists() => Ok(()),
         None => Err(FileError::Lost(path)),
     }
 }
@@ -58,16 +63,30 @@ pub fn is_begun(folder: &Path, run: u64) -> bool {
     partial_path(&log(folder, run)).exists()
 }
 
-/// Removes the unfinished log of a run of which there is a result on the disk. What another process
-/// holds is left to that.
+/// Removes what there is of the log of a run, unfinished or whole, of which there is a result on the
+/// disk. What another process holds is left to that, which clears it when it lets go.
 ///
 /// # Errors
 /// If the system refuses, or it is no run log.
 pub fn clear(folder: &Path, run: u64) -> Result<(), WriteError> {
-    match Unfinished::of(&log(folder, run)).and_then(|left| left.map_or(Ok(()), Unfinished::remove)) {
-        Err(WriteError::Busy(_) | WriteError::File(FileError::Lost(_))) => Ok(()),
-        cleared => cleared,
+    let unfinished =
+        Unfinished::of(&log(folder, run)).and_then(|left| left.map_or(Ok(()), Unfinished::remove));
+    for cleared in [unfinished, discard(folder, run).map_err(WriteError::from)] {
+        match cleared {
+            Err(WriteError::Busy(_) | WriteError::File(FileError::Lost(_))) => {}
+            cleared => cleared?,
+        }
     }
+    Ok(())
+}
+
+/// The runs of which there is a log, unfinished or whole, in order.
+///
+/// # Errors
+/// If the folder cannot be read.
+pub fn left(folder: &Path) -> io::Result<BTreeSet<u64>> {
+    let run = |name: &OsStr| name.to_str()?.split_once(".mcap")?.0.parse().ok();
+    Ok(entries(&folder.join(FOLDER))?.iter().filter_map(|entry| run(&entry.file_name())).collect())
 }
 
 /// The runs that have an unfinished log, in order, and how many bytes that is.

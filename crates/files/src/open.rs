@@ -1,0 +1,198 @@
+//! The one way to what a command reads: a path of the user's may lead to anything.
+//!
+//! Opening a named pipe waits for a writer, and reading a terminal for somebody to type; a device
+//! may act on being opened. So what a path leads to is looked at before it is opened, and once more
+//! when it is open, since another process may have put something else there. In between the open
+//! itself does not wait.
+
+use std::fmt;
+use std::fs::{self, File, FileType};
+use std::io::{self, Read};
+use std::path::Path;
+
+/// What a path leads to in the place of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoFile {
+    /// A folder.
+    Folder,
+    /// A named pipe, or one of a shell.
+    Pipe,
+    /// A socket.
+    Socket,
+    /// A terminal, a disk, `/dev/null` and the like.
+    Device,
+}
+
+impl fmt::Display for NoFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "it is {}, not a file", self.words())
+    }
+}
+
+impl std::error::Error for NoFile {}
+
+impl NoFile {
+    /// In words, as in "it is a folder".
+    pub fn words(self) -> &'static str {
+        match self {
+            NoFile::Folder => "a folder",
+            NoFile::Pipe => "a pipe",
+            NoFile::Socket => "a socket",
+            NoFile::Device => "a device",
+        }
+    }
+
+    /// What an error of this module says, if it is for this reason.
+    pub fn of(error: &io::Error) -> Option<NoFile> {
+        error.get_ref()?.downcast_ref().copied()
+    }
+
+    fn unless_file(kind: FileType) -> io::Result<()> {
+        if kind.is_file() {
+            return Ok(());
+        }
+        #[cfg(unix)]
+        use std::os::unix::fs::FileTypeExt;
+        let what = match kind {
+            kind if kind.is_dir() => NoFile::Folder,
+            #[cfg(unix)]
+            kind if kind.is_fifo() => NoFile::Pipe,
+            #[cfg(unix)]
+            kind if kind.is_socket() => NoFile::Socket,
+            _ => NoFile::Device,
+        };
+        let error =
+            if what == NoFile::Folder { io::ErrorKind::IsADirectory } else { io::ErrorKind::InvalidInput };
+        Err(io::Error::new(error, what))
+    }
+}
+
+/// Opens a file to be read.
+///
+/// # Errors
+/// If the path leads to something else, see [`NoFile`], or the system refuses.
+pub fn open(path: &Path) -> io::Result<File> {
+    NoFile::unless_file(fs::metadata(path)?.file_type())?;
+    let file = open_at_once(path)?;
+    NoFile::unless_file(file.metadata()?.file_type())?;
+    Ok(file)
+}
+
+/// All bytes of a file.
+///
+/// # Errors
+/// As [`open`].
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    open(path)?.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// Opens a text that is read once, from its beginning to its end: a file, or a stream that whoever
+/// started this process opened for it and named by its number, as a shell does for `<(COMMAND)`.
+///
+/// # Errors
+/// If the path leads to something else, see [`NoFile`], or the system refuses.
+pub fn open_text(path: &Path) -> io::Result<Box<dyn Read>> {
+    match Stream::named(path) {
+        // Opened anew, a named pipe would be waited for.
+        Some(Stream::Standard) => Ok(Box::new(io::stdin().lock())),
+        Some(Stream::Numbered) => Ok(Box::new(File::open(path)?)),
+        None => Ok(Box::new(open(path)?)),
+    }
+}
+
+/// A stream that was open when this process started.
+enum Stream {
+    Standard,
+    Numbered,
+}
+
+impl Stream {
+    fn named(path: &Path) -> Option<Stream> {
+        if path == Path::new("/dev/stdin") {
+            return Some(Stream::Standard);
+        }
+        let folder = path.parent()?;
+        let number: u32 = path.file_name()?.to_str()?.parse().ok()?;
+        let is_ours = ["/dev/fd", "/proc/self/fd"].iter().any(|own| folder == Path::new(own));
+        is_ours.then_some(if number == 0 { Stream::Standard } else { Stream::Numbered })
+    }
+}
+
+#[cfg(unix)]
+fn open_at_once(path: &Path) -> io::Result<File> {
+    use std::os::unix::fs::OpenOptionsExt;
+    // Without effect on files.
+    File::options().read(true).custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY).open(path)
+}
+
+#[cfg(not(unix))]
+fn open_at_once(path: &Path) -> io::Result<File> {
+    File::open(path)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::fs;
+    use std::io::Read;
+    use std::os::unix::fs::symlink;
+    use std::os::unix::net::UnixListener;
+    use std::path::Path;
+    use std::process::Command;
+
+    use super::{NoFile, open, open_at_once, open_text, read};
+
+    /// None of them is waited for: each `open` returns.
+    #[test]
+    fn what_is_no_file_is_refused_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        assert!(Command::new("mkfifo").arg(path("pipe")).status().unwrap().success());
+        let _listener = UnixListener::bind(path("socket")).unwrap();
+        symlink(path("pipe"), path("link")).unwrap();
+        for (name, expected) in [
+            (path("pipe"), NoFile::Pipe),
+            (path("link"), NoFile::Pipe),
+            (path("socket"), NoFile::Socket),
+            (folder.path().to_owned(), NoFile::Folder),
+            ("/dev/null".into(), NoFile::Device),
+        ] {
+            for error in [open(&name).unwrap_err(), open_text(&name).err().unwrap()] {
+                assert_eq!(NoFile::of(&error), Some(expected), "{error}");
+            }
+        }
+        // One that takes the place of a file after the first look.
+        assert!(!open_at_once(&path("pipe")).unwrap().metadata().unwrap().is_file());
+        assert_eq!(open(&path("none")).unwrap_err().kind(), std::io::ErrorKind::NotFound);
+    }
+
+    #[test]
+    fn files_are_read_by_any_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::write(path("file"), "text").unwrap();
+        symlink("file", path("link")).unwrap();
+        for name in ["file", "link"] {
+            assert_eq!(read(&path(name)).unwrap(), b"text");
+            let mut text = String::new();
+            open_text(&path(name)).unwrap().read_to_string(&mut text).unwrap();
+            assert_eq!(text, "text");
+        }
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn streams_are_texts_and_nothing_else() {
+        use std::os::fd::AsRawFd;
+        let (mut ends, mut write) = std::io::pipe().unwrap();
+        std::io::Write::write_all(&mut write, b"blocks = 3").unwrap();
+        drop(write);
+        let name = format!("/dev/fd/{}", ends.as_raw_fd());
+        assert_eq!(NoFile::of(&open(Path::new(&name)).unwrap_err()), Some(NoFile::Pipe));
+        let mut text = String::new();
+        open_text(Path::new(&name)).unwrap().read_to_string(&mut text).unwrap();
+        assert_eq!(text, "blocks = 3");
+        assert_eq!(ends.read(&mut [0]).unwrap(), 0);
+    }
+}

@@ -1,0 +1,144 @@
+//! Whatever a scenario accepts can be run, and its log is sound: every number at both ends of what is
+//! accepted, alone, in pairs and by sixes. A width of 5e-324 m used to be accepted, and the log of its
+//! run was damaged; with a load of 5e-324 N no log could be written.
+
+use asperity_model::keys::{KEYS, Kind};
+use asperity_model::{Plan, Scenario, resolve};
+use asperity_run::{Begin, LogTo, RunError, Task, Verdict, check, run};
+use asperity_testkit::{Random, folder};
+
+/// Scenarios that between them give all keys a meaning.
+const FAMILIES: [(&str, &[&str]); 6] = [
+    ("default", &["slider.blocks=5"]),
+    (
+        "default",
+        &["slider.blocks=5", "parameter_set=as-stated", "drive.kind=left-right", "friction.reattach=two-way"],
+    ),
+    ("default", &["slider.blocks=5", "drive.kind=top"]),
+    ("default", &["slider.blocks=5", "friction.law=rigid", "prestress.ratio=0.1"]),
+    ("default", &["slider.blocks=5", "friction.law=velocity-weakening"]),
+    ("slab", &["slider.blocks=9", "slider.rows=3", "slider.height_m=0.035"]),
+];
+
+/// Keys of numbers, without those of time, which follow from the step here.
+fn keys() -> Vec<(&'static str, Kind)> {
+    let is_number = |kind: &Kind| matches!(kind, Kind::Number(..));
+    let keys = KEYS.iter().filter(|key| is_number(&key.kind) && !key.path.starts_with("time."));
+    keys.filter(|key| !key.path.starts_with("recording.")).map(|key| (key.path, key.kind)).collect()
+}
+
+/// The scenario with a step that is stable for it and a run of some hundred steps, if it is accepted.
+fn accepted(name: &str, sets: &[String]) -> Option<Scenario> {
+    let mut step_s = 1e-8;
+    for _ in 0..2 {
+        let times = [
+            ("time.step_s", 1.0),
+            ("time.duration_s", 300.0),
+            ("recording.sample_s", 50.0),
+            ("recording.fields_s", 100.0),
+        ];
+        let is_set = |key: &str| sets.iter().any(|set| set.starts_with(key));
+        let times = times.iter().filter(|(key, _)| !is_set(key));
+        let times = times.map(|(key, steps)| format!("{key}={:e}", steps * step_s));
+        let all: Vec<String> = sets.iter().cloned().chain(times).collect();
+        match resolve(name, &all) {
+            Ok(scenario) => return Some(scenario),
+            Err(errors) => {
+                let text = errors.to_string();
+                let limit = text.split("a number above 0 and below ").nth(1)?.split(')').next()?;
+                step_s = 0.1 * limit.parse::<f64>().expect("it is a number");
+            }
+        }
+    }
+    None
+}
+
+fn all_normal<'a>(what: &str, numbers: impl IntoIterator<Item = &'a f64>, sets: &[String]) {
+    for number in numbers {
+        assert!(*number == 0.0 || number.is_normal(), "{sets:?}: {what}: {number:e}");
+    }
+}
+
+/// Whether it ran: it may be refused, or be stopped because its time step was too long.
+fn runs_if_accepted(name: &str, sets: &[String]) -> bool {
+    let Some(scenario) = accepted(name, sets) else { return false };
+    let plan = Plan::new(&scenario);
+    let scales = scenario.scales();
+    let constants = [
+        plan.block_mass_kg,
+        plan.spacing_m,
+        plan.elastic.stiffness_n_per_m(),
+        plan.friction.interfacial_stiffness_n_per_m,
+        plan.longest_stable_step_s,
+        scales.block_time_s,
+        scales.block_length_m,
+    ];
+    all_normal("a constant", &constants, sets);
+    all_normal("a load", &plan.normal_load_n, sets);
+    all_normal("a threshold", &plan.friction.static_threshold_n, sets);
+    all_normal("a force", plan.drive.springs.iter().map(|spring| &spring.stiffness_n_per_m), sets);
+    for warning in scenario.warnings() {
+        assert!(!warning.contains("inf") && !warning.contains("NaN"), "{sets:?}: {warning}");
+    }
+    let folder = folder();
+    let path = folder.path().join("run.mcap");
+    let outcome = run(Task::new(&scenario).log_to(LogTo::new(&path)), Begin::Anew, &|| false, &mut ());
+    let expected = match outcome {
+        Ok(_) => Verdict::Whole,
+        Err(RunError::Simulation { .. }) => Verdict::Stopped,
+        Err(error) => panic!("{name} {sets:?} {:e} s: {error}", scenario.time.step_s),
+    };
+    let checked = check(&path);
+    assert_eq!(checked.verdict, expected, "{name} {sets:?} {:e} s: {checked}", scenario.time.step_s);
+    true
+}
+
+fn with(sets: &[&str], more: impl IntoIterator<Item = (&'static str, f64)>) -> Vec<String> {
+    let more = more.into_iter().map(|(key, value)| format!("{key}={value:e}"));
+    sets.iter().map(|set| (*set).to_owned()).chain(more).collect()
+}
+
+#[test]
+fn numbers_that_nobody_can_calculate_with_are_refused_by_name() {
+    for (key, kind) in keys() {
+        for value in [f64::from_bits(1), f64::MIN_POSITIVE, 1e-300, 1e-31, 1e31, 1e300, f64::MAX] {
+            for value in [value, -value] {
+                if !kind.accepts_number(value) {
+                    continue;
+                }
+                let errors = resolve("default", &[format!("{key}={value:e}")]).expect_err(key).to_string();
+                let said = format!("{key}: {value:e} is too ");
+                assert!(errors.contains(&said) && errors.contains("1e-30 to 1e30"), "{errors}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_number_may_be_as_small_or_as_large_as_is_accepted() {
+    let mut ran = 0;
+    for (name, sets) in FAMILIES {
+        for (key, kind) in keys() {
+            for value in [1e-30, 1e30] {
+                if kind.accepts_number(value) {
+                    ran += usize::from(runs_if_accepted(name, &with(sets, [(key, value)])));
+                }
+            }
+        }
+    }
+    assert!(ran > 100, "only {ran} were accepted");
+}
+
+#[test]
+fn so_may_several_at_once() {
+    let (mut random, keys) = (Random::new(28), keys());
+    let mut ran = 0;
+    for number in 0..200 {
+        let (name, sets) = FAMILIES[number % FAMILIES.len()];
+        let count = if number % 4 == 0 { 6 } else { 2 };
+        let values: Vec<(&str, f64)> =
+            (0..count).map(|_| (random.pick(&keys).0, random.pick(&[1e-30, 1e-15, 1e15, 1e30]))).collect();
+        ran += usize::from(runs_if_accepted(name, &with(sets, values)));
+    }
+    assert!(ran > 40, "only {ran} were accepted");
+}

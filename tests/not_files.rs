@@ -1,0 +1,146 @@
+//! What stands in the place of a file is refused at once by every command that reads: a named pipe, a
+//! socket, a device, a folder. Opening a pipe used to wait for a writer that nobody had promised; and
+//! little memory used to end in a panic of the threads that tables are made on.
+
+use std::fs;
+use std::os::unix::net::UnixListener;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use crate::hostile::{bounded, refused};
+use crate::support::binary::{succeed, text};
+use crate::support::small;
+use crate::sweep::Study;
+
+fn pipe(path: &Path) {
+    assert!(Command::new("mkfifo").arg(path).status().expect("mkfifo starts").success());
+}
+
+#[test]
+fn no_command_waits_for_a_pipe() {
+    let scratch = asperity_testkit::folder();
+    let folder = scratch.path();
+    let file = |name: &str| folder.join(name);
+    let whole = file("whole.mcap");
+    small::run(&whole);
+    let endings = ["mcap", "csv", "parquet", "toml"];
+    let [log, csv, parquet, toml] = endings.map(|ending| file(&format!("pipe.{ending}")));
+    [&log, &csv, &parquet, &toml].into_iter().for_each(|path| pipe(path));
+    let profile = format!("initial_shear.profile_csv={}", csv.display());
+    let mut commands = vec![
+        (vec!["check", text(&log)], &log),
+        (vec!["events", text(&log)], &log),
+        (vec!["summary", text(&log)], &log),
+        (vec!["replay", text(&log)], &log),
+        (vec!["replay", text(&whole), "--detectors", text(&toml)], &toml),
+        (vec!["export", text(&log), "--to", "csv", "--out", "exported"], &log),
+        (vec!["salvage", text(&log), "--out", "salvaged.mcap"], &log),
+        (vec!["report", text(&log), "--out", "page.html"], &log),
+        (vec!["diff", text(&log), text(&whole)], &log),
+        (vec!["diff", text(&csv), text(&csv)], &csv),
+        (vec!["diff", text(&whole), text(&whole), "--policy", text(&toml)], &toml),
+        (vec!["scenario", "validate", text(&toml)], &toml),
+        (vec!["scenario", "show", text(&log)], &log),
+        (vec!["scenario", "validate", "default", "--set", &profile], &csv),
+        (vec!["run", text(&toml), "--out", "run.mcap"], &toml),
+        (vec!["sweep", "plan", text(&toml), "--out", "planned"], &toml),
+    ];
+    if cfg!(feature = "analysis") {
+        commands.push((vec!["reduce", text(&log), "--out", "reduced"], &log));
+        commands.push((vec!["reproduce", text(&toml), "--out", "made"], &toml));
+        commands.push((vec!["events", text(&parquet)], &parquet));
+        commands.push((vec!["diff", text(&parquet), text(&parquet)], &parquet));
+    }
+    for (arguments, file) in commands {
+        let said = refused(folder, &arguments, file);
+        assert!(said.contains("it is a pipe"), "{arguments:?}: {said}");
+    }
+    let _listener = UnixListener::bind(file("socket.mcap")).expect("the folder can be written");
+    for (path, what) in [(file("socket.mcap"), "a socket"), ("/dev/null".into(), "a device")] {
+        let said = refused(folder, &["check", text(&path)], &path);
+        assert!(said.contains(&format!("not a run log: it is {what}")), "{said}");
+    }
+}
+
+#[test]
+fn a_study_does_not_wait_for_a_pipe() {
+    let study = Study::of(
+        "title = 'Tilts'\nscenario = 'default'\nset = ['slider.blocks=5', 'time.duration_s=0.001']\n\
+         [[axis]]\nkey = 'normal_load.tilt'\nvalues = [-0.4, 0.3]\n",
+    );
+    let out = study.plan("out");
+    fs::create_dir_all(out.join("segments")).expect("the folder can be written");
+    pipe(&out.join("segments/a.seg"));
+    let planless = study.path("planless");
+    fs::create_dir(&planless).expect("the folder can be written");
+    pipe(&planless.join("plan.ndjson"));
+    let scratch = asperity_testkit::folder();
+    for folder in [&out, &planless] {
+        for command in ["status", "run", "collect"] {
+            let outcome = bounded(scratch.path(), &["sweep", command, text(folder)]);
+            assert!(matches!(outcome.code, Some(1..=4)), "{command}: {:?} {}", outcome.code, outcome.err);
+            assert!(outcome.err.contains("it is a pipe"), "{command}: {}", outcome.err);
+        }
+    }
+}
+
+/// Texts are read once, and may come from a stream that the shell opens.
+#[test]
+fn scenarios_may_come_from_a_stream_of_the_shell() {
+    let script = "echo slider.blocks=7 | \"$0\" scenario show /dev/stdin | grep '^blocks'
+                  \"$0\" scenario show <(echo slider.blocks=8) | grep '^blocks'";
+    let output = Command::new("bash")
+        .args(["-c", script, env!("CARGO_BIN_EXE_asperity")])
+        .output()
+        .expect("bash starts");
+    assert_eq!(String::from_utf8_lossy(&output.stdout), "blocks = 7\nblocks = 8\n", "{output:?}");
+}
+
+/// From the least with which the program is loaded, every command succeeds or says that it lacks memory
+/// or threads.
+#[test]
+#[cfg(all(target_os = "linux", feature = "analysis"))]
+fn with_little_memory_commands_fail_without_a_panic() {
+    let scratch = asperity_testkit::folder();
+    let folder = scratch.path();
+    let log = folder.join("small.mcap");
+    small::run(&log);
+    succeed(&["export", text(&log), "--to", "parquet", "--out", text(&folder.join("tables"))]);
+    let table = folder.join("tables/small.step.parquet");
+    let limited = |limit_kb: u32, arguments: &[&str]| {
+        Command::new("bash")
+            .args(["-c", &format!("ulimit -v {limit_kb}; exec \"$0\" \"$@\"")])
+            .arg(env!("CARGO_BIN_EXE_asperity"))
+            .args(arguments)
+            .env_remove("RUST_BACKTRACE")
+            .stdin(Stdio::null())
+            .output()
+            .expect("bash starts")
+    };
+    let is_loaded = |limit_kb: &u32| limited(*limit_kb, &["--version"]).status.success();
+    let least_kb = (60_000..600_000).step_by(2000).find(is_loaded).expect("there is memory for the program");
+    let mut failures = 0;
+    for number in 0..14 {
+        let limit_kb = least_kb + 3000 * number;
+        let out = folder.join(format!("{number}"));
+        let [exported, reduced, run] = ["e", "r", "m.mcap"].map(|name| out.join(name));
+        fs::create_dir(&out).expect("the folder can be written");
+        for arguments in [
+            vec!["check", text(&log)],
+            vec!["events", text(&table)],
+            vec!["diff", text(&log), text(&log)],
+            vec!["run", "default", "--set", "time.duration_s=0.02", "--out", text(&run)],
+            vec!["export", text(&log), "--to", "parquet", "--out", text(&exported)],
+            vec!["reduce", text(&log), "--out", text(&reduced)],
+        ] {
+            let output = limited(limit_kb, &arguments);
+            let said = String::from_utf8_lossy(&output.stderr);
+            let code = output.status.code();
+            assert!(matches!(code, Some(0..=1)), "{limit_kb} kB, {arguments:?}: {:?} {said}", output.status);
+            assert!(!said.contains("panicked"), "{limit_kb} kB, {arguments:?}: {said}");
+            assert!(code == Some(0) || !said.is_empty(), "{limit_kb} kB, {arguments:?} says nothing");
+            failures += u32::from(code == Some(1));
+        }
+    }
+    assert!(failures > 3, "there was memory enough for all but {failures}");
+}

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use asperity_files::{Existing, FileSet, Inputs, create_folder};
+use asperity_files::{Existing, FileSet, Inputs};
 use asperity_model::Scenario;
 use asperity_model::analytic::LengthLaw;
 use asperity_record::{Event, Record, RunHeader};
@@ -128,9 +128,9 @@ impl<'a> Reduction<'a> {
         provenance: bool,
     ) -> Result<Reduction<'a>, AnalysisError> {
         let (tables, figures) = (out.join("tables"), out.join("figures"));
-        create_folder(&tables)?;
-        create_folder(&figures)?;
         let files = FileSet::new(Existing::Replace, inputs);
+        files.folder(&tables)?;
+        files.folder(&figures)?;
         files.reserve(pipeline.outputs(out))?;
         files.reserve([record::path(out, COMMAND)])?;
         let figures = Gathering::begin(&pipeline.figure, figures, provenance);

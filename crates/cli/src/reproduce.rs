@@ -57,9 +57,9 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     if data.ruptures.is_none() && verdict.holds_all() {
         data.ruptures = Some(ruptures::found_in_steps(&arguments.run)?);
     }
-    create_folder(out)?;
     let law = LengthLaw::natural(&data.scenario);
     let files = FileSet::new(Existing::Refuse, Inputs::of([&arguments.run]));
+    files.folder(out).map_err(Failure::failed)?;
     let both_ways = data.plan.drive.pulls_both_ways();
     let mut loads = LoadTable::begin(&files, out, "load", both_ways).map_err(not_written)?;
     let mut written = Ok(());

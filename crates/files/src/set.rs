@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
+use crate::create_folder;
 use crate::error::FileError;
 use crate::identity::Identity;
 use crate::inputs::Inputs;
@@ -29,6 +30,22 @@ struct State {
     inputs: Inputs,
     stages: Vec<Stage>,
     outputs: Vec<Output>,
+    /// After the stages, which stand in them.
+    made: MadeFolders,
+}
+
+/// Folders that were made for the files of a set, those that others stand in first. They go with it
+/// where nothing is in them.
+#[derive(Debug, Default)]
+struct MadeFolders(Vec<PathBuf>);
+
+impl Drop for MadeFolders {
+    fn drop(&mut self) {
+        for folder in self.0.iter().rev() {
+            // One that something stands in is not removed.
+            fs::remove_dir(folder).ok();
+        }
+    }
 }
 
 /// A file that is to be, or has been, written.
@@ -95,6 +112,19 @@ impl FileSet {
         paths.into_iter().try_for_each(|path| state.reserve(path.as_ref(), self.existing).map(drop))
     }
 
+    /// Makes sure that there is a folder, with those that it stands in. Those that are new are removed
+    /// again if they are still empty when the set is given up.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn folder(&self, folder: &Path) -> Result<(), FileError> {
+        let is_new = |folder: &&Path| !folder.as_os_str().is_empty() && !is_taken(folder);
+        let new: Vec<PathBuf> = folder.ancestors().take_while(is_new).map(Path::to_owned).collect();
+        create_folder(folder)?;
+        self.state().made.0.extend(new.into_iter().rev());
+        Ok(())
+    }
+
     /// Begins a file, which may have been reserved.
     ///
     /// # Errors
@@ -154,7 +184,9 @@ impl FileSet {
     /// If a name is taken, a file is no longer the one that was written, or the system refuses.
     pub fn publish(self) -> Result<(), FileError> {
         let existing = self.existing;
-        let State { inputs, stages, mut outputs } = self.state.into_inner().expect("no one panics with it");
+        // The last of them is dropped first.
+        let State { mut made, inputs, stages, mut outputs } =
+            self.state.into_inner().expect("no one panics with it");
         outputs.retain(|output| output.staged.is_some());
         outputs.iter().try_for_each(Output::sync)?;
         let mut folders: Vec<&Path> = stages.iter().map(|stage| stage.folder.as_path()).collect();
@@ -180,6 +212,9 @@ impl FileSet {
         if outcome.is_err() && existing == Existing::Refuse {
             // Nobody has seen them complete.
             given.into_iter().for_each(Output::take_back);
+        }
+        if outcome.is_ok() {
+            made.0.clear();
         }
         outcome
     }
@@ -354,6 +389,35 @@ mod tests {
         files.write(&path("b"), "2").unwrap();
         files.publish().unwrap();
         assert_eq!(content(folder.path()), of([("a", "1"), ("b", "2")]));
+    }
+
+    #[test]
+    fn folders_stay_with_what_is_in_them() {
+        let (folder, path) = folder();
+        fs::create_dir(path("mine")).unwrap();
+        let begin = || {
+            let files = set(Existing::Refuse);
+            files.folder(&path("mine")).unwrap();
+            files.folder(&path("new/within")).unwrap();
+            files.folder(&path("new/beside")).unwrap();
+            files.write(&path("new/within/a"), "1").unwrap();
+            files
+        };
+        drop(begin());
+        assert_eq!(content(folder.path()), of([("mine", "-")]));
+        let files = begin();
+        fs::write(path("new/beside/b"), "mine").unwrap();
+        drop(files);
+        assert_eq!(content(&path("new")), of([("beside", "-")]));
+        fs::remove_dir_all(path("new")).unwrap();
+        begin().publish().unwrap();
+        assert_eq!(content(&path("new")), of([("beside", "-"), ("within", "-")]));
+        // Names that were taken in the meantime.
+        fs::remove_dir_all(path("new")).unwrap();
+        let files = begin();
+        fs::write(path("new/within/a"), "mine").unwrap();
+        files.publish().unwrap_err();
+        assert_eq!(content(&path("new")), of([("within", "-")]));
     }
 
     #[test]

@@ -14,6 +14,8 @@ mod cli;
 mod clients;
 mod code_version;
 #[cfg(feature = "analysis")]
+mod colours;
+#[cfg(feature = "analysis")]
 mod diff;
 mod disk;
 #[cfg(feature = "analysis")]
@@ -23,6 +25,8 @@ mod export;
 #[cfg(feature = "analysis")]
 mod figures_page;
 mod files;
+#[cfg(feature = "analysis")]
+mod first_day;
 mod flips;
 mod foxglove;
 #[cfg(feature = "analysis")]

@@ -212,6 +212,12 @@ impl Tab {
         self.painted();
     }
 
+    /// What the window shows: a PNG.
+    pub(crate) fn picture(&mut self) -> Vec<u8> {
+        let taken = self.call("Page.captureScreenshot", json!({ "format": "png" }));
+        from_base64(taken["data"].as_str().unwrap_or_default())
+    }
+
     /// The page as it is printed: a PDF.
     pub(crate) fn pdf(&mut self) -> Vec<u8> {
         let printed = self.call("Page.printToPDF", json!({ "printBackground": true }));

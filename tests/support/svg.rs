@@ -1,4 +1,4 @@
-//! What is drawn in an SVG of ours: a path a line.
+//! What is drawn in an SVG of ours: a path or a picture a line.
 
 /// A rectangle along the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,13 +55,15 @@ impl Bounds {
     }
 }
 
-/// A path.
+/// A path, or the outline of a picture.
 #[derive(Debug, Clone)]
 pub(crate) struct Item {
     pub(crate) class: String,
     /// What it says, if it is text.
     pub(crate) words: String,
     pub(crate) stroke_width: Option<f64>,
+    /// Whether it is a picture.
+    pub(crate) is_image: bool,
     /// Of the outlines, ends of curves included and their bends left out.
     outlines: Vec<Vec<(f64, f64)>>,
     pub(crate) bounds: Bounds,
@@ -73,8 +75,32 @@ impl Item {
             let (_, rest) = line.split_once(&format!(" {name}=\""))?;
             rest.split_once('"').map(|(value, _)| value)
         };
+        let number = |name: &str| {
+            value(name).map(|number| number.parse::<f64>().unwrap_or_else(|_| panic!("{name} of {line}")))
+        };
+        let is_image = line.starts_with("<image ");
+        let outlines = if is_image {
+            let [left, top, width, height] =
+                ["x", "y", "width", "height"].map(|name| number(name).expect("a picture has its place"));
+            let (right, bottom) = (left + width, top + height);
+            vec![vec![(left, top), (right, top), (right, bottom), (left, bottom), (left, top)]]
+        } else {
+            Item::outlines(value("d").expect("a path has its course"))
+        };
+        let bounds = Bounds::about(outlines.iter().flatten().copied());
+        Item {
+            class: value("class").expect("everything has a class").to_owned(),
+            words: value("aria-label").unwrap_or_default().to_owned(),
+            stroke_width: number("stroke-width"),
+            is_image,
+            outlines,
+            bounds,
+        }
+    }
+
+    /// The outlines of a path.
+    fn outlines(path: &str) -> Vec<Vec<(f64, f64)>> {
         let mut outlines: Vec<Vec<(f64, f64)>> = Vec::new();
-        let path = value("d").expect("a path has its course");
         // A letter, and the numbers behind it.
         let letters = || path.char_indices().filter(|(_, c)| c.is_ascii_alphabetic()).map(|(at, _)| at);
         for (from, to) in letters().zip(letters().skip(1).chain([path.len()])) {
@@ -96,15 +122,7 @@ impl Item {
                 _ => panic!("no part of a path: {command}"),
             }
         }
-        let bounds = Bounds::about(outlines.iter().flatten().copied());
-        let width = value("stroke-width").map(|width| width.parse().expect("a width is a number"));
-        Item {
-            class: value("class").expect("a path has a class").to_owned(),
-            words: value("aria-label").unwrap_or_default().to_owned(),
-            stroke_width: width,
-            outlines,
-            bounds,
-        }
+        outlines
     }
 
     /// The same on another course.
@@ -166,7 +184,8 @@ impl Drawing {
             .flat_map(str::split_whitespace)
             .map(|number| number.parse().expect("a size is a number"))
             .collect();
-        let items = svg.lines().filter(|line| line.starts_with("<path ")).map(Item::read).collect();
+        let is_drawn = |line: &&str| line.starts_with("<path ") || line.starts_with("<image ");
+        let items = svg.lines().filter(is_drawn).map(Item::read).collect();
         Drawing { page: Bounds { left: 0.0, top: 0.0, right: page[0], bottom: page[1] }, items }
     }
 

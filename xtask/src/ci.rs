@@ -22,11 +22,12 @@ pub(crate) struct CiArguments {}
 
 type Stage = (&'static str, fn() -> Result<(), Failure>);
 
-const STAGES: [Stage; 6] = [
+const STAGES: [Stage; 7] = [
     ("format", format),
     ("lint", lint),
     ("without analysis", without_analysis),
     ("test", test),
+    ("first day", first_day),
     ("doc", doc),
     ("attack", attack),
 ];
@@ -89,6 +90,13 @@ fn without_analysis() -> Result<(), Failure> {
 
 fn test() -> Result<(), Failure> {
     test::command(&TestArguments::default())
+}
+
+/// Every command on small logs of every scenario and law; of the tests above it is a part.
+fn first_day() -> Result<(), Failure> {
+    const TEST: [&str; 6] = ["test", "--package", "asperity-cli", "--test", "root", "--locked"];
+    const WHOLE: [&str; 4] = ["first_day::every_command_on_every_log", "--ignored", "--exact", "--nocapture"];
+    run(cargo(&TEST).arg("--").args(WHOLE))
 }
 
 fn doc() -> Result<(), Failure> {

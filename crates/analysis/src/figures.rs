@@ -10,6 +10,8 @@ mod compose;
 mod damping;
 mod dispersion;
 mod displacement;
+#[cfg(test)]
+mod first_day;
 mod forces;
 mod front;
 mod front_profile;

@@ -66,6 +66,8 @@ asperity.map = (canvas, options) => {
     const raw = span / count, power = 10 ** Math.floor(Math.log10(raw)), lead = raw / power;
     return power * (lead < 1.5 ? 1 : lead < 3.5 ? 2 : lead < 7.5 ? 5 : 10);
   }
+  // With so many decimals; far below the least unit with a power of ten, since `toFixed` takes a hundred at most.
+  const fixed = (value, digits) => (digits > 20 ? value.toExponential(3) : value.toFixed(digits));
   // Far into a run, seconds alone would repeat ten digits at every tick: a part common to all goes into the axis' title,
   // the rest into a unit that fits.
   function timeAxis(a, b, count) {
@@ -75,7 +77,7 @@ asperity.map = (canvas, options) => {
     if (span > far * 2e-3) {
       const [unit, size] = far >= .1 ? units[0] : units.find(([, size]) => far >= size) || units[3];
       const digits = Math.max(0, -Math.floor(Math.log10(step / size) + 1e-9));
-      return { base: 0, step, label: (t) => (t / size).toFixed(digits), title: `t (${unit})` };
+      return { base: 0, step, label: (t) => fixed(t / size, digits), title: `t (${unit})` };
     }
     const [unit, size] = units.find(([, size]) => span >= size) || units[3];
     const coarse = 10 ** Math.ceil(Math.log10(span));
@@ -84,7 +86,7 @@ asperity.map = (canvas, options) => {
     const origin = Number((Math.floor(a / coarse) * coarse).toFixed(Math.min(digits, 20)));
     return {
       base: origin, step,
-      label: (t) => (t / size).toFixed(fine),
+      label: (t) => fixed(t / size, fine),
       title: `t − ${origin.toFixed(Math.min(digits, 20))} s (${unit})`,
     };
   }

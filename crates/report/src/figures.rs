@@ -20,6 +20,11 @@ pub struct Figure {
     pub picture: Picture,
 }
 
+/// A picture of a kind, as `png`, for a place where HTML or SVG has an address.
+pub fn data_url(kind: &str, bytes: &[u8]) -> String {
+    format!("data:image/{kind};base64,{}", STANDARD.encode(bytes))
+}
+
 /// What a figure looks like.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Picture {
@@ -80,10 +85,10 @@ impl Figure {
             Picture::None => return None,
         };
         Some(format!(
-            "<a href=\"{}\"><img alt=\"{}\" src=\"data:image/{kind};base64,{}\"></a>",
+            "<a href=\"{}\"><img alt=\"{}\" src=\"{}\"></a>",
             text(&self.path),
             text(self.alternative()),
-            STANDARD.encode(bytes)
+            data_url(kind, bytes)
         ))
     }
 

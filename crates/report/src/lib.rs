@@ -47,7 +47,7 @@ mod thin;
 
 pub use claims::{Claim, Judgement, Score};
 pub use contents::{Contents, Recorded, RecordedRun, Shown, encoded, files_of_picture, picture};
-pub use figures::{Figure, Picture};
+pub use figures::{Figure, Picture, data_url};
 pub use index::{Entry, index};
 pub use seen::{Gather, Limits, Seen};
 pub use study::{Link, Run, Study};

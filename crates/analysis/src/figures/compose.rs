@@ -6,7 +6,7 @@ use super::axes::{self, BESIDE_TICK, Ruler, TICK};
 use super::legend::{self, Outside};
 use super::plot::{
     Area, Corner, Dash, Frame, LINE_WIDTH, Look, PANEL, Panel, SMALL_PANEL, Series, Sheet, TICK_TEXT, Told,
-    filled, foot_height, footer, line, mark_at,
+    filled, foot_height, footer, line, mark_at, nothing,
 };
 use super::print::canvas::Canvas;
 use super::print::page::{Page, Role, circle};
@@ -141,6 +141,9 @@ impl Panel {
     fn draw(&self, root: &Area<'_>, frame: &Frame, legend: Option<Corner>) -> Result<(), String> {
         for series in &self.series {
             self.draw_series(root, frame, series)?;
+        }
+        if self.series.iter().all(|series| series.points.is_empty()) {
+            nothing(root, frame)?;
         }
         let (x, y) = (self.x.scale(), self.y.scale());
         let (wide, tall) = (frame.right - frame.left, frame.bottom - frame.top);

@@ -10,7 +10,7 @@ use plotters::prelude::{BLACK, RGBColor, WHITE};
 use super::lines::{clipped, thinned};
 use super::print::canvas;
 use super::print::page::{Colour, Item, Page, Paint, Point, Role, Segment, around, circle, through};
-use super::scale::Scale;
+use super::scale::{Scale, ends, powers};
 use super::text::{self, Align, Label};
 
 pub(super) use super::print::canvas::Area;
@@ -85,7 +85,9 @@ pub(super) struct Axis {
 }
 
 impl Axis {
+    /// An axis with these ends; two alike, or no numbers, give way to [`ends`].
     pub(super) fn new(label: &str, from: f64, to: f64) -> Axis {
+        let (from, to) = ends(from, to);
         Axis { label: label.to_owned(), from, to, decades: false, whole: false }
     }
 
@@ -96,6 +98,7 @@ impl Axis {
 
     /// An axis for logarithms to base 10.
     pub(super) fn decades(label: &str, from: f64, to: f64) -> Axis {
+        let (from, to) = powers(from, to);
         Axis { decades: true, ..Axis::new(label, from, to) }
     }
 
@@ -243,6 +246,19 @@ pub(super) fn footer(root: &Area<'_>, line: &str, (x, y): Point, longest: f64) -
     let size = FOOT_TEXT * (longest / width).min(1.0);
     let label = Label { text: line, size, align: Align::Left, upward: false, colour: GREY, role: Role::Foot };
     text::put(root, label, (x, y + f64::from(FOOT) / 3.0))
+}
+
+/// Says in the middle of a frame that there is nothing in it.
+pub(super) fn nothing(root: &Area<'_>, frame: &Frame) -> Result<(), String> {
+    let label = Label {
+        text: "nothing to draw",
+        size: TICK_TEXT,
+        align: Align::Center,
+        upward: false,
+        colour: GREY,
+        role: Role::Legend,
+    };
+    text::put(root, label, ((frame.left + frame.right) / 2.0, (frame.top + frame.bottom) / 2.0))
 }
 
 impl Panel {

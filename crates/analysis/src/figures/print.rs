@@ -5,6 +5,7 @@ pub(super) mod canvas;
 pub(super) mod page;
 mod pdf;
 mod png;
+pub(super) mod raster;
 mod svg;
 
 use std::path::{Path, PathBuf};
@@ -25,8 +26,12 @@ pub fn files_of(file: &Path) -> [PathBuf; 3] {
 
 /// Writes the files of a figure, as files of a set.
 pub(super) fn write(page: &Page, about: &About, files: &FileSet, file: &Path) -> Result<(), AnalysisError> {
-    let failed = |problem| AnalysisError::Figure { file: file.display().to_string(), problem };
-    let bytes = [png::bytes(page, about).map_err(failed)?, svg::bytes(page, about), pdf::bytes(page, about)];
+    let failed = |problem: String| AnalysisError::Figure { file: file.display().to_string(), problem };
+    let bytes = [
+        png::bytes(page, about).map_err(failed)?,
+        svg::bytes(page, about).map_err(failed)?,
+        pdf::bytes(page, about),
+    ];
     for (path, bytes) in files_of(file).iter().zip(bytes) {
         files.write(path, bytes)?;
     }

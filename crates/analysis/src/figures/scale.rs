@@ -3,6 +3,57 @@
 /// Most marks between the ends of an axis.
 const MOST_TICKS: f64 = 7.0;
 
+/// Least and largest magnitude of an end of an axis that is not zero: beyond them the power of ten that
+/// is taken out of its numbers is no double.
+const LEAST: f64 = 1e-290;
+const LARGEST: f64 = 1e290;
+
+/// Least length of an axis over its larger end: a hundred marks are still different doubles.
+const LEAST_LENGTH: f64 = 1e-12;
+
+/// Two ends that an axis can have: finite, in ascending order, and apart.
+///
+/// The load of a slider at rest, the length of precursors of which there are none or the time of a run
+/// that has none give two ends alike, and a number that overflowed gives none. Ends that are too close
+/// for marks between them move apart by a tenth to either side; zero alone, or what is no number,
+/// becomes 0 to 1.
+pub(super) fn ends(from: f64, to: f64) -> (f64, f64) {
+    let bounded = |end: f64| match end.abs() {
+        size if size < LEAST => 0.0,
+        size if size > LARGEST => LARGEST.copysign(end),
+        _ => end,
+    };
+    let (from, to) = ascending(from, to).map_or((0.0, 0.0), |(from, to)| (bounded(from), bounded(to)));
+    let larger = from.abs().max(to.abs());
+    if larger == 0.0 {
+        (0.0, 1.0)
+    } else if to - from < LEAST_LENGTH * larger {
+        (from - 0.1 * larger, to + 0.1 * larger)
+    } else {
+        (from, to)
+    }
+}
+
+/// Least length of a logarithmic axis, in powers of ten.
+const LEAST_POWERS: f64 = 1e-6;
+
+/// The same of a logarithmic axis, whose ends are given as decimal logarithms: those that are too close
+/// move apart by half a power of ten to either side.
+pub(super) fn powers(from: f64, to: f64) -> (f64, f64) {
+    let bounded = |power: f64| power.clamp(LEAST.log10(), LARGEST.log10());
+    match ascending(from, to).map(|(from, to)| (bounded(from), bounded(to))) {
+        None => (0.0, 1.0),
+        Some((from, to)) if to - from < LEAST_POWERS => (from - 0.5, to + 0.5),
+        Some(ends) => ends,
+    }
+}
+
+/// Two ends in ascending order; one that is no number gives way to the other.
+fn ascending(from: f64, to: f64) -> Option<(f64, f64)> {
+    let ends = || [from, to].into_iter().filter(|end| end.is_finite());
+    Some((ends().reduce(f64::min)?, ends().reduce(f64::max)?))
+}
+
 /// An axis, or a colour bar.
 #[derive(Debug, Clone)]
 pub(crate) struct Scale {
@@ -36,17 +87,12 @@ impl Scale {
         let places = || values.clone().map(place).filter(|place| place.is_finite());
         let (low, high) =
             (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
-        let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
-        // Of one value alone, what is about it.
-        let half = if log { 0.5 } else { (0.1 * low.abs()).max(1e-300) };
-        let (low, high) = match (high > low, low == 0.0 && !log) {
-            (true, _) => (low, high),
-            (false, true) => (0.0, 1.0),
-            (false, false) => (low - half, high + half),
-        };
+        let (low, high) = if log { powers(low, high) } else { ends(low, high) };
         let space = margin * (high - low);
         let whole = !log && values.clone().all(|value| value.fract() == 0.0);
-        Scale { label: label.to_owned(), from: low - space, to: high + space, log, words: Vec::new(), whole }
+        let (from, to) = (low - space, high + space);
+        let scale = if log { Scale::logarithms(label, from, to) } else { Scale::between(label, from, to) };
+        scale.in_whole_numbers(whole)
     }
 
     /// The same, from zero where that leaves no more than half of it empty.
@@ -60,11 +106,12 @@ impl Scale {
     /// A scale of words, one after the other.
     pub(crate) fn of_words(label: &str, words: &[String]) -> Scale {
         let to = words.len() as f64 - 0.5;
-        Scale { label: label.to_owned(), from: -0.5, to, log: false, words: words.to_vec(), whole: true }
+        Scale { words: words.to_vec(), whole: true, ..Scale::between(label, -0.5, to) }
     }
 
-    /// A scale with these ends, whatever values it holds.
+    /// A scale with these ends, whatever values it holds; two alike, or no numbers, give way to [`ends`].
     pub(crate) fn between(label: &str, from: f64, to: f64) -> Scale {
+        let (from, to) = ends(from, to);
         Scale { label: label.to_owned(), from, to, log: false, words: Vec::new(), whole: false }
     }
 
@@ -75,13 +122,28 @@ impl Scale {
 
     /// A logarithmic scale with these powers of ten as its ends.
     pub(super) fn logarithms(label: &str, from: f64, to: f64) -> Scale {
+        let (from, to) = powers(from, to);
         Scale { log: true, ..Scale::between(label, from, to) }
     }
 
     /// A scale with these ends, given as its values.
     pub(crate) fn reaching(mut self, from: f64, to: f64) -> Scale {
-        (self.from, self.to) = if self.log { (from.log10(), to.log10()) } else { (from, to) };
+        (self.from, self.to) = if self.log { powers(from.log10(), to.log10()) } else { ends(from, to) };
         self
+    }
+
+    /// The same with zero in its middle, if it has values of both signs: one that is a millionth of the
+    /// other is rounding.
+    pub(crate) fn about_zero(&self) -> Option<Scale> {
+        let (low, high) = (-self.from, self.to);
+        let is_signed = !self.log && self.words.is_empty() && low.min(high) > 1e-6 * low.max(high);
+        is_signed.then(|| self.clone().reaching(-low.max(high), low.max(high)))
+    }
+
+    /// How far along it a value stands, or the end that is next to it.
+    pub(crate) fn nearest_share(&self, value: f64) -> f64 {
+        let place = if self.log { value.log10() } else { value };
+        ((place - self.from) / (self.to - self.from)).clamp(0.0, 1.0)
     }
 
     /// How far along it a value stands, from 0 to 1; none if it is not on it.
@@ -232,7 +294,8 @@ fn minus(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Scale, number};
+    use super::{Scale, ends, number};
+    use crate::figures::plot::Axis;
 
     fn labels(scale: &Scale) -> Vec<String> {
         scale.ticks().into_iter().map(|tick| tick.label).collect()
@@ -255,6 +318,61 @@ mod tests {
         assert!((of(false, &[2.0]).share(2.0).unwrap() - 0.5).abs() < 1e-12);
         assert!(!labels(&of(false, &[])).is_empty());
         assert_eq!(of(true, &[0.0, 1.0, 100.0]).share(10.0), Some(0.5));
+    }
+
+    /// A run of one step, a slider at rest and numbers that overflowed gave such ends; drawing their
+    /// marks panicked.
+    #[test]
+    fn whatever_its_ends_an_axis_has_marks() {
+        const ENDS: [f64; 15] = [
+            0.0,
+            -0.0,
+            1.0,
+            1.0 + f64::EPSILON,
+            -3.0,
+            5e-324,
+            1e-320,
+            2e-308,
+            1e-12,
+            1e5,
+            1.7e308,
+            -1.7e308,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NAN,
+        ];
+        for (from, to) in ENDS.into_iter().flat_map(|from| ENDS.map(|to| (from, to))) {
+            let scales = [
+                Scale::between("x (m)", from, to),
+                Scale::between("n", from, to).in_whole_numbers(true),
+                Scale::logarithms("x (m)", from, to),
+                Scale::between("x", 0.0, 1.0).reaching(from, to),
+                Scale::of("x", true, 0.0, [1.0].into_iter()).reaching(from, to),
+                Scale::of("x", false, 0.06, [from, to].into_iter()).down_to_zero(from),
+                Scale::of("x", true, 0.06, [from, to].into_iter()),
+                Axis::new("x", from, to).scale(),
+                Axis::about("x", [from, to].into_iter()).scale(),
+                Axis::decades("x", from, to).scale(),
+                Axis::counts("x", to).scale(),
+            ];
+            for scale in &scales {
+                let ticks = scale.ticks();
+                let is_on_it = |at: f64| scale.share(at).is_some();
+                assert!(
+                    ticks.len() < 20 && ticks.iter().all(|tick| is_on_it(tick.at)),
+                    "{scale:?}: {ticks:?}"
+                );
+                assert!(!ticks.is_empty() || scale.whole, "{from} to {to}: {scale:?}");
+                assert!(scale.from < scale.to && scale.label().len() < 40, "{from} to {to}: {scale:?}");
+                scale.between_ticks();
+            }
+        }
+        // What is of use stays as it is.
+        for of_use in [(0.0, 3.0), (-2.5e-7, 1e-8), (1e4, 1e4 + 1e-6), (0.0, 1e-30)] {
+            assert_eq!(ends(of_use.0, of_use.1), of_use);
+        }
+        assert_eq!((ends(0.0, 0.0), ends(2.0, 2.0), ends(3.0, 1.0)), ((0.0, 1.0), (1.8, 2.2), (1.0, 3.0)));
+        assert_eq!((ends(f64::NAN, 5.0), ends(f64::NAN, f64::INFINITY)), ((4.5, 5.5), (0.0, 1.0)));
     }
 
     #[test]

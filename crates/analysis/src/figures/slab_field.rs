@@ -10,8 +10,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, of_one_run};
-use super::of_study::colours::viridis;
-use super::of_study::paper::{Bar, Item, Panel, Paper, Sample};
+use super::of_study::colours::{Colours, On};
+use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::Sheet;
 use super::scale::Scale;
 use crate::run_data::{NodeField, RunData};
@@ -99,12 +99,12 @@ impl Figure for SlabField {
         };
         let rank = |share: f64| all[(share * last as f64).round() as usize];
         let scale = Scale::of(self.shows.label(), false, 0.0, [rank(out), rank(1.0 - out)].into_iter());
-        let (low, high) = (rank(out), rank(1.0 - out));
+        let colours = Colours::of(scale, On::Surfaces);
         let panels = maps.into_iter().map(|(title, values)| {
             let cells = values.iter().enumerate().map(|(n, value)| {
                 let columns = lattice.columns - 1;
                 let (left, below) = ((n % columns) as f64 * spacing_mm, (n / columns) as f64 * spacing_mm);
-                let colour = viridis(scale.share(value.clamp(low, high)).unwrap_or(0.0));
+                let colour = colours.at(colours.scale.nearest_share(*value));
                 Item::Cell((left, below), (left + spacing_mm, below + spacing_mm), colour)
             });
             Panel { title, items: cells.collect() }
@@ -115,7 +115,7 @@ impl Figure for SlabField {
             x: Scale::between("x (mm)", 0.0, (lattice.columns - 1) as f64 * spacing_mm),
             y: Scale::between("z (mm)", 0.0, (lattice.rows - 1) as f64 * spacing_mm),
             panels: panels.collect(),
-            bar: Some(Bar { scale: scale.clone(), span: 1.0 }),
+            bar: Some(colours),
             heading: String::new(),
             rows: Vec::from_iter(
                 (out > 0.0).then(|| (Sample::Nothing, format!("ends: {} % beyond", 100.0 * out))),

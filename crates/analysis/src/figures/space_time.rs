@@ -14,8 +14,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, of_one_run};
-use super::of_study::colours::viridis;
-use super::of_study::paper::{Bar, Item, Panel, Paper, Sample};
+use super::of_study::colours::{Colours, On};
+use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{Dash, GREEN, INK, Sheet};
 use super::scale::Scale;
 use super::which::{Clock, Sort, Which, end_s, picked, sorted};
@@ -96,7 +96,8 @@ impl View {
         let end_of_run_s = run.plan.grid.time_s(run.header.steps);
         let natural_s = zoom.map_or((0.0, end_of_run_s), |rupture| {
             let end_s = end_s(run, rupture);
-            let margin_s = 0.08 * (end_s - rupture.onset_s);
+            // One that begins in the last step has no length.
+            let margin_s = (0.08 * (end_s - rupture.onset_s)).max(run.header.time_step_s);
             (rupture.onset_s - margin_s, end_s + margin_s)
         });
         let blocks = run.header.blocks;
@@ -279,7 +280,7 @@ fn creep_front(run: &RunData, view: &View) -> Vec<(f64, f64)> {
 
 /// Velocities of the dense records in view, and their colours; those below a thousandth of the
 /// largest have none.
-fn velocities(run: &RunData, view: &View) -> (Vec<Item>, Option<Bar>) {
+fn velocities(run: &RunData, view: &View) -> (Vec<Item>, Option<Colours>) {
     let mut windows: BTreeMap<u32, Vec<&WindowRecord>> = BTreeMap::new();
     let in_view = |record: &&WindowRecord| (view.from_s..=view.to_s).contains(&record.time_s);
     for record in run.windows().iter().chain(run.rupture_fields()).filter(in_view) {
@@ -291,8 +292,9 @@ fn velocities(run: &RunData, view: &View) -> (Vec<Item>, Option<Bar>) {
         return (Vec::new(), None);
     }
     let scale = Scale::of("|v_n| (m/s)", true, 0.0, [1e-3 * fastest, fastest].into_iter());
+    let colours = Colours::of(scale, On::Surfaces);
     let shade = |velocity: f64| {
-        let share = scale.share(velocity.abs())?;
+        let share = colours.scale.share(velocity.abs())?;
         Some((share * SHADES).floor().min(SHADES - 1.0))
     };
     let mut items = Vec::new();
@@ -311,13 +313,13 @@ fn velocities(run: &RunData, view: &View) -> (Vec<Item>, Option<Bar>) {
                 .collect();
             for alike in blocks.chunk_by(|a, b| a.1 == b.1) {
                 let Some(shade) = alike[0].1 else { continue };
-                let color = viridis((shade + 0.5) / SHADES);
+                let color = colours.at((shade + 0.5) / SHADES);
                 let span = (alike[0].0, alike[alike.len() - 1].0);
                 items.push(view.cell(record.time_s, to_s.max(record.time_s), span, color));
             }
         }
     }
-    (items, Some(Bar { scale, span: 1.0 }))
+    (items, Some(colours))
 }
 
 #[cfg(test)]

@@ -12,8 +12,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::kind::{Figure, of_one_run};
-use super::of_study::colours::{LINES, viridis};
-use super::of_study::paper::{Bar, Item, Panel, Paper, Sample};
+use super::of_study::colours::{Colours, On};
+use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{BLUE, Dash, RED, Sheet};
 use super::scale::Scale;
 use crate::precursors::{PrecursorRules, find};
@@ -78,6 +78,7 @@ impl StressSequence {
             ));
         }
         let scale = Scale::of("F_T/F_N at the onset", false, 0.0, pairs.iter().map(|(load, _)| *load));
+        let colours = Colours::of(scale, On::Lines);
         let friction = &run.plan.friction;
         let ratios = pairs.iter().flat_map(|(_, both)| both.iter().flatten()).map(|(_, ratio)| *ratio);
         let (mut low, mut high) = (0.0f64, friction.static_coefficient);
@@ -90,7 +91,7 @@ impl StressSequence {
         let lines = lines.into_iter().chain([(friction.dynamic_coefficient, Dash::DotDashed, RED, "μ_d")]);
         let panel = |title: &str, which: usize| {
             let profiles = pairs.iter().map(|(load, both)| {
-                let color = viridis(LINES * scale.share(*load).unwrap_or(0.0));
+                let color = colours.at(colours.scale.nearest_share(*load));
                 Item::Line(both[which].clone(), Dash::Solid, color)
             });
             let levels = lines.clone().map(|(level, dash, color, _)| {
@@ -107,7 +108,7 @@ impl StressSequence {
             x: Scale::between("block n", 0.5, last + 0.5),
             y: Scale::between("τ_n/p_n", if low < 0.0 { low - margin } else { 0.0 }, high + margin),
             panels,
-            bar: Some(Bar { scale, span: LINES }),
+            bar: Some(colours),
             heading: String::new(),
             rows,
         })

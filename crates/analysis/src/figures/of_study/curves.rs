@@ -6,10 +6,10 @@ use asperity_model::analytic::{LengthLaw, LengthLawParameters};
 use asperity_study_figures::{Place, Theory, quantile};
 use plotters::prelude::RGBColor;
 
-use super::colours::{LINES, WORDS, viridis};
+use super::colours::{Colours, On, WORDS};
 use super::gather::{Gathered, LEVELS, Loads, ScenarioOf};
 use super::map::in_order;
-use super::paper::{Bar, Item, Paper, Sample};
+use super::paper::{Item, Paper, Sample};
 use crate::figures::plot::{Dash, GREY, INK, Marker};
 use crate::figures::scale::Scale;
 
@@ -29,7 +29,7 @@ const MOST_LAWS: usize = 12;
 /// How each of the colours looks, by its number.
 struct Looks {
     all: Vec<(Marker, RGBColor)>,
-    bar: Option<Bar>,
+    bar: Option<Colours>,
     heading: String,
     rows: Vec<(Sample, String)>,
 }
@@ -51,9 +51,10 @@ impl Looks {
             || places.iter().filter_map(|place| if let Place::Number(n) = place { Some(*n) } else { None });
         if !colour.is_word {
             let scale = Scale::of(&colour.label, colour.log, 0.0, numbers().collect::<Vec<_>>().into_iter());
-            let share = |value: f64| scale.share(value).unwrap_or(0.0);
-            let all = numbers().map(|value| (Marker::Circle, viridis(LINES * share(value)))).collect();
-            bar = Some(Bar { scale, span: LINES });
+            let colours = Colours::of(scale, On::Lines);
+            let look = |value| (Marker::Circle, colours.at(colours.scale.nearest_share(value)));
+            let all = numbers().map(look).collect();
+            bar = Some(colours);
             return Looks { all, bar, heading, rows };
         }
         heading.clone_from(&colour.label);

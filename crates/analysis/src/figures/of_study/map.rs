@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use asperity_study_figures::{Place, Statistic};
 
-use super::colours::viridis;
+use super::colours::{Colours, On};
 use super::gather::{Gathered, Values};
-use super::paper::{Bar, Item, Panel, Paper, Sample};
+use super::paper::{Item, Panel, Paper, Sample};
 use crate::figures::plot::{GREY, Marker};
 use crate::figures::scale::{Scale, number};
 
@@ -34,7 +34,8 @@ pub(super) fn paper(gathered: &Gathered, statistic: Statistic, scattered: bool) 
     let value = |spot: &Spot| statistic.of(&spot.numbers);
     let values: Vec<f64> = spots.values().filter_map(value).collect();
     let colour = figure.colour.as_ref().ok_or("a phase map has colours")?;
-    let bar = Bar { scale: Scale::of(&colour.label, colour.log, 0.0, values.iter().copied()), span: 1.0 };
+    let colours =
+        Colours::of(Scale::of(&colour.label, colour.log, 0.0, values.iter().copied()), On::Surfaces);
 
     let (xs, ys) = (sorted(spots.keys().map(|(_, x, _)| *x)), sorted(spots.keys().map(|(.., y)| *y)));
     let margin = if scattered { 0.06 } else { 0.0 };
@@ -60,8 +61,7 @@ pub(super) fn paper(gathered: &Gathered, statistic: Statistic, scattered: bool) 
     for ((panel, at_x, at_y), spot) in &spots {
         let items = panels.entry(*panel).or_default();
         let (at_x, at_y) = (f64::from_bits(*at_x), f64::from_bits(*at_y));
-        let share = value(spot).and_then(|value| bar.scale.share(value));
-        match share.map(viridis) {
+        match value(spot).and_then(|value| colours.of_number(value)) {
             Some(color) if scattered => items.push(Item::Discs(vec![(at_x, at_y)], DISC, color)),
             Some(color) => {
                 let (nx, ny) = (index(&xs, at_x), index(&ys, at_y));
@@ -93,7 +93,7 @@ pub(super) fn paper(gathered: &Gathered, statistic: Statistic, scattered: bool) 
         x,
         y,
         panels: in_order(gathered, panels),
-        bar: Some(bar),
+        bar: Some(colours),
         heading: String::new(),
         rows,
     })

@@ -4,15 +4,16 @@ use plotters::element::{Circle, Polygon, Rectangle};
 use plotters::prelude::{IntoDrawingArea, RGBColor};
 use plotters::style::Color;
 
-use super::colours::viridis;
+use super::colours::Colours;
 use crate::figures::axes::{self, Ruler};
 use crate::figures::lines::thinned;
 use crate::figures::plot::{
     Area, Dash, Frame, GREY, INK, LINE_WIDTH, Marker, PANEL, Picture, SMALL_PANEL, TICK_TEXT, Told,
-    foot_height, footer, line, mark, mark_at, stroke,
+    foot_height, footer, line, mark, mark_at, nothing, stroke,
 };
-use crate::figures::print::canvas::Canvas;
-use crate::figures::print::page::{Page, Point, Role};
+use crate::figures::print::canvas::{self, Canvas};
+use crate::figures::print::page::{self, Page, Point, Role};
+use crate::figures::print::raster::{Pixel, Raster, Rgb};
 use crate::figures::scale::Scale;
 use crate::figures::text::{self, Align, Label};
 
@@ -35,11 +36,24 @@ pub(crate) enum Item {
     Words((f64, f64), String, bool),
 }
 
+impl Item {
+    /// Whether it has no point at all.
+    fn is_empty(&self) -> bool {
+        match self {
+            Item::Line(points, ..)
+            | Item::Surface(points, ..)
+            | Item::Marks(points, ..)
+            | Item::Discs(points, ..) => points.is_empty(),
+            Item::Cell(..) | Item::Crossed(_) | Item::Words(..) => false,
+        }
+    }
+}
+
 /// A panel.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Panel {
     pub(crate) title: String,
-    /// From back to front.
+    /// From back to front, but for cells, which are behind everything else.
     pub(crate) items: Vec<Item>,
 }
 
@@ -54,14 +68,6 @@ pub(crate) enum Sample {
     Crossed,
     /// Words alone.
     Nothing,
-}
-
-/// A colour bar.
-#[derive(Debug, Clone)]
-pub(crate) struct Bar {
-    pub(crate) scale: Scale,
-    /// How much of the colour scale is in use.
-    pub(crate) span: f64,
 }
 
 /// Where the key stands in the rectangle of a sheet.
@@ -82,7 +88,8 @@ pub(crate) struct Paper {
     pub(crate) panels: Vec<Panel>,
     /// Height of a panel over its width, where both axes have the same unit; else as there is room.
     pub(crate) shape: Option<f64>,
-    pub(crate) bar: Option<Bar>,
+    /// What the colour bar shows.
+    pub(crate) bar: Option<Colours>,
     /// Above the rows.
     pub(crate) heading: String,
     pub(crate) rows: Vec<(Sample, String)>,
@@ -199,10 +206,15 @@ impl Paper {
             let down = (1.0 - self.y.share(y)?) * f64::from(high.1 - low.1);
             Some((f64::from(low.0) + across, f64::from(low.1) + down))
         };
+        let cells: Vec<_> = panel.items.iter().filter_map(|item| cell(item, &place)).collect();
+        raster(root, &cells)?;
         for item in &panel.items {
             draw(root, item, &place)?;
         }
         let frame = frame(low, high);
+        if panel.items.iter().all(Item::is_empty) {
+            nothing(root, &frame)?;
+        }
         let ruler = |scale| Ruler { scale, ticks: Scale::ticks(scale) };
         let mut upwards = ruler(&self.y);
         if self.shape.is_some() {
@@ -236,13 +248,18 @@ impl Paper {
         Ok(())
     }
 
-    fn bar(&self, root: &Area<'_>, bar: &Bar, (left, top): (i32, i32), bottom: i32) -> Result<(), String> {
-        for y in top..bottom {
-            let share = f64::from(bottom - 1 - y) / f64::from((bottom - top).max(1));
-            let row =
-                Rectangle::new([(left, y), (left + BAR_WIDTH, y + 1)], viridis(bar.span * share).filled());
-            root.draw(&row).map_err(|error| error.to_string())?;
-        }
+    fn bar(
+        &self,
+        root: &Area<'_>,
+        bar: &Colours,
+        (left, top): (i32, i32),
+        bottom: i32,
+    ) -> Result<(), String> {
+        let row = |y: i32| {
+            let share = f64::from(bottom - 1 - y) / f64::from(bottom - top);
+            ((left, y), (left + BAR_WIDTH, y + 1), bar.at(share).rgb())
+        };
+        raster(root, &(top..bottom).map(row).collect::<Vec<_>>())?;
         let frame = frame((left, top), (left + BAR_WIDTH, bottom));
         let ruler = Ruler { scale: &bar.scale, ticks: bar.scale.ticks() };
         let reach = axes::draw_at_the_right(root, &frame, &ruler)?;
@@ -271,10 +288,28 @@ fn words(root: &Area<'_>, text: &str, at: (i32, i32)) -> Result<(), String> {
     )
 }
 
+/// The page's pixel at a place.
+fn pixel((x, y): Point) -> Pixel {
+    (x.round() as i32, y.round() as i32)
+}
+
+/// The pixels of a cell; none of what is no cell.
+fn cell(item: &Item, place: &dyn Fn((f64, f64)) -> Option<Point>) -> Option<(Pixel, Pixel, Rgb)> {
+    let Item::Cell(low, high, color) = item else { return None };
+    let ((left, bottom), (right, top)) = (pixel(place(*low)?), pixel(place(*high)?));
+    // With a pixel more at the right and below, the shortest slips are seen on a page that is made smaller.
+    Some(((left, top), (right + 1, bottom + 1), color.rgb()))
+}
+
+/// Draws cells as one picture.
+fn raster(root: &Area<'_>, cells: &[(Pixel, Pixel, Rgb)]) -> Result<(), String> {
+    Raster::of(cells).map_or(Ok(()), |raster| canvas::draw(root, page::Item::of_raster(Role::Data, raster)))
+}
+
 fn draw(root: &Area<'_>, item: &Item, place: &dyn Fn((f64, f64)) -> Option<Point>) -> Result<(), String> {
     let failed = |error: plotters::drawing::DrawingAreaErrorKind<_>| format!("{error}");
     // Surfaces meet without a seam where their corners are pixels.
-    let pixel = |point: (f64, f64)| place(point).map(|(x, y)| (x.round() as i32, y.round() as i32));
+    let pixel = |point: (f64, f64)| place(point).map(pixel);
     match item {
         Item::Line(points, dash, color) => {
             let places: Vec<Option<Point>> = points.iter().map(|point| place(*point)).collect();
@@ -299,13 +334,8 @@ fn draw(root: &Area<'_>, item: &Item, place: &dyn Fn((f64, f64)) -> Option<Point
                 root.draw(&Circle::new(point, *radius, color.filled())).map_err(failed)?;
             }
         }
-        Item::Cell(low, high, color) => {
-            if let (Some(low), Some(high)) = (pixel(*low), pixel(*high)) {
-                // Into its neighbours by a pixel, so that no seam shows whatever the size of the page.
-                let (low, high) = ((low.0, low.1 + 1), (high.0 + 1, high.1));
-                root.draw(&Rectangle::new([low, high], color.filled())).map_err(failed)?;
-            }
-        }
+        // All of a panel are one picture.
+        Item::Cell(..) => {}
         Item::Words(point, words, upward) => {
             let Some((x, y)) = pixel(*point) else { return Ok(()) };
             let half = if *upward { (text::label_width(words, SMALL_TEXT) / 2.0).round() as i32 } else { 0 };

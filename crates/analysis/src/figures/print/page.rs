@@ -1,5 +1,7 @@
-//! A drawn page: paths with a fill or a stroke, from back to front. SVG, PNG and PDF are written of the
-//! same paths, so that they cannot differ in anything but their format.
+//! A drawn page: paths with a fill or a stroke, and pixels, from back to front. SVG, PNG and PDF are
+//! written of the same ones, so that they cannot differ in anything but their format.
+
+use super::raster::Raster;
 
 /// Page units to an inch: pixels of the PNG.
 pub(crate) const PER_INCH: f64 = 300.0;
@@ -41,6 +43,8 @@ pub(crate) enum Paint {
         width: f64,
         dashes: Vec<f64>,
     },
+    /// Pixels, which the path is the outline of.
+    Raster(Raster),
 }
 
 /// What a path is on its page.
@@ -91,6 +95,16 @@ pub(crate) struct Item {
     pub(crate) text: String,
     pub(crate) path: Vec<Segment>,
     pub(crate) paint: Paint,
+}
+
+impl Item {
+    /// Pixels.
+    pub(crate) fn of_raster(role: Role, raster: Raster) -> Item {
+        let ((left, top), (width, height)) = (raster.corner(), raster.size());
+        let (right, bottom) = (left + f64::from(width), top + f64::from(height));
+        let path = around(&[(left, top), (right, top), (right, bottom), (left, bottom)]);
+        Item { role, text: String::new(), path, paint: Paint::Raster(raster) }
+    }
 }
 
 /// A page of a size in page units.

@@ -8,6 +8,7 @@ use pdf_writer::{Content, Filter, Finish, Name, Pdf, Rect, Ref, TextStr};
 
 use super::about::About;
 use super::page::{Colour, PER_INCH, POINTS, Page, Paint, Segment};
+use super::raster::Raster;
 
 /// How hard the content is compressed, of 10.
 const LEVEL: u8 = 6;
@@ -16,7 +17,7 @@ pub(super) fn bytes(page: &Page, about: &About) -> Vec<u8> {
     let [catalog, pages, only, content, info] = [1, 2, 3, 4, 5].map(Ref::new);
     let scale = (POINTS / PER_INCH) as f32;
     let (width, height) = (page.width as f32 * scale, page.height as f32 * scale);
-    let (drawn, strengths) = drawn(page, scale, height);
+    let Drawn { content: drawn, strengths, pictures } = drawn(page, scale, height);
     let mut pdf = Pdf::new();
     pdf.catalog(catalog).pages(pages);
     pdf.pages(pages).kids([only]).count(1);
@@ -28,11 +29,22 @@ pub(super) fn bytes(page: &Page, about: &About) -> Vec<u8> {
         states.pair(Name(name.as_bytes()), Ref::new(at));
     }
     states.finish();
+    // Two for each: its colours, and where it has some.
+    let of_pictures = || (6 + strengths.len() as i32..).step_by(2).map(Ref::new);
+    if !pictures.is_empty() {
+        let mut objects = resources.x_objects();
+        for (n, at) in (0..pictures.len()).zip(of_pictures()) {
+            objects.pair(Name(picture_name(n).as_bytes()), at);
+        }
+    }
     resources.finish();
     sheet.finish();
     for (strength, at) in strengths.keys().zip(6..) {
         let strength = *strength as f32 / 100.0;
         pdf.ext_graphics(Ref::new(at)).non_stroking_alpha(strength).stroking_alpha(strength);
+    }
+    for (raster, at) in pictures.into_iter().zip(of_pictures()) {
+        picture(&mut pdf, raster, at);
     }
     let packed = compress_to_vec_zlib(&drawn, LEVEL);
     pdf.stream(content, &packed).filter(Filter::FlateDecode);
@@ -46,41 +58,98 @@ pub(super) fn bytes(page: &Page, about: &About) -> Vec<u8> {
     pdf.finish()
 }
 
-/// The content, and the names of the strengths of its colours, in hundredths.
-fn drawn(page: &Page, scale: f32, height: f32) -> (Vec<u8>, BTreeMap<u8, String>) {
+/// Writes pixels, and where the page shows through them.
+fn picture(pdf: &mut Pdf, raster: &Raster, at: Ref) {
+    let mask = raster.has_gaps().then(|| Ref::new(at.get() + 1));
+    let mut write = |at: Ref, samples: &[u8], is_mask: bool| {
+        let packed = compress_to_vec_zlib(samples, LEVEL);
+        let mut image = pdf.image_xobject(at, &packed);
+        image.filter(Filter::FlateDecode);
+        let (width, height) = raster.size();
+        image.width(width as i32).height(height as i32).bits_per_component(8);
+        if is_mask {
+            image.color_space().device_gray();
+        } else {
+            image.color_space().device_rgb();
+            if let Some(mask) = mask {
+                image.s_mask(mask);
+            }
+        }
+    };
+    write(at, &raster.rgb(), false);
+    if let Some(mask) = mask {
+        write(mask, &raster.mask(), true);
+    }
+}
+
+fn picture_name(n: usize) -> String {
+    format!("P{n}")
+}
+
+/// The content, the names of the strengths of its colours, in hundredths, and the pictures that it has.
+struct Drawn<'a> {
+    content: Vec<u8>,
+    strengths: BTreeMap<u8, String>,
+    pictures: Vec<&'a Raster>,
+}
+
+fn drawn(page: &Page, scale: f32, height: f32) -> Drawn<'_> {
     let mut content = Content::new();
     let mut strengths = BTreeMap::new();
+    let mut pictures = Vec::new();
     content.transform([scale, 0.0, 0.0, -scale, 0.0, height]);
     content.set_line_join(LineJoinStyle::RoundJoin);
     for item in &page.items {
-        let (Paint::Fill(colour) | Paint::Stroke { colour, .. }) = &item.paint;
-        let is_pale = colour.strength < 1.0;
-        if is_pale {
-            let hundredths = (colour.strength * 100.0).round() as u8;
-            let name = strengths.entry(hundredths).or_insert_with(|| format!("S{hundredths}"));
-            content.save_state();
-            content.set_parameters(Name(name.as_bytes()));
-        }
-        let [r, g, b] = rgb(colour);
         match &item.paint {
-            Paint::Fill(_) => {
+            Paint::Fill(colour) => {
+                let is_pale = begin(&mut content, &mut strengths, colour);
+                let [r, g, b] = rgb(colour);
                 content.set_fill_rgb(r, g, b);
                 outline(&mut content, &item.path);
                 content.fill_nonzero();
+                end(&mut content, is_pale);
             }
-            Paint::Stroke { width, dashes, .. } => {
+            Paint::Stroke { colour, width, dashes } => {
+                let is_pale = begin(&mut content, &mut strengths, colour);
+                let [r, g, b] = rgb(colour);
                 content.set_stroke_rgb(r, g, b);
                 content.set_line_width(*width as f32);
                 content.set_dash_pattern(dashes.iter().map(|length| *length as f32), 0.0);
                 outline(&mut content, &item.path);
                 content.stroke();
+                end(&mut content, is_pale);
+            }
+            Paint::Raster(raster) => {
+                let ((x, y), (width, height)) = (raster.corner(), raster.size());
+                content.save_state();
+                // A picture is one wide and one high, from its lower left corner.
+                let bottom = y as f32 + height as f32;
+                content.transform([width as f32, 0.0, 0.0, -(height as f32), x as f32, bottom]);
+                content.x_object(Name(picture_name(pictures.len()).as_bytes()));
+                content.restore_state();
+                pictures.push(raster);
             }
         }
-        if is_pale {
-            content.restore_state();
-        }
     }
-    (content.finish().to_vec(), strengths)
+    Drawn { content: content.finish().to_vec(), strengths, pictures }
+}
+
+/// Sets the strength of a colour, if it has not all of it; whether it has not.
+fn begin(content: &mut Content, strengths: &mut BTreeMap<u8, String>, colour: &Colour) -> bool {
+    let is_pale = colour.strength < 1.0;
+    if is_pale {
+        let hundredths = (colour.strength * 100.0).round() as u8;
+        let name = strengths.entry(hundredths).or_insert_with(|| format!("S{hundredths}"));
+        content.save_state();
+        content.set_parameters(Name(name.as_bytes()));
+    }
+    is_pale
+}
+
+fn end(content: &mut Content, is_pale: bool) {
+    if is_pale {
+        content.restore_state();
+    }
 }
 
 fn rgb(colour: &Colour) -> [f32; 3] {

@@ -1,10 +1,13 @@
 //! A page as PNG.
 
 use png::{BitDepth, ColorType, Compression, Encoder, Filter, PixelDimensions, Unit};
-use tiny_skia::{Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform};
+use tiny_skia::{
+    Color, ColorU8, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, StrokeDash, Transform,
+};
 
 use super::about::About;
 use super::page::{self, Colour, PER_INCH, Page, Segment};
+use super::raster::Raster;
 
 pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
     let mut pixels = Pixmap::new(page.width, page.height)
@@ -27,6 +30,7 @@ pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
                 };
                 pixels.stroke_path(&path, &paint(colour), &stroke, at, None);
             }
+            page::Paint::Raster(raster) => put(&mut pixels, raster),
         }
     }
     // All is opaque on the white ground.
@@ -35,14 +39,51 @@ pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
     encode(page, about, &rgb).map_err(|error| error.to_string())
 }
 
-fn encode(page: &Page, about: &About, rgb: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
+/// Pixels upon those that are there.
+fn put(pixels: &mut Pixmap, raster: &Raster) {
+    let (width, height) = (pixels.width() as i32, pixels.height() as i32);
+    let page = pixels.pixels_mut();
+    for ((x, y), (r, g, b)) in raster.coloured() {
+        if (0..width).contains(&x) && (0..height).contains(&y) {
+            page[(y * width + x) as usize] = ColorU8::from_rgba(r, g, b, 255).premultiply();
+        }
+    }
+}
+
+/// Pixels alone, for a page that has them within.
+pub(super) fn of_raster(raster: &Raster) -> Result<Vec<u8>, String> {
+    let (width, height) = raster.size();
+    let (kind, samples) = if raster.has_gaps() {
+        let (rgb, mask) = (raster.rgb(), raster.mask());
+        let pixels = rgb.chunks_exact(3).zip(mask);
+        (ColorType::Rgba, pixels.flat_map(|(rgb, mask)| [rgb[0], rgb[1], rgb[2], mask]).collect())
+    } else {
+        (ColorType::Rgb, raster.rgb())
+    };
     let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(&mut bytes, page.width, page.height);
-    encoder.set_color(ColorType::Rgb);
+    let mut write = || {
+        let encoder = packed(&mut bytes, width, height, kind);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&samples)?;
+        writer.finish()
+    };
+    write().map_err(|error| error.to_string())?;
+    Ok(bytes)
+}
+
+/// An encoder that compresses not as hard as it could, but by code that does the same on every processor.
+fn packed(bytes: &mut Vec<u8>, width: u32, height: u32, kind: ColorType) -> Encoder<'_, &mut Vec<u8>> {
+    let mut encoder = Encoder::new(bytes, width, height);
+    encoder.set_color(kind);
     encoder.set_depth(BitDepth::Eight);
-    // Not as hard as it could be, but by code that does the same on every processor.
     encoder.set_compression(Compression::Fast);
     encoder.set_filter(Filter::Up);
+    encoder
+}
+
+fn encode(page: &Page, about: &About, rgb: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = packed(&mut bytes, page.width, page.height, ColorType::Rgb);
     let per_metre = (PER_INCH / 0.0254).round() as u32;
     encoder.set_pixel_dims(Some(PixelDimensions { xppu: per_metre, yppu: per_metre, unit: Unit::Meter }));
     let texts = [("Title", about.title.clone()), ("Description", about.caption.clone())];

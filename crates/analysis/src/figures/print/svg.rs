@@ -2,16 +2,26 @@
 
 use std::fmt::{self, Write};
 
-use super::about::About;
-use super::page::{Colour, PER_INCH, POINTS, Page, Paint, Segment, short};
+use asperity_report::data_url;
 
-pub(super) fn bytes(page: &Page, about: &About) -> Vec<u8> {
+use super::about::About;
+use super::page::{Colour, Item, PER_INCH, POINTS, Page, Paint, Segment, short};
+use super::png;
+use super::raster::Raster;
+
+pub(super) fn bytes(page: &Page, about: &About) -> Result<Vec<u8>, String> {
+    let pictures = page.items.iter().map(|item| match &item.paint {
+        Paint::Raster(raster) => png::of_raster(raster),
+        Paint::Fill(_) | Paint::Stroke { .. } => Ok(Vec::new()),
+    });
+    let pictures = pictures.collect::<Result<Vec<Vec<u8>>, String>>()?;
     let mut text = String::new();
-    write(&mut text, page, about).expect("a text takes whatever is written");
-    text.into_bytes()
+    write(&mut text, page, &pictures, about).expect("a text takes whatever is written");
+    Ok(text.into_bytes())
 }
 
-fn write(text: &mut String, page: &Page, about: &About) -> fmt::Result {
+/// `pictures` are the PNG of the items that are pixels.
+fn write(text: &mut String, page: &Page, pictures: &[Vec<u8>], about: &About) -> fmt::Result {
     let (width, height) = (page.width, page.height);
     let points = |units: u32| short(f64::from(units) / PER_INCH * POINTS);
     write!(
@@ -29,14 +39,18 @@ fn write(text: &mut String, page: &Page, about: &About) -> fmt::Result {
     }
     *text += "</figure>\n</metadata>\n";
     writeln!(text, "<rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>")?;
-    for item in &page.items {
-        write!(text, "<path class=\"{}\"", item.role.word())?;
-        if !item.text.is_empty() {
-            write!(text, " aria-label=\"{}\"", escaped(&item.text))?;
-        }
+    for (item, picture) in page.items.iter().zip(pictures) {
         match &item.paint {
-            Paint::Fill(colour) => paint(text, "fill", colour)?,
+            Paint::Raster(raster) => {
+                image(text, item, raster, picture)?;
+                continue;
+            }
+            Paint::Fill(colour) => {
+                begin_path(text, item)?;
+                paint(text, "fill", colour)?;
+            }
             Paint::Stroke { colour, width, dashes } => {
+                begin_path(text, item)?;
                 *text += " fill=\"none\"";
                 paint(text, "stroke", colour)?;
                 write!(text, " stroke-width=\"{}\" stroke-linejoin=\"round\"", short(*width))?;
@@ -62,6 +76,27 @@ fn write(text: &mut String, page: &Page, about: &About) -> fmt::Result {
     }
     *text += "</svg>\n";
     Ok(())
+}
+
+fn begin_path(text: &mut String, item: &Item) -> fmt::Result {
+    write!(text, "<path class=\"{}\"", item.role.word())?;
+    if !item.text.is_empty() {
+        write!(text, " aria-label=\"{}\"", escaped(&item.text))?;
+    }
+    Ok(())
+}
+
+fn image(text: &mut String, item: &Item, raster: &Raster, picture: &[u8]) -> fmt::Result {
+    let ((x, y), (width, height)) = (raster.corner(), raster.size());
+    writeln!(
+        text,
+        "<image class=\"{}\" x=\"{}\" y=\"{}\" width=\"{width}\" height=\"{height}\" \
+         href=\"{}\"/>",
+        item.role.word(),
+        short(x),
+        short(y),
+        data_url("png", picture)
+    )
 }
 
 fn paint(text: &mut String, what: &str, colour: &Colour) -> fmt::Result {

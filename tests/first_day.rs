@@ -1,0 +1,361 @@
+//! The first day with the program: every command on logs of short, small and quiet runs of every built-in
+//! scenario and friction law. Each gives a result or says why there is none; none panics or is killed.
+//!
+//! Scenarios, laws and commands are asked for and not listed here, so that new ones are tested as they
+//! come. `every_command_on_every_log` is the whole matrix, which `cargo xtask ci` runs as a stage of its
+//! own; the representative part is among the tests.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::thread;
+
+use asperity_model::keys::{KEYS, Kind};
+use asperity_model::{Plan, Scenario, ScenarioSource, builtin};
+use asperity_runlog::{RunReader, Topics};
+
+use crate::support::binary::{asperity, succeed, text};
+use crate::support::browser::{Tab, browser};
+
+/// A scenario, and what is set of it on every day.
+#[derive(Debug, Clone)]
+struct Case {
+    name: String,
+    scenario: &'static str,
+    set: Vec<String>,
+}
+
+/// Every built-in scenario, and the default one under every law.
+fn cases() -> Vec<Case> {
+    let mut cases: Vec<Case> = builtin::all()
+        .map(|(scenario, _)| Case { name: scenario.to_owned(), scenario, set: Vec::new() })
+        .collect();
+    let law = KEYS.iter().find(|key| key.path == "friction.law").expect("there are laws");
+    let Kind::Word(laws) = law.kind else { panic!("laws are words") };
+    cases.extend(laws.iter().map(|law| Case {
+        name: format!("law-{law}"),
+        scenario: "default",
+        set: vec![format!("friction.law={law}")],
+    }));
+    cases
+}
+
+/// What makes a day of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Day {
+    Thousandth,
+    OneStep,
+    NoEvent,
+    OneEvent,
+    TwoBlocks,
+}
+
+const DAYS: [Day; 5] = [Day::Thousandth, Day::OneStep, Day::NoEvent, Day::OneEvent, Day::TwoBlocks];
+
+/// What lets a scenario be as short or small as it is asked to be, each more than the one before.
+const ROOM: [&[&str]; 4] = [
+    &[],
+    &["recording.window=[]"],
+    &["recording.window=[]", "initial_velocity.mode=1"],
+    &["slider.rows=2", "slider.height_m=0.14", "drive.height_m=0.14"],
+];
+
+/// What keeps blocks from slipping: strong contacts, or nothing that moves them.
+const STILL: [&[&str]; 3] = [
+    &[],
+    &["friction.static_coefficient=50"],
+    &["prestress.ratio=0", "prestress.first_block_ratio=0", "initial_velocity.amplitude_m_per_s=0"],
+];
+
+impl Case {
+    /// What it is with this in addition; none if that is refused.
+    fn resolve(&self, set: &[String]) -> Option<Scenario> {
+        let source = ScenarioSource::new(self.scenario, builtin::find(self.scenario)?);
+        let set = self.set.iter().chain(set);
+        Scenario::resolve(&set.fold(source, |source, set| source.with_override(set))).ok()
+    }
+
+    /// Makes a run, with as little room as it needs; none if it is refused with all of it.
+    fn run(&self, set: &[String], log: &Path) -> Option<()> {
+        let allowed = ROOM.iter().map(|room| [set, &owned(room)].concat());
+        let set = allowed.into_iter().find(|set| self.resolve(set).is_some())?;
+        let set: Vec<&str> = self.set.iter().chain(&set).flat_map(|set| ["--set", set.as_str()]).collect();
+        if log.exists() {
+            fs::remove_file(log).expect("it is ours");
+        }
+        succeed(&[&["run", self.scenario, "--quiet", "--out", text(log)], &set[..]].concat());
+        Some(())
+    }
+
+    /// Makes the run of a day; none if the scenario has no such day.
+    fn make(&self, day: Day, log: &Path) -> Option<()> {
+        let own = self.resolve(&[]).expect("what is built in is valid");
+        let (duration_s, step_s) = (own.time.duration_s, Plan::new(&own).grid.step_s());
+        let lasting = |duration_s: f64| format!("time.duration_s={duration_s:e}");
+        let short = [1e3, 10.0].map(|part| lasting(duration_s / part));
+        match day {
+            Day::Thousandth => short.iter().find_map(|short| self.run(&[short.clone()], log)),
+            Day::OneStep => self.run(&[lasting(step_s)], log),
+            Day::TwoBlocks => self.run(&[short[0].clone(), "slider.blocks=2".to_owned()], log),
+            Day::NoEvent => STILL.iter().find_map(|still| {
+                self.run(&[vec![short[0].clone()], owned(still)].concat(), log)?;
+                onsets(log).is_empty().then_some(())
+            }),
+            Day::OneEvent => {
+                // Pulled as fast as it takes, and cut after the first step of the first event.
+                let fast = "drive.velocity_m_per_s=1".to_owned();
+                let ways = [vec![short[0].clone()], vec![short[0].clone(), fast], vec![short[1].clone()]];
+                ways.iter().find_map(|way| {
+                    self.run(way, log)?;
+                    let first = *onsets(log).first()?;
+                    let until = lasting((first as f64 + 1.0) * step_s);
+                    self.run(&[&way[1..], &[until]].concat(), log)?;
+                    (onsets(log).len() == 1).then_some(())
+                })
+            }
+        }
+    }
+}
+
+fn owned(words: &[&str]) -> Vec<String> {
+    words.iter().map(|&word| word.to_owned()).collect()
+}
+
+/// The first steps of the slip events of a log.
+fn onsets(log: &Path) -> Vec<u64> {
+    let table = succeed(&["events", text(log)]);
+    let mut lines = table.lines();
+    let column = lines.next().and_then(|head| head.split(',').position(|name| name == "onset_step"));
+    let column = column.expect("events have onsets");
+    lines.map(|line| line.split(',').nth(column).expect("a cell").parse().expect("a step")).collect()
+}
+
+/// What is called on a log: words, and how it may end. `LOG` is the log, `CUT` and `HALF` half of it under
+/// the name of an unfinished one, `PIPE` a pipeline of that one run, `NEW` a path at which nothing stands.
+type Call = (&'static [&'static str], &'static [i32]);
+
+const CALLS: [Call; 20] = [
+    (&["check", "LOG"], &[0]),
+    (&["events", "LOG", "--format", "json"], &[0]),
+    (&["summary", "LOG"], &[0]),
+    (&["summary", "LOG", "--format", "json"], &[0]),
+    (&["reduce", "LOG", "--out", "NEW"], &[0]),
+    // A figure of what the run has not ends it with a word.
+    (&["reproduce", "PIPE", "--quiet", "--out", "NEW"], &[0, 1]),
+    (&["verify-solver", "PIPE", "--quiet", "--out", "NEW"], &[0]),
+    (&["replay", "LOG"], &[0]),
+    (&["replay", "LOG", "--out", "NEW"], &[0]),
+    (&["export", "LOG", "--to", "csv", "--out", "NEW"], &[0]),
+    (&["export", "LOG", "--to", "ndjson", "--out", "NEW"], &[0]),
+    (&["export", "LOG", "--to", "parquet", "--out", "NEW"], &[0]),
+    (&["report", "LOG", "--out", "NEW.html"], &[0]),
+    (&["diff", "LOG", "LOG", "--page", "NEW.html"], &[0]),
+    (&["salvage", "LOG", "--out", "NEW.mcap"], &[0]),
+    (&["salvage", "HALF.mcap.partial", "--out", "NEW.mcap"], &[0, 3]),
+    (&["run", "LOG", "--quiet", "--resume", "--out", "CUT.mcap"], &[0]),
+    (&["run", "LOG", "--quiet", "--solver", "plain", "--out", "NEW.mcap"], &[0]),
+    (&["scenario", "validate", "LOG", "--quiet"], &[0]),
+    (&["scenario", "show", "LOG"], &[0]),
+];
+
+/// What is called on no log.
+const WITHOUT_LOG: [&str; 3] = ["sweep", "completions", "man"];
+
+/// Steps times blocks that the plain solver takes here.
+const PLAIN: u64 = 5_000_000;
+
+/// A log with what its calls need beside it.
+struct Subject {
+    name: String,
+    log: PathBuf,
+    /// Whether the plain solver would take too long.
+    is_long: bool,
+}
+
+impl Subject {
+    fn of(case: &Case, day: Day, folder: &Path) -> Option<Subject> {
+        let name = format!("{}-{day:?}", case.name);
+        let log = folder.join(format!("{name}.mcap"));
+        case.make(day, &log)?;
+        let bytes = fs::read(&log).expect("the log is there");
+        for half in ["cut", "half"] {
+            let path = folder.join(format!("{name}-{half}.mcap.partial"));
+            fs::write(path, &bytes[..bytes.len() / 2]).expect("there is room");
+        }
+        // Of a rupture not every run has a figure.
+        let figure = match day {
+            Day::OneStep => "space-time = [{ file = \"a.png\", run = \"a\", which = \"widest\" }]",
+            _ => "load-ruptures = [{ file = \"a.png\", run = \"a\" }]",
+        };
+        let pipeline = format!(
+            "title = \"{name}\"\nrun = [{{ name = \"a\", scenario = \"{}\" }}]\n[figure]\n{figure}\n",
+            text(&log)
+        );
+        fs::write(folder.join(format!("{name}.toml")), pipeline).expect("there is room");
+        let reader = RunReader::open(&log, Topics::STEPS).expect("the log is whole");
+        let (steps, blocks) = (reader.header().steps, u64::from(reader.header().blocks));
+        Some(Subject { name, log, is_long: steps * blocks > PLAIN })
+    }
+
+    /// Calls one command; what is wrong with how it ended.
+    fn call(&self, n: usize, (words, codes): &Call) -> Result<(), String> {
+        let folder = self.log.parent().expect("it is in a folder");
+        let new = folder.join(format!("{}-{n}", self.name));
+        let word = |word: &&str| -> String {
+            word.replace("NEW", text(&new))
+                .replace("LOG", text(&self.log))
+                .replace("CUT", text(&folder.join(format!("{}-cut", self.name))))
+                .replace("HALF", text(&folder.join(format!("{}-half", self.name))))
+                .replace("PIPE", text(&self.log.with_extension("toml")))
+        };
+        let words: Vec<String> = words.iter().map(word).collect();
+        let output = asperity(&words.iter().map(String::as_str).collect::<Vec<&str>>());
+        let (out, err) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        let wrong =
+            |what: &str| Err(format!("asperity {}: {what}: {}\n{err}", words.join(" "), output.status));
+        let Some(code) = output.status.code().filter(|code| codes.contains(code)) else {
+            return wrong("it ends so");
+        };
+        if out.contains("NaN") {
+            return wrong("it prints NaN");
+        }
+        if code != 0 && !err.contains("error: ") {
+            return wrong("it does not say why");
+        }
+        // What it writes appears whole or not at all; the runs of a pipeline are kept.
+        if code != 0 && new.is_dir() && entries(&new) != BTreeSet::from(["runs".to_owned()]) {
+            return wrong(&format!("it leaves {:?}", entries(&new)));
+        }
+        if new.is_dir() {
+            fs::remove_dir_all(&new).expect("it is ours");
+        }
+        Ok(())
+    }
+}
+
+fn entries(folder: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(folder).expect("the folder is there");
+    entries.map(|entry| entry.expect("it can be read").file_name().to_string_lossy().into_owned()).collect()
+}
+
+/// Does something for each of many things, on all cores.
+fn each<T: Sync, R: Send>(things: &[T], act: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let (next, done) = (Mutex::new(things.iter()), Mutex::new(Vec::new()));
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(|| {
+                loop {
+                    let Some(thing) = next.lock().expect("nobody panics with it").next() else { break };
+                    let result = act(thing);
+                    done.lock().expect("nobody panics with it").push(result);
+                }
+            });
+        }
+    });
+    done.into_inner().expect("nobody panicked with it")
+}
+
+/// Every call on every day of these.
+fn matrix(cases: &[Case]) {
+    let folder = asperity_testkit::folder();
+    let days: Vec<(&Case, Day)> = cases.iter().flat_map(|case| DAYS.map(|day| (case, day))).collect();
+    let subjects =
+        each(&days, |(case, day)| (*day, case.name.clone(), Subject::of(case, *day, folder.path())));
+    let mut without: BTreeMap<Day, BTreeSet<String>> = BTreeMap::new();
+    let mut logs = Vec::new();
+    for (day, name, subject) in subjects {
+        match subject {
+            Some(subject) => logs.push(subject),
+            None => drop(without.entry(day).or_default().insert(name)),
+        }
+    }
+    let cells: Vec<(&Subject, usize)> = logs
+        .iter()
+        .flat_map(|log| (0..CALLS.len()).map(move |n| (log, n)))
+        .filter(|(log, n)| !(log.is_long && is_plain(&CALLS[*n])))
+        .collect();
+    let flaws: Vec<String> =
+        each(&cells, |(log, n)| log.call(*n, &CALLS[*n]).err()).into_iter().flatten().collect();
+    println!("first day: {} cells, {} logs of {} scenarios and laws", cells.len(), logs.len(), cases.len());
+    for (day, names) in &without {
+        println!("first day: no log of {day:?}: {}", names.iter().cloned().collect::<Vec<_>>().join(", "));
+    }
+    assert!(flaws.is_empty(), "{} flaws\n{}", flaws.len(), flaws.join("\n"));
+    for day in DAYS {
+        let lacking = without.get(&day).map_or(0, BTreeSet::len);
+        assert!(5 * lacking <= cases.len(), "{lacking} of {} have no {day:?}", cases.len());
+    }
+}
+
+/// Whether a call takes every step of the run.
+fn is_plain((words, _): &Call) -> bool {
+    words.contains(&"plain") || words[0] == "verify-solver"
+}
+
+/// A chain and a slab, with springs and without, driven and not.
+const REPRESENTATIVE: [&str; 4] = ["default", "front", "slab", "law-velocity-weakening"];
+
+#[test]
+fn commands_have_a_result_on_small_logs() {
+    let cases: Vec<Case> =
+        cases().into_iter().filter(|case| REPRESENTATIVE.contains(&case.name.as_str())).collect();
+    assert_eq!(cases.len(), REPRESENTATIVE.len());
+    matrix(&cases);
+}
+
+#[test]
+#[ignore = "the whole matrix takes most of a minute on both cores; a stage of cargo xtask ci runs it"]
+fn every_command_on_every_log() {
+    matrix(&cases());
+}
+
+#[test]
+fn no_command_is_forgotten() {
+    let help = succeed(&["--help"]);
+    let below = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+    let named: BTreeSet<&str> = below
+        .take_while(|line| !line.is_empty())
+        .filter_map(|line| line.strip_prefix("  ").filter(|line| !line.starts_with(' '))?.split(' ').next())
+        .filter(|name| *name != "help")
+        .collect();
+    let called = CALLS.iter().map(|(words, _)| words[0]).chain(WITHOUT_LOG);
+    assert_eq!(named, called.collect());
+}
+
+/// Pages of such runs show each of them without a failure of their scripts.
+#[test]
+fn pages_show_small_runs() {
+    let Some(browser) = browser() else { return };
+    let folder = asperity_testkit::folder();
+    let of = |name: &str| cases().into_iter().find(|case| case.name == name).expect("it is built in");
+    let days: Vec<(Case, Day)> =
+        ["default", "front", "slab"].iter().flat_map(|name| DAYS.map(|day| (of(name), day))).collect();
+    let logs: Vec<PathBuf> = days
+        .iter()
+        .filter_map(|(case, day)| {
+            let log = folder.path().join(format!("{}-{day:?}.mcap", case.name));
+            case.make(*day, &log).map(|()| log)
+        })
+        .collect();
+    assert!(logs.len() > 12, "{logs:?}");
+    let page = folder.path().join("page.html");
+    let paths: Vec<&str> = logs.iter().map(|log| text(log)).collect();
+    succeed(&[&["report"], &paths[..], &["--out", text(&page)]].concat());
+    let mut tab = Tab::open(&browser, &page, [1200, 900], "light");
+    for log in &logs {
+        let name = log.file_stem().expect("logs have names").to_string_lossy().into_owned();
+        tab.eval(&format!(
+            "(() => {{ const run = document.getElementById('run'); run.value = {name:?}; \
+             run.dispatchEvent(new Event('change')); }})()"
+        ));
+        tab.painted();
+        assert_eq!(tab.says("document.documentElement.dataset.run"), name);
+    }
+    tab.assert_quiet();
+    for log in &paths {
+        let page = format!("{log}.html");
+        succeed(&["diff", log, log, "--page", &page]);
+        Tab::open(&browser, page.as_ref(), [1200, 900], "dark").assert_quiet();
+    }
+}

@@ -267,9 +267,10 @@ mod tests {
     #[test]
     fn steps_too_long_for_fronts_are_warned_of_with_the_error_of_their_speeds() {
         let front = |ratio: f64| {
-            let set = format!("time.step_s={:e}", ratio * 1.155_67e-7);
-            let sets = ["slider.blocks=600", "slider.mass_kg=0.012", "slider.relative_damping=0", &set];
-            let quiet = ["time.duration_s=5e-5", "recording.sample_s=0", "recording.fields_s=0"];
+            let step_s = ratio * 1.155_67e-7;
+            let set = [format!("time.step_s={step_s:e}"), format!("time.duration_s={:e}", 1000.0 * step_s)];
+            let sets = ["slider.blocks=600", "slider.mass_kg=0.012", "slider.relative_damping=0", &set[0]];
+            let quiet = [&set[1], "recording.sample_s=0", "recording.fields_s=0"];
             warnings(&[&sets[..], &quiet[..]].concat())
         };
         assert_eq!(front(0.09), Vec::<String>::new());

@@ -373,6 +373,8 @@ fn what_fuzzing_found_stays_mended() {
         ("metadata", laws::metadata),
         ("scenario", laws::scenario),
         ("profile", laws::profile),
+        ("plan", laws::plan),
+        ("results", laws::results),
         #[cfg(feature = "analysis")]
         ("pipeline", laws::pipeline),
         #[cfg(feature = "analysis")]

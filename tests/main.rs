@@ -68,9 +68,11 @@ mod staging;
 mod stopped;
 #[cfg(feature = "analysis")]
 mod streaming;
+mod studies;
 mod study_figures;
 mod summary;
 mod sweep;
+mod sweep_emit;
 #[cfg(feature = "analysis")]
 mod tables;
 mod terminal;

@@ -17,7 +17,7 @@ pub(crate) struct Study {
     folder: tempfile::TempDir,
 }
 
-const SHORT: &str = "
+pub(crate) const SHORT: &str = "
 title = 'Short runs'
 scenario = 'default'
 set = ['slider.blocks=20', 'time.step_s=1e-7', 'time.duration_s=1']
@@ -365,6 +365,17 @@ fn plans_of_others_and_edited_ones_are_refused() {
         format!("{body}{{\"rows\":6,\"blake3\":\"{}\"}}\n", blake3::hash(body.as_bytes()).to_hex())
     };
     assert_eq!(sealed(body.to_owned()), good);
+    // The digits of every id from behind.
+    let turned = |body: &str| {
+        let line = |line: &str| match line.rsplit_once("\"id\":\"") {
+            Some((before, id)) => {
+                let id: String = id.trim_end_matches("\"}").chars().rev().collect();
+                format!("{before}\"id\":\"{id}\"}}")
+            }
+            None => line.to_owned(),
+        };
+        body.lines().map(line).collect::<Vec<_>>().join("\n")
+    };
     let version = good.split("\"code_version\":\"").nth(1).expect("it has one").split('"').next();
     let version = version.expect("it has one");
     for (text_of, problem) in [
@@ -372,7 +383,7 @@ fn plans_of_others_and_edited_ones_are_refused() {
         (good[..good.len() / 2].to_owned(), "not as it was written"),
         (String::new(), "not as it was written"),
         (sealed(body.replace(version, "0123456789abcdef")), "code version 0123456789abcdef"),
-        (sealed(body.replace("\"id\":\"", "\"id\":\"0")), "its scenario is another now"),
+        (sealed(turned(body)), "its scenario is another now"),
     ] {
         fs::write(&plan, &text_of).expect("the folder can be written");
         let (code, _, err) = sweep(&["run", text(&out)]);

@@ -7,7 +7,7 @@ use clap::Args;
 use crate::workspace::{Failure, asperity, cargo, program, root, run, target_folder};
 
 /// The attacks, as `tests/attack` has them.
-const ATTACKS: [&str; 7] = ["chunks", "flips", "mixes", "forgeries", "pairs", "kills", "limits"];
+const ATTACKS: [&str; 8] = ["chunks", "flips", "mixes", "forgeries", "studies", "pairs", "kills", "limits"];
 
 #[derive(Debug, Default, Args)]
 #[command(after_help = "\
@@ -23,6 +23,7 @@ out of resources, and holds what comes of it against what the documents promise:
   flips      a bit or byte changed anywhere in a log: check sees it
   mixes      chunks moved, doubled, dropped, or of two runs in one log
   forgeries  a field changed and everything made right again; checkpoints too
+  studies    the same of plans and results of studies: tables are right, or none
   pairs      several processes at once on one output, some of them killed
   kills      runs killed and resumed, other commands killed and repeated
   limits     full disks, few resources, inputs made to use up memory and time

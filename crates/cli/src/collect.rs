@@ -27,7 +27,7 @@ use crate::exit::Failure;
 use crate::outputs::create_folder;
 use crate::progress::{Board, Stages};
 use crate::report;
-use crate::study::{in_words, outcome, read};
+use crate::study::{in_words, outcome, read_for_tables};
 use crate::study_page::{self, Rows, Shown};
 use crate::terminal::say;
 
@@ -36,7 +36,7 @@ const FIGURES: &str = "figures";
 
 pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result<(), Failure> {
     let SweepCollectArguments { folder, to, out, no_provenance } = arguments;
-    let (plan, results) = read(folder)?;
+    let (plan, results) = read_for_tables(folder)?;
     let tables = out.clone().unwrap_or_else(|| folder.join("tables"));
     create_folder(&tables)?;
     let formats: Vec<&dyn Format> = to.iter().map(|table| format(*table)).collect();
@@ -48,7 +48,7 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
         page: Some(own.join(report::PAGE)),
         provenance: !no_provenance,
     };
-    let counts = study.make(results, &tables, &formats, &figures)?;
+    let counts = study.make(&results, &tables, &formats, &figures)?;
     board.line(&in_words(&plan, counts));
     outcome(counts)
 }
@@ -56,7 +56,7 @@ pub(crate) fn tables(arguments: &SweepCollectArguments, board: &Board) -> Result
 #[cfg(feature = "analysis")]
 pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(), Failure> {
     let SweepDrawArguments { folder, from, out, no_provenance } = arguments;
-    let (plan, results) = read(folder)?;
+    let (plan, results) = read_for_tables(folder)?;
     let mut inputs = vec![folder.join(FILE)];
     let all = match from {
         None => plan.common.figures.clone(),
@@ -78,7 +78,7 @@ pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(
     // The page of the study shows them as they are.
     let page = out.is_none().then(|| folder.join(report::PAGE));
     let figures = Figures { all: &all, folder: to, page, provenance: !no_provenance };
-    let counts = study.make(results, folder, &[], &figures)?;
+    let counts = study.make(&results, folder, &[], &figures)?;
     board.line(&in_words(&plan, counts));
     outcome(counts)
 }
@@ -139,7 +139,7 @@ impl Study<'_> {
     /// Makes all of them, or none if something fails, and says which files they are.
     fn make(
         self,
-        mut results: Results,
+        results: &Results,
         tables: &Path,
         formats: &[&dyn Format],
         figures: &Figures<'_>,
@@ -153,8 +153,8 @@ impl Study<'_> {
             #[cfg(feature = "analysis")]
             drawer: Drawer::new(figures.all),
         };
-        let (counts, mut paths) = collect(self.plan, &mut results, &files, tables, formats, &mut passing)
-            .map_err(Failure::failed)?;
+        let (counts, mut paths) =
+            collect(self.plan, results, &files, tables, formats, &mut passing).map_err(Failure::failed)?;
         if !figures.all.is_empty() {
             #[cfg(feature = "analysis")]
             {

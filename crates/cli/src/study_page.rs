@@ -160,11 +160,11 @@ pub(crate) fn of_folder(
     files: &FileSet,
     board: &Board,
 ) -> Result<String, Failure> {
-    let (plan, mut results) = study::read(folder)?;
+    let (plan, results) = study::read_for_tables(folder)?;
     let tables = tables_in(folder);
     files.add_inputs(inputs(folder, &plan)?).map_err(|error| refused("--out", &error, true))?;
     let mut rows = Rows::of(&plan.common.keys);
-    let (counts, _) = collect(&plan, &mut results, files, folder, &[], &mut rows).map_err(Failure::failed)?;
+    let (counts, _) = collect(&plan, &results, files, folder, &[], &mut rows).map_err(Failure::failed)?;
     board.line(&study::in_words(&plan, counts));
     let read = |file: &str| asperity_files::read(&folder.join(file)).ok();
     let shown = Shown {

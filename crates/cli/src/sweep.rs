@@ -1,6 +1,7 @@
 //! `asperity sweep`: parameter studies.
 
 use std::collections::{BTreeSet, VecDeque};
+use std::ffi::OsStr;
 use std::io::{self, BufRead, BufReader, Write};
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -12,10 +13,11 @@ use std::time::Duration;
 
 use asperity_files::{Inputs, is_new_folder};
 use asperity_run::Notice;
-use asperity_sweep::emit::{Array, Job, USUAL_TASKS, arrays};
+use asperity_sweep::emit::{Array, Job, USUAL_TASKS, Word, arrays};
 use asperity_sweep::plan::FILE;
-use asperity_sweep::results::{MOST_DEATHS, Results, State, parse_ranges, ranges};
+use asperity_sweep::results::{Counts, MOST_DEATHS, Results, State, parse_ranges, ranges};
 use asperity_sweep::segment::{Kind, Writer};
+use asperity_sweep::stored::reason_kept;
 use asperity_sweep::work::{Made, Ways, make};
 use asperity_sweep::{Plan, PlanError, Sweep, staging};
 
@@ -28,7 +30,7 @@ use crate::exit::{Code, Failure};
 use crate::interrupt;
 use crate::outputs::{create_folder, refused};
 use crate::progress::{Board, StudyProgress};
-use crate::study::{in_words, outcome, read, runs, unreadable};
+use crate::study::{faults, in_words, outcome_of, read, runs, unreadable};
 use crate::summary;
 use crate::terminal::{self, say};
 
@@ -91,13 +93,14 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
         for Array { offset, tasks } in arrays(results.missing(), *tasks, *array_size) {
             say(format_args!("{offset} {tasks}"))?;
         }
-        return outcome(counts);
+        faults(&results).for_each(|fault| terminal::note(&fault));
+        return outcome_of(&results, counts);
     }
     say(in_words(&plan, counts))?;
     let of = |word: &str| {
         ranges(plan.rows.iter().map(|row| row.run).filter(|run| results.state(*run).word() == word))
     };
-    for name in ["failed", "quarantined", "refused", "missing"] {
+    for name in ["failed", "quarantined", "refused", "contradicted", "missing"] {
         let runs = of(name);
         if !runs.is_empty() {
             say(format_args!("{name}: {runs}"))?;
@@ -116,7 +119,8 @@ fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
     for path in &results.foreign {
         say(format_args!("{}: no segment of this plan, left alone", path.display()))?;
     }
-    outcome(counts)
+    faults(&results).try_for_each(say)?;
+    outcome_of(&results, counts)
 }
 
 fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
@@ -144,8 +148,7 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
         })
         .collect();
     if queue.is_empty() {
-        board.line(&in_words(&plan, results.counts()));
-        return outcome(results.counts_of(is_chosen));
+        return made(&plan, &results, results.counts_of(is_chosen), board);
     }
     interrupt::install()?;
     let jobs = jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
@@ -193,8 +196,14 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     }
     let results = Results::read(folder, &plan).map_err(|error| unreadable(folder, &error))?;
     clear_done(folder, &results)?;
-    board.line(&in_words(&plan, results.counts()));
-    outcome(results.counts_of(is_chosen))
+    made(&plan, &results, results.counts_of(is_chosen), board)
+}
+
+/// Says what there is once runs are made, of which some were asked for.
+fn made(plan: &Plan, results: &Results, counts: Counts, board: &Board) -> Result<(), Failure> {
+    board.line(&in_words(plan, results.counts()));
+    faults(results).for_each(|fault| board.line(&fault));
+    outcome_of(results, counts)
 }
 
 /// Removes the logs of runs that are no longer missing: left by workers that died between the result
@@ -259,7 +268,7 @@ struct Reins {
 impl Worker {
     fn start(folder: &Path, patience_s: f64) -> io::Result<Worker> {
         let mut child = Command::new(std::env::current_exe()?)
-            .args(["--quiet", "sweep", "run", "--worker", "--patience-s", &patience_s.to_string()])
+            .args(["--quiet", "sweep", "run", "--worker", "--patience-s", &patience_s.to_string(), "--"])
             .arg(folder)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
@@ -372,11 +381,12 @@ impl Study<'_> {
     fn died(&self, run: u64, deaths: u32, how: &str) {
         self.tell(run, &format!("its process died, {how}"));
         let mut shared = self.shared();
+        let row = &self.plan.rows[run as usize - 1];
         let written = match &mut shared.deaths {
-            Some(writer) => writer.add(Kind::Died, run, &[]).map_err(|error| error.to_string()),
+            Some(writer) => writer.add(Kind::Died, row, &[]).map_err(|error| error.to_string()),
             none => match Writer::create(self.folder, &self.plan.hash) {
                 Ok(writer) => {
-                    none.insert(writer).add(Kind::Died, run, &[]).map_err(|error| error.to_string())
+                    none.insert(writer).add(Kind::Died, row, &[]).map_err(|error| error.to_string())
                 }
                 Err(error) => Err(error.to_string()),
             },
@@ -431,7 +441,7 @@ fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
             Made::Done { content, events } => (Kind::Done, content, format!("done {events}")),
             Made::Failed(reason) => {
                 let said = format!("failed {}", reason.replace('\n', " "));
-                (Kind::Failed, reason.into_bytes(), said)
+                (Kind::Failed, reason_kept(&reason).as_bytes().to_vec(), said)
             }
             Made::Stopped => {
                 // Whoever asks for the study from now on may find it complete, and not come by again.
@@ -449,7 +459,7 @@ fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
             none => none.insert(Writer::create(folder, &plan.hash).map_err(Failure::failed)?),
         };
         let unwritten = |error| Failure::Failed(format!("failed to write a result: {error}"));
-        segment.add(kind, run, &content).map_err(unwritten)?;
+        segment.add(kind, row, &content).map_err(unwritten)?;
         if staging::is_begun(folder, run) {
             segment.sync().map_err(unwritten)?;
             staging::clear(folder, run).map_err(Failure::failed)?;
@@ -485,14 +495,20 @@ fn emit(arguments: &SweepEmitArguments) -> Result<(), Failure> {
     if !(1..=most).contains(&tasks) {
         return Err(Failure::BadInput(format!("--tasks {tasks} (accepted: 1 to {most})")));
     }
-    let absolute = |path: &Path| std::path::absolute(path).map(|path| path.display().to_string());
-    let program = std::env::current_exe().and_then(|path| absolute(&path)).map_err(Failure::failed)?;
-    let folder = absolute(folder).map_err(Failure::failed)?;
-    let job = Job { program, folder, tasks, cores: cores.get() as u64, time: time.clone() };
+    let program = std::env::current_exe().map_err(Failure::failed)?;
+    let folder = std::path::absolute(folder).map_err(Failure::failed)?;
+    let word = |what: &str, text: &OsStr| Word::of(what, text).map_err(Failure::BadInput);
+    let job = Job {
+        program: word("the program", program.as_os_str())?,
+        folder: word("the folder", folder.as_os_str())?,
+        tasks,
+        cores: cores.get() as u64,
+        time: word("--time", time.as_ref())?,
+    };
     let text = match engine {
-        SweepEngine::Slurm => job.slurm(),
+        SweepEngine::Slurm => job.slurm().map_err(Failure::BadInput)?,
         SweepEngine::List => job.list(),
-        SweepEngine::Row => job.row(),
+        SweepEngine::Row => job.row().map_err(Failure::BadInput)?,
     };
     let mut out = terminal::data();
     out.write_all(text.as_bytes())?;

@@ -1,6 +1,8 @@
 //! From figures as written to figures as understood: every name in them is a key that varies or a
 //! number of the summary, and every axis of the sweep has its part.
 
+use std::collections::BTreeSet;
+
 use asperity_model::keys::{KEYS, Kind as KeyKind};
 use asperity_record::{ColumnKind, unit_of};
 use asperity_summary::Summary;
@@ -23,15 +25,8 @@ impl Figures {
     pub fn understand(&self, axes: &[Axis<'_>], keeps_ruptures: bool) -> Result<Vec<Figure>, String> {
         let mut all: Vec<Figure> = Vec::new();
         let mut add = |kind: &str, file: &str, figure: Result<Figure, String>| {
-            let refused = |problem: String| format!("figure.{kind} {file:?}: {problem}");
-            plain_file(file).map_err(refused)?;
-            if all.iter().any(|other| other.file == file) {
-                return Err(refused(format!(
-                    "file = {file:?} stands there twice (accepted: different names)"
-                )));
-            }
-            all.push(figure.map_err(refused)?);
-            Ok(())
+            all.push(figure.map_err(|problem| format!("figure.{kind} {file:?}: {problem}"))?);
+            Ok::<_, String>(())
         };
         let known = Known { axes };
         for map in &self.phase_map {
@@ -43,7 +38,30 @@ impl Figures {
         for lengths in &self.lengths {
             add("lengths", &lengths.file, known.lengths(lengths, keeps_ruptures))?;
         }
+        Figure::check_files(&all)?;
         Ok(all)
+    }
+}
+
+impl Figure {
+    /// Makes sure that figures have plain names of files, and different ones: what is drawn stands in
+    /// the folder of figures, and nowhere else.
+    ///
+    /// # Errors
+    /// In words, with kind and file of the figure, and what is accepted.
+    pub fn check_files(figures: &[Figure]) -> Result<(), String> {
+        let mut seen = BTreeSet::new();
+        for figure in figures {
+            let file = &figure.file;
+            let refused = |problem: String| format!("figure.{} {file:?}: {problem}", figure.word());
+            plain_file(file).map_err(refused)?;
+            if !seen.insert(file) {
+                return Err(refused(format!(
+                    "file = {file:?} stands there twice (accepted: different names)"
+                )));
+            }
+        }
+        Ok(())
     }
 }
 

@@ -45,7 +45,7 @@ impl fmt::Display for Value {
 
 impl Value {
     /// Whether they are the same value, however written.
-    fn same(&self, other: &Value) -> bool {
+    pub(crate) fn same(&self, other: &Value) -> bool {
         match (self, other) {
             (Value::Whole(a), Value::Number(b)) | (Value::Number(b), Value::Whole(a)) => *a as f64 == *b,
             _ => self == other,
@@ -280,7 +280,7 @@ fn sortable(value: &Value) -> (u8, u64, String) {
     }
 }
 
-fn names(keys: &[&Key]) -> String {
+pub(crate) fn names(keys: &[&Key]) -> String {
     let names: Vec<&str> = keys.iter().map(|key| key.path).collect();
     names.join(", ")
 }
@@ -292,7 +292,7 @@ fn few_enough(count: u64) -> Result<(), String> {
     }
 }
 
-fn key_of(path: &str) -> Result<&'static Key, String> {
+pub(crate) fn key_of(path: &str) -> Result<&'static Key, String> {
     let key = KEYS.iter().find(|key| key.path == path).ok_or_else(|| {
         format!("{path}: unknown key (accepted: the keys of `asperity scenario show default`)")
     })?;
@@ -302,7 +302,7 @@ fn key_of(path: &str) -> Result<&'static Key, String> {
     }
 }
 
-fn check_value(key: &Key, value: &Value) -> Result<(), String> {
+pub(crate) fn check_value(key: &Key, value: &Value) -> Result<(), String> {
     let fits = match (key.kind, value) {
         (Kind::Number(..), Value::Number(number)) => key.kind.accepts_number(*number),
         (Kind::Number(..), Value::Whole(number)) => key.kind.accepts_number(*number as f64),

@@ -5,6 +5,7 @@
 //! whatever the way the results were made. What is held in memory is a group of each table.
 
 use std::collections::BTreeSet;
+use std::fmt;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -14,14 +15,13 @@ use asperity_export::format::{Format, FormatError, TableWriter};
 use asperity_export::layout::Layout;
 use asperity_files::{FileError, FileSet};
 use asperity_model::keys::{KEYS, Key};
-use asperity_record::{Cell, Column, ColumnKind, EventKind, Rupture, SlipEvent};
+use asperity_record::{Cell, Column, ColumnKind};
 use asperity_summary::Summary;
 
 use crate::axis::{self, Value};
 use crate::plan::{Plan, Row};
-use crate::results::{Counts, Results, State};
-use crate::sweep::Keep;
-use crate::work::unpack;
+use crate::results::{Counts, Fault, Results, Spot, State, WHAT_TO_DO};
+use crate::stored::{Stored, kept_events, reason};
 
 /// Rows of a group.
 const GROUP_ROWS: usize = 20_000;
@@ -29,10 +29,15 @@ const GROUP_ROWS: usize = 20_000;
 /// A table that cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum CollectError {
-    /// A result cannot be read.
-    #[error("run {run}: its result cannot be read: {error}")]
-    Result {
-        /// The run.
+    /// Results contradict the plan or each other.
+    #[error("{}", Faults(.0))]
+    Faults(Vec<Fault>),
+    /// A segment cannot be read.
+    #[error("{spot}: run {run}: {error}")]
+    Io {
+        /// Where.
+        spot: Spot,
+        /// The result of which run.
         run: u64,
         /// What reading it gave.
         error: io::Error,
@@ -48,6 +53,16 @@ pub enum CollectError {
         /// Why.
         error: FormatError,
     },
+}
+
+/// A line for each, and what to do.
+struct Faults<'a>(&'a [Fault]);
+
+impl fmt::Display for Faults<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|fault| writeln!(f, "{fault}"))?;
+        f.write_str(WHAT_TO_DO)
+    }
 }
 
 /// Who sees the rows of the tables as they are made: those of a run's events, then that of the run.
@@ -66,22 +81,25 @@ pub const RUNS: &str = "runs";
 /// then `watch` alone sees the rows.
 ///
 /// # Errors
-/// If a result cannot be read, or a table cannot be written.
+/// If results contradict the plan or each other, a result cannot be read, or a table cannot be written.
 pub fn collect(
     plan: &Plan,
-    results: &mut Results,
+    results: &Results,
     files: &FileSet,
     folder: &Path,
     formats: &[&dyn Format],
     watch: &mut dyn Watch,
 ) -> Result<(Counts, Vec<PathBuf>), CollectError> {
+    if !results.faults.is_empty() {
+        return Err(CollectError::Faults(results.faults.clone()));
+    }
     let keys: Vec<&Key> = plan
         .common
         .keys
         .iter()
         .filter_map(|path| KEYS.iter().find(|key| key.path == path.as_str()))
         .collect();
-    let kinds = [(Keep::Events, EventKind::of::<SlipEvent>()), (Keep::Ruptures, EventKind::of::<Rupture>())];
+    let kept = kept_events(&plan.common.keep);
     let summary_columns: Vec<usize> = (0..Summary::KEYS.len())
         .filter(|n| {
             let name = Summary::KEYS[*n].column.name.as_ref();
@@ -100,48 +118,52 @@ pub fn collect(
     watch.begin(RUNS, &columns);
     let mut runs = Tables::begin(files, folder, RUNS, columns, formats)?;
     let mut of_events = Vec::new();
-    for (keep, kind) in &kinds {
-        if plan.common.keep.contains(keep) {
-            let mut columns = common_columns.clone();
-            columns.extend(kind.columns.iter().cloned());
-            watch.begin(kind.table, &columns);
-            of_events.push((kind, Tables::begin(files, folder, kind.table, columns, formats)?));
-        }
+    for kind in kept.iter().map(|events| &events.kind) {
+        let mut columns = common_columns.clone();
+        columns.extend(kind.columns.iter().cloned());
+        watch.begin(kind.table, &columns);
+        of_events.push((kind, Tables::begin(files, folder, kind.table, columns, formats)?));
     }
     let mut words = Words::default();
     for row in &plan.rows {
         let state = results.state(row.run);
         let common = common_cells(row, &common_columns, &mut words);
-        let unreadable = |error| CollectError::Result { run: row.run, error };
+        let opened = |place| {
+            let (spot, run) = (results.spot(place), row.run);
+            results.content(place).map_err(|error| CollectError::Io { spot, run, error })
+        };
+        let stray = |place, problem| {
+            let (spot, run) = (results.spot(place), row.run);
+            CollectError::Faults(vec![Fault::Stray { spot, run, problem }])
+        };
         let mut cells = common.clone();
         let word =
             |text: &str, words: &mut Words| if text.is_empty() { Cell::Empty } else { words.cell(text) };
-        let mut reason = row.refused.clone().unwrap_or_default();
+        let mut reason_of = row.refused.clone().unwrap_or_default();
         let mut summary = None;
         match state {
             State::Done(place) => {
-                let outcome = results.content(place).and_then(|content| unpack(&content));
-                let outcome = outcome.map_err(unreadable)?;
-                for event in &outcome.events {
-                    let table = of_events.iter_mut().find(|(kind, _)| kind.topic == event.topic);
-                    let Some((kind, tables)) = table else { continue };
+                let stray = |problem| stray(place, problem);
+                let stored = Stored::open(opened(place)?, &plan.common, row, &kept);
+                let mut stored = stored.map_err(stray)?;
+                while let Some((index, of_event)) = stored.next_event().map_err(stray)? {
+                    let (kind, tables) = &mut of_events[index];
                     let mut cells = common.clone();
-                    cells.extend(kind.cells(&event.payload).map_err(|error| unreadable(error.into()))?);
+                    cells.extend(of_event);
                     watch.row(kind.table, &cells);
                     tables.push(&cells)?;
                 }
-                summary = Some(outcome.summary);
+                summary = Some(stored.summary);
             }
             State::Failed(place) => {
-                let content = results.content(place).map_err(unreadable)?;
-                reason = String::from_utf8_lossy(&content).into_owned();
+                reason_of = reason(opened(place)?).map_err(|problem| stray(place, problem))?;
             }
-            State::Quarantined => "its process died again and again".clone_into(&mut reason),
-            State::Missing(_) | State::Refused => {}
+            State::Quarantined => "its process died again and again".clone_into(&mut reason_of),
+            State::Missing(_) | State::Refused | State::Contradicted => {}
         }
         cells.extend([
             Cell::Word(state.word()),
-            word(&reason, &mut words),
+            word(&reason_of, &mut words),
             word(row.id.as_deref().unwrap_or_default(), &mut words),
             word(summary.as_ref().map_or("", |summary| &summary.status), &mut words),
         ]);

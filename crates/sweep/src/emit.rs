@@ -1,9 +1,62 @@
 //! Scripts for the engines that clusters already run: they name runs, and `asperity` does the rest.
+//!
+//! Paths stand in them as [`Word`]s, which every shell reads as the very path; one for which there is
+//! no such word is refused.
 
 use std::collections::BTreeSet;
-use std::fmt::Write;
+use std::ffi::OsStr;
+use std::fmt::{self, Write};
 
 use crate::results::ranges;
+
+/// A word of a shell: a text on one line, quoted so that sh and bash read it as it is. In single
+/// quotes no character means anything but the single quote itself, which stands outside of them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Word(String);
+
+impl Word {
+    /// The word for a path or an argument; `what` says which.
+    ///
+    /// # Errors
+    /// In words, if it is not UTF-8, or has characters that act instead of standing there, as line
+    /// breaks, at which a list of commands goes on with the next one.
+    pub fn of(what: &str, text: &OsStr) -> Result<Word, String> {
+        let refused = |why: &str| {
+            format!("{what} {text:?} {why} (accepted: UTF-8 on one line, without control characters)")
+        };
+        let ends_line = |c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}');
+        match text.to_str() {
+            None => Err(refused("is not UTF-8")),
+            Some(text) if text.contains(ends_line) => Err(refused("has line breaks or control characters")),
+            Some(text) => Ok(Word(text.to_owned())),
+        }
+    }
+
+    /// Makes sure that it has none of the characters that an engine replaces by something else before a
+    /// shell sees them.
+    fn without(&self, what: &str, engine: &str, replaced: &[char]) -> Result<(), String> {
+        match self.0.contains(replaced) {
+            false => Ok(()),
+            true => {
+                let replaced: String = replaced.iter().collect();
+                let text = &self.0;
+                Err(format!(
+                    "{what} {text}: {engine} replaces parts of it (accepted: paths without any of {replaced})"
+                ))
+            }
+        }
+    }
+}
+
+impl fmt::Display for Word {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
+        if !self.0.is_empty() && self.0.chars().all(plain) {
+            return f.write_str(&self.0);
+        }
+        write!(f, "'{}'", self.0.replace('\'', "'\\''"))
+    }
+}
 
 /// How many parts runs are cut into where nobody says: as many as fit one Slurm array unless somebody
 /// changed its limit, which is 1001.
@@ -42,24 +95,31 @@ pub fn arrays(missing: impl Iterator<Item = u64>, parts: u64, size: u64) -> Vec<
 #[derive(Debug, Clone)]
 pub struct Job {
     /// The path of the program.
-    pub program: String,
+    pub program: Word,
     /// The folder of the plan.
-    pub folder: String,
+    pub folder: Word,
     /// How many parts the runs are cut into.
     pub tasks: u64,
     /// Cores of a task.
     pub cores: u64,
     /// Time of a task, as Slurm writes it.
-    pub time: String,
+    pub time: Word,
 }
 
 impl Job {
     /// A script for Slurm: it submits job arrays of what is missing, and a job behind them that makes
     /// the tables of what there is.
-    pub fn slurm(&self) -> String {
-        let Job { tasks, cores, time, .. } = self;
-        let [program, folder, time] = [&self.program, &self.folder, time].map(|word| quoted(word));
-        format!(
+    ///
+    /// # Errors
+    /// If Slurm takes the name of the folder for something else.
+    pub fn slurm(&self) -> Result<String, String> {
+        let Job { program, folder, tasks, cores, time } = self;
+        // In names of files, Slurm replaces what follows a percent sign, of which two are one, but not
+        // where there is a backslash.
+        folder.without("the folder", "Slurm", &['\\'])?;
+        // A shell reads it twice: here, and in the script that `sbatch` makes of it.
+        let collect = Word(format!("exec {program} sweep collect {folder}"));
+        Ok(format!(
             "#!/bin/bash\n\
              # Runs a sweep in {tasks} parts as a job array, or several where MaxArraySize asks for it, and\n\
              # makes its tables when they are over:\n\
@@ -89,16 +149,15 @@ impl Job {
              done <<< \"$arrays\"\n\
              sbatch ${{behind:+--dependency=afterany$behind}} --cpus-per-task=1 --time=\"$time\" \\\n    \
                  --job-name=asperity-collect --output=\"$output/collect.txt\" \\\n    \
-                 --wrap \"exec $(printf %q \"$program\") sweep collect $(printf %q \"$folder\")\"\n"
-        )
+                 --wrap {collect}\n"
+        ))
     }
 
     /// One command a line, for GNU parallel, HyperQueue and the like.
     pub fn list(&self) -> String {
-        let [program, folder] = [&self.program, &self.folder].map(|word| quoted(word));
+        let Job { program, folder, tasks, cores, .. } = self;
         let mut text = String::new();
-        for task in 1..=self.tasks {
-            let (tasks, cores) = (self.tasks, self.cores);
+        for task in 1..=*tasks {
             writeln!(text, "{program} --quiet sweep run {folder} --chunk {task}/{tasks} --jobs {cores}")
                 .expect("texts can be written to");
         }
@@ -106,15 +165,19 @@ impl Job {
     }
 
     /// A workflow for `row`: a folder of its workspace for each part.
-    pub fn row(&self) -> String {
-        let Job { tasks, cores, .. } = self;
-        let [program, folder] = [&self.program, &self.folder].map(|word| quoted(word));
+    ///
+    /// # Errors
+    /// If row takes a part of a path for something that it is to put there.
+    pub fn row(&self) -> Result<String, String> {
+        let Job { program, folder, tasks, cores, .. } = self;
+        program.without("the program", "row", &['{', '}'])?;
+        folder.without("the folder", "row", &['{', '}'])?;
         let command = format!(
             "{program} --quiet sweep run {folder} --chunk {{directory}}/{tasks} --jobs {cores} && \
              touch workspace/{{directory}}/done"
         );
         let command = toml::Value::String(command);
-        format!(
+        Ok(format!(
             "# Put it into a folder of its own, with a folder in `workspace` for each part, called 1 to {tasks}:\n\
              #     mkdir -p workspace && (cd workspace && mkdir $(seq {tasks})) && row submit\n\
              [workspace]\n\
@@ -128,17 +191,8 @@ impl Job {
              [action.resources]\n\
              processes.per_submission = 1\n\
              threads_per_process = {cores}\n"
-        )
+        ))
     }
-}
-
-/// A word as a shell reads it.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        return word.to_owned();
-    }
-    format!("'{}'", word.replace('\'', "'\\''"))
 }
 
 #[cfg(test)]

@@ -35,7 +35,8 @@
 //! - [`Plan`]: every run with its values and its id, made once and never changed.
 //! - [`work`]: one run, from its row to what is kept of it; [`staging`]: where those stand that
 //!   take long.
-//! - [`segment`]: where a worker puts results; [`Results`]: what there is in all of them.
+//! - [`stored`]: what is kept of a run, packed and read; [`segment`]: where a worker puts it;
+//!   [`Results`]: what there is in all of them, and what contradicts the plan or itself.
 //! - [`collect()`]: the tables.
 //! - [`emit`]: scripts for clusters.
 //!
@@ -45,10 +46,12 @@
 pub mod axis;
 mod collect;
 pub mod emit;
+mod lines;
 pub mod plan;
 pub mod results;
 pub mod segment;
 pub mod staging;
+pub mod stored;
 mod sweep;
 pub mod work;
 

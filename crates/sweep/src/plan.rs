@@ -1,27 +1,42 @@
 //! What a sweep will run: made once, and never changed.
 //!
 //! A plan is a file of JSON lines: what all runs have in common, a line for each run, and last a
-//! BLAKE3 hash over all of it, by which an edited plan is known.
+//! BLAKE3 hash over all of it, by which an edited plan is known. It is read line by line, and every
+//! value is compared with what its key accepts: a hash is easily made right.
 
-use std::io;
+use std::collections::BTreeSet;
+use std::io::{BufRead, BufReader};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileError, FileSet, Inputs};
+use asperity_model::keys::Key;
 use asperity_model::{Energies, Scenario, ScenarioSource};
+use asperity_record::bounds::LONGEST_TOML_BYTES;
 use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_run::{CODE_VERSION, Task, at_once};
 use asperity_study_figures::Figure;
 use serde::{Deserialize, Serialize};
 
-use crate::axis::Value;
+use crate::axis::{MOST_RUNS, Value, check_value, key_of, names};
+use crate::lines::{Lines, problem_of};
 use crate::sweep::{Keep, Sweep};
 
 /// What a plan is called in its folder.
 pub const FILE: &str = "plan.ndjson";
 
-/// The version of the form of plans and segments.
+/// The version of the form of plans.
 const FORMAT: u32 = 1;
+
+/// The longest first line of a plan: the texts of a scenario and of a sweep, in which JSON writes line
+/// breaks and quotation marks as two bytes.
+pub const LONGEST_COMMON_BYTES: usize = 4 * LONGEST_TOML_BYTES;
+
+/// The longest line of a run. Only what its scenario says where it refuses its values may be long.
+pub const LONGEST_ROW_BYTES: usize = 1 << 20;
+
+/// Characters of an id.
+const ID_LENGTH: usize = 64;
 
 /// What all runs have in common.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -111,6 +126,9 @@ pub enum PlanError {
 /// The key by which runs have energies or not.
 const ENERGIES: &str = "recording.energies";
 
+/// The key by which a scenario names a file.
+const FILE_KEY: &str = "profile_csv";
+
 /// Most refused runs that are told one by one.
 const MOST_TOLD: usize = 5;
 
@@ -165,7 +183,16 @@ impl Plan {
             return Err(PlanError::Refused { problem });
         }
         let text = lines(&common, &rows);
-        let plan = Plan { hash: hash(&text), common, rows };
+        for (n, line) in text.lines().enumerate() {
+            let longest_bytes = if n == 0 { LONGEST_COMMON_BYTES } else { LONGEST_ROW_BYTES };
+            if line.len() > longest_bytes {
+                let what = if n == 0 { "the scenario and its sweep".to_owned() } else { format!("run {n}") };
+                let problem =
+                    format!("{what}: {} bytes in a plan (accepted: up to {longest_bytes})", line.len());
+                return Err(PlanError::Refused { problem });
+            }
+        }
+        let plan = Plan { hash: blake3::hash(text.as_bytes()).to_hex().to_string(), common, rows };
         match plan.energy_of_none(&plan.common.figures) {
             Some(problem) => Err(PlanError::Refused { problem }),
             None => Ok(plan),
@@ -209,28 +236,57 @@ impl Plan {
     /// If there is none, or it is not as it was written.
     pub fn read(folder: &Path) -> Result<Plan, PlanError> {
         let path = folder.join(FILE);
-        let no_plan = |problem: &str| PlanError::NoPlan { path: path.clone(), problem: problem.to_owned() };
-        let text = asperity_files::read(&path)
-            .and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other))
-            .map_err(|error| {
-                no_plan(&format!("there is no plan ({error}) (accepted: a folder of `asperity sweep plan`)"))
-            })?;
-        let edited = || no_plan("it is not as it was written (accepted: a plan nobody edited)");
-        let split = text.trim_end_matches('\n').rfind('\n').ok_or_else(edited)?;
-        let (body, end) = text.split_at(split + 1);
-        let end: End = serde_json::from_str(end).map_err(|_| edited())?;
-        if end.blake3 != hash(body) {
-            return Err(edited());
-        }
-        let (first, rows) = body.split_once('\n').ok_or_else(edited)?;
-        let common: Common = serde_json::from_str(first).map_err(|error| {
-            no_plan(&format!(
-                "a plan of another form: {error} (accepted: one by this version of the program)"
-            ))
+        let no_plan = |problem: String| PlanError::NoPlan { path: path.clone(), problem };
+        let file = asperity_files::open(&path).map_err(|error| {
+            no_plan(format!("there is no plan ({error}) (accepted: a folder of `asperity sweep plan`)"))
         })?;
-        let rows =
-            rows.lines().map(serde_json::from_str).collect::<Result<Vec<Row>, _>>().map_err(|_| edited())?;
-        Ok(Plan { common, rows, hash: end.blake3 })
+        Plan::parse(BufReader::new(file)).map_err(no_plan)
+    }
+
+    /// Reads the lines of a plan.
+    ///
+    /// # Errors
+    /// In words, with line, key, value and what is accepted, if they are not as they were written, or
+    /// hold what no plan does.
+    pub fn parse(source: impl BufRead) -> Result<Plan, String> {
+        let edited =
+            |why: String| format!("{why}it is not as it was written (accepted: a plan nobody edited)");
+        let mut lines = Lines::of(source);
+        let mut reading = Reading::default();
+        let mut hasher = blake3::Hasher::new();
+        // The last line is not a run; which one is the last is known once there is no other.
+        let mut before: Option<String> = None;
+        let mut longest_bytes = LONGEST_COMMON_BYTES;
+        loop {
+            let line = match lines.next(longest_bytes) {
+                Ok(Some(line)) => line.to_owned(),
+                Ok(None) => break,
+                Err(error) => return Err(edited(format!("{error}: "))),
+            };
+            longest_bytes = LONGEST_ROW_BYTES;
+            if let Some(whole) = before.replace(line) {
+                hasher.update(whole.as_bytes()).update(b"\n");
+                reading.take(&whole, lines.number() - 1);
+            }
+        }
+        let hash = hasher.finalize().to_hex().to_string();
+        let end = End { rows: reading.rows.len() as u64, blake3: hash };
+        let last = before.ok_or_else(|| edited(String::new()))?;
+        match serde_json::from_str::<End>(&last) {
+            Ok(End { blake3, .. }) if blake3 == end.blake3 => {}
+            _ => return Err(edited(String::new())),
+        }
+        let Reading { common, rows, problem, .. } = reading;
+        match (problem, common) {
+            (Some(problem), _) => Err(problem),
+            (None, Some(common)) if json(&end).trim_end() == last => {
+                Ok(Plan { common, rows, hash: end.blake3 })
+            }
+            (None, Some(_)) => {
+                Err(format!("{last} behind {} runs (accepted: {})", end.rows, json(&end).trim_end()))
+            }
+            (None, None) => Err(edited(String::new())),
+        }
     }
 
     /// Makes sure that this program makes the runs as they are planned.
@@ -238,7 +294,7 @@ impl Plan {
     /// # Errors
     /// If the plan was made by other code.
     pub fn check_code(&self, folder: &Path) -> Result<(), PlanError> {
-        if self.common.code_version == CODE_VERSION && self.common.format == FORMAT {
+        if self.common.code_version == CODE_VERSION {
             return Ok(());
         }
         Err(PlanError::NoPlan {
@@ -249,6 +305,32 @@ impl Plan {
                 self.common.code_version
             ),
         })
+    }
+
+    /// Makes sure that the values of every run are those by which it got its id. It takes some
+    /// milliseconds for a hundred runs, and says nothing of plans by other code, whose ids are other
+    /// ones, nor where scenarios name files, which may have changed since.
+    ///
+    /// # Errors
+    /// If they are not.
+    pub fn check_ids(&self, folder: &Path) -> Result<(), PlanError> {
+        let Common { code_version, scenario_toml, set, keys, .. } = &self.common;
+        let names_file = |text: &String| text.contains(FILE_KEY);
+        if code_version != CODE_VERSION || [scenario_toml].into_iter().chain(set).chain(keys).any(names_file)
+        {
+            return Ok(());
+        }
+        let strange = self.rows.iter().find(|row| row.id.is_some() && self.scenario(row).is_err());
+        match strange {
+            None => Ok(()),
+            Some(Row { run, .. }) => Err(PlanError::NoPlan {
+                path: folder.join(FILE),
+                problem: format!(
+                    "line {}: the values of run {run} do not give its id (accepted: a plan nobody edited)",
+                    run + 1
+                ),
+            }),
+        }
     }
 
     /// The scenario of a run, and what the run says of itself.
@@ -268,7 +350,79 @@ impl Plan {
     }
 }
 
+/// A plan as far as it was read.
+#[derive(Default)]
+struct Reading {
+    common: Option<Common>,
+    keys: Vec<&'static Key>,
+    rows: Vec<Row>,
+    /// What is wrong with the first line with which something is. Whether somebody edited the plan is
+    /// known at its end, and is said rather than this.
+    problem: Option<String>,
+}
+
+impl Reading {
+    fn take(&mut self, line: &str, number: u64) {
+        let taken = match (&self.problem, &self.common) {
+            (Some(_), _) => return,
+            (None, None) => Common::parse(line).map(|(common, keys)| {
+                self.keys = keys;
+                self.common = Some(common);
+            }),
+            (None, Some(_)) => Row::parse(line, number - 1, &self.keys).map(|row| self.rows.push(row)),
+        };
+        self.problem = taken.err().map(|problem| format!("line {number}: {problem}"));
+    }
+}
+
+impl Row {
+    fn parse(line: &str, run: u64, keys: &[&'static Key]) -> Result<Row, String> {
+        if run > MOST_RUNS {
+            return Err(format!("run {run} (accepted: up to {MOST_RUNS} runs)"));
+        }
+        let row: Row = serde_json::from_str(line).map_err(|error| {
+            format!("{} (accepted: run {run}, as `asperity sweep plan` writes it)", problem_of(&error))
+        })?;
+        if row.run != run {
+            return Err(format!(
+                "run = {} (accepted: {run}; runs are numbered from 1 in their order)",
+                row.run
+            ));
+        }
+        if row.values.len() != keys.len() {
+            let (count, names) = (row.values.len(), names(keys));
+            return Err(format!("values: {count} of them (accepted: {}, of {names})", keys.len()));
+        }
+        keys.iter().zip(&row.values).try_for_each(|(key, value)| check_value(key, value))?;
+        let is_id = |id: &String| id.len() == ID_LENGTH && id.bytes().all(|byte| byte.is_ascii_hexdigit());
+        match (&row.id, &row.refused) {
+            (Some(id), None) if is_id(id) => Ok(row),
+            (None, Some(_)) => Ok(row),
+            (Some(id), None) => Err(format!("id = {id:?} (accepted: {ID_LENGTH} hexadecimal digits)")),
+            _ => Err("it has both id and refused, or neither (accepted: one of them)".to_owned()),
+        }
+    }
+}
+
 impl Common {
+    fn parse(line: &str) -> Result<(Common, Vec<&'static Key>), String> {
+        let common: Common = serde_json::from_str(line).map_err(|error| {
+            let problem = problem_of(&error);
+            format!("a plan of another form: {problem} (accepted: one by this version of the program)")
+        })?;
+        if common.format != FORMAT {
+            return Err(format!("format = {} (accepted: {FORMAT})", common.format));
+        }
+        let keys = common.keys.iter().map(|key| key_of(key)).collect::<Result<Vec<_>, _>>();
+        let keys = keys.map_err(|problem| format!("keys: {problem}"))?;
+        let mut seen = BTreeSet::new();
+        if keys.is_empty() || !keys.iter().all(|key| seen.insert(key.path)) {
+            return Err(format!("keys = {:?} (accepted: one or more, each once)", common.keys));
+        }
+        Figure::check_files(&common.figures)?;
+        Ok((common, keys))
+    }
+
     /// What a run sets, as `key=value`.
     pub fn assignments(&self, values: &[Value]) -> Vec<String> {
         self.keys.iter().zip(values).map(|(key, value)| format!("{key}={value}")).collect()
@@ -296,8 +450,4 @@ fn json(value: &impl Serialize) -> String {
     let mut line = serde_json::to_string(value).expect("texts and finite numbers are JSON");
     line.push('\n');
     line
-}
-
-fn hash(text: &str) -> String {
-    blake3::hash(text.as_bytes()).to_hex().to_string()
 }

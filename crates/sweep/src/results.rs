@@ -1,20 +1,76 @@
 //! What has come of the runs of a plan so far, read off all segments in one pass.
+//!
+//! A run gives one result, whoever makes it and however often. So two results of it that differ, or
+//! one that stands under the number of another run, are the sign of a node that computes or stores
+//! something else: such results are [`Fault`]s, and no tables are made beside them.
 
-use std::io;
+use std::fmt;
+use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
 
-use crate::plan::Plan;
-use crate::segment::{self, Kind, Reader};
+use crate::plan::{Plan, Row};
+use crate::segment::{self, Frame, Kind, Owner, Reader};
+use crate::stored::{KeptEvents, Stored, kept_events, reason};
 
 /// A run that took its process with it so often is not tried again.
 pub const MOST_DEATHS: u32 = 3;
+
+/// Most faults that are kept: enough to see which files they are in.
+const MOST_FAULTS: usize = 100;
+
+/// What to do about a [`Fault`].
+pub const WHAT_TO_DO: &str = "a run gives one result, wherever it is made: remove the file of the node that is faulty \
+                              (its name begins with the node's), or all of these files, and `asperity sweep run` \
+                              makes their runs again";
 
 /// Where a result stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     segment: u32,
     at: u64,
-    length: u32,
+    length: u64,
+}
+
+/// A place for people: which byte of which file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Spot {
+    /// The segment.
+    pub path: PathBuf,
+    /// Where the content of the result begins.
+    pub at: u64,
+}
+
+impl fmt::Display for Spot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: byte {}", self.path.display(), self.at)
+    }
+}
+
+/// A result that contradicts the plan or another result.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Fault {
+    /// One that is none of the run under whose number it stands.
+    #[error("{spot}: run {run}: {problem}")]
+    Stray {
+        /// Where it stands.
+        spot: Spot,
+        /// Under which number.
+        run: u64,
+        /// What it is, and what is accepted.
+        problem: String,
+    },
+    /// Two of one run.
+    #[error("run {run} has two results that differ: {difference}, in {first} and {second}")]
+    Differ {
+        /// The run.
+        run: u64,
+        /// Where the one stands.
+        first: Spot,
+        /// Where the other stands.
+        second: Spot,
+        /// The first number that differs.
+        difference: String,
+    },
 }
 
 /// What has come of a run.
@@ -30,6 +86,8 @@ pub enum State {
     Quarantined,
     /// Its scenario refuses its values.
     Refused,
+    /// It has two results that differ.
+    Contradicted,
 }
 
 impl State {
@@ -41,6 +99,7 @@ impl State {
             State::Failed(_) => "failed",
             State::Quarantined => "quarantined",
             State::Refused => "refused",
+            State::Contradicted => "contradicted",
         }
     }
 
@@ -61,6 +120,8 @@ pub struct Counts {
     pub quarantined: u64,
     /// Refused.
     pub refused: u64,
+    /// With two results that differ.
+    pub contradicted: u64,
     /// Still to be made.
     pub missing: u64,
 }
@@ -69,11 +130,13 @@ pub struct Counts {
 #[derive(Debug)]
 pub struct Results {
     states: Vec<State>,
-    segments: Vec<Reader>,
+    segments: Vec<PathBuf>,
     /// Segments with an end that is of no whole result, and how many bytes that is.
     pub torn: Vec<(PathBuf, u64)>,
     /// Files that are no segments of this plan.
     pub foreign: Vec<PathBuf>,
+    /// Results that contradict the plan or each other.
+    pub faults: Vec<Fault>,
 }
 
 impl Results {
@@ -84,38 +147,143 @@ impl Results {
     pub fn read(folder: &Path, plan: &Plan) -> io::Result<Results> {
         let state = |refused: bool| if refused { State::Refused } else { State::Missing(0) };
         let states = plan.rows.iter().map(|row| state(row.refused.is_some())).collect();
-        let mut results = Results { states, segments: Vec::new(), torn: Vec::new(), foreign: Vec::new() };
+        let (torn, foreign, faults) = (Vec::new(), Vec::new(), Vec::new());
+        let mut results = Results { states, segments: Vec::new(), torn, foreign, faults };
+        let mut doubtful = Vec::new();
         for path in segment::all(folder)? {
             let Some(mut reader) = Reader::open(&path, &plan.hash)? else {
                 results.foreign.push(path);
                 continue;
             };
             let number = results.segments.len() as u32;
-            while let Some((frame, _)) = reader.next_frame()? {
+            results.segments.push(path.clone());
+            while let Some(frame) = reader.next_frame()? {
                 let place = Place { segment: number, at: frame.at, length: frame.length };
-                results.take(frame.run, frame.kind, place);
+                match of_run(plan, &frame) {
+                    Ok(row) => doubtful.extend(results.take(row, &frame, place)),
+                    Err(problem) => {
+                        let spot = results.spot(place);
+                        results.add(Fault::Stray { spot, run: frame.run, problem });
+                    }
+                }
             }
             let torn = reader.torn()?;
             if torn > 0 {
                 results.torn.push((path, torn));
             }
-            results.segments.push(reader);
+        }
+        let kept = kept_events(&plan.common.keep);
+        for doubt in doubtful {
+            results.settle(plan, &kept, doubt)?;
         }
         Ok(results)
     }
 
-    /// A result of a run whose process died before counts, and the first of several, all of which
-    /// are the same.
-    fn take(&mut self, run: u64, kind: Kind, place: Place) {
-        let index = run.checked_sub(1).and_then(|index| usize::try_from(index).ok());
-        let Some(state) = index.and_then(|index| self.states.get_mut(index)) else { return };
-        *state = match (*state, kind) {
+    /// A result of a run whose process died before counts, and the first of several. Whether these are
+    /// the same is still to be seen.
+    fn take(&mut self, row: &Row, frame: &Frame, place: Place) -> Option<Doubt> {
+        let state = &mut self.states[row.run as usize - 1];
+        let known = match *state {
+            State::Done(known) => Some((Kind::Done, known)),
+            State::Failed(known) => Some((Kind::Failed, known)),
+            _ => None,
+        };
+        *state = match (*state, frame.kind) {
             (State::Missing(_) | State::Quarantined, Kind::Done) => State::Done(place),
             (State::Missing(_) | State::Quarantined, Kind::Failed) => State::Failed(place),
             (State::Missing(deaths), Kind::Died) if deaths + 1 < MOST_DEATHS => State::Missing(deaths + 1),
             (State::Missing(_), Kind::Died) => State::Quarantined,
             (state, _) => state,
         };
+        let known = known.filter(|_| frame.kind != Kind::Died);
+        // Of a result that does not say so itself, whose it is must be read.
+        let is_unowned = frame.owner.is_none() && frame.kind == Kind::Done;
+        (known.is_some() || is_unowned).then_some(Doubt { run: row.run, known, new: (frame.kind, place) })
+    }
+
+    /// Finds out whether a result is what it must be.
+    fn settle(
+        &mut self,
+        plan: &Plan,
+        kept: &[KeptEvents],
+        Doubt { run, known, new }: Doubt,
+    ) -> io::Result<()> {
+        let row = &plan.rows[run as usize - 1];
+        let stray = |results: &mut Results, place: Place, problem: String| {
+            let spot = results.spot(place);
+            // Of a run that has nothing else, nothing is left.
+            let state = &mut results.states[run as usize - 1];
+            if matches!(*state, State::Done(known) | State::Failed(known) if known == place) {
+                *state = State::Missing(0);
+            }
+            results.add(Fault::Stray { spot, run, problem });
+        };
+        let opened = |results: &Results, (_, place): (Kind, Place)| {
+            let content = results.content(place)?;
+            Ok::<_, io::Error>(Stored::open(content, &plan.common, row, kept))
+        };
+        let Some(known) = known else {
+            if let Err(problem) = opened(self, new)? {
+                stray(self, new.1, problem);
+            }
+            return Ok(());
+        };
+        if known.0 == new.0 && self.are_same_bytes(known.1, new.1)? {
+            return Ok(());
+        }
+        let difference = match (known.0, new.0) {
+            (Kind::Done, Kind::Done) => match (opened(self, known)?, opened(self, new)?) {
+                (Ok(a), Ok(b)) => a.difference(b),
+                (a, b) => Err([a.err(), b.err()]),
+            },
+            (Kind::Failed, Kind::Failed) => {
+                match (reason(self.content(known.1)?), reason(self.content(new.1)?)) {
+                    (Ok(a), Ok(b)) => {
+                        Ok((a != b).then(|| format!("it failed because of {a:?} and of {b:?}")))
+                    }
+                    (a, b) => Err([a.err(), b.err()]),
+                }
+            }
+            _ => Ok(Some("it is done, and it failed".to_owned())),
+        };
+        match difference {
+            Ok(None) => {}
+            Ok(Some(difference)) => {
+                let [first, second] = [known, new].map(|(_, place)| self.spot(place));
+                self.states[run as usize - 1] = State::Contradicted;
+                self.add(Fault::Differ { run, first, second, difference });
+            }
+            Err(problems) => {
+                for (problem, (_, place)) in problems.into_iter().zip([known, new]) {
+                    if let Some(problem) = problem {
+                        stray(self, place, problem);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, fault: Fault) {
+        if self.faults.len() < MOST_FAULTS && !self.faults.contains(&fault) {
+            self.faults.push(fault);
+        }
+    }
+
+    fn are_same_bytes(&self, a: Place, b: Place) -> io::Result<bool> {
+        if a.length != b.length {
+            return Ok(false);
+        }
+        let [mut a, mut b] = [self.content(a)?, self.content(b)?];
+        loop {
+            let (x, y) = (a.fill_buf()?, b.fill_buf()?);
+            let count = x.len().min(y.len());
+            if count == 0 || x[..count] != y[..count] {
+                return Ok(x.is_empty() && y.is_empty());
+            }
+            a.consume(count);
+            b.consume(count);
+        }
     }
 
     /// What has come of a run, counted from 1.
@@ -144,6 +312,7 @@ impl Results {
                 State::Failed(_) => &mut counts.failed,
                 State::Quarantined => &mut counts.quarantined,
                 State::Refused => &mut counts.refused,
+                State::Contradicted => &mut counts.contradicted,
             } += 1;
         }
         counts
@@ -158,8 +327,43 @@ impl Results {
     ///
     /// # Errors
     /// If its segment cannot be read.
-    pub fn content(&mut self, place: Place) -> io::Result<Vec<u8>> {
-        self.segments[place.segment as usize].content(place.at, place.length)
+    pub(crate) fn content(&self, place: Place) -> io::Result<impl BufRead + use<>> {
+        segment::content(&self.segments[place.segment as usize], place.at, place.length)
+    }
+
+    /// Where a result stands, for people.
+    pub(crate) fn spot(&self, place: Place) -> Spot {
+        Spot { path: self.segments[place.segment as usize].clone(), at: place.at }
+    }
+}
+
+/// A result of which it is still to be seen whether it is the same as one that is known of its run, or
+/// of this run at all.
+struct Doubt {
+    run: u64,
+    known: Option<(Kind, Place)>,
+    new: (Kind, Place),
+}
+
+/// The run of a result, if that is its own.
+fn of_run<'a>(plan: &'a Plan, frame: &Frame) -> Result<&'a Row, String> {
+    let index = frame.run.checked_sub(1).and_then(|index| usize::try_from(index).ok());
+    let row = index.and_then(|index| plan.rows.get(index));
+    let row = row.ok_or_else(|| format!("the plan has no such run (accepted: 1 to {})", plan.rows.len()))?;
+    if row.refused.is_some() {
+        return Err("its scenario refuses its values (accepted: results of the other runs)".to_owned());
+    }
+    match &frame.owner {
+        Some(Err(problem)) => Err(format!("{problem} (accepted: number and id of its run)")),
+        Some(Ok(Owner { run, .. })) if *run != row.run => Err(format!(
+            "its content says that it is of run {run} (accepted: {}, under which it stands)",
+            row.run
+        )),
+        Some(Ok(Owner { run_id, .. })) if row.id.as_ref() != Some(run_id) => Err(format!(
+            "its content says that its run has the id {run_id:?} (accepted: {}, as it is planned)",
+            row.id.as_deref().unwrap_or_default()
+        )),
+        _ => Ok(row),
     }
 }
 

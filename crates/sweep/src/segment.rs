@@ -1,7 +1,8 @@
 //! Where workers put what came of their runs: each into a file of its own, one result after the
 //! other, so that a hundred thousand runs are a handful of files.
 //!
-//! A segment begins with a line that names its plan. A result follows the other as a *frame*:
+//! A segment begins with a line that names its version and its plan. A result follows the other as a
+//! *frame*:
 //!
 //! | bytes | what |
 //! |---|---|
@@ -9,17 +10,20 @@
 //! | 8 | the run's number, from 1 |
 //! | 4 | length of the content |
 //! | 4 | CRC-32 of all the others |
-//! | length | done: zstd; else text |
+//! | length | a line of JSON with number and id of the run; then, done: zstd, see [`stored`](crate::stored); failed: text |
 //!
-//! all numbers with the least byte first. What follows a frame that is not whole is as if it had not
-//! been written.
+//! all numbers with the least byte first. In version 1, the line with number and id is missing. What
+//! follows a frame that is not whole is as if it had not been written.
 
 use std::fs::{self, DirEntry, File};
-use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use asperity_files::{FileError, Held, create_folder};
+use serde::{Deserialize, Serialize};
+
+use crate::plan::Row;
 
 /// The folder of the segments, in that of the plan.
 pub const FOLDER: &str = "segments";
@@ -28,6 +32,12 @@ pub const FOLDER: &str = "segments";
 const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 
 const HEAD: usize = 17;
+
+/// The versions that are read; the last one is written.
+const VERSIONS: [u32; 2] = [1, 2];
+
+/// The longest line that says whose a result is.
+const LONGEST_OWNER_BYTES: usize = 256;
 
 /// What came of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,8 +64,30 @@ impl Kind {
     }
 }
 
-fn first_line(plan: &str) -> String {
-    format!("asperity sweep segment 1 {plan}\n")
+fn first_line(version: u32, plan: &str) -> String {
+    format!("asperity sweep segment {version} {plan}\n")
+}
+
+/// Whose a result is, as its content says itself.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Owner {
+    /// The run's number in its plan.
+    pub run: u64,
+    /// Its id.
+    pub run_id: String,
+}
+
+impl Owner {
+    fn of(row: &Row) -> Owner {
+        Owner { run: row.run, run_id: row.id.clone().unwrap_or_default() }
+    }
+
+    fn line(&self) -> String {
+        let mut line = serde_json::to_string(self).expect("a number and a text are JSON");
+        line.push('\n');
+        line
+    }
 }
 
 /// A segment that is being written.
@@ -84,7 +116,7 @@ impl Writer {
             }
             match Held::create(&path) {
                 Ok(held) if held.file().metadata().is_ok_and(|file| file.len() == 0) => {
-                    let written = held.file().write_all(first_line(plan).as_bytes());
+                    let written = held.file().write_all(first_line(VERSIONS[1], plan).as_bytes());
                     written.map_err(|error| FileError::Io { path, error })?;
                     return Ok(Writer { held, synced: Instant::now() });
                 }
@@ -100,13 +132,17 @@ impl Writer {
     ///
     /// # Errors
     /// If the system refuses.
-    pub fn add(&mut self, kind: Kind, run: u64, content: &[u8]) -> io::Result<()> {
-        let mut frame = Vec::with_capacity(HEAD + content.len());
+    pub fn add(&mut self, kind: Kind, row: &Row, content: &[u8]) -> io::Result<()> {
+        let owner = Owner::of(row).line();
+        let length = owner.len() + content.len();
+        let mut frame = Vec::with_capacity(HEAD + length);
         frame.push(kind.byte());
-        frame.extend(run.to_le_bytes());
-        frame.extend(u32::try_from(content.len()).map_err(io::Error::other)?.to_le_bytes());
-        let crc = crc(&frame, content);
-        frame.extend(crc.to_le_bytes());
+        frame.extend(row.run.to_le_bytes());
+        frame.extend(u32::try_from(length).map_err(io::Error::other)?.to_le_bytes());
+        let mut hasher = crc32fast::Hasher::new();
+        [&frame, owner.as_bytes(), content].iter().for_each(|part| hasher.update(part));
+        frame.extend(hasher.finalize().to_le_bytes());
+        frame.extend(owner.as_bytes());
         frame.extend(content);
         self.held.file().write_all(&frame)?;
         if self.synced.elapsed() >= SYNC_INTERVAL {
@@ -125,13 +161,6 @@ impl Writer {
     }
 }
 
-fn crc(head: &[u8], content: &[u8]) -> u32 {
-    let mut hasher = crc32fast::Hasher::new();
-    hasher.update(head);
-    hasher.update(content);
-    hasher.finalize()
-}
-
 /// A result in a segment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Frame {
@@ -139,18 +168,22 @@ pub struct Frame {
     pub kind: Kind,
     /// The run's number, from 1.
     pub run: u64,
-    /// Where its content begins.
+    /// Whose the content says it is, or what is wrong with that line; `None` of version 1, which has
+    /// none.
+    pub owner: Option<Result<Owner, String>>,
+    /// Where the content begins, behind that line.
     pub at: u64,
     /// How many bytes it has.
-    pub length: u32,
+    pub length: u64,
 }
 
-/// A segment that is read: its frames, as far as they are whole.
+/// A segment that is read: its frames, as far as they are whole. Of their contents nothing is kept in
+/// memory.
 #[derive(Debug)]
 pub struct Reader {
     file: BufReader<File>,
+    has_owners: bool,
     at: u64,
-    content: Vec<u8>,
 }
 
 impl Reader {
@@ -160,51 +193,58 @@ impl Reader {
     /// If it cannot be read.
     pub fn open(path: &Path, plan: &str) -> io::Result<Option<Reader>> {
         let mut file = BufReader::with_capacity(1 << 16, asperity_files::open(path)?);
-        let expected = first_line(plan);
-        let mut found = vec![0; expected.len()];
-        match file.read_exact(&mut found) {
-            Ok(()) if found == expected.as_bytes() => {
-                let at = expected.len() as u64;
-                Ok(Some(Reader { file, at, content: Vec::new() }))
-            }
-            Ok(()) => Ok(None),
-            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(None),
-            Err(error) => Err(error),
+        let mut found = vec![0; first_line(VERSIONS[0], plan).len()];
+        if !whole(file.read_exact(&mut found))? {
+            return Ok(None);
         }
+        let version = VERSIONS.into_iter().find(|version| first_line(*version, plan).as_bytes() == found);
+        let at = found.len() as u64;
+        Ok(version.map(|version| Reader { file, has_owners: version > 1, at }))
     }
 
-    /// The next result and its content; `None` at the end, or where a frame is not whole.
+    /// The next result; `None` at the end, or where a frame is not whole.
     ///
     /// # Errors
     /// If the file cannot be read.
-    pub fn next_frame(&mut self) -> io::Result<Option<(Frame, &[u8])>> {
+    pub fn next_frame(&mut self) -> io::Result<Option<Frame>> {
         let mut head = [0; HEAD];
         if !whole(self.file.read_exact(&mut head))? {
             return Ok(None);
         }
         let number = |from: usize| u32::from_le_bytes(std::array::from_fn(|n| head[from + n]));
-        let (length, expected) = (number(9), number(13));
+        let (length, crc) = (u64::from(number(9)), number(13));
         let run = u64::from_le_bytes(std::array::from_fn(|n| head[1 + n]));
         let Some(kind) = Kind::of(head[0]) else { return Ok(None) };
-        self.content.clear();
-        let read = (&mut self.file).take(u64::from(length)).read_to_end(&mut self.content)?;
-        if read != length as usize || crc(&head[..13], &self.content) != expected {
+        let mut hasher = crc32fast::Hasher::new();
+        hasher.update(&head[..13]);
+        let mut content = self.file.by_ref().take(length);
+        let mut first = Vec::new();
+        if self.has_owners {
+            content.by_ref().take(LONGEST_OWNER_BYTES as u64).read_until(b'\n', &mut first)?;
+            hasher.update(&first);
+        }
+        let mut read = first.len() as u64;
+        loop {
+            let piece = content.fill_buf()?;
+            if piece.is_empty() {
+                break;
+            }
+            hasher.update(piece);
+            let taken = piece.len();
+            content.consume(taken);
+            read += taken as u64;
+        }
+        if read != length || hasher.finalize() != crc {
             return Ok(None);
         }
-        let frame = Frame { kind, run, at: self.at + HEAD as u64, length };
-        self.at = frame.at + u64::from(length);
-        Ok(Some((frame, &self.content)))
-    }
-
-    /// The content of a frame found before.
-    ///
-    /// # Errors
-    /// If the file cannot be read.
-    pub fn content(&mut self, at: u64, length: u32) -> io::Result<Vec<u8>> {
-        self.file.seek(SeekFrom::Start(at))?;
-        let mut content = vec![0; length as usize];
-        self.file.read_exact(&mut content)?;
-        Ok(content)
+        let begins = self.at + HEAD as u64;
+        self.at = begins + length;
+        let owner = self.has_owners.then(|| {
+            let parsed = first.strip_suffix(b"\n").and_then(|line| serde_json::from_slice(line).ok());
+            parsed.ok_or_else(|| "its content does not say whose it is".to_owned())
+        });
+        let of_owner = first.len() as u64;
+        Ok(Some(Frame { kind, run, owner, at: begins + of_owner, length: length - of_owner }))
     }
 
     /// How many bytes at its end are of no whole frame.
@@ -214,6 +254,16 @@ impl Reader {
     pub fn torn(&self) -> io::Result<u64> {
         Ok(self.file.get_ref().metadata()?.len().saturating_sub(self.at))
     }
+}
+
+/// The content of a result, from where a [`Frame`] says that it begins.
+///
+/// # Errors
+/// If the segment cannot be read.
+pub(crate) fn content(path: &Path, at: u64, length: u64) -> io::Result<impl BufRead + use<>> {
+    let mut file = File::open(path)?;
+    file.seek(SeekFrom::Start(at))?;
+    Ok(BufReader::new(file).take(length))
 }
 
 fn whole(read: io::Result<()>) -> io::Result<bool> {
@@ -253,30 +303,39 @@ pub(crate) fn entries(folder: &Path) -> io::Result<Vec<DirEntry>> {
 mod tests {
     use std::fs;
 
-    use super::{Kind, Reader, Writer, all};
+    use super::{Kind, Owner, Reader, Writer, all};
+    use crate::plan::Row;
 
     #[test]
     fn whatever_is_cut_off_or_changed_costs_what_follows_it_and_nothing_before() {
         let folder = tempfile::tempdir().unwrap();
         let mut writer = Writer::create(folder.path(), "plan").unwrap();
-        for run in 1..=4 {
-            writer.add(Kind::Done, run, format!("result {run}").as_bytes()).unwrap();
+        let rows = [1, 2, 3, 4].map(|run| {
+            let id = Some("id".to_owned());
+            Row { run, values: Vec::new(), id, refused: None, warnings: Vec::new() }
+        });
+        for row in &rows {
+            writer.add(Kind::Done, row, format!("result {}", row.run).as_bytes()).unwrap();
         }
         drop(writer);
         let path = all(folder.path()).unwrap().remove(0);
         let whole = fs::read(&path).unwrap();
         let read = || {
+            let bytes = fs::read(&path).unwrap();
             let mut reader = Reader::open(&path, "plan").unwrap()?;
             let mut runs = Vec::new();
-            while let Some((frame, content)) = reader.next_frame().unwrap() {
+            while let Some(frame) = reader.next_frame().unwrap() {
+                let content = &bytes[frame.at as usize..][..frame.length as usize];
                 assert_eq!(content, format!("result {}", frame.run).as_bytes());
+                assert_eq!(frame.owner, Some(Ok(Owner { run: frame.run, run_id: "id".to_owned() })));
                 runs.push(frame.run);
             }
             let torn = reader.torn().unwrap();
             Some((runs, torn))
         };
         assert_eq!(read(), Some((vec![1, 2, 3, 4], 0)));
-        let (first, frame) = (whole.len() - 4 * 25, 25);
+        let frame = (whole.len() - b"asperity sweep segment 2 plan\n".len()) / 4;
+        let first = whole.len() - 4 * frame;
         for cut in 0..whole.len() {
             fs::write(&path, &whole[..cut]).unwrap();
             let expected = cut

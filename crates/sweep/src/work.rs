@@ -1,9 +1,6 @@
 //! A run of a plan, made: from its row to what is kept of it.
 
-use std::cell::RefCell;
 use std::error::Error;
-use std::fmt::Write;
-use std::io;
 use std::path::Path;
 use std::time::Duration;
 
@@ -11,11 +8,11 @@ use asperity_model::Scenario;
 use asperity_record::{Event, EventPayload, Record, RunEnd, RunHeader, Rupture, SlipEvent, SolverReport};
 use asperity_run::{Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Outcome, RunError, Task, Watch, run};
 use asperity_runlog::{Existing, WriteError};
-use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary};
-use zstd::bulk::Compressor;
+use asperity_summary::{RupturesFrom, Slider, Summarizer};
 
 use crate::plan::{Plan, Row};
 use crate::staging;
+use crate::stored::{line_of, pack};
 use crate::sweep::Keep;
 
 /// Work of a run from which on it keeps its unfinished log, and is gone on with instead of made
@@ -159,7 +156,7 @@ impl Watch for Kept<'_> {
             _ => false,
         };
         if is_kept {
-            writeln!(self.lines, "{}\t{}", event.topic, event.payload).expect("texts can be written to");
+            self.lines.push_str(&line_of(event));
         }
     }
 
@@ -168,56 +165,4 @@ impl Watch for Kept<'_> {
             (self.tell)(notice);
         }
     }
-}
-
-/// What was kept of a run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Content {
-    /// Its numbers.
-    pub summary: Summary,
-    /// Its events, in order.
-    pub events: Vec<Event>,
-}
-
-/// The level of compression: higher ones take more time than a short run.
-const LEVEL: i32 = 1;
-
-/// Most bytes that a run's results may have: as many as fit a number of 32 bits.
-const MOST_BYTES: usize = u32::MAX as usize;
-
-/// A line with the summary, and one for each event with its topic before it, compressed.
-fn pack(summary: &Summary, lines: &str) -> io::Result<Vec<u8>> {
-    let mut text = serde_json::to_string(summary)?;
-    text.push('\n');
-    text.push_str(lines);
-    thread_local! {
-        /// Its tables take longer to make than a short run's results to pack.
-        static PACKER: RefCell<Option<Compressor<'static>>> = const { RefCell::new(None) };
-    }
-    PACKER.with_borrow_mut(|packer| {
-        let packer = match packer {
-            Some(packer) => packer,
-            none => none.insert(Compressor::new(LEVEL)?),
-        };
-        packer.compress(text.as_bytes())
-    })
-}
-
-/// What was packed.
-///
-/// # Errors
-/// If it is none of it, which the checksum of its frame should have told.
-pub fn unpack(content: &[u8]) -> io::Result<Content> {
-    let mut text = String::new();
-    let decoder = zstd::stream::read::Decoder::new(content)?;
-    io::Read::read_to_string(&mut io::Read::take(decoder, MOST_BYTES as u64), &mut text)?;
-    let mut lines = text.lines();
-    let summary = serde_json::from_str(lines.next().unwrap_or_default())?;
-    let event = |line: &str| {
-        let (topic, payload) = line.split_once('\t')?;
-        Some(Event { topic: topic.to_owned(), payload: payload.to_owned() })
-    };
-    let events = lines.map(event).collect::<Option<Vec<_>>>();
-    let events = events.ok_or_else(|| io::Error::other("an event without its topic"))?;
-    Ok(Content { summary, events })
 }

@@ -21,6 +21,8 @@ pub(crate) struct Size {
     pub(crate) mixes: usize,
     pub(crate) forgeries: usize,
     pub(crate) checkpoints: usize,
+    /// Of each kind of harm to studies.
+    pub(crate) studies: usize,
     /// Rounds over all commands, of pairs and of eights.
     pub(crate) pairs: usize,
     pub(crate) kills: usize,
@@ -28,8 +30,16 @@ pub(crate) struct Size {
 
 impl Size {
     /// For every change: a few minutes.
-    pub(crate) const USUAL: Size =
-        Size { full: false, flips: 200, mixes: 60, forgeries: 100, checkpoints: 20, pairs: 5, kills: 24 };
+    pub(crate) const USUAL: Size = Size {
+        full: false,
+        flips: 200,
+        mixes: 60,
+        forgeries: 100,
+        checkpoints: 20,
+        studies: 60,
+        pairs: 5,
+        kills: 24,
+    };
 
     /// For a night.
     pub(crate) const FULL: Size = Size {
@@ -38,6 +48,7 @@ impl Size {
         mixes: 600,
         forgeries: 1000,
         checkpoints: 300,
+        studies: 1000,
         pairs: 200,
         kills: 1000,
     };

@@ -3,6 +3,7 @@
 //! with a sentence, and within stated bounds.
 
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 
 use mcap::records::op;
@@ -10,9 +11,11 @@ use mcap::records::op;
 use crate::calls::{Call, Outcome};
 use crate::case::{Case, try_all};
 use crate::forge::{Item, Log};
+use crate::frames::{Frame, body, sealed};
 use crate::ground::{Error, Ground, SMALL};
 use crate::parquet;
 use crate::parts::Part;
+use crate::studies::{self, Study};
 
 /// What a command may have of memory at once, MB, whatever it reads.
 const MEMORY_MB: f64 = 300.0;
@@ -48,7 +51,17 @@ const ON_SCENARIOS: [&[&str]; 3] =
     [&["scenario", "show", "FILE"], &["scenario", "validate", "FILE"], &["run", "FILE", "--out", "run.mcap"]];
 const ON_PIPELINES: [&[&str]; 1] = [&["reproduce", "FILE", "--out", "reproduced"]];
 const ON_POLICIES: [&[&str]; 1] = [&["diff", "sound.mcap", "sound.mcap", "--policy", "FILE"]];
+/// Of a study that is sound but for this file.
+const ON_STUDIES: [&[&str]; 4] = [
+    &["sweep", "status", STUDY],
+    &["sweep", "collect", STUDY, "--to", "csv"],
+    &["sweep", "run", STUDY],
+    &["sweep", "emit", "list", STUDY],
+];
 const ON_SETTINGS: [&[&str]; 1] = [&["replay", "sound.mcap", "--detectors", "FILE"]];
+
+/// Where files of studies stand.
+const STUDY: &str = "study";
 
 /// One input.
 struct Input {
@@ -65,7 +78,9 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     if three.out.lines().count() != 4 {
         return Err(format!("a Parquet file made by hand is read as {:?}", three.out).into());
     }
-    let inputs = inputs(&sound, &genuine_parquet(ground)?)?;
+    let mut inputs = inputs(&sound, &genuine_parquet(ground)?)?;
+    let study = Study::made(ground, "bounded-study", studies::SWEEP)?;
+    inputs.extend(of_studies(&study)?);
     if let Some(long) = inputs.iter().find(|input| input.bytes.len() > LONGEST) {
         return Err(format!("{} has {} bytes", long.name, long.bytes.len()).into());
     }
@@ -74,6 +89,10 @@ pub(crate) fn attack(ground: &Ground) -> Result<(), Error> {
     let chosen = ground.some_of(calls.len(), 90);
     try_all(ground, "limits", "hostile inputs", chosen.len(), |case| {
         let (input, command) = calls[chosen[case.number]];
+        for (name, bytes) in study.files().iter().filter(|_| input.name.starts_with(STUDY)) {
+            fs::create_dir_all(case.path(STUDY).join("segments"))?;
+            case.write(&format!("{STUDY}/{name}"), bytes)?;
+        }
         bounded(case, input, command, &sound)
     })
 }
@@ -131,6 +150,47 @@ fn bounded(case: &mut Case<'_>, input: &Input, command: &[&str], sound: &[u8]) -
     let forged = words.lines().any(|line| line.starts_with("forged: whole"));
     case.hold(!forged, &format!("{word} prints a line that its input made up"), told);
     Ok(())
+}
+
+/// Files of a study: segments of results that unpack to more than there is memory for, and plans that no
+/// sweep makes.
+fn of_studies(study: &Study) -> Result<Vec<Input>, Error> {
+    let of_name =
+        |name: &str, bytes: Vec<u8>| Input { name: format!("{STUDY}/{name}"), bytes, commands: &ON_STUDIES };
+    let mut inputs = Vec::new();
+    let first = &study.segments[0].1;
+    for (name, filling) in [("zeros", "\0"), ("lines", "\n"), ("events", "/events/slip\t{}\n")] {
+        let piece = filling.repeat((1 << 22) / filling.len());
+        let mut encoder = zstd::stream::write::Encoder::new(Vec::new(), 3)?;
+        for _ in 0..1024 {
+            encoder.write_all(piece.as_bytes())?;
+        }
+        let mut segment = first.clone();
+        segment.frames[0].content = encoder.finish()?;
+        inputs.push(of_name(&format!("segments/{name}.seg"), segment.bytes()));
+    }
+    let mut deaths = first.clone();
+    deaths.frames = vec![Frame { kind: 3, content: Vec::new(), ..first.frames[0].clone() }; 80_000];
+    inputs.push(of_name("segments/deaths.seg", deaths.bytes()));
+    let mut twice = first.clone();
+    twice.frames = vec![Frame { kind: 2, content: b"x".to_vec(), ..first.frames[0].clone() }; 80_000];
+    inputs.push(of_name("segments/twice.seg", twice.bytes()));
+    let mut nobody = first.clone();
+    nobody.frames = (0..80_000).map(|n| Frame { run: 1000 + n, ..twice.frames[0].clone() }).collect();
+    inputs.push(of_name("segments/nobody.seg", nobody.bytes()));
+    let lines: Vec<&str> = body(&study.plan).lines().collect();
+    let [common, row] = [0, 1].map(|line| lines.get(line).copied().unwrap_or_default());
+    let with = |row: &str| sealed(&format!("{common}\n{row}")).into_bytes();
+    inputs.push(of_name("plan.ndjson", with(&row.repeat(40_000))));
+    inputs.push(of_name("plan.ndjson", with(&format!("{row}\n").repeat(40_000))));
+    inputs.push(of_name("plan.ndjson", with(&"[".repeat(9_000_000))));
+    inputs
+        .push(of_name("plan.ndjson", with(&format!("{{\"run\":1,\"values\":[{}0]}}", "0,".repeat(500_000)))));
+    inputs.push(of_name("plan.ndjson", with(&"{}\n".repeat(3_000_000))));
+    inputs.push(of_name("plan.ndjson", sealed(&"{\"a\":".repeat(1_500_000)).into_bytes()));
+    inputs.push(of_name("plan.ndjson", vec![b'\n'; 9_000_000]));
+    inputs.push(of_name("plan.ndjson", vec![b' '; 9_000_000]));
+    Ok(inputs)
 }
 
 fn inputs(sound: &[u8], table: &[u8]) -> Result<Vec<Input>, Error> {

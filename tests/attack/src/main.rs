@@ -13,6 +13,9 @@ mod file;
 mod flips;
 mod forge;
 mod forgeries;
+#[path = "../../fuzz/src/frames.rs"]
+#[expect(unreachable_pub, reason = "the fuzzers share it")]
+mod frames;
 mod ground;
 mod hostile;
 mod kills;
@@ -26,6 +29,7 @@ mod parts;
 #[path = "../../../crates/testkit/src/random.rs"]
 #[expect(unreachable_pub, reason = "a crate that the tests share has it")]
 mod random;
+mod studies;
 mod tally;
 mod verdict;
 mod writers;
@@ -43,11 +47,12 @@ use tally::{Tally, say};
 
 /// The attacks, in the order in which they are made.
 type Attack = fn(&Ground) -> Result<(), Error>;
-const ATTACKS: [(&str, Attack); 7] = [
+const ATTACKS: [(&str, Attack); 8] = [
     ("chunks", chunks::attack),
     ("flips", flips::attack),
     ("mixes", mixes::attack),
     ("forgeries", forgeries::attack),
+    ("studies", studies::attack),
     ("pairs", pairs::attack),
     ("kills", kills::attack),
     ("limits", limits::attack),

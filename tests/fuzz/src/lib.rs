@@ -6,6 +6,7 @@
 //! stays so, and these functions compile, where there is no fuzzer.
 
 pub mod edits;
+pub mod frames;
 pub mod packing;
 pub mod parts;
 pub mod seal;
@@ -207,6 +208,55 @@ fn resolve(source: &ScenarioSource) -> Option<Scenario> {
     }
     Some(scenario)
 }
+
+/// A plan of a study: its lines but for the last one, which is made right. What is read is written back
+/// as it was.
+pub fn plan(lines: &[u8]) {
+    let lines = String::from_utf8_lossy(lines);
+    let text = frames::sealed(lines.trim_end_matches('\n'));
+    match asperity_sweep::Plan::parse(text.as_bytes()) {
+        Ok(plan) => {
+            assert!(plan.rows.iter().map(|row| row.run).eq(1..=plan.rows.len() as u64));
+            assert!(plan.rows.iter().all(|row| row.values.len() == plan.common.keys.len()));
+        }
+        Err(problem) => assert!(problem.contains("(accepted: "), "{problem}"),
+    }
+}
+
+/// The results of a run of a study: whose they are, summary and events, each line as the input says,
+/// packed with the checksum right.
+pub fn results(text: &[u8]) {
+    let folder = scratch("study");
+    fs::create_dir_all(folder.join("segments")).expect("the scratch folder can be written");
+    let line = text.iter().position(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+    let plan = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(PLAN_FROM_HERE));
+    let plan = plan.expect("the fixture is there");
+    let frame = frames::Frame::done(1, &text[..line], &text[line..]);
+    let first_line = b"asperity sweep segment 2 ".to_vec();
+    let segment = frames::Segment { first_line, frames: vec![frame] }.of_plan(&plan);
+    fs::write(folder.join("segments/a.seg"), segment.bytes()).expect("the scratch folder can be written");
+    let plan = asperity_sweep::Plan::parse(plan.as_bytes()).expect("the fixture is sound");
+    let found = asperity_sweep::Results::read(&folder, &plan).expect("the segment can be read");
+    let files =
+        asperity_files::FileSet::new(asperity_files::Existing::Refuse, asperity_files::Inputs::default());
+    let collected = asperity_sweep::collect(&plan, &found, &files, &folder, &[], &mut Unseen);
+    if let Err(error) = collected {
+        assert!(error.to_string().contains("a.seg: byte "), "{error}");
+    }
+    fs::remove_dir_all(&folder).expect("it was just written");
+}
+
+/// Sees rows of tables and does nothing.
+struct Unseen;
+
+impl asperity_sweep::Watch for Unseen {
+    fn begin(&mut self, _: &'static str, _: &[asperity_record::Column]) {}
+
+    fn row(&mut self, _: &'static str, _: &[asperity_record::Cell]) {}
+}
+
+/// The path of the plan of a study from the folder of either crate that this is compiled in.
+const PLAN_FROM_HERE: &str = "../../fixtures/studies/v1/plan.ndjson";
 
 /// A pipeline.
 #[cfg(feature = "analysis")]

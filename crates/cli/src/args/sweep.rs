@@ -48,7 +48,8 @@ process died three times is not tried again.
 
 Exit codes:
   0    all runs that were asked for are done
-  1    failure; or some of them failed
+  1    failure; or some of them failed, or results contradict the plan or each
+       other
   2    bad input; the plan is by other code, or was edited
   3    some were left to another process, which is making them
   130  interrupted by SIGINT; what was done is kept
@@ -62,8 +63,8 @@ Examples:
 
 Exit codes:
   0  all runs are done
-  1  failure; or runs failed
-  2  bad input
+  1  failure; or runs failed, or results contradict the plan or each other
+  2  bad input; the plan was edited
   3  runs are missing")]
     Status(SweepStatusArguments),
     /// Make the tables of a study, and its figures: runs, slip events, ruptures.
@@ -74,12 +75,14 @@ Examples:
 
 Every table has a column for each key that varies. Figures are those that the
 sweep asks for, in `figures`. The files are the same bytes whatever the way the
-runs were made. Those that are there are replaced.
+runs were made. Those that are there are replaced. Where results contradict the
+plan or each other, no table is made, and what contradicts is named.
 
 Exit codes:
   0  the tables hold all runs
-  1  failure; or runs failed, and the tables say which
-  2  bad input
+  1  failure; or runs failed, and the tables say which; or results contradict the
+     plan or each other
+  2  bad input; the plan was edited
   3  runs are missing, and the tables say which")]
     Collect(SweepCollectArguments),
     /// Draw the figures of a study, without making tables.
@@ -107,7 +110,14 @@ Examples:
   asperity sweep emit row out/tilts > out/workflow.toml
 
 `bash out/sweep.slurm` submits what is missing, as job arrays, and behind them a
-job that makes the tables; called again, what is missing then.")]
+job that makes the tables; called again, what is missing then. A path that a
+script cannot hold is refused: one that is not UTF-8 or has control characters,
+for Slurm one with a backslash, for row one with braces.
+
+Exit codes:
+  0  the script is printed
+  1  failure
+  2  bad input; a path that the script cannot hold")]
     Emit(SweepEmitArguments),
 }
 

@@ -1,0 +1,100 @@
+//! Plans and segments of studies, taken apart and put together again with every checksum right. The
+//! forms are those of `docs/sweeps.md`.
+
+/// The kind of a result of a run that is done.
+pub const DONE: u8 = 1;
+
+/// A segment: the line with its version and plan, and its results.
+#[derive(Debug, Clone)]
+pub struct Segment {
+    pub first_line: Vec<u8>,
+    pub frames: Vec<Frame>,
+}
+
+/// A result as it stands in a segment.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Frame {
+    pub kind: u8,
+    pub run: u64,
+    /// The line that says whose it is; empty in segments of version 1.
+    pub owner: Vec<u8>,
+    pub content: Vec<u8>,
+}
+
+impl Frame {
+    /// A frame of a run that is done, with this text in it.
+    pub fn done(run: u64, owner: &[u8], text: &[u8]) -> Frame {
+        let content = zstd::bulk::compress(text, 1).expect("it compresses");
+        Frame { kind: DONE, run, owner: owner.to_vec(), content }
+    }
+
+    /// What the content of a run that is done unpacks to.
+    pub fn text(&self) -> String {
+        let unpacked = zstd::bulk::decompress(&self.content, 1 << 26).expect("it is a sound one");
+        String::from_utf8(unpacked).expect("it is a sound one")
+    }
+
+    pub fn bytes(&self) -> Vec<u8> {
+        let content = [&self.owner[..], &self.content].concat();
+        let mut bytes = vec![self.kind];
+        bytes.extend(self.run.to_le_bytes());
+        bytes.extend((content.len() as u32).to_le_bytes());
+        let crc = crc32fast::hash(&[&bytes[..], &content].concat());
+        bytes.extend(crc.to_le_bytes());
+        bytes.extend(content);
+        bytes
+    }
+}
+
+impl Segment {
+    /// Takes a sound segment apart.
+    pub fn read(bytes: &[u8]) -> Segment {
+        let end = bytes.iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |end| end + 1);
+        let first_line = bytes[..end].to_vec();
+        let has_owners = !first_line.starts_with(b"asperity sweep segment 1 ");
+        let mut frames = Vec::new();
+        let mut left = &bytes[end..];
+        while left.len() >= 17 {
+            let run = u64::from_le_bytes(*left[1..].first_chunk().expect("there are seventeen"));
+            let length = u32::from_le_bytes(*left[9..].first_chunk().expect("there are seventeen"));
+            let (frame, behind) = left.split_at((17 + length as usize).min(left.len()));
+            let content = &frame[17..];
+            let of_owner =
+                content.iter().position(|byte| has_owners && *byte == b'\n').map_or(0, |end| end + 1);
+            let (owner, content) = content.split_at(of_owner);
+            frames.push(Frame { kind: frame[0], run, owner: owner.to_vec(), content: content.to_vec() });
+            left = behind;
+        }
+        Segment { first_line, frames }
+    }
+
+    /// The same results for another plan.
+    pub fn of_plan(&self, plan: &str) -> Segment {
+        let version = self.first_line.get(23).copied().map_or('2', char::from);
+        let first_line = format!("asperity sweep segment {version} {}\n", hash_of(plan)).into_bytes();
+        Segment { first_line, frames: self.frames.clone() }
+    }
+
+    pub fn bytes(&self) -> Vec<u8> {
+        let frames = self.frames.iter().flat_map(Frame::bytes);
+        self.first_line.iter().copied().chain(frames).collect()
+    }
+}
+
+/// The lines of a plan, without the last one.
+pub fn body(plan: &str) -> &str {
+    plan.trim_end().rsplit_once('\n').map_or("", |(body, _)| body)
+}
+
+/// A plan of these lines, with the last one made right.
+pub fn sealed(body: &str) -> String {
+    let body = format!("{body}\n");
+    let hash = blake3::hash(body.as_bytes()).to_hex();
+    format!("{body}{{\"rows\":{},\"blake3\":\"{hash}\"}}\n", body.lines().count().saturating_sub(1))
+}
+
+/// What segments call a plan.
+fn hash_of(plan: &str) -> String {
+    let end = plan.trim_end().rsplit_once("\"blake3\":\"").map_or("", |(_, end)| end);
+    end.trim_end_matches("\"}").to_owned()
+}

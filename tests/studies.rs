@@ -1,0 +1,449 @@
+//! Plans and segments that nobody wrote, or that somebody wrote to do harm: tables are made of what
+//! the runs of the plan gave, or not at all, within bounds of memory, and never with a panic.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use asperity_sweep::Plan;
+
+use crate::hostile::bounded;
+use crate::laws::frames::{Frame, Segment, body, sealed};
+use crate::support::binary::{asperity, succeed, text};
+use crate::sweep::{SHORT, Study, rows, sweep, tables};
+
+/// A study whose runs are made, taken apart.
+struct Made {
+    study: Study,
+    plan: String,
+    /// The results of all runs, in their order.
+    all: Segment,
+    tables: std::collections::BTreeMap<String, Vec<u8>>,
+}
+
+impl Made {
+    fn new() -> Made {
+        let study = Study::of(SHORT);
+        let out = study.plan("made");
+        succeed(&["sweep", "run", text(&out)]);
+        let plan = fs::read_to_string(out.join("plan.ndjson")).expect("there is a plan");
+        let mut segments = segments(&out);
+        let mut all = segments.pop().expect("there is a segment");
+        all.frames.extend(segments.into_iter().flat_map(|segment| segment.frames));
+        all.frames.sort_by_key(|frame| frame.run);
+        assert_eq!(all.frames.len(), 6);
+        let tables = tables(&out);
+        Made { study, plan, all, tables }
+    }
+
+    /// A study of this plan and these segments.
+    fn with(&self, plan: &str, segments: &[(&str, Vec<u8>)]) -> PathBuf {
+        let folder = self.study.path("forged");
+        fs::remove_dir_all(&folder).ok();
+        fs::create_dir_all(folder.join("segments")).expect("the folder can be written");
+        fs::write(folder.join("plan.ndjson"), plan).expect("the folder can be written");
+        for (name, bytes) in segments {
+            fs::write(folder.join("segments").join(name), bytes).expect("the folder can be written");
+        }
+        folder
+    }
+
+    /// The results, one of which is changed.
+    fn changed(&self, change: impl FnOnce(&mut Vec<Frame>)) -> Segment {
+        let mut all = self.all.clone();
+        change(&mut all.frames);
+        all
+    }
+
+    /// The same with other text in the result of run 4.
+    fn retold(&self, change: impl FnOnce(String) -> String) -> Segment {
+        self.changed(|frames| {
+            let Frame { run, owner, .. } = frames[3].clone();
+            frames[3] = Frame::done(run, &owner, change(frames[3].text()).as_bytes());
+        })
+    }
+}
+
+fn segments(study: &Path) -> Vec<Segment> {
+    let entries = fs::read_dir(study.join("segments")).expect("there are segments");
+    let read = |path: PathBuf| Segment::read(&fs::read(path).expect("it can be read"));
+    entries.map(|entry| read(entry.expect("the folder can be read").path())).collect()
+}
+
+/// The line of a text, from 0, with something else in it.
+fn with_line(text: &str, line: usize, change: impl FnOnce(&str) -> String) -> String {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    lines[line] = change(&lines[line]);
+    lines.join("\n") + "\n"
+}
+
+/// Of two results of a run the one was taken that came first, and of a result only the number under
+/// which it stood was believed: tables of a faulty node were made with exit code 0.
+#[test]
+fn results_that_contradict_the_plan_or_each_other_make_no_tables() {
+    let made = Made::new();
+    let first_event = made.all.frames[3].text().lines().position(|line| line.starts_with("/events/slip"));
+    let first_event = first_event.expect("run 4 has slip events");
+    let of_5 = &made.all.frames[4];
+    let other = |change: &dyn Fn(String) -> String| {
+        let segment = made.retold(change);
+        vec![("a.seg", made.all.bytes()), ("b.seg", segment.bytes())]
+    };
+    let one = |segment: Segment| vec![("a.seg", segment.bytes())];
+    let old = |mut segment: Segment| {
+        segment.first_line[23] = b'1';
+        segment.frames.iter_mut().for_each(|frame| frame.owner.clear());
+        one(segment)
+    };
+    let under = |run: u64| one(made.changed(|frames| frames.push(Frame { run, ..of_5.clone() })));
+    let edited = |from: &str, to: &str| {
+        let (from, to) = (from.to_owned(), to.to_owned());
+        move |text: String| {
+            assert!(text.contains(&from), "{from}");
+            text.replacen(&from, &to, 1)
+        }
+    };
+    // What stands in the segments, whether that is seen without unpacking it, and what is said.
+    let cases: Vec<(Vec<(&str, Vec<u8>)>, bool, &str)> = vec![
+        (
+            one(made.changed(|frames| frames[3] = Frame { run: 4, ..of_5.clone() })),
+            true,
+            "a.seg: byte |run 4: its content says that it is of run 5 (accepted: 4",
+        ),
+        (
+            one(made.changed(|frames| frames[3].content.clone_from(&of_5.content))),
+            false,
+            "a.seg: byte |run 4: its summary is of run 5 (accepted: 4",
+        ),
+        (
+            old(made.changed(|frames| frames[3].content.clone_from(&of_5.content))),
+            true,
+            "a.seg: byte |run 4: its summary is of run 5 (accepted: 4",
+        ),
+        (
+            one(made.changed(|frames| {
+                let owner = format!("{{\"run\":4,\"run_id\":\"{}\"}}\n", "0".repeat(64));
+                frames[3].owner = owner.into_bytes();
+            })),
+            true,
+            "run 4: its content says that its run has the id \"000",
+        ),
+        (one(made.changed(|frames| frames[3].owner = b"{}\n".to_vec())), true, "does not say whose it is"),
+        (under(0), true, "run 0: the plan has no such run (accepted: 1 to 6)"),
+        (under(7), true, "run 7: the plan has no such run"),
+        (under(u64::MAX), true, "run 18446744073709551615: the plan has no such run"),
+        (
+            other(&edited("\"friction_heat_j\":0.0001", "\"friction_heat_j\":0.0002")),
+            true,
+            "run 4 has two results that differ: friction_heat_j is 0.0001|and 0.0002|a.seg: byte |b.seg: byte ",
+        ),
+        (
+            other(&|text| {
+                with_line(&text, first_event, |line| {
+                    line.replacen("\"max_sliding\":1,", "\"max_sliding\":2,", 1)
+                })
+            }),
+            true,
+            "two results that differ: max_sliding of event 0 of /events/slip is 1 and 2",
+        ),
+        (
+            vec![
+                ("a.seg", made.all.bytes()),
+                ("b.seg", {
+                    let failed = |frames: &mut Vec<Frame>| {
+                        frames[3].kind = 2;
+                        frames[3].content = b"out of order".to_vec();
+                    };
+                    made.changed(failed).bytes()
+                }),
+            ],
+            true,
+            "run 4 has two results that differ: it is done, and it failed",
+        ),
+        (
+            one(made.retold(|text| with_line(&text, first_event, |_| "/events/slip\t{}".to_owned()))),
+            false,
+            "run 4: line |missing field `onset_s` (accepted: an event of /events/slip)",
+        ),
+        (
+            one(made.retold(|text| {
+                let lines: Vec<&str> = text.lines().collect();
+                let kept = [&lines[..first_event], &lines[first_event + 1..]].concat();
+                kept.join("\n") + "\n"
+            })),
+            false,
+            "event = 1 (accepted: 0, the next one)",
+        ),
+        (
+            one(made.retold(|text| text.lines().next().expect("it has a summary").to_owned() + "\n")),
+            false,
+            "0 events of /events/slip (accepted: ",
+        ),
+        (
+            one(made.retold(|text| {
+                with_line(&text, first_event, |line| {
+                    line.replacen("\"first_block\":", "\"first_block\":9", 1)
+                })
+            })),
+            false,
+            "first_block = 9|(accepted: 1 to 20)",
+        ),
+        (one(made.retold(|text| text + "/events/arrival\t{}\n")), false, "no event that is kept"),
+        (
+            one(made.changed(|frames| frames[3].content.push(0))),
+            false,
+            "more follows (accepted: one zstd frame)",
+        ),
+        (
+            one(made.changed(|frames| {
+                frames[3].kind = 2;
+                frames[3].content = vec![0xff; 9];
+            })),
+            false,
+            "a reason that is not UTF-8",
+        ),
+    ];
+    for (segments, at_once, says) in cases {
+        let study = made.with(&made.plan, &segments);
+        let study = text(&study);
+        let said_all = |said: &str| says.split('|').all(|part| said.contains(part));
+        let (code, out, err) = sweep(&["collect", study, "--to", "csv"]);
+        assert!(code == 1 && said_all(&err), "{says}: {code} {err}");
+        assert!(err.contains("remove the file"), "{err}");
+        assert!(out.is_empty() && !Path::new(study).join("tables/runs.csv").exists(), "{says}: {out}");
+        let (code, out, _) = sweep(&["status", study]);
+        assert_eq!(code == 1 && said_all(&out), at_once, "{says}: {code} {out}");
+        let (code, _, err) = sweep(&["run", study]);
+        assert_eq!(code == 1 && said_all(&err), at_once, "{says}: {code} {err}");
+        let page = made.study.path("page.html");
+        let report = asperity(&["report", study, "--out", text(&page)]);
+        let err = String::from_utf8_lossy(&report.stderr).into_owned();
+        assert!(report.status.code() == Some(1) && said_all(&err) && !page.exists(), "{says}: {err}");
+        // What is said to be done about it helps.
+        for (name, _) in &segments {
+            fs::remove_file(Path::new(study).join("segments").join(name)).expect("it is there");
+        }
+    }
+    let study = made.with(&made.plan, &[]);
+    succeed(&["sweep", "run", text(&study)]);
+    assert!(tables(&study) == made.tables, "other tables");
+}
+
+/// The same result twice is one, in one segment or in two, and however it is packed.
+#[test]
+fn equal_results_of_a_run_are_one() {
+    let made = Made::new();
+    let twice = made.changed(|frames| frames.extend(frames.clone()));
+    let packed = made.changed(|frames| {
+        for frame in frames {
+            frame.content = zstd::bulk::compress(frame.text().as_bytes(), 19).expect("it compresses");
+        }
+    });
+    let study = made.with(&made.plan, &[("a.seg", twice.bytes()), ("b.seg", packed.bytes())]);
+    assert_eq!(sweep(&["status", text(&study)]), (0, "6 of 6 runs done\n".to_owned(), String::new()));
+    assert!(tables(&study) == made.tables, "other tables");
+}
+
+/// A run of number 0 or 2^64 - 1, a text for a number, and too few values made commands panic; the file
+/// of a figure was written outside of the study.
+#[test]
+fn plans_of_what_no_plan_has_are_refused_by_line_and_key() {
+    let made = Made::new();
+    let lines = body(&made.plan);
+    let figure = "\"figures\":[{\"kind\":{\"family\":{\"joined\":true,\"theory\":null}},\"file\":\"../a.png\",\
+                  \"title\":\"\",\"x\":{\"column\":\"normal_load.tilt\",\"label\":\"x\",\"log\":false,\
+                  \"is_word\":false},\"y\":{\"column\":\"precursor_count\",\"label\":\"y\",\"log\":false,\
+                  \"is_word\":false},\"colour\":null,\"facet\":null,\"is_spread\":false,\"at\":[]}]";
+    let third = |from: &str, to: &str| {
+        let (from, to) = (from.to_owned(), to.to_owned());
+        with_line(lines, 3, move |line| {
+            assert!(line.contains(&from), "{from}: {line}");
+            line.replacen(&from, &to, 1)
+        })
+    };
+    let first = |from: &str, to: &str| {
+        assert!(lines.contains(from), "{from}");
+        lines.replacen(from, to, 1)
+    };
+    let values = "[0,0.5,0.3]";
+    for (body, says) in [
+        (third("\"run\":3", "\"run\":0"), "line 4: run = 0 (accepted: 3"),
+        (
+            third("\"run\":3", "\"run\":18446744073709551615"),
+            "line 4: run = 18446744073709551615 (accepted: 3",
+        ),
+        (third("\"run\":3", "\"run\":2"), "line 4: run = 2 (accepted: 3"),
+        (third("\"run\":3", "\"run\":-3"), "line 4: column "),
+        (third(values, "[\"nan\",0.5,0.3]"), "line 4: normal_load.tilt: \"nan\" is not accepted (accepted: "),
+        (
+            third(values, "[2,0.5,0.3]"),
+            "line 4: normal_load.tilt: 2 is not accepted (accepted: a number from -1 to 1)",
+        ),
+        (third(values, "[1e999,0.5,0.3]"), "line 4: column "),
+        (third(values, "[null,0.5,0.3]"), "line 4: column "),
+        (third(values, "[0.5,0.3]"), "line 4: values: 2 of them (accepted: 3, of normal_load.tilt, "),
+        (third(values, "[]"), "line 4: values: 0 of them (accepted: 3"),
+        (third("\"id\":\"", "\"id\":\"x"), "line 4: id = \"x"),
+        (third("\"id\"", "\"refused\":\"\",\"id\""), "line 4: it has both id and refused"),
+        (first("\"format\":1", "\"format\":2"), "line 1: format = 2 (accepted: 1)"),
+        (first("normal_load.tilt", "normal_load.tolt"), "line 1: keys: normal_load.tolt: unknown key"),
+        (first("\"friction.static_coefficient\"", "\"normal_load.tilt\""), "line 1: keys = ["),
+        (
+            first("\"code_version\"", &format!("{figure},\"code_version\"")),
+            "line 1: figure.family \"../a.png\": file",
+        ),
+    ] {
+        let plan = sealed(body.trim_end());
+        let study = made.with(&plan, &[("a.seg", made.all.of_plan(&plan).bytes())]);
+        let study = text(&study);
+        for arguments in [
+            &["status", study][..],
+            &["collect", study, "--to", "csv"],
+            &["run", study],
+            &["emit", "list", study],
+        ] {
+            let (code, _, err) = sweep(arguments);
+            assert!(
+                code == 2 && err.contains("plan.ndjson: ") && err.contains(says),
+                "{arguments:?}, {says}: {err}"
+            );
+            assert!(err.contains("(accepted: "), "{err}");
+        }
+        assert!(!Path::new(study).join("tables").exists());
+    }
+    // Values that a key accepts, and that the run was not made with.
+    let plan = sealed(third(values, "[0.25,0.5,0.3]").trim_end());
+    let study = made.with(&plan, &[("a.seg", made.all.of_plan(&plan).bytes())]);
+    let (code, _, err) = sweep(&["collect", text(&study), "--to", "csv"]);
+    assert!(code == 2 && err.contains("line 4: the values of run 3 do not give its id (accepted: "), "{err}");
+    // One more is counted at its end.
+    let counted = made.plan.replace("{\"rows\":6,", "{\"rows\":7,");
+    let study = made.with(&counted, &[]);
+    let (code, _, err) = sweep(&["status", text(&study)]);
+    assert!(code == 2 && err.contains("behind 6 runs (accepted: {\"rows\":6,"), "{err}");
+    // Put together again without a change it is the plan.
+    assert_eq!(sealed(lines), made.plan);
+}
+
+#[test]
+fn every_flipped_bit_and_every_cut_of_a_plan_is_seen() {
+    let plan = fs::read(fixture().join("plan.ndjson")).expect("the fixture is there");
+    Plan::parse(&plan[..]).expect("it is sound");
+    for at in 0..plan.len() {
+        assert!(Plan::parse(&plan[..at]).is_err(), "cut at {at}");
+        for bit in 0..8 {
+            let mut flipped = plan.clone();
+            flipped[at] ^= 1 << bit;
+            assert!(Plan::parse(&flipped[..]).is_err(), "bit {bit} of byte {at}");
+        }
+    }
+}
+
+/// A study made before segments said whose each result is.
+fn fixture() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/studies/v1")
+}
+
+#[test]
+fn a_study_of_the_first_form_gives_the_tables_that_it_gave() {
+    let study = Study::of(SHORT);
+    let copy = study.path("v1");
+    fs::create_dir_all(copy.join("segments")).expect("the folder can be written");
+    for file in ["plan.ndjson", "segments/node-1-1.seg", "segments/node-2-1.seg"] {
+        fs::copy(fixture().join(file), copy.join(file)).expect("the folder can be written");
+    }
+    let tables = tables(&copy);
+    for name in ["runs.csv", "events.csv", "ruptures.csv"] {
+        let expected = rows(&fs::read(fixture().join("tables").join(name)).expect("the fixture is there"));
+        let found = rows(&tables[name]);
+        assert_eq!(expected.len(), found.len(), "{name}");
+        // Tables of later versions may have more columns.
+        for (row, (expected, found)) in expected.iter().zip(&found).enumerate() {
+            expected
+                .iter()
+                .for_each(|(key, value)| assert_eq!(Some(value), found.get(key), "{name}, row {row}: {key}"));
+        }
+    }
+}
+
+/// 131 kB that unpack to four gigabytes took `collect` to 4.2 GB.
+#[test]
+fn studies_are_read_in_bounds_whatever_they_unpack_to() {
+    let made = Made::new();
+    let bomb = |filling: u8| {
+        use std::io::Write;
+        let mut encoder = zstd::stream::write::Encoder::new(Vec::new(), 1).expect("it can be made");
+        let text = vec![filling; 1 << 22];
+        (0..1024).for_each(|_| encoder.write_all(&text).expect("it is written to memory"));
+        encoder.finish().expect("it is written to memory")
+    };
+    let zeros = bomb(0);
+    assert!(zeros.len() < 1_000_000);
+    let with = |content: &[u8], old: bool| {
+        let mut segment = made.changed(|frames| frames[3].content = content.to_vec());
+        if old {
+            segment.first_line[23] = b'1';
+            segment.frames.iter_mut().for_each(|frame| frame.owner.clear());
+        }
+        segment.bytes()
+    };
+    let mut long_head = with(&zeros, false);
+    // The length of the first frame is that of four gigabytes.
+    let first = made.all.first_line.len();
+    long_head[first + 9..first + 13].fill(0xff);
+    let long = "x".repeat(40_000_000);
+    let rows =
+        format!("{}\n{}", body(&made.plan).lines().next().expect("it has lines"), "[".repeat(10_000_000));
+    for (plan, segment, says) in [
+        (made.plan.clone(), with(&zeros, false), "line 1 is longer than"),
+        (made.plan.clone(), with(&zeros, true), "line 1 is longer than"),
+        (made.plan.clone(), with(&bomb(b'\n'), false), "line 1: "),
+        (made.plan.clone(), long_head, ""),
+        (long, made.all.bytes(), "line 1 is longer than"),
+        (sealed(&rows), made.all.bytes(), "line 2 is longer than"),
+        (sealed(&"[".repeat(10_000_000)), made.all.bytes(), "line 1: "),
+    ] {
+        let study = made.with(&plan, &[("a.seg", segment)]);
+        for arguments in [&["sweep", "status"][..], &["sweep", "collect", "--to", "csv"], &["sweep", "run"]] {
+            if arguments[1] == "run" && says.is_empty() {
+                continue;
+            }
+            let outcome = bounded(&made.study.path(""), &[arguments, &[text(&study)]].concat());
+            assert!(matches!(outcome.code, Some(0..=3)), "{arguments:?}: {:?} {}", outcome.code, outcome.err);
+            assert!(!outcome.err.contains("panicked"), "{arguments:?}: {}", outcome.err);
+            if arguments[1] == "collect" {
+                assert!(outcome.code != Some(0) && outcome.err.contains(says), "{says}: {}", outcome.err);
+            }
+        }
+    }
+    #[cfg(target_os = "linux")]
+    for name in ["plan.ndjson", "segments/endless.seg"] {
+        let study = made.with(&made.plan, &[("a.seg", made.all.bytes())]);
+        fs::remove_file(study.join(name)).ok();
+        std::os::unix::fs::symlink("/dev/zero", study.join(name)).expect("the folder can be written");
+        let outcome = bounded(&made.study.path(""), &["sweep", "status", text(&study)]);
+        let said = outcome.out + &outcome.err;
+        assert!(matches!(outcome.code, Some(0 | 2)) && said.contains(name), "{said}");
+    }
+}
+
+/// A segment for each worker of a large cluster is more than a process may have open.
+#[test]
+fn there_may_be_more_segments_than_open_files() {
+    let made = Made::new();
+    let names: Vec<String> = (0..60).map(|number| format!("{number}.seg")).collect();
+    let one = |number: usize| made.changed(|frames| *frames = vec![frames[number % 6].clone()]).bytes();
+    let segments: Vec<(&str, Vec<u8>)> =
+        names.iter().enumerate().map(|(number, name)| (name.as_str(), one(number))).collect();
+    let study = made.with(&made.plan, &segments);
+    let status = Command::new("sh")
+        .args([
+            "-c",
+            "ulimit -n 40; exec \"$0\" sweep status \"$1\"",
+            env!("CARGO_BIN_EXE_asperity"),
+            text(&study),
+        ])
+        .output()
+        .expect("sh starts");
+    assert!(status.status.success(), "{}", String::from_utf8_lossy(&status.stderr));
+}

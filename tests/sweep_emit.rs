@@ -1,0 +1,168 @@
+//! What `sweep emit` prints, run by the shells that there are: whatever a folder is called, the runs
+//! are made in that very folder and nothing else is executed, or the name is refused.
+
+use std::ffi::{OsStr, OsString};
+use std::fs;
+use std::os::unix::ffi::OsStrExt;
+use std::path::Path;
+use std::process::Command;
+
+use crate::support::binary::{succeed, text};
+use crate::sweep::Study;
+
+const ONE_RUN: &str = "
+title = 'One run'
+scenario = 'default'
+set = ['slider.blocks=10', 'time.step_s=1e-7', 'time.duration_s=0.01']
+[[axis]]
+key = 'normal_load.tilt'
+values = [0.5]
+";
+
+/// Names of folders that a shell, or what comes before it, might take for something else.
+const NAMES: [&[u8]; 24] = [
+    b"two words",
+    b"it's",
+    b"a 'quoted' name",
+    b"\"double\"",
+    b"$(touch executed)",
+    b"`touch executed`",
+    b"'; touch executed; '",
+    b"& touch executed &",
+    b"a\ntouch executed\nb",
+    b"a'\ntouch executed\n'b",
+    b"{directory}",
+    b"{workspace_path}",
+    b"{}",
+    b"-dash",
+    b"--help",
+    b"100%",
+    b"%s%%",
+    b"back\\slash\\n",
+    b"~",
+    b"*?[a]",
+    b"!!#",
+    b"\xc3\x9cbung",
+    b"latin \xdc",
+    b"escape \x1b[2J\r",
+];
+
+fn emit(folder: &Path, name: &OsStr, engine: &str) -> (Option<i32>, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_asperity"))
+        .args(["sweep", "emit", engine, "--"])
+        .arg(name)
+        .current_dir(folder)
+        .output()
+        .expect("the binary starts");
+    let words = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    (output.status.code(), words(output.stdout), words(output.stderr))
+}
+
+/// The command that `--wrap` of the last line of a script is given, as bash reads it.
+fn wrapped(folder: &Path, script: &str) -> String {
+    let end = script.split("--wrap").nth(1).expect("it has one");
+    let printed = Command::new("bash")
+        .args(["-c", &format!("printf %s {}", end.trim())])
+        .current_dir(folder)
+        .output()
+        .expect("there is bash");
+    String::from_utf8(printed.stdout).expect("it is text")
+}
+
+/// A newline in a name ended its command and began another one; a name that is not UTF-8 became another
+/// name, with exit code 0; `printf %q` wrote for bash what sh was to read.
+#[test]
+fn a_script_makes_the_runs_in_the_very_folder_and_executes_nothing_else() {
+    let study = Study::of(ONE_RUN);
+    let plan = study.plan("plan");
+    let shells: Vec<&str> = ["sh", "dash", "bash"]
+        .into_iter()
+        .filter(|shell| Command::new(shell).args(["-c", "true"]).output().is_ok())
+        .collect();
+    assert!(shells.contains(&"sh"));
+    let place = study.path("place");
+    for name in NAMES {
+        let name = OsStr::from_bytes(name);
+        let fresh = || {
+            fs::remove_dir_all(&place).ok();
+            fs::create_dir_all(place.join(name)).expect("the folder can be written");
+            fs::copy(plan.join("plan.ndjson"), place.join(name).join("plan.ndjson"))
+                .expect("it can be written");
+        };
+        let refusable = name.to_str().is_none_or(|name| name.contains(|c: char| c.is_control()));
+        let runs = |shell: &str, command: &str| {
+            fresh();
+            let output =
+                Command::new(shell).args(["-c", command]).current_dir(&place).env("LC_ALL", "C").output();
+            let output = output.expect("the shell starts");
+            let err = String::from_utf8_lossy(&output.stderr).into_owned();
+            let made =
+                fs::read_dir(place.join(name).join("segments")).is_ok_and(|mut files| files.next().is_some());
+            assert!(output.status.success() && made, "{name:?} by {shell}: {command}: {err}");
+            let there: Vec<OsString> = fs::read_dir(&place)
+                .expect("the folder is there")
+                .map(|entry| entry.expect("the folder can be read").file_name())
+                .collect();
+            assert_eq!(there, [name.to_owned()], "{name:?} by {shell}: {command}");
+        };
+        fresh();
+        for engine in ["list", "slurm", "row"] {
+            let (code, out, err) = emit(&place, name, engine);
+            let brace = engine == "row" && name.to_string_lossy().contains(['{', '}']);
+            let backslash = engine == "slurm" && name.to_string_lossy().contains('\\');
+            if refusable || brace || backslash {
+                assert_eq!((code, out.as_str()), (Some(2), ""), "{name:?} for {engine}: {err}");
+                assert!(err.contains("the folder ") && err.contains("(accepted: "), "{err}");
+                continue;
+            }
+            assert_eq!(code, Some(0), "{name:?} for {engine}: {err}");
+            match engine {
+                "list" => {
+                    assert_eq!(out.lines().count(), 1, "{out}");
+                    shells.iter().for_each(|shell| runs(shell, out.trim_end()));
+                }
+                "row" => {
+                    let row: toml::Table = out.parse().expect("it is TOML");
+                    let command = row["action"][0]["command"].as_str().expect("it has one");
+                    // As row does it: one template of its own.
+                    let make = command.replace("{directory}", "1");
+                    let make = make.split(" && touch workspace").next().expect("it is split");
+                    shells.iter().for_each(|shell| runs(shell, make));
+                }
+                _ => {
+                    let script = study.path("sweep.slurm");
+                    fs::write(&script, &out).expect("the folder can be written");
+                    let task = format!("SLURM_ARRAY_TASK_ID=1 bash '{}'", text(&script));
+                    runs("sh", &task);
+                    // sh reads what is wrapped.
+                    let collect = wrapped(&place, &out);
+                    for shell in &shells {
+                        fresh();
+                        succeed(&["sweep", "run", text(&place.join(name))]);
+                        let made = Command::new(shell).args(["-c", &collect]).current_dir(&place).output();
+                        let made = made.expect("the shell starts");
+                        assert!(
+                            made.status.success(),
+                            "{collect}: {}",
+                            String::from_utf8_lossy(&made.stderr)
+                        );
+                        assert!(place.join(name).join("report.html").exists(), "{collect}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Its workers are processes, which took such a name for an option.
+#[test]
+fn runs_are_made_in_a_folder_whose_name_begins_with_a_dash() {
+    let study = Study::of(ONE_RUN);
+    study.plan("-dash");
+    let run = Command::new(env!("CARGO_BIN_EXE_asperity"))
+        .args(["sweep", "run", "--", "-dash"])
+        .current_dir(study.path(""))
+        .output()
+        .expect("the binary starts");
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+}

@@ -357,12 +357,16 @@ fn a_study_of_the_first_form_gives_the_tables_that_it_gave() {
         let expected = rows(&fs::read(fixture().join("tables").join(name)).expect("the fixture is there"));
         let found = rows(&tables[name]);
         assert_eq!(expected.len(), found.len(), "{name}");
-        // Tables of later versions may have more columns.
+        // Tables of later versions have other columns as well, and may lack some.
+        let mut compared = 0;
         for (row, (expected, found)) in expected.iter().zip(&found).enumerate() {
-            expected
-                .iter()
-                .for_each(|(key, value)| assert_eq!(Some(value), found.get(key), "{name}, row {row}: {key}"));
+            for (key, value) in expected {
+                let Some(found) = found.get(key) else { continue };
+                assert_eq!(value, found, "{name}, row {row}: {key}");
+                compared += 1;
+            }
         }
+        assert!(compared > 15 * expected.len(), "{name}: {compared} values of {} rows", expected.len());
     }
 }
 

@@ -153,7 +153,7 @@ pub fn collect(
                     watch.row(kind.table, &cells);
                     tables.push(&cells)?;
                 }
-                summary = Some(stored.summary);
+                summary = Some((stored.summary, stored.values));
             }
             State::Failed(place) => {
                 reason_of = reason(opened(place)?).map_err(|problem| stray(place, problem))?;
@@ -165,11 +165,10 @@ pub fn collect(
             Cell::Word(state.word()),
             word(&reason_of, &mut words),
             word(row.id.as_deref().unwrap_or_default(), &mut words),
-            word(summary.as_ref().map_or("", |summary| &summary.status), &mut words),
+            word(summary.as_ref().map_or("", |(summary, _)| &summary.status), &mut words),
         ]);
-        let values = summary.as_ref().map(Summary::values);
         cells.extend(summary_columns.iter().map(|n| {
-            let value = values.as_ref().map_or(&serde_json::Value::Null, |values| &values[*n]);
+            let value = summary.as_ref().map_or(&serde_json::Value::Null, |(_, values)| &values[*n]);
             cell(value, Summary::KEYS[*n].column.kind, &mut words)
         }));
         watch.row(RUNS, &cells);

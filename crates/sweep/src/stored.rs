@@ -8,7 +8,9 @@ use std::cell::RefCell;
 use std::io::{self, BufRead, BufReader};
 
 use asperity_record::{Cell, Column, ColumnKind, Event, EventKind, Rupture, SlipEvent};
+use asperity_run::CODE_VERSION;
 use asperity_summary::Summary;
+use serde_json::Value as Json;
 use zstd::bulk::Compressor;
 use zstd::stream::read::Decoder;
 
@@ -113,6 +115,35 @@ pub(crate) struct Stored<'a, R: BufRead> {
     /// How many events of each kind there were so far.
     counts: Vec<u64>,
     pub(crate) summary: Summary,
+    /// What stands under each of [`Summary::KEYS`]; null where the program that made the run did not
+    /// know the key.
+    pub(crate) values: Vec<Json>,
+}
+
+/// A summary and what stands under its keys. One by other code may have keys that are gone, and lack
+/// those that have come since.
+fn summary_of(line: &str, is_own: bool) -> serde_json::Result<(Summary, Vec<Json>)> {
+    if is_own {
+        let summary: Summary = serde_json::from_str(line)?;
+        let values = summary.values();
+        return Ok((summary, values));
+    }
+    let mut map: serde_json::Map<String, Json> = serde_json::from_str(line)?;
+    let keys = || Summary::KEYS.iter().map(|key| (key.column.name.as_ref(), key.column.kind));
+    let lacks: Vec<bool> = keys().map(|(name, _)| !map.contains_key(name)).collect();
+    map.retain(|key, _| keys().any(|(name, _)| name == key));
+    for ((name, kind), _) in keys().zip(&lacks).filter(|(_, lacks)| **lacks) {
+        let value = match kind {
+            // What is counted need not be null; its value is not used.
+            ColumnKind::Count | ColumnKind::Step => Json::from(0),
+            _ => Json::Null,
+        };
+        map.insert(name.to_owned(), value);
+    }
+    let summary: Summary = serde_json::from_value(Json::Object(map))?;
+    let known = |(value, lacks)| if lacks { Json::Null } else { value };
+    let values = summary.values().into_iter().zip(lacks).map(known).collect();
+    Ok((summary, values))
 }
 
 impl<'a, R: BufRead> Stored<'a, R> {
@@ -131,7 +162,7 @@ impl<'a, R: BufRead> Stored<'a, R> {
         decoder.window_log_max(WINDOW_LOG).map_err(unpacked)?;
         let mut lines = Lines::of(BufReader::new(decoder));
         let line = lines.next(LONGEST_LINE_BYTES).map_err(unpacked)?.unwrap_or_default();
-        let summary: Summary = serde_json::from_str(line)
+        let (summary, values) = summary_of(line, common.code_version == CODE_VERSION)
             .map_err(|error| format!("line 1: {} (accepted: the summary of a run)", problem_of(&error)))?;
         if summary.run != row.run.to_string() {
             return Err(format!(
@@ -149,7 +180,7 @@ impl<'a, R: BufRead> Stored<'a, R> {
                 return Err(format!("its summary has {key} = {said} (accepted: {value}, as it is planned)"));
             }
         }
-        Ok(Stored { lines, kept, counts: vec![0; kept.len()], summary })
+        Ok(Stored { lines, kept, counts: vec![0; kept.len()], summary, values })
     }
 
     /// The next event: which of the kinds that are kept it is of, and its row; `None` at the end.
@@ -157,7 +188,7 @@ impl<'a, R: BufRead> Stored<'a, R> {
     /// # Errors
     /// In words, as for the summary, and if there are not as many events as the summary says.
     pub(crate) fn next_event(&mut self) -> Result<Option<(usize, Vec<Cell>)>, String> {
-        let Stored { lines, kept, counts, summary } = self;
+        let Stored { lines, kept, counts, summary, .. } = self;
         let Some(line) = lines.next(LONGEST_LINE_BYTES).map_err(|error| error.to_string())? else {
             return self.end().map(|()| None);
         };
@@ -232,8 +263,7 @@ impl<'a, R: BufRead> Stored<'a, R> {
         mut self,
         mut other: Stored<'_, S>,
     ) -> Result<Option<String>, [Option<String>; 2]> {
-        let values = self.summary.values().into_iter().zip(other.summary.values());
-        for (key, (a, b)) in Summary::KEYS.iter().zip(values) {
+        for (key, (a, b)) in Summary::KEYS.iter().zip(self.values.iter().zip(&other.values)) {
             // As they are written: the two zeros are two numbers in a table.
             let (a, b) = (a.to_string(), b.to_string());
             if a != b {

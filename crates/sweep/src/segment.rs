@@ -261,7 +261,7 @@ impl Reader {
 /// # Errors
 /// If the segment cannot be read.
 pub(crate) fn content(path: &Path, at: u64, length: u64) -> io::Result<impl BufRead + use<>> {
-    let mut file = File::open(path)?;
+    let mut file = asperity_files::open(path)?;
     file.seek(SeekFrom::Start(at))?;
     Ok(BufReader::new(file).take(length))
 }

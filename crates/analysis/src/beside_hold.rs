@@ -3,8 +3,8 @@
 use asperity_model::analytic::LengthLaw;
 
 use crate::beside_theory::largest;
-use crate::curves::{self, PrecursorPoint};
-use crate::precursors::{self, PrecursorRules};
+use crate::curves::{PrecursorPoint, precursor_points};
+use crate::precursors::{self, Precursor, PrecursorRules};
 use crate::run_data::{Load, RunData};
 
 /// One side of the step from which on the drive is held.
@@ -87,23 +87,15 @@ pub(crate) fn hyperbola_error(flank: &[Load]) -> Option<f64> {
     largest(flank.iter().map(deviation)).filter(|_| rise != 0.0)
 }
 
-/// The precursors on one side of the hold, beside the law that the scenario calls for.
+/// The precursors on one side of the hold, beside the law that the scenario calls for; after it with
+/// the first global slip, often the one point of what is shown there.
 pub(crate) fn points_beside_hold(run: &RunData, side: Side) -> Option<Vec<PrecursorPoint>> {
-    let rules = PrecursorRules::default();
-    let points = curves::precursor_points(run, LengthLaw::natural(&run.scenario), &rules);
-    let mut kept = Vec::new();
-    for (precursor, point) in precursors::find(run, &rules).iter().zip(points) {
-        let onset = precursor.start.onset_step;
-        if side.holds(run, (onset, onset))? {
-            kept.push(point);
-        }
-    }
-    Some(kept)
-}
-
-pub(crate) fn residual_beside_hold(run: &RunData, side: Side) -> Option<f64> {
-    let points = points_beside_hold(run, side)?;
-    let squares: f64 = points.iter().map(|point| (point.ft_fn - point.predicted).powi(2)).sum();
-    let mean = squares / points.len() as f64;
-    (!points.is_empty()).then(|| mean.sqrt() / run.plan.friction.dynamic_coefficient)
+    run.plan.drive.hold_from_step?;
+    let mut precursors = match side {
+        Side::BeforeHold => precursors::alone(run, &PrecursorRules::default()),
+        Side::AfterHold => precursors::find(run, &PrecursorRules::default()),
+    };
+    let onset = |precursor: &Precursor<'_>| precursor.start.onset_step;
+    precursors.retain(|precursor| side.holds(run, (onset(precursor), onset(precursor))) == Some(true));
+    Some(precursor_points(run, LengthLaw::natural(&run.scenario), &precursors))
 }

@@ -2,7 +2,8 @@
 
 use asperity_model::analytic::{self, LengthLaw, LoadCurve};
 
-use crate::curves::{self, first_onset_fields, ring_down};
+use crate::curves::{PrecursorPoint, first_onset_fields, line_beside_law, precursor_points, ring_down};
+use crate::estimate::{self, Estimate};
 use crate::precursors::{self, PrecursorRules};
 use crate::run_data::RunData;
 
@@ -13,10 +14,6 @@ pub(crate) const AFFECTED_THRESHOLD: f64 = 0.0049;
 
 pub(crate) fn time_to_reach(run: &RunData, load_ratio: f64) -> Option<f64> {
     run.loads().iter().find(|record| record.load_ratio() >= load_ratio).map(|record| record.time_s)
-}
-
-pub(crate) fn residual(run: &RunData, law: LengthLaw) -> Option<f64> {
-    Some(curves::residuals(run, law, &PrecursorRules::default())?.rms / run.plan.friction.dynamic_coefficient)
 }
 
 pub(crate) fn affected_blocks(run: &RunData) -> Option<f64> {
@@ -43,10 +40,10 @@ pub(crate) fn affected_blocks_error(run: &RunData) -> Option<f64> {
 
 /// How far the shear on the first block ahead of a front that has come to rest is from the
 /// `alpha p` of (5.48), over it: the mean of all precursors before the first global slip.
-pub(crate) fn ahead_of_front_error(run: &RunData) -> Option<f64> {
+pub(crate) fn ahead_of_front_error(run: &RunData) -> Option<Estimate> {
     let friction = &run.plan.friction;
     let alpha = (friction.static_coefficient + friction.dynamic_coefficient) / 2.0;
-    let ratios: Vec<f64> = precursors::find(run, &PrecursorRules::default())
+    let ratios: Vec<f64> = precursors::alone(run, &PrecursorRules::default())
         .iter()
         .filter_map(|precursor| {
             let ahead = precursor.last_block as usize;
@@ -54,18 +51,42 @@ pub(crate) fn ahead_of_front_error(run: &RunData) -> Option<f64> {
             Some(fields.tangential_force_n.get(ahead)? / run.plan.normal_load_n[ahead])
         })
         .collect();
-    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
-    (!ratios.is_empty() && run.plan.load_course.is_constant()).then(|| (mean / alpha - 1.0).abs())
+    let mean = estimate::mean(&ratios)?.distance_from(alpha).over(alpha);
+    run.plan.load_course.is_constant().then_some(mean)
 }
 
-pub(crate) fn slope_error(run: &RunData, law: LengthLaw) -> Option<f64> {
-    let points = curves::precursor_points(run, law, &PrecursorRules::default());
-    Some((curves::line(&points)?.0 - 1.0).abs())
+fn points(run: &RunData, law: LengthLaw) -> Vec<PrecursorPoint> {
+    precursor_points(run, law, &precursors::alone(run, &PrecursorRules::default()))
 }
 
-pub(crate) fn intercept_error(run: &RunData, law: LengthLaw) -> Option<f64> {
-    let points = curves::precursor_points(run, law, &PrecursorRules::default());
-    Some((curves::line(&points)?.1 / run.plan.friction.dynamic_coefficient).abs())
+pub(crate) fn residual(run: &RunData, law: LengthLaw) -> Option<Estimate> {
+    rms_over_mu_d(run, &points(run, law))
+}
+
+pub(crate) fn slope_error(run: &RunData, law: LengthLaw) -> Option<Estimate> {
+    slope_error_of(&points(run, law))
+}
+
+pub(crate) fn intercept_error(run: &RunData, law: LengthLaw) -> Option<Estimate> {
+    intercept_error_of(run, &points(run, law))
+}
+
+/// Root mean square of what precursors exceed a law by, over `mu_d`.
+pub(crate) fn rms_over_mu_d(run: &RunData, points: &[PrecursorPoint]) -> Option<Estimate> {
+    let residuals: Vec<f64> = points.iter().map(|point| point.ft_fn - point.predicted).collect();
+    Some(estimate::root_mean_square(&residuals)?.over(run.plan.friction.dynamic_coefficient))
+}
+
+/// How far the slope of the straight line through precursors is from that of the law.
+pub(crate) fn slope_error_of(points: &[PrecursorPoint]) -> Option<Estimate> {
+    let [slope, _] = line_beside_law(points)?;
+    Some(slope.distance_from(1.0))
+}
+
+/// How far its intercept is from that of the law, over `mu_d`.
+pub(crate) fn intercept_error_of(run: &RunData, points: &[PrecursorPoint]) -> Option<Estimate> {
+    let [_, intercept] = line_beside_law(points)?;
+    Some(intercept.distance_from(0.0).over(run.plan.friction.dynamic_coefficient))
 }
 
 /// How far the load is from its theory in the step records up to `mu_d`.

@@ -2,17 +2,22 @@
 //!
 //! The statements of a source and those of this project are told apart, and counted apart: the
 //! latter are checks of what its manual says, and no score of the source.
+//!
+//! A limit is that of the claim. Where it lies within the standard error of what was measured, the
+//! claim is undecided.
+
+mod shown;
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
+use std::ops::RangeInclusive;
 
-use asperity_record::RunHeader;
-use asperity_summary::median;
-use polars::prelude::{Column, DataFrame, NamedFrom, Series};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::error::AnalysisError;
+pub(crate) use shown::told;
+pub use shown::{markdown, table};
+
+use crate::estimate::{Estimate, median_of};
 use crate::measure::Measure;
 use crate::run_data::RunData;
 use crate::wants::Wants;
@@ -110,7 +115,8 @@ pub struct Claim {
     /// For measures that look for the nearest precursor: its number of blocks,
     /// where that is not the number claimed.
     pub near: Option<f64>,
-    /// Where the source speaks in words: the largest value that bears it out.
+    /// Where the source speaks in words: the largest value that bears it out. With `at_least` it
+    /// is a range.
     pub at_most: Option<f64>,
     /// Where the source speaks in words: the smallest value that bears it out.
     pub at_least: Option<f64>,
@@ -158,6 +164,33 @@ impl Claim {
         self.stated.as_ref().and_then(|text| text.parse().ok())
     }
 
+    /// Ours minus stated.
+    fn deviation(&self, ours: Option<Estimate>) -> Option<f64> {
+        Some(ours?.value - self.stated()?)
+    }
+
+    /// The values that bear it out, and the rule in words.
+    fn range(&self) -> (RangeInclusive<f64>, String) {
+        let Some(stated) = self.stated() else {
+            let rule = match (self.at_least, self.at_most) {
+                (Some(low), Some(high)) => format!("{low} to {high}"),
+                (Some(low), None) => format!("at least {low}"),
+                (_, high) => format!("at most {}", high.unwrap_or(f64::INFINITY)),
+            };
+            let [low, high] = [(self.at_least, f64::NEG_INFINITY), (self.at_most, f64::INFINITY)]
+                .map(|(limit, open)| limit.unwrap_or(open));
+            return (low..=high, rule);
+        };
+        let digit = half_last_digit(self.stated.as_deref().unwrap_or_default());
+        let relative = TOLERANCE * stated.abs();
+        let (tolerance, rule) = if self.approximate && digit > relative {
+            (digit, "half the last digit given")
+        } else {
+            (relative, "2 %")
+        };
+        (stated - tolerance..=stated + tolerance, format!("within {tolerance:.4}, {rule}"))
+    }
+
     /// Its lists of runs, in which an ensemble may stand for its members.
     pub(crate) fn lists_mut(&mut self) -> impl Iterator<Item = &mut Vec<String>> {
         let second = self.as_stated.iter_mut().flat_map(|runs| [&mut runs.spread, &mut runs.minus_spread]);
@@ -172,9 +205,14 @@ impl Claim {
         if let Some(text) = self.stated.as_ref().filter(|text| text.parse::<f64>().is_err()) {
             return Err(format!("stated: {text:?} is not a number (accepted: a number in quotes)"));
         }
-        let rules = [self.stated.is_some(), self.at_most.is_some(), self.at_least.is_some()];
-        if rules.iter().filter(|&&given| given).count() != 1 {
-            return Err("needs exactly one of stated, at_most and at_least".to_owned());
+        let has_limit = self.at_most.is_some() || self.at_least.is_some();
+        if self.stated.is_some() == has_limit {
+            return Err("needs stated, or at_most, at_least or both".to_owned());
+        }
+        if let (Some(low), Some(high)) = (self.at_least, self.at_most)
+            && low > high
+        {
+            return Err(format!("at_least: {low} is not accepted (accepted: up to at_most, {high})"));
         }
         let own = (&self.minus, &self.spread, &self.minus_spread);
         let second = self.as_stated.as_ref().map(|runs| (&runs.minus, &runs.spread, &runs.minus_spread));
@@ -207,25 +245,38 @@ pub struct Outcome<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
     /// What was measured; `None` where the run does not have it.
-    pub ours: Option<f64>,
+    pub ours: Option<Estimate>,
     /// Ours minus stated.
     pub deviation: Option<f64>,
     /// The rule in words.
     pub rule: String,
-    /// `agrees`, `differs`, `not reached`, or `in the spread` where no more can be said.
+    /// `agrees`, `differs`, `undecided` where the standard error reaches over the limit, `not
+    /// reached`, or `in the spread` where no more can be said.
     pub verdict: &'static str,
+}
+
+impl Judgement {
+    /// What was measured.
+    fn value(&self) -> Option<f64> {
+        self.ours.map(|ours| ours.value)
+    }
+
+    /// Its standard error, where it has one.
+    fn error(&self) -> Option<f64> {
+        self.ours.map(|ours| ours.error).filter(|error| *error > 0.0)
+    }
 }
 
 /// What the claims of a list measure in one run, in their order; `None` for those that do not speak
 /// of it, and where the run does not have it.
 #[derive(Debug, Clone)]
-pub struct Measured(Vec<Option<f64>>);
+pub struct Measured(Vec<Option<Estimate>>);
 
 impl Measured {
     /// Measures a run.
     pub fn of(claims: &[Claim], run: &RunData) -> Measured {
         let speaks = |claim: &Claim| claim.runs().any(|name| name == run.name);
-        let measure = |claim: &Claim| claim.measure.of(run, claim.near.or(claim.stated()));
+        let measure = |claim: &Claim| claim.measure.estimate(run, claim.near.or(claim.stated()));
         Measured(claims.iter().map(|claim| speaks(claim).then(|| measure(claim)).flatten()).collect())
     }
 }
@@ -249,64 +300,53 @@ pub fn judge<'a>(claims: &'a [Claim], runs: &BTreeMap<&str, &Measured>) -> Vec<O
         .collect()
 }
 
-fn judge_in(claim: &Claim, of: &Runs, measure: &dyn Fn(&str) -> Option<f64>) -> Judgement {
-    let stated = claim.stated();
+fn judge_in(claim: &Claim, of: &Runs, measure: &dyn Fn(&str) -> Option<Estimate>) -> Judgement {
     let difference = |name: &String, minus: Option<&String>| match minus {
         None => measure(name),
-        Some(other) => Some(measure(name)? - measure(other)?),
+        Some(other) => Some(measure(name)?.minus(measure(other)?)),
     };
     let own = difference(&of.run, of.minus.as_ref());
-    let is_spread = !of.spread.is_empty();
-    let mut draws: Vec<f64> = of
-        .spread
-        .iter()
-        .enumerate()
-        .filter_map(|(index, name)| difference(name, of.minus_spread.get(index)))
-        .chain(own.filter(|_| is_spread))
-        .collect();
+    if of.spread.is_empty() {
+        let (range, rule) = claim.range();
+        return Judgement { ours: own, deviation: claim.deviation(own), verdict: verdict(own, &range), rule };
+    }
+    let others = of.spread.iter().enumerate();
+    let others = others.filter_map(|(index, name)| difference(name, of.minus_spread.get(index)));
+    let mut draws: Vec<f64> = others.chain(own).map(|draw| draw.value).collect();
     draws.sort_by(f64::total_cmp);
-    // Of one run's number in words there is no more than itself.
-    let ours = if is_spread && stated.is_none() { median(draws.iter().copied()) } else { own };
-    let deviation = ours.zip(stated).map(|(ours, stated)| ours - stated);
-    let of_runs = if is_spread { format!(", the median of {} runs", draws.len()) } else { String::new() };
-    let (rule, holds): (String, Option<bool>) = match (stated, claim.at_most, claim.at_least) {
-        (Some(stated), ..) if is_spread => {
+    let middle = median_of(&draws);
+    let Some(stated) = claim.stated() else {
+        // Of one run's number in words there is no more than itself.
+        let (range, rule) = claim.range();
+        let rule = format!("{rule}, the median of {} runs", draws.len());
+        return Judgement { ours: middle, deviation: None, verdict: verdict(middle, &range), rule };
+    };
+    let (rule, verdict) = match (draws.first(), draws.last(), middle) {
+        (Some(low), Some(high), Some(middle)) => {
             let tolerance = TOLERANCE * stated.abs();
-            match draws.first().zip(draws.last()) {
-                None => ("within the spread of runs, of which none has it".to_owned(), None),
-                Some((low, high)) => (
-                    format!(
-                        "within 2 % of {low:.4} to {high:.4}, the spread of {} runs; median {:.4}, {} below",
-                        draws.len(),
-                        median(draws.iter().copied()).unwrap_or(f64::NAN),
-                        draws.iter().filter(|&&draw| draw < stated).count()
-                    ),
-                    Some((low - tolerance..=high + tolerance).contains(&stated)),
-                ),
-            }
+            let rule = format!(
+                "within 2 % of {low:.4} to {high:.4}, the spread of {} runs; median {:.4}, {} below",
+                draws.len(),
+                middle.value,
+                draws.iter().filter(|&&draw| draw < stated).count()
+            );
+            let is_in = (low - tolerance..=high + tolerance).contains(&stated);
+            (rule, if is_in { "in the spread" } else { "differs" })
         }
-        (Some(stated), ..) => {
-            let digit = half_last_digit(claim.stated.as_deref().unwrap_or_default());
-            let relative = TOLERANCE * stated.abs();
-            let (tolerance, rule) = if claim.approximate && digit > relative {
-                (digit, "half the last digit given")
-            } else {
-                (relative, "2 %")
-            };
-            let holds = deviation.map(|deviation| deviation.abs() <= tolerance);
-            (format!("within {tolerance:.4}, {rule}"), holds)
-        }
-        (None, Some(limit), _) => (format!("at most {limit}{of_runs}"), ours.map(|ours| ours <= limit)),
-        (None, None, Some(limit)) => (format!("at least {limit}{of_runs}"), ours.map(|ours| ours >= limit)),
-        (None, None, None) => ("none".to_owned(), None),
+        _ => ("within the spread of runs, of which none has it".to_owned(), "not reached"),
     };
-    let verdict = match holds {
-        Some(true) if is_spread && stated.is_some() => "in the spread",
-        Some(true) => "agrees",
-        Some(false) => "differs",
-        None => "not reached",
-    };
-    Judgement { ours, deviation, rule, verdict }
+    Judgement { ours: own, deviation: claim.deviation(own), rule, verdict }
+}
+
+/// How a number stands to the range that bears a claim out.
+fn verdict(ours: Option<Estimate>, range: &RangeInclusive<f64>) -> &'static str {
+    let Some(ours) = ours else { return "not reached" };
+    let is_open = |limit: &f64| (ours.value - limit).abs() < ours.error;
+    match range.contains(&ours.value) {
+        _ if is_open(range.start()) || is_open(range.end()) => "undecided",
+        true => "agrees",
+        false => "differs",
+    }
 }
 
 /// Half a unit of the last digit of a decimal number as written.
@@ -315,186 +355,12 @@ fn half_last_digit(text: &str) -> f64 {
     0.5 * 0.1f64.powi(decimals as i32)
 }
 
-/// The claims as a table.
-///
-/// # Errors
-/// If polars refuses.
-pub fn table(outcomes: &[Outcome<'_>]) -> Result<DataFrame, AnalysisError> {
-    let texts = |name: &str, value: &dyn Fn(&Outcome<'_>) -> String| -> Column {
-        Series::new(name.into(), outcomes.iter().map(value).collect::<Vec<String>>()).into()
-    };
-    let numbers = |name: &str, value: &dyn Fn(&Outcome<'_>) -> Option<f64>| -> Column {
-        Series::new(name.into(), outcomes.iter().map(value).collect::<Vec<Option<f64>>>()).into()
-    };
-    let mut columns = vec![
-        texts("about", &|outcome| outcome.claim.about.clone()),
-        texts("of", &|outcome| outcome.claim.of.word().to_owned()),
-        texts("run", &|outcome| outcome.claim.run.clone()),
-        texts("quote", &|outcome| outcome.claim.quote.clone()),
-        texts("measure", &|outcome| outcome.claim.measure.name()),
-        texts("stated", &|outcome| outcome.claim.stated.clone().unwrap_or_default()),
-        numbers("ours", &|outcome| outcome.own.ours),
-        numbers("deviation", &|outcome| outcome.own.deviation),
-        texts("rule", &|outcome| outcome.own.rule.clone()),
-        texts("verdict", &|outcome| outcome.own.verdict.to_owned()),
-        texts("kind", &|outcome| outcome.claim.kind.word().to_owned()),
-        texts("note", &|outcome| outcome.claim.note.clone()),
-    ];
-    if outcomes.iter().any(|outcome| outcome.as_stated.is_some()) {
-        let second = |outcome: &Outcome<'_>, text: &dyn Fn(&Judgement) -> String| {
-            outcome.as_stated.as_ref().map_or(String::new(), text)
-        };
-        columns.extend([
-            numbers("as_stated_ours", &|outcome| outcome.as_stated.as_ref()?.ours),
-            texts("as_stated_rule", &|outcome| second(outcome, &|found| found.rule.clone())),
-            texts("as_stated_verdict", &|outcome| second(outcome, &|found| found.verdict.to_owned())),
-        ]);
-    }
-    Ok(DataFrame::new_infer_height(columns)?)
-}
-
-/// The claims as a page has them: as they are in the table.
-pub(crate) fn told(outcomes: &[Outcome<'_>]) -> Vec<asperity_report::Claim> {
-    let judgement = |found: &Judgement| asperity_report::Judgement {
-        ours: found.ours,
-        rule: found.rule.clone(),
-        verdict: found.verdict.to_owned(),
-    };
-    let told = |outcome: &Outcome<'_>| asperity_report::Claim {
-        about: outcome.claim.about.clone(),
-        of: outcome.claim.of.word().to_owned(),
-        run: outcome.claim.run.clone(),
-        quote: outcome.claim.quote.clone(),
-        measure: outcome.claim.measure.name(),
-        stated: outcome.claim.stated.clone().unwrap_or_default(),
-        own: judgement(&outcome.own),
-        deviation: outcome.own.deviation,
-        kind: outcome.claim.kind.word().to_owned(),
-        note: outcome.claim.note.clone(),
-        as_stated: outcome.as_stated.as_ref().map(judgement),
-    };
-    outcomes.iter().map(told).collect()
-}
-
-/// The claims as a page of Markdown, headed by what the runs were.
-pub fn markdown(title: &str, outcomes: &[Outcome<'_>], runs: &[&RunHeader]) -> String {
-    let distinct = |value: &dyn Fn(&RunHeader) -> String| -> String {
-        let values: std::collections::BTreeSet<String> = runs.iter().map(|run| value(run)).collect();
-        values.into_iter().collect::<Vec<_>>().join(", ")
-    };
-    let mut page = format!(
-        "# {title}: claims\n\nParameter set {}; dt = {} s; solver {}; code version {}.\n\n",
-        distinct(&|run| run.parameter_set.clone()),
-        distinct(&|run| format!("{:e}", run.time_step_s)),
-        distinct(&|run| run.solver.clone()),
-        distinct(&|run| run.code_version.clone()),
-    );
-    for speaker in [Speaker::Source, Speaker::Project] {
-        let of_speaker: Vec<&Outcome<'_>> =
-            outcomes.iter().filter(|outcome| outcome.claim.of == speaker).collect();
-        if !of_speaker.is_empty() {
-            score(&mut page, speaker, &of_speaker);
-        }
-    }
-    page.push_str("Deviations are ours minus stated. Limits of claims made in words are ours.\n");
-    let has_second = outcomes.iter().any(|outcome| outcome.as_stated.is_some());
-    let (heading, line) = if has_second {
-        page.push_str(
-            "The column \"as-stated\" holds the same claim against runs with that parameter set, the values of \
-             the source's text; the columns before it are of the run named.\n",
-        );
-        (" as-stated |", "---|")
-    } else {
-        ("", "")
-    };
-    let number = |value: Option<f64>| match value {
-        None => "-".to_owned(),
-        Some(value) if value != 0.0 && value.abs() < 1e-3 => format!("{value:.1e}"),
-        Some(value) => format!("{value:.4}"),
-    };
-    let signed = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:+.4}"));
-    let mut speaker = None;
-    let in_order = [Speaker::Source, Speaker::Project]
-        .into_iter()
-        .flat_map(|of| outcomes.iter().filter(move |outcome| outcome.claim.of == of));
-    for outcome in in_order {
-        let claim = outcome.claim;
-        if speaker.replace(claim.of) != Some(claim.of) {
-            writeln!(
-                page,
-                "\n| about | run | {} says | measured | stated | ours | deviation | rule | verdict | kind |{heading}\n\
-                 |---|---|---|---|---|---|---|---|---|---|{line}",
-                claim.of.word()
-            )
-            .expect("writing to a string cannot fail");
-        }
-        let note = if claim.note.is_empty() { String::new() } else { format!(" ({})", claim.note) };
-        let run = match &claim.minus {
-            None => claim.run.clone(),
-            Some(other) => format!("{} minus {other}", claim.run),
-        };
-        let second = match &outcome.as_stated {
-            None if has_second => " - |".to_owned(),
-            None => String::new(),
-            // Its rule is another one only where it is a spread.
-            Some(found) if found.rule == outcome.own.rule => {
-                format!(" {}, **{}** |", number(found.ours), found.verdict)
-            }
-            Some(found) => format!(" {}, {}, **{}** |", number(found.ours), found.rule, found.verdict),
-        };
-        writeln!(
-            page,
-            "| {} | {run} | {} | {} | {} | {} | {} | {} | **{}**{note} | {} |{second}",
-            claim.about,
-            claim.quote.replace('|', "\\|"),
-            claim.measure.name(),
-            claim.stated.as_deref().unwrap_or("-"),
-            number(outcome.own.ours),
-            signed(outcome.own.deviation),
-            outcome.own.rule,
-            outcome.own.verdict,
-            claim.kind.word()
-        )
-        .expect("writing to a string cannot fail");
-    }
-    page
-}
-
-/// How the claims of one speaker came out, by kind.
-fn score(page: &mut String, speaker: Speaker, outcomes: &[&Outcome<'_>]) {
-    writeln!(page, "What {} says:\n", speaker.word()).expect("writing to a string cannot fail");
-    for (kind, meaning) in [
-        (Kind::Simulated, "measured in a run, which could have given something else"),
-        (Kind::Arithmetic, "worked out from the parameters alone"),
-        (Kind::Selection, "looked for in a run because the source shows it"),
-        (Kind::Construction, "put in by the program itself"),
-    ] {
-        let count = |verdict| {
-            let of_kind = outcomes.iter().filter(|outcome| outcome.claim.kind == kind);
-            of_kind.filter(|outcome| outcome.own.verdict == verdict).count()
-        };
-        let spread = match count("in the spread") {
-            0 => String::new(),
-            some => format!(", {some} in a spread"),
-        };
-        writeln!(
-            page,
-            "- *{}* ({meaning}): {} agree, {} differ, {} not reached{spread}.",
-            kind.word(),
-            count("agrees"),
-            count("differs"),
-            count("not reached")
-        )
-        .expect("writing to a string cannot fail");
-    }
-    page.push('\n');
-}
-
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeMap;
 
-    use super::{Claim, Measured, Outcome, half_last_digit, judge, markdown, table};
+    use super::{Claim, Measured, Outcome, half_last_digit, judge, markdown, table, verdict};
+    use crate::estimate::Estimate;
     use crate::made_up;
     use crate::run_data::RunData;
 
@@ -549,9 +415,9 @@ mod tests {
             outcomes[1].own.rule,
             "within 2 % of 1.0000 to 2.0000, the spread of 2 runs; median 1.5000, 1 below"
         );
-        assert_eq!(outcomes[4].own.ours, Some(1.0));
+        assert_eq!(outcomes[4].own.ours, Some(Estimate::exact(1.0)));
         let second = outcomes[4].as_stated.as_ref().unwrap();
-        assert_eq!((second.ours, second.verdict), (Some(-1.0), "differs"));
+        assert_eq!((second.value(), second.verdict), (Some(-1.0), "differs"));
 
         assert!(table(&outcomes).unwrap().column("as_stated_verdict").is_ok());
         let page = page_of(&outcomes, &runs);
@@ -563,6 +429,48 @@ mod tests {
         assert!(!page_of(&outcomes[..4], &runs).contains("as-stated"));
     }
 
+    /// The limit of (5.48) is 5 %, and the mean shear ahead of fronts has an error of about 2 %.
+    #[test]
+    fn a_limit_within_the_standard_error_is_undecided() {
+        let of = |value, error, range| verdict(Some(Estimate { value, error }), &range);
+        let at_most = f64::NEG_INFINITY..=0.05;
+        assert_eq!(of(0.044, 0.020, at_most.clone()), "undecided");
+        assert_eq!(of(0.058, 0.023, at_most.clone()), "undecided");
+        assert_eq!(of(0.044, 0.005, at_most.clone()), "agrees");
+        assert_eq!(of(0.195, 0.023, at_most.clone()), "differs");
+        // Without an error the limit itself still agrees.
+        assert_eq!(of(0.05, 0.0, at_most), "agrees");
+        assert_eq!([of(0.9, 0.2, 0.0..=1.0), of(0.1, 0.2, 0.0..=1.0)], ["undecided"; 2]);
+        assert_eq!(of(0.5, 0.2, 0.0..=1.0), "agrees");
+        assert_eq!(verdict(None, &(0.0..=1.0)), "not reached");
+    }
+
+    /// Precursors that reach each of three blocks, and the slip of all of them, whose load fits no line.
+    #[test]
+    fn lines_through_precursors_leave_the_first_global_slip_out_and_may_be_undecided() {
+        let mut run = made_up::run("", &made_up::EVENTS);
+        for (slip, load) in [(0, 0.15), (1, 0.301), (4, 0.45), (5, 0.9)] {
+            run.slips[slip].ft_fn_onset = load;
+        }
+        let judged = |limit: &str, run: &RunData| {
+            let text = format!(
+                "about = \"a\"\nquote = \"q\"\nrun = \"r\"\nmeasure = \"intercept-error-5.57\"\nat_most = {limit}"
+            );
+            let claims = [toml::from_str(&text).unwrap()];
+            let mut runs = BTreeMap::from([("r".to_owned(), run.clone())]);
+            let outcomes = self::judged(&claims, &mut runs);
+            (page_of(&outcomes, &runs), outcomes[0].own.clone())
+        };
+        // By hand: slope 1, intercept 0.001 / 3 over 0.45, and an error of 0.0021.
+        let (page, own) = judged("0.01", &run);
+        assert!((own.value().unwrap() - 0.001 / 3.0 / 0.45).abs() < 1e-9, "{own:?}");
+        assert_eq!(own.verdict, "agrees");
+        assert!(page.contains("| 7.4e-4 ± "), "{page}");
+        let (page, own) = judged("0.0007", &run);
+        assert_eq!(own.verdict, "undecided", "{own:?}");
+        assert!(page.contains("0 agree, 0 differ, 0 not reached, 1 undecided."), "{page}");
+    }
+
     #[test]
     fn claims_that_cannot_be_judged_are_refused() {
         let refused = |rest: &str| claim(rest).check().unwrap_err();
@@ -570,7 +478,13 @@ mod tests {
             refused("run = \"r\"\nstated = \"two\""),
             "stated: \"two\" is not a number (accepted: a number in quotes)"
         );
-        assert_eq!(refused("run = \"r\""), "needs exactly one of stated, at_most and at_least");
+        let needs = "needs stated, or at_most, at_least or both";
+        assert_eq!(refused("run = \"r\""), needs);
+        assert_eq!(refused("run = \"r\"\nstated = \"2\"\nat_most = 3"), needs);
+        assert_eq!(
+            refused("run = \"r\"\nat_least = 2\nat_most = 1"),
+            "at_least: 2 is not accepted (accepted: up to at_most, 1)"
+        );
         assert_eq!(
             refused("run = \"r\"\nminus = \"s\"\nspread = [\"x\"]\nat_most = 1"),
             "minus_spread: 0 runs are not accepted (accepted: 1, one for each of spread)"
@@ -588,14 +502,14 @@ mod tests {
         let names = ["one", "two", "four", "half"];
         let mut runs = names.map(str::to_owned).into_iter().zip(steps.map(global)).collect();
         let mut judged = |rest: &str| judged(&[claim(rest)], &mut runs)[0].own.clone();
-        let median = judged("run = \"one\"\nspread = [\"four\", \"two\"]\nat_least = 1.5");
-        assert_eq!((median.ours, median.verdict), (Some(2.0), "agrees"));
-        assert_eq!(median.rule, "at least 1.5, the median of 3 runs");
+        let median = judged("run = \"one\"\nspread = [\"four\", \"two\"]\nat_least = 1.2");
+        assert_eq!((median.value(), median.verdict), (Some(2.0), "agrees"));
+        assert_eq!(median.rule, "at least 1.2, the median of 3 runs");
         // 1.0 - 1.5 and 4.0 - 2.0.
         let differences = judged(
             "run = \"one\"\nminus = \"half\"\nspread = [\"four\"]\nminus_spread = [\"two\"]\nat_most = 0",
         );
-        assert_eq!((differences.ours, differences.verdict), (Some(0.75), "differs"));
+        assert_eq!((differences.value(), differences.verdict), (Some(0.75), "differs"));
     }
 
     #[test]

@@ -4,6 +4,7 @@
 use asperity_model::analytic::{self, LengthLaw, LengthLawParameters};
 use asperity_record::{FieldRecord, Rupture, SlipEvent};
 
+use crate::estimate::{Estimate, line};
 use crate::precursors::{self, Precursor, PrecursorRules};
 use crate::run_data::{Load, RunData};
 
@@ -18,10 +19,10 @@ pub struct PrecursorPoint {
     pub predicted: f64,
 }
 
-/// The precursors of a run beside a length law.
-pub fn precursor_points(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Vec<PrecursorPoint> {
+/// Precursors of a run beside a length law.
+pub fn precursor_points(run: &RunData, law: LengthLaw, precursors: &[Precursor<'_>]) -> Vec<PrecursorPoint> {
     let parameters = LengthLawParameters::of(&run.scenario);
-    precursors::find(run, rules)
+    precursors
         .iter()
         .map(|precursor| {
             let lp_l = precursor.length_ratio(run.header.blocks);
@@ -49,7 +50,7 @@ pub fn rupture_points<'a>(
 /// How well the precursors of a run follow a length law; in units of `F_T / F_N`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Residuals {
-    /// Number of precursors, the first global slip included.
+    /// Number of precursors.
     pub count: usize,
     /// Root mean square.
     pub rms: f64,
@@ -59,7 +60,7 @@ pub struct Residuals {
 
 /// The residuals of a run against a length law; `None` without precursors.
 pub fn residuals(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Option<Residuals> {
-    let points = precursor_points(run, law, rules);
+    let points = precursor_points(run, law, &precursors::alone(run, rules));
     if points.is_empty() {
         return None;
     }
@@ -74,18 +75,9 @@ pub fn residuals(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Optio
 
 /// The straight line through precursors by least squares, `F_T / F_N` against what a law says of
 /// it: slope and intercept. A law that holds has 1 and 0, and unlike a mean residual they tell an
-/// offset from scatter. `None` where fewer than two predictions differ.
-pub fn line(points: &[PrecursorPoint]) -> Option<(f64, f64)> {
-    let count = points.len() as f64;
-    let mean = |of: fn(&PrecursorPoint) -> f64| points.iter().map(of).sum::<f64>() / count;
-    let (predicted, found) = (mean(|point| point.predicted), mean(|point| point.ft_fn));
-    let (mut variance, mut covariance) = (0.0, 0.0);
-    for point in points {
-        variance += (point.predicted - predicted).powi(2);
-        covariance += (point.predicted - predicted) * (point.ft_fn - found);
-    }
-    let slope = covariance / variance;
-    (variance > 0.0).then_some((slope, found - slope * predicted))
+/// offset from scatter. `None` of fewer than three precursors.
+pub(crate) fn line_beside_law(points: &[PrecursorPoint]) -> Option<[Estimate; 2]> {
+    line(&points.iter().map(|point| (point.predicted, point.ft_fn)).collect::<Vec<_>>())
 }
 
 /// The state at the onset of the first slip event.
@@ -96,7 +88,7 @@ pub fn first_onset_fields(run: &RunData) -> Option<&FieldRecord> {
 /// The precursor whose length is nearest to `blocks`; the earliest of equals.
 pub fn nearest_precursor(run: &RunData, blocks: f64) -> Option<Precursor<'_>> {
     let distance = |precursor: &Precursor<'_>| (f64::from(precursor.last_block) - blocks).abs();
-    let precursors = precursors::find(run, &PrecursorRules::default());
+    let precursors = precursors::alone(run, &PrecursorRules::default());
     precursors.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
@@ -109,6 +101,13 @@ pub fn front_profile(run: &RunData, blocks: f64) -> Option<(Precursor<'_>, Vec<f
     let loads = run.normal_load_n(fields)?;
     let profile = fields.tangential_force_n.iter().zip(loads).map(|(tau, p)| tau / p).collect();
     Some((precursor, profile))
+}
+
+/// Its mean over the blocks that the front passed.
+pub(crate) fn mean_behind_front(run: &RunData, blocks: f64) -> Option<f64> {
+    let (precursor, profile) = front_profile(run, blocks)?;
+    let length = precursor.last_block as usize;
+    Some(profile[..length].iter().sum::<f64>() / length as f64)
 }
 
 /// The slip event that begins within the first dense window and whose length is nearest to
@@ -187,14 +186,14 @@ pub fn ring_down(run: &RunData) -> Vec<(f64, f64, f64)> {
 mod tests {
     use asperity_record::FieldRecord;
 
-    use super::{PrecursorPoint, front_profile, growing_slips, line, pull_ratio};
+    use super::{PrecursorPoint, front_profile, growing_slips, line_beside_law, pull_ratio};
     use crate::made_up;
     use crate::made_up::EVENTS;
     use crate::run_data::Load;
 
     #[test]
     fn fronts_are_over_the_load_of_their_step() {
-        let mut run = made_up::run("", &[(20_000_000, 20_000_100, &[1, 2, 3])]);
+        let mut run = made_up::run("", &[(20_000_000, 20_000_100, &[1, 2])]);
         let step = run.slips[0].end_step.unwrap();
         run.loads.push(Load { step, normal_load_n: 300.0, ..run.loads[0] });
         let state = FieldRecord {
@@ -208,7 +207,7 @@ mod tests {
             detached: vec![0; 3],
         };
         made_up::with_states(&mut run, &[state]);
-        let (_, profile) = front_profile(&run, 3.0).unwrap();
+        let (_, profile) = front_profile(&run, 2.0).unwrap();
         // 100 N on each of three blocks, not the 133 N of the start.
         assert!(profile.iter().all(|ratio| (ratio - 0.45).abs() < 1e-12), "{profile:?}");
     }
@@ -216,10 +215,10 @@ mod tests {
     #[test]
     fn lines_tell_offset_from_slope() {
         let point = |predicted: f64, ft_fn: f64| PrecursorPoint { lp_l: 0.0, ft_fn, predicted };
-        let (slope, intercept) = line(&[point(0.1, 0.12), point(0.2, 0.23), point(0.4, 0.45)]).unwrap();
+        let points = [point(0.1, 0.12), point(0.2, 0.23), point(0.4, 0.45)];
+        let [slope, intercept] = line_beside_law(&points).unwrap().map(|estimate| estimate.value);
         assert!((slope - 1.1).abs() < 1e-12 && (intercept - 0.01).abs() < 1e-12, "{slope} {intercept}");
-        assert_eq!(line(&[]), None);
-        assert_eq!(line(&[point(0.1, 0.2), point(0.1, 0.3)]), None);
+        assert_eq!(line_beside_law(&[]), None);
     }
 
     #[test]

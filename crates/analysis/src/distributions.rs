@@ -8,20 +8,15 @@
 //! that are independent, which those of one run are not quite.
 //!
 //! Fits are by maximum likelihood, with the standard error that follows from the Fisher information.
-//! Whether the law is the right one they do not say.
+//! It is one only if the sample is from the law, which [`crate::goodness`] tests.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::estimate::Estimate;
+
 /// Fewest values that anything is fitted to.
 pub(crate) const FEWEST: usize = 5;
-
-/// A number and its standard error.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Estimate {
-    pub(crate) value: f64,
-    pub(crate) error: f64,
-}
 
 /// Each value once, in ascending order, and the share of values at least as large.
 pub(crate) fn survival(values: &[f64]) -> Vec<(f64, f64)> {
@@ -93,6 +88,9 @@ impl SizeFit {
         let (mut low, mut high) = (-700.0 / scale, 700.0 / scale);
         for _ in 0..200 {
             let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
             if moments(&statistics, middle).0 > mean { low = middle } else { high = middle }
         }
         let value = 0.5 * (low + high);
@@ -213,6 +211,9 @@ fn weibull(logs: &[f64], mean_log: f64) -> TimeFit {
     let (mut low, mut high) = (1e-9f64, 1e9f64);
     for _ in 0..200 {
         let middle = (low * high).sqrt();
+        if middle <= low || middle >= high {
+            break;
+        }
         if excess(middle) < 0.0 { low = middle } else { high = middle }
     }
     let shape = (low * high).sqrt();
@@ -225,7 +226,8 @@ fn weibull(logs: &[f64], mean_log: f64) -> TimeFit {
 
 #[cfg(test)]
 mod tests {
-    use super::{Estimate, SizeFit, SizeLaw, TimeFit, TimeLaw, half_band, survival};
+    use super::{SizeFit, SizeLaw, TimeFit, TimeLaw, half_band, survival};
+    use crate::estimate::Estimate;
 
     #[test]
     fn shares_are_of_values_at_least_as_large() {

@@ -23,11 +23,13 @@
 //! - [`states`]: the states of all blocks that something is measured in.
 //! - [`run_data`]: what is kept of a run while its records pass.
 //! - [`precursors`]: which slip events count as precursors.
+//! - [`estimate`]: numbers with their standard errors.
 //! - [`curves`]: what is read off a run for measures, tables and figures alike.
 //! - `beside_theory`: single numbers that set a run beside a theory.
 //! - `beside_hold`: the same before the drive is held and after it.
 //! - `fronts`: fronts through the slider, read off its switches.
 //! - `distributions`: distributions of sizes and times, with what is fitted to them.
+//! - `goodness`: whether a sample can be from the law that was fitted to it.
 //! - [`tables`]: polars tables of events, precursors, load and residuals.
 //! - [`table_file`]: a table as CSV and Parquet.
 //! - [`load_table`]: the one table that grows with the records of a run, written as they pass.
@@ -54,9 +56,11 @@ pub mod claims;
 pub mod curves;
 mod distributions;
 mod error;
+pub mod estimate;
 pub mod event_file;
 pub mod figures;
 mod fronts;
+mod goodness;
 mod growth;
 mod guarded;
 pub mod load_table;

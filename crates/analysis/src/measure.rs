@@ -8,17 +8,18 @@ use serde::Deserialize;
 
 use crate::at_rest;
 use crate::beside_hold::{
-    Side, hyperbola_error, longest_flank, mean_in_time, parabola_error, points_beside_hold,
-    residual_beside_hold, sag,
+    Side, hyperbola_error, longest_flank, mean_in_time, parabola_error, points_beside_hold, sag,
 };
 use crate::beside_theory::{
     AFFECTED_THRESHOLD, affected_blocks, affected_blocks_error, affected_cut_off, ahead_of_front_error,
-    decaying_drive_onset_error, initial_shear_error, intercept_error, largest, load_curve_error,
-    onset_profile_error, residual, ring_down_error, slope_error, time_to_reach,
+    decaying_drive_onset_error, initial_shear_error, intercept_error, intercept_error_of, largest,
+    load_curve_error, onset_profile_error, residual, ring_down_error, rms_over_mu_d, slope_error,
+    slope_error_of, time_to_reach,
 };
 use crate::curves::{
-    self, event_in_window, front_profile, median_over_crossing, nearest_precursor, over_crossing,
+    event_in_window, mean_behind_front, median_over_crossing, nearest_precursor, over_crossing,
 };
+use crate::estimate::Estimate;
 use crate::fronts;
 use crate::partial;
 use crate::plane_waves::speeds_along_rows_m_per_s;
@@ -182,7 +183,7 @@ pub enum Measure {
     PrecursorCount,
     /// `L_p / L` of the longest of them; 0 without any.
     LongestPrecursor,
-    /// `L_p / L` of the longest precursor that has come up to a load `F_T / F_N`.
+    /// `L_p / L` of the longest precursor, or global slip, that has come up to a load `F_T / F_N`.
     LengthAtLoad,
     /// `F_T / F_N` at the onset of the first slip event.
     LoadAtFirstSlip,
@@ -326,11 +327,43 @@ impl Measure {
     /// is a number of blocks, for measures that look for the nearest precursor, or
     /// the load `F_T / F_N` for those that are taken at one.
     pub fn of(self, run: &RunData, near: Option<f64>) -> Option<f64> {
-        let mu_d = run.plan.friction.dynamic_coefficient;
+        self.estimate(run, near).map(|estimate| estimate.value)
+    }
+
+    /// The same with its standard error: that of statistics of precursors; others have none.
+    pub fn estimate(self, run: &RunData, near: Option<f64>) -> Option<Estimate> {
         if self.is_beside_a_chain() && run.plan.elastic.lattice().is_some() {
             return None;
         }
-        match self {
+        let mu_d = run.plan.friction.dynamic_coefficient;
+        let number = match self {
+            Measure::ResidualTilted => return residual(run, LengthLaw::Tilted),
+            Measure::ResidualInitialShear => return residual(run, LengthLaw::InitialShear),
+            Measure::ResidualLinear => return residual(run, LengthLaw::Linear),
+            Measure::ResidualBalance => return residual(run, LengthLaw::Balance),
+            Measure::SlopeErrorTilted => return slope_error(run, LengthLaw::Tilted),
+            Measure::SlopeErrorInitialShear => return slope_error(run, LengthLaw::InitialShear),
+            Measure::SlopeErrorLinear => return slope_error(run, LengthLaw::Linear),
+            Measure::SlopeErrorScreened => return slope_error(run, LengthLaw::Screened),
+            Measure::SlopeErrorBalance => return slope_error(run, LengthLaw::Balance),
+            Measure::InterceptErrorTilted => return intercept_error(run, LengthLaw::Tilted),
+            Measure::InterceptErrorInitialShear => return intercept_error(run, LengthLaw::InitialShear),
+            Measure::InterceptErrorLinear => return intercept_error(run, LengthLaw::Linear),
+            Measure::InterceptErrorScreened => return intercept_error(run, LengthLaw::Screened),
+            Measure::InterceptErrorBalance => return intercept_error(run, LengthLaw::Balance),
+            Measure::ResidualBeforeHold => {
+                return rms_over_mu_d(run, &points_beside_hold(run, Side::BeforeHold)?);
+            }
+            Measure::ResidualAfterHold => {
+                return rms_over_mu_d(run, &points_beside_hold(run, Side::AfterHold)?);
+            }
+            Measure::SlopeErrorBeforeHold => {
+                return slope_error_of(&points_beside_hold(run, Side::BeforeHold)?);
+            }
+            Measure::InterceptErrorBeforeHold => {
+                return intercept_error_of(run, &points_beside_hold(run, Side::BeforeHold)?);
+            }
+            Measure::AheadOfFrontError => return ahead_of_front_error(run),
             Measure::TimeToDynamicCoefficient => time_to_reach(run, mu_d),
             Measure::SlopeToDynamicCoefficient => Some(mu_d / time_to_reach(run, mu_d)?),
             Measure::TimeToDynamicCoefficientTheory => LoadCurve::of(&run.scenario)?.time_to_dynamic_s(),
@@ -362,24 +395,10 @@ impl Measure {
             Measure::PrecursorNearest => Some(f64::from(nearest_precursor(run, near?)?.last_block)),
             Measure::MeanBehindFront => mean_behind_front(run, near?),
             Measure::MeanBehindFrontError => Some((mean_behind_front(run, near?)? / mu_d - 1.0).abs()),
-            Measure::ResidualTilted => residual(run, LengthLaw::Tilted),
-            Measure::ResidualInitialShear => residual(run, LengthLaw::InitialShear),
-            Measure::ResidualLinear => residual(run, LengthLaw::Linear),
-            Measure::SlopeErrorTilted => slope_error(run, LengthLaw::Tilted),
-            Measure::SlopeErrorInitialShear => slope_error(run, LengthLaw::InitialShear),
-            Measure::SlopeErrorLinear => slope_error(run, LengthLaw::Linear),
-            Measure::SlopeErrorScreened => slope_error(run, LengthLaw::Screened),
-            Measure::SlopeErrorBalance => slope_error(run, LengthLaw::Balance),
-            Measure::InterceptErrorTilted => intercept_error(run, LengthLaw::Tilted),
-            Measure::InterceptErrorInitialShear => intercept_error(run, LengthLaw::InitialShear),
-            Measure::InterceptErrorLinear => intercept_error(run, LengthLaw::Linear),
-            Measure::InterceptErrorScreened => intercept_error(run, LengthLaw::Screened),
-            Measure::InterceptErrorBalance => intercept_error(run, LengthLaw::Balance),
             Measure::EndErrorInitialShear => {
                 let parameters = LengthLawParameters::of(&run.scenario);
                 Some((LengthLaw::InitialShear.load_ratio(&parameters, 1.0) / mu_d - 1.0).abs())
             }
-            Measure::AheadOfFrontError => ahead_of_front_error(run),
             Measure::OverdampedModes => {
                 let damping = run.scenario.slider.relative_damping;
                 Some(f64::from(analytic::overdamped_modes(damping, run.header.blocks)))
@@ -405,14 +424,6 @@ impl Measure {
             Measure::SagAfterHold => sag(longest_flank(run, Side::AfterHold)?),
             Measure::ParabolaErrorAfterHold => parabola_error(longest_flank(run, Side::AfterHold)?),
             Measure::HyperbolaErrorAfterHold => hyperbola_error(longest_flank(run, Side::AfterHold)?),
-            Measure::ResidualBeforeHold => residual_beside_hold(run, Side::BeforeHold),
-            Measure::ResidualAfterHold => residual_beside_hold(run, Side::AfterHold),
-            Measure::SlopeErrorBeforeHold => {
-                Some((curves::line(&points_beside_hold(run, Side::BeforeHold)?)?.0 - 1.0).abs())
-            }
-            Measure::InterceptErrorBeforeHold => {
-                Some((curves::line(&points_beside_hold(run, Side::BeforeHold)?)?.1 / mu_d).abs())
-            }
             Measure::EventOverCrossing => over_crossing(run, event_in_window(run, near?)?),
             Measure::MedianEventOverCrossing => median_over_crossing(run),
             Measure::Reattachments => Some(run.reattachments as f64),
@@ -426,9 +437,11 @@ impl Measure {
                 let highest = velocities.iter().copied().reduce(f64::max)?;
                 Some(velocities.into_iter().reduce(f64::min)? / highest)
             }
-            Measure::PrecursorCount => Some(before_global_slip(run).count() as f64),
+            Measure::PrecursorCount => Some(precursors::alone(run, &PrecursorRules::default()).len() as f64),
             Measure::LongestPrecursor => {
-                Some(before_global_slip(run).map(|(_, length)| length).fold(0.0, f64::max))
+                let precursors = precursors::alone(run, &PrecursorRules::default());
+                let lengths = precursors.iter().map(|found| found.length_ratio(run.header.blocks));
+                Some(lengths.fold(0.0, f64::max))
             }
             Measure::LengthAtLoad => length_at_load(run, near?),
             Measure::LoadAtFirstSlip => Some(run.slips.first()?.ft_fn_onset),
@@ -442,7 +455,6 @@ impl Measure {
                 let first = run.slips.first()?;
                 Some(first.ft_fn_onset / first.onset_s)
             }
-            Measure::ResidualBalance => residual(run, LengthLaw::Balance),
             Measure::DecayingDriveOnsetError => decaying_drive_onset_error(run),
             Measure::RelativePrestress => front::relative_prestress(&run.plan, run.plan.blocks / 2),
             Measure::FrontSpeedOverC => fronts::speed_over_c(run),
@@ -462,14 +474,9 @@ impl Measure {
             Measure::RestPoissonRatio => at_rest::poisson_ratio(run),
             Measure::LongitudinalWaveSpeed => speeds_along_rows_m_per_s(&run.plan, near?).map(|[_, c]| c),
             Measure::ShearWaveSpeed => speeds_along_rows_m_per_s(&run.plan, near?).map(|[c, _]| c),
-        }
+        };
+        number.map(Estimate::exact)
     }
-}
-
-fn mean_behind_front(run: &RunData, near: f64) -> Option<f64> {
-    let (precursor, profile) = front_profile(run, near)?;
-    let length = precursor.last_block as usize;
-    Some(profile[..length].iter().sum::<f64>() / length as f64)
 }
 
 fn mean_after_global_slip(run: &RunData) -> Option<f64> {
@@ -511,15 +518,6 @@ fn rising_share(run: &RunData) -> Option<f64> {
         .map(|pair| pair[1].time_s - pair[0].time_s)
         .sum();
     (last.time_s > first.time_s).then(|| rising_s / (last.time_s - first.time_s))
-}
-
-/// `F_T / F_N` and `L_p / L` of every precursor before the first global slip.
-fn before_global_slip(run: &RunData) -> impl Iterator<Item = (f64, f64)> {
-    let blocks = run.header.blocks;
-    precursors::find(run, &PrecursorRules::default())
-        .into_iter()
-        .filter(move |precursor| precursor.blocks_slipped < blocks)
-        .map(move |precursor| (precursor.start.ft_fn_onset, precursor.length_ratio(blocks)))
 }
 
 fn length_at_load(run: &RunData, load_ratio: f64) -> Option<f64> {
@@ -621,6 +619,9 @@ mod tests {
         }
         assert!(Measure::ResidualBeforeHold.of(&run, None).unwrap() < 1e-12);
         assert!((Measure::ResidualAfterHold.of(&run, None).unwrap() - 0.2).abs() < 1e-12);
+        run.slips[1].ft_fn_onset = 0.36;
+        let before = Measure::ResidualBeforeHold.of(&run, None).unwrap();
+        assert!((before - 0.06 / 0.45 / 2f64.sqrt()).abs() < 1e-12, "{before}");
         assert_eq!(Measure::ResidualAfterHold.of(&made_up::run("", &[(1, 2, &[1])]), None), None);
     }
 

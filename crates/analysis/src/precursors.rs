@@ -105,6 +105,14 @@ pub fn find<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<Precursor<'a>> 
     precursors
 }
 
+/// The precursors of a run alone, without the slip of the whole slider that ends the list: what is
+/// said of precursors is measured in these.
+pub fn alone<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<Precursor<'a>> {
+    let mut precursors = find(run, rules);
+    precursors.retain(|precursor| precursor.blocks_slipped < run.header.blocks);
+    precursors
+}
+
 /// The ruptures that include block 1 and reach farther than every one that does and began before,
 /// by onset. The last may be the first slip of the whole slider, which
 /// [`Rupture::reached_every_block`] tells. Ruptures of fewer blocks than the rules ask for are left
@@ -141,7 +149,7 @@ fn distinct_blocks(run: &RunData, onset_step: u64, end_step: u64) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Growth, PrecursorRules, find};
+    use super::{Growth, PrecursorRules, alone, find};
     use crate::made_up;
     use crate::made_up::EVENTS;
     use crate::run_data::RunData;
@@ -156,7 +164,10 @@ mod tests {
     #[test]
     fn precursors_start_at_block_1_grow_and_end_with_the_first_global_slip() {
         let all = [(0, 1, 1, 1), (1, 1, 2, 2), (4, 1, 3, 2), (5, 1, 3, 3)];
-        assert_eq!(found(&made_up::run("", &EVENTS), 1, 0.0), all);
+        let run = made_up::run("", &EVENTS);
+        assert_eq!(found(&run, 1, 0.0), all);
+        // The third reaches the last block without taking all; the fourth is no precursor.
+        assert_eq!(alone(&run, &PrecursorRules::default()).len(), 3);
         assert_eq!(found(&made_up::run("", &EVENTS[5..]), 1, 0.0), [(0, 1, 3, 3)]);
     }
 

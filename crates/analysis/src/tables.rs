@@ -111,7 +111,7 @@ pub fn precursor_ruptures(
 /// If polars refuses.
 pub fn precursors(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Result<DataFrame, AnalysisError> {
     let found = precursors::find(run, rules);
-    let points = precursor_points(run, law, rules);
+    let points = precursor_points(run, law, &found);
     frame(vec![
         steps("event", found.iter().map(|precursor| precursor.start.event)),
         counts("merged", found.iter().map(|precursor| precursor.merged)),

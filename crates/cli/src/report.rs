@@ -274,6 +274,8 @@ struct ClaimRow {
     measure: String,
     stated: String,
     ours: Option<f64>,
+    #[serde(default)]
+    standard_error: Option<f64>,
     deviation: Option<f64>,
     rule: String,
     verdict: String,
@@ -281,6 +283,8 @@ struct ClaimRow {
     note: String,
     #[serde(default)]
     as_stated_ours: Option<f64>,
+    #[serde(default)]
+    as_stated_standard_error: Option<f64>,
     #[serde(default)]
     as_stated_rule: String,
     #[serde(default)]
@@ -296,6 +300,7 @@ fn claims(table: &Path) -> Result<Vec<Claim>, Failure> {
     let claim = |row: ClaimRow| Claim {
         as_stated: (!row.as_stated_verdict.is_empty()).then_some(Judgement {
             ours: row.as_stated_ours,
+            error: row.as_stated_standard_error,
             rule: row.as_stated_rule,
             verdict: row.as_stated_verdict,
         }),
@@ -305,7 +310,7 @@ fn claims(table: &Path) -> Result<Vec<Claim>, Failure> {
         quote: row.quote,
         measure: row.measure,
         stated: row.stated,
-        own: Judgement { ours: row.ours, rule: row.rule, verdict: row.verdict },
+        own: Judgement { ours: row.ours, error: row.standard_error, rule: row.rule, verdict: row.verdict },
         deviation: row.deviation,
         kind: row.kind,
         note: row.note,

@@ -38,16 +38,19 @@ pub struct Claim {
 pub struct Judgement {
     /// The number; none where the run does not have it.
     pub ours: Option<f64>,
+    /// Its standard error; none of a number that is no statistic.
+    pub error: Option<f64>,
     /// The rule in words.
     pub rule: String,
-    /// `agrees`, `differs`, `not reached` or `in the spread`.
+    /// `agrees`, `differs`, `undecided`, `not reached` or `in the spread`.
     pub verdict: String,
 }
 
 /// Verdicts, and the mark that each has beside its word and colour.
-const VERDICTS: [(&str, &str, &str); 4] = [
+const VERDICTS: [(&str, &str, &str); 5] = [
     ("agrees", "✓", "agrees"),
     ("differs", "✗", "differs"),
+    ("undecided", "±", "undecided"),
     ("in the spread", "≈", "spread"),
     ("not reached", "○", "none"),
 ];
@@ -79,6 +82,7 @@ impl Score {
         let mut words = format!("{} of {} agree", of("agrees"), self.total());
         for (verdict, said) in [
             ("differs", "differ"),
+            ("undecided", "undecided"),
             ("in the spread", "in the spread of runs"),
             ("not reached", "not reached"),
         ] {
@@ -124,7 +128,9 @@ pub(crate) fn scores(claims: &[Claim]) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    let headings = ["says", "kind", "#✓ agrees", "#✗ differs", "#≈ in the spread", "#○ not reached"];
+    let verdicts = VERDICTS.map(|(verdict, mark, _)| format!("#{mark} {verdict}"));
+    let headings: Vec<&str> =
+        ["says", "kind"].into_iter().chain(verdicts.iter().map(String::as_str)).collect();
     table("", &headings, rows)
 }
 
@@ -135,9 +141,14 @@ fn verdict(verdict: &str) -> String {
     format!("<span class=\"outcome {class}\">{mark} {}</span>", text(verdict))
 }
 
-fn measured(judgement: &Judgement) -> String {
+/// What was measured, with its standard error.
+fn with_error(judgement: &Judgement) -> String {
     let ours = judgement.ours.map_or("–".to_owned(), |ours| rounded(ours, 4));
-    format!("<span title=\"{}\">{ours}</span>", text(&judgement.rule))
+    judgement.error.map_or(ours.clone(), |error| format!("{ours} ± {}", rounded(error, 2)))
+}
+
+fn measured(judgement: &Judgement) -> String {
+    format!("<span title=\"{}\">{}</span>", text(&judgement.rule), with_error(judgement))
 }
 
 /// What is said beside what it is about: those of the source first, those of this project apart. What
@@ -218,10 +229,10 @@ pub(crate) fn all(claims: &[Claim]) -> String {
             headings.push("as-stated");
         }
         let rows = of.iter().map(|claim| {
-            let optional = |value: Option<f64>, digits| match value {
-                Some(value) => Cell::Value(value, rounded(value, digits)),
-                None => Cell::None,
+            let optional = |value: Option<f64>, words: String| {
+                value.map_or(Cell::None, |value| Cell::Value(value, words))
             };
+            let deviation = claim.deviation.map_or_else(String::new, |deviation| rounded(deviation, 2));
             let note = if claim.note.is_empty() {
                 String::new()
             } else {
@@ -234,8 +245,8 @@ pub(crate) fn all(claims: &[Claim]) -> String {
                 Cell::Html(format!("{}{note}", quoted(claim))),
                 Cell::Html(format!("<code>{}</code>", text(&claim.measure))),
                 if claim.stated.is_empty() { Cell::None } else { Cell::number(&claim.stated) },
-                optional(claim.own.ours, 4),
-                optional(claim.deviation, 2),
+                optional(claim.own.ours, with_error(&claim.own)),
+                optional(claim.deviation, deviation),
                 Cell::text(&claim.own.rule),
                 Cell::text(&claim.kind),
             ];
@@ -311,7 +322,12 @@ mod tests {
             quote: "it <slips>".to_owned(),
             measure: "precursor-count".to_owned(),
             stated: "3".to_owned(),
-            own: Judgement { ours: Some(2.0), rule: "within 2 %".to_owned(), verdict: verdict.to_owned() },
+            own: Judgement {
+                ours: Some(2.0),
+                error: None,
+                rule: "within 2 %".to_owned(),
+                verdict: verdict.to_owned(),
+            },
             deviation: Some(-1.0),
             kind: "simulated".to_owned(),
             note: String::new(),
@@ -335,6 +351,19 @@ mod tests {
         let table = all(&claims);
         assert_eq!(table.matches("<table").count(), 2);
         assert!(table.contains("−1"), "{table}");
+    }
+
+    #[test]
+    fn undecided_claims_show_their_error_and_count_by_themselves() {
+        let mut open = claim("the source", "undecided");
+        open.own.error = Some(0.25);
+        let claims = [open, claim("the source", "agrees")];
+        assert_eq!(Score::of(&claims, "the source").words(), "1 of 2 agree, 1 undecided");
+        let shown = beside(&claims.iter().collect::<Vec<_>>());
+        assert!(shown.contains("<span class=\"outcome undecided\">± undecided</span>"), "{shown}");
+        assert!(shown.contains(">2 ± 0.25</span>"), "{shown}");
+        assert!(all(&claims).contains("data-value=\"2\">2 ± 0.25</td>"));
+        assert!(scores(&claims).contains("± undecided"));
     }
 
     #[test]

@@ -9,9 +9,11 @@ use super::kind::{Figure, Labelled, Parts, run_names, with_parts};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{Dash, Sheet, nth};
 use super::scale::Scale;
-use super::sizes::{band, steps, with_error};
-use super::which::{Clock, sorted};
-use crate::distributions::{Estimate, TimeFit, TimeLaw, half_band, survival};
+use super::sizes::{band, fit_words, steps, with_error};
+use super::which::{Clock, before_first_global_slip, sorted};
+use crate::distributions::{TimeFit, TimeLaw, half_band, survival};
+use crate::estimate::Estimate;
+use crate::goodness::Test;
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -25,16 +27,18 @@ pub(crate) struct Recurrence {
     #[serde(default)]
     title: String,
     /// The smallest rupture that counts, in blocks; global slips alone if absent. Times are from onset to
-    /// onset of those that follow each other.
+    /// onset of those that follow each other, from the first global slip on.
     from_blocks: Option<u32>,
     /// What is fitted, by maximum likelihood.
     #[serde(default)]
     fit: TimeLaw,
 }
 
-/// What is shown of a run: times between ruptures, s.
+/// What is shown of a run.
 pub(crate) struct Part {
+    /// Times between ruptures from the first global slip on; between all where there is none.
     times_s: Vec<f64>,
+    any_global_slip: bool,
 }
 
 impl Figure for Recurrence {
@@ -63,12 +67,15 @@ pub(super) fn part(run: &RunData, from_blocks: Option<u32>) -> Result<Part, Stri
         Some(from_blocks) => rupture.last_block - rupture.first_block + 1 >= from_blocks,
         None => rupture.reached_every_block,
     };
-    let onsets: Vec<f64> = sorted(run)?
-        .into_iter()
+    let ruptures = sorted(run)?;
+    let first_global = before_first_global_slip(&ruptures);
+    let onsets: Vec<f64> = ruptures[first_global.unwrap_or(0)..]
+        .iter()
         .filter(|(rupture, _)| counts(rupture))
         .map(|(rupture, _)| rupture.onset_s)
         .collect();
-    Ok(Part { times_s: onsets.windows(2).map(|pair| pair[1] - pair[0]).collect() })
+    let times_s = onsets.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    Ok(Part { times_s, any_global_slip: first_global.is_some() })
 }
 
 pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Paper {
@@ -100,16 +107,20 @@ pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Paper {
             items.push(Item::Line(placed(&course), Dash::Solid, color));
         }
         match TimeFit::of(&part.times_s, law) {
+            _ if law == TimeLaw::None => {}
+            _ if !part.any_global_slip && count > 0 => {
+                rows.push((Sample::Nothing, "no fit before a global slip".to_owned()));
+            }
             Some(fit) => {
                 let times = (0..=POINTS).map(|n| from_s + (to_s - from_s) * f64::from(n) / f64::from(POINTS));
                 let course = times.map(|time_s| (clock.place(time_s), fit.survival(time_s))).collect();
                 let dash = if dash == Dash::Solid { Dash::Dashed } else { dash };
                 items.push(Item::Line(course, dash, color));
-                let (first, second) = words(fit, &clock, &unit);
+                let test = Test::of_times(&fit, &part.times_s, law);
+                let (first, rest) = words(fit, &clock, &unit, test);
                 rows.push((Sample::Line(dash, color), first));
-                rows.extend(second.map(|second| (Sample::Nothing, second)));
+                rows.extend(rest.into_iter().flatten().map(|words| (Sample::Nothing, words)));
             }
-            None if law == TimeLaw::None => {}
             None => rows.push((Sample::Nothing, "too few for a fit".to_owned())),
         }
     }
@@ -129,21 +140,23 @@ pub(super) fn distribution(series: &[(&str, &Part)], law: TimeLaw) -> Paper {
     }
 }
 
-/// The law that was fitted.
-fn words(fit: TimeFit, clock: &Clock, unit: &str) -> (String, Option<String>) {
+/// The law that was fitted; its second parameter, and the test.
+fn words(fit: TimeFit, clock: &Clock, unit: &str, test: Test) -> (String, [Option<String>; 2]) {
     let time = |Estimate { value, error }: Estimate| {
         let placed = Estimate { value: clock.place(value), error: clock.place(error) };
         format!("({}) {unit}", with_error(placed))
     };
-    match fit {
+    let (law, first, second) = match fit {
         TimeFit::Weibull { shape, scale_s } => {
-            (format!("κ = {}", with_error(shape)), Some(format!("T_0 = {}", time(scale_s))))
+            ("Weibull", format!("κ = {}", with_error(shape)), Some(format!("T_0 = {}", time(scale_s))))
         }
         TimeFit::LogNormal { median_s, spread } => {
-            (format!("σ = {}", with_error(spread)), Some(format!("median {}", time(median_s))))
+            ("log-normal", format!("σ = {}", with_error(spread)), Some(format!("median {}", time(median_s))))
         }
-        TimeFit::Exponential { mean_s } => (format!("mean {}", time(mean_s)), None),
-    }
+        TimeFit::Exponential { mean_s } => ("exponential", format!("mean {}", time(mean_s)), None),
+    };
+    let (first, tested) = fit_words(law, &first, test);
+    (first, [second.filter(|_| !test.rejects()), tested])
 }
 
 #[cfg(test)]
@@ -156,25 +169,38 @@ mod tests {
         let mut run = made_up::run("", &[(100, 101, &[1])]);
         let all =
             |onset: u64| -> [Passed; 3] { [(1, onset, None), (2, onset + 1, None), (3, onset + 2, None)] };
-        let one: &[Passed] = &[(1, 250, Some(260))];
+        let [early, one]: [&[Passed]; 2] = [&[(1, 50, Some(60))], &[(1, 250, Some(260))]];
         made_up::with_ruptures(
             &mut run,
-            &[&all(100), &all(200), one, &all(320), &all(400), &all(501), &all(600)],
+            &[early, &all(100), &all(200), one, &all(320), &all(400), &all(501), &all(600)],
         );
         let steps = |from_blocks| -> Vec<i64> {
             let times_s = part(&run, from_blocks).unwrap().times_s;
             times_s.iter().map(|time_s| (time_s / 1e-7).round() as i64).collect()
         };
         assert_eq!(steps(None), [100, 120, 80, 101, 99]);
+        // Not the one before the first global slip.
         assert_eq!(steps(Some(1)), [100, 50, 70, 80, 101, 99]);
         let words = |law, from_blocks| -> Vec<String> {
             let paper = distribution(&[("A", &part(&run, from_blocks).unwrap())], law);
             paper.rows.into_iter().map(|(_, words)| words).collect()
         };
-        // 500 steps in five, over the root of five.
-        assert_eq!(words(TimeLaw::Exponential, None), ["A: 5", "mean (10.0 ± 4.5) µs", "95 %"]);
+        // Times this even do not come at random: half of exp(-t/T) is shorter than 0.69 T, and the
+        // shortest of these is 0.8 T.
+        let rejected = words(TimeLaw::Exponential, None);
+        assert_eq!([&rejected[0], &rejected[2]], ["A: 5", "95 %"]);
+        assert!(rejected[1].starts_with("exponential rejected: KS 0.551 > 0."), "{rejected:?}");
         assert_eq!(words(TimeLaw::None, None), ["A: 5", "95 %"]);
-        assert!(words(TimeLaw::Weibull, None)[1].starts_with("κ = "));
+        let accepted = words(TimeLaw::Weibull, None);
+        assert!(
+            accepted[1].starts_with("Weibull, κ = ") && accepted[2].starts_with("T_0 = ("),
+            "{accepted:?}"
+        );
+        assert!(accepted[3].contains(" ≤ "), "{accepted:?}");
         assert_eq!(words(TimeLaw::Weibull, Some(9)), ["A: 0", "too few for a fit"]);
+        run.ruptures = None;
+        made_up::with_ruptures(&mut run, &[early, one, one]);
+        let paper = distribution(&[("A", &part(&run, Some(1)).unwrap())], TimeLaw::Weibull);
+        assert_eq!(paper.rows[1].1, "no fit before a global slip");
     }
 }

@@ -9,8 +9,10 @@ use super::kind::{Figure, Labelled, Parts, run_names, with_parts};
 use super::of_study::paper::{Item, Panel, Paper, Sample};
 use super::plot::{Sheet, nth};
 use super::scale::Scale;
-use super::which::{Sort, sorted};
-use crate::distributions::{Estimate, SizeFit, SizeLaw, half_band, survival};
+use super::which::{Sort, before_first_global_slip, sorted};
+use crate::distributions::{SizeFit, SizeLaw, half_band, survival};
+use crate::estimate::Estimate;
+use crate::goodness::Test;
 use crate::run_data::RunData;
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -27,7 +29,7 @@ pub(crate) struct Sizes {
     #[serde(default = "one")]
     from_blocks: u32,
     /// What is fitted: by maximum likelihood, to whole sizes from `from_blocks` to one block less than
-    /// the slider has.
+    /// the slider has, of ruptures after the first global slip.
     #[serde(default)]
     fit: SizeLaw,
 }
@@ -38,8 +40,11 @@ fn one() -> u32 {
 
 /// What is shown of a run.
 pub(crate) struct Part {
-    /// The blocks of each rupture that is no global slip.
+    /// The blocks of each rupture that is no global slip, after the first of them; of all, where there
+    /// is none.
     sizes: Vec<u32>,
+    /// How many came before it.
+    before: Option<usize>,
     /// How many global slips there are.
     global_slips: usize,
     blocks: u32,
@@ -69,10 +74,16 @@ impl Figure for Sizes {
 pub(super) fn part(run: &RunData, from_blocks: u32) -> Result<Part, String> {
     let ruptures = sorted(run)?;
     let size = |rupture: &asperity_record::Rupture| rupture.last_block - rupture.first_block + 1;
-    let others = ruptures.iter().filter(|(_, sort)| *sort != Sort::GlobalSlip);
+    let first_global = before_first_global_slip(&ruptures);
+    let (before, after) = ruptures.split_at(first_global.unwrap_or(0));
+    let of = |ruptures: &[(&asperity_record::Rupture, Sort)]| -> Vec<u32> {
+        let others = ruptures.iter().filter(|(_, sort)| *sort != Sort::GlobalSlip);
+        others.map(|(rupture, _)| size(rupture)).filter(|size| *size >= from_blocks).collect()
+    };
     Ok(Part {
-        sizes: others.map(|(rupture, _)| size(rupture)).filter(|size| *size >= from_blocks).collect(),
-        global_slips: ruptures.iter().filter(|(_, sort)| *sort == Sort::GlobalSlip).count(),
+        sizes: of(after),
+        before: first_global.map(|_| of(before).len()),
+        global_slips: after.iter().filter(|(_, sort)| *sort == Sort::GlobalSlip).count(),
         blocks: run.header.blocks,
     })
 }
@@ -123,10 +134,14 @@ pub(super) fn distribution(
         }
         items.push(Item::Marks(shares, marker, color));
         rows.push((Sample::Marks(marker, color), format!("{label}: {count}")));
-        if part.global_slips > 0 {
-            rows.push((Sample::Nothing, format!("global slips: {}", part.global_slips)));
+        if let Some(before) = part.before {
+            rows.push((Sample::Nothing, format!("global slips: {}, before: {before}", part.global_slips)));
         }
         match SizeFit::of(&part.sizes, law, from_blocks, part.blocks - 1) {
+            _ if law == SizeLaw::None => {}
+            _ if part.before.is_none() => {
+                rows.push((Sample::Nothing, "no fit before a global slip".to_owned()));
+            }
             Some(fit) => {
                 let course = fit.survival();
                 items.push(Item::Line(
@@ -134,9 +149,11 @@ pub(super) fn distribution(
                     dash,
                     color,
                 ));
-                rows.push((Sample::Line(dash, color), words(law, fit.theta)));
+                let test = Test::of_sizes(&fit, &part.sizes, law);
+                let (first, second) = words(law, fit.theta, test);
+                rows.push((Sample::Line(dash, color), first));
+                rows.extend(second.map(|second| (Sample::Nothing, second)));
             }
-            None if law == SizeLaw::None => {}
             None => rows.push((Sample::Nothing, "too few for a fit".to_owned())),
         }
     }
@@ -157,15 +174,27 @@ pub(super) fn distribution(
     })
 }
 
-/// The law that was fitted.
-fn words(law: SizeLaw, theta: Estimate) -> String {
-    match law {
-        SizeLaw::PowerLaw => format!("s^{{−α}}, α = {}", with_error(theta)),
+/// The law that was fitted, and the test.
+fn words(law: SizeLaw, theta: Estimate, test: Test) -> (String, Option<String>) {
+    let (name, parameter) = match law {
+        SizeLaw::PowerLaw => ("s^{−α}", format!("α = {}", with_error(theta))),
         SizeLaw::Exponential => {
             let length = 1.0 / theta.value;
-            format!("ξ = {}", with_error(Estimate { value: length, error: theta.error * length * length }))
+            let length = Estimate { value: length, error: theta.error * length * length };
+            ("exp(−s/ξ)", format!("ξ = {}", with_error(length)))
         }
-        SizeLaw::None => String::new(),
+        SizeLaw::None => ("", String::new()),
+    };
+    fit_words(name, &parameter, test)
+}
+
+/// A fit in words, and the test behind it: of a law that is rejected there is no parameter.
+pub(super) fn fit_words(law: &str, parameter: &str, test: Test) -> (String, Option<String>) {
+    let tested = test.words();
+    if test.rejects() {
+        (format!("{law} rejected: {tested}"), None)
+    } else {
+        (format!("{law}, {parameter}"), Some(tested))
     }
 }
 
@@ -191,27 +220,64 @@ mod tests {
         assert_eq!(steps(&[(1.0, 1.0), (2.0, 0.5)]), [(1.0, 1.0), (1.0, 0.5), (2.0, 0.5)]);
     }
 
-    #[test]
-    fn global_slips_are_counted_apart() {
+    /// Ruptures of one block and of two, before the slip of all three and after it.
+    fn slipped(after: &[u32]) -> super::Part {
         let mut run = made_up::run("", &[(100, 101, &[1])]);
-        let one: &[made_up::Passed] = &[(1, 100, Some(101))];
-        let two: &[made_up::Passed] = &[(2, 200, Some(201)), (3, 201, Some(202))];
-        let all: &[made_up::Passed] = &[(1, 300, None), (2, 301, None), (3, 302, None)];
-        made_up::with_ruptures(&mut run, &[one, one, one, two, all, one, two]);
-        let of_run = part(&run, 1).unwrap();
-        assert_eq!((of_run.sizes.clone(), of_run.global_slips), (vec![1, 1, 1, 1, 2, 2], 1));
-        assert_eq!(part(&run, 2).unwrap().sizes, [2, 2]);
+        let passed = |blocks: u32, onset: u64| -> Vec<made_up::Passed> {
+            (1..=blocks).map(|block| (block, onset + u64::from(block), Some(onset + 10))).collect()
+        };
+        let mut ruptures = vec![passed(1, 100), passed(2, 200), passed(2, 250)];
+        if !after.is_empty() {
+            ruptures.push(passed(3, 300));
+        }
+        ruptures.extend(after.iter().zip(0..).map(|(blocks, n)| passed(*blocks, 400 + 20 * n)));
+        made_up::with_ruptures(&mut run, &ruptures.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        part(&run, 1).unwrap()
+    }
+
+    fn words_of(part: &super::Part, law: SizeLaw) -> Vec<String> {
+        let paper = distribution(&[("A", part)], 1, law).unwrap();
+        paper.rows.into_iter().map(|(_, words)| words).collect()
+    }
+
+    #[test]
+    fn sizes_are_those_after_the_first_global_slip() {
+        let of_run = slipped(&[1, 2, 1, 3, 1, 2, 1]);
+        assert_eq!((of_run.sizes.clone(), of_run.before), (vec![1, 2, 1, 1, 2, 1], Some(3)));
         let paper = distribution(&[("A", &of_run)], 1, SizeLaw::PowerLaw).unwrap();
-        // Four of one block and two of two: 2^-alpha = 1/2, and 1 / sqrt(6 (2/3) (1/3)) / ln 2.
-        let words: Vec<&str> = paper.rows.iter().map(|(_, words)| words.as_str()).collect();
-        assert_eq!(words, ["A: 6", "global slips: 1", "s^{−α}, α = 1.0 ± 1.2", "95 %"]);
         let marks = paper.panels[0].items.iter().find_map(|item| match item {
             Item::Marks(points, ..) => Some(points.clone()),
             _ => None,
         });
         let marks = marks.unwrap();
         assert!(marks[0] == (1.0, 1.0) && (marks[1].1 - 1.0 / 3.0).abs() < 1e-12, "{marks:?}");
-        let few = distribution(&[("A", &part(&run, 2).unwrap())], 2, SizeLaw::Exponential).unwrap();
-        assert!(few.rows.iter().any(|(_, words)| words == "too few for a fit"));
+        // Four of one block and two of two: 2^-alpha = 1/2, and 1 / sqrt(6 (2/3) (1/3)) / ln 2. A law
+        // of two sizes fits every sample.
+        assert_eq!(
+            words_of(&of_run, SizeLaw::PowerLaw),
+            ["A: 6", "global slips: 2, before: 3", "s^{−α}, α = 1.0 ± 1.2", "KS 0.000 ≤ 0.000", "95 %"]
+        );
+        assert!(words_of(&slipped(&[2]), SizeLaw::PowerLaw).contains(&"too few for a fit".to_owned()));
+    }
+
+    #[test]
+    fn without_a_global_slip_all_are_shown_and_nothing_is_fitted() {
+        let of_run = slipped(&[]);
+        assert_eq!((of_run.sizes.len(), of_run.before), (3, None));
+        assert_eq!(words_of(&of_run, SizeLaw::PowerLaw), ["A: 3", "no fit before a global slip", "95 %"]);
+        assert_eq!(words_of(&of_run, SizeLaw::None), ["A: 3", "95 %"]);
+    }
+
+    /// As many of one block as of all the others together, which are large: no power law has that.
+    #[test]
+    fn a_fit_that_is_rejected_has_no_error() {
+        let sizes: Vec<u32> = (0..60).map(|n| if n % 2 == 0 { 1 } else { 70 + n % 9 }).collect();
+        let of_run = super::Part { sizes, before: Some(0), global_slips: 1, blocks: 100 };
+        for (law, name) in [(SizeLaw::PowerLaw, "s^{−α}"), (SizeLaw::Exponential, "exp(−s/ξ)")] {
+            let words = words_of(&of_run, law);
+            assert!(words[2].starts_with(&format!("{name} rejected: KS 0.")), "{words:?}");
+            assert!(words[2].contains(" > 0."), "{words:?}");
+            assert!(!words.iter().any(|words| words.contains('±')), "{words:?}");
+        }
     }
 }

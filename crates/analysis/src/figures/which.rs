@@ -63,6 +63,12 @@ pub(super) fn sorted(run: &RunData) -> Result<Vec<(&Rupture, Sort)>, String> {
     Ok(run.ruptures_by_onset().into_iter().map(|rupture| (rupture, sort(rupture))).collect())
 }
 
+/// How many of them, by onset, come before the first global slip: until then the load rises and
+/// ruptures grow, so that neither sizes nor times are draws from one law. None without a global slip.
+pub(super) fn before_first_global_slip(sorted: &[(&Rupture, Sort)]) -> Option<usize> {
+    sorted.iter().position(|(_, sort)| *sort == Sort::GlobalSlip)
+}
+
 fn is_among(ruptures: &[&Rupture], rupture: &Rupture) -> bool {
     // By onset, as these are.
     let place = |other: &&Rupture| (other.onset_step, other.rupture);

@@ -1,5 +1,5 @@
 //! The claims of the pipelines: what they put into the mouth of the thesis it says, to the letter,
-//! and they judge alike what is said alike.
+//! they judge alike what is said alike, and each measurement has one verdict.
 //!
 //! The text of the thesis is not in this repository. `fixtures/quotes.csv` holds a hash of every
 //! quote that was compared with it, made by `cargo test` in no way: who changes a quote compares
@@ -15,8 +15,8 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("the workspace is there")
 }
 
-/// The claims of all pipelines, each behind the name of its pipeline.
-fn claims() -> Vec<(String, Table)> {
+/// All pipelines, by name.
+fn pipelines() -> Vec<(String, Table)> {
     let mut files: Vec<PathBuf> = fs::read_dir(root().join("pipelines"))
         .expect("there are pipelines")
         .map(|entry| entry.expect("the folder can be read").path())
@@ -25,15 +25,26 @@ fn claims() -> Vec<(String, Table)> {
     files.sort();
     files
         .iter()
-        .flat_map(|file| {
+        .map(|file| {
             let text = fs::read_to_string(file).expect("pipelines can be read");
-            let mut pipeline: Table = text.parse().expect("pipelines are TOML");
             let name = file.file_name().expect("files have names").to_string_lossy().into_owned();
-            let claims = pipeline.remove("claim").unwrap_or_else(|| Value::Array(Vec::new()));
-            let claims = claims.as_array().expect("claims are a list").clone();
-            claims.into_iter().map(move |claim| (name.clone(), claim.as_table().expect("tables").clone()))
+            (name, text.parse().expect("pipelines are TOML"))
         })
         .collect()
+}
+
+/// The tables of a list of a pipeline.
+fn list(pipeline: &Table, key: &str) -> Vec<Table> {
+    let tables = pipeline.get(key).map_or(&[][..], |list| list.as_array().expect("a list"));
+    tables.iter().map(|table| table.as_table().expect("tables").clone()).collect()
+}
+
+/// The claims of all pipelines, each behind the name of its pipeline.
+fn claims() -> Vec<(String, Table)> {
+    let named = |(name, pipeline): (String, Table)| {
+        list(&pipeline, "claim").into_iter().map(move |claim| (name.clone(), claim))
+    };
+    pipelines().into_iter().flat_map(named).collect()
 }
 
 fn text<'a>(claim: &'a Table, key: &str) -> Option<&'a str> {
@@ -103,4 +114,51 @@ fn the_same_words_have_the_same_limit() {
     let of_mu_d = limits.iter().filter(|((_, measure, _), _)| around.contains(&measure.as_str()));
     let distinct: BTreeSet<&String> = of_mu_d.flat_map(|(_, limits)| limits).collect();
     assert_eq!(distinct.len(), 1, "{distinct:?}");
+}
+
+/// What a measure is a measure of: the slope is the coefficient over the time, an error the distance
+/// of the number from what it should be, and a closed form is compared with the same reading.
+fn quantity(measure: &str) -> &str {
+    match measure {
+        "slope-to-dynamic-coefficient"
+        | "slope-to-dynamic-coefficient-theory"
+        | "time-to-dynamic-coefficient-theory" => "time-to-dynamic-coefficient",
+        "load-between-coefficients" | "load-at-first-global-slip-error" => "load-at-first-global-slip",
+        "mean-behind-front-error" => "mean-behind-front",
+        "mean-after-global-slip-error" => "mean-after-global-slip",
+        "largest-drop-middle-error" => "largest-drop-middle",
+        "affected-blocks-theory" => "affected-blocks",
+        other => other,
+    }
+}
+
+/// What is said twice of one run, or of two that differ in their names alone, is one measurement, and
+/// so are the two sides of a range.
+#[test]
+fn each_measurement_has_one_verdict() {
+    let mut judged: BTreeMap<String, String> = BTreeMap::new();
+    let mut twice = Vec::new();
+    for (name, pipeline) in pipelines() {
+        let runs: BTreeMap<String, String> = list(&pipeline, "run")
+            .into_iter()
+            .map(|mut run| {
+                let called = run.remove("name").expect("runs have names");
+                (called.as_str().expect("text").to_owned(), run.to_string())
+            })
+            .collect();
+        for claim in list(&pipeline, "claim") {
+            let run = |key: &str| text(&claim, key).map(|run| runs.get(run).map_or(run, String::as_str));
+            let near = claim.get("near").map(Value::to_string);
+            let measure = text(&claim, "measure").expect("claims have measures");
+            let key = format!(
+                "{:?}",
+                (text(&claim, "of"), run("run"), run("minus"), quantity(measure), near, claim.get("spread"))
+            );
+            let what = format!("{name}: {} {measure}", text(&claim, "run").expect("claims have runs"));
+            if let Some(first) = judged.insert(key, what.clone()) {
+                twice.push(format!("{first} and {what}"));
+            }
+        }
+    }
+    assert!(twice.is_empty(), "{twice:#?}");
 }

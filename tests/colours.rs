@@ -11,7 +11,7 @@ use crate::look::{drawn, files};
 use crate::print::are_there;
 use crate::support::binary::text;
 use crate::support::browser::{Tab, browser};
-use crate::support::svg::{Bounds, Drawing};
+use crate::support::svg::{Bounds, Drawing, Item};
 
 /// Pixels to an inch of the PNG, and of a window.
 const OWN: f64 = 300.0;
@@ -70,6 +70,10 @@ const EDGES: f64 = 0.25;
 /// The width of a colour bar.
 const BAR: f64 = 56.0;
 
+fn is_bar(item: &Item) -> bool {
+    item.is_image && (item.bounds.width() - BAR).abs() < 0.5
+}
+
 /// By how much the colours in a rectangle are off, pixel by pixel of a window.
 fn offs(own: &Picture, shown: &Picture, bounds: &Bounds) -> Vec<f64> {
     let inside = bounds.wider(-8.0);
@@ -92,11 +96,10 @@ fn flaws(drawing: &Drawing, own: &Picture, shown: &Picture) -> Vec<String> {
         let offs = offs(own, shown, &image.bounds);
         let worst = offs.iter().copied().fold(0.0, f64::max);
         let share = offs.iter().filter(|off| **off > OFF).count() as f64 / offs.len().max(1) as f64;
-        let is_bar = image.bounds.width() == BAR;
-        if is_bar && (worst > OFF || offs.len() < 100) {
+        if is_bar(image) && (worst > OFF || offs.len() < 100) {
             flaws.push(format!("a colour of the bar is off by {worst:.0} of 255"));
         }
-        if !is_bar && share > EDGES {
+        if !is_bar(image) && share > EDGES {
             flaws.push(format!("{:.0} % of a map are off by more than {OFF}", 100.0 * share));
         }
     }
@@ -116,7 +119,7 @@ fn by(program: &mut Command, to: &Path) -> Picture {
 
 /// An SVG whose colour bar is as many slivers as it is high, as it was.
 fn in_slivers(svg: &str, own: &Picture, drawing: &Drawing) -> String {
-    let bar = drawing.items.iter().find(|item| item.is_image && item.bounds.width() == BAR);
+    let bar = drawing.items.iter().find(|item| is_bar(item));
     let Bounds { left, top, right, bottom } = bar.expect("it has a colour bar").bounds;
     let sliver = |y: usize| {
         let [r, g, b] = own.at(left as usize + 20, y).map(|part| part as u8);
@@ -126,9 +129,9 @@ fn in_slivers(svg: &str, own: &Picture, drawing: &Drawing) -> String {
         )
     };
     let slivers: Vec<String> = (top as usize..bottom as usize).map(sliver).collect();
-    let is_bar = |line: &&str| line.starts_with("<image ") && line.contains(&format!(" width=\"{BAR}\""));
+    let is_it = |line: &str| line.starts_with("<image ") && line.contains(&format!(" width=\"{BAR}\""));
     let mut lines: Vec<&str> = svg.lines().collect();
-    let at = lines.iter().position(|line| is_bar(&line)).expect("it is a line");
+    let at = lines.iter().position(|line| is_it(line)).expect("it is a line");
     lines.splice(at..=at, slivers.iter().map(String::as_str));
     lines.join("\n")
 }
@@ -146,7 +149,7 @@ fn other_programs_show_the_same_colours() {
         if !drawing.items.iter().any(|item| item.is_image) {
             continue;
         }
-        bars += drawing.items.iter().filter(|item| item.is_image && item.bounds.width() == BAR).count();
+        bars += drawing.items.iter().filter(|item| is_bar(item)).count();
         let own = Picture::read(&fs::read(path.with_extension("png")).expect("it is there"));
         let mut shown = Vec::new();
         if let Some(browser) = &browser {

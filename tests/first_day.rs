@@ -7,6 +7,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::thread;
@@ -95,7 +96,7 @@ impl Case {
         let lasting = |duration_s: f64| format!("time.duration_s={duration_s:e}");
         let short = [1e3, 10.0].map(|part| lasting(duration_s / part));
         match day {
-            Day::Thousandth => short.iter().find_map(|short| self.run(&[short.clone()], log)),
+            Day::Thousandth => short.iter().find_map(|short| self.run(std::slice::from_ref(short), log)),
             Day::OneStep => self.run(&[lasting(step_s)], log),
             Day::TwoBlocks => self.run(&[short[0].clone(), "slider.blocks=2".to_owned()], log),
             Day::NoEvent => STILL.iter().find_map(|still| {
@@ -277,10 +278,18 @@ fn matrix(cases: &[Case]) {
         .collect();
     let flaws: Vec<String> =
         each(&cells, |(log, n)| log.call(*n, &CALLS[*n]).err()).into_iter().flatten().collect();
-    println!("first day: {} cells, {} logs of {} scenarios and laws", cells.len(), logs.len(), cases.len());
+    let mut said = format!(
+        "first day: {} cells, {} logs of {} scenarios and laws\n",
+        cells.len(),
+        logs.len(),
+        cases.len()
+    );
     for (day, names) in &without {
-        println!("first day: no log of {day:?}: {}", names.iter().cloned().collect::<Vec<_>>().join(", "));
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        said += &format!("first day: no log of {day:?}: {}\n", names.join(", "));
     }
+    // Not eprintln, which the test harness captures.
+    std::io::stderr().write_all(said.as_bytes()).expect("stderr can be written");
     assert!(flaws.is_empty(), "{} flaws\n{}", flaws.len(), flaws.join("\n"));
     for day in DAYS {
         let lacking = without.get(&day).map_or(0, BTreeSet::len);

@@ -19,7 +19,7 @@ use polars::prelude::{
 use crate::guarded::start_threads;
 use crate::parquet_checksum;
 
-/// Parquet, compressed with zstd.
+/// Parquet, compressed with zstd. A file must be open for reading as well, for its checksum.
 #[derive(Debug, Clone, Copy)]
 pub struct Parquet;
 
@@ -122,7 +122,8 @@ mod tests {
         let layout = record_layouts(StepParts::default()).remove(2);
         assert_eq!(layout.topic, "/fields");
         let path = std::env::temp_dir().join(format!("asperity-{}.parquet", std::process::id()));
-        let mut table = Parquet.start(&layout, File::create(&path).unwrap()).unwrap();
+        let file = File::options().read(true).write(true).create(true).truncate(true).open(&path).unwrap();
+        let mut table = Parquet.start(&layout, file).unwrap();
         let mut batch = Batch::new(&layout.columns);
         for half in DOUBLES.chunks(3) {
             for value in half {

@@ -5,7 +5,7 @@ use std::io;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use signal_hook::consts::{SIGABRT, SIGINT, SIGTERM, SIGXFSZ};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::flag;
 
 use crate::exit::{Code, Failure};
@@ -37,14 +37,6 @@ fn listen() -> io::Result<()> {
 pub(crate) fn outlive_the_file_size_limit() {
     // Where the system refuses, the limit ends the process as it would have.
     flag::register(SIGXFSZ, Arc::default()).ok();
-}
-
-/// Has a process that gets no more memory fail, instead of being killed by `SIGABRT`: the standard
-/// library says how much it asked for before it aborts.
-pub(crate) fn fail_without_memory() {
-    let always = Arc::new(AtomicBool::new(true));
-    // Where the system refuses, the signal ends the process as it would have.
-    flag::register_conditional_shutdown(SIGABRT, i32::from(Code::Failed as u8), always).ok();
 }
 
 /// The code to exit with, if a signal has come.

@@ -8,6 +8,7 @@ mod completions;
 mod diff;
 mod event_table;
 mod events;
+mod exhausted;
 mod exit;
 mod export;
 mod interrupt;
@@ -81,7 +82,7 @@ fn dispatch(arguments: Arguments) -> Result<(), Failure> {
     // How a worker of a study ends says whether its run is to blame.
     let is_worker = matches!(&arguments.command, Command::Sweep(SweepCommand::Run(run)) if run.worker);
     if !is_worker {
-        interrupt::fail_without_memory();
+        exhausted::fail();
     }
     match arguments.command {
         Command::Scenario(command) => scenario::command(command, &board),

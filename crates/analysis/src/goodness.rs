@@ -160,13 +160,17 @@ mod tests {
         (0..SAMPLES).filter(|_| is_rejected(sample(&mut random))).count()
     }
 
-    /// The same of sizes, with fewer draws, so that the test is quick.
-    fn sizes_rejected(law: SizeLaw, mut sample: impl FnMut(&mut Random) -> Vec<u32>) -> usize {
+    /// The same of sizes, with fewer draws: each sample has its own critical value.
+    fn sizes_rejected(
+        samples: usize,
+        law: SizeLaw,
+        mut sample: impl FnMut(&mut Random) -> Vec<u32>,
+    ) -> usize {
         let mut random = Random::new(1);
         let is_rejected = |sizes: Vec<u32>| {
             Test::of_sizes_with(&SizeFit::of(&sizes, law, 1, 60).unwrap(), &sizes, law, 99).rejects()
         };
-        (0..SAMPLES).filter(|_| is_rejected(sample(&mut random))).count()
+        (0..samples).filter(|_| is_rejected(sample(&mut random))).count()
     }
 
     fn weibull(random: &mut Random, shape: f64) -> f64 {
@@ -206,7 +210,8 @@ mod tests {
             (SizeLaw::PowerLaw, (|s: f64| s.powf(-0.7)) as fn(f64) -> f64),
             (SizeLaw::Exponential, |s| (-s / 8.0).exp()),
         ] {
-            let found = sizes_rejected(law, |random| (0..80).map(|_| size(random, weight)).collect());
+            let found =
+                sizes_rejected(SAMPLES, law, |random| (0..80).map(|_| size(random, weight)).collect());
             is_level(&format!("{law:?}"), found);
         }
     }
@@ -227,8 +232,7 @@ mod tests {
             (0..400).map(|n| size(random, |s| s.powf(if n < 200 { -2.5 } else { 0.5 }))).collect()
         };
         for law in [SizeLaw::PowerLaw, SizeLaw::Exponential] {
-            let found = sizes_rejected(law, mixed);
-            assert!(found > SAMPLES * 95 / 100, "{law:?}: {found}");
+            assert!(sizes_rejected(20, law, mixed) > 18, "{law:?}");
         }
     }
 

@@ -80,8 +80,8 @@ plan or each other, no table is made, and what contradicts is named.
 
 Exit codes:
   0  the tables hold all runs
-  1  failure; or runs failed, and the tables say which; or results contradict the
-     plan or each other
+  1  failure; or runs failed, and the tables say which; or results contradict
+     the plan or each other
   2  bad input; the plan was edited
   3  runs are missing, and the tables say which")]
     Collect(SweepCollectArguments),

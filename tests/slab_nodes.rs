@@ -129,7 +129,7 @@ fn nodes_that_cannot_be_told_are_refused_with_the_reason() {
         (&short, &["--nodes-at-s", "NaN"], 2, "no state at NaN s"),
         (&short, &["--topic", "/nodes"], 2, "--topic /nodes: no log has it, and no time is given"),
         (&chain, &["--nodes-at-s", "0"], 2, "a chain has no nodes but its blocks"),
-        (&damaged, &["--nodes-at-s", "0"], 4, "damaged"),
+        (&damaged, &["--nodes-at-s", "0.001"], 4, "the log is damaged"),
         (&old, &["--nodes-at-s", "0"], 2, "(accepted: a run by this program)"),
     ] {
         let common = ["export", text(log), "--to", "csv", "--out", text(&out)];

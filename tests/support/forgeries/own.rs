@@ -75,11 +75,8 @@ impl Forge {
                 change_step(parts, 1, |message| message["normal_load_n"] = json!(load_n));
             });
         }
-        for (name, key) in [
-            ("again-threshold", "threshold_n"),
-            ("again-anchor", "stick_position_m"),
-            ("again-switch-velocity", "velocity_m_per_s"),
-        ] {
+        for (name, key) in [("again-threshold", "threshold_n"), ("again-switch-velocity", "velocity_m_per_s")]
+        {
             self.parts(name, what, says, |parts| {
                 // Of the first one the events tell as well.
                 let at = *messages(parts, "/switch").last().expect("blocks switch");
@@ -180,6 +177,11 @@ impl Forge {
     }
 
     fn own_ruptures(&mut self) {
+        let what = "an anchor that the energies of its rupture do not have";
+        self.parts("own-anchor", what, "other events", |parts| {
+            let at = *messages(parts, "/switch").last().expect("blocks switch");
+            change(parts, at, |message| message["stick_position_m"] = json!(1e-3));
+        });
         let what = "a rupture or an arrival that is not that of its steps";
         for (name, topic, key, value, says) in [
             ("own-rupture-load", "/events/rupture", "ft_fn_onset", json!(0.5), "other events"),

@@ -151,7 +151,11 @@ impl Results {
         let mut results = Results { states, segments: Vec::new(), torn, foreign, faults };
         let mut doubtful = Vec::new();
         for path in segment::all(folder)? {
-            let Some(mut reader) = Reader::open(&path, &plan.hash)? else {
+            let named = |error: io::Error| {
+                let name = path.strip_prefix(folder).unwrap_or(&path).display().to_string();
+                io::Error::new(error.kind(), format!("{name}: {error}"))
+            };
+            let Some(mut reader) = Reader::open(&path, &plan.hash).map_err(named)? else {
                 results.foreign.push(path);
                 continue;
             };

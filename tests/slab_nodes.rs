@@ -118,8 +118,8 @@ fn nodes_that_cannot_be_told_are_refused_with_the_reason() {
     slab(&short, &["--set", "time.duration_s=0.001", "--set", "recording.fields_s=0"]);
     run(&["ten-blocks", "--set", "time.step_s=1e-7", "--set", "time.duration_s=0.02"], &chain);
     let mut bytes = fs::read(&short).expect("the log can be read");
-    let middle = bytes.len() / 2;
-    bytes[middle..middle + 16].fill(0);
+    let chunk = bytes.windows(8).position(|found| found == b"\x04\0\0\0zstd").expect("it has a chunk");
+    bytes[chunk + 24..chunk + 40].fill(0);
     fs::write(&damaged, &bytes).expect("the log can be written");
     let old = file("fixtures/logs/v5/slab.mcap");
     let out = path("out");

@@ -226,6 +226,8 @@ fn letters_are_of_full_size(drawing: &Drawing) -> Vec<String> {
 
 fn words_are_those_of_the_field(drawing: &Drawing) -> Vec<String> {
     let wrong = |words: &str| {
+        // A version of the code is no number, and may look like one.
+        let words = words.split_once(" · code ").map_or(words, |(words, _)| words);
         let power = words.split(|c: char| !(c.is_ascii_alphanumeric() || c == '−' || c == '-')).any(|word| {
             word.split_once('e')
                 .is_some_and(|(digits, _)| !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit()))

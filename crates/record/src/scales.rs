@@ -36,6 +36,17 @@ impl Scales {
         self.link_time_ratio * self.block_time_s
     }
 
+    /// All numbers by the names under which a log has them.
+    pub fn parts(&self) -> [(&'static str, Option<f64>); 5] {
+        [
+            ("block_length_m", Some(self.block_length_m)),
+            ("block_time_s", Some(self.block_time_s)),
+            ("link_time_ratio", Some(self.link_time_ratio)),
+            ("modulus_n_per_m", self.modulus_n_per_m),
+            ("interfacial_stiffness_n_per_m", self.interfacial_stiffness_n_per_m),
+        ]
+    }
+
     /// By how much the time step makes the speeds of fronts wrong, as a share of them; an estimate,
     /// of either sign.
     pub fn front_error(&self, step_s: f64) -> f64 {

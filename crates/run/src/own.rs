@@ -89,20 +89,11 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnP
 
 /// As the metadata `run` says them.
 fn scales(scales: Scales) -> String {
-    let Scales {
-        block_length_m,
-        block_time_s,
-        link_time_ratio,
-        modulus_n_per_m,
-        interfacial_stiffness_n_per_m,
-    } = scales;
-    let or_none = |value: Option<f64>| value.map_or("none".to_owned(), |value| format!("{value:e}"));
-    format!(
-        "block_length_m = {block_length_m:e}, block_time_s = {block_time_s:e}, link_time_ratio = {link_time_ratio:e}, \
-         modulus_n_per_m = {}, interfacial_stiffness_n_per_m = {}",
-        or_none(modulus_n_per_m),
-        or_none(interfacial_stiffness_n_per_m)
-    )
+    let said = scales.parts().map(|(name, value)| match value {
+        Some(value) => format!("{name} = {value:e}"),
+        None => format!("{name} = none"),
+    });
+    said.join(", ")
 }
 
 /// The topics that a log announces: of this very program as it announces them, of any other in

@@ -53,24 +53,10 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
         map.insert(LONGEST_STABLE_STEP.to_owned(), longest_s.to_string());
     }
     if let Some(scales) = &header.scales {
-        let Scales {
-            block_length_m,
-            block_time_s,
-            link_time_ratio,
-            modulus_n_per_m,
-            interfacial_stiffness_n_per_m,
-        } = *scales;
-        let scales = [
-            (BLOCK_LENGTH, Some(block_length_m)),
-            (BLOCK_TIME, Some(block_time_s)),
-            (LINK_TIME_RATIO, Some(link_time_ratio)),
-            // For readers: what follows from the other two.
-            ("link_s", Some(scales.link_s())),
-            (MODULUS, modulus_n_per_m),
-            (INTERFACIAL_STIFFNESS, interfacial_stiffness_n_per_m),
-        ];
-        let said = scales.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?.to_string())));
-        map.extend(said);
+        // For readers: what follows from two of the others.
+        let link_s = ("link_s", Some(scales.link_s()));
+        let said = scales.parts().into_iter().chain([link_s]);
+        map.extend(said.filter_map(|(key, value)| Some((key.to_owned(), value?.to_string()))));
     }
     map
 }

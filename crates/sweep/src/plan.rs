@@ -307,8 +307,8 @@ impl Plan {
         })
     }
 
-    /// Makes sure that the values of every run are those by which it got its id. It takes some
-    /// milliseconds for a hundred runs, and says nothing of plans by other code, whose ids are other
+    /// Makes sure, on all cores, that the values of every run are those by which it got its id. It takes
+    /// as long as planning them, and says nothing of plans by other code, whose ids are other
     /// ones, nor where scenarios name files, which may have changed since.
     ///
     /// # Errors
@@ -320,17 +320,18 @@ impl Plan {
         {
             return Ok(());
         }
-        let strange = self.rows.iter().find(|row| row.id.is_some() && self.scenario(row).is_err());
-        match strange {
-            None => Ok(()),
-            Some(Row { run, .. }) => Err(PlanError::NoPlan {
+        let check = |row: &Row| match row.id.is_some() && self.scenario(row).is_err() {
+            false => Ok(()),
+            true => Err(PlanError::NoPlan {
                 path: folder.join(FILE),
                 problem: format!(
-                    "line {}: the values of run {run} do not give its id (accepted: a plan nobody edited)",
-                    run + 1
+                    "line {}: the values of run {} do not give its id (accepted: a plan nobody edited)",
+                    row.run + 1,
+                    row.run
                 ),
             }),
-        }
+        };
+        at_once(&self.rows, None, check).map(drop)
     }
 
     /// The scenario of a run, and what the run says of itself.

@@ -42,13 +42,11 @@ const SCENARIOS: [&[&str]; 7] = [
         "--set",
         "prestress.first_block_ratio=0.05",
     ],
-    // Zones, of which only the first blocks are stepped; there is no going on from inside of one.
+    // A long chain, which jumps by waves.
     &[
         "default",
         "--set",
-        "slider.blocks=600",
-        "--set",
-        "recording.energies=none",
+        "slider.blocks=300",
         "--set",
         "time.duration_s=0.25",
         "--set",

@@ -31,7 +31,7 @@ use crate::sweep::{NEAR, Near, Parts, Sweeps};
 const HALF_WIDTH: f64 = NEAR as f64 / 2.0;
 
 /// Points of the grid that kernels reach beyond 0 and `pi`.
-pub(crate) const BEYOND: usize = NEAR / 2;
+const BEYOND: usize = NEAR / 2;
 
 /// The largest imaginary part of a wave number, in points of the grid.
 const LARGEST_IMAGINARY: f64 = 1.0;
@@ -184,7 +184,7 @@ fn place(p: usize, size: usize) -> usize {
 /// What the second of two kinds of numbers is multiplied with so that they are of the same size: both
 /// pass through one transform, and each rounds as the larger does. A power of two, which rounds
 /// nothing.
-pub(crate) fn balance(first: f64, second: f64) -> f64 {
+fn balance(first: f64, second: f64) -> f64 {
     const BIAS: i64 = 1023;
     const MOST: i64 = 500;
     let exponent = |x: f64| (x.to_bits() >> 52) as i64;
@@ -199,7 +199,7 @@ fn beta() -> f64 {
 
 /// What passes numbers between a grid and the wave numbers beside it.
 #[derive(Debug, Clone)]
-pub(crate) struct Kernels {
+struct Kernels {
     first: Arc<[u32]>,
     re: Arc<[[f64; NEAR]]>,
     im: Arc<[[f64; NEAR]]>,
@@ -208,11 +208,7 @@ pub(crate) struct Kernels {
 impl Kernels {
     /// On a grid of `size` from 0 to `pi`; `None` if a wave number lies too far from the real axis, or
     /// beyond 0 and `pi`.
-    pub(crate) fn of(
-        wave_numbers: impl Iterator<Item = Complex>,
-        size: usize,
-        sweeps: Sweeps,
-    ) -> Option<Kernels> {
+    fn of(wave_numbers: impl Iterator<Item = Complex>, size: usize, sweeps: Sweeps) -> Option<Kernels> {
         let spacing = std::f64::consts::PI / size as f64;
         let (mut first, mut re, mut im) = (Vec::new(), Vec::new(), Vec::new());
         for q in wave_numbers {
@@ -237,13 +233,13 @@ impl Kernels {
         Some(Kernels { first: first.into(), re: re.into(), im: im.into() })
     }
 
-    pub(crate) fn near(&self) -> Near<'_> {
+    fn near(&self) -> Near<'_> {
         Near { first: &self.first, re: &self.re, im: &self.im }
     }
 }
 
 /// `1 / psi` of a place, from `h y`.
-pub(crate) fn over_psi(reach: f64) -> f64 {
+fn over_psi(reach: f64) -> f64 {
     let reach = HALF_WIDTH * reach;
     let r = (beta() * beta() - reach * reach).sqrt();
     r / (2.0 * HALF_WIDTH * libm::sinh(r))

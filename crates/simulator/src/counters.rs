@@ -29,12 +29,6 @@ pub struct Counters {
     pub applications: u64,
     /// Block switches.
     pub switches: u64,
-    /// Zones of a long chain that were stepped alone.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub zones: u64,
-    /// Of all steps, those in zones.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub zone_steps: u64,
     /// Steps in which a contact of a slab had lifted off, summed over the contacts.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub contact_steps_in_air: u64,
@@ -59,8 +53,6 @@ impl Counters {
             self.refused_windows,
             self.applications,
             self.switches,
-            self.zones,
-            self.zone_steps,
         ];
         of_steps.into_iter().try_fold(0, u64::checked_add) == Some(steps)
             && others.into_iter().all(|count| count <= MOST_COUNTED)
@@ -83,11 +75,8 @@ impl Counters {
             refused_windows,
             applications,
             switches,
-            zones,
-            zone_steps,
             contact_steps_in_air,
         } = *self;
-        let of_zones = [("zones", zones), ("zone_steps", zone_steps)];
         [
             ("steps", self.steps()),
             ("plain_steps", plain_steps),
@@ -101,7 +90,6 @@ impl Counters {
             ("switches", switches),
         ]
         .into_iter()
-        .chain(of_zones.into_iter().filter(|_| zones > 0))
         .chain((contact_steps_in_air > 0).then_some(("contact_steps_in_air", contact_steps_in_air)))
         .map(|(name, count)| (name.to_owned(), count))
         .collect()
@@ -122,8 +110,6 @@ impl Add for Counters {
             refused_windows: self.refused_windows + other.refused_windows,
             applications: self.applications + other.applications,
             switches: self.switches + other.switches,
-            zones: self.zones + other.zones,
-            zone_steps: self.zone_steps + other.zone_steps,
             contact_steps_in_air: self.contact_steps_in_air + other.contact_steps_in_air,
         }
     }
@@ -143,9 +129,6 @@ impl fmt::Display for Counters {
         line(f, "in jumps", self.jump_steps, &each(self.jump_steps, self.jumps))?;
         line(f, "in windows", self.window_steps, &each(self.window_steps, self.windows))?;
         line(f, "one by one", self.plain_steps, "")?;
-        if self.zones > 0 {
-            line(f, "of all in zones", self.zone_steps, &each(self.zone_steps, self.zones))?;
-        }
         line(f, "block switches", self.switches, "")?;
         if self.contact_steps_in_air > 0 {
             line(f, "contacts in the air", self.contact_steps_in_air, "steps, summed over the contacts")?;
@@ -165,11 +148,9 @@ mod tests {
         let counters = Counters { plain_steps: 3, jump_steps: 4, jumps: 1, ..Counters::default() };
         assert!(counters.fit(7) && !counters.fit(8));
         assert!(!Counters { window_steps: u64::MAX, ..counters }.fit(6), "the sum wraps around");
-        for many in [
-            Counters { switches: u64::MAX, ..counters },
-            Counters { zones: u64::MAX, ..counters },
-            Counters { applications: u64::MAX, ..counters },
-        ] {
+        for many in
+            [Counters { switches: u64::MAX, ..counters }, Counters { applications: u64::MAX, ..counters }]
+        {
             assert!(!many.fit(7), "{many}");
         }
     }

@@ -5,14 +5,11 @@
 //! switches, jumps ([`crate::jump`]) most of each stick phase, and the plain stepper
 //! takes the rest, so that every switch happens in a plain step. How the run is
 //! cut up depends on the trajectory alone. What is to be recorded inside a window
-//! or jump is evaluated on the side. Of a long chain a solver of the same kind may take the first
-//! blocks alone, by windows and single steps, while all others are in a jump ([`crate::zone`]).
+//! or jump is evaluated on the side.
 //!
 //! Where windows are refused or short, they cost more than the steps that they cover. So accounts
 //! are kept ([`crate::cost`]): what leaps save pays for tries in vain, and once nothing is left, a
 //! try is followed by many single steps with nothing beside them.
-
-mod in_zones;
 
 use std::sync::Arc;
 
@@ -31,7 +28,6 @@ use crate::state::ChainState;
 use crate::stepper::{Driving, Stepper};
 use crate::sweep::Sweeps;
 use crate::window::Window;
-use crate::zone::Zones;
 
 /// Single steps of a long chain without windows before it is asked again whether it may jump.
 const LOOK_ROUND_STEPS: u64 = 32;
@@ -54,20 +50,12 @@ enum Leap {
 #[derive(Debug, Clone)]
 pub struct Fast {
     plan: Arc<Plan>,
-    sweeps: Sweeps,
     stepper: Stepper,
     recorder: Recorder,
     window: Window,
     /// For chains whose modes are known.
     jump: Option<Jump>,
-    /// For chains long enough for them.
-    zones: Option<Zones<Fast>>,
-    /// Where it stops: at the end of the run, or of the zone that it is in.
-    until_step: u64,
-    /// In a zone it stops as well where all blocks have stuck for so many steps.
-    quiet_steps: u64,
-    last_switch_step: u64,
-    /// For what is recorded inside a window or jump, and for what a zone leaves in its jump.
+    /// For what is recorded inside a window or jump.
     aside: Stepper,
     /// Whether it stands where the last record inside the open one was made.
     is_inside: bool,
@@ -89,30 +77,14 @@ impl Fast {
 
     /// The same with sweeps for a certain instruction set.
     fn with_sweeps(plan: Arc<Plan>, sweeps: Sweeps) -> Fast {
-        let window = Window::new(&plan, sweeps);
-        let may_jump = Jump::may_pay(&plan);
-        let zones = if may_jump { Zones::of(&plan, sweeps) } else { None };
-        let first_blocks = zones.as_ref().map_or(0, Zones::first_blocks);
-        let jump = if may_jump { Jump::new(&plan, first_blocks, sweeps) } else { None };
-        let zones = zones.filter(|_| jump.is_some());
-        Fast { jump, zones, ..Fast::without_jumps(plan, window, sweeps) }
-    }
-
-    /// The same by windows and single steps alone.
-    fn without_jumps(plan: Arc<Plan>, window: Window, sweeps: Sweeps) -> Fast {
         let stepper = Stepper::new(Arc::clone(&plan), sweeps, Bookkeeping::Spans);
         Fast {
             costs: Costs::of(&plan),
             recorder: Recorder::new(&plan, stepper.state()),
-            window,
-            jump: None,
-            zones: None,
-            until_step: plan.steps,
-            quiet_steps: u64::MAX,
-            last_switch_step: stepper.state().step,
+            window: Window::new(&plan, sweeps),
+            jump: if Jump::may_pay(&plan) { Jump::new(&plan, sweeps) } else { None },
             aside: stepper.clone(),
             is_inside: false,
-            sweeps,
             plan,
             stepper,
             leap: None,
@@ -123,7 +95,7 @@ impl Fast {
     /// Takes the steps that are best taken one by one, with nothing beside them, up to the last of
     /// them or to one that is recorded.
     fn take_single_steps(&mut self) -> Result<(), SimulationError> {
-        while self.recorder.is_empty() && !self.has_ended() {
+        while self.recorder.is_empty() && self.stepper.state().step < self.plan.steps {
             let state = self.stepper.state_mut();
             let was_sliding = state.sliding > 0;
             if state.single_steps <= 1 {
@@ -132,7 +104,6 @@ impl Fast {
             let driving = self.stepper.take_step();
             self.stepper.state_mut().single_steps -= 1;
             self.pay_for_spans();
-            self.note_switches();
             self.recorder.observe(&self.plan, &mut self.stepper, was_sliding, driving)?;
         }
         Ok(())
@@ -160,26 +131,7 @@ impl Fast {
             self.pay(cost_steps);
         }
         self.pay_for_spans();
-        self.note_switches();
         self.recorder.observe(&self.plan, &mut self.stepper, was_sliding, driving)
-    }
-
-    fn note_switches(&mut self) {
-        if !self.stepper.switched().is_empty() {
-            let state = self.stepper.state_mut();
-            (self.last_switch_step, state.whole_until_switch) = (state.step, false);
-        }
-    }
-
-    /// Whether all there is to do up to here has been done.
-    fn has_ended(&self) -> bool {
-        let state = self.stepper.state();
-        let is_quiet = || {
-            state.detached == 0
-                && state.sliding == 0
-                && state.step - self.last_switch_step >= self.quiet_steps
-        };
-        state.step >= self.until_step || (self.leap.is_none() && is_quiet())
     }
 
     /// Pays for what was done beside the steps; what leaps have not saved up to now is made up for
@@ -207,7 +159,7 @@ impl Fast {
         }
         let state = self.stepper.state();
         // Not beyond where drive or load change their course, nor to the last step.
-        let last_step = (self.until_step - 1).min(self.plan.steady_until_step(state.step, state.hold_step));
+        let last_step = (self.plan.steps - 1).min(self.plan.steady_until_step(state.step, state.hold_step));
         let left = last_step - state.step;
         if self.plan.friction.law != Law::Springs && state.detached == 0 {
             let steps = rest_steps(&self.plan, state).min(left);
@@ -262,13 +214,6 @@ impl Fast {
         if is_stuck && self.jump.is_some() { LOOK_ROUND_STEPS.min(steps_to_jump) } else { LOOK_ROUND_STEPS }
     }
 
-    /// The whole chain goes on by itself.
-    fn break_row_of_zones(&mut self) {
-        if let Some(zones) = &mut self.zones {
-            zones.in_a_row = 0;
-        }
-    }
-
     /// Has a span of the energies begin no later than a leap, which goes on to its end.
     fn begin_span(&mut self, leap: Leap) {
         let steps = match leap {
@@ -312,10 +257,6 @@ impl Fast {
         };
         cost::earn(&mut self.stepper.state_mut().saved_steps, steps);
         self.pay(cost_steps);
-        if matches!(leap, Leap::Jump { .. }) && self.open_zone_behind_jump(steps) {
-            return Ok(());
-        }
-        self.break_row_of_zones();
         let (accounts, state) = self.stepper.accounts_mut();
         match leap {
             Leap::Window(index) => {
@@ -423,16 +364,10 @@ impl Solver for Fast {
 
     fn next_record(&mut self) -> Result<Option<Record>, SimulationError> {
         loop {
-            if self.zones.as_ref().is_some_and(Zones::is_open) {
-                if let Some(record) = self.next_of_zone()? {
-                    return Ok(Some(record));
-                }
-                continue;
-            }
             if !self.recorder.is_empty() {
                 return self.recorder.next();
             }
-            if self.has_ended() {
+            if self.stepper.state().step >= self.plan.steps {
                 return Ok(None);
             }
             if let Some(leap) = self.leap {
@@ -440,7 +375,6 @@ impl Solver for Fast {
                 continue;
             }
             if self.stepper.state().single_steps > 1 {
-                self.break_row_of_zones();
                 self.take_single_steps()?;
                 continue;
             }
@@ -449,11 +383,6 @@ impl Solver for Fast {
             let state = self.stepper.state();
             let edge_ahead = (state.sliding > 0) != (state.detached > 0);
             if state.single_steps == 0 && !edge_ahead {
-                // One that was tried in vain may have to be made up for by single steps.
-                if self.open_zone() || self.stepper.state().single_steps > 1 {
-                    continue;
-                }
-                self.break_row_of_zones();
                 match self.open_leap() {
                     Ok(leap) => {
                         self.begin_span(leap);
@@ -466,25 +395,22 @@ impl Solver for Fast {
                     }
                 }
             }
-            self.break_row_of_zones();
             self.take_plain_step()?;
         }
     }
 
     fn step(&self) -> u64 {
-        let of_zone = self.zones.as_ref().and_then(Zones::step);
-        of_zone.unwrap_or(self.stepper.state().step)
+        self.stepper.state().step
     }
 
     fn is_between_records(&self) -> bool {
-        self.recorder.is_empty() && !self.zones.as_ref().is_some_and(Zones::is_open) && !self.has_gone_on()
+        self.recorder.is_empty()
     }
 
     fn counters(&self) -> Counters {
         let Counters { plain_steps, switches, .. } = self.stepper.counters();
         let applications = self.window.applications();
-        let of_zone = self.zones.as_ref().map_or_else(Counters::default, Zones::counters);
-        self.counters + of_zone + Counters { plain_steps, switches, applications, ..Counters::default() }
+        Counters { plain_steps, switches, applications, ..self.counters }
     }
 
     fn fallbacks(&self) -> Vec<&'static str> {
@@ -511,17 +437,13 @@ impl Solver for Fast {
     }
 
     fn snapshot(&self) -> ChainState {
-        self.whole_state()
+        self.stepper.state().clone()
     }
 
     fn restore(&mut self, state: &ChainState) {
         self.stepper.restore(state);
         self.leap = None;
         self.is_inside = false;
-        self.last_switch_step = state.step;
-        if let Some(zones) = &mut self.zones {
-            zones.restart();
-        }
         self.recorder.continue_after(&self.plan, state);
     }
 }
@@ -541,7 +463,8 @@ mod tests {
         for set in [
             &["parameter_set=as-coded", "time.duration_s=0.25"][..],
             &["parameter_set=as-stated", "time.duration_s=0.25"],
-            &["slider.blocks=700", "recording.energies=none", "time.duration_s=0.03"],
+            // A long chain, which jumps by waves.
+            &["slider.blocks=300", "time.duration_s=0.08"],
         ] {
             let source = ScenarioSource::new("test", "");
             let source = set.iter().fold(source, |source, value| source.with_override(value));
@@ -557,7 +480,6 @@ mod tests {
             };
             let baseline = run(Sweeps::Baseline);
             assert!(baseline.1.jumps > 3 && baseline.1.switches > 50, "{:?}", baseline.1);
-            assert_eq!(baseline.1.zones > 0, plan.blocks == 700, "{:?}", baseline.1);
             for sweeps in Sweeps::available() {
                 assert!(run(sweeps) == baseline, "{set:?}, {sweeps:?}");
             }

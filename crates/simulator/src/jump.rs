@@ -22,11 +22,6 @@
 //! Chains too long for stored modes are taken apart into waves ([`crate::waves`]), of which none is
 //! stored; there, what is missing when the residue is put together
 //! again is counted, and a jump is refused if that is more than rounding.
-//!
-//! **Going on.** Where some of the first blocks of a long chain have switched, and what they did is
-//! felt by the first blocks alone ([`crate::zone`]), the coordinates that the chain had go on, and only
-//! what those blocks are found with beside what the jump says of them is added: the change of their
-//! state, and that of their anchors.
 
 use asperity_model::chain::{SteadyLoading, Stiffness};
 use asperity_model::{Law, Plan};
@@ -38,7 +33,7 @@ use crate::kept::Kept;
 use crate::modes::{Coordinates, Modes};
 use crate::state::ChainState;
 use crate::sweep::Sweeps;
-use crate::waves::{DEFECT_PER_BLOCK, FirstBlocks, Waves};
+use crate::waves::{DEFECT_PER_BLOCK, Waves};
 use crate::window::norms::{Norms, ROUNDING, invariant};
 
 /// Below this many steps windows are cheaper than a jump with stored modes.
@@ -66,11 +61,11 @@ enum Basis {
 }
 
 impl Basis {
-    fn of(plan: &Plan, first_blocks: usize, sweeps: Sweeps) -> Option<Basis> {
+    fn of(plan: &Plan, sweeps: Sweeps) -> Option<Basis> {
         if plan.blocks <= LONG_CHAIN {
             Kept::HERE.modes(plan, sweeps).map(|stored| Basis::Stored(Modes::new(stored)))
         } else {
-            Waves::of(plan, first_blocks, sweeps).map(|waves| Basis::Waves(Box::new(waves)))
+            Waves::of(plan, sweeps).map(|waves| Basis::Waves(Box::new(waves)))
         }
     }
 
@@ -80,22 +75,6 @@ impl Basis {
             Basis::Waves(waves) => waves.growth(steps),
         }
     }
-
-    fn grow(&self, coordinates: &mut Coordinates, steps: u64) {
-        match self {
-            Basis::Stored(modes) => coordinates.grow_by(&modes.growth(steps)),
-            Basis::Waves(waves) => waves.grow(coordinates, steps),
-        }
-    }
-}
-
-/// From where a jump has gone on, in case it is not to.
-#[derive(Debug)]
-pub(crate) struct Former {
-    step: u64,
-    coordinates: Coordinates,
-    position_m: Vec<f64>,
-    anchors_m: Vec<f64>,
 }
 
 /// The stuck chain's modes, and the quasi-static state and residue of one jump.
@@ -115,15 +94,6 @@ pub(crate) struct Jump {
     composed: Vec<f64>,
     coordinates: Coordinates,
     from_step: u64,
-    /// The first block that it certifies, counted from 0.
-    first: usize,
-    /// No displacements and velocities of states were larger, and what waves may miss of the residue.
-    u_scale_m: f64,
-    v_scale_m_per_s: f64,
-    missed: f64,
-    /// The state of the first blocks, where it was asked for last, and how they were found beside it.
-    of_first: FirstBlocks,
-    change: FirstBlocks,
     costs: Costs,
     /// What was spent on the last attempt, and on landing if it is open.
     cost_steps: u64,
@@ -151,11 +121,10 @@ impl Jump {
             && Costs::of(plan).all_modes_pay(plan.steps, plan.blocks <= LONG_CHAIN)
     }
 
-    /// That can go on with so many of the first blocks of a long chain; `None` for chains whose modes
-    /// do not tell all of their states.
-    pub(crate) fn new(plan: &Plan, first_blocks: usize, sweeps: Sweeps) -> Option<Jump> {
+    /// `None` for chains whose modes do not tell all of their states.
+    pub(crate) fn new(plan: &Plan, sweeps: Sweeps) -> Option<Jump> {
         let blocks = plan.blocks;
-        let basis = Basis::of(plan, first_blocks, sweeps)?;
+        let basis = Basis::of(plan, sweeps)?;
         let stiffness = Stiffness::of(plan);
         Some(Jump {
             sweeps,
@@ -171,12 +140,6 @@ impl Jump {
             composed: vec![0.0; 2 * blocks],
             coordinates: Coordinates::default(),
             from_step: 0,
-            first: 0,
-            u_scale_m: 0.0,
-            v_scale_m_per_s: 0.0,
-            missed: 0.0,
-            of_first: FirstBlocks::default(),
-            change: FirstBlocks::default(),
             costs: Costs::of(plan),
             cost_steps: 0,
             patience_steps: PATIENCE_STEPS,
@@ -218,24 +181,7 @@ impl Jump {
     /// Splits a state in which every block is stuck, and gives the largest number
     /// of steps over which none detaches by the certificate, 0 if those are not worth it.
     pub(crate) fn open(&mut self, plan: &Plan, state: &ChainState, most_steps: u64) -> u64 {
-        self.split(plan, state, 0, [self.shortest_steps(), most_steps])
-    }
-
-    /// The same of the blocks from `first` on alone, whatever the drive comes to: `steps`, or 0.
-    pub(crate) fn open_behind(&mut self, plan: &Plan, state: &ChainState, first: usize, steps: u64) -> u64 {
-        self.split(plan, state, first, [steps, steps])
-    }
-
-    /// Both, for a jump of at least and at most so many steps.
-    fn split(
-        &mut self,
-        plan: &Plan,
-        state: &ChainState,
-        first: usize,
-        [fewest_steps, most_steps]: [u64; 2],
-    ) -> u64 {
-        let blocks = plan.blocks;
-        self.first = first;
+        let (blocks, fewest_steps) = (plan.blocks, self.shortest_steps());
         self.cost_steps = cost::QUASI_STATIC_STEPS;
         self.patience_steps = match &self.basis {
             Basis::Stored(_) => PATIENCE_STEPS,
@@ -275,9 +221,6 @@ impl Jump {
                 waves.project(&self.residue, &mut self.coordinates);
                 waves.bound(&self.coordinates, &mut self.swing);
                 if self.certified_steps(plan, state, 0.0) < fewest_steps {
-                    if first > 0 {
-                        return 0;
-                    }
                     self.wait_for_calm(plan, state, fewest_steps);
                     return 0;
                 }
@@ -299,9 +242,14 @@ impl Jump {
                 self.norms.at_most(blocks, missed_u, missed_v)
             }
         };
-        (self.u_scale_m, self.v_scale_m_per_s, self.missed) = (u_scale, v_scale, missed);
-        let rounding = self.rounding_n(most_steps);
-        self.begin_at(state.step);
+        // Displacements grow on the way.
+        let advance_m = sweeps.largest(&self.loading[usize::from(self.moves)].advance_m) * most_steps as f64;
+        let largest_m = sweeps.largest(&self.position_m);
+        let rounding = self.norms.force_rounding(u_scale.max(largest_m) + advance_m, v_scale);
+        self.from_step = state.step;
+        self.negligible = NEGLIGIBLE / blocks as f64 * largest_m;
+        self.sampled.clone_from(&self.coordinates);
+        self.sampled_step = state.step;
         let swing = self.norms.drive * (norm + missed) + rounding * blocks as f64;
         let steps = self
             .certified_steps(plan, state, self.norms.force * missed + rounding)
@@ -312,169 +260,6 @@ impl Jump {
         }
         self.cost_steps += self.modes_steps();
         steps
-    }
-
-    /// The force on a block that rounding may add up to over so many steps: displacements grow on the
-    /// way.
-    fn rounding_n(&self, steps: u64) -> f64 {
-        let largest = |values: &[f64]| self.sweeps.largest(values);
-        let advance_m = largest(&self.loading[usize::from(self.moves)].advance_m) * steps as f64;
-        let reach_m = self.u_scale_m.max(largest(&self.position_m)) + advance_m;
-        self.norms.force_rounding(reach_m, self.v_scale_m_per_s)
-    }
-
-    /// Coordinates are those of this step.
-    fn begin_at(&mut self, step: u64) {
-        self.from_step = step;
-        let blocks = self.position_m.len() as f64;
-        self.negligible = NEGLIGIBLE / blocks * self.sweeps.largest(&self.position_m);
-        self.sampled.clone_from(&self.coordinates);
-        self.sampled_step = step;
-    }
-
-    /// Of how many of the first blocks it can tell the state alone, and go on with what they are found
-    /// with; 0 for none.
-    pub(crate) fn first_blocks(&self) -> usize {
-        match &self.basis {
-            Basis::Stored(_) => 0,
-            Basis::Waves(waves) => waves.first_blocks(),
-        }
-    }
-
-    /// Displacements and velocities of the first blocks after `into` steps.
-    pub(crate) fn land_first(&mut self, into: u64) -> &FirstBlocks {
-        let mut coordinates = self.coordinates.clone();
-        self.basis.grow(&mut coordinates, into);
-        self.compose_first(into, &coordinates);
-        &self.of_first
-    }
-
-    fn compose_first(&mut self, into: u64, coordinates: &Coordinates) {
-        let blocks = self.first_blocks();
-        let FirstBlocks { displacement_m: u, velocity_m_per_s: v, .. } = &mut self.of_first;
-        u.resize(blocks, 0.0);
-        v.resize(blocks, 0.0);
-        let Basis::Waves(waves) = &mut self.basis else { unreachable!("there are first blocks") };
-        waves.compose_first(coordinates, u, v);
-        let SteadyLoading { advance_m, velocity_m_per_s, .. } = &self.loading[usize::from(self.moves)];
-        for n in 0..blocks {
-            u[n] = self.position_m[n] + (into as f64 * advance_m[n] + u[n]);
-            v[n] += velocity_m_per_s[n];
-        }
-    }
-
-    /// Whether it can go on behind a state, with the drive as it was.
-    pub(crate) fn can_go_on(&self, state: &ChainState) -> bool {
-        self.first_blocks() > 0 && self.moves == (state.hold_step > state.step + 1)
-    }
-
-    /// Goes on from the later step of `found`: the blocks before `cut` are what they are there, and stick
-    /// with its anchors. They switched last in `changed_step`; if they have not since the jump began, they
-    /// need not be looked at. `state` has the step and the anchors of the jump: up to now the former, then
-    /// the new ones.
-    pub(crate) fn go_on(
-        &mut self,
-        plan: &Plan,
-        found: &ChainState,
-        cut: usize,
-        changed_step: Option<u64>,
-        state: &mut ChainState,
-    ) -> Former {
-        let into = found.step - self.from_step;
-        let mut coordinates = self.coordinates.clone();
-        self.basis.grow(&mut coordinates, into);
-        self.cost_steps = cost::QUASI_STATIC_STEPS + cost::CALM_STEPS;
-        if changed_step.is_some() {
-            self.compose_first(into, &coordinates);
-            self.cost_steps += self.costs.waves_steps();
-            let FirstBlocks { displacement_m, velocity_m_per_s, anchor_m } = &mut self.change;
-            let between = |change: &mut Vec<f64>, found: &[f64], expected: &[f64]| {
-                change.clear();
-                change.extend(found.iter().zip(expected).take(cut).map(|(found, expected)| found - expected));
-            };
-            between(displacement_m, &found.displacement_m, &self.of_first.displacement_m);
-            between(velocity_m_per_s, &found.velocity_m_per_s, &self.of_first.velocity_m_per_s);
-            between(anchor_m, &found.stick_position_m, &state.stick_position_m);
-        }
-        let former = Former {
-            step: self.from_step,
-            coordinates: std::mem::replace(&mut self.coordinates, coordinates),
-            position_m: self.position_m.clone(),
-            anchors_m: state.stick_position_m[..cut].to_vec(),
-        };
-        if changed_step.is_some() {
-            state.stick_position_m[..cut].copy_from_slice(&found.stick_position_m[..cut]);
-        }
-        let largest = |values: &[f64]| self.sweeps.largest(values);
-        let advance_m = largest(&self.loading[usize::from(self.moves)].advance_m) * into as f64;
-        self.u_scale_m = (self.u_scale_m + advance_m).max(largest(&found.displacement_m));
-        self.v_scale_m_per_s = self.v_scale_m_per_s.max(largest(&found.velocity_m_per_s));
-        if let Some(changed_step) = changed_step {
-            let FirstBlocks { displacement_m, velocity_m_per_s, anchor_m } = &self.change;
-            let defect = DEFECT_PER_BLOCK * plan.blocks as f64;
-            self.missed += self.norms.at_most(
-                plan.blocks,
-                MISSED_OF_STATE * self.u_scale_m + defect * (largest(displacement_m) + largest(anchor_m)),
-                MISSED_OF_STATE * self.v_scale_m_per_s + defect * largest(velocity_m_per_s),
-            );
-            let Basis::Waves(waves) = &mut self.basis else { unreachable!("there are first blocks") };
-            let left = waves.left_after(found.step - changed_step);
-            self.coordinates.resize(left.max(self.coordinates.re.len()));
-            waves.add_first(&self.change, &mut self.coordinates);
-        }
-        state.step = found.step;
-        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
-        let loading = &self.loading[usize::from(self.moves)];
-        loading.position_m(plan, &self.stiffness, &state.stick_position_m, point_m, &mut self.position_m);
-        self.begin_at(state.step);
-        let Basis::Waves(waves) = &self.basis else { unreachable!("there are first blocks") };
-        waves.bound(&self.coordinates, &mut self.swing);
-        former
-    }
-
-    /// Goes back to where it was before it went on.
-    pub(crate) fn go_back(&mut self, former: Former, state: &mut ChainState) {
-        let Former { step, coordinates, position_m, anchors_m } = former;
-        (self.coordinates, self.position_m) = (coordinates, position_m);
-        state.step = step;
-        state.stick_position_m[..anchors_m.len()].copy_from_slice(&anchors_m);
-        self.begin_at(step);
-    }
-
-    /// Behind it, steps over which no block from `first` on detaches, at most so many.
-    pub(crate) fn certify(&mut self, plan: &Plan, state: &ChainState, first: usize, most_steps: u64) -> u64 {
-        self.first = first;
-        let reserve = self.norms.force * self.missed + self.rounding_n(most_steps);
-        self.certified_steps(plan, state, reserve).min(most_steps)
-    }
-
-    /// The same of all blocks, 0 if those are not worth it.
-    pub(crate) fn certify_all(&mut self, plan: &Plan, state: &ChainState, most_steps: u64) -> u64 {
-        let fewest_steps = self.shortest_steps();
-        let steps = if most_steps < fewest_steps { 0 } else { self.certify(plan, state, 0, most_steps) };
-        if steps >= fewest_steps {
-            self.cost_steps += self.costs.waves_steps();
-            return steps;
-        }
-        self.wait_for_calm(plan, state, fewest_steps);
-        0
-    }
-
-    /// The block that is nearest to its threshold by the certificate.
-    pub(crate) fn nearest_block(&self, plan: &Plan, state: &ChainState) -> usize {
-        let kt = plan.friction.interfacial_stiffness_n_per_m;
-        let advance_m = &self.loading[usize::from(self.moves)].advance_m;
-        let thresholds = least_threshold_n(plan, state);
-        let steps_to = |n: usize| {
-            let room = thresholds[n] - kt * (self.position_m[n] - state.stick_position_m[n]).abs();
-            room / (kt * advance_m[n]).abs()
-        };
-        (0..plan.blocks).min_by(|&a, &b| steps_to(a).total_cmp(&steps_to(b))).unwrap_or(0)
-    }
-
-    /// The velocities of the quasi-static chain behind a state.
-    pub(crate) fn steady_velocity_m_per_s(&self, state: &ChainState) -> &[f64] {
-        &self.loading[usize::from(state.hold_step > state.step + 1)].velocity_m_per_s
     }
 
     /// Foresees after how many steps the waves will have become calm enough for a jump, and has the
@@ -504,7 +289,7 @@ impl Jump {
         let thresholds = least_threshold_n(plan, state);
         let ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
         let mut least = f64::INFINITY;
-        for n in self.first..plan.blocks {
+        for n in 0..plan.blocks {
             let threshold = ramp.load.scaled_n(thresholds[n]);
             let room = threshold - ROUNDING * threshold - reserve - swing[n];
             let (force, rate) = (kt * (self.position_m[n] - state.stick_position_m[n]), kt * advance_m[n]);
@@ -526,9 +311,7 @@ impl Jump {
     /// Steps until the quasi-static driving force and the swing around it reach the load that
     /// stops the drive.
     fn steps_to_load(&self, plan: &Plan, state: &ChainState, swing: f64) -> u64 {
-        let Some(stop) = StopForce::of(plan, state.hold_step).filter(|_| self.first == 0) else {
-            return u64::MAX;
-        };
+        let Some(stop) = StopForce::of(plan, state.hold_step) else { return u64::MAX };
         let ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
         let advance_m = &self.loading[usize::from(self.moves)].advance_m;
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
@@ -548,7 +331,7 @@ impl Jump {
     /// Writes displacements and velocities after `into` steps of the jump.
     pub(crate) fn land(&mut self, into: u64, state: &mut ChainState) {
         let mut coordinates = self.coordinates.clone();
-        self.basis.grow(&mut coordinates, into);
+        coordinates.grow_by(&self.basis.growth(into));
         self.compose(into, &coordinates, f64::NEG_INFINITY, state);
     }
 

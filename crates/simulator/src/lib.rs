@@ -47,8 +47,7 @@
 //! - `plain`: every step.
 //! - `fast`: which steps are taken how. `window` and `basis` take many while some blocks slide,
 //!   `jump` while all stick (by `modes` or, for long chains, by `waves`, with `complex` numbers),
-//!   `rest` where what sticks does not move at all, and `zone` the first blocks of a long chain alone,
-//!   while the others are in a jump; `cost` keeps accounts of whether that pays.
+//!   `rest` where what sticks does not move at all; `cost` keeps accounts of whether that pays.
 //! - [`equality`] and `exact`: whether two solvers agree, and who is right where rounding decides.
 //!
 //! How nodes pull at each other stands in [`asperity_model::elastic`] alone. Nodes move, contacts
@@ -66,7 +65,6 @@ mod energy;
 pub mod equality;
 mod exact;
 mod fast;
-mod first_cosines;
 mod jump;
 mod kept;
 mod kind;
@@ -84,7 +82,6 @@ mod stepper;
 mod sweep;
 mod waves;
 mod window;
-mod zone;
 
 pub use audit::MOST_SCHEME_SHARE;
 pub use counters::Counters;

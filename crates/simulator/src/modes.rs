@@ -473,11 +473,7 @@ impl Powers {
 
     /// `(1 + z)^steps - 1` of every mode.
     pub(crate) fn growth(&self, steps: u64) -> Coordinates {
-        self.growth_of_first(self.0[0].re.len(), steps)
-    }
-
-    /// The same of so many of the first modes.
-    pub(crate) fn growth_of_first(&self, modes: usize, steps: u64) -> Coordinates {
+        let modes = self.0[0].re.len();
         let mut growth = Coordinates { re: vec![0.0; modes], im: vec![0.0; modes] };
         for p in (0..BITS).filter(|p| steps >> p & 1 == 1) {
             growth.compound(&self.0[p]);
@@ -494,12 +490,6 @@ impl Coordinates {
             self.re[e] = re + growth.re[e] + (re * growth.re[e] - im * growth.im[e]);
             self.im[e] = im + growth.im[e] + (re * growth.im[e] + im * growth.re[e]);
         }
-    }
-
-    /// Those of so many of the first modes; of all others there is nothing, or nothing any more.
-    pub(crate) fn resize(&mut self, modes: usize) {
-        self.re.resize(modes, 0.0);
-        self.im.resize(modes, 0.0);
     }
 
     /// Multiplies by `1 + growth`.

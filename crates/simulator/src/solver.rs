@@ -21,8 +21,7 @@ pub trait Solver: Send {
     fn step(&self) -> u64;
 
     /// Whether another solver can go on from a snapshot taken now: all records up to
-    /// [`Solver::step`] have been handed out, and it is not in the middle of what only the whole
-    /// of gives the same bits.
+    /// [`Solver::step`] have been handed out.
     fn is_between_records(&self) -> bool;
 
     /// The whole state, to the bit where [`Solver::is_between_records`]: a solver of the same kind

@@ -43,10 +43,6 @@ pub struct ChainState {
     pub single_steps: u64,
     /// The same for jumps: none is tried before this step.
     pub no_jump_before_step: u64,
-    /// Whether a long chain is to be stepped whole until a block switches, so that a run can be gone on
-    /// with from there.
-    #[serde(default, skip_serializing_if = "is_false")]
-    pub whole_until_switch: bool,
     /// Steps that leaps have saved over what was spent on them, up to a limit.
     #[serde(default)]
     pub saved_steps: u64,
@@ -64,11 +60,6 @@ pub struct ChainState {
     /// the load of the start.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub aged_threshold_n: Vec<f64>,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes fields by reference")]
-fn is_false(value: &bool) -> bool {
-    !value
 }
 
 fn never() -> u64 {
@@ -111,7 +102,6 @@ impl ChainState {
             sliding: 0,
             single_steps: 0,
             no_jump_before_step: 0,
-            whole_until_switch: false,
             saved_steps: FIRST_SAVED_STEPS,
             hold_step,
             energy: plan.recording.energies.then(Ledger::default),

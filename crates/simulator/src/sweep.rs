@@ -11,9 +11,8 @@
 //!
 //! In reading order: `elastic`, how nodes pull at each other; `step`, the equations of a step; `terms`,
 //! `coefficients`, `guards` and `linear`, what windows are made of; `fourier`, what jumps of long chains are;
-//! `energy`, sums for the energies; `impulse`, how far a block is felt. `lattice` moves the nodes of a slab, and `dense` is what its modes are
-//! made of; all else is of chains.
-//! `versions` has the instruction sets.
+//! `energy`, sums for the energies. `lattice` moves the nodes of a slab, and `dense` is what its modes
+//! are made of; all else is of chains. `versions` has the instruction sets.
 
 mod coefficients;
 mod dense;
@@ -21,7 +20,6 @@ mod elastic;
 mod energy;
 mod fourier;
 mod guards;
-mod impulse;
 mod lattice;
 mod linear;
 mod step;
@@ -30,9 +28,8 @@ mod versions;
 
 pub(crate) use coefficients::{Coefficients, FOLLOWED};
 pub(crate) use energy::{Changing, Forms, Moved, Stored};
-pub(crate) use fourier::{FirstGrids, NEAR, Near, Parts};
+pub(crate) use fourier::{NEAR, Near, Parts};
 pub(crate) use guards::{Course, Guarded, Reserve, Steps, margin};
-pub(crate) use impulse::Impulse;
 pub(crate) use lattice::{Forces, MovedWork};
 pub(crate) use step::{After, Blocks, Constants};
 pub(crate) use terms::{Held, Second, TermChain, Terms};

@@ -23,11 +23,6 @@
 //! that grows as `N log N`. Those of one wave alone are closed, as
 //! `2 sin q sum_p cos 2q (p + 1/2) = sin 2qP` over `P` blocks.
 //!
-//! What is done to some of the first blocks, or asked of them, is taken from and to the waves by
-//! [`crate::first_cosines`], in a time that grows as `N` alone. If their anchors change, the chain comes to
-//! rest elsewhere. Each step pushes it by `g = (s, s)` times the change of the anchors, so with the rows `l`
-//! that take a state apart the coordinates of that place are `-l g / z`.
-//!
 //! That they are all modes is checked with a state without pattern, and again in every
 //! jump: its residue is put together again, and what is missing counts.
 
@@ -37,7 +32,6 @@ use asperity_model::Plan;
 
 use crate::complex::Complex;
 use crate::cosines::Cosines;
-use crate::first_cosines::FirstCosines;
 use crate::modes::{Coordinates, Powers};
 use crate::sweep::Sweeps;
 
@@ -50,9 +44,6 @@ pub(crate) const DEFECT_PER_BLOCK: f64 = 1e-14;
 const CALMING_STEPS: u64 = 64;
 const MOST_CALMING_STEPS: u64 = 4096;
 
-/// The logarithm of what is nothing beside rounding errors of any wave.
-const NOTHING_LEFT: f64 = -60.0;
-
 /// Most rounds to find a wave; some six are usual.
 const MOST_ROUNDS: usize = 60;
 
@@ -63,8 +54,6 @@ pub(crate) struct Waves {
     blocks: usize,
     dt: f64,
     cosines: Cosines,
-    first: Option<First>,
-    /// Those that last longest come first where jumps go on.
     waves: Arc<[Wave]>,
     powers: Powers,
     /// Velocities in displacement per step, and what each wave has to do with a state.
@@ -92,25 +81,6 @@ struct Wave {
     force_n: f64,
     /// What [`CALMING_STEPS`] leave of it.
     shrinks: f64,
-}
-
-/// What the first blocks have to do with the waves of all.
-#[derive(Debug, Clone)]
-struct First {
-    cosines: FirstCosines,
-    /// What the sum over anchors, and that of the first block besides, are multiplied with to give what
-    /// a coordinate changes by.
-    of_anchors: Arc<[[Complex; 2]]>,
-    /// The logarithm of what a step leaves of each wave.
-    wanes: Arc<[f64]>,
-}
-
-/// Numbers of the first blocks.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct FirstBlocks {
-    pub(crate) displacement_m: Vec<f64>,
-    pub(crate) velocity_m_per_s: Vec<f64>,
-    pub(crate) anchor_m: Vec<f64>,
 }
 
 /// `(dt^2 / m)(k_t, k, K)` and `(dt / m) eta`; a drive of all blocks is part of `k_t`.
@@ -177,9 +147,8 @@ impl Constants {
 }
 
 impl Waves {
-    /// The waves of a plan's stuck chain, and what they have to do with so many of its first blocks;
-    /// `None` if not all are found, or one grows.
-    pub(crate) fn of(plan: &Plan, first_blocks: usize, sweeps: Sweeps) -> Option<Waves> {
+    /// The waves of a plan's stuck chain; `None` if not all are found, or one grows.
+    pub(crate) fn of(plan: &Plan, sweeps: Sweeps) -> Option<Waves> {
         let blocks = plan.blocks;
         let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
         let (side_n_per_m, top_n_per_m) = driving(plan)?;
@@ -200,11 +169,7 @@ impl Waves {
                 singles.extend([(q, z, 1.0), (other_q, other, 1.0)]);
             }
         }
-        let mut found: Vec<(Complex, Complex, f64)> = pairs.into_iter().chain(singles).collect();
-        let stays = |z: Complex| (Complex::ONE + z).size();
-        if first_blocks > 0 {
-            found.sort_by(|(_, a, _), (_, b, _)| stays(*b).total_cmp(&stays(*a)));
-        }
+        let found: Vec<(Complex, Complex, f64)> = pairs.into_iter().chain(singles).collect();
         let powers = Powers::of(&found.iter().map(|(_, z, _)| *z).collect::<Vec<_>>());
         if !powers.none_grows() {
             return None;
@@ -241,22 +206,7 @@ impl Waves {
         };
         let waves: Arc<[Wave]> = found.iter().map(wave).collect();
         let (scratch, sums) = (vec![0.0; blocks], vec![[0.0; 4]; waves.len()]);
-        let push = dt * dt / m * plan.friction.interfacial_stiffness_n_per_m;
-        let of_anchors = waves.iter().zip(&found).map(|(wave, &(_, z, _))| {
-            [wave.of_u + wave.of_v, wave.of_first_u + wave.of_first_v].map(|of| of.scaled(push) / z)
-        });
-        let cosines_of_first = (first_blocks > 0)
-            .then(|| {
-                let wave_numbers: Vec<Complex> = found.iter().map(|(q, ..)| *q).collect();
-                FirstCosines::of(&wave_numbers, blocks, first_blocks, sweeps)
-            })
-            .flatten();
-        let first = cosines_of_first.map(|cosines| First {
-            cosines,
-            of_anchors: of_anchors.collect(),
-            wanes: found.iter().map(|(_, z, _)| libm::log(stays(*z))).collect(),
-        });
-        let mut waves = Waves { blocks, dt, cosines, first, waves, powers, scratch, sums };
+        let mut waves = Waves { blocks, dt, cosines, waves, powers, scratch, sums };
         waves.tell_all(plan).then_some(waves)
     }
 
@@ -306,14 +256,8 @@ impl Waves {
 
     /// The state with these coordinates, but for waves of at most the size `least`.
     pub(crate) fn compose_above(&mut self, coordinates: &Coordinates, least: f64, state: &mut [f64]) {
-        self.parts(coordinates, least);
-        let (u, v) = state.split_at_mut(self.blocks);
-        self.cosines.compose(&mut self.sums[..coordinates.re.len()], u, v);
-    }
-
-    /// What each wave adds to displacements and velocities, as far as there are coordinates.
-    fn parts(&mut self, coordinates: &Coordinates, least: f64) {
-        let Waves { dt, waves, sums, .. } = self;
+        let Waves { blocks, dt, cosines, waves, sums, .. } = self;
+        // What each wave adds to displacements and velocities.
         for ((wave, sums), (&re, &im)) in
             waves.iter().zip(&mut *sums).zip(coordinates.re.iter().zip(&coordinates.im))
         {
@@ -322,57 +266,8 @@ impl Waves {
             let (u, v) = (z.scaled(times), (z * wave.velocity).scaled(times / *dt));
             *sums = [u.re, u.im, v.re, v.im];
         }
-    }
-
-    /// How many of the first blocks can be told from the waves alone, or told to them; 0 for none.
-    pub(crate) fn first_blocks(&self) -> usize {
-        self.first.as_ref().map_or(0, |first| first.cosines.blocks())
-    }
-
-    /// The displacements and velocities of the first blocks in the state with these coordinates.
-    ///
-    /// # Panics
-    /// If there are no first blocks.
-    pub(crate) fn compose_first(&mut self, coordinates: &Coordinates, u: &mut [f64], v: &mut [f64]) {
-        self.parts(coordinates, f64::NEG_INFINITY);
-        let First { cosines, .. } = self.first.as_mut().expect("it was asked for");
-        cosines.compose(&self.sums[..coordinates.re.len()], u, v);
-    }
-
-    /// How many waves are left after so many steps, of all that there are; the others come behind those.
-    pub(crate) fn left_after(&self, steps: u64) -> usize {
-        let Some(First { wanes, .. }) = &self.first else { return self.waves.len() };
-        wanes.partition_point(|wane| wane * steps as f64 > NOTHING_LEFT)
-    }
-
-    /// Adds to the coordinates that there are what becomes of them where displacements, velocities and
-    /// anchors of the first blocks change. The residue is told from where the chain would rest, which the
-    /// anchors move.
-    ///
-    /// # Panics
-    /// If there are no first blocks.
-    pub(crate) fn add_first(&mut self, change: &FirstBlocks, coordinates: &mut Coordinates) {
-        let Waves { dt, first, waves, scratch, .. } = self;
-        let First { cosines, of_anchors, .. } = first.as_mut().expect("it was asked for");
-        let FirstBlocks { displacement_m, velocity_m_per_s, anchor_m } = change;
-        let way_m = &mut scratch[..velocity_m_per_s.len()];
-        for (way, velocity) in way_m.iter_mut().zip(velocity_m_per_s) {
-            *way = velocity * *dt;
-        }
-        let (first_u, first_v, first_anchor) = (displacement_m[0], way_m[0], anchor_m[0]);
-        let count = coordinates.re.len();
-        cosines.project([displacement_m, way_m, anchor_m], count, |wave, [u, v, anchors]| {
-            let Wave { of_u, of_v, of_first_u, of_first_v, .. } = waves[wave];
-            let [of_anchors, of_first_anchor] = of_anchors[wave];
-            let z = u * of_u
-                + v * of_v
-                + of_first_u.scaled(first_u)
-                + of_first_v.scaled(first_v)
-                + anchors * of_anchors
-                + of_first_anchor.scaled(first_anchor);
-            coordinates.re[wave] += z.re;
-            coordinates.im[wave] += z.im;
-        });
+        let (u, v) = state.split_at_mut(*blocks);
+        cosines.compose(sums, u, v);
     }
 
     /// The whole state with these coordinates.
@@ -433,12 +328,6 @@ impl Waves {
     pub(crate) fn growth(&self, steps: u64) -> Coordinates {
         self.powers.growth(steps)
     }
-
-    /// Coordinates after so many steps, without the waves of which nothing is left.
-    pub(crate) fn grow(&self, coordinates: &mut Coordinates, steps: u64) {
-        coordinates.resize(coordinates.re.len().min(self.left_after(steps)));
-        coordinates.grow_by(&self.powers.growth_of_first(coordinates.re.len(), steps));
-    }
 }
 
 /// The stiffness of the spring of a drive at block 1 alone, or of those of one that pulls at all
@@ -463,10 +352,9 @@ fn square_of_others(q: Complex, blocks: usize) -> Complex {
 
 #[cfg(test)]
 mod tests {
-    use asperity_model::chain::Stiffness;
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
-    use super::{FirstBlocks, Waves};
+    use super::Waves;
     use crate::modes::{Coordinates, Modes, StoredModes};
     use crate::step_map::StepMap;
     use crate::sweep::Sweeps;
@@ -484,8 +372,8 @@ mod tests {
             let source = set.iter().fold(source, |source, value| source.with_override(value));
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
             let blocks = plan.blocks;
-            let mut waves = Waves::of(&plan, 0, Sweeps::Baseline)
-                .unwrap_or_else(|| panic!("{set:?}: the chain has waves"));
+            let mut waves =
+                Waves::of(&plan, Sweeps::Baseline).unwrap_or_else(|| panic!("{set:?}: the chain has waves"));
             let stored = StoredModes::of(&StepMap::of(&plan), Sweeps::Baseline);
             let mut modes = Modes::new(stored.expect("the chain has modes"));
             // Of block 7's displacement and the last one's velocity, all waves have a part.
@@ -524,61 +412,12 @@ mod tests {
     }
 
     #[test]
-    fn what_the_first_blocks_change_is_what_the_whole_chain_says() {
-        for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
-            let source = ScenarioSource::new("test", "slider.blocks = 700\ntime.step_s = 2e-9");
-            let plan = Plan::new(&Scenario::resolve(&source.with_override(set)).unwrap());
-            let (blocks, first_blocks) = (plan.blocks, 128);
-            let mut waves = Waves::of(&plan, first_blocks, Sweeps::detect()).expect("the chain has waves");
-            assert_eq!(waves.first_blocks(), first_blocks);
-            let some = |seed: usize, size: f64, n: usize| {
-                size * (((n * n * 7919 + seed * (n + 1)) % 101) as f64 / 101.0 - 0.5)
-            };
-            let state: Vec<f64> =
-                (0..2 * blocks).map(|n| some(3, if n < blocks { 1e-6 } else { 1e-2 }, n)).collect();
-            // Of 90 blocks, all of which move and have new anchors.
-            let change = FirstBlocks {
-                displacement_m: (0..90).map(|n| some(5, 1e-6, n)).collect(),
-                velocity_m_per_s: (0..90).map(|n| some(7, 1e-2, n)).collect(),
-                anchor_m: (0..90).map(|n| some(11, 1e-6, n)).collect(),
-            };
-            let stiffness = Stiffness::of(&plan);
-            let kt = plan.friction.interfacial_stiffness_n_per_m;
-            let mut rest_m = vec![0.0; blocks];
-            rest_m.iter_mut().zip(&change.anchor_m).for_each(|(rest, anchor)| *rest = kt * anchor);
-            stiffness.solve(&mut rest_m);
-            let mut new = state.clone();
-            for n in 0..blocks {
-                new[n] += change.displacement_m.get(n).unwrap_or(&0.0) - rest_m[n];
-                new[blocks + n] += change.velocity_m_per_s.get(n).unwrap_or(&0.0);
-            }
-            let mut coordinates = Coordinates::default();
-            waves.project(&state, &mut coordinates);
-            waves.add_first(&change, &mut coordinates);
-            let mut found = vec![0.0; 2 * blocks];
-            waves.compose(&coordinates, &mut found);
-            for (n, (found, new)) in found.iter().zip(&new).enumerate() {
-                let size = if n < blocks { 1e-6 } else { 1e-2 };
-                assert!((found - new).abs() < 7e-12 * size, "{set}, {n}: {found} {new}");
-            }
-            let (mut u, mut v) = (vec![0.0; first_blocks], vec![0.0; first_blocks]);
-            waves.compose_first(&coordinates, &mut u, &mut v);
-            for n in 0..first_blocks {
-                assert!(
-                    (u[n] - new[n]).abs() < 7e-18 && (v[n] - new[blocks + n]).abs() < 7e-14,
-                    "{set}, {n}"
-                );
-            }
-        }
-    }
-
-    #[test]
     fn a_drive_so_stiff_that_it_has_a_wave_of_its_own_is_refused() {
         let source = ScenarioSource::new("test", "")
             .with_override("slider.blocks=17")
             .with_override("drive.stiffness_n_per_m=4e9");
         let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-        assert!(Waves::of(&plan, 0, Sweeps::Baseline).is_none());
+        assert!(Waves::of(&plan, Sweeps::Baseline).is_none());
         assert!(StoredModes::of(&StepMap::of(&plan), Sweeps::Baseline).is_some(), "unlike stored modes");
     }
 }

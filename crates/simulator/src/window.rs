@@ -10,8 +10,6 @@ mod expansion;
 pub(crate) mod norms;
 mod rows;
 
-use std::sync::Arc;
-
 use asperity_model::Plan;
 
 use crate::basis::{GRID_STEPS, Length, MOST_TERMS};
@@ -39,16 +37,7 @@ pub(crate) struct Window {
 
 impl Window {
     pub(crate) fn new(plan: &Plan, sweeps: Sweeps) -> Window {
-        Window::of(plan, Expansion::new(plan, sweeps))
-    }
-
-    /// For a part of the chain, with the same polynomials.
-    pub(crate) fn for_blocks_of(&self, part: &Plan) -> Window {
-        let Expansion { basis, sweeps, .. } = &self.expansion;
-        Window::of(part, Expansion::with_basis(part, *sweeps, Arc::clone(basis)))
-    }
-
-    fn of(plan: &Plan, expansion: Expansion) -> Window {
+        let expansion = Expansion::new(plan, sweeps);
         let lengths = &expansion.basis.lengths;
         let work = |terms| Work { terms, places: 0 };
         let pays = |length: &Length| length.steps > cost::least_window_steps(work(length.terms as u64));

@@ -1,7 +1,7 @@
 //! Thresholds put where a solver that skips steps could be caught: between the forces that a block has
 //! in one step and in the next, for every step of a stretch longer than any window, so that switches
 //! fall on the first and last step of windows and right behind jumps; and a hair above or below what
-//! standing waves ever reach. And a weak block anywhere behind the first ones, which slide in a zone.
+//! standing waves ever reach.
 
 use asperity_model::Plan;
 use asperity_record::Record;
@@ -153,90 +153,4 @@ fn standing_waves_just_below_thresholds_make_no_block_slip() {
         }
     }
     assert!(jumps > 0, "waves are jumped over where they may be");
-}
-
-/// Forces on one block in every step but the first, in size, while others do as they do.
-fn sizes_n(plan: &Plan, n: usize) -> Vec<f64> {
-    let mut solver = Plain::new(plan.clone());
-    (0..plan.steps)
-        .map(|_| {
-            solver.take_step();
-            solver.state().tangential_force_n[n].abs()
-        })
-        .collect()
-}
-
-#[test]
-fn a_block_behind_a_zone_may_switch_in_any_step() {
-    // Inside, at the edges of and far behind where the first blocks are stepped alone.
-    let weak_blocks = [60, 128, 167, 200, 231, 263, 264, 265];
-    let (mut zones, mut in_zones, mut tried) = (0, 0, 0);
-    // In the longest chain jumps go on behind zones.
-    for (blocks, stiffness_ratio) in [(1000, 1e-2), (1000, 1e-3), (2100, 1e-2)] {
-        let scenario = [
-            format!("slider.blocks={blocks}"),
-            // So soft that the drive is felt some hundred blocks away.
-            format!("friction.interfacial_stiffness_ratio={stiffness_ratio}"),
-            "time.duration_s=4e-4".to_owned(),
-            "drive.velocity_m_per_s=0.05".to_owned(),
-            "recording.energies=none".to_owned(),
-            "recording.sample_s=0".to_owned(),
-            "recording.fields_s=0".to_owned(),
-            "recording.event_fields=false".to_owned(),
-        ];
-        let all = plan("default", &scenario);
-        let counted = counters(&all);
-        zones += counted.zones;
-        for n in weak_blocks {
-            let size_n = sizes_n(&all, n);
-            for from_step in (9_000..all.steps as usize - 2_000).step_by(9_300) {
-                let before_n = size_n[..from_step].iter().fold(0.0, |most: f64, size| most.max(*size));
-                // The first step behind that one in which the force is beyond what it was before.
-                let Some(behind) =
-                    size_n[from_step..].iter().position(|size| *size > before_n * (1.0 + 1e-7))
-                else {
-                    continue;
-                };
-                let step = from_step + behind;
-                let highest_n = size_n[..step].iter().fold(0.0, |most: f64, size| most.max(*size));
-                let mut plan = all.clone();
-                plan.friction.static_threshold_n[n] = 0.5 * (highest_n + size_n[step]);
-                plan.friction.dynamic_friction_n[n] = 0.25 * highest_n;
-                // As far as it is felt by others, too.
-                plan.steps = step as u64 + 4_000;
-                let (_, switches) = compared(&plan);
-                let first = switches.iter().find(|(_, block)| *block as usize == n + 1);
-                assert_eq!(first.map(|(step, _)| *step), Some(step as u64 + 1), "{scenario:?}, block {n}");
-                in_zones += counters(&plan).zones;
-                tried += 1;
-            }
-        }
-    }
-    assert!(zones > 4 && in_zones > 20 && tried > 20, "{zones} {in_zones} {tried}");
-}
-
-/// Behind a zone whose jump waits for calm, waves that have passed its cut may still move what lies there.
-#[test]
-fn a_weak_block_feels_waves_that_have_passed_the_cut() {
-    let scenario = [
-        "parameter_set=as-stated",
-        "slider.blocks=2048",
-        "friction.interfacial_stiffness_ratio=0.6101",
-        "slider.relative_damping=5.312e-3",
-        "drive.velocity_m_per_s=0.00320835036297389",
-        "time.step_s=1.57e-8",
-        "time.duration_s=3.14e-4",
-        "recording.energies=none",
-        "recording.sample_s=0",
-        "recording.fields_s=0",
-        "recording.event_fields=false",
-    ];
-    for (n, threshold_n) in [(367, 2.2e-3), (367, 2.6e-3), (387, 2.3e-3)] {
-        let mut plan = plan("default", &scenario.map(str::to_owned));
-        plan.friction.static_threshold_n[n] = threshold_n;
-        plan.friction.dynamic_friction_n[n] = 0.25 * threshold_n;
-        plan.steps = 17_000;
-        let (_, switches) = compared(&plan);
-        assert!(switches.iter().any(|(_, block)| *block as usize == n + 1), "{n}");
-    }
 }

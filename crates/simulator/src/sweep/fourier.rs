@@ -25,19 +25,6 @@ impl Sweeps {
 
 impl Sweeps {
     dispatch! {
-        /// As `gather`, of cosines and sines of three kinds of numbers at once: real and imaginary
-        /// part of the sums over the one and the other, kind by kind.
-        gather_first(sums: &mut [[f64; 12]], near: &Near<'_>, grids: &FirstGrids)
-    }
-
-    dispatch! {
-        /// As `spread`, to the cosines and sines of the first two kinds.
-        spread_first(grids: &mut FirstGrids, near: &Near<'_>, coordinates: &[[f64; 12]])
-    }
-}
-
-impl Sweeps {
-    dispatch! {
         /// The Bessel function `I_0(2 sqrt(z))` of complex numbers, by its power series `sum z^k / k!^2`.
         bessel(re: &mut [f64; NEAR], im: &mut [f64; NEAR])
     }
@@ -56,10 +43,6 @@ const OVER_SQUARES: [f64; 127] = {
 
 /// What is no part of a sum, by its square.
 const NO_PART: f64 = 1e-36;
-
-/// Cosines and sines of three kinds of numbers on a grid.
-#[derive(Debug, Clone)]
-pub(crate) struct FirstGrids(pub(crate) [[Vec<f64>; 2]; 3]);
 
 /// Real and imaginary parts, or two kinds of real numbers.
 pub(crate) struct Parts<'a>(pub(crate) &'a mut [f64], pub(crate) &'a mut [f64]);
@@ -170,45 +153,6 @@ fn spread(values: Parts<'_>, near: &Near<'_>, coordinates: &[[f64; 4]]) {
         for t in 0..NEAR {
             u[t] += of[0] * re[t] - of[1] * im[t];
             v[t] += of[2] * re[t] - of[3] * im[t];
-        }
-    }
-}
-
-#[inline(always)]
-fn gather_first(sums: &mut [[f64; 12]], near: &Near<'_>, grids: &FirstGrids) {
-    for (((sums, first), re), im) in sums.iter_mut().zip(near.first).zip(near.re).zip(near.im) {
-        let from = *first as usize;
-        for (kind, [cos, sin]) in grids.0.iter().enumerate() {
-            let (cos, sin) = (&cos[from..][..NEAR], &sin[from..][..NEAR]);
-            let (mut c_re, mut c_im, mut s_re, mut s_im) = ([0.0; 8], [0.0; 8], [0.0; 8], [0.0; 8]);
-            for at in (0..NEAR).step_by(8) {
-                let (re, im) = (&re[at..at + 8], &im[at..at + 8]);
-                let (cos, sin) = (&cos[at..at + 8], &sin[at..at + 8]);
-                for lane in 0..8 {
-                    c_re[lane] += re[lane] * cos[lane];
-                    c_im[lane] += im[lane] * cos[lane];
-                    s_re[lane] += re[lane] * sin[lane];
-                    s_im[lane] += im[lane] * sin[lane];
-                }
-            }
-            let all = [total(&c_re), total(&c_im), total(&s_re), total(&s_im)];
-            sums[4 * kind..][..4].copy_from_slice(&all);
-        }
-    }
-}
-
-#[inline(always)]
-fn spread_first(grids: &mut FirstGrids, near: &Near<'_>, coordinates: &[[f64; 12]]) {
-    let FirstGrids([[cos_u, sin_u], [cos_v, sin_v], _]) = grids;
-    for (((of, first), re), im) in coordinates.iter().zip(near.first).zip(near.re).zip(near.im) {
-        let from = *first as usize;
-        let (cos_u, sin_u) = (&mut cos_u[from..][..NEAR], &mut sin_u[from..][..NEAR]);
-        let (cos_v, sin_v) = (&mut cos_v[from..][..NEAR], &mut sin_v[from..][..NEAR]);
-        for t in 0..NEAR {
-            cos_u[t] += of[0] * re[t] - of[1] * im[t];
-            sin_u[t] += of[2] * re[t] - of[3] * im[t];
-            cos_v[t] += of[4] * re[t] - of[5] * im[t];
-            sin_v[t] += of[6] * re[t] - of[7] * im[t];
         }
     }
 }

@@ -88,10 +88,6 @@ impl Expansion {
             true => Kept::HERE.basis(plan, sweeps),
             false => Arc::new(Basis::none()),
         };
-        Expansion::with_basis(plan, sweeps, basis)
-    }
-
-    pub(super) fn with_basis(plan: &Plan, sweeps: Sweeps, basis: Arc<Basis>) -> Expansion {
         let blocks = plan.blocks;
         let several = |times: usize| vec![0.0; blocks * times];
         let rows = || Rows::new(blocks, MOST_TERMS + 1);

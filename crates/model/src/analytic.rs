@@ -7,7 +7,7 @@
 use crate::initial;
 use crate::plan::Plan;
 use crate::scenario::Scenario;
-use crate::words::{DriveKind, FrictionLaw};
+use crate::words::DriveKind;
 
 /// Which prediction of `F_T / F_N` at a precursor length a table is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -273,8 +273,7 @@ impl LoadCurve {
     /// friction in proportion to the normal load.
     pub fn of(scenario: &Scenario) -> Option<LoadCurve> {
         let (friction, prestress) = (&scenario.friction, &scenario.prestress);
-        let is_plain_friction = friction.law != FrictionLaw::VelocityWeakening
-            && friction.radiation_kg_per_s == 0.0
+        let is_plain_friction = friction.contact_law().affine().is_some()
             && friction.dynamic_offsets.iter().all(|offset| *offset == 0.0)
             && friction.dynamic_spread == 0.0;
         let is_unstrained = initial::beta(scenario) == 0.0 && scenario.initial_shear.profile.is_empty();

@@ -10,7 +10,7 @@ use crate::slab;
 use crate::slab_keys;
 use crate::source::{Entries, ScenarioError};
 use crate::window_keys::WINDOW;
-use crate::words::{DriveKind, FrictionLaw, Reattach, ScheduleFrom, Start};
+use crate::words::{DriveKind, Reattach, ScheduleFrom, Start};
 
 /// Refuses a scenario that breaks it.
 type Rule = fn(&Scenario, &mut Refusals<'_>);
@@ -120,7 +120,7 @@ impl Refusals<'_> {
 }
 
 fn sticks_by_springs(scenario: &Scenario) -> bool {
-    scenario.friction.law == FrictionLaw::InterfacialSprings
+    !scenario.friction.law.holds()
 }
 
 fn sliding_friction_is_not_above_the_threshold(scenario: &Scenario, refusals: &mut Refusals<'_>) {

@@ -5,12 +5,10 @@ use crate::initial;
 use crate::lattice::Lattice;
 use crate::load::{self, LoadCourse};
 use crate::mixed::mixed;
-use crate::plan::{
-    Ageing, Drive, DriveSpring, Friction, Law, Plan, RecordingPlan, RuptureFields, WindowPlan,
-};
+use crate::plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
 use crate::scenario::Scenario;
 use crate::slab;
-use crate::words::{DriveKind, Energies, FrictionLaw, ScheduleFrom, Start};
+use crate::words::{DriveKind, Energies, ScheduleFrom, Start};
 use asperity_record::{Scales, TimeGrid};
 
 impl Plan {
@@ -35,14 +33,6 @@ impl Plan {
         let grid = TimeGrid::new(scenario.time.step_s);
         let steps =
             |seconds| grid.whole_steps(seconds).expect("a resolved scenario has whole numbers of steps");
-        let weakening = friction.law == FrictionLaw::VelocityWeakening;
-        let law = match friction.law {
-            FrictionLaw::InterfacialSprings => Law::Springs,
-            FrictionLaw::Rigid | FrictionLaw::VelocityWeakening => Law::Rigid {
-                weakening_s_per_m: if weakening { 1.0 / friction.weakening_velocity_m_per_s } else { 0.0 },
-                radiation_kg_per_s: if weakening { friction.radiation_kg_per_s } else { 0.0 },
-            },
-        };
         let ageing = (friction.ageing_coefficient > 0.0).then(|| Ageing {
             coefficient: friction.ageing_coefficient,
             growth_n: normal_load_n.iter().map(|p| friction.ageing_coefficient * p).collect(),
@@ -70,7 +60,7 @@ impl Plan {
             block_mass_kg: springs.block_mass_kg,
             elastic: springs.elastic.clone(),
             friction: Friction {
-                law,
+                law: friction.contact_law(),
                 static_coefficient: friction.static_coefficient,
                 dynamic_coefficient: friction.dynamic_coefficient,
                 interfacial_stiffness_n_per_m: springs.interfacial_stiffness_n_per_m,
@@ -78,7 +68,6 @@ impl Plan {
                 dynamic_friction_n: scaled(&mu_d),
                 static_coefficients: mu_s,
                 dynamic_coefficients: mu_d,
-                reattach: friction.reattach,
                 ageing,
             },
             total_normal_load_n: load.total_n,
@@ -247,11 +236,10 @@ impl Springs {
             spacing_m: slider.length_m / gaps,
             block_mass_kg,
             elastic,
-            interfacial_stiffness_n_per_m: match scenario.friction.law {
-                FrictionLaw::InterfacialSprings => {
-                    scenario.friction.interfacial_stiffness_ratio * stiffness_n_per_m
-                }
-                FrictionLaw::Rigid | FrictionLaw::VelocityWeakening => 0.0,
+            interfacial_stiffness_n_per_m: if scenario.friction.law.holds() {
+                0.0
+            } else {
+                scenario.friction.interfacial_stiffness_ratio * stiffness_n_per_m
             },
         }
     }
@@ -306,15 +294,11 @@ pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
         DriveKind::Top => top_stiffness_n_per_m(scenario).into_iter().fold(0.0, f64::max),
         DriveKind::Side | DriveKind::LeftRight => scenario.drive.stiffness_n_per_m,
     };
-    let radiation = match scenario.friction.law {
-        FrictionLaw::VelocityWeakening => scenario.friction.radiation_kg_per_s,
-        _ => 0.0,
-    };
     springs.elastic.longest_stable_step_s(
         springs.block_mass_kg,
         springs.interfacial_stiffness_n_per_m,
         stiffest_drive,
-        radiation,
+        scenario.friction.contact_law().damping_kg_per_s(),
     )
 }
 

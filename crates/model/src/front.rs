@@ -49,7 +49,7 @@
 use std::f64::consts::PI;
 
 use crate::elastic::Elastic;
-use crate::plan::{Law, Plan};
+use crate::plan::Plan;
 
 /// What the speed of a front depends on; all dimensionless, see above.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,7 +82,7 @@ impl Front {
         let k = plan.elastic.stiffness_n_per_m();
         let held = plan.drive.stiffness_n_per_m(plan.blocks);
         let even = held.iter().all(|stiffness| (stiffness - held[0]).abs() <= 1e-12 * held[0]);
-        let plain_friction = matches!(plan.friction.law, Law::Rigid { .. }) && plan.friction.law.is_affine();
+        let plain_friction = plan.friction.law.holds() && plan.friction.law.affine().is_some();
         if !plain_friction || !even || plan.drive.velocity_m_per_s != 0.0 {
             return None;
         }

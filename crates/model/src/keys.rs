@@ -6,6 +6,8 @@
 
 use asperity_record::MOST_BLOCKS;
 
+use crate::laws::{self, FrictionLaw};
+
 /// One key of a scenario.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
@@ -190,11 +192,8 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "friction.law",
         symbol: "",
-        doc: "How a block sticks and slides: interfacial-springs, Amontons-Coulomb with a spring that \
-              holds a stuck block (5.12-5.15); rigid, without it (2.7): a stuck block does not move; \
-              velocity-weakening, rigid with sliding friction that falls with velocity (Burridge and \
-              Knopoff, 2.4).",
-        kind: Word(&["interfacial-springs", "rigid", "velocity-weakening"]),
+        doc: laws::MEANING,
+        kind: Word(FrictionLaw::WORDS),
         default: Is(Value::Text("interfacial-springs")),
     },
     Key {

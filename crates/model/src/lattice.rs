@@ -137,6 +137,16 @@ impl Lattice {
         self.columns * self.rows
     }
 
+    /// Number of contacts: the nodes of the bottom row.
+    pub fn contacts(&self) -> usize {
+        self.columns
+    }
+
+    /// Number of freedoms of a node, the last of them along the normal.
+    pub fn axes(&self) -> usize {
+        2
+    }
+
     /// Number of freedoms: two for each node.
     pub fn freedoms(&self) -> usize {
         2 * self.nodes()

@@ -5,30 +5,28 @@ use toml::Value;
 
 use crate::fill_in::insert;
 use crate::keys::KEYS;
+use crate::laws::FrictionLaw;
 use crate::source::{Entries, LayerKind, ScenarioError};
-use crate::words::FrictionLaw;
 
-/// A key, and the law that it belongs to.
+/// A key that not all laws take.
 struct LawKey {
     path: &'static str,
-    law: FrictionLaw,
-    /// What the other laws do, where that is not what the key's default says.
+    /// What the laws do that do not take it, where that is not what the key's default says.
     elsewhere: Option<&'static str>,
 }
 
-const fn of(path: &'static str, law: FrictionLaw) -> LawKey {
-    LawKey { path, law, elsewhere: None }
+/// The keys that some law takes.
+fn law_keys() -> impl Iterator<Item = LawKey> {
+    let mut paths: Vec<&str> = Vec::new();
+    for path in FrictionLaw::ALL.iter().flat_map(|law| law.keys()) {
+        if !paths.contains(path) {
+            paths.push(path);
+        }
+    }
+    // Without the key a block stops where its velocity changes sign.
+    let elsewhere = |path| (path == "friction.reattach").then_some("two-way");
+    paths.into_iter().map(move |path| LawKey { path, elsewhere: elsewhere(path) })
 }
-
-const LAW_KEYS: [LawKey; 6] = [
-    of("friction.interfacial_stiffness_ratio", FrictionLaw::InterfacialSprings),
-    // They stop a block where its velocity changes sign.
-    LawKey { path: "friction.reattach", law: FrictionLaw::InterfacialSprings, elsewhere: Some("two-way") },
-    of("friction.weakening_velocity_m_per_s", FrictionLaw::VelocityWeakening),
-    of("friction.radiation_kg_per_s", FrictionLaw::VelocityWeakening),
-    of("friction.ageing_coefficient", FrictionLaw::InterfacialSprings),
-    of("friction.ageing_time_s", FrictionLaw::InterfacialSprings),
-];
 
 impl LawKey {
     /// What the key says under the laws that do not ask for it.
@@ -37,13 +35,25 @@ impl LawKey {
         let default = || key.default_in(true).expect("keys of friction have defaults").to_toml();
         self.elsewhere.map_or_else(default, |word| Value::String(word.to_owned()))
     }
+
+    fn is_of(&self, law: FrictionLaw) -> bool {
+        law.keys().contains(&self.path)
+    }
+
+    /// The laws that take it, in the order of the key table: `friction.law = "..."`.
+    fn laws(&self) -> String {
+        let laws = FrictionLaw::ALL.iter().filter(|law| self.is_of(**law));
+        let words: Vec<String> = laws.map(|law| format!("{:?}", law.word())).collect();
+        format!("friction.law = {}", words.join(" or "))
+    }
 }
 
 /// Puts what the law does into a table that has every key, where the law alone decides it, and
 /// refuses what says otherwise; what a log says otherwise is passed over.
 pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Vec<ScenarioError>) {
     let law = text(table, "friction.law").expect("the law is a word").clone();
-    for key in LAW_KEYS.iter().filter(|key| law.as_str() != Some(key.law.word())) {
+    let takes = FrictionLaw::ALL.iter().find(|known| law.as_str() == Some(known.word()));
+    for key in law_keys().filter(|key| !takes.is_some_and(|law| key.is_of(*law))) {
         let (idle, written) = (key.idle(), entries.values.get(key.path));
         let found = text(table, key.path).expect("every key is there");
         if let Some(entry) = written.filter(|entry| *found != idle && entry.layer != LayerKind::Log) {
@@ -52,7 +62,7 @@ pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Ve
                 place: Some(entry.place.clone()),
                 key: Some(key.path.to_owned()),
                 problem: format!("{} has no meaning for friction.law = {law}{does}", entry.value),
-                accepted: Some(format!("{idle}, or friction.law = {:?}", key.law.word())),
+                accepted: Some(format!("{idle}, or {}", key.laws())),
             });
         }
         insert(table, key.path, idle);
@@ -66,28 +76,39 @@ fn text<'a>(table: &'a toml::Table, path: &str) -> Option<&'a Value> {
 
 /// Whether a law decides what another law asks for, and not by the key's default.
 pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw) -> bool {
-    LAW_KEYS.iter().any(|key| key.path == path && key.elsewhere.is_some() && key.law != law)
+    law_keys().any(|key| key.path == path && key.elsewhere.is_some() && !key.is_of(law))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::LAW_KEYS;
-    use crate::words::{FrictionLaw, Reattach};
+    use super::law_keys;
+    use crate::laws::FrictionLaw;
+    use crate::words::Reattach;
     use crate::{Scenario, ScenarioSource};
 
-    const LAWS: [FrictionLaw; 3] =
-        [FrictionLaw::InterfacialSprings, FrictionLaw::Rigid, FrictionLaw::VelocityWeakening];
-
-    /// Values of which none is what a key says where it has no meaning.
-    const OTHERS: [&str; 6] = ["0.5", "\"one-way\"", "0.2", "3.5", "0.01", "2.5"];
+    /// A value for each key that differs from what the key says where it has no meaning.
+    fn other(path: &str) -> &'static str {
+        match path {
+            "friction.interfacial_stiffness_ratio" => "0.5",
+            "friction.reattach" => "\"one-way\"",
+            "friction.weakening_velocity_m_per_s" => "0.2",
+            "friction.radiation_kg_per_s" => "3.5",
+            "friction.ageing_coefficient" => "0.01",
+            "friction.ageing_time_s" => "2.5",
+            _ => panic!("{path} needs a value here"),
+        }
+    }
 
     #[test]
     fn keys_of_another_law_are_refused_and_passed_over_in_logs() {
-        for (key, value) in LAW_KEYS.iter().zip(OTHERS) {
-            for law in LAWS {
+        for (key, value) in law_keys().map(|key| {
+            let value = other(key.path);
+            (key, value)
+        }) {
+            for &law in FrictionLaw::ALL {
                 let text = format!("friction.law = {:?}\n{} = {value}\n", law.word(), key.path);
                 let written = Scenario::resolve(&ScenarioSource::new("mine.toml", &text));
-                if law == key.law {
+                if key.is_of(law) {
                     written.unwrap_or_else(|errors| panic!("{text}: {errors}"));
                     continue;
                 }
@@ -98,7 +119,7 @@ mod tests {
                     key.path,
                     law.word()
                 );
-                let accepted = format!(", or friction.law = {:?})", key.law.word());
+                let accepted = format!(", or {})", key.laws());
                 assert!(errors.starts_with(&expected) && errors.ends_with(&accepted), "{errors}");
 
                 let logged = Scenario::resolve(&ScenarioSource::logged("run.mcap", &text)).unwrap();
@@ -116,7 +137,7 @@ mod tests {
     fn the_scenario_says_when_blocks_re_attach_whatever_the_law() {
         let resolve = |text: &str| Scenario::resolve(&ScenarioSource::logged("run.mcap", text)).unwrap();
         assert_eq!(resolve("").friction.reattach, Reattach::OneWay);
-        for law in &LAWS[1..] {
+        for law in &FrictionLaw::ALL[1..] {
             let plain = resolve(&format!("friction.law = {:?}", law.word()));
             assert_eq!(plain.friction.reattach, Reattach::TwoWay);
             for shown in [plain.to_commented_toml(), plain.to_editable_toml()] {

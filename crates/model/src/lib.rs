@@ -37,6 +37,7 @@
 //! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
 //! - [`lattice`]: the body of a slab.
 //! - [`elastic`]: what holds a slider together.
+//! - [`law`]: how a contact sticks and slides; [`laws`]: the laws, a file for each.
 //! - [`load`]: normal load per block, and its course in time.
 //! - [`plan`]: the [`Plan`]: the numbers of the physics.
 //! - [`chain`]: the stuck chain at rest or in steady motion.
@@ -68,7 +69,9 @@ pub mod front;
 pub mod initial;
 pub mod keys;
 pub mod lattice;
+pub mod law;
 mod law_keys;
+pub mod laws;
 pub mod load;
 mod mixed;
 mod near;
@@ -88,10 +91,11 @@ mod words;
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
 pub use lattice::Lattice;
+pub use laws::Law;
 pub use load::LoadCourse;
 pub use mixed::mixed;
 pub use plan::{
-    Ageing, Drive, DriveSpring, Friction, InitialState, Law, Plan, RecordingPlan, RuptureFields, WindowPlan,
+    Ageing, Drive, DriveSpring, Friction, InitialState, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
 pub use resolve::{ResolveError, resolve};
 pub use scenario::Scenario;

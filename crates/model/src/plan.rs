@@ -1,8 +1,8 @@
 //! The plan: the numbers of the physics. `derive.rs` derives them from a scenario, once.
 
 use crate::elastic::Elastic;
+use crate::laws::Law;
 use crate::load::LoadCourse;
-use crate::words::Reattach;
 use asperity_record::{Scales, TimeGrid};
 
 /// Everything a solver needs to know. SI units; per-block arrays have length
@@ -67,38 +67,8 @@ pub struct Friction {
     pub static_threshold_n: Vec<f64>,
     /// Sliding friction `mu_d p_n`.
     pub dynamic_friction_n: Vec<f64>,
-    /// When a sliding block re-attaches.
-    pub reattach: Reattach,
     /// How thresholds grow while a block sticks.
     pub ageing: Option<Ageing>,
-}
-
-/// How a block sticks and slides.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Law {
-    /// Amontons-Coulomb with interfacial springs (section 5.3).
-    Springs,
-    /// A stuck block does not move, and re-attaches, at rest, in the step in which its
-    /// velocity would change sign; sliding friction is
-    /// `-mu_d p sign(v) / (1 + |v| / v_c) - E v` (2.4), or, without these two, (2.7).
-    Rigid {
-        /// `1 / v_c`; 0 for friction that does not depend on velocity.
-        weakening_s_per_m: f64,
-        /// `E`.
-        radiation_kg_per_s: f64,
-    },
-}
-
-impl Law {
-    /// Whether a step is an affine map as long as no block switches.
-    pub fn is_affine(self) -> bool {
-        match self {
-            Law::Springs => true,
-            Law::Rigid { weakening_s_per_m, radiation_kg_per_s } => {
-                weakening_s_per_m == 0.0 && radiation_kg_per_s == 0.0
-            }
-        }
-    }
 }
 
 /// Logarithmic ageing, `mu_s + b ln(1 + t_w / t_0)`.

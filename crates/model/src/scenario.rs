@@ -8,7 +8,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::keys::FOUNDATION_RATIO;
-use crate::words::{DriveKind, Energies, FrictionLaw, ParameterSet, Reattach, ScheduleFrom, Start};
+use crate::law::LawKeys;
+use crate::laws::{FrictionLaw, Law};
+use crate::words::{DriveKind, Energies, ParameterSet, Reattach, ScheduleFrom, Start};
 
 /// A resolved scenario. See [`KEYS`](crate::keys::KEYS) for what each field means.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -241,6 +243,18 @@ impl Slider {
     }
 }
 
+impl Friction {
+    /// The contact law with its numbers.
+    pub fn contact_law(&self) -> Law {
+        let keys = LawKeys {
+            reattach: self.reattach,
+            weakening_velocity_m_per_s: self.weakening_velocity_m_per_s,
+            radiation_kg_per_s: self.radiation_kg_per_s,
+        };
+        Law::of(self.law, &keys)
+    }
+}
+
 impl Scenario {
     /// BLAKE3 over everything that influences a run or its log, hexadecimal;
     /// name and summary do not.
@@ -250,7 +264,7 @@ impl Scenario {
         anonymous.initial_shear.profile_csv.clear();
         anonymous.prestress.profile_csv.clear();
         // It follows from these laws, and was not always resolved to what they do.
-        if anonymous.friction.law != FrictionLaw::InterfacialSprings {
+        if !anonymous.friction.law.keys().contains(&"friction.reattach") {
             anonymous.friction.reattach = Reattach::OneWay;
         }
         let canonical =

@@ -3,7 +3,7 @@
 use crate::derive::drive_row;
 use crate::keys::FOUNDATION_RATIO;
 use crate::scenario::Scenario;
-use crate::words::{DriveKind, FrictionLaw, Start};
+use crate::words::{DriveKind, Start};
 
 /// Most nodes of a slab.
 const MOST_NODES: u64 = 1_000_000;
@@ -43,7 +43,7 @@ pub(crate) fn of_a_slab(scenario: &Scenario) -> Vec<Refusal> {
             format!("{height_m}, or other numbers of rows and blocks"),
         );
     }
-    if scenario.friction.law != FrictionLaw::InterfacialSprings {
+    if scenario.friction.law.holds() {
         refuse(
             "friction.law",
             "a slab at rest is held by friction springs, which this law does not have".to_owned(),

@@ -29,30 +29,6 @@ impl ParameterSet {
     }
 }
 
-/// How a block sticks and slides.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum FrictionLaw {
-    /// Amontons-Coulomb with interfacial springs (section 5.3).
-    #[default]
-    InterfacialSprings,
-    /// Rigid Amontons-Coulomb (2.7), Maegawa's.
-    Rigid,
-    /// Burridge and Knopoff's (2.4).
-    VelocityWeakening,
-}
-
-impl FrictionLaw {
-    /// The word that scenarios use.
-    pub(crate) fn word(self) -> &'static str {
-        match self {
-            FrictionLaw::InterfacialSprings => "interfacial-springs",
-            FrictionLaw::Rigid => "rigid",
-            FrictionLaw::VelocityWeakening => "velocity-weakening",
-        }
-    }
-}
-
 /// Where the drive pulls.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -1,6 +1,6 @@
 //! The model of a scenario, drawn: blocks, springs, contacts, drive and normal load.
 
-use asperity_model::{DriveKind, Law, Plan, Scenario};
+use asperity_model::{DriveKind, Plan, Scenario};
 use asperity_page::markup::text;
 
 use crate::slab_sketch;
@@ -38,10 +38,7 @@ pub(crate) fn kind(scenario: &Scenario) -> (&'static str, &'static str) {
 }
 
 fn contact(plan: &Plan) -> &'static str {
-    match plan.friction.law {
-        Law::Springs => "each held by a friction spring while it sticks",
-        Law::Rigid { .. } => "each stuck or sliding, without a friction spring",
-    }
+    if plan.friction.law.holds() { "each stuck or sliding, without a friction spring" } else { "each held by a friction spring while it sticks" }
 }
 
 fn drive(plan: &Plan, kind: DriveKind) -> &'static str {
@@ -165,7 +162,7 @@ impl Sketch<'_> {
 
     /// Whether blocks stand on springs.
     fn on_springs(&self) -> bool {
-        self.plan.friction.law == Law::Springs
+        !self.plan.friction.law.holds()
     }
 
     fn top(&self) -> f64 {

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use asperity_model::Plan;
 use asperity_record::{Record, RunHeader};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
-use asperity_simulator::{ChainState, SimulationError, Solver, SolverKind};
+use asperity_simulator::{Snapshot, SimulationError, Solver, SolverKind};
 
 use crate::header::CODE_VERSION;
 use crate::own::{self, OwnProblem};
@@ -88,11 +88,11 @@ pub struct Nodes {
     /// None until the first is asked for.
     solver: Option<Box<dyn Solver>>,
     /// Its last state at or before the last time.
-    last: Option<ChainState>,
+    last: Option<Snapshot>,
     /// The steps still to come, from the last to the first.
     steps: Vec<u64>,
     /// Where the solver can begin, by the step.
-    from: BTreeMap<u64, ChainState>,
+    from: BTreeMap<u64, Snapshot>,
 }
 
 impl Nodes {
@@ -139,7 +139,7 @@ impl Nodes {
         }
         // The last state up to there, after each record; while it tells what is within a leap, a solver
         // stands at the start of it.
-        let mut last = self.last.take().filter(|state| state.step <= step);
+        let mut last = self.last.take().filter(|state| state.slider.step <= step);
         loop {
             if solver.step() <= step {
                 last = Some(solver.snapshot());
@@ -150,7 +150,7 @@ impl Nodes {
         }
         let mut state = last.expect("a solver begins before any step that a log has");
         self.last = Some(state.clone());
-        if state.step < step {
+        if state.slider.step < step {
             // It has gone beyond, in steps that nothing was recorded of, or in one leap.
             let plan = Arc::new(Plan { steps: step, ..(*self.plan).clone() });
             let mut there = self.kind.start(plan);
@@ -162,8 +162,8 @@ impl Nodes {
             step,
             time_s: self.plan.grid.time_s(step),
             columns: self.plan.elastic.contacts(),
-            displacement_m: state.displacement_m,
-            velocity_m_per_s: state.velocity_m_per_s,
+            displacement_m: state.slider.displacement_m,
+            velocity_m_per_s: state.slider.velocity_m_per_s,
         }))
     }
 }
@@ -207,14 +207,14 @@ fn checkpoints(
     last_step: u64,
     plan: &Plan,
     steps: &[u64],
-) -> Result<BTreeMap<u64, ChainState>, NodesError> {
+) -> Result<BTreeMap<u64, Snapshot>, NodesError> {
     let mut found: BTreeMap<u64, Saved> = BTreeMap::new();
     let mut seen = String::new();
     over_records(log, last_step, &mut |_, checkpoint| {
         if let Some(text) = checkpoint.filter(|text| **text != *seen) {
             text.clone_into(&mut seen);
             if let Ok(saved) = serde_json::from_str::<Saved>(text) {
-                found.insert(saved.chain.step, saved);
+                found.insert(saved.step(), saved);
             }
             // Of those before the same step the last is enough.
             let needed: Vec<u64> = steps
@@ -226,7 +226,7 @@ fn checkpoints(
         }
     })?;
     let fitting = found.into_iter().map(|(step, saved)| match saved.fits(plan) {
-        Ok(()) => Ok((step, saved.chain)),
+        Ok(()) => Ok((step, saved.solver)),
         Err(problem) => Err(NodesError::NoState { step, problem }),
     });
     fitting.collect()

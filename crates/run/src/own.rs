@@ -190,7 +190,7 @@ impl MadeAgain {
 /// How a run ends that has taken all its steps.
 pub(crate) fn ending(plan: &Plan, solver: &dyn Solver) -> RunStatus {
     match plan.drive.until_load_ratio {
-        Some(_) if solver.snapshot().hold_step == u64::MAX => RunStatus::LoadNotReached,
+        Some(_) if solver.snapshot().slider.hold_step == u64::MAX => RunStatus::LoadNotReached,
         _ => RunStatus::Complete,
     }
 }

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use asperity_model::Plan;
 use asperity_record::{Checkpoint, Direction, EventKind, Record, RunEnd, RunHeader};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics, Unfinished};
-use asperity_simulator::{ChainState, Counters};
+use asperity_simulator::{Counters, Snapshot};
 use serde::{Deserialize, Serialize};
 
 use crate::detectors::has_events_of;
@@ -24,8 +24,8 @@ use crate::place::{CODE_VERSION, OtherRun, RUN_ID, SCENARIO, SOLVER};
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Saved {
-    /// The solver's state.
-    pub(crate) chain: ChainState,
+    /// The slider, and how the solver takes its steps.
+    pub(crate) solver: Snapshot,
     /// What the steps up to it were made of.
     pub(crate) counters: Counters,
     /// How often the run had gone on before.
@@ -33,9 +33,14 @@ pub(crate) struct Saved {
 }
 
 impl Saved {
+    /// The last step taken.
+    pub(crate) fn step(&self) -> u64 {
+        self.solver.slider.step
+    }
+
     pub(crate) fn checkpoint(&self) -> Checkpoint {
         let state = serde_json::to_string(self).expect("a state is a plain struct of numbers");
-        Checkpoint { step: self.chain.step, state }
+        Checkpoint { step: self.step(), state }
     }
 
     /// That a solver of the plan can go on from it, and counts go on as numbers.
@@ -43,11 +48,11 @@ impl Saved {
     /// # Errors
     /// In words, what does not fit.
     pub(crate) fn fits(&self, plan: &Plan) -> Result<(), String> {
-        if !self.chain.fits(plan) {
+        if !self.solver.fits(plan) {
             return Err("it is not a state of this scenario".to_owned());
         }
-        if !self.counters.fit(self.chain.step - plan.initial.step) {
-            return Err(format!("it is of step {}, and counts other steps", self.chain.step));
+        if !self.counters.fit(self.step() - plan.initial.step) {
+            return Err(format!("it is of step {}, and counts other steps", self.step()));
         }
         if self.resumed > MOST_RESUMED {
             return Err(format!("it says that the run was resumed {} times", self.resumed));
@@ -58,14 +63,14 @@ impl Saved {
     /// The first block, counted from 1, that is detached in it and not by the switches before it, or the
     /// other way.
     fn differing_block(&self, again: &mut Again) -> Result<Option<usize>, LogError> {
-        let mut slip = vec![0.0; self.chain.slip.len()];
+        let mut slip = vec![0.0; self.solver.slider.slip.len()];
         while let Some(record) = again.next_record()? {
             let Record::Step(record) = record else { continue };
             for switch in &record.switches {
                 slip[switch.block as usize - 1] = f64::from(switch.direction == Direction::Detach);
             }
         }
-        let differs = slip.iter().zip(&self.chain.slip).position(|(left, found)| left != found);
+        let differs = slip.iter().zip(&self.solver.slider.slip).position(|(left, found)| left != found);
         Ok(differs.map(|n| n + 1))
     }
 }
@@ -149,7 +154,7 @@ impl Left {
         if let Err(problem) = saved.fits(plan) {
             return refused(problem);
         }
-        let mut again = Again::new(&unfinished, saved.chain.step, &state)?;
+        let mut again = Again::new(&unfinished, saved.step(), &state)?;
         match saved.differing_block(&mut again)? {
             None => Ok(Left::Part { unfinished, saved, state }),
             Some(block) => {

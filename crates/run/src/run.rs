@@ -232,7 +232,7 @@ pub fn run(
                 return Ok(Outcome { status, counters, has_run: false, end: Some(*end) });
             }
             Left::Part { unfinished, saved, state } => {
-                let step = saved.chain.step;
+                let step = saved.step();
                 watch.notice(Notice::GoesOn { step, time_s: plan.grid.time_s(step) });
                 source.go_on(&unfinished, *saved, &state)?;
                 Log::resume(to, unfinished, header, scenario, kinds)?
@@ -363,9 +363,9 @@ struct Source<'a> {
 impl Source<'_> {
     /// Has the solver go on from a checkpoint, once the records before it have been given.
     fn go_on(&mut self, unfinished: &Unfinished, saved: Saved, state: &str) -> Result<(), RunError> {
-        self.again = Some(Again::new(unfinished, saved.chain.step, state)?);
+        self.again = Some(Again::new(unfinished, saved.step(), state)?);
         self.before = Before { counters: saved.counters, resumed: saved.resumed };
-        self.solver.restore(&saved.chain);
+        self.solver.restore(&saved.solver);
         if let Some(checkpoints) = &mut self.checkpoints {
             checkpoints.from = Instant::now();
         }
@@ -411,7 +411,7 @@ impl Source<'_> {
 
     fn checkpoint(&mut self) -> Checkpoint {
         let saved = Saved {
-            chain: self.solver.snapshot(),
+            solver: self.solver.snapshot(),
             counters: self.before.counters + self.solver.counters(),
             resumed: self.before.resumed,
         };

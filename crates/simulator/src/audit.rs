@@ -25,12 +25,12 @@
 //! The audit looks at steps in which a block switches, which are recorded whatever the cadences: a
 //! run ends in the same step however it is sampled, and what it is judged by is in its log.
 
-use asperity_model::{Law, Plan};
+use asperity_model::Plan;
 use asperity_record::StepRecord;
 
 use crate::energy::{stored_j, stored_of};
 use crate::solver::SimulationError;
-use crate::state::ChainState;
+use crate::state::SliderState;
 use crate::sweep::Sweeps;
 
 /// Most work of the scheme, as a share of the energy that was put in.
@@ -47,7 +47,7 @@ pub(crate) struct Audit {
 impl Audit {
     /// Of the runs of a plan.
     pub(crate) fn of(plan: &Plan) -> Audit {
-        let state = ChainState::initial(plan);
+        let state = SliderState::initial(plan);
         let is_slab = plan.elastic.lattice().is_some();
         let initial_j = match is_slab {
             // It is at rest, and what its load has pressed into it stays there.
@@ -59,10 +59,7 @@ impl Audit {
                 kinetic_j + elastic_j
             }
         };
-        let kt = match plan.friction.law {
-            Law::Springs => plan.friction.interfacial_stiffness_n_per_m,
-            Law::Rigid { .. } => 0.0,
-        };
+        let kt = plan.friction.interfacial_stiffness_n_per_m;
         let drive = plan.drive.stiffness_n_per_m(plan.elastic.nodes());
         let thresholds = plan.friction.static_threshold_n.iter().zip(drive).enumerate();
         let parts_j = thresholds.map(|(n, (threshold_n, drive_n_per_m))| {

@@ -34,13 +34,16 @@
 //! by the balance. What the drive does needs the sum of the displacements that it pulls at over the
 //! steps: windows and jumps have it in closed form.
 
-use asperity_model::{Elastic, Law, Plan, Reattach};
+use asperity_model::elastic::Chain;
+use asperity_model::{Elastic, Plan};
 use asperity_record::Energy;
 
-use crate::contacts::Ramp;
+
 use crate::cost::span_steps;
 use crate::ledger::{Ledger, Span};
-use crate::state::ChainState;
+use crate::law::ChainLoops;
+use crate::state::SliderState;
+use crate::strength::Ramp;
 use crate::sweep::{Changing, Forms, Held, Moved, Stored, Sweeps};
 
 /// Share of the viscous loss that the orders of a span may leave out of the scheme's work.
@@ -71,6 +74,7 @@ struct Potential {
 /// Keeps the ledger of a state.
 #[derive(Debug, Clone)]
 pub(crate) struct Accounts {
+    chain: Chain,
     sweeps: Sweeps,
     /// Whether single steps add up what they do.
     by_steps: bool,
@@ -112,15 +116,16 @@ struct Map {
 }
 
 impl Accounts {
-    pub(crate) fn new(plan: &Plan, state: &ChainState, sweeps: Sweeps, keeping: Bookkeeping) -> Accounts {
+    pub(crate) fn new(plan: &Plan, state: &SliderState, sweeps: Sweeps, keeping: Bookkeeping) -> Accounts {
         let orders = orders(plan);
         let zeros = || vec![0.0; plan.blocks];
         let advance_m = plan.drive.velocity_m_per_s * plan.grid.step_s();
         let all_n_per_m: f64 = plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum();
         let mut accounts = Accounts {
+            chain: *plan.elastic.chain(),
             sweeps,
             by_steps: keeping == Bookkeeping::EveryStep
-                || plan.friction.law != Law::Springs
+                || plan.friction.law.holds()
                 || orders > MOST_ORDERS,
             balances: keeping == Bookkeeping::Spans,
             orders,
@@ -161,9 +166,8 @@ impl Accounts {
 
     /// Whether a span is not worth beginning where so many single steps follow for sure, in some of
     /// which blocks may switch.
-    pub(crate) fn adds_single_steps(&self, state: &ChainState) -> bool {
-        let is_open = state.energy.is_some_and(|ledger| ledger.span.is_some());
-        self.by_steps || (!is_open && !self.adds_so_few(state.single_steps))
+    pub(crate) fn adds_single_steps(&self, state: &SliderState, steps_ahead: u64) -> bool {
+        self.by_steps || (state.energy.span.is_none() && !self.adds_so_few(steps_ahead))
     }
 
     /// Whether so few single steps take no longer to add up than both ends of a span.
@@ -172,16 +176,15 @@ impl Accounts {
     }
 
     /// Goes on with the span that is open in a state which was not reached by the last step.
-    pub(crate) fn follow(&mut self, plan: &Plan, state: &ChainState) {
-        if let Some(span) = state.energy.and_then(|ledger| ledger.span) {
+    pub(crate) fn follow(&mut self, plan: &Plan, state: &SliderState) {
+        if let Some(span) = state.energy.span {
             self.set_map(plan, state, span.from_step);
         }
     }
 
     /// Sees to it that a span is open that goes on up to `until_step`.
-    pub(crate) fn begin(&mut self, plan: &Plan, state: &mut ChainState, until_step: u64) {
-        let Some(ledger) = &state.energy else { return };
-        if ledger.span.is_some() {
+    pub(crate) fn begin(&mut self, plan: &Plan, state: &mut SliderState, until_step: u64) {
+        if state.energy.span.is_some() {
             if until_step <= self.map.until_step {
                 return;
             }
@@ -189,54 +192,49 @@ impl Accounts {
         }
         self.set_map(plan, state, state.step);
         let Potential { heat_j, scheme_j } = self.potential(plan, state);
-        if let Some(ledger) = &mut state.energy {
-            ledger.span = Some(Span { from_step: state.step, heat_j, scheme_j });
-        }
+        state.energy.span = Some(Span { from_step: state.step, heat_j, scheme_j });
     }
 
     /// Closes the span that is open.
-    pub(crate) fn end(&mut self, plan: &Plan, state: &mut ChainState) {
-        let Some(span) = state.energy.and_then(|ledger| ledger.span) else { return };
+    pub(crate) fn end(&mut self, plan: &Plan, state: &mut SliderState) {
+        let Some(span) = state.energy.span else { return };
         self.cost_steps += span_steps(self.orders);
         let here = self.potential(plan, state);
-        if let Some(ledger) = &mut state.energy {
-            ledger.friction_heat_j.add(here.heat_j - span.heat_j);
-            ledger.scheme_work_j.add(here.scheme_j - span.scheme_j);
-            ledger.span = None;
-        }
+        let ledger = &mut state.energy;
+        ledger.friction_heat_j.add(here.heat_j - span.heat_j);
+        ledger.scheme_work_j.add(here.scheme_j - span.scheme_j);
+        ledger.span = None;
     }
 
     /// After a single step in a span: closes it if the step was the last of it.
-    pub(crate) fn pass(&mut self, plan: &Plan, state: &mut ChainState, is_last: bool) {
-        self.fade(plan, state.energy.as_mut(), &state.displacement_m, 1.0);
+    pub(crate) fn pass(&mut self, plan: &Plan, state: &mut SliderState, is_last: bool) {
+        self.fade(plan, &mut state.energy, &state.displacement_m, 1.0);
         if is_last || !self.map.is_directed {
             self.end(plan, state);
         }
     }
 
-    /// Adds what a step did. `drag_n` and `slip` are those of the step.
-    pub(crate) fn add_step(&self, plan: &Plan, ledger: &mut Ledger, step: &Velocities<'_>) {
+    /// Adds what a step did, of which `slip` is.
+    pub(crate) fn add_step(
+        &self,
+        plan: &Plan,
+        ledger: &mut Ledger,
+        step: &Velocities<'_>,
+        law: &dyn ChainLoops,
+    ) {
         let dt = plan.grid.step_s();
-        let (weakening, radiation) = match plan.friction.law {
-            Law::Springs => (0.0, 0.0),
-            Law::Rigid { weakening_s_per_m, radiation_kg_per_s } => (weakening_s_per_m, radiation_kg_per_s),
-        };
         let moved = Moved {
-            elastic: &plan.elastic,
+            chain: &self.chain,
             v: step.before,
             v_new: step.after,
+            tau: step.tangential_force_n,
             slip: step.slip,
             sliding_friction: step.sliding_friction_n,
             kt: plan.friction.interfacial_stiffness_n_per_m,
-            weakening,
-            radiation,
             dt,
             mass: plan.block_mass_kg,
         };
-        let work = match plan.friction.law {
-            Law::Springs => self.sweeps.step_work(&moved),
-            Law::Rigid { .. } => self.sweeps.rigid_step_work(&moved),
-        };
+        let work = law.step_work(self.sweeps, &moved);
         let driven: f64 = plan
             .drive
             .springs
@@ -254,8 +252,8 @@ impl Accounts {
 
     /// Adds the work of the drive point in a single step, from what it pulls with along its way.
     #[inline]
-    pub(crate) fn add_drive_step(&self, ledger: Option<&mut Ledger>, along_n: f64, moves: bool) {
-        if let Some(ledger) = ledger.filter(|_| moves) {
+    pub(crate) fn add_drive_step(&self, ledger: &mut Ledger, along_n: f64, moves: bool) {
+        if moves {
             ledger.drive_work_j.add(self.advance_m * (along_n - self.halfway_n));
         }
     }
@@ -266,13 +264,12 @@ impl Accounts {
     pub(crate) fn add_drive(
         &self,
         plan: &Plan,
-        state: &mut ChainState,
+        state: &mut SliderState,
         from_step: u64,
         steps: u64,
         sum_m: impl Fn(usize) -> f64,
         first_m: impl Fn(usize) -> f64,
     ) {
-        let Some(ledger) = &mut state.energy else { return };
         let moving = steps.min(state.hold_step.saturating_sub(from_step));
         let advance_m = self.advance_m;
         if moving == 0 || advance_m == 0.0 {
@@ -288,13 +285,13 @@ impl Accounts {
             let nodes_m = if moving == steps { sum_m(spring.block) } else { count * first_m(spring.block) };
             force_n += spring.stiffness_n_per_m * (points_m - spring.direction * nodes_m);
         }
-        ledger.drive_work_j.add(advance_m * force_n);
+        state.energy.drive_work_j.add(advance_m * force_n);
     }
 
     /// Takes from the heat what the change of the load took from it in every step, over
     /// displacements: those after each step, all in all.
-    pub(crate) fn fade(&self, plan: &Plan, ledger: Option<&mut Ledger>, displacement_m: &[f64], times: f64) {
-        if let Some(ledger) = ledger.filter(|_| self.fades()) {
+    pub(crate) fn fade(&self, plan: &Plan, ledger: &mut Ledger, displacement_m: &[f64], times: f64) {
+        if self.fades() {
             let friction_n = &plan.friction.dynamic_friction_n;
             let way_j = self.sweeps.directed(&self.map.sigma, friction_n, displacement_m);
             ledger.friction_heat_j.add(-times * self.map.ramp.change_n(way_j));
@@ -307,9 +304,9 @@ impl Accounts {
         self.map.slides && !self.map.ramp.is_flat()
     }
 
-    /// All of it, at the end of the last step; `None` if the state came without a ledger.
-    pub(crate) fn energy(&mut self, plan: &Plan, state: &ChainState) -> Option<Energy> {
-        let ledger = state.energy?;
+    /// All of it, at the end of the last step.
+    pub(crate) fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy {
+        let ledger = state.energy;
         let (mut heat_j, mut scheme_j) = (ledger.friction_heat_j.value(), ledger.scheme_work_j.value());
         if let Some(span) = ledger.span {
             let here = self.potential(plan, state);
@@ -330,7 +327,7 @@ impl Accounts {
         if self.balances {
             self.balance(&mut energy);
         }
-        Some(energy)
+        energy
     }
 
     /// Gives the viscous loss what is missing in the balance.
@@ -342,13 +339,13 @@ impl Accounts {
             - (energy.elastic_j - self.initial_elastic_j);
     }
 
-    fn stored_j(&self, plan: &Plan, state: &ChainState) -> (f64, f64) {
+    fn stored_j(&self, plan: &Plan, state: &SliderState) -> (f64, f64) {
         stored_j(self.sweeps, plan, &stored_of(plan, state), state.step, state.hold_step)
     }
 
-    fn set_map(&mut self, plan: &Plan, state: &ChainState, from_step: u64) {
+    fn set_map(&mut self, plan: &Plan, state: &SliderState, from_step: u64) {
         let kt = plan.friction.interfacial_stiffness_n_per_m;
-        let one_way = plan.friction.reattach == Reattach::OneWay && plan.friction.law == Law::Springs;
+        let one_way = plan.friction.law.affine().is_some_and(|form| form.forward_only);
         let map = &mut self.map;
         map.from_step = from_step;
         map.until_step = plan.steady_until_step(from_step, state.hold_step);
@@ -367,11 +364,11 @@ impl Accounts {
     }
 
     /// The functions of the state whose differences over the span are heat and work.
-    fn potential(&mut self, plan: &Plan, state: &ChainState) -> Potential {
-        let Accounts { sweeps, map, force_n, zeros, now, next, orders, advance_m, .. } = self;
+    fn potential(&mut self, plan: &Plan, state: &SliderState) -> Potential {
+        let Accounts { chain, sweeps, map, force_n, zeros, now, next, orders, advance_m, .. } = self;
         let (dt, mass) = (plan.grid.step_s(), plan.block_mass_kg);
         let dt_over_m = dt / mass;
-        let rigid = plan.friction.law != Law::Springs;
+        let rigid = plan.friction.law.holds();
         let friction_n = &plan.friction.dynamic_friction_n;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
         let load = map.ramp.ahead((state.step - map.from_step) as f64);
@@ -384,7 +381,7 @@ impl Accounts {
         let hold_step = if map.moves { u64::MAX } else { state.hold_step };
         let point_m = plan.drive_point_m(state.step + 1, hold_step);
         let advance_m = if map.moves { *advance_m } else { 0.0 };
-        sweeps.pull(force_n, u, v, &plan.elastic);
+        sweeps.pull(force_n, u, v, chain);
         for spring in &plan.drive.springs {
             force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
@@ -420,13 +417,12 @@ impl Accounts {
             };
             drive - load
         };
-        let elastic = &plan.elastic;
-        let Forms { mixed, loss, .. } = sweeps.forms(&Changing { elastic, u, v, d_v, spring: &map.spring });
+        let Forms { mixed, loss, .. } = sweeps.forms(&Changing { chain, u, v, d_v, spring: &map.spring });
         let mut scheme_j = -0.5 * mass * mixed - 0.25 * dt * loss + 0.5 * steady_j(u);
         let mut share = 0.25;
         for order in 1..=*orders {
             let [d_u, d_v] = &*now;
-            sweeps.pull(force_n, d_u, d_v, elastic);
+            sweeps.pull(force_n, d_u, d_v, chain);
             let advance_m = if order == 1 { advance_m } else { 0.0 };
             for spring in &plan.drive.springs {
                 force_n[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
@@ -443,7 +439,7 @@ impl Accounts {
                 hold_stuck(&map.sigma, [next_u, next_v]);
             }
             let Forms { square, mixed, loss, elastic: strain_j } =
-                sweeps.forms(&Changing { elastic, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
+                sweeps.forms(&Changing { chain, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
             let drive_j: f64 = plan
                 .drive
                 .springs
@@ -465,9 +461,9 @@ impl Accounts {
 }
 
 /// A state, for its energies.
-pub(crate) fn stored_of<'a>(plan: &'a Plan, state: &'a ChainState) -> Stored<'a> {
+pub(crate) fn stored_of<'a>(plan: &'a Plan, state: &'a SliderState) -> Stored<'a> {
     Stored {
-        elastic: &plan.elastic,
+        chain: plan.elastic.chain(),
         u: &state.displacement_m,
         v: &state.velocity_m_per_s,
         u_stick: &state.stick_position_m,
@@ -507,6 +503,7 @@ fn prestress_work_j(plan: &Plan, displacement_m: &[f64]) -> f64 {
 pub(crate) struct Velocities<'a> {
     pub(crate) before: &'a [f64],
     pub(crate) after: &'a [f64],
+    pub(crate) tangential_force_n: &'a [f64],
     pub(crate) slip: &'a [f64],
     pub(crate) sliding_friction_n: &'a [f64],
 }

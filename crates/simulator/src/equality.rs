@@ -18,17 +18,18 @@
 
 use std::sync::Arc;
 
-use asperity_model::{Elastic, Plan};
+use asperity_model::Plan;
 use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord};
 use serde::{Deserialize, Serialize};
 
 use crate::exact::Exact;
-use crate::fast::Fast;
+use crate::kind;
 use crate::plain::Plain;
 use crate::recorder::{fields, is_on_cadence};
-use crate::slab::FastSlab;
 use crate::solver::{SimulationError, Solver};
-use crate::state::ChainState;
+use crate::ledger::Ledger;
+use crate::state::SliderState;
+use crate::sweep::Sweeps;
 use crate::window::norms::Norms;
 
 /// Numbers agree within this share of the largest of their kind in the run.
@@ -59,7 +60,7 @@ pub struct NearTie {
     /// same unit.
     pub reach: f64,
     /// The last state that both agree on, as the plain solver has it.
-    pub before: ChainState,
+    pub before: SliderState,
 }
 
 /// How far two runs of a plan agree.
@@ -153,25 +154,22 @@ pub fn compare(
 ) -> Result<Agreement, Disagreement> {
     let plan = Arc::new(bare(plan));
     let plain = Plain::new(Arc::clone(&plan));
-    match plan.elastic {
-        Elastic::Chain(_) => hold(&plan, plain, Fast::new(Arc::clone(&plan)), each, progress),
-        Elastic::Lattice(_) => hold(&plan, plain, FastSlab::new(Arc::clone(&plan)), each, progress),
-    }
+    hold(&plan, plain, kind::fast(Arc::clone(&plan), Sweeps::detect()), each, progress)
 }
 
 /// The same with solvers at the start.
 fn hold(
     plan: &Plan,
     mut plain: Plain,
-    mut fast: impl Solver + Clone,
+    mut fast: Box<dyn Solver>,
     mut each: impl FnMut(&StepRecord, &StepRecord),
     mut progress: impl FnMut(u64),
 ) -> Result<Agreement, Disagreement> {
     let mut agreement = Agreement::default();
     let mut numbers = Numbers::of(plan);
-    let mut common = plain.snapshot();
+    let mut common = plain.state().clone();
     let mut of_plain = next_step(plan, &mut plain)?;
-    let mut of_fast = next_step(plan, &mut fast)?;
+    let mut of_fast = next_step(plan, &mut *fast)?;
     loop {
         let (left, right) = match (&of_plain, &of_fast) {
             (None, None) => break,
@@ -185,15 +183,15 @@ fn hold(
                 let tied = here(&of_plain);
                 let coming = [
                     switches_to_come(plan, &plain, of_plain.as_ref(), step)?,
-                    switches_to_come(plan, &fast, of_fast.as_ref(), step)?,
+                    switches_to_come(plan, &*fast, of_fast.as_ref(), step)?,
                 ];
                 common = settle(plan, &common, step, &coming, &mut agreement)?;
-                fast.restore(&common);
+                fast.restore(&common.clone().into());
                 if let Some(record) = &tied {
                     each(record, record);
                     of_plain = next_step(plan, &mut plain)?;
                 }
-                of_fast = next_step(plan, &mut fast)?;
+                of_fast = next_step(plan, &mut *fast)?;
                 continue;
             }
         };
@@ -202,9 +200,9 @@ fn hold(
         numbers.add(left, right);
         each(&left.record, &right.record);
         progress(left.record.step);
-        common = plain.snapshot();
+        common.clone_from(plain.state());
         of_plain = next_step(plan, &mut plain)?;
-        of_fast = next_step(plan, &mut fast)?;
+        of_fast = next_step(plan, &mut *fast)?;
     }
     agreement.deviations = numbers.deviations(plan);
     match agreement
@@ -235,7 +233,7 @@ struct Next {
     fields: FieldRecord,
 }
 
-fn next_step(plan: &Plan, solver: &mut impl Solver) -> Result<Option<Next>, SimulationError> {
+fn next_step(plan: &Plan, solver: &mut dyn Solver) -> Result<Option<Next>, SimulationError> {
     let mut step = None;
     loop {
         match (solver.next_record()?, step.take()) {
@@ -245,7 +243,7 @@ fn next_step(plan: &Plan, solver: &mut impl Solver) -> Result<Option<Next>, Simu
                 let fields_follow = is_on_cadence(plan.recording.fields_every_steps, record.step);
                 if !fields_follow {
                     // Recorded for its own sake: the solver stands just after it.
-                    let fields = fields(plan, &solver.snapshot());
+                    let fields = fields(plan, &solver.snapshot().slider);
                     return Ok(Some(Next { record, fields }));
                 }
                 step = Some(record);
@@ -270,18 +268,18 @@ fn same(a: &StepRecord, b: &StepRecord) -> bool {
 
 /// The switches that a solver, which stands behind `next`, sees from `step` on and
 /// within [`LATE_STEPS`].
-fn switches_to_come<S: Solver + Clone>(
+fn switches_to_come(
     plan: &Plan,
-    solver: &S,
+    solver: &dyn Solver,
     next: Option<&Next>,
     step: u64,
 ) -> Result<Vec<(u64, Turn)>, SimulationError> {
-    let mut solver = solver.clone();
+    let mut solver = solver.fork();
     let mut coming = Vec::new();
     let mut record = next.map(|next| next.record.clone());
     while let Some(known) = record.filter(|record| record.step <= step + LATE_STEPS) {
         coming.extend(switches(Some(&known)).into_iter().map(|switch| (known.step, switch)));
-        record = next_step(plan, &mut solver)?.map(|next| next.record);
+        record = next_step(plan, &mut *solver)?.map(|next| next.record);
     }
     Ok(coming)
 }
@@ -290,24 +288,24 @@ fn switches_to_come<S: Solver + Clone>(
 /// it.
 fn settle(
     plan: &Plan,
-    plain: &ChainState,
+    plain: &SliderState,
     step: u64,
     coming: &[Vec<(u64, Turn)>; 2],
     agreement: &mut Agreement,
-) -> Result<ChainState, Disagreement> {
+) -> Result<SliderState, Disagreement> {
     let here =
         |of: usize| coming[of].iter().filter(|(at, _)| *at == step).map(|(_, s)| *s).collect::<Vec<_>>();
     let (by_plain, by_fast) = (here(0), here(1));
-    if !plan.friction.law.is_affine() {
+    if plan.friction.law.affine().is_none() {
         // Only what both take plainly moves.
         return Err(Disagreement::Records { step });
     }
     let mut again = Plain::new(plan.clone());
-    again.restore(plain);
+    again.restore(&plain.clone().into());
     while again.step() < step {
         again.take_step();
     }
-    let after = again.snapshot();
+    let after = again.state().clone();
     let mut exact = Exact::at(plan, plain);
     exact.advance_to(step);
     let mut any = false;
@@ -350,7 +348,7 @@ fn settle(
             beyond,
             reach,
             // The proof is of a switch.
-            before: ChainState { energy: None, ..plain.clone() },
+            before: SliderState { energy: Ledger::default(), ..plain.clone() },
         });
     }
     if !any {
@@ -360,7 +358,7 @@ fn settle(
 }
 
 /// How far the rounding of a state of this size may move what decides a switch.
-pub fn rounding_reach(plan: &Plan, state: &ChainState, direction: Direction) -> f64 {
+pub fn rounding_reach(plan: &Plan, state: &SliderState, direction: Direction) -> f64 {
     let largest = |values: &[f64]| values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let norms = Norms::of(plan);
     let (u, v) = (largest(&state.displacement_m), largest(&state.velocity_m_per_s));

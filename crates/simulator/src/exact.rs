@@ -7,10 +7,10 @@
 //! digits (Dekker 1971, Knuth 1969): plain steps as in [`crate::Plain`], from the plan's
 //! own doubles, between switches.
 
-use asperity_model::{Elastic, Lattice, Law, Plan, Reattach};
+use asperity_model::{Elastic, Lattice, Plan};
 
-use crate::contacts::{Load, StopForce, aged_coefficient, aged_threshold_n};
-use crate::state::ChainState;
+use crate::strength::{Load, StopForce, aged_coefficient, aged_threshold_n};
+use crate::state::SliderState;
 
 /// A number as a sum of two doubles, the second below the rounding of the first.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -84,7 +84,7 @@ impl std::ops::Mul<f64> for Wide {
 #[derive(Debug, Clone)]
 pub struct Exact<'a> {
     plan: &'a Plan,
-    start: &'a ChainState,
+    start: &'a SliderState,
     step: u64,
     displacement_m: Vec<Wide>,
     velocity_m_per_s: Vec<Wide>,
@@ -100,7 +100,7 @@ pub struct Exact<'a> {
 
 impl<'a> Exact<'a> {
     /// The slider in a state, whose doubles are taken as exact.
-    pub fn at(plan: &'a Plan, state: &'a ChainState) -> Exact<'a> {
+    pub fn at(plan: &'a Plan, state: &'a SliderState) -> Exact<'a> {
         let wide = |values: &[f64]| values.iter().map(|&value| Wide::from(value)).collect::<Vec<_>>();
         Exact {
             plan,
@@ -154,7 +154,7 @@ impl<'a> Exact<'a> {
             let before = self.velocity_m_per_s[n].high;
             self.direction[n] = if before == 0.0 { 0.0 } else { before.signum() };
             let slides = self.start.slip[n] != 0.0;
-            if !slides && plan.friction.law != Law::Springs {
+            if !slides && plan.friction.law.holds() {
                 continue;
             }
             let friction = if slides {
@@ -250,10 +250,8 @@ impl<'a> Exact<'a> {
             let load = Load::in_step(self.plan, self.step, self.hold_step);
             (size - load.scaled_n(aged).into()).high
         } else {
-            let forward = match (self.plan.friction.law, self.plan.friction.reattach) {
-                (Law::Springs, Reattach::OneWay) => 1.0,
-                (Law::Springs, Reattach::TwoWay) | (Law::Rigid { .. }, _) => self.direction[n],
-            };
+            let forward_only = self.plan.friction.law.affine().is_some_and(|form| form.forward_only);
+            let forward = if forward_only { 1.0 } else { self.direction[n] };
             -self.velocity_m_per_s[n].high * forward
         }
     }

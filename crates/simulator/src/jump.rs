@@ -24,14 +24,14 @@
 //! again is counted, and a jump is refused if that is more than rounding.
 
 use asperity_model::chain::{SteadyLoading, Stiffness};
-use asperity_model::{Law, Plan};
+use asperity_model::Plan;
 
-use crate::contacts::{Ramp, StopForce, least_threshold_n};
+use crate::strength::{Ramp, StopForce, least_threshold_n};
 use crate::cost::{self, Costs, LONG_CHAIN};
 use crate::energy::Accounts;
 use crate::kept::Kept;
 use crate::modes::{Coordinates, Modes};
-use crate::state::ChainState;
+use crate::state::SliderState;
 use crate::sweep::Sweeps;
 use crate::waves::{DEFECT_PER_BLOCK, Waves};
 use crate::window::norms::{Norms, ROUNDING, invariant};
@@ -114,10 +114,10 @@ pub(crate) struct Jump {
 }
 
 impl Jump {
-    /// Whether the run is long enough for the modes to be worth finding; never by the laws without
-    /// friction springs, where nothing vibrates while all blocks are stuck.
+    /// Whether the run is long enough for the modes to be worth finding; never by a law
+    /// that holds stuck blocks, where nothing vibrates while all blocks are stuck.
     pub(crate) fn may_pay(plan: &Plan) -> bool {
-        plan.friction.law == Law::Springs
+        !plan.friction.law.holds()
             && Costs::of(plan).all_modes_pay(plan.steps, plan.blocks <= LONG_CHAIN)
     }
 
@@ -180,7 +180,7 @@ impl Jump {
 
     /// Splits a state in which every block is stuck, and gives the largest number
     /// of steps over which none detaches by the certificate, 0 if those are not worth it.
-    pub(crate) fn open(&mut self, plan: &Plan, state: &ChainState, most_steps: u64) -> u64 {
+    pub(crate) fn open(&mut self, plan: &Plan, state: &SliderState, most_steps: u64) -> u64 {
         let (blocks, fewest_steps) = (plan.blocks, self.shortest_steps());
         self.cost_steps = cost::QUASI_STATIC_STEPS;
         self.patience_steps = match &self.basis {
@@ -264,7 +264,7 @@ impl Jump {
 
     /// Foresees after how many steps the waves will have become calm enough for a jump, and has the
     /// next attempt wait for it.
-    fn wait_for_calm(&mut self, plan: &Plan, state: &ChainState, fewest_steps: u64) {
+    fn wait_for_calm(&mut self, plan: &Plan, state: &SliderState, fewest_steps: u64) {
         let Basis::Waves(waves) = &self.basis else { return };
         let mut swing = std::mem::take(&mut self.calmer_swing);
         swing.resize(plan.blocks, 0.0);
@@ -279,11 +279,11 @@ impl Jump {
     }
 
     /// Steps until the quasi-static force and the swing around it reach a threshold.
-    fn certified_steps(&self, plan: &Plan, state: &ChainState, reserve: f64) -> u64 {
+    fn certified_steps(&self, plan: &Plan, state: &SliderState, reserve: f64) -> u64 {
         self.certified_with(plan, state, reserve, &self.swing)
     }
 
-    fn certified_with(&self, plan: &Plan, state: &ChainState, reserve: f64, swing: &[f64]) -> u64 {
+    fn certified_with(&self, plan: &Plan, state: &SliderState, reserve: f64, swing: &[f64]) -> u64 {
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let advance_m = &self.loading[usize::from(self.moves)].advance_m;
         let thresholds = least_threshold_n(plan, state);
@@ -310,7 +310,7 @@ impl Jump {
 
     /// Steps until the quasi-static driving force and the swing around it reach the load that
     /// stops the drive.
-    fn steps_to_load(&self, plan: &Plan, state: &ChainState, swing: f64) -> u64 {
+    fn steps_to_load(&self, plan: &Plan, state: &SliderState, swing: f64) -> u64 {
         let Some(stop) = StopForce::of(plan, state.hold_step) else { return u64::MAX };
         let ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
         let advance_m = &self.loading[usize::from(self.moves)].advance_m;
@@ -329,7 +329,7 @@ impl Jump {
     }
 
     /// Writes displacements and velocities after `into` steps of the jump.
-    pub(crate) fn land(&mut self, into: u64, state: &mut ChainState) {
+    pub(crate) fn land(&mut self, into: u64, state: &mut SliderState) {
         let mut coordinates = self.coordinates.clone();
         coordinates.grow_by(&self.basis.growth(into));
         self.compose(into, &coordinates, f64::NEG_INFINITY, state);
@@ -337,7 +337,7 @@ impl Jump {
 
     /// The same for a sample, which leaves the jump open; samples must come in
     /// the order of time.
-    pub(crate) fn sample(&mut self, into: u64, state: &mut ChainState) {
+    pub(crate) fn sample(&mut self, into: u64, state: &mut SliderState) {
         self.sample_to(into);
         let sampled = std::mem::take(&mut self.sampled);
         self.compose(into, &sampled, self.negligible, state);
@@ -371,10 +371,7 @@ impl Jump {
     ///
     /// The residue's displacements sum up to what its map says, summed over the steps `r -> r'`:
     /// `M sum u = eta L sum v - m / dt (v' - v)`, with `sum v = (u' - u) / dt + v - v'`.
-    pub(crate) fn account(&mut self, plan: &Plan, state: &mut ChainState, accounts: &Accounts) {
-        if state.energy.is_none() {
-            return;
-        }
+    pub(crate) fn account(&mut self, plan: &Plan, state: &mut SliderState, accounts: &Accounts) {
         let blocks = self.position_m.len();
         let steps = state.step - self.from_step;
         let dt = plan.grid.step_s();
@@ -393,7 +390,7 @@ impl Jump {
     }
 
     /// Without modes of at most the size `least`.
-    fn compose(&mut self, into: u64, coordinates: &Coordinates, least: f64, state: &mut ChainState) {
+    fn compose(&mut self, into: u64, coordinates: &Coordinates, least: f64, state: &mut SliderState) {
         let blocks = self.position_m.len();
         match &mut self.basis {
             Basis::Stored(modes) => modes.compose_above(coordinates, least, &mut self.composed),

@@ -56,8 +56,9 @@
 
 mod audit;
 mod basis;
+mod body;
 mod complex;
-mod contacts;
+
 mod cosines;
 mod cost;
 mod counters;
@@ -68,9 +69,11 @@ mod fast;
 mod jump;
 mod kept;
 mod kind;
-mod lattice;
+mod law;
+
 mod ledger;
 mod modes;
+mod pace;
 mod plain;
 mod recorder;
 mod rest;
@@ -79,6 +82,7 @@ mod solver;
 mod state;
 mod step_map;
 mod stepper;
+mod strength;
 mod sweep;
 mod waves;
 mod window;
@@ -86,10 +90,10 @@ mod window;
 pub use audit::MOST_SCHEME_SHARE;
 pub use counters::Counters;
 pub use exact::Exact;
-pub use fast::Fast;
 pub use kind::SolverKind;
 pub use ledger::{Ledger, Span, Sum};
 pub use plain::Plain;
 pub use solver::{SimulationError, Solver};
-pub use state::ChainState;
+pub use pace::{Pace, Snapshot};
+pub use state::SliderState;
 pub use stepper::Driving;

@@ -1,16 +1,18 @@
-//! The solver that takes every step: the oracle that [`crate::Fast`] is compared with.
+//! The solver that takes every step: the oracle that the fast solver is compared with.
 
+use std::fmt::Debug;
 use std::sync::Arc;
 
-use asperity_model::{Elastic, Plan};
+use asperity_model::Plan;
 use asperity_record::Record;
 
+use crate::body::{OfPlan, WithBody, with_body};
 use crate::counters::Counters;
 use crate::energy::Bookkeeping;
-use crate::lattice::LatticeStepper;
-use crate::recorder::Recorder;
+use crate::pace::{Pace, Snapshot};
+use crate::recorder::{Recorder, SingleSteps};
 use crate::solver::{SimulationError, Solver};
-use crate::state::ChainState;
+use crate::state::SliderState;
 use crate::stepper::{Driving, Stepper};
 use crate::sweep::Sweeps;
 
@@ -18,25 +20,40 @@ use crate::sweep::Sweeps;
 #[derive(Debug, Clone)]
 pub struct Plain {
     plan: Arc<Plan>,
-    steps: Steps,
+    stepper: Box<dyn AnyStepper>,
     recorder: Recorder,
 }
 
-/// What takes the steps, by what holds the slider together.
-#[derive(Debug, Clone)]
-enum Steps {
-    Chain(Box<Stepper>),
-    Lattice(Box<LatticeStepper>),
+/// A stepper, whatever its body.
+trait AnyStepper: SingleSteps + Debug + Send {
+    fn take_step(&mut self) -> Driving;
+    fn counters(&self) -> Counters;
+    fn restore(&mut self, state: &SliderState);
+    fn boxed(&self) -> Box<dyn AnyStepper>;
 }
 
-/// The same of either.
-macro_rules! either {
-    ($steps:expr, $stepper:ident => $what:expr) => {
-        match $steps {
-            Steps::Chain($stepper) => $what,
-            Steps::Lattice($stepper) => $what,
-        }
-    };
+impl<B: OfPlan> AnyStepper for Stepper<B> {
+    fn take_step(&mut self) -> Driving {
+        self.take_step(u64::MAX)
+    }
+
+    fn counters(&self) -> Counters {
+        self.counters()
+    }
+
+    fn restore(&mut self, state: &SliderState) {
+        self.restore(state);
+    }
+
+    fn boxed(&self) -> Box<dyn AnyStepper> {
+        Box::new(self.clone())
+    }
+}
+
+impl Clone for Box<dyn AnyStepper> {
+    fn clone(&self) -> Box<dyn AnyStepper> {
+        (**self).boxed()
+    }
 }
 
 impl Plain {
@@ -45,31 +62,32 @@ impl Plain {
 
     /// A solver at the start of a plan.
     pub fn new(plan: impl Into<Arc<Plan>>) -> Plain {
-        let (plan, sweeps) = (plan.into(), Sweeps::detect());
-        let steps = match &plan.elastic {
-            Elastic::Chain(_) => {
-                let stepper = Stepper::new(Arc::clone(&plan), sweeps, Bookkeeping::EveryStep);
-                Steps::Chain(Box::new(stepper))
+        struct Start<'a>(&'a Arc<Plan>);
+        impl WithBody for Start<'_> {
+            type Output = Box<dyn AnyStepper>;
+            fn with<B: OfPlan>(self) -> Box<dyn AnyStepper> {
+                let plan = Arc::clone(self.0);
+                Box::new(Stepper::<B>::new(plan, Sweeps::detect(), Bookkeeping::EveryStep))
             }
-            Elastic::Lattice(_) => Steps::Lattice(Box::new(LatticeStepper::new(Arc::clone(&plan), sweeps))),
-        };
-        let recorder = Recorder::new(&plan, either!(&steps, stepper => stepper.state()));
-        Plain { recorder, steps, plan }
+        }
+        let plan = plan.into();
+        let stepper = with_body(&plan, Start(&plan));
+        Plain { recorder: Recorder::new(&plan, stepper.state()), stepper, plan }
     }
 
     /// The state after the last step taken.
-    pub fn state(&self) -> &ChainState {
-        either!(&self.steps, stepper => stepper.state())
+    pub fn state(&self) -> &SliderState {
+        self.stepper.state()
     }
 
     /// The contacts that switched in the last step, counted from 0.
     pub fn switched(&self) -> &[usize] {
-        either!(&self.steps, stepper => stepper.switched())
+        self.stepper.switched()
     }
 
     /// Takes one step; returns the driving forces that it used.
     pub fn take_step(&mut self) -> Driving {
-        either!(&mut self.steps, stepper => stepper.take_step())
+        self.stepper.take_step()
     }
 }
 
@@ -89,8 +107,7 @@ impl Solver for Plain {
             }
             let was_sliding = state.sliding > 0;
             let driving = self.take_step();
-            let (plan, recorder) = (&self.plan, &mut self.recorder);
-            either!(&mut self.steps, stepper => recorder.observe(plan, &mut **stepper, was_sliding, driving))?;
+            self.recorder.observe(&self.plan, &mut *self.stepper, was_sliding, driving)?;
         }
     }
 
@@ -103,15 +120,19 @@ impl Solver for Plain {
     }
 
     fn counters(&self) -> Counters {
-        either!(&self.steps, stepper => stepper.counters())
+        self.stepper.counters()
     }
 
-    fn snapshot(&self) -> ChainState {
-        self.state().clone()
+    fn snapshot(&self) -> Snapshot {
+        Snapshot { slider: self.state().clone(), pace: Pace::default() }
     }
 
-    fn restore(&mut self, state: &ChainState) {
-        either!(&mut self.steps, stepper => stepper.restore(state));
-        self.recorder.continue_after(&self.plan, state);
+    fn fork(&self) -> Box<dyn Solver> {
+        Box::new(self.clone())
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) {
+        self.stepper.restore(&snapshot.slider);
+        self.recorder.continue_after(&self.plan, &snapshot.slider);
     }
 }

@@ -7,41 +7,35 @@ use asperity_model::{Plan, WindowPlan};
 use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord, Switch, WindowRecord};
 
 use crate::audit::Audit;
-use crate::contacts::{Load, threshold_n};
-use crate::lattice::LatticeStepper;
+use crate::body::Body;
 use crate::solver::SimulationError;
-use crate::state::ChainState;
+use crate::state::SliderState;
 use crate::stepper::{Driving, Stepper};
+use crate::strength::{Load, threshold_n};
 
-/// What has taken a single step.
+/// What has taken a single step, whatever its body.
 pub(crate) trait SingleSteps {
     /// The state after it.
-    fn state(&self) -> &ChainState;
+    fn state(&self) -> &SliderState;
     /// The contacts that switched in it, counted from 0.
     fn switched(&self) -> &[usize];
-    /// Energies at its end; `None` if the state came without.
-    fn energy(&mut self) -> Option<Energy>;
+    /// Energies at its end.
+    fn energy(&mut self) -> Energy;
 }
 
-macro_rules! takes_single_steps {
-    ($($stepper:ty),*) => {
-        $(impl SingleSteps for $stepper {
-            fn state(&self) -> &ChainState {
-                self.state()
-            }
+impl<B: Body> SingleSteps for Stepper<B> {
+    fn state(&self) -> &SliderState {
+        self.state()
+    }
 
-            fn switched(&self) -> &[usize] {
-                self.switched()
-            }
+    fn switched(&self) -> &[usize] {
+        self.switched()
+    }
 
-            fn energy(&mut self) -> Option<Energy> {
-                self.energy()
-            }
-        })*
-    };
+    fn energy(&mut self) -> Energy {
+        self.energy()
+    }
 }
-
-takes_single_steps!(Stepper, LatticeStepper);
 
 /// Turns states worth recording into records, and knows the next step at which
 /// a cadence asks for one.
@@ -56,7 +50,7 @@ pub(crate) struct Recorder {
 
 impl Recorder {
     /// A recorder at the start of a run, with the initial fields ready.
-    pub(crate) fn new(plan: &Plan, initial: &ChainState) -> Recorder {
+    pub(crate) fn new(plan: &Plan, initial: &SliderState) -> Recorder {
         let stop = state_not_finite(initial);
         let first = Record::Fields(fields(plan, initial));
         Recorder {
@@ -88,34 +82,8 @@ impl Recorder {
         self.due_step
     }
 
-    /// Whether the load alone is asked for at that step.
-    pub(crate) fn due_is_load(&self, plan: &Plan) -> bool {
-        let recording = &plan.recording;
-        !is_on_cadence(recording.fields_every_steps, self.due_step)
-            && recording
-                .windows
-                .iter()
-                .all(|window| next_in_window(window, self.due_step - 1) != Some(self.due_step))
-    }
-
-    /// Records the step that is due, in which no block slides, from its driving force alone;
-    /// `state` is one before it.
-    pub(crate) fn record_load(
-        &mut self,
-        plan: &Plan,
-        state: &ChainState,
-        driving: Driving,
-    ) -> Result<(), SimulationError> {
-        let step = self.due_step;
-        let record = load(plan, step, state.hold_step, 0, driving, None, Vec::new());
-        self.is_finite(not_finite(&record, step, state))?;
-        self.ready.push_back(Record::Step(record));
-        self.due_step = next_due(plan, step, state.detached);
-        Ok(())
-    }
-
     /// Forgets what is ready, and goes on behind a state.
-    pub(crate) fn continue_after(&mut self, plan: &Plan, state: &ChainState) {
+    pub(crate) fn continue_after(&mut self, plan: &Plan, state: &SliderState) {
         self.ready.clear();
         self.stop = None;
         self.due_step = next_due(plan, state.step, state.detached);
@@ -126,7 +94,7 @@ impl Recorder {
     pub(crate) fn observe(
         &mut self,
         plan: &Plan,
-        stepper: &mut impl SingleSteps,
+        stepper: &mut (impl SingleSteps + ?Sized),
         was_sliding: bool,
         driving: Driving,
     ) -> Result<(), SimulationError> {
@@ -144,9 +112,9 @@ impl Recorder {
     pub(crate) fn record(
         &mut self,
         plan: &Plan,
-        state: &ChainState,
+        state: &SliderState,
         driving: Driving,
-        energy: Option<Energy>,
+        energy: Energy,
         switched: &[usize],
         edge: bool,
     ) -> Result<(), SimulationError> {
@@ -161,7 +129,7 @@ impl Recorder {
             return Ok(());
         }
         let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
-        let record = load(plan, step, state.hold_step, state.sliding, driving, energy, switches);
+        let record = load(plan, state, driving, energy, switches);
         self.is_finite(state_not_finite(state).or_else(|| not_finite(&record, step, state)))?;
         self.stop = self.audit.stops(&record);
         self.ready.push_back(Record::Step(record));
@@ -171,7 +139,7 @@ impl Recorder {
     }
 
     /// Records the states that are due behind a step.
-    fn states(&mut self, plan: &Plan, state: &ChainState, edge: bool) {
+    fn states(&mut self, plan: &Plan, state: &SliderState, edge: bool) {
         for due in due_states(plan, state.step, edge, state.sliding) {
             self.ready.push_back(match due {
                 Due::Fields => Record::Fields(fields(plan, state)),
@@ -189,21 +157,19 @@ impl Recorder {
 
 fn load(
     plan: &Plan,
-    step: u64,
-    hold_step: u64,
-    sliding: u32,
+    state: &SliderState,
     driving: Driving,
-    energy: Option<Energy>,
+    energy: Energy,
     switches: Vec<Switch>,
 ) -> StepRecord {
     StepRecord {
-        step,
-        time_s: plan.grid.time_s(step),
+        step: state.step,
+        time_s: plan.grid.time_s(state.step),
         driving_force_n: driving.total_n,
         end_forces_n: driving.ends_n,
-        energy,
-        normal_load_n: Load::in_step(plan, step, hold_step).scaled_n(plan.total_normal_load_n),
-        sliding,
+        energy: Some(energy),
+        normal_load_n: Load::in_step(plan, state.step, state.hold_step).scaled_n(plan.total_normal_load_n),
+        sliding: state.sliding,
         switches,
     }
 }
@@ -264,7 +230,7 @@ fn next_in_window(window: &WindowPlan, step: u64) -> Option<u64> {
     (next <= window.to_step).then_some(next)
 }
 
-fn switch(plan: &Plan, state: &ChainState, n: usize) -> Switch {
+fn switch(plan: &Plan, state: &SliderState, n: usize) -> Switch {
     Switch {
         block: n as u32 + 1,
         direction: if state.slip[n] != 0.0 { Direction::Detach } else { Direction::Attach },
@@ -277,7 +243,7 @@ fn switch(plan: &Plan, state: &ChainState, n: usize) -> Switch {
 }
 
 /// The state of all blocks; of a slab, of its contacts.
-pub(crate) fn fields(plan: &Plan, state: &ChainState) -> FieldRecord {
+pub(crate) fn fields(plan: &Plan, state: &SliderState) -> FieldRecord {
     FieldRecord {
         step: state.step,
         time_s: plan.grid.time_s(state.step),
@@ -295,7 +261,7 @@ fn blocks_of(plan: &Plan, index: usize) -> std::ops::Range<usize> {
     plan.recording.windows.get(index).map_or(0..plan.blocks, |window| window.blocks.clone())
 }
 
-fn window_record(plan: &Plan, state: &ChainState, index: usize) -> Record {
+fn window_record(plan: &Plan, state: &SliderState, index: usize) -> Record {
     let blocks = blocks_of(plan, index);
     Record::Window(WindowRecord {
         window: index as u32,
@@ -310,7 +276,7 @@ fn window_record(plan: &Plan, state: &ChainState, index: usize) -> Record {
 }
 
 /// The first block of a state of which something is not finite.
-fn state_not_finite(state: &ChainState) -> Option<SimulationError> {
+fn state_not_finite(state: &SliderState) -> Option<SimulationError> {
     let kinds = [
         ("a displacement", &state.displacement_m),
         ("a velocity", &state.velocity_m_per_s),
@@ -338,7 +304,7 @@ fn are_finite(values: &[f64]) -> bool {
 
 /// What in the record of a step is not finite although the state is, if anything: of the whole slider
 /// that is said with the fastest block.
-fn not_finite(record: &StepRecord, step: u64, state: &ChainState) -> Option<SimulationError> {
+fn not_finite(record: &StepRecord, step: u64, state: &SliderState) -> Option<SimulationError> {
     let ends_n = record.end_forces_n.into_iter().flatten();
     let driving_n = ends_n.chain([record.driving_force_n]).map(|force_n| ("the force of the drive", force_n));
     let energies_j = record.energy.iter().flat_map(Energy::parts);
@@ -349,7 +315,7 @@ fn not_finite(record: &StepRecord, step: u64, state: &ChainState) -> Option<Simu
     Some(at_block(what, step, state, fastest.unwrap_or(0)))
 }
 
-fn at_block(what: &'static str, step: u64, state: &ChainState, n: usize) -> SimulationError {
+fn at_block(what: &'static str, step: u64, state: &SliderState, n: usize) -> SimulationError {
     SimulationError::NotFinite {
         step,
         what,

@@ -3,13 +3,14 @@
 
 use asperity_model::Plan;
 
-use crate::contacts::{Ramp, StopForce};
-use crate::state::ChainState;
+use crate::energy::Accounts;
+use crate::state::SliderState;
+use crate::strength::{Ramp, StopForce};
 use crate::window::norms::ROUNDING;
 
 /// Steps for which a chain stays at rest whose blocks all stick without springs: only the
 /// drive's pull changes, and the thresholds. Nothing moves, so nothing rounds, but these two.
-pub(crate) fn rest_steps(plan: &Plan, state: &ChainState) -> u64 {
+pub(crate) fn rest_steps(plan: &Plan, state: &SliderState) -> u64 {
     let advance_m = match state.hold_step > state.step + 1 {
         true => plan.drive.velocity_m_per_s * plan.grid.step_s(),
         false => 0.0,
@@ -50,4 +51,15 @@ pub(crate) fn rest_steps(plan: &Plan, state: &ChainState) -> u64 {
     }
     // Casting saturates: what does not change stays.
     least as u64
+}
+
+/// Takes steps in which nothing moves but the drive point.
+pub(crate) fn rest(plan: &Plan, steps: u64, state: &mut SliderState, accounts: &Accounts) {
+    let from_step = state.step;
+    state.step += steps;
+    state.sliding = 0;
+    let displacement_m = std::mem::take(&mut state.displacement_m);
+    let sum_m = |n: usize| steps as f64 * displacement_m[n];
+    accounts.add_drive(plan, state, from_step, steps, sum_m, |n| displacement_m[n]);
+    state.displacement_m = displacement_m;
 }

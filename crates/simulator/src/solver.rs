@@ -3,7 +3,7 @@
 use asperity_record::{Record, RunStatus};
 
 use crate::counters::Counters;
-use crate::state::ChainState;
+use crate::pace::Snapshot;
 
 /// A solver of a [`asperity_model::Plan`].
 pub trait Solver: Send {
@@ -27,7 +27,7 @@ pub trait Solver: Send {
     /// The whole state, to the bit where [`Solver::is_between_records`]: a solver of the same kind
     /// that restores it yields the same switches, events and states from there on, whatever the
     /// cadences.
-    fn snapshot(&self) -> ChainState;
+    fn snapshot(&self) -> Snapshot;
 
     /// What the steps up to now were made of.
     fn counters(&self) -> Counters;
@@ -38,11 +38,14 @@ pub trait Solver: Send {
         Vec::new()
     }
 
+    /// A copy, which continues on its own.
+    fn fork(&self) -> Box<dyn Solver>;
+
     /// Continues from a state. Records not yet handed out are dropped.
     ///
     /// # Panics
-    /// If the state is of a chain of another size.
-    fn restore(&mut self, state: &ChainState);
+    /// If the state is of a slider of another size.
+    fn restore(&mut self, snapshot: &Snapshot);
 }
 
 /// A run that cannot go on.

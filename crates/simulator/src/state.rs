@@ -3,7 +3,6 @@
 use asperity_model::{Plan, slab};
 use serde::{Deserialize, Serialize};
 
-use crate::cost::FIRST_SAVED_STEPS;
 use crate::ledger::Ledger;
 
 /// Everything that the next step depends on, and the last step's forces.
@@ -14,7 +13,7 @@ use crate::ledger::Ledger;
 /// ([`asperity_model::lattice`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct ChainState {
+pub struct SliderState {
     /// The last step taken; 0 initially.
     pub step: u64,
     /// Displacement `u_n` of each freedom from the initial grid. Absolute positions would lose
@@ -37,22 +36,12 @@ pub struct ChainState {
     pub normal_load_n: Vec<f64>,
     /// How many contacts slid in the last step.
     pub sliding: u32,
-    /// Steps that a solver has decided to take one by one before it tries again
-    /// for many at once: part of the state, so that a restored run is cut up, and
-    /// rounds, as the one that it continues.
-    pub single_steps: u64,
-    /// The same for jumps: none is tried before this step.
-    pub no_jump_before_step: u64,
-    /// Steps that leaps have saved over what was spent on them, up to a limit.
-    #[serde(default)]
-    pub saved_steps: u64,
     /// The step in which the drive point stopped or will stop; `u64::MAX` for none that is
     /// known.
     #[serde(default = "never")]
     pub hold_step: u64,
-    /// Energies up to the last step; none where the scenario asks for none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub energy: Option<Ledger>,
+    /// Energies up to the last step.
+    pub energy: Ledger,
     /// Where contacts age, the step in which each stuck last.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stuck_since_step: Vec<u64>,
@@ -66,9 +55,9 @@ fn never() -> u64 {
     u64::MAX
 }
 
-impl ChainState {
+impl SliderState {
     /// The slider before the first step, every contact stuck.
-    pub fn initial(plan: &Plan) -> ChainState {
+    pub fn initial(plan: &Plan) -> SliderState {
         let initial = &plan.initial;
         let u = &initial.displacement_m;
         let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
@@ -90,7 +79,7 @@ impl ChainState {
         };
         let is_slab = plan.elastic.lattice().is_some();
         let ages = plan.friction.ageing.is_some();
-        ChainState {
+        SliderState {
             step: initial.step,
             displacement_m: u.clone(),
             velocity_m_per_s: initial.velocity_m_per_s.clone(),
@@ -100,11 +89,8 @@ impl ChainState {
             tangential_force_n,
             normal_load_n: if is_slab { plan.normal_load_n.clone() } else { Vec::new() },
             sliding: 0,
-            single_steps: 0,
-            no_jump_before_step: 0,
-            saved_steps: FIRST_SAVED_STEPS,
             hold_step,
-            energy: plan.recording.energies.then(Ledger::default),
+            energy: Ledger::default(),
             stuck_since_step: if ages { vec![initial.step; plan.blocks] } else { Vec::new() },
             aged_threshold_n: if ages && !is_slab {
                 plan.friction.static_threshold_n.clone()
@@ -114,9 +100,13 @@ impl ChainState {
         }
     }
 
-    /// Whether this can be a state of that plan: that it is of as many blocks, finite, within the
-    /// run's steps, with the energies that are asked for, and that its drive stops no later than it may.
-    /// What is read from a file is to be asked before a solver restores it.
+    /// Contacts that had lifted off in the last step.
+    pub(crate) fn contacts_in_air(&self) -> u64 {
+        self.normal_load_n.iter().filter(|load_n| **load_n == 0.0).count() as u64
+    }
+
+    /// Checks a loaded state against the plan: sizes, finite values, the step, and that the drive stops
+    /// no later than it may. A state from a file must pass before a solver restores it.
     pub fn fits(&self, plan: &Plan) -> bool {
         let are_finite =
             |values: &[f64], count| values.len() == count && values.iter().all(|x| x.is_finite());
@@ -138,10 +128,8 @@ impl ChainState {
                 None => self.hold_step == plan.drive.hold_from_step.unwrap_or(u64::MAX),
                 Some(_) => self.hold_step == u64::MAX || self.hold_step <= self.step,
             }
-            && self.energy.is_some() == plan.recording.energies
-            && self.energy.is_none_or(|ledger| {
-                ledger.is_finite() && ledger.span.is_none_or(|span| span.from_step <= self.step)
-            })
+            && self.energy.is_finite()
+            && self.energy.span.is_none_or(|span| span.from_step <= self.step)
             && self.stuck_since_step.len() == if ages { plan.blocks } else { 0 }
             && self.stuck_since_step.iter().all(|&step| step <= self.step)
             && match plan.elastic.lattice() {

@@ -1,61 +1,49 @@
-//! The stepper: one step after the other, as the equations of Chapter 5 read. Both solvers
-//! take their single steps with it.
+//! The stepper: one step after the other, as the equations of Chapter 5 read, for any body and
+//! contact law. Both solvers take their single steps with it.
 //!
-//! Nodes move, contacts rub; node `n` of a chain carries contact `n`. One step from `t - dt`
-//! to `t`, everything from the old state:
+//! Nodes move, contacts rub. One step from `t - dt` to `t`, everything from the old state:
 //!
-//! 1. the tangential force on a node without friction (5.6, 5.7, 5.8), from its neighbours
-//!    ([`asperity_model::Elastic`]) and the drive:
-//!    `tau_n = k (u_{n+1} - 2 u_n + u_{n-1}) + eta (v_{n+1} - 2 v_n + v_{n-1}) + F_n`,
-//!    and the constant prestress where there is one;
-//! 2. friction: the spring of a stuck contact pulls with `-k_t (u_n - u_stick,n)` (5.12), a
-//!    sliding one with `-mu_d p_n sign(v_n)` (5.14);
+//! 1. the tangential force on a contact without friction: of a chain (5.6, 5.7, 5.8)
+//!    `tau_n = k (u_{n+1} - 2 u_n + u_{n-1}) + eta (v_{n+1} - 2 v_n + v_{n-1}) + F_n`, of a lattice
+//!    the pull of its bonds and dashpots ([`asperity_model::lattice`]); with the drive at the new time
+//!    and the nodes where they were, and the constant prestress where there is one;
+//! 2. friction, by the contact's law: the spring of a stuck contact pulls with
+//!    `-k_t (u_n - u_stick,n)` (5.12), a sliding one resists with `-mu_d p_n sign(v_n)` (5.14);
 //! 3. Euler-Cromer (4.13, 4.14): `v_n += dt (tau_n + f_n) / m`, then `u_n += dt v_n`;
 //! 4. switches, in force from the next step: a stuck contact detaches at
 //!    `|tau_n| >= mu_s p_n` (5.13); a sliding one whose new velocity has come to
 //!    rest re-attaches at `u_stick,n = u_n - tau_n / k_t` (5.15), with the new
-//!    position, this step's `tau_n`, and its velocity kept.
+//!    position, this step's `tau_n`, and its velocity kept. By a law that holds stuck contacts it stays,
+//!    at rest, where it was before the step that would have turned it round.
 //!
-//! What `mu_s p_n` and `mu_d p_n` are in a step is told by [`crate::contacts`]; 1 to 3, and whether
-//! anything switches, are one sweep ([`crate::sweep`]).
+//! What `mu_s p_n` and `mu_d p_n` are in a step is in [`crate::strength`]. A [`Body`] does 1 to 3 for
+//! all of its freedoms at once.
 
 use std::sync::Arc;
 
-use asperity_model::{Law, Plan, Reattach};
+use asperity_model::Plan;
+use asperity_model::law::magnitude;
 use asperity_record::Energy;
 
-use crate::contacts::{Contacts, Load, StopForce, aged_threshold_n};
+use crate::body::{Body, OfPlan};
 use crate::counters::Counters;
-use crate::energy::{Accounts, Bookkeeping, Velocities};
-use crate::state::ChainState;
-use crate::sweep::{After, Blocks, Constants, Steps, Sweeps};
+use crate::energy::Bookkeeping;
+use crate::state::SliderState;
+use crate::strength::{self, Load, StopForce};
+use crate::sweep::Sweeps;
 
 /// A slider, and how it gets from one step to the next.
 #[derive(Debug, Clone)]
-pub(crate) struct Stepper {
+pub(crate) struct Stepper<B> {
     plan: Arc<Plan>,
-    state: ChainState,
-    sweeps: Sweeps,
-    constants: Constants,
-    /// Displacements and velocities after the step, while those before it are still
-    /// needed.
-    new_displacement_m: Vec<f64>,
-    new_velocity_m_per_s: Vec<f64>,
-    /// Tangential forces of the step before.
-    old_tangential_force_n: Vec<f64>,
-    /// Force from outside on each node in the last step, by the drive and the prestress; whether
-    /// the drive pulls both ways, and whether any but the ends are pulled.
-    outer_force_n: Vec<f64>,
+    state: SliderState,
+    body: B,
     pulls_both_ways: bool,
-    pulls_inside: bool,
-    /// What the contacts bear in the last step.
-    contacts: Contacts,
     /// The contacts that may switch, as bits.
     marks: Vec<u64>,
     /// The contacts that switched in the last step, counted from 0, ascending.
     switched: Vec<usize>,
     counters: Counters,
-    accounts: Accounts,
 }
 
 /// What the drive does in one step.
@@ -67,56 +55,47 @@ pub struct Driving {
     pub ends_n: Option<[f64; 2]>,
 }
 
-impl Stepper {
+impl<B: OfPlan> Stepper<B> {
     /// The slider at the start of a plan, with sweeps for a certain instruction set.
-    pub(crate) fn new(plan: Arc<Plan>, sweeps: Sweeps, keeping: Bookkeeping) -> Stepper {
-        let state = ChainState::initial(&plan);
-        let dt = plan.grid.step_s();
-        let (nodes, contacts) = (plan.elastic.nodes(), plan.elastic.contacts());
+    pub(crate) fn new(plan: Arc<Plan>, sweeps: Sweeps, keeping: Bookkeeping) -> Stepper<B> {
+        let state = SliderState::initial(&plan);
+        let body = B::of_plan(&plan, &state, sweeps, keeping);
+        Stepper::of(plan, state, body)
+    }
+}
+
+impl<B: Body> Stepper<B> {
+    /// A body in a state.
+    pub(crate) fn of(plan: Arc<Plan>, state: SliderState, body: B) -> Stepper<B> {
         Stepper {
-            constants: Constants {
-                dt,
-                dt_over_m: dt / plan.block_mass_kg,
-                kt: plan.friction.interfacial_stiffness_n_per_m,
-                two_way: plan.friction.reattach == Reattach::TwoWay,
-                weakening: match plan.friction.law {
-                    Law::Springs => 0.0,
-                    Law::Rigid { weakening_s_per_m, .. } => weakening_s_per_m,
-                },
-                radiation: match plan.friction.law {
-                    Law::Springs => 0.0,
-                    Law::Rigid { radiation_kg_per_s, .. } => radiation_kg_per_s,
-                },
-            },
-            outer_force_n: if plan.prestress_n.is_empty() {
-                vec![0.0; nodes]
-            } else {
-                plan.prestress_n.clone()
-            },
+            body,
             pulls_both_ways: plan.drive.pulls_both_ways(),
-            pulls_inside: plan.drive.pulls_inside(plan.blocks) || !plan.prestress_n.is_empty(),
-            contacts: Contacts::new(&plan),
-            marks: vec![0; contacts.div_ceil(64)],
-            new_displacement_m: vec![0.0; nodes],
-            new_velocity_m_per_s: vec![0.0; nodes],
-            old_tangential_force_n: vec![0.0; nodes],
-            accounts: Accounts::new(&plan, &state, sweeps, keeping),
-            plan,
-            state,
-            sweeps,
+            marks: vec![0; plan.blocks.div_ceil(64)],
             switched: Vec::new(),
             counters: Counters::default(),
+            state,
+            plan,
         }
     }
 
     /// The state after the last step taken.
-    pub(crate) fn state(&self) -> &ChainState {
+    pub(crate) fn state(&self) -> &SliderState {
         &self.state
     }
 
-    /// The same, for a solver that takes many steps at once.
-    pub(crate) fn state_mut(&mut self) -> &mut ChainState {
+    /// The state, for a solver that takes many steps at once.
+    pub(crate) fn state_mut(&mut self) -> &mut SliderState {
         &mut self.state
+    }
+
+    /// The body, and the state of which it keeps the energies.
+    pub(crate) fn body_mut(&mut self) -> (&mut B, &mut SliderState) {
+        (&mut self.body, &mut self.state)
+    }
+
+    /// The body.
+    pub(crate) fn body(&self) -> &B {
+        &self.body
     }
 
     /// The contacts that switched in the last step, counted from 0.
@@ -124,49 +103,74 @@ impl Stepper {
         &self.switched
     }
 
-    /// Energies at the end of the last step; `None` if the state came without.
-    pub(crate) fn energy(&mut self) -> Option<Energy> {
-        self.accounts.energy(&self.plan, &self.state)
+    /// What the steps taken up to now were made of.
+    pub(crate) fn counters(&self) -> Counters {
+        self.counters
     }
 
-    /// The energies' accounts, and the state that they are kept in.
-    pub(crate) fn accounts_mut(&mut self) -> (&mut Accounts, &mut ChainState) {
-        (&mut self.accounts, &mut self.state)
+    /// Energies at the end of the last step.
+    pub(crate) fn energy(&mut self) -> Energy {
+        self.body.energy(&self.plan, &self.state)
     }
 
-    /// Has single steps add up what they do where so few lie between one record and the next that the
-    /// ends of a span would take longer.
-    pub(crate) fn add_up(&mut self, steps: u64) {
-        if self.accounts.adds_so_few(steps) {
-            self.accounts.end(&self.plan, &mut self.state);
-            self.state.single_steps = u64::MAX;
-        }
+    /// Continues from a state.
+    ///
+    /// # Panics
+    /// If it is of a slider of another size.
+    pub(crate) fn restore(&mut self, state: &SliderState) {
+        let freedoms = self.state.displacement_m.len();
+        assert_eq!(state.displacement_m.len(), freedoms, "the state of a slider of another size");
+        self.state = state.clone();
+        self.switched.clear();
+        self.body.follow(&self.plan, &self.state);
     }
 
-    /// Takes one step; returns the driving forces that it used.
-    pub(crate) fn take_step(&mut self) -> Driving {
-        let hold_step = self.state.hold_step;
-        let by_steps = self.accounts.adds_single_steps(&self.state);
-        if !by_steps {
-            let next_step = self.state.step + 1;
-            self.accounts.begin(&self.plan, &mut self.state, next_step);
+    /// Takes one step, the first of at least `steps_ahead` that are taken one by one; returns the
+    /// driving forces that it used.
+    pub(crate) fn take_step(&mut self, steps_ahead: u64) -> Driving {
+        let Stepper { plan, state, body, .. } = self;
+        let hold_step = state.hold_step;
+        body.begin_step(plan, state, steps_ahead);
+        state.step += 1;
+        state.sliding = state.detached;
+        let load = Load::in_step(plan, state.step, state.hold_step);
+        body.press(plan, state, load);
+        let driving = self.drive();
+        let Stepper { plan, state, body, .. } = self;
+        let may_switch = body.advance(plan, state);
+        // By a law that holds stuck contacts, what stops does so in this step.
+        let holds = plan.friction.law.holds();
+        if !holds {
+            body.add_step(plan, state, load);
         }
-        self.state.step += 1;
-        self.state.sliding = self.state.detached;
-        if self.contacts.change() {
-            let load = Load::in_step(&self.plan, self.state.step, self.state.hold_step);
-            self.contacts.follow(&self.plan, &self.state, load);
+        self.switched.clear();
+        if may_switch {
+            self.switch_contacts();
         }
-        let (plan, state) = (&*self.plan, &mut self.state);
-        // The drive is taken at the new time, the nodes where they were.
+        let Stepper { plan, state, body, .. } = self;
+        if holds {
+            body.add_step(plan, state, load);
+        }
+        self.counters.plain_steps += 1;
+        self.counters.switches += self.switched.len() as u64;
+        self.counters.contact_steps_in_air += state.contacts_in_air();
+        let stop = StopForce::of(plan, state.hold_step);
+        if stop.is_some_and(|stop| driving.total_n >= stop.under_n(load)) {
+            state.hold_step = state.step;
+        }
+        let is_last = !self.switched.is_empty() || state.hold_step != hold_step;
+        body.end_step(plan, state, is_last);
+        driving
+    }
+
+    /// The forces of the drive, its point at the new time, the nodes where they were.
+    fn drive(&mut self) -> Driving {
+        let Stepper { plan, state, body, pulls_both_ways, .. } = self;
         let point_m = plan.drive_point_m(state.step, state.hold_step);
         let (mut total_n, mut ends_n, mut along_n) = (0.0, [0.0; 2], 0.0);
         for spring in &plan.drive.springs {
             let force_n = spring.force_n(point_m, state.displacement_m[spring.block]);
-            self.outer_force_n[spring.block] = match plan.prestress_n.get(spring.block) {
-                None => force_n,
-                Some(prestress_n) => prestress_n + force_n,
-            };
+            body.pull_at(spring.block, force_n);
             total_n += force_n;
             along_n += spring.direction * force_n;
             if spring.block == 0 {
@@ -175,169 +179,83 @@ impl Stepper {
                 ends_n[1] = force_n;
             }
         }
-        self.accounts.add_drive_step(state.energy.as_mut(), along_n, state.step <= state.hold_step);
-        let driving = Driving { total_n, ends_n: self.pulls_both_ways.then_some(ends_n) };
-        let old = Blocks {
-            elastic: &plan.elastic,
-            u: &state.displacement_m,
-            v: &state.velocity_m_per_s,
-            u_stick: &state.stick_position_m,
-            slip: &state.slip,
-            threshold: &self.contacts.threshold_n,
-            sliding_friction: &self.contacts.sliding_friction_n,
-            outer_force: &self.outer_force_n,
-        };
-        std::mem::swap(&mut state.tangential_force_n, &mut self.old_tangential_force_n);
-        let new = (&mut self.new_displacement_m[..], &mut self.new_velocity_m_per_s[..]);
-        let (tau, constants) = (&mut state.tangential_force_n[..], &self.constants);
-        let any_switch = match plan.friction.law {
-            Law::Springs if self.pulls_inside => {
-                self.sweeps.step_driven_everywhere(new.0, new.1, tau, &old, constants)
-            }
-            Law::Springs => self.sweeps.step(new.0, new.1, tau, &old, constants),
-            Law::Rigid { .. } => self.sweeps.rigid_step(new.0, new.1, tau, &old, constants),
-        };
-        std::mem::swap(&mut state.displacement_m, &mut self.new_displacement_m);
-        self.switched.clear();
-        // By the laws without friction springs, blocks that stop do so in this step.
-        let rigid = self.plan.friction.law != Law::Springs;
-        if by_steps && !rigid {
-            self.add_step();
-        }
-        if any_switch {
-            self.switch_blocks();
-        }
-        if by_steps && rigid {
-            self.add_step();
-        }
-        std::mem::swap(&mut self.state.velocity_m_per_s, &mut self.new_velocity_m_per_s);
-        self.counters.plain_steps += 1;
-        self.counters.switches += self.switched.len() as u64;
-        self.stop_at_load(total_n);
-        if !by_steps {
-            let is_last = !self.switched.is_empty() || self.state.hold_step != hold_step;
-            self.accounts.pass(&self.plan, &mut self.state, is_last);
-        }
-        driving
-    }
-
-    /// Adds what the step did to the energies.
-    fn add_step(&mut self) {
-        let Some(ledger) = &mut self.state.energy else { return };
-        let step = Velocities {
-            before: &self.state.velocity_m_per_s,
-            after: &self.new_velocity_m_per_s,
-            slip: &self.state.slip,
-            sliding_friction_n: &self.contacts.sliding_friction_n,
-        };
-        self.accounts.add_step(&self.plan, ledger, &step);
-    }
-
-    /// Stops the drive point where the load has been reached that it is to be driven to.
-    fn stop_at_load(&mut self, total_n: f64) {
-        let stop = StopForce::of(&self.plan, self.state.hold_step);
-        if stop.is_some_and(|stop| total_n >= stop.under_n(self.contacts.load)) {
-            self.state.hold_step = self.state.step;
-        }
-    }
-
-    /// Steps until the first contact would switch, if forces and velocities went on as they
-    /// did from the step before the last to the last, in which none may have switched.
-    pub(crate) fn foreseen_steps(&self) -> f64 {
-        let state = &self.state;
-        let steps = Steps {
-            tau: &state.tangential_force_n,
-            tau_before: &self.old_tangential_force_n,
-            v: &state.velocity_m_per_s,
-            v_before: &self.new_velocity_m_per_s,
-        };
-        let decline = if self.contacts.change() {
-            self.contacts.load.fall_to(Load::in_step(&self.plan, state.step + 1, state.hold_step))
-        } else {
-            0.0
-        };
-        self.sweeps.crossing_ahead(&steps, &state.slip, &self.contacts.threshold_n, decline)
+        body.add_drive(state, along_n);
+        Driving { total_n, ends_n: pulls_both_ways.then_some(ends_n) }
     }
 
     /// Puts the switches of this step in force for the next.
-    fn switch_blocks(&mut self) {
-        let (plan, state) = (&*self.plan, &mut self.state);
-        let friction = &plan.friction;
-        let rigid = friction.law != Law::Springs;
+    fn switch_contacts(&mut self) {
+        let Stepper { plan, state, body, marks, switched, .. } = self;
+        body.mark_switches(state, marks);
         // Energy of the friction springs that take hold, less of those that let go.
-        let kt = friction.interfacial_stiffness_n_per_m;
-        let held_j = |state: &ChainState, n: usize| {
-            let stretch_m = state.displacement_m[n] - state.stick_position_m[n];
-            0.5 * kt * stretch_m * stretch_m
-        };
         let mut anchored_j = 0.0;
-        let after = After {
-            slip: &state.slip,
-            v: &state.velocity_m_per_s,
-            v_new: &self.new_velocity_m_per_s,
-            tau: &state.tangential_force_n,
-            threshold: &self.contacts.threshold_n,
-            two_way: friction.reattach == Reattach::TwoWay,
-            rigid,
-        };
-        self.sweeps.switching(&mut self.marks, &after);
-        for group in 0..self.marks.len() {
-            let mut mark = self.marks[group];
+        for (group, mark) in marks.iter().enumerate() {
+            let mut mark = *mark;
             while mark != 0 {
                 let n = group * 64 + mark.trailing_zeros() as usize;
                 mark &= mark - 1;
-                let tau = state.tangential_force_n[n];
                 if state.slip[n] != 0.0 {
-                    state.slip[n] = 0.0;
-                    if rigid {
-                        // It stays where it was before the step that would have turned it round.
-                        self.new_velocity_m_per_s[n] = 0.0;
-                        state.displacement_m[n] = self.new_displacement_m[n];
-                        state.stick_position_m[n] = state.displacement_m[n];
-                    } else {
-                        state.stick_position_m[n] =
-                            state.displacement_m[n] - tau / friction.interfacial_stiffness_n_per_m;
-                        anchored_j += held_j(state, n);
-                    }
-                    if friction.ageing.is_some() {
-                        state.stuck_since_step[n] = state.step;
-                        state.aged_threshold_n[n] = friction.static_threshold_n[n];
-                    }
-                    state.detached -= 1;
+                    re_attach(plan, state, body, n);
+                    anchored_j += held_j(plan, state, n);
                 } else {
-                    if friction.ageing.is_some() {
-                        // The threshold that was known may be behind.
-                        let aged = aged_threshold_n(plan, n, &state.stuck_since_step, state.step);
-                        state.aged_threshold_n[n] = aged;
-                        if tau.abs() < self.contacts.load.scaled_n(aged) {
+                    if plan.friction.ageing.is_some() {
+                        // The strength that was known may be behind.
+                        let strength_n = strength::aged_up_to_now_n(plan, state, n);
+                        if tangential_force_n(plan, state, n) < strength_n {
                             continue;
                         }
                     }
-                    anchored_j -= held_j(state, n);
+                    anchored_j -= held_j(plan, state, n);
                     state.slip[n] = 1.0;
                     state.detached += 1;
                 }
-                self.switched.push(n);
+                switched.push(n);
             }
         }
-        if let Some(ledger) = &mut state.energy {
-            ledger.anchor_change_j.add(anchored_j);
+        if !switched.is_empty() {
+            state.energy.anchor_change_j.add(anchored_j);
         }
     }
+}
 
-    /// What the steps taken up to now were made of.
-    pub(crate) fn counters(&self) -> Counters {
-        self.counters
+/// The magnitude of the tangential force on contact `n` without friction.
+fn tangential_force_n(plan: &Plan, state: &SliderState, n: usize) -> f64 {
+    match state.tangential_force_n.get(plan.blocks + n) {
+        None => magnitude([state.tangential_force_n[n]]),
+        Some(across) => magnitude([state.tangential_force_n[n], *across]),
     }
+}
 
-    /// Continues from a state.
-    ///
-    /// # Panics
-    /// If it is of a chain of another size.
-    pub(crate) fn restore(&mut self, state: &ChainState) {
-        assert_eq!(state.displacement_m.len(), self.plan.blocks, "the state of a chain of another size");
-        self.state = state.clone();
-        self.switched.clear();
-        self.accounts.follow(&self.plan, &self.state);
+/// Energy of the friction spring of contact `n`.
+fn held_j(plan: &Plan, state: &SliderState, n: usize) -> f64 {
+    let kt = plan.friction.interfacial_stiffness_n_per_m;
+    let part_j = |(place, freedom): (usize, usize)| {
+        let stretch_m = state.displacement_m[freedom] - state.stick_position_m[place];
+        0.5 * kt * stretch_m * stretch_m
+    };
+    tangential(plan, state, n).map(part_j).sum()
+}
+
+/// Where contact `n` has its tangential vectors, by axis: in those of the contacts, and in those of the
+/// freedoms.
+fn tangential(plan: &Plan, state: &SliderState, n: usize) -> impl Iterator<Item = (usize, usize)> + use<> {
+    let (contacts, nodes) = (plan.blocks, plan.elastic.nodes());
+    (0..state.stick_position_m.len() / contacts).map(move |axis| (axis * contacts + n, axis * nodes + n))
+}
+
+/// Puts a sliding contact back on its friction spring, or at rest.
+fn re_attach<B: Body>(plan: &Plan, state: &mut SliderState, body: &B, n: usize) {
+    state.slip[n] = 0.0;
+    state.detached -= 1;
+    for (place, freedom) in tangential(plan, state, n) {
+        if plan.friction.law.holds() {
+            state.velocity_m_per_s[freedom] = 0.0;
+            state.displacement_m[freedom] = body.former_displacement_m(freedom);
+            state.stick_position_m[place] = state.displacement_m[freedom];
+        } else {
+            let stretch_m = state.tangential_force_n[place] / plan.friction.interfacial_stiffness_n_per_m;
+            state.stick_position_m[place] = state.displacement_m[freedom] - stretch_m;
+        }
     }
+    strength::become_young(plan, state, n);
 }

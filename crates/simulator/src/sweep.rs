@@ -27,10 +27,10 @@ mod terms;
 mod versions;
 
 pub(crate) use coefficients::{Coefficients, FOLLOWED};
-pub(crate) use energy::{Changing, Forms, Moved, Stored};
+pub(crate) use energy::{Changing, Forms, Moved, StepWork, Stored};
 pub(crate) use fourier::{NEAR, Near, Parts};
 pub(crate) use guards::{Course, Guarded, Reserve, Steps, margin};
 pub(crate) use lattice::{Forces, MovedWork};
-pub(crate) use step::{After, Blocks, Constants};
+pub(crate) use step::{After, Blocks};
 pub(crate) use terms::{Held, Second, TermChain, Terms};
 pub(crate) use versions::Sweeps;

@@ -15,7 +15,7 @@ use asperity_model::Plan;
 use crate::basis::{GRID_STEPS, Length, MOST_TERMS};
 use crate::cost::{self, LONG_CHAIN, Work};
 use crate::energy::Accounts;
-use crate::state::ChainState;
+use crate::state::SliderState;
 use crate::sweep::Sweeps;
 use crate::window::certificate::Certificate;
 use crate::window::expansion::Expansion;
@@ -81,14 +81,14 @@ impl Window {
 
     /// Steps until the first switch of a state, by the state alone, if forces and velocities went on
     /// as they go now.
-    pub(crate) fn foresee(&mut self, plan: &Plan, state: &ChainState) -> f64 {
+    pub(crate) fn foresee(&mut self, plan: &Plan, state: &SliderState) -> f64 {
         if self.expansion.start(plan, state) { self.expansion.foreseen_steps() } else { 0.0 }
     }
 
     /// Opens a window of at most `most_steps` steps; the index of its length, if there
     /// is one over which no block switches by the bounds, or else the steps that are
     /// best taken one by one.
-    pub(crate) fn open(&mut self, plan: &Plan, state: &ChainState, most_steps: u64) -> Result<usize, u64> {
+    pub(crate) fn open(&mut self, plan: &Plan, state: &SliderState, most_steps: u64) -> Result<usize, u64> {
         let shortest = self.shortest();
         if shortest == u64::MAX {
             return Err(WITHOUT_WINDOWS);
@@ -138,7 +138,7 @@ impl Window {
     }
 
     /// Writes displacements and velocities at the end of the window into `state`.
-    pub(crate) fn land(&self, plan: &Plan, index: usize, state: &mut ChainState) {
+    pub(crate) fn land(&self, plan: &Plan, index: usize, state: &mut SliderState) {
         let Expansion { basis, terms, .. } = &self.expansion;
         let length = &basis.lengths[index];
         self.expansion.compose(plan, length.steps, &length.double_sum[..*terms], state);
@@ -148,7 +148,7 @@ impl Window {
 
     /// The same for a number of steps on the grid of [`GRID_STEPS`], as many as fit
     /// into `steps`.
-    pub(crate) fn sample(&self, plan: &Plan, steps: u64, state: &mut ChainState) {
+    pub(crate) fn sample(&self, plan: &Plan, steps: u64, state: &mut SliderState) {
         let steps = steps / GRID_STEPS * GRID_STEPS;
         let Expansion { basis, terms, .. } = &self.expansion;
         self.expansion.compose(plan, steps, &basis.double_sum(steps)[..*terms], state);
@@ -158,7 +158,7 @@ impl Window {
 
 impl Window {
     /// Adds to the energies what the steps to the end of the window did, after it has landed.
-    pub(crate) fn account(&mut self, plan: &Plan, index: usize, state: &mut ChainState, accounts: &Accounts) {
+    pub(crate) fn account(&mut self, plan: &Plan, index: usize, state: &mut SliderState, accounts: &Accounts) {
         let length = &self.expansion.basis.lengths[index];
         let (steps, coefficients) = (length.steps, length.triple_sum);
         self.add_up(plan, steps, &coefficients, state, accounts);
@@ -169,7 +169,7 @@ impl Window {
         &mut self,
         plan: &Plan,
         steps: u64,
-        state: &mut ChainState,
+        state: &mut SliderState,
         accounts: &Accounts,
     ) {
         let steps = steps / GRID_STEPS * GRID_STEPS;
@@ -182,7 +182,7 @@ impl Window {
         plan: &Plan,
         steps: u64,
         coefficients: &[f64; MOST_TERMS],
-        state: &mut ChainState,
+        state: &mut SliderState,
         accounts: &Accounts,
     ) {
         let Window { expansion, ways_m, .. } = self;
@@ -198,9 +198,9 @@ impl Window {
         expansion.displacement_sums_m(ways_m, steps, coefficients);
         accounts.add_drive(plan, state, from_step, steps, |n| ways_m[n], first_m);
         // After each step: without the first state, with the last.
-        accounts.fade(plan, state.energy.as_mut(), ways_m, 1.0);
-        accounts.fade(plan, state.energy.as_mut(), start_m, -1.0);
-        accounts.fade(plan, state.energy.as_mut(), &state.displacement_m, 1.0);
+        accounts.fade(plan, &mut state.energy, ways_m, 1.0);
+        accounts.fade(plan, &mut state.energy, start_m, -1.0);
+        accounts.fade(plan, &mut state.energy, &state.displacement_m, 1.0);
     }
 }
 

@@ -14,13 +14,13 @@ const STUCK_AFTER: usize = 10;
 
 /// A square matrix, row by row, that is zero below the diagonal but for the numbers next to it.
 #[derive(Debug, Clone)]
-pub(super) struct Hessenberg {
-    pub(super) size: usize,
-    pub(super) rows: Vec<f64>,
+pub(crate) struct Hessenberg {
+    pub(crate) size: usize,
+    pub(crate) rows: Vec<f64>,
 }
 
 impl Hessenberg {
-    pub(super) fn zero(size: usize) -> Hessenberg {
+    pub(crate) fn zero(size: usize) -> Hessenberg {
         Hessenberg { size, rows: vec![0.0; size * size] }
     }
 
@@ -30,12 +30,12 @@ impl Hessenberg {
     }
 
     #[inline]
-    pub(super) fn entry(&mut self, i: usize, j: usize) -> &mut f64 {
+    pub(crate) fn entry(&mut self, i: usize, j: usize) -> &mut f64 {
         &mut self.rows[i * self.size + j]
     }
 
     /// All eigenvalues, pairs of conjugates together; `None` if the iteration does not settle.
-    pub(super) fn eigenvalues(&self) -> Option<Vec<Complex>> {
+    pub(crate) fn eigenvalues(&self) -> Option<Vec<Complex>> {
         let mut h = self.clone();
         let norm: f64 = h.rows.iter().map(|x| x.abs()).sum();
         let mut values = vec![Complex::ZERO; self.size];
@@ -170,7 +170,7 @@ impl Hessenberg {
     }
 
     /// The eigenvector of an eigenvalue, of length 1.
-    pub(super) fn eigenvector(&self, value: Complex) -> Vec<Complex> {
+    pub(crate) fn eigenvector(&self, value: Complex) -> Vec<Complex> {
         let size = self.size;
         let norm = self.rows.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let least = Complex::from(f64::EPSILON * norm);

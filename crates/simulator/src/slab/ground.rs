@@ -10,28 +10,28 @@ use crate::slab::stuck::StuckSlab;
 
 /// What is found once for all jumps.
 #[derive(Debug)]
-pub(super) struct Ground {
-    pub(super) stuck: StuckSlab,
-    pub(super) modes: SlowModes,
-    pub(super) norms: SlabNorms,
+pub(crate) struct Ground {
+    pub(crate) stuck: StuckSlab,
+    pub(crate) modes: SlowModes,
+    pub(crate) norms: SlabNorms,
     /// Force on each contact and what it bears, by each mode, mode by mode.
-    pub(super) force_n: Vec<Complex>,
-    pub(super) load_n: Vec<Complex>,
+    pub(crate) force_n: Vec<Complex>,
+    pub(crate) load_n: Vec<Complex>,
     /// Their magnitudes.
-    pub(super) most_force_n: Vec<f64>,
-    pub(super) most_load_n: Vec<f64>,
+    pub(crate) most_force_n: Vec<f64>,
+    pub(crate) most_load_n: Vec<f64>,
     /// The sum of the driving forces, and the way of the load, `sum F_n u_z`, by each mode.
-    pub(super) drive_n: Vec<Complex>,
-    pub(super) pressed_j: Vec<Complex>,
+    pub(crate) drive_n: Vec<Complex>,
+    pub(crate) pressed_j: Vec<Complex>,
     /// `M^-1` of what the forces change by in a step by a moving drive, and for a load that grows by
     /// that of the start.
-    pub(super) by_drive_m: Vec<f64>,
-    pub(super) by_load_m: Vec<f64>,
+    pub(crate) by_drive_m: Vec<f64>,
+    pub(crate) by_load_m: Vec<f64>,
 }
 
 impl Ground {
     /// `None` if there are no slow modes to be found.
-    pub(super) fn of(plan: &Plan, stuck: StuckSlab, iterations: usize) -> Option<Ground> {
+    pub(crate) fn of(plan: &Plan, stuck: StuckSlab, iterations: usize) -> Option<Ground> {
         let modes = SlowModes::of(&stuck, iterations)?;
         let (freedoms, contacts) = (stuck.freedoms(), plan.blocks);
         let nodes = freedoms / 2;

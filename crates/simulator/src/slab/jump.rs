@@ -28,13 +28,13 @@ use std::sync::Arc;
 use asperity_model::Plan;
 
 use crate::complex::Complex;
-use crate::contacts::{Ramp, StopForce, static_coefficient};
+use crate::strength::{Ramp, StopForce, static_coefficient};
 use crate::ledger::Ledger;
 use crate::modes::Coordinates;
 use crate::slab::ground::Ground;
 use crate::slab::modes::sizes;
 use crate::slab::norms::invariant;
-use crate::state::ChainState;
+use crate::state::SliderState;
 use crate::window::norms::ROUNDING;
 
 /// Below this many steps a jump is not worth it.
@@ -68,7 +68,7 @@ const NEGLIGIBLE_WORK: f64 = 1e-13;
 
 /// What an attempt to jump came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Attempt {
+pub(crate) enum Attempt {
     /// So many steps are certified.
     Jump(u64),
     /// Nothing, and not before so many steps.
@@ -77,7 +77,7 @@ pub(super) enum Attempt {
 
 /// The jump that is open.
 #[derive(Debug, Clone)]
-pub(super) struct Jump {
+pub(crate) struct Jump {
     ground: Arc<Ground>,
     /// `a`, `b`, and the outer forces `G(s + 1)` and `g` that belong to them.
     position_m: Vec<f64>,
@@ -124,7 +124,7 @@ struct Swing {
 }
 
 impl Jump {
-    pub(super) fn new(ground: Arc<Ground>) -> Jump {
+    pub(crate) fn new(ground: Arc<Ground>) -> Jump {
         let freedoms = ground.stuck.freedoms();
         let zeros = || vec![0.0; freedoms];
         Jump {
@@ -148,7 +148,7 @@ impl Jump {
     }
 
     /// Takes a state apart in which every contact sticks.
-    pub(super) fn open(&mut self, plan: &Plan, state: &ChainState, most_steps: u64) -> Attempt {
+    pub(crate) fn open(&mut self, plan: &Plan, state: &SliderState, most_steps: u64) -> Attempt {
         let nodes = self.ground.stuck.lattice.nodes();
         let refused = Attempt::Wait(PATIENCE_STEPS);
         let rise_m = &state.displacement_m[nodes..][..plan.blocks];
@@ -198,17 +198,17 @@ impl Jump {
         if steps < SHORTEST {
             return refused;
         }
-        self.start = state.energy.map(|ledger| Start { ledger, here: self.worth(plan, state, 0) });
+        self.start = Some(Start { ledger: state.energy, here: self.worth(plan, state, 0) });
         Attempt::Jump(steps)
     }
 
     /// What the last attempt took, and will take on landing, in single steps.
-    pub(super) fn cost_steps(&self) -> u64 {
+    pub(crate) fn cost_steps(&self) -> u64 {
         self.cost_steps
     }
 
     /// `a` and `b`.
-    fn find_forced(&mut self, plan: &Plan, state: &ChainState) {
+    fn find_forced(&mut self, plan: &Plan, state: &SliderState) {
         let Jump { ground, position_m, advance_m, stiff, damped, scratch, .. } = self;
         let nodes = ground.stuck.lattice.nodes();
         let (drives, loads) = (f64::from(u8::from(self.moves)), self.ramp.change_n(1.0));
@@ -234,7 +234,7 @@ impl Jump {
     }
 
     /// Finds the coordinates of what is not forced; the norm of what they leave out.
-    fn take_apart(&mut self, state: &ChainState) -> f64 {
+    fn take_apart(&mut self, state: &SliderState) -> f64 {
         let Jump { ground, position_m, advance_m, coordinates, u, w, stiff, damped, scratch, .. } = self;
         let (stuck, modes) = (&ground.stuck, &ground.modes);
         for n in 0..u.len() {
@@ -277,7 +277,7 @@ impl Jump {
     }
 
     /// The largest number of steps that is certified.
-    fn march(&self, plan: &Plan, state: &ChainState, most_steps: u64, reserves: [f64; 3]) -> u64 {
+    fn march(&self, plan: &Plan, state: &SliderState, most_steps: u64, reserves: [f64; 3]) -> u64 {
         let (mut steps, mut stretches) = (0, 0);
         while steps < most_steps {
             let coordinates = self.grown(steps);
@@ -325,7 +325,7 @@ impl Jump {
     fn certified(
         &self,
         plan: &Plan,
-        state: &ChainState,
+        state: &SliderState,
         from: u64,
         swing: &Swing,
         reserves: [f64; 3],
@@ -368,7 +368,7 @@ impl Jump {
 
     /// Force and load on a contact by the forced part so many steps into the jump, and what they
     /// change by in a step.
-    fn forced_contact(&self, plan: &Plan, state: &ChainState, n: usize, into: f64) -> [f64; 4] {
+    fn forced_contact(&self, plan: &Plan, state: &SliderState, n: usize, into: f64) -> [f64; 4] {
         let (kt, kf) =
             (plan.friction.interfacial_stiffness_n_per_m, self.ground.stuck.lattice.foundation_n_per_m);
         let z = self.ground.stuck.lattice.nodes() + n;
@@ -378,7 +378,7 @@ impl Jump {
     }
 
     /// The same of the sum of the driving forces.
-    fn forced_drive(&self, plan: &Plan, state: &ChainState, into: f64) -> (f64, f64) {
+    fn forced_drive(&self, plan: &Plan, state: &SliderState, into: f64) -> (f64, f64) {
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
         let advance_m = if self.moves { plan.drive.velocity_m_per_s * self.ground.stuck.step_s } else { 0.0 };
         let (mut force, mut rate) = (0.0, 0.0);
@@ -393,7 +393,7 @@ impl Jump {
     fn stays(
         &self,
         plan: &Plan,
-        state: &ChainState,
+        state: &SliderState,
         [from, to]: [u64; 2],
         coordinates: &Coordinates,
         [of_force, of_load, of_drive]: [f64; 3],
@@ -438,21 +438,21 @@ impl Jump {
     }
 
     /// Writes the state after `into` steps of the jump, without forces.
-    pub(super) fn land(&mut self, into: u64, state: &mut ChainState) {
+    pub(crate) fn land(&mut self, into: u64, state: &mut SliderState) {
         let modes = self.ground.modes.rates.len();
         let coordinates = self.grown(into);
         self.compose(into, &coordinates, modes, state);
     }
 
     /// The same for a sample, without modes that change nothing.
-    pub(super) fn sample(&mut self, into: u64, state: &mut ChainState) {
+    pub(crate) fn sample(&mut self, into: u64, state: &mut SliderState) {
         let coordinates = self.grown(into);
         let least = NEGLIGIBLE * self.ground.stuck.sweeps.largest(&self.position_m);
         let last = sizes(&coordinates).iter().rposition(|size| *size > least);
         self.compose(into, &coordinates, last.map_or(0, |last| last + 1), state);
     }
 
-    fn compose(&mut self, into: u64, coordinates: &Coordinates, modes: usize, state: &mut ChainState) {
+    fn compose(&mut self, into: u64, coordinates: &Coordinates, modes: usize, state: &mut SliderState) {
         let Jump { ground, position_m, advance_m, u, w, .. } = self;
         u.fill(0.0);
         w.copy_from_slice(advance_m);
@@ -469,7 +469,7 @@ impl Jump {
     ///
     /// The sums over the steps of what drive and load do are geometric. The work of the scheme is a
     /// difference of [`Worth`], and the viscous loss what is missing in the balance.
-    pub(super) fn account(&mut self, plan: &Plan, into: u64, state: &mut ChainState) {
+    pub(crate) fn account(&mut self, plan: &Plan, into: u64, state: &mut SliderState) {
         let Some(Start { ledger, here: start }) = self.start else { return };
         let here = self.worth(plan, state, into);
         let (drive_j, load_j) = (self.drive_work_j(plan, into), self.load_work_j(plan, into));
@@ -480,7 +480,7 @@ impl Jump {
         ledger.load_work_j.add(load_j);
         ledger.viscous_loss_j.add((drive_j + load_j) + scheme_j - stored_j);
         ledger.scheme_work_j.add(scheme_j + (here.ahead_j - start.ahead_j));
-        state.energy = Some(ledger);
+        state.energy = ledger;
     }
 
     /// `sum z^i` over so many steps of each mode, times what the mode does.
@@ -535,7 +535,7 @@ impl Jump {
     }
 
     /// As [`crate::energy`] derives the work of the scheme, for any stiffness and damping.
-    fn worth(&mut self, plan: &Plan, state: &ChainState, into: u64) -> Worth {
+    fn worth(&mut self, plan: &Plan, state: &SliderState, into: u64) -> Worth {
         let &mut Jump { moves, hold_step, ramp, .. } = self;
         let Jump { ground, stiff, damped, scratch, u: du, w: dv, .. } = self;
         let stuck = &ground.stuck;
@@ -547,7 +547,7 @@ impl Jump {
             sweeps.dots(&mut product, a, b);
             product[0]
         };
-        let (kinetic_j, elastic_j) = crate::lattice::stored_j(plan, state);
+        let (kinetic_j, elastic_j) = crate::body::stored_j(plan, &stuck.lattice, state);
         // The outer forces of the step that comes next, as if the jump went on.
         let hold_step = if moves { u64::MAX } else { hold_step };
         let point_m = plan.drive_point_m(state.step + 1, hold_step);

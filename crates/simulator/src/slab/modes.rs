@@ -44,25 +44,25 @@ const FIRST_SOLUTIONS: usize = 2;
 
 /// Slow modes of a stuck slab.
 #[derive(Debug)]
-pub(super) struct SlowModes {
+pub(crate) struct SlowModes {
     freedoms: usize,
     /// Real and imaginary part of the displacements of each mode, one after the other.
     shapes: Vec<f64>,
     /// `s` of each.
-    pub(super) rates: Vec<Complex>,
+    pub(crate) rates: Vec<Complex>,
     /// `w` over `u` of each, `s / (1 + s)`.
     velocities: Vec<Complex>,
     /// The value of the coordinate on the mode itself, inverted.
     own: Vec<Complex>,
     /// How often the real part counts: 2 for a mode that stands for its conjugate too.
-    pub(super) weights: Vec<f64>,
+    pub(crate) weights: Vec<f64>,
     /// By how much its image is off, in the norm `sqrt(I)`, for a coordinate of size 1 and its
     /// conjugate.
-    pub(super) off: Vec<f64>,
-    pub(super) powers: Powers,
+    pub(crate) off: Vec<f64>,
+    pub(crate) powers: Powers,
     /// By which part the next modes fall in a step, as far as the iteration tells: what is not taken
     /// falls about so fast.
-    pub(super) next_falls_by: f64,
+    pub(crate) next_falls_by: f64,
 }
 
 /// Arnoldi's iteration: an orthonormal basis, and the map in it.
@@ -73,7 +73,7 @@ struct Arnoldi {
 
 impl SlowModes {
     /// Those that an iteration of so many steps finds, the slowest first; `None` if there are none.
-    pub(super) fn of(stuck: &StuckSlab, iterations: usize) -> Option<SlowModes> {
+    pub(crate) fn of(stuck: &StuckSlab, iterations: usize) -> Option<SlowModes> {
         let freedoms = stuck.freedoms();
         let unit = unit_of_rates(stuck);
         let Arnoldi { basis, map } = arnoldi(stuck, unit, iterations.min(2 * freedoms - FIRST_SOLUTIONS));
@@ -197,7 +197,7 @@ impl SlowModes {
     }
 
     /// The coordinates of a state without forcing, from `w` and `M (u - w)`.
-    pub(super) fn project(&self, stuck: &StuckSlab, w: &[f64], stiff: &[f64], coordinates: &mut Coordinates) {
+    pub(crate) fn project(&self, stuck: &StuckSlab, w: &[f64], stiff: &[f64], coordinates: &mut Coordinates) {
         let count = self.rates.len();
         let by_stiffness = stuck.step_s * stuck.step_s / stuck.mass_kg;
         let (mut of_w, mut of_stiff) = (vec![0.0; 2 * count], vec![0.0; 2 * count]);
@@ -214,7 +214,7 @@ impl SlowModes {
     }
 
     /// Adds the state with the coordinates of the first so many modes to `u` and `w`.
-    pub(super) fn add(
+    pub(crate) fn add(
         &self,
         stuck: &StuckSlab,
         coordinates: &Coordinates,
@@ -234,14 +234,14 @@ impl SlowModes {
     }
 
     /// The displacement of a freedom in a mode.
-    pub(super) fn shape(&self, mode: usize, freedom: usize) -> Complex {
+    pub(crate) fn shape(&self, mode: usize, freedom: usize) -> Complex {
         let at = 2 * mode * self.freedoms + freedom;
         Complex { re: self.shapes[at], im: self.shapes[at + self.freedoms] }
     }
 }
 
 /// How large each coordinate is.
-pub(super) fn sizes(coordinates: &Coordinates) -> Vec<f64> {
+pub(crate) fn sizes(coordinates: &Coordinates) -> Vec<f64> {
     coordinates.re.iter().zip(&coordinates.im).map(|(re, im)| (re * re + im * im).sqrt()).collect()
 }
 

@@ -19,15 +19,15 @@ use crate::window::norms::Norms;
 
 /// Bounds for states of a stuck slab.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct SlabNorms {
-    pub(super) of_forces: Norms,
+pub(crate) struct SlabNorms {
+    pub(crate) of_forces: Norms,
     /// `|p_n| <= load * sqrt(I)`, in N / sqrt(J).
-    pub(super) load: f64,
+    pub(crate) load: f64,
     freedoms: usize,
 }
 
 impl SlabNorms {
-    pub(super) fn of(plan: &Plan, stuck: &StuckSlab) -> SlabNorms {
+    pub(crate) fn of(plan: &Plan, stuck: &StuckSlab) -> SlabNorms {
         let of_forces = Norms::of(plan);
         let k = stuck.lattice.foundation_n_per_m;
         SlabNorms {
@@ -38,7 +38,7 @@ impl SlabNorms {
     }
 
     /// `sqrt(I)` of the rounding of displacements of at most this size, in so many steps as it stays.
-    pub(super) fn rounding(&self, displacement_m: f64) -> f64 {
+    pub(crate) fn rounding(&self, displacement_m: f64) -> f64 {
         self.of_forces.at_most(self.freedoms, ROUNDING_ERRORS * f64::EPSILON * displacement_m, 0.0)
     }
 }
@@ -47,7 +47,7 @@ impl SlabNorms {
 const ROUNDING_ERRORS: f64 = 8.0;
 
 /// `I` of displacements and `w = dt v`, whose `M u` and `C w` are given.
-pub(super) fn invariant(stuck: &StuckSlab, u: &[f64], w: &[f64], stiff: &[f64], damped: &[f64]) -> f64 {
+pub(crate) fn invariant(stuck: &StuckSlab, u: &[f64], w: &[f64], stiff: &[f64], damped: &[f64]) -> f64 {
     let mut sum = 0.0;
     let (inertia, rate) = (stuck.mass_kg / (stuck.step_s * stuck.step_s), 0.5 / stuck.step_s);
     for n in 0..u.len() {

@@ -11,13 +11,13 @@ use crate::sweep::Sweeps;
 
 /// Stiffness and damping of a stuck slab.
 #[derive(Debug, Clone)]
-pub(super) struct StuckSlab {
-    pub(super) sweeps: Sweeps,
-    pub(super) lattice: Lattice,
+pub(crate) struct StuckSlab {
+    pub(crate) sweeps: Sweeps,
+    pub(crate) lattice: Lattice,
     /// What holds each freedom besides the springs between nodes, for those that are held.
     held_n_per_m: Vec<(usize, f64)>,
-    pub(super) step_s: f64,
-    pub(super) mass_kg: f64,
+    pub(crate) step_s: f64,
+    pub(crate) mass_kg: f64,
     band: Vec<f64>,
     width: usize,
     /// Where each freedom stands in the band.
@@ -26,12 +26,12 @@ pub(super) struct StuckSlab {
 
 impl StuckSlab {
     /// Numbers that the factor of a lattice has.
-    pub(super) fn numbers(lattice: &Lattice) -> usize {
+    pub(crate) fn numbers(lattice: &Lattice) -> usize {
         lattice.freedoms() * width(lattice)
     }
 
     /// `None` if the stiffness is not positive by its numbers.
-    pub(super) fn of(plan: &Plan, sweeps: Sweeps) -> Option<StuckSlab> {
+    pub(crate) fn of(plan: &Plan, sweeps: Sweeps) -> Option<StuckSlab> {
         let lattice = *plan.elastic.lattice()?;
         let (nodes, width) = (lattice.nodes(), width(&lattice));
         let kt = plan.friction.interfacial_stiffness_n_per_m;
@@ -77,12 +77,12 @@ impl StuckSlab {
         })
     }
 
-    pub(super) fn freedoms(&self) -> usize {
+    pub(crate) fn freedoms(&self) -> usize {
         self.place.len()
     }
 
     /// Turns forces into the displacements `x` with `M x = force`.
-    pub(super) fn solve(&self, force: &mut [f64], scratch: &mut [f64]) {
+    pub(crate) fn solve(&self, force: &mut [f64], scratch: &mut [f64]) {
         for (place, force) in self.place.iter().zip(&*force) {
             scratch[*place] = *force;
         }
@@ -93,7 +93,7 @@ impl StuckSlab {
     }
 
     /// `M u` and `C v`.
-    pub(super) fn products(&self, stiff: &mut [f64], damped: &mut [f64], u: &[f64], v: &[f64]) {
+    pub(crate) fn products(&self, stiff: &mut [f64], damped: &mut [f64], u: &[f64], v: &[f64]) {
         self.sweeps.lattice_pull(stiff, damped, u, v, &self.lattice);
         for force in stiff.iter_mut().chain(damped) {
             *force = -*force;

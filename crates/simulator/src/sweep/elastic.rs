@@ -3,35 +3,30 @@
 //! The stencil itself stands in [`asperity_model::elastic`]; here it is compiled for every
 //! instruction set. These sweeps, and all that are made of them, are of chains.
 
-use asperity_model::elastic::{Chain, Elastic};
+use asperity_model::elastic::Chain;
 
 use crate::sweep::versions::{Sweeps, dispatch};
 
 impl Sweeps {
     dispatch! {
         /// The pull of springs and dashpots on every node (5.6, 5.7), without drive and friction.
-        pull(tau: &mut [f64], u: &[f64], v: &[f64], elastic: &Elastic)
+        pull(tau: &mut [f64], u: &[f64], v: &[f64], chain: &Chain)
     }
 
     dispatch! {
         /// The part of `I(u, v)` of springs, dashpots and friction springs, with the mass of a node
         /// and the time step.
-        invariant(spring: &[f64], u: &[f64], v: &[f64], elastic: &Elastic, mass: f64, dt: f64) -> f64
+        invariant(spring: &[f64], u: &[f64], v: &[f64], chain: &Chain, mass: f64, dt: f64) -> f64
     }
 }
 
 #[inline(always)]
-pub(super) fn pull(tau: &mut [f64], u: &[f64], v: &[f64], elastic: &Elastic) {
-    elastic.chain().pull(tau, u, v);
+pub(super) fn pull(tau: &mut [f64], u: &[f64], v: &[f64], chain: &Chain) {
+    chain.pull(tau, u, v);
 }
 
 #[inline(always)]
-fn invariant(spring: &[f64], u: &[f64], v: &[f64], elastic: &Elastic, mass: f64, dt: f64) -> f64 {
-    chain_invariant(spring, u, v, elastic.chain(), mass, dt)
-}
-
-#[inline(always)]
-fn chain_invariant(spring: &[f64], u: &[f64], v: &[f64], chain: &Chain, mass: f64, dt: f64) -> f64 {
+fn invariant(spring: &[f64], u: &[f64], v: &[f64], chain: &Chain, mass: f64, dt: f64) -> f64 {
     let blocks = u.len();
     let (v, spring) = (&v[..blocks], &spring[..blocks]);
     macro_rules! own {

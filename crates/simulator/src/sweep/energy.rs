@@ -4,19 +4,15 @@
 
 use std::hint::select_unpredictable;
 
-use asperity_model::Elastic;
+use asperity_model::elastic::Chain;
+use asperity_model::law::{ContactLaw, Sliding};
 
 use crate::sweep::versions::{Sweeps, dispatch};
 
 impl Sweeps {
     dispatch! {
-        /// What one step did, by the laws with friction springs.
-        step_work(moved: &Moved<'_>) -> StepWork
-    }
-
-    dispatch! {
-        /// The same by the laws without, after blocks have stopped.
-        rigid_step_work(moved: &Moved<'_>) -> StepWork
+        /// What one step did; by a law that holds stuck blocks, after they have stopped.
+        step_work(moved: &Moved<'_>, law: &L) -> StepWork where [L: ContactLaw]
     }
 
     dispatch! {
@@ -37,16 +33,16 @@ impl Sweeps {
 
 /// A step that has been taken.
 pub(crate) struct Moved<'a> {
-    pub(crate) elastic: &'a Elastic,
+    pub(crate) chain: &'a Chain,
     /// Velocities before the step and after it.
     pub(crate) v: &'a [f64],
     pub(crate) v_new: &'a [f64],
+    /// Tangential forces without friction in it.
+    pub(crate) tau: &'a [f64],
     /// Not 0 for the contacts that slid in it.
     pub(crate) slip: &'a [f64],
     pub(crate) sliding_friction: &'a [f64],
     pub(crate) kt: f64,
-    pub(crate) weakening: f64,
-    pub(crate) radiation: f64,
     pub(crate) dt: f64,
     pub(crate) mass: f64,
 }
@@ -99,22 +95,16 @@ macro_rules! sums {
 }
 
 #[inline(always)]
-fn step_work(moved: &Moved<'_>) -> StepWork {
-    work_of_step::<false>(moved)
-}
-
-#[inline(always)]
-fn rigid_step_work(moved: &Moved<'_>) -> StepWork {
-    work_of_step::<true>(moved)
-}
-
-#[inline(always)]
-fn work_of_step<const RIGID: bool>(moved: &Moved<'_>) -> StepWork {
-    let chain = moved.elastic.chain();
-    let &Moved { v, v_new, slip, sliding_friction, kt, weakening, radiation, dt, mass, .. } = moved;
-    let rubbing = |v: f64, v_new: f64, slip: f64, sliding_friction: f64| {
-        let drag = select_unpredictable(v == 0.0, 0.0, sliding_friction.copysign(v));
-        let friction = if RIGID { drag / (1.0 + v.abs() * weakening) + radiation * v } else { drag };
+fn step_work<L: ContactLaw>(moved: &Moved<'_>, law: &L) -> StepWork {
+    let chain = moved.chain;
+    let &Moved { v, v_new, tau, slip, sliding_friction, kt, dt, mass, .. } = moved;
+    let rubbing = |v: f64, v_new: f64, tau: f64, slip: f64, sliding_friction: f64| {
+        let [friction] = law.drag_n(&Sliding {
+            velocity_m_per_s: [v],
+            tangential_force_n: [tau],
+            friction_n: sliding_friction,
+            step_over_mass_s_per_kg: dt / mass,
+        });
         select_unpredictable(slip != 0.0, friction * v_new, 0.0)
     };
     let scheme = |v: f64, v_new: f64, slip: f64, bent: f64| {
@@ -125,13 +115,13 @@ fn work_of_step<const RIGID: bool>(moved: &Moved<'_>) -> StepWork {
     let last = v.len() - 1;
     let (v_next, v_new_next) = (&v[1..], &v_new[1..]);
     let [friction_w, dampers_w, scheme_j] =
-        sums!(last, (v, v_next, v_new, v_new_next, slip, sliding_friction), |n| [
-            rubbing(v[n], v_new[n], slip[n], sliding_friction[n]),
+        sums!(last, (v, v_next, v_new, v_new_next, tau, slip, sliding_friction), |n| [
+            rubbing(v[n], v_new[n], tau[n], slip[n], sliding_friction[n]),
             chain.bond_loss(v_next[n] - v[n], v_new_next[n] - v_new[n]),
             scheme(v[n], v_new[n], slip[n], chain.bond_energy(v_new_next[n] - v_new[n]))
         ]);
     StepWork {
-        friction_w: friction_w + rubbing(v[last], v_new[last], slip[last], sliding_friction[last]),
+        friction_w: friction_w + rubbing(v[last], v_new[last], tau[last], slip[last], sliding_friction[last]),
         dampers_w,
         scheme_j: scheme_j + scheme(v[last], v_new[last], slip[last], 0.0),
     }
@@ -139,7 +129,7 @@ fn work_of_step<const RIGID: bool>(moved: &Moved<'_>) -> StepWork {
 
 /// A state, for its energies.
 pub(crate) struct Stored<'a> {
-    pub(crate) elastic: &'a Elastic,
+    pub(crate) chain: &'a Chain,
     pub(crate) u: &'a [f64],
     pub(crate) v: &'a [f64],
     pub(crate) u_stick: &'a [f64],
@@ -158,7 +148,7 @@ pub(crate) struct StoredEnergy {
 
 #[inline(always)]
 fn stored(state: &Stored<'_>) -> StoredEnergy {
-    let chain = state.elastic.chain();
+    let chain = state.chain;
     let &Stored { u, v, u_stick, slip, kt, .. } = state;
     let held = |u: f64, u_stick: f64, slip: f64| {
         select_unpredictable(slip != 0.0, 0.0, 0.5 * kt * (u - u_stick) * (u - u_stick))
@@ -177,7 +167,7 @@ fn stored(state: &Stored<'_>) -> StoredEnergy {
 
 /// A state or one of its differences, and how its velocities change in the next step.
 pub(crate) struct Changing<'a> {
-    pub(crate) elastic: &'a Elastic,
+    pub(crate) chain: &'a Chain,
     pub(crate) u: &'a [f64],
     pub(crate) v: &'a [f64],
     pub(crate) d_v: &'a [f64],
@@ -199,7 +189,7 @@ pub(crate) struct Forms {
 
 #[inline(always)]
 fn forms(state: &Changing<'_>) -> Forms {
-    let chain = state.elastic.chain();
+    let chain = state.chain;
     let &Changing { u, v, d_v, spring, .. } = state;
     let last = u.len() - 1;
     let (u_next, v_next) = (&u[1..], &v[1..]);

@@ -1,185 +1,98 @@
-//! One step: forces, friction, new velocities and positions, and which blocks switch.
+//! One step of all contacts, compiled for each contact law: forces, friction, new velocities and
+//! positions of a chain, and which contacts of any body switch.
 
 use std::hint::select_unpredictable;
 
-use asperity_model::Elastic;
+use asperity_model::elastic::Chain;
+use asperity_model::law::{ContactLaw, Sliding, Turn, magnitude};
 
 use crate::sweep::elastic::pull;
 use crate::sweep::versions::{Sweeps, dispatch};
 
 impl Sweeps {
     dispatch! {
-        /// One step: `tau` as [`Sweeps::pull`] has it and the outer forces on
-        /// the first and the last block, friction, new velocities and positions (4.13, 4.14);
-        /// whether any block may switch.
-        step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
+        /// One step of a chain: `tau` as [`Sweeps::pull`] has it and the outer forces, friction, new
+        /// velocities and positions (4.13, 4.14); whether any contact may switch.
+        step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, law: &L) -> bool
+        where [L: ContactLaw]
     }
 
     dispatch! {
-        /// The same with outer forces on all blocks.
-        step_driven_everywhere(
-            u_new: &mut [f64],
-            v_new: &mut [f64],
-            tau: &mut [f64],
-            old: &Blocks<'_>,
-            constants: &Constants
-        ) -> bool
-    }
-
-    dispatch! {
-        /// The same by the laws without friction springs: stuck blocks do not move.
-        rigid_step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, constants: &Constants) -> bool
-    }
-
-    dispatch! {
-        /// Sets the bit of every block that switches in a step, or may where contacts age: 64
-        /// blocks to a number.
-        switching(marks: &mut [u64], after: &After<'_>)
+        /// Sets the bit of every contact that switches in a step, or may where contacts age: 64
+        /// contacts to a number.
+        switching(marks: &mut [u64], after: &After<'_, D>, law: &L) where [const D: usize, L: ContactLaw<D>]
     }
 }
 
-/// What a step depends on. Nodes move, contacts rub; every node of a chain carries one.
+/// What a step of a chain depends on. Nodes move, contacts rub; every node carries one.
 pub(crate) struct Blocks<'a> {
     /// What holds the nodes together.
-    pub(crate) elastic: &'a Elastic,
+    pub(crate) chain: &'a Chain,
     /// Of each node.
     pub(crate) u: &'a [f64],
     pub(crate) v: &'a [f64],
     pub(crate) outer_force: &'a [f64],
+    /// Whether any but the ends are pulled from outside.
+    pub(crate) is_pulled_inside: bool,
     /// Of each contact.
     pub(crate) u_stick: &'a [f64],
     pub(crate) slip: &'a [f64],
     pub(crate) threshold: &'a [f64],
     pub(crate) sliding_friction: &'a [f64],
-}
-
-/// The numbers that all nodes and contacts have in common.
-#[derive(Debug, Clone)]
-pub(crate) struct Constants {
+    /// `dt`, `dt / m` and `k_t`.
     pub(crate) dt: f64,
     pub(crate) dt_over_m: f64,
     pub(crate) kt: f64,
-    pub(crate) two_way: bool,
-    /// `1 / v_c` and `E`, of the laws without friction springs.
-    pub(crate) weakening: f64,
-    pub(crate) radiation: f64,
 }
 
-/// Forces, friction, new velocities and positions; whether any block switches.
 #[inline(always)]
-fn step(
+fn step<L: ContactLaw>(
     u_new: &mut [f64],
     v_new: &mut [f64],
     tau: &mut [f64],
     old: &Blocks<'_>,
-    constants: &Constants,
+    law: &L,
 ) -> bool {
-    take_step::<false>(u_new, v_new, tau, old, constants)
-}
-
-#[inline(always)]
-fn step_driven_everywhere(
-    u_new: &mut [f64],
-    v_new: &mut [f64],
-    tau: &mut [f64],
-    old: &Blocks<'_>,
-    constants: &Constants,
-) -> bool {
-    take_step::<true>(u_new, v_new, tau, old, constants)
-}
-
-#[inline(always)]
-fn take_step<const EVERYWHERE: bool>(
-    u_new: &mut [f64],
-    v_new: &mut [f64],
-    tau: &mut [f64],
-    old: &Blocks<'_>,
-    constants: &Constants,
-) -> bool {
-    let tau = &mut tau[..u_new.len()];
-    pull(tau, old.u, old.v, old.elastic);
-    let (last, outer_force) = (tau.len() - 1, old.outer_force);
-    if EVERYWHERE {
+    let &Blocks { chain, is_pulled_inside, dt, dt_over_m, kt, .. } = old;
+    let blocks = u_new.len();
+    let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
+    let Blocks { u, v, u_stick, slip, threshold, sliding_friction, outer_force, .. } = *old;
+    let (u, v, u_stick, slip) = (&u[..blocks], &v[..blocks], &u_stick[..blocks], &slip[..blocks]);
+    let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
+    let outer_force = &outer_force[..blocks];
+    pull(tau, u, v, chain);
+    if is_pulled_inside {
         for (tau, force) in tau.iter_mut().zip(outer_force) {
             *tau += force;
         }
     } else {
         tau[0] += outer_force[0];
-        tau[last] += outer_force[last];
+        tau[blocks - 1] += outer_force[blocks - 1];
     }
-    if constants.two_way {
-        move_blocks::<true>(u_new, v_new, tau, old, constants)
-    } else {
-        move_blocks::<false>(u_new, v_new, tau, old, constants)
-    }
-}
-
-/// Friction, new velocities and positions from the forces; whether any block may switch.
-#[inline(always)]
-fn move_blocks<const TWO_WAY: bool>(
-    u_new: &mut [f64],
-    v_new: &mut [f64],
-    tau: &[f64],
-    old: &Blocks<'_>,
-    constants: &Constants,
-) -> bool {
-    let &Constants { dt, dt_over_m, kt, .. } = constants;
-    let blocks = u_new.len();
-    let (v_new, tau) = (&mut v_new[..blocks], &tau[..blocks]);
-    let Blocks { u, v, u_stick, slip, threshold, sliding_friction, .. } = *old;
-    let (u, v, u_stick, slip) = (&u[..blocks], &v[..blocks], &u_stick[..blocks], &slip[..blocks]);
-    let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
-    // By how much each block is beyond where it switches: negative for all if none does,
-    // which their sign bits tell.
+    // By how much each contact is beyond where it switches: negative for all if none does, which
+    // their sign bits tell.
     let mut beyond = u64::MAX;
     for n in 0..blocks {
         let slides = slip[n] != 0.0;
-        let spring = kt * (u[n] - u_stick[n]);
-        let drag = select_unpredictable(v[n] == 0.0, 0.0, sliding_friction[n].copysign(v[n]));
-        let friction = select_unpredictable(slides, drag, spring);
-
-        let new_v = v[n] + (tau[n] - friction) * dt_over_m;
-        v_new[n] = new_v;
-        u_new[n] = u[n] + new_v * dt;
-
-        let detached_by = tau[n].abs() - threshold[n];
-        let turned_by = if TWO_WAY { 0.0 - new_v * v[n] } else { 0.0 - new_v };
-        beyond &= select_unpredictable(slides, turned_by, detached_by).to_bits();
-    }
-    is_positive(beyond)
-}
-
-#[inline(always)]
-fn rigid_step(
-    u_new: &mut [f64],
-    v_new: &mut [f64],
-    tau: &mut [f64],
-    old: &Blocks<'_>,
-    constants: &Constants,
-) -> bool {
-    let &Constants { dt, dt_over_m, weakening, radiation, .. } = constants;
-    let blocks = u_new.len();
-    pull(tau, old.u, old.v, old.elastic);
-    let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
-    let Blocks { u, v, slip, threshold, sliding_friction, outer_force, .. } = *old;
-    let (u, v, slip) = (&u[..blocks], &v[..blocks], &slip[..blocks]);
-    let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
-    let outer_force = &outer_force[..blocks];
-    let mut beyond = u64::MAX;
-    for n in 0..blocks {
-        tau[n] += outer_force[n];
-        let slides = slip[n] != 0.0;
-        let drag = select_unpredictable(v[n] == 0.0, 0.0, sliding_friction[n].copysign(v[n]));
-        let friction = drag / (1.0 + v[n].abs() * weakening) + radiation * v[n];
-        // What is stuck is held by just as much as pulls.
-        let force = select_unpredictable(slides, tau[n] - friction, 0.0);
+        let [drag] = law.drag_n(&Sliding {
+            velocity_m_per_s: [v[n]],
+            tangential_force_n: [tau[n]],
+            friction_n: sliding_friction[n],
+            step_over_mass_s_per_kg: dt_over_m,
+        });
+        let force = if L::HOLDS {
+            // What is stuck is held by just as much as pulls.
+            select_unpredictable(slides, tau[n] - drag, 0.0)
+        } else {
+            tau[n] - select_unpredictable(slides, drag, kt * (u[n] - u_stick[n]))
+        };
 
         let new_v = v[n] + force * dt_over_m;
         v_new[n] = new_v;
         u_new[n] = u[n] + new_v * dt;
 
         let detached_by = tau[n].abs() - threshold[n];
-        let turned_by = 0.0 - new_v * v[n];
+        let turned_by = law.turned_by(&Turn { velocity_m_per_s: [v[n]], new_velocity_m_per_s: [new_v] });
         beyond &= select_unpredictable(slides, turned_by, detached_by).to_bits();
     }
     is_positive(beyond)
@@ -192,31 +105,33 @@ fn is_positive(bits: u64) -> bool {
     bits >> 63 == 0
 }
 
-/// A step that has been taken, but for its switches.
-pub(crate) struct After<'a> {
+/// A step that has been taken, but for its switches. Vectors are given by the numbers along each
+/// tangential freedom.
+pub(crate) struct After<'a, const D: usize> {
     pub(crate) slip: &'a [f64],
     /// Before the step and after it.
-    pub(crate) v: &'a [f64],
-    pub(crate) v_new: &'a [f64],
-    pub(crate) tau: &'a [f64],
+    pub(crate) v: [&'a [f64]; D],
+    pub(crate) v_new: [&'a [f64]; D],
+    pub(crate) tau: [&'a [f64]; D],
     pub(crate) threshold: &'a [f64],
-    pub(crate) two_way: bool,
-    pub(crate) rigid: bool,
 }
 
+/// Sets the bit of every contact that switches.
 #[inline(always)]
-fn switching(marks: &mut [u64], after: &After<'_>) {
-    let &After { slip, v, v_new, tau, threshold, two_way, rigid } = after;
+fn switching<const D: usize, L: ContactLaw<D>>(marks: &mut [u64], after: &After<'_, D>, law: &L) {
+    let &After { slip, v, v_new, tau, threshold } = after;
     for (group, mark) in marks.iter_mut().enumerate() {
         let from = group * 64;
         let to = slip.len().min(from + 64);
-        let (slip, v, v_new) = (&slip[from..to], &v[from..to], &v_new[from..to]);
-        let (tau, threshold) = (&tau[from..to], &threshold[from..to]);
+        let (slip, threshold) = (&slip[from..to], &threshold[from..to]);
+        let [v, v_new, tau] = [v, v_new, tau].map(|along| along.map(|along| &along[from..to]));
         let mut bits = 0u64;
         for n in 0..slip.len() {
             let slides = slip[n] != 0.0;
-            let rests = if rigid { stops(v[n], v_new[n]) } else { comes_to_rest(v[n], v_new[n], two_way) };
-            let detaches = tau[n].abs() >= threshold[n];
+            let at = |along: [&[f64]; D]| along.map(|along| along[n]);
+            let rests =
+                law.re_attaches(&Turn { velocity_m_per_s: at(v), new_velocity_m_per_s: at(v_new) });
+            let detaches = magnitude(at(tau)) >= threshold[n];
             bits |= u64::from((slides & rests) | (!slides & detaches)) << n;
         }
         *mark = bits;
@@ -227,19 +142,6 @@ fn switching(marks: &mut [u64], after: &After<'_>) {
 #[inline]
 pub(super) fn sign(velocity: f64) -> f64 {
     select_unpredictable(velocity.abs() > 0.0, 1f64.copysign(velocity), 0.0)
-}
-
-/// Whether a sliding block re-attaches by the laws without friction springs: where its
-/// velocity would change sign.
-#[inline]
-fn stops(velocity: f64, new_velocity: f64) -> bool {
-    new_velocity * velocity < 0.0
-}
-
-/// Whether a sliding block re-attaches, by the one-way or the two-way rule.
-#[inline]
-fn comes_to_rest(velocity: f64, new_velocity: f64, two_way: bool) -> bool {
-    if two_way { new_velocity * velocity <= 0.0 } else { new_velocity <= 0.0 }
 }
 
 #[cfg(test)]

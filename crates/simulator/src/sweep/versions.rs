@@ -13,24 +13,28 @@ pub(crate) enum Sweeps {
     Avx512,
 }
 
-/// Writes the dispatcher of a sweep, and its compilation for each instruction set.
+/// Writes the dispatcher of a sweep, and its compilation for each instruction set; `where` names the
+/// parameters that it is compiled for besides.
 macro_rules! dispatch {
-    ($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?) => {
+    (
+        $(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?
+        $(where [$($parameters:tt)*])?
+    ) => {
         $(#[$doc])*
-        pub(crate) fn $name(self, $($argument: $type),*) $(-> $result)? {
+        pub(crate) fn $name$(<$($parameters)*>)?(self, $($argument: $type),*) $(-> $result)? {
             // A function of its own: inlined, it would crowd the registers of who calls another.
             #[inline(never)]
-            fn baseline($($argument: $type),*) $(-> $result)? {
+            fn baseline$(<$($parameters)*>)?($($argument: $type),*) $(-> $result)? {
                 $name($($argument),*)
             }
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2")]
-            fn avx2($($argument: $type),*) $(-> $result)? {
+            fn avx2$(<$($parameters)*>)?($($argument: $type),*) $(-> $result)? {
                 $name($($argument),*)
             }
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx512vl,avx512dq")]
-            fn avx512($($argument: $type),*) $(-> $result)? {
+            fn avx512$(<$($parameters)*>)?($($argument: $type),*) $(-> $result)? {
                 $name($($argument),*)
             }
             #[cfg_attr(

@@ -16,8 +16,8 @@ use std::cell::Cell;
 use asperity_model::Plan;
 
 use crate::basis::{MOST_STEPS, MOST_TERMS};
-use crate::contacts::StopForce;
-use crate::state::ChainState;
+use crate::strength::StopForce;
+use crate::state::SliderState;
 use crate::sweep::{Course, Reserve, margin};
 use crate::window::expansion::{Expansion, Sizes};
 use crate::window::norms::{Norms, ROUNDING};
@@ -83,7 +83,7 @@ impl Certificate {
     pub(super) fn longest(
         &mut self,
         plan: &Plan,
-        state: &ChainState,
+        state: &SliderState,
         expansion: &Expansion,
         mut index: usize,
         sizes: &Sizes,
@@ -172,7 +172,7 @@ impl Certificate {
             stuck_unit,
             sliding_unit,
             sigma: &expansion.sigma,
-            threshold: &expansion.contacts.threshold_n,
+            threshold: &expansion.strength.threshold_n,
             decline: expansion.ramp.decline(length.steps as f64),
             steps: length.steps as f64,
             reserve,
@@ -193,7 +193,7 @@ impl Certificate {
                 Some(index) => best = index,
                 None => {
                     let (now, sigma) = (now[n], expansion.sigma[n]);
-                    let limit = reserve.share * expansion.contacts.threshold_n[n];
+                    let limit = reserve.share * expansion.strength.threshold_n[n];
                     self.is_refused_by_reserve = match sigma == 0.0 {
                         true => limit - now.abs() <= reserve.stuck,
                         false => sigma * now <= reserve.sliding,
@@ -226,7 +226,7 @@ fn certified_for(
         now: expansion.first_guard.row(0)[n],
         rate: expansion.first_guard.row(1)[n],
         sigma: expansion.sigma[n],
-        threshold: expansion.contacts.threshold_n[n],
+        threshold: expansion.strength.threshold_n[n],
         terms: &guard[..expansion.terms],
         unit: if expansion.sigma[n] == 0.0 { stuck_unit } else { sliding_unit },
         reserve,
@@ -241,7 +241,7 @@ fn certified_for(
 /// stays below the load at which the drive is to stop.
 fn certified_for_load(
     plan: &Plan,
-    state: &ChainState,
+    state: &SliderState,
     expansion: &Expansion,
     stop: StopForce,
     longest: usize,

@@ -14,12 +14,12 @@
 use std::sync::Arc;
 
 use asperity_model::elastic::Chain;
-use asperity_model::{Law, Plan, Reattach};
+use asperity_model::Plan;
 
 use crate::basis::{Basis, MOST_TERMS};
-use crate::contacts::{Contacts, Ramp};
+use crate::strength::{Ramp, Strength};
 use crate::kept::Kept;
-use crate::state::ChainState;
+use crate::state::SliderState;
 use crate::sweep::{Guarded, Held, Second, Sweeps, TermChain, Terms};
 use crate::window::rows::Rows;
 
@@ -60,7 +60,7 @@ pub(super) struct Expansion {
     /// The drive's part of them.
     driven: Vec<(usize, f64)>,
     /// What the contacts bear in the window's first step.
-    pub(super) contacts: Contacts,
+    pub(super) strength: Strength,
     /// How the load goes on from there.
     pub(super) ramp: Ramp,
     /// Sign of the velocity of each sliding block, 0 for stuck ones.
@@ -84,9 +84,9 @@ pub(super) struct Expansion {
 
 impl Expansion {
     pub(super) fn new(plan: &Plan, sweeps: Sweeps) -> Expansion {
-        let basis = match plan.friction.law.is_affine() {
-            true => Kept::HERE.basis(plan, sweeps),
-            false => Arc::new(Basis::none()),
+        let basis = match plan.friction.law.affine() {
+            Some(_) => Kept::HERE.basis(plan, sweeps),
+            None => Arc::new(Basis::none()),
         };
         let blocks = plan.blocks;
         let several = |times: usize| vec![0.0; blocks * times];
@@ -98,7 +98,7 @@ impl Expansion {
             spring: several(1),
             scaled_spring: several(1),
             driven: plan.drive.springs.iter().map(|spring| (spring.block, 0.0)).collect(),
-            contacts: Contacts::new(plan),
+            strength: Strength::new(plan),
             ramp: Ramp::FLAT,
             sigma: several(1),
             first_u: Rows::new(blocks, 2),
@@ -115,19 +115,18 @@ impl Expansion {
 
     /// Takes the first differences of a state. False if a sliding block has no
     /// direction that it could keep.
-    pub(super) fn start(&mut self, plan: &Plan, state: &ChainState) -> bool {
+    pub(super) fn start(&mut self, plan: &Plan, state: &SliderState) -> bool {
         let blocks = self.blocks;
         let friction = &plan.friction;
         let kt = friction.interfacial_stiffness_n_per_m;
-        let rigid = friction.law != Law::Springs;
-        // Without springs a block stops where its velocity changes sign, whichever it is.
-        let one_way = friction.reattach == Reattach::OneWay && !rigid;
+        let rigid = friction.law.holds();
+        let one_way = friction.law.affine().is_some_and(|form| form.forward_only);
         let dt = plan.grid.step_s();
         let dt_over_m = dt / plan.block_mass_kg;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
-        if self.contacts.change() {
+        if self.strength.changes() {
             self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
-            self.contacts.follow(plan, state, self.ramp.load);
+            self.strength.follow(plan, state, self.ramp.load);
         }
         let directed = self.sweeps.sort(
             &mut self.sigma,
@@ -144,7 +143,7 @@ impl Expansion {
         let (guard, d_guard) = self.first_guard.both_mut(blocks);
         now_u.copy_from_slice(u);
         now_v.copy_from_slice(v);
-        self.sweeps.pull(guard, u, v, &plan.elastic);
+        self.sweeps.pull(guard, u, v, plan.elastic.chain());
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
         for spring in &plan.drive.springs {
             guard[spring.block] += spring.force_n(point_m, u[spring.block]);
@@ -156,7 +155,7 @@ impl Expansion {
             u,
             v,
             anchor: &state.stick_position_m,
-            drag: &self.contacts.sliding_friction_n,
+            drag: &self.strength.sliding_friction_n,
             spring: &self.spring,
             sigma: &self.sigma,
             dt,
@@ -167,7 +166,7 @@ impl Expansion {
             hold_stuck(&self.sigma, d_u, d_v);
         }
         // The second difference, with the steady advance of drive and load.
-        self.sweeps.pull(d_guard, d_u, d_v, &plan.elastic);
+        self.sweeps.pull(d_guard, d_u, d_v, plan.elastic.chain());
         let advance_m = if state.hold_step > state.step + 1 { plan.drive.velocity_m_per_s * dt } else { 0.0 };
         for spring in &plan.drive.springs {
             d_guard[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
@@ -198,7 +197,7 @@ impl Expansion {
             now,
             rate,
             sigma: &self.sigma,
-            limit: &self.contacts.threshold_n[..blocks],
+            limit: &self.strength.threshold_n[..blocks],
             decline: self.ramp.fall(),
         };
         self.sweeps.first_crossing(&guarded)
@@ -275,7 +274,7 @@ impl Expansion {
         let chain = TermChain {
             spring: &self.scaled_spring,
             sigma: &self.sigma,
-            rigid: plan.friction.law != Law::Springs,
+            rigid: plan.friction.law.holds(),
             springs,
             driven: &self.driven,
             by,
@@ -317,7 +316,7 @@ impl Expansion {
 
     /// Writes displacements and velocities after `steps` steps, with the coefficients of the
     /// terms then.
-    pub(super) fn compose(&self, plan: &Plan, steps: u64, coefficients: &[f64], state: &mut ChainState) {
+    pub(super) fn compose(&self, plan: &Plan, steps: u64, coefficients: &[f64], state: &mut SliderState) {
         let parts = [
             (&mut state.displacement_m, &self.first_u, &self.u, 1.0),
             (&mut state.velocity_m_per_s, &self.first_v, &self.v, 1.0 / plan.grid.step_s()),

@@ -119,6 +119,6 @@ pub(crate) fn invariant(plan: &Plan, sweeps: Sweeps, spring: &[f64], u: &[f64], 
     let drive: f64 = driven
         .map(|spring| spring.stiffness_n_per_m * u[spring.block] * (u[spring.block] - dt * v[spring.block]))
         .sum();
-    let slider = sweeps.invariant(spring, u, v, &plan.elastic, plan.block_mass_kg, dt);
+    let slider = sweeps.invariant(spring, u, v, plan.elastic.chain(), plan.block_mass_kg, dt);
     (slider + drive).max(0.0)
 }

@@ -8,7 +8,7 @@
 
 use asperity_model::Plan;
 
-use crate::state::ChainState;
+use crate::state::SliderState;
 
 /// The normal load of a step over that of the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,7 +108,7 @@ impl StopForce {
 
 /// Thresholds and sliding friction of all contacts in one step.
 #[derive(Debug, Clone)]
-pub(crate) struct Contacts {
+pub(crate) struct Strength {
     /// What no threshold is below.
     pub(crate) threshold_n: Vec<f64>,
     pub(crate) sliding_friction_n: Vec<f64>,
@@ -118,10 +118,10 @@ pub(crate) struct Contacts {
     age: bool,
 }
 
-impl Contacts {
+impl Strength {
     /// At the load of the start.
-    pub(crate) fn new(plan: &Plan) -> Contacts {
-        Contacts {
+    pub(crate) fn new(plan: &Plan) -> Strength {
+        Strength {
             threshold_n: plan.friction.static_threshold_n.clone(),
             sliding_friction_n: plan.friction.dynamic_friction_n.clone(),
             load: Load::OF_START,
@@ -132,12 +132,12 @@ impl Contacts {
 
     /// Whether load or age change them.
     #[inline]
-    pub(crate) fn change(&self) -> bool {
+    pub(crate) fn changes(&self) -> bool {
         self.load_changes || self.age
     }
 
     /// Brings them to the load of a step.
-    pub(crate) fn follow(&mut self, plan: &Plan, state: &ChainState, load: Load) {
+    pub(crate) fn follow(&mut self, plan: &Plan, state: &SliderState, load: Load) {
         if load == self.load && !self.age {
             return;
         }
@@ -153,12 +153,12 @@ impl Contacts {
 }
 
 /// What no threshold of a stuck contact is below, at the load of the start.
-pub(crate) fn least_threshold_n<'a>(plan: &'a Plan, state: &'a ChainState) -> &'a [f64] {
+pub(crate) fn least_threshold_n<'a>(plan: &'a Plan, state: &'a SliderState) -> &'a [f64] {
     if plan.friction.ageing.is_some() { &state.aged_threshold_n } else { &plan.friction.static_threshold_n }
 }
 
 /// `mu_s + b ln(1 + t_w / t_0)` of contact `n` of a slab in the step that led to a state.
-pub(crate) fn static_coefficient(plan: &Plan, state: &ChainState, n: usize) -> f64 {
+pub(crate) fn static_coefficient(plan: &Plan, state: &SliderState, n: usize) -> f64 {
     aged_coefficient(plan, n, state.stuck_since_step.get(n).copied(), state.step)
 }
 
@@ -176,7 +176,7 @@ pub(crate) fn aged_coefficient(plan: &Plan, n: usize, since_step: Option<u64>, s
 
 /// The static threshold of contact `n` (counted from 0) in the step that led to a state, of a
 /// contact that has detached since that which it had reached.
-pub(crate) fn threshold_n(plan: &Plan, state: &ChainState, n: usize) -> f64 {
+pub(crate) fn threshold_n(plan: &Plan, state: &SliderState, n: usize) -> f64 {
     if let Some(normal_load_n) = state.normal_load_n.get(n) {
         return static_coefficient(plan, state, n) * normal_load_n;
     }
@@ -186,9 +186,28 @@ pub(crate) fn threshold_n(plan: &Plan, state: &ChainState, n: usize) -> f64 {
 
 /// Brings the thresholds that are known up to the step that comes next: none can be below in
 /// what follows.
-pub(crate) fn age(plan: &Plan, state: &mut ChainState) {
+pub(crate) fn age(plan: &Plan, state: &mut SliderState) {
     for n in 0..state.aged_threshold_n.len() {
         state.aged_threshold_n[n] = aged_threshold_n(plan, n, &state.stuck_since_step, state.step + 1);
+    }
+}
+
+/// The static threshold of contact `n` in the step that led to a state; of a chain that ages it is
+/// noted that it is no less from now on.
+pub(crate) fn aged_up_to_now_n(plan: &Plan, state: &mut SliderState, n: usize) -> f64 {
+    if !state.aged_threshold_n.is_empty() {
+        state.aged_threshold_n[n] = aged_threshold_n(plan, n, &state.stuck_since_step, state.step);
+    }
+    threshold_n(plan, state, n)
+}
+
+/// Contact `n` has just begun to stick: where contacts age, it does from now on.
+pub(crate) fn become_young(plan: &Plan, state: &mut SliderState, n: usize) {
+    if plan.friction.ageing.is_some() {
+        state.stuck_since_step[n] = state.step;
+    }
+    if !state.aged_threshold_n.is_empty() {
+        state.aged_threshold_n[n] = plan.friction.static_threshold_n[n];
     }
 }
 

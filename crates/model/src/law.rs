@@ -1,0 +1,111 @@
+//! Contact laws: how a contact sticks, slides, and changes between the two.
+//!
+//! This is the interface; a law is a file of the folder `laws` and a line of the list in
+//! [`crate::laws`]. It says what happens at one contact; solvers loop over all contacts, compiled for
+//! each law ([`WithLaw`]), so a law touches no solver.
+//!
+//! A contact has `D` tangential freedoms: one along a chain or a slab, two over an area. Forces and
+//! velocities are vectors of that many numbers.
+//!
+//! A stuck contact either does not move ([`ContactLaw::HOLDS`]) or is pulled by a friction spring
+//! `-k_t (u - u_stick)`. It detaches where the magnitude of the tangential force reaches its strength,
+//! `mu_s p`, which may grow while it sticks. A sliding contact feels [`ContactLaw::drag_n`], until
+//! [`ContactLaw::re_attaches`].
+
+use crate::words::Reattach;
+
+/// A sliding contact before a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Sliding<const D: usize = 1> {
+    /// Its velocity.
+    pub velocity_m_per_s: [f64; D],
+    /// All that pulls at it but friction.
+    pub tangential_force_n: [f64; D],
+    /// `mu_d p`.
+    pub friction_n: f64,
+    /// By how much a force of 1 N changes its velocity in the step, `dt / m`.
+    pub step_over_mass_s_per_kg: f64,
+}
+
+/// A sliding contact in a step that changes its velocity.
+#[derive(Debug, Clone, Copy)]
+pub struct Turn<const D: usize = 1> {
+    /// Its velocity before the step.
+    pub velocity_m_per_s: [f64; D],
+    /// Its velocity after the step.
+    pub new_velocity_m_per_s: [f64; D],
+}
+
+/// How solvers may leap over many steps in which no contact switches: sliding friction is
+/// `-mu_d p sign(v)` and nothing else, so that a step is an affine map of the state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Affine {
+    /// A sliding contact re-attaches at a velocity of 0 or below, whichever way it slid before;
+    /// otherwise where its velocity changes sign.
+    pub forward_only: bool,
+}
+
+/// The numbers of a scenario's `[friction]` that laws take.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LawKeys {
+    /// `friction.reattach`.
+    pub reattach: Reattach,
+    /// `friction.weakening_velocity_m_per_s`, `v_c`.
+    pub weakening_velocity_m_per_s: f64,
+    /// `friction.radiation_kg_per_s`, `E`.
+    pub radiation_kg_per_s: f64,
+}
+
+/// The law of one contact with `D` tangential freedoms.
+///
+/// Functions are called for every contact in every step: mark them `#[inline(always)]`, so that they
+/// are compiled for the instruction set of the loop that calls them, and choose between numbers by
+/// `std::hint::select_unpredictable` instead of branches.
+pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + Send + Sync + 'static {
+    /// Whether a stuck contact does not move at all. It then has no friction spring, and re-attaches at
+    /// rest where it was before the step.
+    const HOLDS: bool = false;
+
+    /// The keys of `[friction]` that have a meaning for this law and not for every law.
+    const KEYS: &'static [&'static str];
+
+    /// The law with the numbers of a scenario.
+    fn of(keys: &LawKeys) -> Self;
+
+    /// What resists the motion of a sliding contact, N: positive against a positive velocity.
+    fn drag_n(&self, sliding: &Sliding<D>) -> [f64; D];
+
+    /// Whether a sliding contact re-attaches in a step.
+    fn re_attaches(&self, turn: &Turn<D>) -> bool;
+
+    /// A number whose sign bit is clear wherever [`ContactLaw::re_attaches`]: loops collect sign bits
+    /// faster than answers.
+    fn turned_by(&self, turn: &Turn<D>) -> f64 {
+        if self.re_attaches(turn) { 1.0 } else { -1.0 }
+    }
+
+    /// Damping of a sliding contact, for the bound of the time step.
+    fn damping_kg_per_s(&self) -> f64 {
+        0.0
+    }
+
+    /// The form by which solvers may leap while contacts slide; `None` where it has none, and they take
+    /// single steps.
+    fn affine(&self) -> Option<Affine> {
+        None
+    }
+}
+
+/// The magnitude of a vector: of one number its absolute value, to the bit.
+#[inline(always)]
+pub fn magnitude<const D: usize>(vector: [f64; D]) -> f64 {
+    if D == 1 { vector[0].abs() } else { vector.iter().map(|x| x * x).sum::<f64>().sqrt() }
+}
+
+/// What is to be compiled for each law.
+pub trait WithLaw {
+    /// What it gives.
+    type Output;
+    /// The work, with the law.
+    fn with<L: ContactLaw>(self, law: L) -> Self::Output;
+}

@@ -1,0 +1,122 @@
+//! The registered contact laws: for each a file of the folder `laws` and a line of the list at the end.
+
+use serde::{Deserialize, Serialize};
+
+use crate::law::{Affine, ContactLaw, LawKeys, WithLaw};
+
+/// What the key table says of the laws: each word and its meaning.
+macro_rules! text {
+    ($word:literal $meaning:literal $($others:literal $of_others:literal)*) => {
+        concat!(
+            "How a block sticks and slides: ", $word, ", ", $meaning,
+            $("; ", $others, ", ", $of_others,)*
+            "."
+        )
+    };
+}
+
+/// Declares the registered laws: the variant, its file, its word and what the key table says of it.
+macro_rules! laws {
+    ($($law:ident in $file:ident: $word:literal, $meaning:literal;)*) => {
+        $(mod $file;)*
+
+        /// Which law a scenario asks for.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+        pub enum FrictionLaw {
+            $(#[doc = $meaning] #[serde(rename = $word)] $law,)*
+        }
+
+        impl FrictionLaw {
+            /// All of them, in the order of the key table.
+            pub const ALL: &'static [FrictionLaw] = &[$(FrictionLaw::$law,)*];
+
+            /// The words that scenarios use.
+            pub(crate) const WORDS: &'static [&'static str] = &[$($word,)*];
+
+            /// The word that scenarios use.
+            pub fn word(self) -> &'static str {
+                match self {
+                    $(FrictionLaw::$law => $word,)*
+                }
+            }
+
+            /// [`ContactLaw::KEYS`].
+            pub fn keys(self) -> &'static [&'static str] {
+                match self {
+                    $(FrictionLaw::$law => <$file::$law as ContactLaw>::KEYS,)*
+                }
+            }
+
+            /// [`ContactLaw::HOLDS`].
+            pub fn holds(self) -> bool {
+                match self {
+                    $(FrictionLaw::$law => <$file::$law as ContactLaw>::HOLDS,)*
+                }
+            }
+        }
+
+        /// What the key table says of the laws.
+        pub(crate) const MEANING: &str = text!($($word $meaning)*);
+
+        /// A law with its numbers.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub enum Law {
+            $(#[doc = $meaning] $law($file::$law),)*
+        }
+
+        impl Law {
+            /// The law that a scenario asks for.
+            pub fn of(law: FrictionLaw, keys: &LawKeys) -> Law {
+                match law {
+                    $(FrictionLaw::$law => Law::$law(<$file::$law as ContactLaw>::of(keys)),)*
+                }
+            }
+
+            /// [`ContactLaw::HOLDS`].
+            pub fn holds(self) -> bool {
+                self.word().holds()
+            }
+
+            /// The word of the law.
+            pub fn word(self) -> FrictionLaw {
+                match self {
+                    $(Law::$law(_) => FrictionLaw::$law,)*
+                }
+            }
+
+            /// [`ContactLaw::affine`].
+            pub fn affine(self) -> Option<Affine> {
+                match self {
+                    $(Law::$law(law) => law.affine(),)*
+                }
+            }
+
+            /// [`ContactLaw::damping_kg_per_s`].
+            pub fn damping_kg_per_s(self) -> f64 {
+                match self {
+                    $(Law::$law(law) => law.damping_kg_per_s(),)*
+                }
+            }
+
+            /// Does what is compiled for each law with this one.
+            pub fn with<W: WithLaw>(self, what: W) -> W::Output {
+                match self {
+                    $(Law::$law(law) => what.with(law),)*
+                }
+            }
+        }
+    };
+}
+
+impl Default for FrictionLaw {
+    fn default() -> FrictionLaw {
+        FrictionLaw::ALL[0]
+    }
+}
+
+// The registered laws. The first is the default.
+laws! {
+    InterfacialSprings in springs: "interfacial-springs", "Amontons-Coulomb with a spring that holds a stuck block (5.12-5.15)";
+    Rigid in rigid: "rigid", "without it (2.7): a stuck block does not move";
+    VelocityWeakening in velocity_weakening: "velocity-weakening", "rigid with sliding friction that falls with velocity (Burridge and Knopoff, 2.4)";
+}

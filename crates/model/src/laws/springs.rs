@@ -1,0 +1,50 @@
+//! Amontons-Coulomb with interfacial springs (section 5.3): a stuck contact is held by a spring, a
+//! sliding one feels `-mu_d p sign(v)` (5.14).
+
+use std::hint::select_unpredictable;
+
+use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn};
+use crate::words::Reattach;
+
+/// The law of the thesis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InterfacialSprings {
+    /// Whether a contact re-attaches where its velocity changes sign or vanishes, and not at every
+    /// velocity of 0 or below.
+    two_way: bool,
+}
+
+impl ContactLaw for InterfacialSprings {
+    const KEYS: &'static [&'static str] = &[
+        "friction.interfacial_stiffness_ratio",
+        "friction.reattach",
+        "friction.ageing_coefficient",
+        "friction.ageing_time_s",
+    ];
+
+    fn of(keys: &LawKeys) -> InterfacialSprings {
+        InterfacialSprings { two_way: keys.reattach == Reattach::TwoWay }
+    }
+
+    #[inline(always)]
+    fn drag_n(&self, sliding: &Sliding) -> [f64; 1] {
+        let [v] = sliding.velocity_m_per_s;
+        [select_unpredictable(v == 0.0, 0.0, sliding.friction_n.copysign(v))]
+    }
+
+    #[inline(always)]
+    fn re_attaches(&self, turn: &Turn) -> bool {
+        let ([v], [new_v]) = (turn.velocity_m_per_s, turn.new_velocity_m_per_s);
+        if self.two_way { new_v * v <= 0.0 } else { new_v <= 0.0 }
+    }
+
+    #[inline(always)]
+    fn turned_by(&self, turn: &Turn) -> f64 {
+        let ([v], [new_v]) = (turn.velocity_m_per_s, turn.new_velocity_m_per_s);
+        if self.two_way { 0.0 - new_v * v } else { 0.0 - new_v }
+    }
+
+    fn affine(&self) -> Option<Affine> {
+        Some(Affine { forward_only: !self.two_way })
+    }
+}

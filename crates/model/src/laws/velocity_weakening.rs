@@ -1,0 +1,47 @@
+//! Burridge and Knopoff's law (2.4): rigid, with the sliding friction
+//! `-mu_d p sign(v) / (1 + |v| / v_c) - E v`.
+
+use crate::laws::rigid::Rigid;
+use crate::law::{ContactLaw, LawKeys, Sliding, Turn};
+
+/// Friction that falls with velocity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VelocityWeakening {
+    /// `1 / v_c`.
+    weakening_s_per_m: f64,
+    /// `E`.
+    radiation_kg_per_s: f64,
+}
+
+impl ContactLaw for VelocityWeakening {
+    const HOLDS: bool = true;
+    const KEYS: &'static [&'static str] =
+        &["friction.weakening_velocity_m_per_s", "friction.radiation_kg_per_s"];
+
+    fn of(keys: &LawKeys) -> VelocityWeakening {
+        VelocityWeakening {
+            weakening_s_per_m: 1.0 / keys.weakening_velocity_m_per_s,
+            radiation_kg_per_s: keys.radiation_kg_per_s,
+        }
+    }
+
+    #[inline(always)]
+    fn drag_n(&self, sliding: &Sliding) -> [f64; 1] {
+        let ([v], [drag]) = (sliding.velocity_m_per_s, Rigid.drag_n(sliding));
+        [drag / (1.0 + v.abs() * self.weakening_s_per_m) + self.radiation_kg_per_s * v]
+    }
+
+    #[inline(always)]
+    fn re_attaches(&self, turn: &Turn) -> bool {
+        Rigid.re_attaches(turn)
+    }
+
+    #[inline(always)]
+    fn turned_by(&self, turn: &Turn) -> f64 {
+        Rigid.turned_by(turn)
+    }
+
+    fn damping_kg_per_s(&self) -> f64 {
+        self.radiation_kg_per_s
+    }
+}

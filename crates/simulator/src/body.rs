@@ -1,0 +1,83 @@
+//! Bodies: what holds nodes together, in steps.
+//!
+//! A body takes the part of a step that depends on how its nodes are joined: the pull between them,
+//! what its contacts bear, friction, the motion of all freedoms, and what that does to the energies.
+//! The [`Stepper`](crate::stepper::Stepper) does the rest: drive, switches, the end of the drive.
+//!
+//! A body is a file of the folder `body` and an arm of [`with_body`].
+
+mod chain;
+mod lattice;
+
+pub(crate) use chain::ChainBody;
+pub(crate) use lattice::{LatticeBody, stored_j};
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use asperity_model::{Elastic, Plan};
+use asperity_record::Energy;
+
+use crate::energy::Bookkeeping;
+use crate::state::SliderState;
+use crate::strength::Load;
+use crate::sweep::Sweeps;
+
+/// The part of a step that depends on the body.
+pub(crate) trait Body: Clone + Debug + Send + 'static {
+    /// Prepares the energies for a step, of which at least `steps_ahead` are taken one by one.
+    fn begin_step(&mut self, _plan: &Plan, _state: &mut SliderState, _steps_ahead: u64) {}
+
+    /// Brings the forces from outside and the strength of contacts to the load of the step.
+    fn press(&mut self, plan: &Plan, state: &SliderState, load: Load);
+
+    /// Force from outside on a freedom in this step; the drive writes it, on top of [`Body::press`].
+    fn pull_at(&mut self, freedom: usize, force_n: f64);
+
+    /// Adds the work of the drive in this step, whose springs pull along its way with `along_n`.
+    fn add_drive(&mut self, _state: &mut SliderState, _along_n: f64) {}
+
+    /// Forces, friction, new velocities and positions of all freedoms, with the tangential forces on
+    /// contacts; whether any contact may switch.
+    fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool;
+
+    /// Sets the bit of each contact that switches after [`Body::advance`], or may if contacts age.
+    fn mark_switches(&self, state: &SliderState, marks: &mut [u64]);
+
+    /// Displacement before the step of a freedom of a contact.
+    fn former_displacement_m(&self, freedom: usize) -> f64;
+
+    /// Adds what the step did to the energies.
+    fn add_step(&mut self, plan: &Plan, state: &mut SliderState, load: Load);
+
+    /// Ends the step; `is_last` where a contact switched in it, or the drive stopped.
+    fn end_step(&mut self, _plan: &Plan, _state: &mut SliderState, _is_last: bool) {}
+
+    /// Energies at the end of the last step.
+    fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy;
+
+    /// Continues with the energies of a state that was not reached by the last step.
+    fn follow(&mut self, _plan: &Plan, _state: &SliderState) {}
+}
+
+/// A body that a plan can ask for.
+pub(crate) trait OfPlan: Body {
+    /// The body at the start of a plan.
+    fn of_plan(plan: &Plan, state: &SliderState, sweeps: Sweeps, keeping: Bookkeeping) -> Self;
+}
+
+/// What is to be compiled for each body.
+pub(crate) trait WithBody {
+    /// What it gives.
+    type Output;
+    /// The work, for the body.
+    fn with<B: OfPlan>(self) -> Self::Output;
+}
+
+/// Does what is compiled for each body with that of a plan.
+pub(crate) fn with_body<W: WithBody>(plan: &Arc<Plan>, what: W) -> W::Output {
+    match plan.elastic {
+        Elastic::Chain(_) => what.with::<ChainBody>(),
+        Elastic::Lattice(_) => what.with::<LatticeBody>(),
+    }
+}

@@ -1,0 +1,182 @@
+//! The chain in steps: every node carries a contact.
+//!
+//! Its loops go over arrays of all blocks at once ([`crate::sweep`]); displacements and velocities of
+//! a step are written beside those of the step before.
+
+use std::sync::Arc;
+
+use asperity_model::Plan;
+use asperity_model::elastic::Chain;
+use asperity_record::Energy;
+
+use crate::body::{Body, OfPlan};
+use crate::energy::{Accounts, Bookkeeping, Velocities};
+use crate::law::{ChainLoops, loops};
+use crate::state::SliderState;
+use crate::strength::{Load, Strength};
+use crate::sweep::{After, Blocks, Steps, Sweeps};
+
+/// A chain of blocks.
+#[derive(Debug, Clone)]
+pub(crate) struct ChainBody {
+    chain: Chain,
+    sweeps: Sweeps,
+    law: Arc<dyn ChainLoops>,
+    /// Displacements, velocities and tangential forces before the step.
+    former_displacement_m: Vec<f64>,
+    former_velocity_m_per_s: Vec<f64>,
+    former_tangential_force_n: Vec<f64>,
+    /// Force from outside on each node, by the drive and the prestress, and whether any node inside is
+    /// pulled.
+    outer_force_n: Vec<f64>,
+    prestress_n: Vec<f64>,
+    is_pulled_inside: bool,
+    /// What the contacts bear in the last step.
+    strength: Strength,
+    accounts: Accounts,
+    /// Whether the step at hand is added up alone, in no span.
+    adds_alone: bool,
+}
+
+impl ChainBody {
+    /// The energies' accounts.
+    pub(crate) fn accounts_mut(&mut self) -> &mut Accounts {
+        &mut self.accounts
+    }
+
+    /// Steps until the first contact would switch, if forces and velocities went on as they did from
+    /// the step before the last to the last, in which none may have switched.
+    pub(crate) fn foreseen_steps(&self, plan: &Plan, state: &SliderState) -> f64 {
+        let steps = Steps {
+            tau: &state.tangential_force_n,
+            tau_before: &self.former_tangential_force_n,
+            v: &state.velocity_m_per_s,
+            v_before: &self.former_velocity_m_per_s,
+        };
+        let decline = if self.strength.changes() {
+            self.strength.load.fall_to(Load::in_step(plan, state.step + 1, state.hold_step))
+        } else {
+            0.0
+        };
+        self.sweeps.crossing_ahead(&steps, &state.slip, &self.strength.threshold_n, decline)
+    }
+}
+
+impl OfPlan for ChainBody {
+    fn of_plan(plan: &Plan, state: &SliderState, sweeps: Sweeps, keeping: Bookkeeping) -> ChainBody {
+        let chain = *plan.elastic.chain();
+        let zeros = || vec![0.0; chain.nodes];
+        ChainBody {
+            law: loops(plan.friction.law),
+            former_displacement_m: zeros(),
+            former_velocity_m_per_s: zeros(),
+            former_tangential_force_n: zeros(),
+            outer_force_n: if plan.prestress_n.is_empty() { zeros() } else { plan.prestress_n.clone() },
+            prestress_n: plan.prestress_n.clone(),
+            is_pulled_inside: plan.drive.pulls_inside(chain.nodes)
+                || !plan.prestress_n.is_empty()
+                || plan.friction.law.holds(),
+            strength: Strength::new(plan),
+            accounts: Accounts::new(plan, state, sweeps, keeping),
+            adds_alone: true,
+            sweeps,
+            chain,
+        }
+    }
+}
+
+impl Body for ChainBody {
+    fn begin_step(&mut self, plan: &Plan, state: &mut SliderState, steps_ahead: u64) {
+        self.adds_alone = self.accounts.adds_single_steps(state, steps_ahead);
+        if !self.adds_alone {
+            let next_step = state.step + 1;
+            self.accounts.begin(plan, state, next_step);
+        }
+    }
+
+    fn press(&mut self, plan: &Plan, state: &SliderState, load: Load) {
+        if self.strength.changes() {
+            self.strength.follow(plan, state, load);
+        }
+    }
+
+    fn pull_at(&mut self, freedom: usize, force_n: f64) {
+        self.outer_force_n[freedom] = match self.prestress_n.get(freedom) {
+            None => force_n,
+            Some(prestress_n) => prestress_n + force_n,
+        };
+    }
+
+    fn add_drive(&mut self, state: &mut SliderState, along_n: f64) {
+        let moves = state.step <= state.hold_step;
+        self.accounts.add_drive_step(&mut state.energy, along_n, moves);
+    }
+
+    fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool {
+        let dt = plan.grid.step_s();
+        std::mem::swap(&mut state.tangential_force_n, &mut self.former_tangential_force_n);
+        let old = Blocks {
+            chain: &self.chain,
+            u: &state.displacement_m,
+            v: &state.velocity_m_per_s,
+            outer_force: &self.outer_force_n,
+            is_pulled_inside: self.is_pulled_inside,
+            u_stick: &state.stick_position_m,
+            slip: &state.slip,
+            threshold: &self.strength.threshold_n,
+            sliding_friction: &self.strength.sliding_friction_n,
+            dt,
+            dt_over_m: dt / plan.block_mass_kg,
+            kt: plan.friction.interfacial_stiffness_n_per_m,
+        };
+        let new = (&mut self.former_displacement_m[..], &mut self.former_velocity_m_per_s[..]);
+        let may_switch = self.law.step(self.sweeps, new, &mut state.tangential_force_n, &old);
+        // What was written is the new state, and the old one remains beside it.
+        std::mem::swap(&mut state.displacement_m, &mut self.former_displacement_m);
+        std::mem::swap(&mut state.velocity_m_per_s, &mut self.former_velocity_m_per_s);
+        may_switch
+    }
+
+    fn mark_switches(&self, state: &SliderState, marks: &mut [u64]) {
+        let after = After {
+            slip: &state.slip,
+            v: [&self.former_velocity_m_per_s],
+            v_new: [&state.velocity_m_per_s],
+            tau: [&state.tangential_force_n],
+            threshold: &self.strength.threshold_n,
+        };
+        self.law.switching(self.sweeps, marks, &after);
+    }
+
+    fn former_displacement_m(&self, freedom: usize) -> f64 {
+        self.former_displacement_m[freedom]
+    }
+
+    fn add_step(&mut self, plan: &Plan, state: &mut SliderState, _: Load) {
+        if !self.adds_alone {
+            return;
+        }
+        let step = Velocities {
+            before: &self.former_velocity_m_per_s,
+            after: &state.velocity_m_per_s,
+            tangential_force_n: &state.tangential_force_n,
+            slip: &state.slip,
+            sliding_friction_n: &self.strength.sliding_friction_n,
+        };
+        self.accounts.add_step(plan, &mut state.energy, &step, &*self.law);
+    }
+
+    fn end_step(&mut self, plan: &Plan, state: &mut SliderState, is_last: bool) {
+        if !self.adds_alone {
+            self.accounts.pass(plan, state, is_last);
+        }
+    }
+
+    fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy {
+        self.accounts.energy(plan, state)
+    }
+
+    fn follow(&mut self, plan: &Plan, state: &SliderState) {
+        self.accounts.follow(plan, state);
+    }
+}

@@ -1,0 +1,270 @@
+//! A lattice in steps ([`asperity_model::lattice`], docs/slab.md): the nodes of its bottom row, or
+//! layer, carry the contacts, which have `D` tangential freedoms.
+//!
+//! Springs and dashpots pull between nodes, `k e (e . (u_j - u_i)) + eta (v_j - v_i)`; the load of the
+//! new time presses on the top; the foundation bears contact `n` with `p_n = -k_f u_z` where
+//! `u_z < 0`, and with nothing where the node has lifted off, and friction is in proportion to this
+//! `p_n`. The loops over the nodes are in [`crate::sweep`], compiled for several instruction sets with
+//! the same bits; the contacts are few, 57 of 1767 nodes in the default slab.
+//!
+//! **Energies.** Forces do the work `F w` on the way `w = dt v'` ([`crate::energy`]). Springs between
+//! nodes are linear, so `w M w / 2 = w (F_s - F_{s+1}) / 2` with `F_s` their pull in step `s`. With
+//! `d = v' - v` the sum of that over the steps is the sum of `dt F_s d / 2`, less `dt F v / 2` of the
+//! last state with the pull that it has: a step costs one product, and [`Body::energy`] adds the last
+//! part. The foundation's is `E(u') - E(u)` less its force along the way, since a contact may lift off
+//! on it. The work of the normal load takes the place of a chain's prestress work: both are forces from
+//! outside.
+
+use std::array;
+use std::sync::Arc;
+
+use asperity_model::lattice::Bond;
+use asperity_model::{Lattice, Plan};
+use asperity_record::Energy;
+
+use crate::body::{Body, OfPlan};
+use crate::energy::Bookkeeping;
+use crate::law::{ContactLoops, Rubbed, loops};
+use crate::state::SliderState;
+use crate::strength::Load;
+use crate::sweep::{After, Forces, MovedWork, Sweeps};
+
+/// A lattice whose contacts have `D` tangential freedoms.
+#[derive(Debug, Clone)]
+pub(crate) struct LatticeBody<const D: usize = 1> {
+    lattice: Lattice,
+    sweeps: Sweeps,
+    law: Arc<dyn ContactLoops<D>>,
+    /// Pull of the springs and of the dashpots between nodes, and forces from outside, on all
+    /// freedoms in the last step.
+    springs_n: Vec<f64>,
+    dashpots_n: Vec<f64>,
+    outer_n: Vec<f64>,
+    /// Displacements and velocities of all freedoms of contacts before the step, axis by axis.
+    former_displacement_m: Vec<f64>,
+    former_velocity_m_per_s: Vec<f64>,
+    /// Of each contact, `mu_s p` without ageing, `mu_d p`, and friction axis by axis.
+    threshold_n: Vec<f64>,
+    sliding_friction_n: Vec<f64>,
+    friction_n: Vec<f64>,
+    work: MovedWork,
+}
+
+impl OfPlan for LatticeBody {
+    fn of_plan(plan: &Plan, _: &SliderState, sweeps: Sweeps, _: Bookkeeping) -> LatticeBody {
+        let lattice = *plan.elastic.lattice().expect("`with_body` takes it for a lattice");
+        LatticeBody::new(lattice, sweeps, loops(plan.friction.law))
+    }
+}
+
+impl<const D: usize> LatticeBody<D> {
+    /// A lattice at rest, whose contacts rub by this law.
+    pub(crate) fn new(lattice: Lattice, sweeps: Sweeps, law: Arc<dyn ContactLoops<D>>) -> LatticeBody<D> {
+        let (contacts, zeros) = (lattice.contacts(), || vec![0.0; lattice.freedoms()]);
+        let of_axes = || vec![0.0; lattice.axes() * contacts];
+        LatticeBody {
+            springs_n: zeros(),
+            dashpots_n: zeros(),
+            outer_n: zeros(),
+            former_displacement_m: of_axes(),
+            former_velocity_m_per_s: of_axes(),
+            threshold_n: vec![0.0; contacts],
+            sliding_friction_n: vec![0.0; contacts],
+            friction_n: vec![0.0; D * contacts],
+            work: MovedWork::default(),
+            lattice,
+            sweeps,
+            law,
+        }
+    }
+
+    /// Where the freedoms along the normal begin.
+    fn normal(&self) -> usize {
+        (self.lattice.axes() - 1) * self.lattice.nodes()
+    }
+}
+
+/// The numbers along each of `D` axes, of which that many lie one after the other.
+fn along<const D: usize>(values: &[f64], from_one_to_next: usize, count: usize) -> [&[f64]; D] {
+    array::from_fn(|axis| &values[axis * from_one_to_next..][..count])
+}
+
+impl<const D: usize> Body for LatticeBody<D> {
+    fn press(&mut self, plan: &Plan, _: &SliderState, load: Load) {
+        let (nodes, normal) = (self.lattice.nodes(), self.normal());
+        for (node, load_n) in self.lattice.top_row().zip(&plan.top_load_n) {
+            self.outer_n[normal + node] = -load.scaled_n(*load_n);
+        }
+        for axis in 0..D {
+            self.outer_n[axis * nodes..][..plan.blocks].fill(0.0);
+        }
+    }
+
+    fn pull_at(&mut self, freedom: usize, force_n: f64) {
+        self.outer_n[freedom] = force_n;
+    }
+
+    fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool {
+        let (nodes, contacts, normal) = (self.lattice.nodes(), plan.blocks, self.normal());
+        let LatticeBody { lattice, sweeps, springs_n, dashpots_n, outer_n, .. } = self;
+        let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
+        sweeps.lattice_pull(springs_n, dashpots_n, u, v, lattice);
+        for axis in 0..lattice.axes() {
+            let (former, of_node) = (axis * contacts..(axis + 1) * contacts, axis * nodes);
+            self.former_displacement_m[former.clone()].copy_from_slice(&u[of_node..][..contacts]);
+            self.former_velocity_m_per_s[former].copy_from_slice(&v[of_node..][..contacts]);
+        }
+        let friction = &plan.friction;
+        for n in 0..contacts {
+            for axis in 0..D {
+                let freedom = axis * nodes + n;
+                state.tangential_force_n[axis * contacts + n] =
+                    (springs_n[freedom] + dashpots_n[freedom]) + outer_n[freedom];
+            }
+            let normal_load_n = lattice.normal_load_n(u[normal + n]);
+            state.normal_load_n[n] = normal_load_n;
+            self.threshold_n[n] = friction.static_coefficients[n] * normal_load_n;
+            self.sliding_friction_n[n] = friction.dynamic_coefficients[n] * normal_load_n;
+            outer_n[normal + n] = normal_load_n;
+        }
+        let dt = plan.grid.step_s();
+        let dt_over_m = dt / plan.block_mass_kg;
+        let mut friction_n = self.friction_n.chunks_exact_mut(contacts);
+        self.law.rub(&mut Rubbed {
+            u: along(u, nodes, contacts),
+            v: along(v, nodes, contacts),
+            anchor: along(&state.stick_position_m, contacts, contacts),
+            tau: along(&state.tangential_force_n, contacts, contacts),
+            slip: &state.slip,
+            sliding_friction: &self.sliding_friction_n,
+            kt: friction.interfacial_stiffness_n_per_m,
+            dt_over_m,
+            friction: array::from_fn(|_| friction_n.next().expect("one for each axis")),
+        });
+        for (axis, friction_n) in self.friction_n.chunks_exact(contacts).enumerate() {
+            for (outer_n, friction_n) in outer_n[axis * nodes..][..contacts].iter_mut().zip(friction_n) {
+                *outer_n -= friction_n;
+            }
+        }
+        let forces = Forces { springs: springs_n, dashpots: dashpots_n, outer: outer_n, dt, dt_over_m };
+        self.work = sweeps.lattice_move(&mut state.displacement_m, &mut state.velocity_m_per_s, &forces);
+        // Contacts are few: asking each costs no more than a hint.
+        true
+    }
+
+    fn mark_switches(&self, state: &SliderState, marks: &mut [u64]) {
+        let (nodes, contacts) = (self.lattice.nodes(), state.slip.len());
+        let after = After {
+            slip: &state.slip,
+            v: along(&self.former_velocity_m_per_s, contacts, contacts),
+            v_new: along(&state.velocity_m_per_s, nodes, contacts),
+            tau: along(&state.tangential_force_n, contacts, contacts),
+            threshold: &self.threshold_n,
+        };
+        self.law.switching(self.sweeps, marks, &after);
+    }
+
+    fn former_displacement_m(&self, freedom: usize) -> f64 {
+        let (axis, n) = (freedom / self.lattice.nodes(), freedom % self.lattice.nodes());
+        self.former_displacement_m[axis * self.lattice.contacts() + n]
+    }
+
+    fn add_step(&mut self, plan: &Plan, state: &mut SliderState, load: Load) {
+        let (nodes, contacts, normal) = (self.lattice.nodes(), plan.blocks, self.normal());
+        let (lattice, work) = (&self.lattice, &self.work);
+        let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
+        let dt = plan.grid.step_s();
+        let kt = plan.friction.interfacial_stiffness_n_per_m;
+        let point_m = plan.drive_point_m(state.step, state.hold_step);
+        let moves = state.step <= state.hold_step;
+        let advance_m = if moves { plan.drive.velocity_m_per_s * dt } else { 0.0 };
+        let (mut drive_n, mut bent_j) = (0.0, 0.0);
+        for spring in &plan.drive.springs {
+            let (k, way_m) = (spring.stiffness_n_per_m, dt * v[spring.block]);
+            // Its pull in the middle of the point's way, the node where it was.
+            let stretch_m = (point_m - 0.5 * advance_m) - (u[spring.block] - way_m - spring.rest_m);
+            drive_n += k * stretch_m;
+            bent_j += 0.5 * k * way_m * way_m;
+        }
+        let mut heat_j = 0.0;
+        let former_z_m = &self.former_displacement_m[(lattice.axes() - 1) * contacts..];
+        for n in 0..contacts {
+            for axis in 0..D {
+                let way_m = dt * v[axis * nodes + n];
+                if state.slip[n] == 0.0 {
+                    bent_j += 0.5 * kt * way_m * way_m;
+                } else {
+                    heat_j += self.friction_n[axis * contacts + n] * way_m;
+                }
+            }
+            bent_j += foundation_scheme_j(lattice, former_z_m[n], u[normal + n]);
+        }
+        let parts = lattice.top_row().zip(&plan.top_load_n);
+        let pressed_w: f64 = parts.map(|(node, load_n)| -load.scaled_n(*load_n) * v[normal + node]).sum();
+        let ledger = &mut state.energy;
+        ledger.drive_work_j.add(advance_m * drive_n);
+        ledger.load_work_j.add(dt * pressed_w);
+        ledger.friction_heat_j.add(heat_j);
+        ledger.viscous_loss_j.add(-dt * work.dashpots);
+        ledger.scheme_work_j.add(0.5 * dt * work.springs - 0.5 * plan.block_mass_kg * work.square + bent_j);
+    }
+
+    fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy {
+        let LatticeBody { lattice, sweeps, springs_n, dashpots_n, .. } = self;
+        let (ledger, u, v) = (&state.energy, &state.displacement_m, &state.velocity_m_per_s);
+        sweeps.lattice_pull(springs_n, dashpots_n, u, v, lattice);
+        let ahead_w: f64 = springs_n.iter().zip(v).map(|(force, v)| force * v).sum();
+        let (kinetic_j, elastic_j) = stored_j(plan, lattice, state);
+        Energy {
+            drive_work_j: ledger.drive_work_j.value(),
+            prestress_work_j: ledger.load_work_j.value(),
+            friction_heat_j: ledger.friction_heat_j.value(),
+            anchor_change_j: ledger.anchor_change_j.value(),
+            viscous_loss_j: ledger.viscous_loss_j.value(),
+            kinetic_j,
+            elastic_j,
+            scheme_work_j: ledger.scheme_work_j.value() - 0.5 * plan.grid.step_s() * ahead_w,
+        }
+    }
+}
+
+/// What the time step adds at the foundation of a contact that goes from one height to another: what
+/// is stored there then and was not before, and what its force did along the way.
+fn foundation_scheme_j(lattice: &Lattice, from_m: f64, to_m: f64) -> f64 {
+    let k = lattice.foundation_n_per_m;
+    match (from_m < 0.0, to_m < 0.0) {
+        (true, true) => 0.5 * k * (to_m - from_m) * (to_m - from_m),
+        (true, false) => 0.5 * k * from_m * (from_m - 2.0 * to_m),
+        (false, true) => 0.5 * k * to_m * to_m,
+        (false, false) => 0.0,
+    }
+}
+
+/// Kinetic and elastic energy of a state of a lattice.
+pub(crate) fn stored_j(plan: &Plan, lattice: &Lattice, state: &SliderState) -> (f64, f64) {
+    let (nodes, u, v) = (lattice.nodes(), &state.displacement_m, &state.velocity_m_per_s);
+    let square: f64 = v.iter().map(|v| v * v).sum();
+    let mut elastic_j = 0.0;
+    lattice.over_bonds(|Bond { from, to, along, stiffness_n_per_m }| {
+        let stretch_m = along[0] * (u[to] - u[from]) + along[1] * (u[nodes + to] - u[nodes + from]);
+        elastic_j += 0.5 * stiffness_n_per_m * stretch_m * stretch_m;
+    });
+    let (kt, kf) = (plan.friction.interfacial_stiffness_n_per_m, lattice.foundation_n_per_m);
+    let (contacts, normal) = (plan.blocks, (lattice.axes() - 1) * nodes);
+    for n in 0..contacts {
+        if state.slip[n] == 0.0 {
+            for axis in 0..state.stick_position_m.len() / contacts {
+                let stretch_m = u[axis * nodes + n] - state.stick_position_m[axis * contacts + n];
+                elastic_j += 0.5 * kt * stretch_m * stretch_m;
+            }
+        }
+        let sunk_m = u[normal + n].min(0.0);
+        elastic_j += 0.5 * kf * sunk_m * sunk_m;
+    }
+    let point_m = plan.drive_point_m(state.step, state.hold_step);
+    for spring in &plan.drive.springs {
+        let stretch_m = point_m - (u[spring.block] - spring.rest_m);
+        elastic_j += 0.5 * spring.stiffness_n_per_m * stretch_m * stretch_m;
+    }
+    (0.5 * plan.block_mass_kg * square, elastic_j)
+}

@@ -1,0 +1,267 @@
+//! The leaps of a chain: windows while some blocks slide ([`crate::window`]), jumps while all are
+//! stuck ([`crate::jump`]), and rests where a law holds stuck blocks still ([`crate::rest`]).
+
+use asperity_model::Plan;
+use asperity_record::Energy;
+
+use crate::body::{Body, ChainBody};
+use crate::cost::{self, Costs};
+use crate::fast::{Leaps, Open};
+use crate::jump::Jump;
+use crate::rest::{rest, rest_steps};
+use crate::stepper::Stepper;
+use crate::strength::age;
+use crate::sweep::Sweeps;
+use crate::window::Window;
+
+/// Single steps of a long chain without windows before it is asked again whether it may jump.
+const LOOK_ROUND_STEPS: u64 = 32;
+
+/// Many certified steps, still to be taken.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Leap {
+    Jump {
+        steps: u64,
+    },
+    /// Nothing moves.
+    Rest {
+        steps: u64,
+    },
+    /// By the index of the window's length.
+    Window(usize),
+}
+
+/// What leaps over the steps of a chain.
+#[derive(Debug, Clone)]
+pub(crate) struct ChainLeaps {
+    window: Window,
+    /// For chains whose modes are known.
+    jump: Option<Jump>,
+    costs: Costs,
+}
+
+impl ChainLeaps {
+    /// How many steps to take one by one, where no window pays, before looking round. While no switch is
+    /// near, the energies take a span for it.
+    fn single_steps_of_long_chain(&mut self, solver: &mut Open<'_, ChainBody>) -> u64 {
+        let (body, state) = solver.stepper.body_mut();
+        let accounts = body.accounts_mut();
+        let is_stuck = state.detached == 0;
+        let steps_to_jump = solver.pace.no_jump_before_step.saturating_sub(state.step).max(1);
+        let needs_span = !accounts.by_steps() && state.energy.span.is_none();
+        if is_stuck && needs_span && self.window.foresee(solver.plan, state) > cost::STEPS_WORTH_A_SPAN {
+            let next_step = state.step + 1;
+            accounts.begin(solver.plan, state, next_step);
+            self.pay_for_spans(solver);
+        }
+        if is_stuck && self.jump.is_some() { LOOK_ROUND_STEPS.min(steps_to_jump) } else { LOOK_ROUND_STEPS }
+    }
+
+    /// Has a span of the energies begin no later than a leap, which lasts to its end.
+    fn begin_span(&mut self, solver: &mut Open<'_, ChainBody>, leap: Leap) -> Leap {
+        // At rest nothing moves.
+        if !matches!(leap, Leap::Rest { .. }) {
+            let (body, state) = solver.stepper.body_mut();
+            let until_step = state.step + self.steps(leap);
+            body.accounts_mut().begin(solver.plan, state, until_step);
+            self.pay_for_spans(solver);
+        }
+        leap
+    }
+
+    fn pay_for_spans(&mut self, solver: &mut Open<'_, ChainBody>) {
+        let cost_steps = self.take_cost_steps(solver.stepper);
+        if cost_steps > 0 {
+            solver.pace.pay_or_pause(cost_steps);
+        }
+    }
+}
+
+/// The jump that a leap was opened with.
+fn opened(jump: &mut Option<Jump>) -> &mut Jump {
+    jump.as_mut().expect("only a solver with jumps opens one")
+}
+
+impl Leaps for ChainLeaps {
+    type Body = ChainBody;
+    type Leap = Leap;
+
+    fn of(plan: &Plan, sweeps: Sweeps) -> ChainLeaps {
+        ChainLeaps {
+            window: Window::new(plan, sweeps),
+            jump: if Jump::may_pay(plan) { Jump::new(plan, sweeps) } else { None },
+            costs: Costs::of(plan),
+        }
+    }
+
+    fn open(&mut self, solver: &mut Open<'_, ChainBody>, most_steps: u64) -> Result<Leap, u64> {
+        let plan = solver.plan;
+        if plan.friction.ageing.is_some() {
+            age(plan, solver.stepper.state_mut());
+        }
+        let state = solver.stepper.state();
+        if plan.friction.law.holds() && state.detached == 0 {
+            let steps = rest_steps(plan, state).min(most_steps);
+            if steps == 0 {
+                solver.pace.pay_or_pause(cost::REST_STEPS);
+                return Err(1);
+            }
+            return Ok(Leap::Rest { steps });
+        }
+        if let Some(jump) = &mut self.jump
+            && state.detached == 0
+            && state.step >= solver.pace.no_jump_before_step
+        {
+            let steps = jump.open(plan, state, most_steps);
+            if steps > 0 {
+                return Ok(self.begin_span(solver, Leap::Jump { steps }));
+            }
+            solver.counters.refused_jumps += 1;
+            solver.pace.wait_for_jump(state.step, jump.patience_steps(), jump.cost_steps());
+        }
+        if self.window.never_pays() {
+            return Err(self.single_steps_of_long_chain(solver));
+        }
+        match self.window.open(plan, solver.stepper.state(), most_steps) {
+            Ok(index) => Ok(self.begin_span(solver, Leap::Window(index))),
+            Err(single_steps) => {
+                solver.counters.refused_windows += 1;
+                solver.pace.pay_or_pause(self.costs.window_steps(self.window.work()));
+                Err(single_steps)
+            }
+        }
+    }
+
+    fn steps(&self, leap: Leap) -> u64 {
+        match leap {
+            Leap::Jump { steps } | Leap::Rest { steps } => steps,
+            Leap::Window(index) => self.window.steps(index),
+        }
+    }
+
+    fn land(&mut self, leap: Leap, solver: &mut Open<'_, ChainBody>) {
+        let steps = self.steps(leap);
+        let Open { plan, stepper, pace, counters } = solver;
+        let (leaps, leap_steps) = match leap {
+            Leap::Window(_) => (&mut counters.windows, &mut counters.window_steps),
+            Leap::Jump { .. } | Leap::Rest { .. } => (&mut counters.jumps, &mut counters.jump_steps),
+        };
+        *leaps += 1;
+        *leap_steps += steps;
+        cost::earn(&mut pace.saved_steps, steps);
+        pace.pay_or_pause(match leap {
+            Leap::Window(_) => self.costs.window_steps(self.window.work()),
+            Leap::Jump { .. } => opened(&mut self.jump).cost_steps(),
+            Leap::Rest { .. } => cost::REST_STEPS,
+        });
+        let (body, state) = stepper.body_mut();
+        let accounts = body.accounts_mut();
+        match leap {
+            Leap::Window(index) => {
+                self.window.land(plan, index, state);
+                self.window.account(plan, index, state, accounts);
+                if self.window.ends_near_switch(index) {
+                    // This one, and one to foresee from.
+                    pace.take_singly(2);
+                }
+            }
+            Leap::Jump { steps } => {
+                let jump = opened(&mut self.jump);
+                jump.land(steps, state);
+                jump.account(plan, state, accounts);
+            }
+            Leap::Rest { steps } => rest(plan, steps, state, accounts),
+        }
+        if accounts.by_steps() {
+            accounts.end(plan, state);
+        }
+    }
+
+    fn steps_of_sample(&self, leap: Leap) -> u64 {
+        match leap {
+            Leap::Window(_) => self.costs.window_sample_steps(self.window.work()),
+            Leap::Jump { .. } => self.jump.as_ref().map_or(0, Jump::modes_steps),
+            Leap::Rest { .. } => 0,
+        }
+    }
+
+    fn sample(&mut self, leap: Leap, into: u64, plan: &Plan, aside: &mut Stepper<ChainBody>) {
+        let (body, state) = aside.body_mut();
+        body.follow(plan, state);
+        let accounts = body.accounts_mut();
+        match leap {
+            Leap::Window(_) => {
+                self.window.sample(plan, into, state);
+                self.window.account_sample(plan, into, state, accounts);
+            }
+            Leap::Jump { .. } => {
+                let jump = opened(&mut self.jump);
+                jump.sample(into, state);
+                jump.account(plan, state, accounts);
+            }
+            Leap::Rest { .. } => rest(plan, into, state, accounts),
+        }
+        if accounts.by_steps() {
+            accounts.end(plan, state);
+        }
+    }
+
+    /// Where so few steps are taken that the ends of a span would take longer, they are added up.
+    fn go_on(&mut self, steps: u64, plan: &Plan, aside: &mut Stepper<ChainBody>) -> u64 {
+        let (body, state) = aside.body_mut();
+        let accounts = body.accounts_mut();
+        if !accounts.adds_so_few(steps) {
+            return 0;
+        }
+        accounts.end(plan, state);
+        u64::MAX
+    }
+
+    fn energy(&mut self, _: Leap, _: u64, _: &Plan, aside: &mut Stepper<ChainBody>) -> Energy {
+        aside.energy()
+    }
+
+    /// What two steps without a switch between them foresee costs a fraction of opening a window in
+    /// vain; where they foresee none, it is part of what the window costs that is tried now.
+    fn foresee(&self, plan: &Plan, stepper: &Stepper<ChainBody>) -> (u64, u64) {
+        let foreseen_steps = stepper.body().foreseen_steps(plan, stepper.state());
+        self.window.refused_by(foreseen_steps).map_or((0, 0), |steps| (steps, cost::FORESIGHT_STEPS))
+    }
+
+    fn take_cost_steps(&mut self, stepper: &mut Stepper<ChainBody>) -> u64 {
+        stepper.body_mut().0.accounts_mut().take_cost_steps()
+    }
+
+    fn applications(&self) -> u64 {
+        self.window.applications()
+    }
+
+    fn fallbacks(&self, plan: &Plan) -> Vec<&'static str> {
+        let law = plan.friction.law;
+        let mut fallbacks = Vec::new();
+        if law.affine().is_none() {
+            fallbacks.push(
+                "single steps while any block slides: friction that depends on velocity has no windows; at rest the run jumps all the same",
+            );
+        }
+        if law.holds() {
+            // A chain that rests needs no modes to jump.
+            return fallbacks;
+        }
+        if !Jump::may_pay(plan) {
+            fallbacks.push(
+                "windows instead of jumps: the modes of the stuck chain would take longer than so few steps",
+            );
+            return fallbacks;
+        }
+        if self.jump.is_none() {
+            fallbacks.push(
+                "windows instead of jumps: the stuck chain has no full set of modes, or none that doubles can tell apart (critical damping, very soft friction springs)",
+            );
+        }
+        if law.affine().is_some() && self.window.shortest() == u64::MAX {
+            fallbacks.push("single steps instead of windows: the time step is too long for them");
+        }
+        fallbacks
+    }
+}

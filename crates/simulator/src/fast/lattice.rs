@@ -1,0 +1,178 @@
+//! The leaps of a lattice: jumps while all contacts are stuck.
+//!
+//! It takes single steps while any contact slides, and until what is fast has died away after that.
+//! Then it jumps ([`crate::slab::jump`]) by the slow modes ([`crate::slab::modes`], found with the
+//! factor of the stiffness, [`crate::slab::stuck`]) of the stuck lattice as far as is certified.
+
+use std::sync::Arc;
+
+use asperity_model::{Lattice, Plan};
+use asperity_record::Energy;
+
+use crate::body::LatticeBody;
+use crate::cost;
+use crate::fast::{Leaps, Open};
+use crate::slab::{Attempt, Ground, Jump, StuckSlab};
+use crate::stepper::Stepper;
+use crate::sweep::Sweeps;
+
+/// Most steps of Arnoldi's iteration: half of them end as modes and their conjugates.
+const MOST_ITERATIONS: usize = 200;
+
+/// The same, and at least so many, as far as there are so many modes.
+const LEAST_ITERATIONS: usize = 80;
+
+/// Modes are found if that takes no more than such a part of a run's steps.
+const RUNS_OF_MODES: u64 = 8;
+
+/// Most memory that the factor of a slab's stiffness and the iteration may take, in numbers: 1 GB.
+const MOST_NUMBERS: usize = 1 << 27;
+
+/// Single steps that take no longer than putting a sample together.
+const STEPS_OF_SAMPLE: u64 = 32;
+
+/// Why a run of a slab has no jumps.
+const TOO_SHORT: &str =
+    "single steps instead of jumps: the modes of the stuck slab would take longer than so few steps";
+const TOO_LARGE: &str =
+    "single steps instead of jumps: the modes of so large a slab would take too much memory";
+const NO_MODES: &str =
+    "single steps instead of jumps: the stuck slab has no slow modes that doubles can tell";
+
+/// What leaps over the steps of a lattice.
+#[derive(Debug, Clone)]
+pub(crate) struct LatticeLeaps {
+    sweeps: Sweeps,
+    jumps: Jumps,
+}
+
+/// What takes the jumps.
+#[derive(Debug, Clone)]
+enum Jumps {
+    /// It is made where a jump is tried first.
+    Unmade,
+    Made(Box<Jump>),
+    None(&'static str),
+}
+
+impl LatticeLeaps {
+    /// Finds the modes where a jump is tried first.
+    fn made(&mut self, plan: &Plan) -> Option<&mut Jump> {
+        if let Jumps::Unmade = self.jumps {
+            let stuck = StuckSlab::of(plan, self.sweeps);
+            let ground = stuck.and_then(|stuck| {
+                let iterations = iterations(&stuck.lattice);
+                Ground::of(plan, stuck, iterations)
+            });
+            self.jumps = match ground {
+                Some(ground) => Jumps::Made(Box::new(Jump::new(Arc::new(ground)))),
+                None => Jumps::None(NO_MODES),
+            };
+        }
+        match &mut self.jumps {
+            Jumps::Made(jump) => Some(jump),
+            Jumps::Unmade | Jumps::None(_) => None,
+        }
+    }
+
+    /// The jump that is open.
+    fn opened(&mut self) -> &mut Jump {
+        match &mut self.jumps {
+            Jumps::Made(jump) => jump,
+            Jumps::Unmade | Jumps::None(_) => unreachable!("only a solver with jumps opens one"),
+        }
+    }
+}
+
+impl Leaps for LatticeLeaps {
+    type Body = LatticeBody;
+    /// Steps of a jump.
+    type Leap = u64;
+
+    fn of(plan: &Plan, sweeps: Sweeps) -> LatticeLeaps {
+        let lattice = plan.elastic.lattice().expect("the body is a lattice");
+        let jumps = if numbers(lattice) > MOST_NUMBERS {
+            Jumps::None(TOO_LARGE)
+        } else if RUNS_OF_MODES * modes_steps(lattice) > plan.steps {
+            Jumps::None(TOO_SHORT)
+        } else {
+            Jumps::Unmade
+        };
+        LatticeLeaps { sweeps, jumps }
+    }
+
+    fn open(&mut self, solver: &mut Open<'_, LatticeBody>, most_steps: u64) -> Result<u64, u64> {
+        let state = solver.stepper.state();
+        if state.detached > 0 {
+            return Err(1);
+        }
+        let early_steps = solver.pace.no_jump_before_step.saturating_sub(state.step);
+        if early_steps > 0 {
+            return Err(early_steps);
+        }
+        let Some(jump) = self.made(solver.plan) else { return Err(1) };
+        match jump.open(solver.plan, state, most_steps) {
+            Attempt::Jump(steps) => Ok(steps),
+            Attempt::Wait(steps) => {
+                solver.counters.refused_jumps += 1;
+                solver.pace.wait_for_jump(state.step, steps, jump.cost_steps());
+                Err(solver.pace.no_jump_before_step - state.step)
+            }
+        }
+    }
+
+    fn steps(&self, steps: u64) -> u64 {
+        steps
+    }
+
+    fn land(&mut self, steps: u64, solver: &mut Open<'_, LatticeBody>) {
+        let jump = self.opened();
+        solver.counters.jumps += 1;
+        solver.counters.jump_steps += steps;
+        let state = solver.stepper.state_mut();
+        jump.land(steps, state);
+        jump.account(solver.plan, steps, state);
+        cost::earn(&mut solver.pace.saved_steps, steps);
+        // A jump that is taken is no try in vain: what it did not save is not made up for.
+        solver.pace.pay(jump.cost_steps());
+    }
+
+    fn steps_of_sample(&self, _: u64) -> u64 {
+        STEPS_OF_SAMPLE
+    }
+
+    fn sample(&mut self, _: u64, into: u64, _: &Plan, aside: &mut Stepper<LatticeBody>) {
+        self.opened().sample(into, aside.state_mut());
+    }
+
+    /// From the jump, not from the steps behind the sample.
+    fn energy(&mut self, _: u64, into: u64, plan: &Plan, aside: &mut Stepper<LatticeBody>) -> Energy {
+        self.opened().account(plan, into, aside.state_mut());
+        aside.energy()
+    }
+
+    fn fallbacks(&self, _: &Plan) -> Vec<&'static str> {
+        match self.jumps {
+            Jumps::None(why) => vec![why],
+            Jumps::Unmade | Jumps::Made(_) => Vec::new(),
+        }
+    }
+}
+
+/// Steps of Arnoldi's iteration for a slab.
+fn iterations(lattice: &Lattice) -> usize {
+    MOST_ITERATIONS.min(lattice.freedoms().max(LEAST_ITERATIONS))
+}
+
+/// Numbers that the factor of a slab's stiffness and the iteration take.
+fn numbers(lattice: &Lattice) -> usize {
+    StuckSlab::numbers(lattice) + 3 * iterations(lattice) * lattice.freedoms()
+}
+
+/// What finding the modes takes, in single steps: to orthogonalise, to solve, the factor, and the small
+/// matrix that is left, which is as large for all slabs but the smallest.
+fn modes_steps(lattice: &Lattice) -> u64 {
+    let (iterations, shorter) = (iterations(lattice) as u64, lattice.rows.min(lattice.columns) as u64);
+    let small = iterations * iterations * iterations / (4 * lattice.nodes() as u64);
+    iterations * iterations / 4 + iterations * shorter + shorter * shorter / 2 + small
+}

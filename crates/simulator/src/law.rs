@@ -1,0 +1,123 @@
+//! What solvers do with all contacts at once, compiled for each contact law.
+//!
+//! A plan's law is chosen where a solver is made; from there on one call through [`ContactLoops`] or
+//! [`ChainLoops`] goes over all contacts.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use asperity_model::law::{ContactLaw, Sliding, WithLaw};
+use asperity_model::laws::Law;
+
+use crate::sweep::{After, Blocks, Moved, StepWork, Sweeps};
+
+/// The loops over the contacts of any body, with `D` tangential freedoms each.
+pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
+    /// [`ContactLaw::HOLDS`].
+    fn holds(&self) -> bool;
+    /// [`ContactLaw::drag_n`] of one contact.
+    fn drag_n(&self, sliding: &Sliding<D>) -> [f64; D];
+    /// Friction of all contacts, which a body has gathered.
+    fn rub(&self, contacts: &mut Rubbed<'_, D>);
+    /// Sets the bit of every contact that switches in a step, or may where contacts age.
+    fn switching(&self, sweeps: Sweeps, marks: &mut [u64], after: &After<'_, D>);
+}
+
+/// The loops over the nodes of a chain, each of which carries a contact.
+pub(crate) trait ChainLoops: ContactLoops<1> {
+    /// One step; whether any contact may switch.
+    fn step(
+        &self,
+        sweeps: Sweeps,
+        new: (&mut [f64], &mut [f64]),
+        tau: &mut [f64],
+        old: &Blocks<'_>,
+    ) -> bool;
+    /// What a step did.
+    fn step_work(&self, sweeps: Sweeps, moved: &Moved<'_>) -> StepWork;
+}
+
+/// Contacts before a step. Vectors have the numbers along each tangential freedom one after the other.
+pub(crate) struct Rubbed<'a, const D: usize> {
+    /// Of each contact.
+    pub(crate) u: [&'a [f64]; D],
+    pub(crate) v: [&'a [f64]; D],
+    pub(crate) anchor: [&'a [f64]; D],
+    pub(crate) tau: [&'a [f64]; D],
+    pub(crate) slip: &'a [f64],
+    /// `mu_d p`.
+    pub(crate) sliding_friction: &'a [f64],
+    pub(crate) kt: f64,
+    pub(crate) dt_over_m: f64,
+    /// What resists each contact.
+    pub(crate) friction: [&'a mut [f64]; D],
+}
+
+/// The loops compiled for one law.
+#[derive(Debug)]
+pub(crate) struct Loops<L>(pub(crate) L);
+
+impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
+    fn holds(&self) -> bool {
+        L::HOLDS
+    }
+
+    fn drag_n(&self, sliding: &Sliding<D>) -> [f64; D] {
+        self.0.drag_n(sliding)
+    }
+
+    fn rub(&self, contacts: &mut Rubbed<'_, D>) {
+        let Rubbed { u, v, anchor, tau, slip, sliding_friction, kt, dt_over_m, friction } = contacts;
+        for n in 0..slip.len() {
+            let at = |along: &[&[f64]; D]| along.map(|along| along[n]);
+            let resists = if slip[n] != 0.0 {
+                self.0.drag_n(&Sliding {
+                    velocity_m_per_s: at(v),
+                    tangential_force_n: at(tau),
+                    friction_n: sliding_friction[n],
+                    step_over_mass_s_per_kg: *dt_over_m,
+                })
+            } else if L::HOLDS {
+                at(tau)
+            } else {
+                let (u, anchor) = (at(u), at(anchor));
+                std::array::from_fn(|axis| *kt * (u[axis] - anchor[axis]))
+            };
+            for (friction, resists) in friction.iter_mut().zip(resists) {
+                friction[n] = resists;
+            }
+        }
+    }
+
+    fn switching(&self, sweeps: Sweeps, marks: &mut [u64], after: &After<'_, D>) {
+        sweeps.switching(marks, after, &self.0);
+    }
+}
+
+impl<L: ContactLaw> ChainLoops for Loops<L> {
+    fn step(
+        &self,
+        sweeps: Sweeps,
+        (u_new, v_new): (&mut [f64], &mut [f64]),
+        tau: &mut [f64],
+        old: &Blocks<'_>,
+    ) -> bool {
+        sweeps.step(u_new, v_new, tau, old, &self.0)
+    }
+
+    fn step_work(&self, sweeps: Sweeps, moved: &Moved<'_>) -> StepWork {
+        sweeps.step_work(moved, &self.0)
+    }
+}
+
+/// The loops for the law of a plan.
+pub(crate) fn loops(law: Law) -> Arc<dyn ChainLoops> {
+    struct Compiled;
+    impl WithLaw for Compiled {
+        type Output = Arc<dyn ChainLoops>;
+        fn with<L: ContactLaw>(self, law: L) -> Arc<dyn ChainLoops> {
+            Arc::new(Loops(law))
+        }
+    }
+    law.with(Compiled)
+}

@@ -1,0 +1,74 @@
+//! How a solver takes its steps, and what a checkpoint saves of it.
+
+use asperity_model::Plan;
+use serde::{Deserialize, Serialize};
+
+use crate::cost::{self, FIRST_SAVED_STEPS};
+use crate::state::SliderState;
+
+/// A solver between two records: the slider, and what decides how the solver cuts up the steps that
+/// follow. The second is no physics, but a resumed run must round as the one that it continues.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Snapshot {
+    /// The state of the slider.
+    pub slider: SliderState,
+    /// The accounts of the solver.
+    pub pace: Pace,
+}
+
+impl Snapshot {
+    /// Checks a loaded snapshot against the plan ([`SliderState::fits`]). Any accounts are possible.
+    pub fn fits(&self, plan: &Plan) -> bool {
+        self.slider.fits(plan)
+    }
+}
+
+impl From<SliderState> for Snapshot {
+    /// A slider that a solver takes over.
+    fn from(slider: SliderState) -> Snapshot {
+        Snapshot { slider, pace: Pace::default() }
+    }
+}
+
+/// The accounts by which the fast solver decides how to take its steps ([`crate::cost`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pace {
+    /// Steps to be taken one by one before it tries for many at once.
+    pub single_steps: u64,
+    /// No jump is tried before this step.
+    pub no_jump_before_step: u64,
+    /// Steps that leaps have saved over what was spent on them, up to a limit.
+    pub saved_steps: u64,
+}
+
+impl Default for Pace {
+    fn default() -> Pace {
+        Pace { single_steps: 0, no_jump_before_step: 0, saved_steps: FIRST_SAVED_STEPS }
+    }
+}
+
+impl Pace {
+    /// Pays for what was done beside the steps from what leaps have saved; the steps that are missing.
+    pub(crate) fn pay(&mut self, cost_steps: u64) -> u64 {
+        cost::pay(&mut self.saved_steps, cost_steps)
+    }
+
+    /// Pays, and makes up for what was not saved before by single steps.
+    pub(crate) fn pay_or_pause(&mut self, cost_steps: u64) {
+        let debt_steps = self.pay(cost_steps);
+        self.take_singly(cost::pause_steps(debt_steps));
+    }
+
+    /// Has at least so many steps taken one by one.
+    pub(crate) fn take_singly(&mut self, steps: u64) {
+        self.single_steps = self.single_steps.max(steps);
+    }
+
+    /// Has a refused jump wait, for longer if it was not paid for.
+    pub(crate) fn wait_for_jump(&mut self, step: u64, patience_steps: u64, cost_steps: u64) {
+        let pause_steps = cost::pause_steps(self.pay(cost_steps));
+        self.no_jump_before_step = step + patience_steps.max(pause_steps);
+    }
+}

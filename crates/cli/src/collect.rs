@@ -103,10 +103,7 @@ fn figures_of(path: &Path, plan: &Plan) -> Result<Vec<Figure>, Failure> {
             path.display(),
             figure.file
         ))),
-        _ => match plan.energy_of_none(&sweep.figures) {
-            Some(problem) => Err(Failure::BadInput(format!("--from {}: {problem}", path.display()))),
-            None => Ok(sweep.figures),
-        },
+        _ => Ok(sweep.figures),
     }
 }
 

@@ -94,7 +94,7 @@ pub(crate) fn in_short(summary: &Summary) -> String {
 
 /// What is said of a run whose records have no energies.
 pub(crate) const WITHOUT_ENERGIES: &str = "its records have no energies, so all that needs them is empty \
-    (recording.energies = \"none\", or a log of version 3 or before)";
+    (recording.energies = \"none\" in an older version of the program, or a log of version 3 or before)";
 
 /// What a run is warned of before it begins, its scenario being known.
 fn wrong_fronts(summary: &Summary) -> Option<String> {

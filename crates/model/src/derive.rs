@@ -10,7 +10,7 @@ use crate::plan::{
 };
 use crate::scenario::Scenario;
 use crate::slab;
-use crate::words::{DriveKind, Energies, FrictionLaw, ScheduleFrom, Start};
+use crate::words::{DriveKind, FrictionLaw, ScheduleFrom, Start};
 use asperity_record::{Scales, TimeGrid};
 
 impl Plan {
@@ -118,7 +118,6 @@ impl Plan {
                         every_steps: steps(scenario.recording.rupture_fields_s),
                     }),
                 },
-                energies: scenario.recording.energies == Energies::EveryRecord,
             },
         };
         if scenario.time.start == Start::Loaded {

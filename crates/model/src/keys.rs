@@ -562,8 +562,8 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "recording.energies",
         symbol: "",
-        doc: "Whether every step record has the energies of the whole slider: every-record; none, which takes less \
-              time, and leaves out the audit that stops a run whose time step does too much work.",
+        doc: "Without effect: every step record has the energies of the whole slider. Older versions left them out \
+              by none.",
         kind: Word(&["every-record", "none"]),
         default: Is(Value::Text("every-record")),
     },

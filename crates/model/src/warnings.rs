@@ -21,7 +21,7 @@ impl Scenario {
         // A loaded start goes on from what a start at rest has.
         let at_rest = Scenario { time: Time { start: Start::AtRest, ..self.time.clone() }, ..self.clone() };
         let plan = Plan::new(&at_rest);
-        [step, without_audit, fronts, chatter, load_at_start, remainder, beyond_at_start, without_threshold]
+        [step, without_effect, fronts, chatter, load_at_start, remainder, beyond_at_start, without_threshold]
             .into_iter()
             .filter_map(|warning| warning(self, &plan))
             .collect()
@@ -42,12 +42,10 @@ fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     })
 }
 
-/// A step so long that the run might have to be stopped, and nothing to tell it by.
-fn without_audit(scenario: &Scenario, plan: &Plan) -> Option<String> {
-    let is_long = step(scenario, plan).is_some();
-    (is_long && scenario.recording.energies == Energies::None).then(|| {
-        "recording.energies = \"none\": with so long a step the time step may do more work than the drive, and a \
-         run without energies is not stopped for it"
+/// A key that older versions of the program obeyed.
+fn without_effect(scenario: &Scenario, _plan: &Plan) -> Option<String> {
+    (scenario.recording.energies == Energies::None).then(|| {
+        "recording.energies = \"none\": energies are always recorded now, and the key has no effect"
             .to_owned()
     })
 }
@@ -281,16 +279,13 @@ mod tests {
         assert!(warned[0].contains(expected), "{warned:?}");
     }
 
-    /// Only there would the energies have a run stopped.
     #[test]
-    fn runs_without_energies_are_warned_of_where_the_step_is_long() {
-        let without = "recording.energies=none";
-        assert_eq!(warnings(&[without]), Vec::<String>::new());
-        let long = ["time.step_s=2e-6", "time.duration_s=1"];
-        assert_eq!(warnings(&long).len(), 1);
-        let warned = warnings(&[long[0], long[1], without]);
-        assert_eq!(warned.len(), 2, "{warned:?}");
-        assert!(warned[1].starts_with("recording.energies = \"none\": with so long a step"), "{warned:?}");
+    fn a_key_without_effect_is_named() {
+        assert_eq!(
+            only(&["recording.energies=none"]),
+            "recording.energies = \"none\": energies are always recorded now, and the key has no effect"
+        );
+        assert_eq!(warnings(&["recording.energies=every-record"]), Vec::<String>::new());
     }
 
     #[test]

@@ -88,11 +88,11 @@ pub enum Start {
     Loaded,
 }
 
-/// Which records have the energies of the slider.
+/// Which records had the energies of the slider in older versions of the program.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Energies {
-    /// That of every step that is recorded.
+    /// That of every step that is recorded, as now in any case.
     #[default]
     EveryRecord,
     /// None.

@@ -258,7 +258,7 @@ pub(crate) fn details(
         body += &beside(&own);
         body += &widest(run);
         body += &numbers(&run.summary);
-        if run.scenario.recording.energies == Energies::None {
+        if run.scenario.recording.energies == Energies::None && run.summary.drive_work_j.is_none() {
             body += "<p>No energies: recording.energies = &quot;none&quot;.</p>\n";
         }
         body += &links(&run.links);

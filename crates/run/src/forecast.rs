@@ -99,7 +99,6 @@ fn plain_step_s(plan: Plan, trial: Duration) -> f64 {
         event_fields: false,
         windows: Vec::new(),
         rupture_fields: None,
-        energies: plan.recording.energies,
     };
     let mut solver = SolverKind::Plain.start(Plan { recording, ..plan });
     let started = Instant::now();
@@ -132,7 +131,7 @@ impl MostLogBytes {
         let recording = &plan.recording;
         let samples = on_cadence(recording.sample_every_steps) + 1;
         let fields = on_cadence(recording.fields_every_steps);
-        let step = most.step(plan.drive.pulls_both_ways(), recording.energies);
+        let step = most.step(plan.drive.pulls_both_ways());
         let state = most.fields(plan.blocks, plan.elastic.lattice().is_some());
         let checkpoint =
             plan.elastic.freedoms() as u64 * CHECKPOINT_BYTES_OF_A_BLOCK + CHECKPOINT_FRAME_BYTES;

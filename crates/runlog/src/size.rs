@@ -73,12 +73,11 @@ impl MostBytes {
         self.frame
     }
 
-    /// Of a step; `pulls_both_ways` says whether it has the forces at both ends, `energies` whether
-    /// it has those.
-    pub fn step(&self, pulls_both_ways: bool, energies: bool) -> u64 {
+    /// Of a step; `pulls_both_ways` says whether it has the forces at both ends.
+    pub fn step(&self, pulls_both_ways: bool) -> u64 {
         self.message(&StepMessage::new(&StepRecord {
             end_forces_n: pulls_both_ways.then_some([0.0; 2]),
-            energy: energies.then(Energy::default),
+            energy: Some(Energy::default()),
             ..step()
         }))
     }

@@ -162,8 +162,7 @@ impl Accounts {
     /// Whether a span is not worth beginning where so many single steps follow for sure, in some of
     /// which blocks may switch.
     pub(crate) fn adds_single_steps(&self, state: &ChainState) -> bool {
-        let is_open = state.energy.is_some_and(|ledger| ledger.span.is_some());
-        self.by_steps || (!is_open && !self.adds_so_few(state.single_steps))
+        self.by_steps || (state.energy.span.is_none() && !self.adds_so_few(state.single_steps))
     }
 
     /// Whether so few single steps take no longer to add up than both ends of a span.
@@ -173,15 +172,14 @@ impl Accounts {
 
     /// Goes on with the span that is open in a state which was not reached by the last step.
     pub(crate) fn follow(&mut self, plan: &Plan, state: &ChainState) {
-        if let Some(span) = state.energy.and_then(|ledger| ledger.span) {
+        if let Some(span) = state.energy.span {
             self.set_map(plan, state, span.from_step);
         }
     }
 
     /// Sees to it that a span is open that goes on up to `until_step`.
     pub(crate) fn begin(&mut self, plan: &Plan, state: &mut ChainState, until_step: u64) {
-        let Some(ledger) = &state.energy else { return };
-        if ledger.span.is_some() {
+        if state.energy.span.is_some() {
             if until_step <= self.map.until_step {
                 return;
             }
@@ -189,26 +187,23 @@ impl Accounts {
         }
         self.set_map(plan, state, state.step);
         let Potential { heat_j, scheme_j } = self.potential(plan, state);
-        if let Some(ledger) = &mut state.energy {
-            ledger.span = Some(Span { from_step: state.step, heat_j, scheme_j });
-        }
+        state.energy.span = Some(Span { from_step: state.step, heat_j, scheme_j });
     }
 
     /// Closes the span that is open.
     pub(crate) fn end(&mut self, plan: &Plan, state: &mut ChainState) {
-        let Some(span) = state.energy.and_then(|ledger| ledger.span) else { return };
+        let Some(span) = state.energy.span else { return };
         self.cost_steps += span_steps(self.orders);
         let here = self.potential(plan, state);
-        if let Some(ledger) = &mut state.energy {
-            ledger.friction_heat_j.add(here.heat_j - span.heat_j);
-            ledger.scheme_work_j.add(here.scheme_j - span.scheme_j);
-            ledger.span = None;
-        }
+        let ledger = &mut state.energy;
+        ledger.friction_heat_j.add(here.heat_j - span.heat_j);
+        ledger.scheme_work_j.add(here.scheme_j - span.scheme_j);
+        ledger.span = None;
     }
 
     /// After a single step in a span: closes it if the step was the last of it.
     pub(crate) fn pass(&mut self, plan: &Plan, state: &mut ChainState, is_last: bool) {
-        self.fade(plan, state.energy.as_mut(), &state.displacement_m, 1.0);
+        self.fade(plan, &mut state.energy, &state.displacement_m, 1.0);
         if is_last || !self.map.is_directed {
             self.end(plan, state);
         }
@@ -254,8 +249,8 @@ impl Accounts {
 
     /// Adds the work of the drive point in a single step, from what it pulls with along its way.
     #[inline]
-    pub(crate) fn add_drive_step(&self, ledger: Option<&mut Ledger>, along_n: f64, moves: bool) {
-        if let Some(ledger) = ledger.filter(|_| moves) {
+    pub(crate) fn add_drive_step(&self, ledger: &mut Ledger, along_n: f64, moves: bool) {
+        if moves {
             ledger.drive_work_j.add(self.advance_m * (along_n - self.halfway_n));
         }
     }
@@ -272,7 +267,6 @@ impl Accounts {
         sum_m: impl Fn(usize) -> f64,
         first_m: impl Fn(usize) -> f64,
     ) {
-        let Some(ledger) = &mut state.energy else { return };
         let moving = steps.min(state.hold_step.saturating_sub(from_step));
         let advance_m = self.advance_m;
         if moving == 0 || advance_m == 0.0 {
@@ -288,13 +282,13 @@ impl Accounts {
             let nodes_m = if moving == steps { sum_m(spring.block) } else { count * first_m(spring.block) };
             force_n += spring.stiffness_n_per_m * (points_m - spring.direction * nodes_m);
         }
-        ledger.drive_work_j.add(advance_m * force_n);
+        state.energy.drive_work_j.add(advance_m * force_n);
     }
 
     /// Takes from the heat what the change of the load took from it in every step, over
     /// displacements: those after each step, all in all.
-    pub(crate) fn fade(&self, plan: &Plan, ledger: Option<&mut Ledger>, displacement_m: &[f64], times: f64) {
-        if let Some(ledger) = ledger.filter(|_| self.fades()) {
+    pub(crate) fn fade(&self, plan: &Plan, ledger: &mut Ledger, displacement_m: &[f64], times: f64) {
+        if self.fades() {
             let friction_n = &plan.friction.dynamic_friction_n;
             let way_j = self.sweeps.directed(&self.map.sigma, friction_n, displacement_m);
             ledger.friction_heat_j.add(-times * self.map.ramp.change_n(way_j));
@@ -307,9 +301,9 @@ impl Accounts {
         self.map.slides && !self.map.ramp.is_flat()
     }
 
-    /// All of it, at the end of the last step; `None` if the state came without a ledger.
-    pub(crate) fn energy(&mut self, plan: &Plan, state: &ChainState) -> Option<Energy> {
-        let ledger = state.energy?;
+    /// All of it, at the end of the last step.
+    pub(crate) fn energy(&mut self, plan: &Plan, state: &ChainState) -> Energy {
+        let ledger = state.energy;
         let (mut heat_j, mut scheme_j) = (ledger.friction_heat_j.value(), ledger.scheme_work_j.value());
         if let Some(span) = ledger.span {
             let here = self.potential(plan, state);
@@ -330,7 +324,7 @@ impl Accounts {
         if self.balances {
             self.balance(&mut energy);
         }
-        Some(energy)
+        energy
     }
 
     /// Gives the viscous loss what is missing in the balance.

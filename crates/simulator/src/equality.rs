@@ -349,8 +349,7 @@ fn settle(
             late_steps: late - step,
             beyond,
             reach,
-            // The proof is of a switch.
-            before: ChainState { energy: None, ..plain.clone() },
+            before: plain.clone(),
         });
     }
     if !any {

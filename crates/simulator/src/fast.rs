@@ -204,7 +204,7 @@ impl Fast {
         let state = self.stepper.state();
         let is_stuck = state.detached == 0;
         let steps_to_jump = state.no_jump_before_step.saturating_sub(state.step).max(1);
-        let needs_span = !adds_up && state.energy.is_some_and(|ledger| ledger.span.is_none());
+        let needs_span = !adds_up && state.energy.span.is_none();
         if is_stuck && needs_span && self.window.foresee(&self.plan, state) > cost::STEPS_WORTH_A_SPAN {
             let (accounts, state) = self.stepper.accounts_mut();
             let next_step = state.step + 1;
@@ -283,17 +283,6 @@ impl Fast {
     /// Records the step that is `into` steps into the leap.
     fn record_within(&mut self, leap: Leap, into: u64) -> Result<(), SimulationError> {
         let due_step = self.stepper.state().step + into;
-        if matches!(leap, Leap::Jump { .. })
-            && self.recorder.due_is_load(&self.plan)
-            && let Some(spring) = self.plan.drive.only_side()
-            && self.stepper.state().energy.is_none()
-        {
-            let hold_step = self.stepper.state().hold_step;
-            let first_m = opened(&mut self.jump).sample_first_m(into - 1);
-            let total_n = spring.force_n(self.plan.drive_point_m(due_step, hold_step), first_m);
-            let driving = Driving { total_n, ends_n: None };
-            return self.recorder.record_load(&self.plan, self.stepper.state(), driving);
-        }
         let steps_on = due_step.saturating_sub(self.aside.state().step);
         if !(self.is_inside && steps_on <= self.steps_of_sample(leap)) {
             self.put_aside(leap, into);

@@ -338,26 +338,8 @@ impl Jump {
     /// The same for a sample, which leaves the jump open; samples must come in
     /// the order of time.
     pub(crate) fn sample(&mut self, into: u64, state: &mut ChainState) {
-        self.sample_to(into);
-        let sampled = std::mem::take(&mut self.sampled);
-        self.compose(into, &sampled, self.negligible, state);
-        self.sampled = sampled;
-    }
-
-    /// Only the displacement of block 1 of a sample.
-    pub(crate) fn sample_first_m(&mut self, into: u64) -> f64 {
-        self.sample_to(into);
-        self.position_m[0]
-            + (into as f64 * self.loading[usize::from(self.moves)].advance_m[0]
-                + match &self.basis {
-                    Basis::Stored(modes) => modes.first_displacement_m(&self.sampled),
-                    Basis::Waves(waves) => waves.first_displacement_m(&self.sampled),
-                })
-    }
-
-    /// Only samples go from one to the next, which rounds differently: where a jump
-    /// lands must not depend on what is recorded.
-    fn sample_to(&mut self, into: u64) {
+        // Only samples go from one to the next, which rounds differently: where a jump
+        // lands must not depend on what is recorded.
         let target = self.from_step + into;
         let steps = target - self.sampled_step;
         if self.cadence.0 != steps {
@@ -365,6 +347,9 @@ impl Jump {
         }
         self.sampled.grow_by(&self.cadence.1);
         self.sampled_step = target;
+        let sampled = std::mem::take(&mut self.sampled);
+        self.compose(into, &sampled, self.negligible, state);
+        self.sampled = sampled;
     }
 
     /// Adds to the energies what the steps up to a state did, to which they have just led.
@@ -372,9 +357,6 @@ impl Jump {
     /// The residue's displacements sum up to what its map says, summed over the steps `r -> r'`:
     /// `M sum u = eta L sum v - m / dt (v' - v)`, with `sum v = (u' - u) / dt + v - v'`.
     pub(crate) fn account(&mut self, plan: &Plan, state: &mut ChainState, accounts: &Accounts) {
-        if state.energy.is_none() {
-            return;
-        }
         let blocks = self.position_m.len();
         let steps = state.step - self.from_step;
         let dt = plan.grid.step_s();

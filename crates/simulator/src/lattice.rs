@@ -213,8 +213,8 @@ impl LatticeStepper {
             }
             self.switched.push(n);
         }
-        if let Some(ledger) = state.energy.as_mut().filter(|_| !self.switched.is_empty()) {
-            ledger.anchor_change_j.add(anchored_j);
+        if !self.switched.is_empty() {
+            state.energy.anchor_change_j.add(anchored_j);
         }
     }
 
@@ -223,7 +223,7 @@ impl LatticeStepper {
         let (plan, lattice) = (&*self.plan, &self.lattice);
         let (nodes, state) = (lattice.nodes(), &mut self.state);
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
-        let Some(ledger) = &mut state.energy else { return };
+        let ledger = &mut state.energy;
         let dt = plan.grid.step_s();
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let moves = state.step <= state.hold_step;
@@ -257,15 +257,15 @@ impl LatticeStepper {
         ledger.scheme_work_j.add(0.5 * dt * work.springs - 0.5 * plan.block_mass_kg * work.square + bent_j);
     }
 
-    /// Energies at the end of the last step; `None` if the state came without.
-    pub(crate) fn energy(&mut self) -> Option<Energy> {
-        let ledger = self.state.energy?;
+    /// Energies at the end of the last step.
+    pub(crate) fn energy(&mut self) -> Energy {
+        let ledger = self.state.energy;
         let LatticeStepper { plan, lattice, sweeps, state, springs_n, dashpots_n, .. } = self;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
         sweeps.lattice_pull(springs_n, dashpots_n, u, v, lattice);
         let ahead_w: f64 = springs_n.iter().zip(v).map(|(force, v)| force * v).sum();
         let (kinetic_j, elastic_j) = stored_j(plan, state);
-        Some(Energy {
+        Energy {
             drive_work_j: ledger.drive_work_j.value(),
             prestress_work_j: ledger.load_work_j.value(),
             friction_heat_j: ledger.friction_heat_j.value(),
@@ -274,7 +274,7 @@ impl LatticeStepper {
             kinetic_j,
             elastic_j,
             scheme_work_j: ledger.scheme_work_j.value() - 0.5 * plan.grid.step_s() * ahead_w,
-        })
+        }
     }
 }
 

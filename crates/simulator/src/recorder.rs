@@ -19,8 +19,8 @@ pub(crate) trait SingleSteps {
     fn state(&self) -> &ChainState;
     /// The contacts that switched in it, counted from 0.
     fn switched(&self) -> &[usize];
-    /// Energies at its end; `None` if the state came without.
-    fn energy(&mut self) -> Option<Energy>;
+    /// Energies at its end.
+    fn energy(&mut self) -> Energy;
 }
 
 macro_rules! takes_single_steps {
@@ -34,7 +34,7 @@ macro_rules! takes_single_steps {
                 self.switched()
             }
 
-            fn energy(&mut self) -> Option<Energy> {
+            fn energy(&mut self) -> Energy {
                 self.energy()
             }
         })*
@@ -88,32 +88,6 @@ impl Recorder {
         self.due_step
     }
 
-    /// Whether the load alone is asked for at that step.
-    pub(crate) fn due_is_load(&self, plan: &Plan) -> bool {
-        let recording = &plan.recording;
-        !is_on_cadence(recording.fields_every_steps, self.due_step)
-            && recording
-                .windows
-                .iter()
-                .all(|window| next_in_window(window, self.due_step - 1) != Some(self.due_step))
-    }
-
-    /// Records the step that is due, in which no block slides, from its driving force alone;
-    /// `state` is one before it.
-    pub(crate) fn record_load(
-        &mut self,
-        plan: &Plan,
-        state: &ChainState,
-        driving: Driving,
-    ) -> Result<(), SimulationError> {
-        let step = self.due_step;
-        let record = load(plan, step, state.hold_step, 0, driving, None, Vec::new());
-        self.is_finite(not_finite(&record, step, state))?;
-        self.ready.push_back(Record::Step(record));
-        self.due_step = next_due(plan, step, state.detached);
-        Ok(())
-    }
-
     /// Forgets what is ready, and goes on behind a state.
     pub(crate) fn continue_after(&mut self, plan: &Plan, state: &ChainState) {
         self.ready.clear();
@@ -146,7 +120,7 @@ impl Recorder {
         plan: &Plan,
         state: &ChainState,
         driving: Driving,
-        energy: Option<Energy>,
+        energy: Energy,
         switched: &[usize],
         edge: bool,
     ) -> Result<(), SimulationError> {
@@ -161,7 +135,16 @@ impl Recorder {
             return Ok(());
         }
         let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
-        let record = load(plan, step, state.hold_step, state.sliding, driving, energy, switches);
+        let record = StepRecord {
+            step,
+            time_s: plan.grid.time_s(step),
+            driving_force_n: driving.total_n,
+            end_forces_n: driving.ends_n,
+            energy: Some(energy),
+            normal_load_n: Load::in_step(plan, step, state.hold_step).scaled_n(plan.total_normal_load_n),
+            sliding: state.sliding,
+            switches,
+        };
         self.is_finite(state_not_finite(state).or_else(|| not_finite(&record, step, state)))?;
         self.stop = self.audit.stops(&record);
         self.ready.push_back(Record::Step(record));
@@ -184,27 +167,6 @@ impl Recorder {
     fn is_finite(&mut self, found: Option<SimulationError>) -> Result<(), SimulationError> {
         self.stop = found;
         self.stop.clone().map_or(Ok(()), Err)
-    }
-}
-
-fn load(
-    plan: &Plan,
-    step: u64,
-    hold_step: u64,
-    sliding: u32,
-    driving: Driving,
-    energy: Option<Energy>,
-    switches: Vec<Switch>,
-) -> StepRecord {
-    StepRecord {
-        step,
-        time_s: plan.grid.time_s(step),
-        driving_force_n: driving.total_n,
-        end_forces_n: driving.ends_n,
-        energy,
-        normal_load_n: Load::in_step(plan, step, hold_step).scaled_n(plan.total_normal_load_n),
-        sliding,
-        switches,
     }
 }
 

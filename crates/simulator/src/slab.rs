@@ -173,8 +173,6 @@ impl FastSlab {
             state.clone_from(self.stepper.state());
             jump.sample(into - 1, state);
         }
-        // Energies are told from the jump.
-        self.aside.state_mut().energy = None;
         let mut driving = self.aside.take_step();
         while self.aside.state().step < due_step {
             driving = self.aside.take_step();

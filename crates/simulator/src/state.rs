@@ -50,9 +50,9 @@ pub struct ChainState {
     /// known.
     #[serde(default = "never")]
     pub hold_step: u64,
-    /// Energies up to the last step; none where the scenario asks for none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub energy: Option<Ledger>,
+    /// Energies up to the last step.
+    #[serde(default)]
+    pub energy: Ledger,
     /// Where contacts age, the step in which each stuck last.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stuck_since_step: Vec<u64>,
@@ -104,7 +104,7 @@ impl ChainState {
             no_jump_before_step: 0,
             saved_steps: FIRST_SAVED_STEPS,
             hold_step,
-            energy: plan.recording.energies.then(Ledger::default),
+            energy: Ledger::default(),
             stuck_since_step: if ages { vec![initial.step; plan.blocks] } else { Vec::new() },
             aged_threshold_n: if ages && !is_slab {
                 plan.friction.static_threshold_n.clone()
@@ -115,7 +115,7 @@ impl ChainState {
     }
 
     /// Whether this can be a state of that plan: that it is of as many blocks, finite, within the
-    /// run's steps, with the energies that are asked for, and that its drive stops no later than it may.
+    /// run's steps, and that its drive stops no later than it may.
     /// What is read from a file is to be asked before a solver restores it.
     pub fn fits(&self, plan: &Plan) -> bool {
         let are_finite =
@@ -138,10 +138,8 @@ impl ChainState {
                 None => self.hold_step == plan.drive.hold_from_step.unwrap_or(u64::MAX),
                 Some(_) => self.hold_step == u64::MAX || self.hold_step <= self.step,
             }
-            && self.energy.is_some() == plan.recording.energies
-            && self.energy.is_none_or(|ledger| {
-                ledger.is_finite() && ledger.span.is_none_or(|span| span.from_step <= self.step)
-            })
+            && self.energy.is_finite()
+            && self.energy.span.is_none_or(|span| span.from_step <= self.step)
             && self.stuck_since_step.len() == if ages { plan.blocks } else { 0 }
             && self.stuck_since_step.iter().all(|&step| step <= self.step)
             && match plan.elastic.lattice() {

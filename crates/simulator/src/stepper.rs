@@ -124,8 +124,8 @@ impl Stepper {
         &self.switched
     }
 
-    /// Energies at the end of the last step; `None` if the state came without.
-    pub(crate) fn energy(&mut self) -> Option<Energy> {
+    /// Energies at the end of the last step.
+    pub(crate) fn energy(&mut self) -> Energy {
         self.accounts.energy(&self.plan, &self.state)
     }
 
@@ -175,7 +175,7 @@ impl Stepper {
                 ends_n[1] = force_n;
             }
         }
-        self.accounts.add_drive_step(state.energy.as_mut(), along_n, state.step <= state.hold_step);
+        self.accounts.add_drive_step(&mut state.energy, along_n, state.step <= state.hold_step);
         let driving = Driving { total_n, ends_n: self.pulls_both_ways.then_some(ends_n) };
         let old = Blocks {
             elastic: &plan.elastic,
@@ -223,14 +223,13 @@ impl Stepper {
 
     /// Adds what the step did to the energies.
     fn add_step(&mut self) {
-        let Some(ledger) = &mut self.state.energy else { return };
         let step = Velocities {
             before: &self.state.velocity_m_per_s,
             after: &self.new_velocity_m_per_s,
             slip: &self.state.slip,
             sliding_friction_n: &self.contacts.sliding_friction_n,
         };
-        self.accounts.add_step(&self.plan, ledger, &step);
+        self.accounts.add_step(&self.plan, &mut self.state.energy, &step);
     }
 
     /// Stops the drive point where the load has been reached that it is to be driven to.
@@ -320,9 +319,7 @@ impl Stepper {
                 self.switched.push(n);
             }
         }
-        if let Some(ledger) = &mut state.energy {
-            ledger.anchor_change_j.add(anchored_j);
-        }
+        state.energy.anchor_change_j.add(anchored_j);
     }
 
     /// What the steps taken up to now were made of.

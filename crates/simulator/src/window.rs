@@ -198,9 +198,9 @@ impl Window {
         expansion.displacement_sums_m(ways_m, steps, coefficients);
         accounts.add_drive(plan, state, from_step, steps, |n| ways_m[n], first_m);
         // After each step: without the first state, with the last.
-        accounts.fade(plan, state.energy.as_mut(), ways_m, 1.0);
-        accounts.fade(plan, state.energy.as_mut(), start_m, -1.0);
-        accounts.fade(plan, state.energy.as_mut(), &state.displacement_m, 1.0);
+        accounts.fade(plan, &mut state.energy, ways_m, 1.0);
+        accounts.fade(plan, &mut state.energy, start_m, -1.0);
+        accounts.fade(plan, &mut state.energy, &state.displacement_m, 1.0);
     }
 }
 

@@ -514,7 +514,7 @@ fn a_state_of_no_step_of_a_run_does_not_fit() {
         (&held, |state, plan| state.step = plan.steps + 1),
         (&held, |state, _| state.hold_step = u64::MAX),
         (&held, |state, _| state.hold_step -= 1),
-        (&held, |state, _| state.energy = None),
+        (&held, |state, _| state.energy.friction_heat_j.total = f64::INFINITY),
         (&loaded, |state, plan| state.step = plan.initial.step - 1),
         // A load that stops the drive cannot do so in a step to come.
         (&waiting, |state, _| state.hold_step = state.step + 1),

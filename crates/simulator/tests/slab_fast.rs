@@ -275,7 +275,6 @@ fn vibration_just_below_and_beyond_its_thresholds_is_seen() {
         let (mut quiet, mut loud) = (0, 0);
         for amplitude in 1..=16 {
             let mut state = start.clone();
-            state.energy = None;
             for node in 0..nodes {
                 let (row, column) = ((node / 9) as f64, (node % 9) as f64 - 4.0);
                 let v = 0.02 * f64::from(amplitude);

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::keys::Key;
-use asperity_model::{Energies, Scenario, ScenarioSource};
+use asperity_model::{Scenario, ScenarioSource};
 use asperity_record::bounds::LONGEST_TOML_BYTES;
 use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_run::{CODE_VERSION, Task, at_once};
@@ -123,9 +123,6 @@ pub enum PlanError {
     File(#[from] FileError),
 }
 
-/// The key by which runs have energies or not.
-const ENERGIES: &str = "recording.energies";
-
 /// The key by which a scenario names a file.
 const FILE_KEY: &str = "profile_csv";
 
@@ -137,7 +134,7 @@ impl Plan {
     /// or recorded as such if they are to be skipped.
     ///
     /// # Errors
-    /// If the scenario refuses combinations, or all of them, or a figure shows energies that no run has.
+    /// If the scenario refuses combinations, or all of them.
     pub fn of(sweep: &Sweep, skip_refused: bool, jobs: Option<NonZeroUsize>) -> Result<Plan, PlanError> {
         let common = Common {
             format: FORMAT,
@@ -192,31 +189,7 @@ impl Plan {
                 return Err(PlanError::Refused { problem });
             }
         }
-        let plan = Plan { hash: blake3::hash(text.as_bytes()).to_hex().to_string(), common, rows };
-        match plan.energy_of_none(&plan.common.figures) {
-            Some(problem) => Err(PlanError::Refused { problem }),
-            None => Ok(plan),
-        }
-    }
-
-    /// Which of some figures shows energies although no run of the plan has any, if one does, in words.
-    pub fn energy_of_none(&self, figures: &[Figure]) -> Option<String> {
-        let energies = figures.iter().filter_map(|figure| Some((figure, figure.energies().next()?)));
-        let (figure, (what, energy)) = energies.into_iter().next()?;
-        let most = if self.common.keys.iter().any(|key| key == ENERGIES) { self.rows.len() } else { 1 };
-        let mut made = self.rows.iter().filter(|row| row.refused.is_none()).take(most);
-        let has_any = made.any(|row| {
-            let scenario = self.common.resolve(&row.values);
-            scenario.is_ok_and(|scenario| scenario.recording.energies == Energies::EveryRecord)
-        });
-        (!has_any).then(|| {
-            format!(
-                "figure.{} {:?}: {what} = {energy:?} is an energy, and by {ENERGIES} = \"none\" no run has any \
-                 (accepted: another number, or {ENERGIES} = \"every-record\")",
-                figure.word(),
-                figure.file
-            )
-        })
+        Ok(Plan { hash: blake3::hash(text.as_bytes()).to_hex().to_string(), common, rows })
     }
 
     /// Writes it into a folder that holds none.

@@ -45,6 +45,7 @@ mod summary;
 pub mod text;
 mod unloaded;
 
+pub use growth::Growth;
 pub use key::Key;
 pub use measures::{WIDE_BLOCKS, front_speed_m_per_s};
 pub use statistics::median;

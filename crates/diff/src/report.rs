@@ -2,6 +2,7 @@
 //! this and of nothing else. The JSON is these structs, field by field; a change to a field's
 //! name or meaning raises [`VERSION`].
 
+use asperity_record::Reach;
 use serde::Serialize;
 
 use crate::column::{Column, Value};
@@ -397,6 +398,13 @@ pub struct Extent {
     pub last_block: u32,
 }
 
+impl Extent {
+    /// From which block to which it reached.
+    pub fn reach(&self) -> Reach {
+        Reach { first: self.first_block, last: self.last_block }
+    }
+}
+
 /// Events of both sides that belong together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Match {
@@ -435,8 +443,7 @@ pub struct Finding {
 impl Finding {
     /// How many blocks the largest of its events spans.
     pub fn most_blocks(&self) -> u32 {
-        let blocks = |event: &Extent| (event.last_block - event.first_block).saturating_add(1);
-        self.old.iter().chain(&self.new).map(blocks).max().unwrap_or(0)
+        self.old.iter().chain(&self.new).map(|event| event.reach().count()).max().unwrap_or(0)
     }
 }
 

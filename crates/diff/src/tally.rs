@@ -97,7 +97,7 @@ impl Beyond {
         self.events += 1;
         let length = match columns.has(Column::BlocksSlipped) {
             true => event.blocks_slipped,
-            false => event.last_block - event.first_block + 1,
+            false => event.reach().count(),
         };
         self.lengths.add(f64::from(length));
         let onset_s = event.onset_s;

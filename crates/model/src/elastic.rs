@@ -16,6 +16,8 @@
 
 use std::ops::{Add, Mul, Sub};
 
+use asperity_record::Contacts;
+
 use crate::lattice::Lattice;
 
 /// How the nodes of a slider hold each other.
@@ -72,6 +74,11 @@ impl Elastic {
             Elastic::Chain(chain) => chain.nodes,
             Elastic::Lattice(lattice) => lattice.columns,
         }
+    }
+
+    /// How its contacts lie: in one row, in a chain as in a slab.
+    pub fn layout(&self) -> Contacts {
+        Contacts::from(self.contacts() as u32)
     }
 
     /// The chain, for whoever works with chains alone.

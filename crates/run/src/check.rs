@@ -392,6 +392,7 @@ mod tests {
             parameter_set: String::new(),
             solver: String::new(),
             blocks: 2,
+            rows: 1,
             time_step_s: 0.5,
             longest_stable_step_s: None,
             steps: 9,

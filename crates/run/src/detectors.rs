@@ -12,14 +12,15 @@ use asperity_detect_rupture::Links;
 use asperity_model::text::{self, Lines};
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::bounds::check_toml;
-use asperity_record::{EventKind, RunEnd, RunHeader, Scales, TimeGrid};
+use asperity_record::{Contacts, EventKind, RunEnd, RunHeader, Scales, TimeGrid};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
 /// What a detector may know of the run that it looks at.
 #[derive(Debug, Clone, Copy)]
 struct OfRun {
-    blocks: u32,
+    /// How its blocks lie.
+    blocks: Contacts,
     rules: SlipRules,
     /// Of a run whose log says nothing of them, none: what is found by them cannot be found.
     links: Option<Links>,
@@ -54,7 +55,7 @@ pub fn event_kinds() -> Vec<EventKind> {
         modulus_n_per_m: None,
         interfacial_stiffness_n_per_m: None,
     };
-    let run = OfRun { blocks: 2, rules: SlipRules::EVERY_SLIP, links: Some(links) };
+    let run = OfRun { blocks: Contacts::from(2), rules: SlipRules::EVERY_SLIP, links: Some(links) };
     DETECTORS.iter().filter_map(|(_, start)| start(run)).map(|detector| detector.emits()).collect()
 }
 
@@ -65,7 +66,7 @@ pub fn all(header: &RunHeader, scenario_toml: &str) -> Vec<Box<dyn Detector>> {
 
 /// The same for a run of that plan.
 pub(crate) fn of_plan(plan: &Plan) -> Vec<Box<dyn Detector>> {
-    Settings::default().for_run(plan.blocks as u32, plan.grid, Some(plan.scales))
+    Settings::default().for_run(plan.elastic.layout(), plan.grid, Some(plan.scales))
 }
 
 /// What links detachments in a run, and makes moments and energies of them, by its header; what the
@@ -248,10 +249,15 @@ impl Settings {
     /// needs to know, that is not among them: ruptures cannot be found in a log of a version
     /// before 4 that has lost its scenario.
     pub fn start(&self, header: &RunHeader, scenario_toml: &str) -> Vec<Box<dyn Detector>> {
-        self.for_run(header.blocks, header.time_grid(), scales(header, scenario_toml))
+        self.for_run(header.contacts(), header.time_grid(), scales(header, scenario_toml))
     }
 
-    fn for_run(&self, blocks: u32, time_grid: TimeGrid, scales: Option<Scales>) -> Vec<Box<dyn Detector>> {
+    fn for_run(
+        &self,
+        blocks: Contacts,
+        time_grid: TimeGrid,
+        scales: Option<Scales>,
+    ) -> Vec<Box<dyn Detector>> {
         let links = scales.map(|scales| {
             let link_time_ratio = self.link_time_ratio.unwrap_or(scales.link_time_ratio);
             let t_link_s = Scales { link_time_ratio, ..scales }.link_s();

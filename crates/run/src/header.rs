@@ -19,6 +19,7 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
         parameter_set: scenario.parameter_set.word().to_owned(),
         solver: solver.to_owned(),
         blocks: scenario.slider.blocks,
+        rows: plan.elastic.layout().rows(),
         time_step_s: plan.grid.step_s(),
         longest_stable_step_s: Some(plan.longest_stable_step_s),
         steps: plan.steps,

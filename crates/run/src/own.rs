@@ -65,6 +65,7 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnP
             ("parameter_set", header.parameter_set.clone()),
             ("solver", header.solver.clone()),
             ("blocks", header.blocks.to_string()),
+            ("rows", header.rows.to_string()),
             ("time_step_s", format!("{:e}", header.time_step_s)),
             (
                 "longest_stable_step_s",

@@ -4,7 +4,7 @@
 use mcap::records::MessageHeader;
 
 use asperity_record::{
-    Arrival, EventPayload, FieldRecord, GlobalSlip, Onset, RunHeader, Rupture, SlipEvent, StepRecord,
+    Arrival, EventPayload, FieldRecord, GlobalSlip, Onset, Reach, RunHeader, Rupture, SlipEvent, StepRecord,
     WindowRecord,
 };
 use serde_json::{Map, Value};
@@ -156,19 +156,12 @@ pub(crate) fn event(topic: &str, payload: &str, blocks: u32) -> Result<(), serde
     let in_chain = |block: u32| (1..=blocks).contains(&block);
     if topic == SlipEvent::TOPIC {
         let slip: SlipEvent = serde_json::from_str(payload)?;
-        let SlipEvent { first_block, last_block, nucleation_block, blocks_slipped, max_sliding, .. } = slip;
-        if !in_chain(first_block) || !in_chain(last_block) || last_block < first_block {
-            return wrong(format!("blocks {first_block} to {last_block} of a chain of {blocks}"));
-        }
-        if !(first_block..=last_block).contains(&nucleation_block) {
-            return wrong(format!(
-                "nucleation at block {nucleation_block}, outside {first_block} to {last_block}"
-            ));
-        }
-        let most = last_block - first_block + 1;
+        let SlipEvent { nucleation_block, blocks_slipped, max_sliding, .. } = slip;
+        let most = reach(slip.reach(), nucleation_block, blocks).map_err(serde::de::Error::custom)?;
         for (key, count) in [("blocks_slipped", blocks_slipped), ("max_sliding", max_sliding)] {
             if !(1..=most).contains(&count) {
-                return wrong(format!("{key} = {count} between blocks {first_block} and {last_block}"));
+                let Reach { first, last } = slip.reach();
+                return wrong(format!("{key} = {count} between blocks {first} and {last}"));
             }
         }
         if slip.end_step.is_some_and(|end| end <= slip.onset_step) {
@@ -201,15 +194,22 @@ pub(crate) fn event(topic: &str, payload: &str, blocks: u32) -> Result<(), serde
     Ok(())
 }
 
+/// From which block to which an event of a chain of `blocks` blocks reached, and where it began; how
+/// many blocks that are.
+fn reach(reach: Reach, nucleation_block: u32, blocks: u32) -> Result<u32, String> {
+    let Reach { first, last } = reach;
+    if !reach.is_within(blocks) {
+        return Err(format!("blocks {first} to {last} of a chain of {blocks}"));
+    }
+    if !reach.contains(nucleation_block) {
+        return Err(format!("nucleation at block {nucleation_block}, outside {first} to {last}"));
+    }
+    Ok(reach.count())
+}
+
 fn rupture(rupture: &Rupture, blocks: u32) -> Result<(), String> {
-    let &Rupture { first_block, last_block, nucleation_block, onset_step, end_step, open, .. } = rupture;
-    if first_block == 0 || last_block > blocks || last_block < first_block {
-        return Err(format!("blocks {first_block} to {last_block} of a chain of {blocks}"));
-    }
-    if !(first_block..=last_block).contains(&nucleation_block) {
-        return Err(format!("nucleation at block {nucleation_block}, outside {first_block} to {last_block}"));
-    }
-    let count = last_block - first_block + 1;
+    let &Rupture { nucleation_block, onset_step, end_step, open, .. } = rupture;
+    let count = reach(rupture.reach(), nucleation_block, blocks)?;
     if rupture.reached_every_block != (count == blocks) {
         let said = rupture.reached_every_block;
         return Err(format!("reached_every_block = {said} of {count} blocks of a chain of {blocks}"));

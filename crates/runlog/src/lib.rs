@@ -77,6 +77,7 @@
 //!     parameter_set: "as-coded".to_owned(),
 //!     solver: "by hand".to_owned(),
 //!     blocks: 2,
+//!     rows: 1,
 //!     time_step_s: 0.5,
 //!     longest_stable_step_s: None,
 //!     steps: 2,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use asperity_record::{
-    Energy, MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, Scales, SolverReport,
+    Contacts, Energy, MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, Scales, SolverReport,
 };
 
 use crate::findings::{Gap, Salvaged};
@@ -18,6 +18,7 @@ const DIGEST: &str = "digest:";
 const SOLVER: &str = "solver:";
 const ENERGY: &str = "energy:";
 const FALLBACKS: &str = "solver_fallbacks";
+const ROWS: &str = "rows";
 const BLOCK_LENGTH: &str = "block_length_m";
 const BLOCK_TIME: &str = "block_time_s";
 const LINK_TIME_RATIO: &str = "link_time_ratio";
@@ -49,6 +50,9 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
     ]
     .map(|(key, value)| (key.to_owned(), value))
     .into();
+    if header.rows != 1 {
+        map.insert(ROWS.to_owned(), header.rows.to_string());
+    }
     if let Some(longest_s) = header.longest_stable_step_s {
         map.insert(LONGEST_STABLE_STEP.to_owned(), longest_s.to_string());
     }
@@ -77,6 +81,10 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         parameter_set: map.text("parameter_set")?,
         solver: map.text("solver")?,
         blocks: map.parse("blocks", "a whole number")?,
+        rows: match map.map.contains_key(ROWS) {
+            true => map.parse(ROWS, "a whole number")?,
+            false => 1,
+        },
         time_step_s: map.parse("time_step_s", "a number")?,
         longest_stable_step_s: match map.map.contains_key(LONGEST_STABLE_STEP) {
             true => Some(map.positive(LONGEST_STABLE_STEP)?),
@@ -88,6 +96,9 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
     // These two size memory and divide, so they are bounded here, once.
     if !(2..=MOST_BLOCKS).contains(&u64::from(header.blocks)) {
         return Err(map.invalid("blocks", format!("a whole number from 2 to {MOST_BLOCKS}")));
+    }
+    if Contacts::in_rows(header.blocks, header.rows).is_none() {
+        return Err(map.invalid(ROWS, "a whole number that divides that of blocks"));
     }
     if !(header.time_step_s.is_finite() && header.time_step_s > 0.0) {
         return Err(map.invalid("time_step_s", "a number above 0"));

@@ -37,6 +37,7 @@ fn header() -> RunHeader {
         parameter_set: "as-coded".to_owned(),
         solver: "by hand".to_owned(),
         blocks: 2,
+        rows: 1,
         time_step_s: 1.0,
         longest_stable_step_s: None,
         steps: STEPS,

@@ -20,6 +20,7 @@
 //!     parameter_set: "as-coded".to_owned(),
 //!     solver: "fast".to_owned(),
 //!     blocks: 10,
+//!     rows: 1,
 //!     time_step_s: 1e-7,
 //!     longest_stable_step_s: None,
 //!     steps: 20_000_000,
@@ -44,6 +45,7 @@ mod summary;
 pub mod text;
 mod unloaded;
 
+pub use growth::Growth;
 pub use key::Key;
 pub use measures::{WIDE_BLOCKS, front_speed_m_per_s};
 pub use statistics::median;

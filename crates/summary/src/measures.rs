@@ -7,8 +7,7 @@ use asperity_record::Rupture;
 pub const WIDE_BLOCKS: u32 = 4;
 
 pub(crate) fn is_wide(rupture: &Rupture) -> bool {
-    // Logs of others may say whatever they like.
-    rupture.last_block.saturating_sub(rupture.first_block).saturating_add(1) >= WIDE_BLOCKS
+    rupture.reach().count() >= WIDE_BLOCKS
 }
 
 pub(crate) fn duration_s(rupture: &Rupture) -> Option<f64> {

@@ -82,7 +82,7 @@ pub struct Summarizer {
     creep: CreepFront,
     raw: RawEvents,
     unloaded: Unloaded,
-    growth: Growth,
+    growth: Growth<Rupture>,
     global: Vec<Rupture>,
     ruptures: u64,
     wide: u64,
@@ -158,7 +158,8 @@ impl Summarizer {
         self.overlapping += u64::from(rupture.overlapping);
         self.open += u64::from(rupture.open);
         self.largest_slip_m = largest(self.largest_slip_m, rupture.largest_slip_m);
-        self.growth.take(rupture);
+        let starts = (rupture.onset_step, rupture.rupture);
+        self.growth.take(starts, rupture.reach(), || rupture.clone());
         if measures::is_wide(rupture) {
             self.wide += 1;
             self.raw.wide_rupture(rupture);
@@ -179,9 +180,10 @@ impl Summarizer {
         let ratio = |value: Option<f64>| value.and_then(finite).filter(|_| pulls_one_way);
         let last_step = end.map_or(self.last_step, |end| end.last_step);
         let simulated_s = grid.time_s(last_step);
-        let length_ratio = |rupture: &Rupture| f64::from(rupture.last_block) / f64::from(header.blocks);
+        let length_ratio = |rupture: &Rupture| rupture.reach().length_ratio(header.blocks);
 
-        let precursors: Vec<&Rupture> = growth.precursors().collect();
+        let farthest = || growth.iter().map(|(_, rupture)| rupture);
+        let precursors: Vec<&Rupture> = farthest().filter(|rupture| !rupture.reached_every_block).collect();
         let global: Vec<&Rupture> = global.iter().collect();
         let growing: Vec<&Rupture> = precursors.iter().chain(&global).copied().collect();
         let first_global = global.first().copied();
@@ -198,7 +200,7 @@ impl Summarizer {
         let lengths: Vec<f64> = precursors.iter().map(|rupture| length_ratio(rupture)).collect();
         let growths = lengths.windows(2).map(|pair| pair[1] - pair[0]);
 
-        let front = growth.first_over(WIDE_BLOCKS);
+        let front = farthest().find(|rupture| measures::is_wide(rupture));
         let creep_front_block = self.creep.before(front.map(|front| front.onset_step));
         let creeps = creep_front_block.is_some_and(|block| {
             block >= WIDE_BLOCKS && f64::from(block) >= CREEP_SHARE * f64::from(header.blocks)

@@ -21,6 +21,7 @@ fn header() -> RunHeader {
         parameter_set: "as-coded".to_owned(),
         solver: "fast".to_owned(),
         blocks: 10,
+        rows: 1,
         time_step_s: 1e-3,
         longest_stable_step_s: None,
         steps: 10_000,

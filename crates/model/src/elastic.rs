@@ -21,7 +21,7 @@ use crate::lattice::{self, Lattice, Number};
 pub enum Elastic {
     /// A chain of blocks.
     Chain(Chain),
-    /// A slab: a plane lattice of nodes, of which the bottom row rubs.
+    /// A lattice of nodes, of which the bottom row rubs: that of a slab.
     Lattice(Lattice),
 }
 
@@ -130,7 +130,7 @@ impl Elastic {
         self.as_chain().expect("a slab is no chain")
     }
 
-    /// The lattice of a slab; none of a chain.
+    /// The lattice, if it is not a chain.
     #[inline]
     pub fn lattice(&self) -> Option<&Lattice> {
         match self {

@@ -385,7 +385,7 @@ impl Collector {
     /// The times at which all nodes of a slab are wanted, s: no record has them, and whoever makes the
     /// run gives them to [`Collector::nodes`]. None of a chain.
     pub fn nodes_at_s(&self) -> &[f64] {
-        if self.run.scenario.slider.is_slab() { &self.run.kept.nodes_at_s } else { &[] }
+        if self.run.plan.elastic.has_inside() { &self.run.kept.nodes_at_s } else { &[] }
     }
 
     /// Takes the nodes at one of these times.

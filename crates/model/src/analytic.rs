@@ -53,7 +53,7 @@ impl LengthLaw {
     pub fn is_for(scenario: &Scenario) -> bool {
         let drive = &scenario.drive;
         let is_driven = drive.velocity_m_per_s > 0.0 && drive.stiffness_n_per_m > 0.0;
-        if drive.kind == DriveKind::LeftRight || scenario.slider.is_slab() || !is_driven {
+        if drive.kind == DriveKind::LeftRight || !scenario.elastic().has_theory() || !is_driven {
             return false;
         }
         let plan = Plan::new(scenario);
@@ -282,7 +282,7 @@ impl LoadCurve {
             prestress.first_block_ratio == 0.0 && prestress.rise_ratio == 0.0 && prestress.profile.is_empty();
         let mu_d = friction.dynamic_coefficient - prestress.ratio;
         let drives = scenario.drive.kind == DriveKind::Side && scenario.drive.velocity_m_per_s > 0.0;
-        let is_chain = !scenario.slider.is_slab();
+        let is_chain = scenario.elastic().has_theory();
         if !(is_chain && is_plain_friction && is_unstrained && is_even_prestress && drives && mu_d > 0.0) {
             return None;
         }

@@ -4,10 +4,13 @@ pub use crate::elastic::Stiffness;
 use crate::plan::Plan;
 
 impl Stiffness {
-    /// Of a plan's slider, every contact stuck by a friction spring.
+    /// Of a plan's chain, every contact stuck by a friction spring.
+    ///
+    /// # Panics
+    /// If it is of another body.
     pub fn of(plan: &Plan) -> Stiffness {
         let drive_n_per_m = plan.drive.stiffness_n_per_m(plan.blocks);
-        plan.elastic.stuck(plan.friction.interfacial_stiffness_n_per_m, &drive_n_per_m)
+        plan.elastic.chain().stuck(plan.friction.interfacial_stiffness_n_per_m, &drive_n_per_m)
     }
 }
 

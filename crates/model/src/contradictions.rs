@@ -64,7 +64,7 @@ pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut V
             );
         }
     }
-    if scenario.slider.is_slab() {
+    if scenario.elastic().has_foundation() {
         if let Some(problem) = slab::problem_at_rest(&Plan::new(scenario)) {
             Refusals { entries, errors }.refuse(
                 "slider.rows",
@@ -351,7 +351,7 @@ const BELOW_THE_BOUND: f64 = 1e-12;
 fn the_scheme_is_stable(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let longest_s = longest_stable_step_s(scenario);
     if scenario.time.step_s >= longest_s * (1.0 - BELOW_THE_BOUND) {
-        let body = if scenario.slider.is_slab() { "slab" } else { "chain" };
+        let body = scenario.elastic().name();
         refusals.refuse(
             "time.step_s",
             format!("{:e} is above the stability limit of the scheme for this {body}", scenario.time.step_s),

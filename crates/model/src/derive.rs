@@ -19,12 +19,12 @@ impl Plan {
         let springs = Springs::of(scenario);
         let blocks = springs.elastic.contacts();
         let pressed_n = load::tilted(scenario.normal_load.total_n, scenario.normal_load.tilt, blocks);
-        let at_rest = springs.elastic.lattice().map(|lattice| {
-            let kt = springs.interfacial_stiffness_n_per_m;
-            let u = slab::displacements_at_rest_m(lattice, kt, &pressed_n);
-            (slab::normal_load_n(lattice, &u), u)
+        let at_rest = springs.elastic.has_foundation().then(|| {
+            let (lattice, kt) = (springs.elastic.as_lattice(), springs.interfacial_stiffness_n_per_m);
+            let u = slab::displacements_at_rest_m(&lattice, kt, &pressed_n);
+            (slab::normal_load_n(&lattice, &u), u)
         });
-        // What presses on a slab reaches its contacts through its elasticity.
+        // What presses on a body with a foundation reaches its contacts through its elasticity.
         let (normal_load_n, top_load_n, displacement_at_rest_m) = match at_rest {
             None => (pressed_n, Vec::new(), None),
             Some((normal_load_n, u)) => (normal_load_n, pressed_n, Some(u)),
@@ -55,7 +55,7 @@ impl Plan {
             Some(displacement_m) => slab::at_rest(displacement_m, blocks, &mut drive),
             None => initial::state(
                 scenario,
-                springs.elastic.chain(),
+                &springs.elastic,
                 springs.spacing_m,
                 springs.interfacial_stiffness_n_per_m,
                 &drive,
@@ -137,10 +137,10 @@ fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> 
         rest_m: 0.0,
         direction,
     };
-    let row = |row| elastic.lattice().map_or(0, |lattice| lattice.row(row).start);
-    let top_row = elastic.lattice().map_or(0, |lattice| lattice.top_row().start);
+    let (lattice, row) = (elastic.as_lattice(), drive_row(scenario));
+    let top_row = lattice.top_row().start;
     let springs = match drive.kind {
-        DriveKind::Side => vec![spring(row(drive_row(scenario)), stiffness, 1.0)],
+        DriveKind::Side => vec![spring(lattice.row(row).start, stiffness, 1.0)],
         DriveKind::LeftRight => vec![spring(0, stiffness, -1.0), spring(blocks - 1, stiffness, 1.0)],
         DriveKind::Top => top_stiffness_n_per_m(scenario)
             .into_iter()
@@ -216,6 +216,8 @@ struct Springs {
     spacing_m: f64,
     block_mass_kg: f64,
     elastic: Elastic,
+    /// Elastic modulus times the width of the slider.
+    modulus_n_per_m: f64,
     interfacial_stiffness_n_per_m: f64,
 }
 
@@ -225,27 +227,34 @@ impl Springs {
         let gaps = f64::from(slider.blocks - 1);
         let nodes = f64::from(slider.blocks) * f64::from(slider.rows);
         let block_mass_kg = slider.mass_kg / nodes;
-        let stiffness_n_per_m = if slider.is_slab() {
-            0.75 * slider.width_m * slider.youngs_modulus_pa
-        } else {
-            slider.youngs_modulus_pa * gaps * slider.width_m * slider.height_m / slider.length_m
-        };
-        let damping_kg_per_s = slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt();
-        let elastic = if slider.is_slab() {
-            Elastic::Lattice(Lattice {
-                columns: slider.blocks as usize,
-                rows: slider.rows as usize,
+        let damping =
+            |stiffness_n_per_m: f64| slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt();
+        let (elastic, modulus_n_per_m) = if slider.is_slab() {
+            let stiffness_n_per_m = 0.75 * slider.width_m * slider.youngs_modulus_pa;
+            let lattice = Lattice {
                 stiffness_n_per_m,
-                damping_kg_per_s,
+                damping_kg_per_s: damping(stiffness_n_per_m),
                 foundation_n_per_m: scenario.normal_load.foundation_stiffness_ratio * stiffness_n_per_m,
-            })
+                ..Lattice::slab(slider.blocks as usize, slider.rows as usize)
+            };
+            // The shear modulus of the sheet, `rho c_S^2 = k / (2 L_y) = 3 E / 8`.
+            (Elastic::Lattice(lattice), 0.5 * stiffness_n_per_m)
         } else {
-            Elastic::Chain(Chain { nodes: slider.blocks as usize, stiffness_n_per_m, damping_kg_per_s })
+            let stiffness_n_per_m =
+                slider.youngs_modulus_pa * gaps * slider.width_m * slider.height_m / slider.length_m;
+            let chain = Chain {
+                nodes: slider.blocks as usize,
+                stiffness_n_per_m,
+                damping_kg_per_s: damping(stiffness_n_per_m),
+            };
+            (Elastic::Chain(chain), slider.youngs_modulus_pa * slider.width_m)
         };
+        let stiffness_n_per_m = elastic.stiffness_n_per_m();
         Springs {
             spacing_m: slider.length_m / gaps,
             block_mass_kg,
             elastic,
+            modulus_n_per_m,
             interfacial_stiffness_n_per_m: match scenario.friction.law {
                 FrictionLaw::InterfacialSprings => {
                     scenario.friction.interfacial_stiffness_ratio * stiffness_n_per_m
@@ -258,17 +267,9 @@ impl Springs {
     fn scales(&self, scenario: &Scenario) -> Scales {
         Scales {
             block_length_m: self.spacing_m,
-            block_time_s: match &self.elastic {
-                Elastic::Chain(chain) => (self.block_mass_kg / chain.stiffness_n_per_m).sqrt(),
-                // That of shear waves, `c_S = a sqrt(k / (2 m))`.
-                Elastic::Lattice(lattice) => (2.0 * self.block_mass_kg / lattice.stiffness_n_per_m).sqrt(),
-            },
+            block_time_s: (self.block_mass_kg / self.elastic.slowest_wave_n_per_m()).sqrt(),
             link_time_ratio: scenario.detection.link_time_ratio,
-            modulus_n_per_m: Some(match &self.elastic {
-                Elastic::Chain(_) => scenario.slider.youngs_modulus_pa * scenario.slider.width_m,
-                // The shear modulus of the sheet, `rho c_S^2 = k / (2 L_y) = 3 E / 8`.
-                Elastic::Lattice(lattice) => 0.5 * lattice.stiffness_n_per_m,
-            }),
+            modulus_n_per_m: Some(self.modulus_n_per_m),
             interfacial_stiffness_n_per_m: Some(self.interfacial_stiffness_n_per_m),
         }
     }
@@ -278,6 +279,11 @@ impl Scenario {
     /// The scales of its slider, without the rest of its plan.
     pub fn scales(&self) -> Scales {
         Springs::of(self).scales(self)
+    }
+
+    /// What holds its slider together, without the rest of its plan.
+    pub fn elastic(&self) -> Elastic {
+        Springs::of(self).elastic
     }
 
     /// The time step beyond which the scheme is unstable for this slider, while no block switches.

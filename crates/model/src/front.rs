@@ -48,7 +48,6 @@
 
 use std::f64::consts::PI;
 
-use crate::elastic::Elastic;
 use crate::plan::{Law, Plan};
 
 /// What the speed of a front depends on; all dimensionless, see above.
@@ -77,8 +76,9 @@ impl Front {
     /// does not apply: to slabs, with contacts that are not rigid or weaken with velocity, or a drive that
     /// moves, or does not hold all blocks alike.
     pub fn of(plan: &Plan, block: usize) -> Option<Front> {
-        // Slabs have other fronts.
-        let Elastic::Chain(_) = plan.elastic else { return None };
+        if !plan.elastic.has_theory() {
+            return None;
+        }
         let k = plan.elastic.stiffness_n_per_m();
         let held = plan.drive.stiffness_n_per_m(plan.blocks);
         let even = held.iter().all(|stiffness| (stiffness - held[0]).abs() <= 1e-12 * held[0]);

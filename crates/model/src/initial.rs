@@ -1,28 +1,31 @@
-//! The chain before its first step.
+//! The slider before its first step.
 
 use crate::chain::{SteadyLoading, Stiffness};
-use crate::elastic::{Chain, Elastic};
+use crate::elastic::Elastic;
 use crate::plan::{Drive, InitialState, Plan};
 use crate::scenario::Scenario;
 
 /// The state at time 0, from which a run starts at rest.
 pub(crate) fn state(
     scenario: &Scenario,
-    chain: &Chain,
+    elastic: &Elastic,
     spacing_m: f64,
     interfacial_stiffness_n_per_m: f64,
     drive: &Drive,
     normal_load_n: &[f64],
     prestress_n: &[f64],
 ) -> InitialState {
-    let (nodes, elastic) = (chain.nodes, Elastic::Chain(*chain));
-    // Displacements whose spring forces are the profile, from u_1 = 0.
-    let u = elastic.displacements_m(&shear_n(scenario, normal_load_n, spacing_m));
+    let (nodes, freedoms, contacts) = (elastic.nodes(), elastic.freedoms(), elastic.contacts());
+    // Displacements whose spring forces are the profile, from u_1 = 0; in other bodies there is none.
+    let u = elastic.as_chain().map_or_else(
+        || vec![0.0; freedoms],
+        |chain| chain.displacements_m(&shear_n(scenario, normal_load_n, spacing_m)),
+    );
 
     // Each friction spring balances what its neighbours pull.
     // And what the drive pulls, which measures its springs from the grid too.
     let kt = interfacial_stiffness_n_per_m;
-    let mut pull: Vec<f64> = (0..nodes).map(|n| elastic.spring_force_n(&u, n)).collect();
+    let mut pull = elastic.tangential_force_n(&u);
     for spring in &drive.springs {
         pull[spring.block] += spring.force_n(0.0, u[spring.block]);
     }
@@ -30,11 +33,11 @@ pub(crate) fn state(
         *pull += prestress;
     }
     let anchor = |n: usize| if kt > 0.0 { u[n] - pull[n] / kt } else { u[n] };
-    let stick_position_m = (0..nodes).map(anchor).collect();
+    let stick_position_m = (0..contacts).map(anchor).collect();
 
     let amplitude = scenario.initial_velocity.amplitude_m_per_s;
     let mode = f64::from(scenario.initial_velocity.mode);
-    let velocity_m_per_s = (0..nodes)
+    let velocity_m_per_s = (0..freedoms)
         .map(|n| {
             if amplitude == 0.0 {
                 return 0.0;

@@ -35,13 +35,13 @@
 //! - `fill_in`: written values checked against their keys, and defaults.
 //! - `words`: the words that a scenario chooses from.
 //! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
-//! - [`lattice`]: the body of a slab.
+//! - [`lattice`]: bodies given by a table of bonds, as that of a slab.
 //! - [`elastic`]: what holds a slider together.
 //! - [`load`]: normal load per block, and its course in time.
 //! - [`plan`]: the [`Plan`]: the numbers of the physics.
 //! - [`chain`]: the stuck chain at rest or in steady motion.
 //! - [`initial`]: displacements, velocities and friction springs at the start.
-//! - [`slab`]: a slab at rest under its load.
+//! - [`slab`]: a body on a foundation at rest under its load.
 //! - `mixed`: numbers without pattern.
 //! - `derive`: from a scenario to a plan.
 //! - `law_keys`: keys that some friction laws alone ask for.

@@ -116,8 +116,8 @@ pub(crate) fn of_a_slab(scenario: &Scenario) -> Vec<Refusal> {
 /// What has a meaning for slabs alone.
 pub(crate) fn of_a_chain(scenario: &Scenario) -> Vec<Refusal> {
     let mut refused = Vec::new();
-    let height_m = scenario.drive.height_m;
-    if height_m != 0.0 && !scenario.slider.is_slab() {
+    let (height_m, is_chain) = (scenario.drive.height_m, !scenario.slider.is_slab());
+    if height_m != 0.0 && is_chain {
         refused.push((
             "drive.height_m",
             format!("a chain has no height to pull at, and {height_m} is given"),
@@ -131,7 +131,7 @@ pub(crate) fn of_a_chain(scenario: &Scenario) -> Vec<Refusal> {
         ));
     }
     let ratio = scenario.normal_load.foundation_stiffness_ratio;
-    if ratio.to_bits() != FOUNDATION_RATIO.to_bits() && !scenario.slider.is_slab() {
+    if ratio.to_bits() != FOUNDATION_RATIO.to_bits() && is_chain {
         refused.push((
             "normal_load.foundation_stiffness_ratio",
             format!("a chain has no foundation, and {ratio} is given"),

@@ -72,7 +72,7 @@ fn fronts(scenario: &Scenario, plan: &Plan) -> Option<String> {
 /// A rule by which the contacts of a slab chatter.
 fn chatter(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let is_two_way = scenario.friction.reattach == Reattach::TwoWay;
-    (is_two_way && plan.elastic.lattice().is_some()).then(|| {
+    (is_two_way && plan.elastic.freedoms_per_node() > 1).then(|| {
         "friction.reattach = \"two-way\": the contacts of a slab chatter by it, thousands of times where by \
          \"one-way\" there are a dozen events"
             .to_owned()
@@ -98,7 +98,7 @@ fn load_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
 
 /// What a profile of the initial shear does not add up to 0 by.
 fn remainder(scenario: &Scenario, plan: &Plan) -> Option<String> {
-    if plan.elastic.lattice().is_some() {
+    if plan.elastic.has_foundation() {
         return None;
     }
     let given_n = initial::shear_n(scenario, &plan.normal_load_n, plan.spacing_m);
@@ -119,13 +119,12 @@ fn remainder(scenario: &Scenario, plan: &Plan) -> Option<String> {
 /// Blocks that slip at once.
 fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let u = &plan.initial.displacement_m;
-    let mut force_n: Vec<f64> = match plan.elastic.lattice() {
-        None => (0..plan.blocks).map(|n| plan.elastic.spring_force_n(u, n)).collect(),
-        // Its driving springs are relaxed.
-        Some(_) => slab::tangential_force_n(plan),
-    };
-    for spring in plan.drive.springs.iter().filter(|_| plan.elastic.lattice().is_none()) {
-        force_n[spring.block] += spring.force_n(0.0, u[spring.block]);
+    let mut force_n = slab::tangential_force_n(plan);
+    for spring in &plan.drive.springs {
+        // What pulls nodes that do not rub is relaxed at the start.
+        if let Some(force_n) = force_n.get_mut(spring.block) {
+            *force_n += spring.force_n(0.0, u[spring.block]);
+        }
     }
     for (force, prestress) in force_n.iter_mut().zip(&plan.prestress_n) {
         *force += prestress;
@@ -160,9 +159,10 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     } else {
         ""
     };
-    let what = match plan.elastic.lattice() {
-        None => "initial_shear and prestress go",
-        Some(_) => "slider.rows: the shear of the slab at rest goes",
+    let what = if plan.elastic.has_foundation() {
+        "slider.rows: the shear of the slab at rest goes"
+    } else {
+        "initial_shear and prestress go"
     };
     Some(format!("{what} beyond static friction on {}, {how_far}: {then}{again}{sign}", blocks(&beyond)))
 }

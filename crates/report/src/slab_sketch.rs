@@ -132,7 +132,7 @@ mod tests {
         let of = |set: &[&str]| {
             let scenario = resolve("slab", set).unwrap();
             let plan = Plan::new(&scenario);
-            sketch(&plan, plan.elastic.lattice().unwrap(), scenario.drive.kind)
+            sketch(&plan, &plan.elastic.as_lattice(), scenario.drive.kind)
         };
         let side = of(&[]);
         assert!(side.contains("a lattice of 57 by 31 nodes") && side.contains("from the side"), "{side}");

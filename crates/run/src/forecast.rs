@@ -132,7 +132,7 @@ impl MostLogBytes {
         let samples = on_cadence(recording.sample_every_steps) + 1;
         let fields = on_cadence(recording.fields_every_steps);
         let step = most.step(plan.drive.pulls_both_ways());
-        let state = most.fields(plan.blocks, plan.elastic.lattice().is_some());
+        let state = most.fields(plan.blocks, plan.elastic.has_foundation());
         let checkpoint =
             plan.elastic.freedoms() as u64 * CHECKPOINT_BYTES_OF_A_BLOCK + CHECKPOINT_FRAME_BYTES;
         let events = |of_slip_events: bool| -> u64 {

@@ -108,7 +108,7 @@ impl Nodes {
             return Err(NodesError::OtherCode { found: header.code_version });
         }
         let plan = own::plan(&header, reader.scenario_toml())?;
-        if plan.elastic.lattice().is_none() {
+        if !plan.elastic.has_inside() {
             return Err(NodesError::Chain);
         }
         let last_step = last_step(log, last_sound_step)?;

@@ -182,8 +182,8 @@ impl<'a> Exact<'a> {
                 of[to] - of[from]
             };
             // Along a diagonal, half of the stiffness for each axis.
-            let is_diagonal = bond.along.iter().all(|part| *part != 0.0);
-            let stiffness = bond.stiffness_n_per_m * if is_diagonal { 0.5 } else { 1.0 };
+            let parts = bond.along.iter().filter(|part| **part != 0.0).count();
+            let stiffness = bond.stiffness_n_per_m / parts as f64;
             let part = |axis: usize| if bond.along[axis] == 0.0 { 0.0 } else { bond.along[axis].signum() };
             let stretch = change(u, 0) * part(0) + change(u, 1) * part(1);
             for axis in [0, 1] {

@@ -72,8 +72,7 @@ impl Figure for FrontStress {
             marks: over_stress(run, self.from_blocks, self.across.max(1)),
             coefficients: [friction.static_coefficient, friction.dynamic_coefficient],
             wave_m_per_s: run.plan.scales.wave_speed_m_per_s(),
-            // Long waves of a lattice: the root of 1.5 over that of 0.5.
-            longitudinal: run.plan.elastic.lattice().map(|_| 3f64.sqrt()),
+            longitudinal: run.plan.elastic.longitudinal_over_shear(),
         })
     }
 
@@ -125,8 +124,7 @@ impl Figure for FrontStress {
         rows.push((Sample::Nothing, format!("over {} spacings", self.across.max(1))));
         rows.push((Sample::Line(Dash::Dashed, BLUE), "μ_s".to_owned()));
         rows.push((Sample::Line(Dash::DotDashed, RED), "μ_d".to_owned()));
-        let is_slab = first.longitudinal.is_some();
-        let name = if is_slab { "c_S" } else { "c" };
+        let name = if first.longitudinal.is_some() { "c_S" } else { "c" };
         rows.push((Sample::Line(Dash::Dashed, GREY), format!("{name} = {:.0} m/s", first.wave_m_per_s)));
         if let Some(ratio) = first.longitudinal.filter(|ratio| *ratio <= self.to_speed) {
             items.insert(0, level(ratio, Dash::Dotted));

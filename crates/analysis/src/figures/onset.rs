@@ -93,7 +93,7 @@ impl Onset {
             look: Look::Marks(Marker::Circle, INK),
         }];
         // Slabs screen a force otherwise than chains do.
-        if run.plan.elastic.lattice().is_none() {
+        if run.plan.elastic.has_theory() {
             let theory = [
                 Series {
                     label: "eq. (5.45)".to_owned(),

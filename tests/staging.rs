@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use asperity_files::Held;
+use asperity_files::LockedFile;
 use asperity_runlog::partial_path;
 
 use crate::support::binary::{asperity, succeed, text};
@@ -302,7 +302,7 @@ fn logs_of_runs_that_are_done_are_cleared_at_the_end() {
     fs::create_dir(out.join("staging")).expect("the folder can be written");
     fs::copy(&log, begun(&out, 1)).expect("the folder can be written");
     fs::copy(&log, out.join("staging/1.mcap")).expect("the folder can be written");
-    let held = Held::open(&begun(&out, 1)).expect("nobody has it").expect("it is there");
+    let held = LockedFile::open(&begun(&out, 1)).expect("nobody has it").expect("it is there");
     let mut child = start(&out, &AT_ONCE);
     wait_for("unfinished log", || begun(&out, 2).exists());
     assert!(begun(&out, 1).exists());

@@ -18,7 +18,7 @@ use asperity_sweep::plan::FILE;
 use asperity_sweep::results::Counts;
 #[cfg(feature = "analysis")]
 use asperity_sweep::{Keep, Sweep};
-use asperity_sweep::{Plan, RUNS, Results, Watch, collect};
+use asperity_sweep::{Observer, Plan, RUNS, Results, collect};
 
 #[cfg(feature = "analysis")]
 use crate::args::SweepDrawArguments;
@@ -251,7 +251,7 @@ impl Passing {
     }
 }
 
-impl Watch for Passing {
+impl Observer for Passing {
     fn begin(&mut self, table: &'static str, columns: &[Column]) {
         #[cfg(feature = "analysis")]
         self.drawer.begin(table, columns);

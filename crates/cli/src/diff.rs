@@ -16,10 +16,10 @@ use asperity_summary::{RupturesFrom, Summary};
 
 use crate::args::{DiffArguments, DiffFormat, PairBy};
 use crate::exit::{self, Code, Failure};
-use crate::judge;
 use crate::outputs::refused;
 use crate::ruptures::found_in_steps;
 use crate::terminal;
+use crate::verdict_exit;
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     let settings = settings(arguments)?;
@@ -55,7 +55,7 @@ fn hold_all(arguments: &DiffArguments) -> Result<(), Failure> {
     for side in [&arguments.old, &arguments.new] {
         logs.extend(sides::logs(side).map_err(|error| as_failure(error.into()))?);
     }
-    let judged = exit::each_of(&logs, None, |log| judge::holds_all(log))?;
+    let judged = exit::each_of(&logs, None, |log| verdict_exit::holds_all(log))?;
     Code::worst(judged.into_iter().filter_map(Result::err)).said()
 }
 

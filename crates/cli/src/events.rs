@@ -7,9 +7,9 @@ use asperity_runlog::{LogItem, RunReader, Topics};
 use crate::args::EventsArguments;
 use crate::event_table::Printed;
 use crate::exit::Failure;
-use crate::judge;
 use crate::progress::Board;
 use crate::terminal;
+use crate::verdict_exit;
 
 /// Prints them up to where the log is sound, and then what it is worth.
 pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), Failure> {
@@ -18,7 +18,7 @@ pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), 
     if table_file::is_parquet(&arguments.run).unwrap_or(false) {
         return print_table(arguments);
     }
-    let checked = judge::readable(&arguments.run)?;
+    let checked = verdict_exit::readable(&arguments.run)?;
     let mut printed = Printed::begin(arguments.format, terminal::data())?;
     if let Ok(mut reader) = RunReader::open(&arguments.run, Topics::EVENTS) {
         for _ in 0..checked.seen.events {
@@ -28,7 +28,7 @@ pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), 
         }
     }
     printed.finish()?;
-    judge::tell(&arguments.run, &checked, board)
+    verdict_exit::finish(&arguments.run, &checked, board)
 }
 
 /// A Parquet table, of slip events or any other, as the CSV file beside it reads.

@@ -9,11 +9,11 @@ use asperity_export::{Csv, Export, ExportError, Judged, Ndjson, NodeRows, Ran, R
 
 use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
-use crate::judge;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
 use crate::summary::WITHOUT_ENERGIES;
 use crate::terminal;
+use crate::verdict_exit;
 use asperity_files::{Existing, Inputs};
 use asperity_run::detectors::event_kinds;
 use asperity_run::{Checked, NodeState, Nodes, NodesError, Verdict};
@@ -75,7 +75,7 @@ fn export_one(
         ExportFormat::Csv => &Csv,
         ExportFormat::Ndjson => &Ndjson,
     };
-    let checked = judge::readable(run)?;
+    let checked = verdict_exit::readable(run)?;
     let mut nodes = match &arguments.nodes_at_s[..] {
         [] => None,
         at_s => Some(Nodes::of_log(run, checked.seen.last_step, at_s).map_err(without_nodes(run, &checked))?),
@@ -130,7 +130,7 @@ fn export_one(
                 }
             ),
         )),
-        Ran { problem: None, .. } => judge::tell(run, &checked, board),
+        Ran { problem: None, .. } => verdict_exit::finish(run, &checked, board),
     }
 }
 
@@ -173,7 +173,7 @@ fn failure(run: &Path, checked: &Checked, error: ExportError) -> Failure {
         | ExportError::NotFoundThen { .. }
         | ExportError::EmptyRange { .. } => Failure::bad_input(error),
         // So early that there is nothing to export.
-        ExportError::Log(_) if !checked.verdict.holds_all() => judge::failure(run, checked),
+        ExportError::Log(_) if !checked.verdict.holds_all() => verdict_exit::failure(run, checked),
         ExportError::File(error) => refused("--out", &error, true),
         ExportError::Log(_) | ExportError::Write { .. } => Failure::failed(error),
     }

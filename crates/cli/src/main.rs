@@ -12,10 +12,10 @@ mod exhausted;
 mod exit;
 mod export;
 mod interrupt;
-mod judge;
 mod man;
 mod outputs;
 mod progress;
+mod relative_link;
 mod replay;
 mod report;
 #[cfg(feature = "analysis")]
@@ -30,9 +30,9 @@ mod summary;
 mod sweep;
 mod terminal;
 mod validate;
+mod verdict_exit;
 #[cfg(feature = "analysis")]
 mod verify;
-mod way;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use asperity_record::{Event, EventPayload, SlipEvent, printable};
-use asperity_run::{Notice, Watch};
+use asperity_run::{Notice, Observer};
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 
 use crate::terminal;
@@ -231,7 +231,7 @@ pub(crate) struct RunProgress {
     notes: Vec<String>,
 }
 
-impl Watch for RunProgress {
+impl Observer for RunProgress {
     fn event(&mut self, event: &Event) {
         if let Some(events) = &mut self.events {
             *events += u64::from(event.topic == SlipEvent::TOPIC);

@@ -7,16 +7,16 @@ use std::sync::OnceLock;
 use asperity_files::{Existing, FileSet, Inputs, is_new_folder};
 use asperity_record::Event;
 use asperity_run::detectors::Settings;
-use asperity_run::{CODE_VERSION, Comparison, Watch};
+use asperity_run::{CODE_VERSION, Comparison, Observer};
 use serde::Serialize;
 
 use crate::args::ReplayArguments;
 use crate::event_table::{EventTables, Printed};
 use crate::exit::{self, Code, Failure};
-use crate::judge;
 use crate::outputs::{create_folder, refused};
 use crate::progress::{Board, RunProgress};
 use crate::terminal::{self, Data};
+use crate::verdict_exit;
 
 /// What is written beside the tables of a replay: by which settings they were made, of what.
 const RECORD: &str = "replay.json";
@@ -156,7 +156,7 @@ impl Output<'_, '_> {
     }
 }
 
-impl Watch for Output<'_, '_> {
+impl Observer for Output<'_, '_> {
     fn event(&mut self, event: &Event) {
         if self.failed.get().is_none()
             && let Err(failure) = self.write(event)
@@ -172,7 +172,7 @@ impl Watch for Output<'_, '_> {
 
 impl Replay<'_> {
     fn one(&self, run: &Path) -> Result<ReplayedRun, Failure> {
-        let checked = judge::holds_all(run)?;
+        let checked = verdict_exit::holds_all(run)?;
         let replay = asperity_run::Replay::open(run, &self.settings).map_err(Failure::failed)?;
         let header = replay.header();
         let duration_s = header.time_grid().time_s(header.steps);
@@ -205,7 +205,7 @@ impl Replay<'_> {
         };
         output.finish()?;
         self.tell(run, &replayed)?;
-        judge::tell(run, &checked, &self.board)?;
+        verdict_exit::finish(run, &checked, &self.board)?;
         let same = replayed.comparison.as_ref().map(|comparison| comparison.difference.is_none());
         Ok(ReplayedRun {
             log: run.to_string_lossy().into_owned(),

@@ -20,9 +20,9 @@ use crate::args::ReportArguments;
 use crate::exit::{self, Code, Failure};
 use crate::outputs::refused;
 use crate::progress::Board;
+use crate::relative_link::relative_link;
 use crate::terminal::say;
-use crate::way::way;
-use crate::{judge, ruptures, study_page, summary};
+use crate::{ruptures, study_page, summary, verdict_exit};
 
 /// What a study's own page is called.
 pub(crate) const PAGE: &str = "report.html";
@@ -46,7 +46,7 @@ pub(crate) fn command(arguments: &ReportArguments, board: &Board) -> Result<(), 
     let html = match kinds.as_slice() {
         [Kind::Pipeline] => {
             let mut study = pipeline(&of[0], arguments, &files)?;
-            study.lead(&way(out, &of[0]));
+            study.lead(&relative_link(out, &of[0]));
             study.html()
         }
         [Kind::Sweep] => study_page::of_folder(&of[0], arguments, &files, board)?,
@@ -117,7 +117,7 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
     let is_told_apart = stems.len() == of.len();
     let limits = Limits::of_runs(of.len());
     let found = at_once(of, None, |path| {
-        let checked = judge::readable(path)?;
+        let checked = verdict_exit::readable(path)?;
         if checked.verdict == Verdict::Damaged {
             return Err(Failure::Log(
                 checked.verdict,
@@ -127,13 +127,13 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
         let name = if is_told_apart { stem(path) } else { path.display().to_string() };
         let mut run = run(&name, path, &checked, limits)?;
         let words = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        run.links = vec![Link { path: way(out, path), words }];
+        run.links = vec![Link { path: relative_link(out, path), words }];
         Ok((run, checked))
     })?;
     let mut runs: Vec<Run> = Vec::new();
     let mut codes = Vec::new();
     for (path, (run, checked)) in of.iter().zip(found) {
-        if let Err(failure) = judge::tell(path, &checked, board) {
+        if let Err(failure) = verdict_exit::finish(path, &checked, board) {
             exit::report(&failure);
             codes.push(failure.code());
         }
@@ -156,7 +156,7 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
 
 /// A run out of its log, which is read once, as far as it is sound.
 fn run(name: &str, log: &Path, checked: &Checked, limits: Limits) -> Result<Run, Failure> {
-    let problem = |problem: String| judge::unreadable(log, checked.verdict, problem);
+    let problem = |problem: String| verdict_exit::unreadable(log, checked.verdict, problem);
     let topics = Topics { events: true, ..Topics::STEPS };
     let mut reader = RunReader::open(log, topics).map_err(|error| problem(error.problem.to_string()))?;
     // Of a log that breaks off so early, or was salvaged without it, nothing says what was asked.
@@ -244,7 +244,7 @@ fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Resu
     let places: Vec<usize> = (0..logs.len()).collect();
     let runs = at_once(&places, None, |&place| {
         let (of, log) = (&recorded.runs[place], &logs[place]);
-        let checked = judge::holds_all(log)?;
+        let checked = verdict_exit::holds_all(log)?;
         let run = run(&of.name, log, &checked, limits)?;
         if run.header != of.run {
             return Err(Failure::BadInput(format!(
@@ -320,7 +320,7 @@ fn claims(table: &Path) -> Result<Vec<Claim>, Failure> {
 
 /// A study among several.
 fn entry(folder: &Path, kind: Kind, out: &Path, files: &FileSet) -> Result<Entry, Failure> {
-    let way = way(out, folder);
+    let way = relative_link(out, folder);
     let report = folder.join(PAGE).is_file().then(|| format!("{way}{PAGE}"));
     if kind == Kind::Sweep {
         return study_page::entry(folder, &way, report, files);

@@ -16,16 +16,16 @@ use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
 use asperity_record::{Event, Record, RunEnd};
 use asperity_run::study::{Job, Stored};
-use asperity_run::{NodeState, Nodes, Notice, SolverKind, Threads, Verdict, Watch, at_once};
+use asperity_run::{NodeState, Nodes, Notice, Observer, SolverKind, Threads, Verdict, at_once};
 use asperity_summary::{RupturesFrom, Summarizer, Summary};
 
 use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
 use crate::interrupt;
-use crate::judge;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
 use crate::terminal::say;
+use crate::verdict_exit;
 use crate::{run, ruptures, scenario, summary};
 
 /// Stands beside the tables and figures of a log that does not hold all of its run.
@@ -42,7 +42,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         )));
     }
     let name = arguments.run.file_stem().map_or("run".into(), |stem| stem.to_string_lossy().into_owned());
-    let checked = judge::readable(&arguments.run)?;
+    let checked = verdict_exit::readable(&arguments.run)?;
     let verdict = checked.verdict;
     if verdict == Verdict::Damaged {
         return Err(Failure::Log(
@@ -102,7 +102,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     write().map_err(not_written)?;
     say(out.display())?;
     summary::tell(arguments.run.display(), &summary, board);
-    judge::tell(&arguments.run, &checked, board)
+    verdict_exit::finish(&arguments.run, &checked, board)
 }
 
 /// Why tables and figures were not written: bad input, if another folder would do.
@@ -140,7 +140,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     create_folder(&arguments.out)?;
     let _lock = FolderLock::take(&arguments.out).map_err(|error| refused("--out", &error, false))?;
     for job in &jobs {
-        job.check_place(&runs_folder, solver, arguments.fresh)
+        job.check_log_target(&runs_folder, solver, arguments.fresh)
             .map_err(|error| Failure::BadInput(format!("--out: {error}")))?;
     }
     let logs = jobs.iter().map(|job| job.log(&runs_folder));
@@ -247,7 +247,7 @@ impl Reducing<'_> {
         Ok(())
     }
 
-    fn passage<'a>(&self, job: &Job, also: &'a mut dyn Watch) -> Result<Passage<'a>, Failure> {
+    fn passage<'a>(&self, job: &Job, also: &'a mut dyn Observer) -> Result<Passage<'a>, Failure> {
         let header = job.header(self.solver);
         let summarizer = Summarizer::new(&job.name, &header, summary::slider(&job.scenario));
         let passing = self.reduction.passing(&job.name, header, job.scenario.clone()).map_err(not_written)?;
@@ -279,10 +279,10 @@ struct Passage<'a> {
     /// The first that occurred; nothing is taken after it.
     problem: Option<Failure>,
     /// Who looks on as well.
-    also: &'a mut dyn Watch,
+    also: &'a mut dyn Observer,
 }
 
-impl Watch for Passage<'_> {
+impl Observer for Passage<'_> {
     fn record(&mut self, record: &Record) {
         self.also.record(record);
         if self.problem.is_none() {

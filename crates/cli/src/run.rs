@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use asperity_files::is_taken;
 use asperity_record::{Event, Record};
-use asperity_run::{Begin, LeftError, LogTo, Notice, RunError, Task, Watch};
+use asperity_run::{Begin, LeftError, LogTo, Notice, Observer, RunError, Task};
 use asperity_runlog::{Unfinished, WriteError};
 use asperity_summary::{RupturesFrom, Summarizer};
 
@@ -74,7 +74,7 @@ struct Lookers {
     summarizer: Summarizer,
 }
 
-impl Watch for Lookers {
+impl Observer for Lookers {
     fn record(&mut self, record: &Record) {
         if let Record::Step(record) = record {
             self.summarizer.record(record);
@@ -111,7 +111,7 @@ pub(crate) fn failure(error: RunError, board: &Board, name: &str) -> Failure {
             Failure::Said(interrupt::code().expect("a signal stopped it"))
         }
         RunError::Left(LeftError::OtherRun(_)) => Failure::BadInput(format!("--resume: {error}")),
-        RunError::Place(_) => Failure::bad_input(error),
+        RunError::LogTarget(_) => Failure::bad_input(error),
         RunError::Write(WriteError::File(error)) => refused("--out", &error, false),
         RunError::Write(WriteError::Foreign(_)) => {
             Failure::BadInput(format!("--out: {error} (accepted: another file)"))

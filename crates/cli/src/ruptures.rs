@@ -4,7 +4,7 @@ use std::path::Path;
 
 use asperity_record::{Event, Rupture};
 use asperity_run::detectors::Settings;
-use asperity_run::{Replay, Watch};
+use asperity_run::{Observer, Replay};
 
 use crate::exit::Failure;
 
@@ -22,7 +22,7 @@ pub(crate) fn found_in_steps(run: &Path) -> Result<Vec<Rupture>, Failure> {
 
 struct Found(Vec<Rupture>);
 
-impl Watch for Found {
+impl Observer for Found {
     fn event(&mut self, event: &Event) {
         let rupture = event.decode::<Rupture>().transpose();
         self.0.extend(rupture.expect("a detector of this program emits what its topic promises"));

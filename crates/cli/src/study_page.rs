@@ -8,14 +8,14 @@ use asperity_files::FileSet;
 use asperity_record::{Cell, Column};
 use asperity_report::{Entry, Figure, Link, Sweep, encoded, files_of_picture, picture};
 use asperity_sweep::results::Counts;
-use asperity_sweep::{Plan, RUNS, Watch, collect, segment};
+use asperity_sweep::{Observer, Plan, RUNS, collect, segment};
 
 use crate::args::ReportArguments;
 use crate::exit::Failure;
 use crate::outputs::refused;
 use crate::progress::Board;
+use crate::relative_link::relative_link;
 use crate::study;
-use crate::way::way;
 
 /// The numbers of runs that the page shows beside the keys that vary.
 const NUMBERS: [&str; 8] = [
@@ -45,7 +45,7 @@ impl Rows {
     }
 }
 
-impl Watch for Rows {
+impl Observer for Rows {
     fn begin(&mut self, table: &'static str, columns: &[Column]) {
         if table != RUNS {
             return;
@@ -146,7 +146,7 @@ pub(crate) fn links(page: &Path, tables: impl IntoIterator<Item = PathBuf>) -> V
     let link = |path: PathBuf| {
         let words = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let of = path.parent().unwrap_or(Path::new(""));
-        Link { path: format!("{}{}", way(page, of), encoded(words.as_bytes())), words }
+        Link { path: format!("{}{}", relative_link(page, of), encoded(words.as_bytes())), words }
     };
     let mut links: Vec<Link> = tables.into_iter().map(link).collect();
     links.sort();
@@ -170,7 +170,7 @@ pub(crate) fn of_folder(
     let shown = Shown {
         figures: &plan.common.figures,
         links: links(&arguments.out, tables),
-        way: &way(&arguments.out, folder),
+        way: &relative_link(&arguments.out, folder),
         provenance: !arguments.no_provenance,
     };
     Ok(page(&plan, counts, rows, shown, &read).html())

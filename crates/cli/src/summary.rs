@@ -14,8 +14,8 @@ use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary, text};
 
 use crate::args::{SummaryArguments, SummaryFormat};
 use crate::exit::{self, Code, Failure};
-use crate::judge;
 use crate::progress::Board;
+use crate::verdict_exit;
 use crate::{ruptures, terminal};
 
 /// Prints the summaries, and then what the logs are worth.
@@ -24,7 +24,7 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
         return print_json(&Summary::schema());
     }
     let found = at_once(&arguments.runs, None, |run| {
-        let checked = judge::readable(run);
+        let checked = verdict_exit::readable(run);
         Ok::<_, Failure>(checked.and_then(|checked| Ok((of_log(run, &checked)?, checked))))
     })?;
     let summaries: Vec<&Summary> = found.iter().flatten().map(|(summary, _)| summary).collect();
@@ -36,7 +36,7 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
         let told = found.and_then(|(summary, checked)| {
             tell(run.display(), &summary, board);
             wrong_fronts(&summary).iter().for_each(|note| board.line(&format!("{}: {note}", run.display())));
-            judge::tell(run, &checked, board)
+            verdict_exit::finish(run, &checked, board)
         });
         if let Err(failure) = told {
             exit::report(&failure);
@@ -203,7 +203,7 @@ fn read(
 ) -> Result<Summary, Failure> {
     let topics = if most_messages.is_some() { Topics::ALL } else { Topics { events: true, ..Topics::STEPS } };
     let mut left = most_messages.unwrap_or(u64::MAX);
-    let unreadable = |problem: String| judge::unreadable(run, verdict, problem);
+    let unreadable = |problem: String| verdict_exit::unreadable(run, verdict, problem);
     let mut reader = RunReader::open(run, topics).map_err(|error| unreadable(error.problem.to_string()))?;
     let slider = match reader.scenario_toml() {
         // Of a log that breaks off so early, or was salvaged without it.

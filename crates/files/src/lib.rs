@@ -35,14 +35,14 @@
 //! - `lock`, `rename`: keeping processes apart, and giving a name.
 //! - [`FileSet`], in a `stage`: files that appear together or not at all.
 //! - [`open()`]: the one way to what a command reads, which is a file.
-//! - [`Held`]: a file that has a name while it is written, as an unfinished run log; [`FolderLock`]:
+//! - [`LockedFile`]: a file that has a name while it is written, as an unfinished run log; [`FolderLock`]:
 //!   a folder that one process at a time writes into.
 
 mod error;
-mod held;
 mod identity;
 mod inputs;
 mod lock;
+mod locked_file;
 mod open;
 mod place;
 mod rename;
@@ -50,8 +50,8 @@ mod set;
 mod stage;
 
 pub use error::FileError;
-pub use held::{FolderLock, Held};
 pub use inputs::{Inputs, partial_path};
+pub use locked_file::{FolderLock, LockedFile};
 pub use open::{NoFile, open, open_text, read};
 pub use place::is_taken;
 pub use rename::Existing;

@@ -4,10 +4,10 @@
 //! load, unless a unit says otherwise. Transcendental functions come from the
 //! `libm` crate, so that tables are the same bytes on every machine.
 
+use crate::choices::{DriveKind, FrictionLaw};
 use crate::initial;
 use crate::plan::Plan;
 use crate::scenario::Scenario;
-use crate::words::{DriveKind, FrictionLaw};
 
 /// Which prediction of `F_T / F_N` at a precursor length a table is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]

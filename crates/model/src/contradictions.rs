@@ -2,6 +2,7 @@
 
 use asperity_record::TimeGrid;
 
+use crate::choices::{DriveKind, FrictionLaw, Reattach, ScheduleFrom, Start};
 use crate::derive::{coefficients, longest_stable_step_s};
 use crate::keys::{LEAST_MAGNITUDE, MOST_SHEAR_RATIO};
 use crate::plan::Plan;
@@ -10,7 +11,6 @@ use crate::slab;
 use crate::slab_keys;
 use crate::source::{Entries, ScenarioError};
 use crate::window_keys::WINDOW;
-use crate::words::{DriveKind, FrictionLaw, Reattach, ScheduleFrom, Start};
 
 /// Refuses a scenario that breaks it.
 type Rule = fn(&Scenario, &mut Refusals<'_>);
@@ -460,7 +460,7 @@ fn rupture_fields_have_a_cadence_and_a_size(scenario: &Scenario, refusals: &mut 
 #[cfg(test)]
 mod tests {
     use super::{RULES, Refusals};
-    use crate::fill_in::fill_in;
+    use crate::defaults::fill_in;
     use crate::scenario::Scenario;
     use crate::source::ScenarioSource;
 

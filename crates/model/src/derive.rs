@@ -1,16 +1,16 @@
 //! From a resolved scenario to a plan.
 
+use crate::choices::{DriveKind, Energies, FrictionLaw, ScheduleFrom, Start};
 use crate::elastic::{Chain, Elastic};
 use crate::initial;
 use crate::lattice::Lattice;
 use crate::load::{self, LoadCourse};
-use crate::mixed::mixed;
 use crate::plan::{
     Ageing, Drive, DriveSpring, Friction, Law, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
 use crate::scenario::Scenario;
 use crate::slab;
-use crate::words::{DriveKind, Energies, FrictionLaw, ScheduleFrom, Start};
+use crate::splitmix::mixed;
 use asperity_record::{Scales, TimeGrid};
 
 impl Plan {

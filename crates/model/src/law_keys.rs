@@ -3,10 +3,10 @@
 
 use toml::Value;
 
-use crate::fill_in::insert;
+use crate::choices::FrictionLaw;
+use crate::defaults::insert;
 use crate::keys::KEYS;
 use crate::source::{Entries, LayerKind, ScenarioError};
-use crate::words::FrictionLaw;
 
 /// A key, and the law that it belongs to.
 struct LawKey {
@@ -72,7 +72,7 @@ pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw) -> bool {
 #[cfg(test)]
 mod tests {
     use super::LAW_KEYS;
-    use crate::words::{FrictionLaw, Reattach};
+    use crate::choices::{FrictionLaw, Reattach};
     use crate::{Scenario, ScenarioSource};
 
     const LAWS: [FrictionLaw; 3] =

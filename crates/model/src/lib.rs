@@ -28,12 +28,12 @@
 //!   default, meaning. The checks, `asperity scenario show` and the key
 //!   reference are made from this table.
 //! - `window_keys`: those of a dense window.
-//! - `near`: the key or scenario that was probably meant.
+//! - `suggest`: the key or scenario that was probably meant.
 //! - [`text`]: reading what somebody wrote, and places in it.
 //! - [`source`]: scenario texts and `--set` overrides as layers, each value with
 //!   the place it was written at, for errors that can point there.
-//! - `fill_in`: written values checked against their keys, and defaults.
-//! - `words`: the words that a scenario chooses from.
+//! - `defaults`: written values checked against their keys, and defaults.
+//! - `choices`: the words that a scenario chooses from.
 //! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
 //! - [`lattice`]: the body of a slab.
 //! - [`elastic`]: what holds a slider together.
@@ -42,10 +42,10 @@
 //! - [`chain`]: the stuck chain at rest or in steady motion.
 //! - [`initial`]: displacements, velocities and friction springs at the start.
 //! - [`slab`]: a slab at rest under its load.
-//! - `mixed`: numbers without pattern.
+//! - `splitmix`: numbers without pattern.
 //! - `derive`: from a scenario to a plan.
 //! - `law_keys`: keys that some friction laws alone ask for.
-//! - `drawn`: whether what a text says was drawn is what is drawn.
+//! - `random_offsets`: whether what a text says was drawn is what is drawn.
 //! - `show`: a scenario as commented TOML.
 //! - `warnings`: what is accepted, and may surprise.
 //! - [`analytic`]: what the theory predicts.
@@ -59,42 +59,47 @@
 pub mod analytic;
 pub mod builtin;
 pub mod chain;
+mod choices;
 mod contradictions;
+mod defaults;
 mod derive;
-mod drawn;
 pub mod elastic;
-mod fill_in;
 pub mod front;
 pub mod initial;
 pub mod keys;
 pub mod lattice;
 mod law_keys;
 pub mod load;
-mod mixed;
-mod near;
 pub mod plan;
 mod profile;
+mod random_offsets;
 mod resolve;
 pub mod scenario;
 mod show;
 pub mod slab;
 mod slab_keys;
 pub mod source;
+mod splitmix;
+mod suggest;
 pub mod text;
 mod warnings;
 mod window_keys;
-mod words;
 
+// The names that `plan` and the tests of `lattice` import these modules by.
+use choices as words;
+#[cfg(test)]
+use splitmix as mixed;
+
+pub use choices::{DriveKind, Energies, ParameterSet, Reattach};
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
 pub use lattice::Lattice;
 pub use load::LoadCourse;
-pub use mixed::mixed;
 pub use plan::{
     Ageing, Drive, DriveSpring, Friction, InitialState, Law, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
 pub use resolve::{ResolveError, resolve};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
+pub use splitmix::mixed;
 pub use warnings::WRONG_FRONT;
-pub use words::{DriveKind, Energies, ParameterSet, Reattach};

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::scenario::Scenario;
 use crate::source::{Entries, ScenarioError, ScenarioErrors, ScenarioSource};
-use crate::{builtin, contradictions, drawn, fill_in, law_keys, near, profile, text};
+use crate::{builtin, contradictions, defaults, law_keys, profile, random_offsets, suggest, text};
 
 /// Resolves a built-in scenario, or a file, by its name, with overrides of the form
 /// `key=value`, later ones over earlier ones.
@@ -51,7 +51,7 @@ pub enum ResolveError {
     #[error(
         "scenario {name}: neither a file that can be read ({source}) nor a built-in scenario{} \
          (accepted: a path, or one of {})",
-        near::did_you_mean(near::name(name, builtin_names()).as_slice()),
+        suggest::did_you_mean(suggest::name(name, builtin_names()).as_slice()),
         builtin_names().collect::<Vec<_>>().join(", ")
     )]
     Unknown {
@@ -78,7 +78,7 @@ impl Scenario {
     pub fn resolve(source: &ScenarioSource) -> Result<Scenario, ScenarioErrors> {
         let entries = source.entries()?;
         let mut errors = Vec::new();
-        let mut table = fill_in::fill_in(&entries, &mut errors);
+        let mut table = defaults::fill_in(&entries, &mut errors);
         if !errors.is_empty() {
             return Err(ScenarioErrors(errors));
         }
@@ -88,7 +88,7 @@ impl Scenario {
             .expect("a table with every key checked against the key table has the fields of a scenario");
         contradictions::check(&scenario, &entries, &mut errors);
         if errors.is_empty() {
-            drawn::check(&scenario, &entries, &mut errors);
+            random_offsets::check(&scenario, &entries, &mut errors);
         }
         if errors.is_empty() {
             scenario.read_profiles(&entries, &mut errors);
@@ -124,9 +124,9 @@ impl Scenario {
 
 #[cfg(test)]
 mod tests {
+    use crate::choices::{ParameterSet, Reattach};
     use crate::scenario::{Scenario, Slider};
     use crate::source::{ScenarioErrors, ScenarioSource};
-    use crate::words::{ParameterSet, Reattach};
 
     fn resolve(text: &str) -> Result<Scenario, ScenarioErrors> {
         Scenario::resolve(&ScenarioSource::new("test.toml", text))

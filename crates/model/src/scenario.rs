@@ -7,8 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::choices::{DriveKind, Energies, FrictionLaw, ParameterSet, Reattach, ScheduleFrom, Start};
 use crate::keys::FOUNDATION_RATIO;
-use crate::words::{DriveKind, Energies, FrictionLaw, ParameterSet, Reattach, ScheduleFrom, Start};
 
 /// A resolved scenario. See [`KEYS`](crate::keys::KEYS) for what each field means.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

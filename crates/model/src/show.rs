@@ -2,12 +2,12 @@
 
 use asperity_record::TimeGrid;
 
+use crate::choices::ParameterSet;
 use crate::derive::{ADVISED_SHARE, drawn_offsets};
 use crate::keys::{self, DRAWN_KEYS, KEYS, Key};
 use crate::law_keys;
 use crate::scenario::Scenario;
 use crate::window_keys::WINDOW_KEYS;
-use crate::words::ParameterSet;
 
 impl Scenario {
     /// The scenario as complete TOML, every key with its symbol, range and meaning.

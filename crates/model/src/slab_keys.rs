@@ -1,9 +1,9 @@
 //! Which keys a slab and a chain can have: what one of them has no meaning for is refused.
 
+use crate::choices::{DriveKind, FrictionLaw, Start};
 use crate::derive::drive_row;
 use crate::keys::FOUNDATION_RATIO;
 use crate::scenario::Scenario;
-use crate::words::{DriveKind, FrictionLaw, Start};
 
 /// Most nodes of a slab.
 const MOST_NODES: u64 = 1_000_000;

@@ -1,11 +1,11 @@
 //! What is accepted, and may surprise whoever runs it.
 
+use crate::choices::{DriveKind, Energies, Reattach, Start};
 use crate::derive::ADVISED_SHARE;
 use crate::initial;
 use crate::plan::Plan;
 use crate::scenario::{Scenario, Time};
 use crate::slab;
-use crate::words::{DriveKind, Energies, Reattach, Start};
 
 /// A driving force at the start, over the normal load, that is more than rounding.
 const LEAST_LOAD_RATIO: f64 = 1e-9;

@@ -6,12 +6,12 @@ use std::path::Path;
 use asperity_record::{EventPayload, Record, RunEnd, RunHeader, RunStatus, SlipEvent};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 
-use crate::agreement::{Agreement, Difference, OtherDetectors};
 use crate::detectors;
+use crate::event_check::{Difference, EventCheck, OtherDetectors};
 use crate::header::CODE_VERSION;
-use crate::own::{self, MadeAgain, OwnProblem};
+use crate::observer::Observer;
+use crate::self_check::{self, Rerun, SelfCheckProblem};
 use crate::verdict::Verdict;
-use crate::watch::Watch;
 
 /// What was found of a log; in words by [`Display`](fmt::Display), which begin with the verdict.
 #[derive(Debug)]
@@ -51,8 +51,8 @@ pub fn check(log: &Path) -> Checked {
 }
 
 /// The same, with somebody who sees the records and events that are read.
-pub fn check_seen(log: &Path, watch: &mut dyn Watch) -> Checked {
-    judge(log, false, watch)
+pub fn check_seen(log: &Path, observer: &mut dyn Observer) -> Checked {
+    judge(log, false, observer)
 }
 
 /// The same, and makes the run of a log of this very program again, by the same solver: every
@@ -61,10 +61,10 @@ pub fn check_again(log: &Path) -> Checked {
     judge(log, true, &mut ())
 }
 
-fn judge(log: &Path, again: bool, watch: &mut dyn Watch) -> Checked {
+fn judge(log: &Path, again: bool, observer: &mut dyn Observer) -> Checked {
     let mut seen = Seen::default();
     let mut header = None;
-    let problem = seen.read(log, again, &mut header, watch).err();
+    let problem = seen.read(log, again, &mut header, observer).err();
     let is_ours = header.as_ref().is_some_and(|header: &RunHeader| header.code_version == CODE_VERSION);
     let verdict = match &problem {
         Some(problem) => problem.verdict(),
@@ -114,7 +114,7 @@ pub enum CheckProblem {
     Topics(Vec<String>),
     /// It is not what its own scenario makes.
     #[error(transparent)]
-    Own(#[from] OwnProblem),
+    SelfCheck(#[from] SelfCheckProblem),
 }
 
 impl CheckProblem {
@@ -183,7 +183,7 @@ impl Seen {
         run: &Path,
         again: bool,
         found: &mut Option<RunHeader>,
-        watch: &mut dyn Watch,
+        observer: &mut dyn Observer,
     ) -> Result<(), CheckProblem> {
         let mut reader = RunReader::open(run, Topics::ALL)?;
         let header = found.insert(reader.header().clone()).clone();
@@ -195,11 +195,11 @@ impl Seen {
         let scenario_is_lost = reader.scenario_toml().is_empty();
         let mut plan = None;
         if ours && !scenario_is_lost {
-            plan = Some(own::plan(&header, reader.scenario_toml())?).filter(|_| again);
+            plan = Some(self_check::plan(&header, reader.scenario_toml())?).filter(|_| again);
         }
         let mut made_again = None;
         let mut detectors = detectors::all(&header, reader.scenario_toml());
-        let mut both = Some(Agreement::with(&detectors, &header));
+        let mut both = Some(EventCheck::with(&detectors, &header));
         // Of a salvaged log, until a gap is found that explains it.
         let mut differs = None;
         // Of a run that was stopped the log holds all that there is.
@@ -223,8 +223,8 @@ impl Seen {
                 Err(error) => return Err(error.into()),
             };
             if self.messages == 0 {
-                own::topics(reader.announced(), header.blocks, &kinds, ours)?;
-                made_again = plan.take().map(|plan| MadeAgain::new(plan, &header, reader.is_salvaged()));
+                self_check::topics(reader.announced(), header.blocks, &kinds, ours)?;
+                made_again = plan.take().map(|plan| Rerun::new(plan, &header, reader.is_salvaged()));
             }
             if let Some(both) = &mut both
                 && both.announced(reader.event_topics())
@@ -237,7 +237,7 @@ impl Seen {
             }
             match item {
                 LogItem::Event(event) => {
-                    watch.event(&event);
+                    observer.event(&event);
                     self.slips += u64::from(event.topic == SlipEvent::TOPIC);
                     self.events += 1;
                     if let Some(both) = &mut both {
@@ -245,7 +245,7 @@ impl Seen {
                     }
                 }
                 LogItem::Record(record) => {
-                    watch.record(&record);
+                    observer.record(&record);
                     self.record(&header, &record, reader.has_gap())?;
                     if let Some(made_again) = &mut made_again {
                         made_again.record(&record)?;
@@ -257,7 +257,7 @@ impl Seen {
                     }
                 }
             }
-            if let Some(Err(difference)) = both.as_mut().map(Agreement::compare) {
+            if let Some(Err(difference)) = both.as_mut().map(EventCheck::compare) {
                 if reader.is_salvaged() {
                     differs = Some(difference);
                 } else {
@@ -267,16 +267,16 @@ impl Seen {
             }
             self.messages += 1;
         }
-        own::topics(reader.announced(), header.blocks, &kinds, ours)?;
+        self_check::topics(reader.announced(), header.blocks, &kinds, ours)?;
         if ours && scenario_is_lost {
-            own::plan(&header, reader.scenario_toml())?;
+            self_check::plan(&header, reader.scenario_toml())?;
         }
         self.end = reader.end().cloned();
         let end = self.end.as_ref();
         let status = end.map_or(RunStatus::Complete, |end| end.status);
         let why = end.and_then(|end| end.stopped.as_deref());
         // If it has not begun, there was no message at all.
-        if let Some(made) = made_again.or_else(|| plan.map(|plan| MadeAgain::new(plan, &header, false))) {
+        if let Some(made) = made_again.or_else(|| plan.map(|plan| Rerun::new(plan, &header, false))) {
             made.finish(status, why)?;
         }
         if let Some(mut both) = both {

@@ -19,8 +19,8 @@ use asperity_runlog::{LogError, LogItem, RunReader, Topics};
 use asperity_simulator::{ChainState, SimulationError, Solver, SolverKind};
 
 use crate::header::CODE_VERSION;
-use crate::own::{self, OwnProblem};
 use crate::resume::Saved;
+use crate::self_check::{self, SelfCheckProblem};
 
 /// All nodes after a step.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,7 +67,7 @@ pub enum NodesError {
     },
     /// The scenario of the log is not that of its header.
     #[error(transparent)]
-    Scenario(#[from] OwnProblem),
+    Scenario(#[from] SelfCheckProblem),
     /// A checkpoint is none of this run.
     #[error("the checkpoint at step {step} is not a state of this run: {problem}")]
     NoState {
@@ -107,7 +107,7 @@ impl Nodes {
         if header.code_version != CODE_VERSION {
             return Err(NodesError::OtherCode { found: header.code_version });
         }
-        let plan = own::plan(&header, reader.scenario_toml())?;
+        let plan = self_check::plan(&header, reader.scenario_toml())?;
         if plan.elastic.lattice().is_none() {
             return Err(NodesError::Chain);
         }

@@ -11,9 +11,9 @@ use asperity_record::{EventKind, EventPayload, RunHeader, SlipEvent};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 use asperity_stream::{Given, Item, StreamError};
 
-use crate::agreement::{Agreement, Difference, OtherDetectors};
 use crate::detectors::{Settings, TopicError, kinds_of};
-use crate::watch::Watch;
+use crate::event_check::{Difference, EventCheck, OtherDetectors};
+use crate::observer::Observer;
 
 /// A log that is to go through detectors again.
 pub struct Replay {
@@ -101,12 +101,12 @@ impl Replay {
     pub fn run(
         self,
         stop: &(dyn Fn() -> bool + Sync),
-        watch: &mut dyn Watch,
+        observer: &mut dyn Observer,
     ) -> Result<Replayed, ReplayError> {
         let Replay { path, mut reader, detectors, compares } = self;
         kinds_of(&detectors)?;
         let header = reader.header().clone();
-        let agreement = Mutex::new(compares.then(|| Agreement::with(&detectors, &header)));
+        let event_check = Mutex::new(compares.then(|| EventCheck::with(&detectors, &header)));
         let mut slip_events = 0;
         let outcome = asperity_stream::run(
             || loop {
@@ -118,14 +118,14 @@ impl Replay {
                     // What is missing may have been the beginning of an event.
                     return Err(LogError { path: path.clone(), problem: LogProblem::Salvaged }.into());
                 }
-                let mut agreement = agreement.lock().expect("no one panics with it");
-                if let Some(agreement) = &mut *agreement {
-                    agreement.announced(reader.event_topics());
+                let mut event_check = event_check.lock().expect("no one panics with it");
+                if let Some(event_check) = &mut *event_check {
+                    event_check.announced(reader.event_topics());
                 }
-                match (item, &mut *agreement) {
+                match (item, &mut *event_check) {
                     (None, _) => return Ok(None),
                     (Some(LogItem::Record(record)), _) => return Ok(Some(Given::Record(record))),
-                    (Some(LogItem::Event(event)), Some(agreement)) => agreement.logged(event),
+                    (Some(LogItem::Event(event)), Some(event_check)) => event_check.logged(event),
                     (Some(LogItem::Event(_)), None) => {}
                 }
             },
@@ -134,17 +134,17 @@ impl Replay {
                 match item {
                     Item::Event(event) => {
                         slip_events += u64::from(event.topic == SlipEvent::TOPIC);
-                        watch.event(&event);
-                        let mut agreement = agreement.lock().expect("no one panics with it");
-                        if let Some(agreement) = &mut *agreement {
-                            agreement.found(event);
+                        observer.event(&event);
+                        let mut event_check = event_check.lock().expect("no one panics with it");
+                        if let Some(event_check) = &mut *event_check {
+                            event_check.found(event);
                             // Told at the end; only that what agrees is let go of matters here.
-                            agreement.let_go();
+                            event_check.let_go();
                         }
                     }
                     Item::Record(record) => {
-                        watch.record(&record);
-                        watch.reached(record.step());
+                        observer.record(&record);
+                        observer.reached(record.step());
                     }
                     Item::Checkpoint(_) => {}
                 }
@@ -156,15 +156,15 @@ impl Replay {
             Err(StreamError::Source(error) | StreamError::Sink(error)) => return Err(error),
             Err(StreamError::Thread(error)) => return Err(ReplayError::Thread(error)),
         }
-        let agreement = agreement.into_inner().expect("no one panics with it");
+        let event_check = event_check.into_inner().expect("no one panics with it");
         let end = reader.end().expect("the log was read to its end");
         Ok(Replayed {
             header,
             digest: end.digest.clone(),
             slip_events,
-            comparison: agreement.map(|agreement| Comparison {
-                other_detectors: agreement.other_detectors(),
-                difference: agreement.finish().err(),
+            comparison: event_check.map(|event_check| Comparison {
+                other_detectors: event_check.other_detectors(),
+                difference: event_check.finish().err(),
             }),
         })
     }

@@ -18,7 +18,7 @@ use asperity_simulator::{ChainState, Counters};
 use serde::{Deserialize, Serialize};
 
 use crate::detectors::has_events_of;
-use crate::place::{CODE_VERSION, OtherRun, RUN_ID, SCENARIO, SOLVER};
+use crate::log_target::{CODE_VERSION, OtherRun, RUN_ID, SCENARIO, SOLVER};
 
 /// What a checkpoint holds.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -13,10 +13,10 @@ use asperity_stream::{Given, Item, StreamError};
 use crate::detectors::{self, TopicError};
 use crate::header::header;
 use crate::log::{CHECKPOINT_INTERVAL, Log, LogTo};
-use crate::own::ending;
-use crate::place::PlaceError;
+use crate::log_target::LogTargetError;
+use crate::observer::{Notice, Observer};
 use crate::resume::{Again, Left, LeftError, Saved};
-use crate::watch::{Notice, Watch};
+use crate::self_check::ending;
 
 /// Bytes of checkpoints for each second of work, at most: long chains have large states.
 pub(crate) const CHECKPOINT_BYTES_PER_S: f64 = 1e5;
@@ -157,7 +157,7 @@ pub enum RunError {
     Log(#[from] LogError),
     /// What stands in the place of the log is not one that may be replaced.
     #[error(transparent)]
-    Place(#[from] PlaceError),
+    LogTarget(#[from] LogTargetError),
     /// One cannot go on with the unfinished log.
     #[error(transparent)]
     Left(#[from] LeftError),
@@ -192,12 +192,12 @@ pub fn run(
     task: Task<'_>,
     begin: Begin,
     stop: &(dyn Fn() -> bool + Sync),
-    watch: &mut dyn Watch,
+    observer: &mut dyn Observer,
 ) -> Result<Outcome, RunError> {
     let plan = Plan::new(task.scenario);
     let header = header(task.scenario, &plan, task.solver.name());
     for warning in task.scenario.warnings() {
-        watch.notice(Notice::Warning(&warning));
+        observer.notice(Notice::Warning(&warning));
     }
     let Task { scenario, solver, log, detectors: own, threads } = task;
     let mut detectors = detectors::all(&header, "");
@@ -227,13 +227,13 @@ pub fn run(
             Left::Nothing => Log::new(to, header, scenario, kinds)?,
             Left::Whole { unfinished, end } => {
                 unfinished.publish(to.existing)?;
-                watch.notice(Notice::LackedItsName);
+                observer.notice(Notice::LackedItsName);
                 let (status, counters) = (end.status, Counters::default());
                 return Ok(Outcome { status, counters, has_run: false, end: Some(*end) });
             }
             Left::Part { unfinished, saved, state } => {
                 let step = saved.chain.step;
-                watch.notice(Notice::GoesOn { step, time_s: plan.grid.time_s(step) });
+                observer.notice(Notice::GoesOn { step, time_s: plan.grid.time_s(step) });
                 source.go_on(&unfinished, *saved, &state)?;
                 Log::resume(to, unfinished, header, scenario, kinds)?
             }
@@ -243,10 +243,10 @@ pub fn run(
     let sink = |item| {
         match &item {
             Item::Record(record) => {
-                watch.record(record);
-                watch.reached(record.step());
+                observer.record(record);
+                observer.reached(record.step());
             }
-            Item::Event(event) => watch.event(event),
+            Item::Event(event) => observer.event(event),
             Item::Checkpoint(_) => {}
         }
         writing.as_mut().map_or(Ok(()), |log| log.take(item))
@@ -287,10 +287,10 @@ pub fn run(
         return Err(RunError::Stopped { log });
     }
     if let (RunStatus::LoadNotReached, Some(ratio)) = (status, plan.drive.until_load_ratio) {
-        watch.notice(Notice::LoadNotReached { ratio });
+        observer.notice(Notice::LoadNotReached { ratio });
     }
     for fallback in fallbacks {
-        watch.notice(Notice::Fallback(fallback));
+        observer.notice(Notice::Fallback(fallback));
     }
     Ok(Outcome { status, counters, has_run: true, end })
 }

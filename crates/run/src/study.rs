@@ -9,10 +9,10 @@ use asperity_simulator::SolverKind;
 
 use crate::check::{check, check_seen};
 use crate::log::LogTo;
-use crate::place::{self, OtherRun, PlaceError, SCENARIO, SOLVER};
+use crate::log_target::{self, LogTargetError, OtherRun, SCENARIO, SOLVER};
+use crate::observer::Observer;
 use crate::run::{Begin, Outcome, RunError, Task, Threads, run};
 use crate::verdict::Verdict;
-use crate::watch::Watch;
 
 /// What there is of a run already.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,15 +56,15 @@ impl Job {
         Task { solver, ..Task::new(&self.scenario) }.header()
     }
 
-    /// Whether its log is there already, so that it need not be made. `watch` sees what is read of it if
+    /// Whether its log is there already, so that it need not be made. `observer` sees what is read of it if
     /// it says that it is of this run, by this very program; in vain if it cannot stand for it all the
     /// same.
-    pub fn stored(&self, folder: &Path, solver: SolverKind, watch: &mut dyn Watch) -> Stored {
+    pub fn stored(&self, folder: &Path, solver: SolverKind, observer: &mut dyn Observer) -> Stored {
         let log = self.log(folder);
         let wanted = self.header(solver);
         // Who watches counts on the blocks and steps of this run.
         let is_wanted = RunReader::open(&log, Topics::NONE).is_ok_and(|reader| *reader.header() == wanted);
-        let checked = if is_wanted { check_seen(&log, watch) } else { check(&log) };
+        let checked = if is_wanted { check_seen(&log, observer) } else { check(&log) };
         let Some(found) = checked.header.as_ref().filter(|_| checked.verdict != Verdict::NoRunLog) else {
             return Stored::Nothing;
         };
@@ -82,8 +82,13 @@ impl Job {
     ///
     /// # Errors
     /// If it is something else.
-    pub fn check_place(&self, folder: &Path, solver: SolverKind, fresh: bool) -> Result<(), PlaceError> {
-        place::check(&self.log(folder), &self.header(solver), fresh)
+    pub fn check_log_target(
+        &self,
+        folder: &Path,
+        solver: SolverKind,
+        fresh: bool,
+    ) -> Result<(), LogTargetError> {
+        log_target::check(&self.log(folder), &self.header(solver), fresh)
     }
 
     /// Makes the run, or goes on with what was begun of it, unless it is to be made `fresh`. A
@@ -98,13 +103,13 @@ impl Job {
         fresh: bool,
         threads: Threads,
         stop: &(dyn Fn() -> bool + Sync),
-        watch: &mut dyn Watch,
+        observer: &mut dyn Observer,
     ) -> Result<Outcome, RunError> {
-        self.check_place(folder, solver, fresh)?;
+        self.check_log_target(folder, solver, fresh)?;
         let path = self.log(folder);
         let log = LogTo { existing: Existing::Replace, ..LogTo::new(&path) };
         let task = Task { solver, threads, ..Task::new(&self.scenario) }.log_to(log);
         let begin = if !fresh && task.is_begun() { Begin::GoOn } else { Begin::Anew };
-        run(task, begin, stop, watch)
+        run(task, begin, stop, observer)
     }
 }

@@ -7,8 +7,8 @@ use asperity_record::{Event, EventKind, EventPayload, Record, RunStatus, SlipEve
 use asperity_run::detectors::{Settings, TopicError};
 use asperity_run::study::{Job, Stored};
 use asperity_run::{
-    Begin, Detector, LogTo, Replay, ReplayError, RunError, SolverKind, Task, Threads, Verdict, Watch, check,
-    run,
+    Begin, Detector, LogTo, Observer, Replay, ReplayError, RunError, SolverKind, Task, Threads, Verdict,
+    check, run,
 };
 use asperity_runlog::partial_path;
 use asperity_testkit::{folder, run_end};
@@ -75,7 +75,7 @@ impl Seen<'_> {
     }
 }
 
-impl Watch for Seen<'_> {
+impl Observer for Seen<'_> {
     fn record(&mut self, record: &Record) {
         self.records.push(record.clone());
         if let Some((after, stop)) = self.stop

@@ -119,13 +119,13 @@
 //!
 //! - `format`: names and bounds, each in one place; `versions`: which versions there were.
 //! - `problem`: what can be wrong with a log, read or written.
-//! - `messages`, `announced`, `metadata`, `link`, `digest`: what stands in the file, as types.
-//! - `write`, `follow`: writing one; `unfinished`: where a log stands until it is whole, and who may
+//! - `messages`, `announced`, `metadata`, `digest`: what stands in the file, as types.
+//! - `write`: writing one; `unfinished`: where a log stands until it is whole, and who may
 //!   write it.
 //! - `size`: how long one can become.
 //! - `parse`, `chunk`, `layout`, `records`: from bytes to MCAP records, no length believed that
 //!   the bytes do not bear out, each record where it may stand.
-//! - `proof`, `index`: whether records are vouched for, and the summary names them all.
+//! - `seal`, `index`: whether records are vouched for, and the summary names them all.
 //! - `agree`, `gaps`, `read`: from MCAP records to step records and events, nothing in which
 //!   contradicts the rest.
 //! - `findings`, `pieces`, `lineage`, `walk`, `salvage`: what is left of a damaged one.
@@ -135,22 +135,20 @@ mod announced;
 mod chunk;
 mod digest;
 mod findings;
-mod follow;
 mod format;
 mod gaps;
 mod index;
 mod layout;
 mod lineage;
-mod link;
 mod messages;
 mod metadata;
 mod parse;
 mod pieces;
 mod problem;
-mod proof;
 mod read;
 mod records;
 mod salvage;
+mod seal;
 mod size;
 mod unfinished;
 mod versions;

@@ -16,7 +16,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use asperity_record::{RunEnd, RunHeader};
 
 use crate::findings::Damage;
-use crate::link::Link;
+use crate::seal::Seal;
 use crate::walk::Message;
 
 /// A chunk or checkpoint that has a right checksum.
@@ -37,7 +37,7 @@ pub(crate) struct Found {
     pub(crate) ends: Vec<(u32, RunEnd)>,
     pub(crate) entries: Vec<Entry>,
     /// In order, with where they are.
-    pub(crate) links: Vec<(u64, Link)>,
+    pub(crate) seals: Vec<(u64, Seal)>,
     /// A version of the format that is not known, if there is a header of one.
     pub(crate) newer: Option<u32>,
 }
@@ -64,26 +64,26 @@ impl Found {
     /// none if nothing does.
     pub(crate) fn run(&self) -> Option<Run<'_>> {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-        for (_, link) in &self.links {
-            *counts.entry(&link.run_id).or_insert(0) += 1;
+        for (_, seal) in &self.seals {
+            *counts.entry(&seal.run_id).or_insert(0) += 1;
         }
         let mut confirmed: BTreeSet<&str> =
             self.headers.iter().map(|header| header.run_id.as_str()).collect();
         for (crc, _) in &self.scenarios {
             confirmed.extend(
-                self.links.iter().filter(|(_, link)| ties(link, *crc)).map(|(_, link)| &*link.run_id),
+                self.seals.iter().filter(|(_, seal)| ties(seal, *crc)).map(|(_, seal)| &*seal.run_id),
             );
         }
         counts.retain(|id, _| confirmed.contains(id));
         let most = counts.values().max().copied()?;
         // Of several with as many, the one that comes first.
-        let (_, first) = self.links.iter().find(|(_, link)| counts.get(&*link.run_id) == Some(&most))?;
+        let (_, first) = self.seals.iter().find(|(_, seal)| counts.get(&*seal.run_id) == Some(&most))?;
         let id = first.run_id.as_str();
         let mut numbers: BTreeMap<u32, BTreeSet<u64>> = BTreeMap::new();
-        for (_, link) in self.links.iter().filter(|(_, link)| link.run_id == id) {
-            numbers.entry(link.crc).or_default().insert(link.number);
-            if let Some(before) = link.number.checked_sub(1) {
-                numbers.entry(link.before_crc).or_default().insert(before);
+        for (_, seal) in self.seals.iter().filter(|(_, seal)| seal.run_id == id) {
+            numbers.entry(seal.crc).or_default().insert(seal.number);
+            if let Some(before) = seal.number.checked_sub(1) {
+                numbers.entry(seal.before_crc).or_default().insert(before);
             }
         }
         Some(Run { id, numbers })
@@ -91,7 +91,7 @@ impl Found {
 
     /// The scenario that the records `chunk` of a run name as theirs.
     pub(crate) fn scenario_of(&self, run: &Run<'_>) -> Option<&str> {
-        let of_run = |crc: u32| self.links.iter().any(|(_, link)| link.run_id == run.id && ties(link, crc));
+        let of_run = |crc: u32| self.seals.iter().any(|(_, seal)| seal.run_id == run.id && ties(seal, crc));
         let named = self.scenarios.iter().find(|(crc, _)| of_run(*crc));
         named.map(|(_, text)| text.as_str())
     }
@@ -104,19 +104,19 @@ impl Found {
         let mut twice = 0;
         for (place, entry) in self.entries.iter().enumerate() {
             let next_at = self.entries.get(place + 1).map_or(u64::MAX, |next| next.at);
-            let first = self.links.partition_point(|(at, _)| *at < entry.end);
-            let own = self.links.get(first).filter(|(at, _)| *at < next_at).map(|(_, link)| link);
+            let first = self.seals.partition_point(|(at, _)| *at < entry.end);
+            let own = self.seals.get(first).filter(|(at, _)| *at < next_at).map(|(_, seal)| seal);
             let Some(numbers) = run.numbers.get(&entry.crc) else {
                 let kind = if entry.is_chunk { "a chunk" } else { "a checkpoint" };
                 let what = match own {
-                    Some(link) if link.run_id != run.id => format!("{kind} of another run, {}", link.run_id),
+                    Some(seal) if seal.run_id != run.id => format!("{kind} of another run, {}", seal.run_id),
                     _ => format!("{kind} that no record `chunk` of this run names"),
                 };
                 kept.damage.push(Damage { from_byte: entry.at, to_byte: entry.end, what });
                 continue;
             };
             let own =
-                own.filter(|link| link.run_id == run.id && link.crc == entry.crc).map(|link| link.number);
+                own.filter(|seal| seal.run_id == run.id && seal.crc == entry.crc).map(|seal| seal.number);
             let number = own.or(numbers.first().copied()).unwrap_or_default();
             if taken.insert((number, entry.crc)) {
                 numbered.push((number, *entry));
@@ -160,10 +160,10 @@ impl Found {
 }
 
 /// Whether a record `chunk` names a scenario of that checksum as that of its run.
-fn ties(link: &Link, crc: u32) -> bool {
-    match link.number {
-        0 => link.crc == crc,
-        1 => link.before_crc == crc,
+fn ties(seal: &Seal, crc: u32) -> bool {
+    match seal.number {
+        0 => seal.crc == crc,
+        1 => seal.before_crc == crc,
         _ => false,
     }
 }

@@ -13,9 +13,9 @@ use crate::findings::Damage;
 use crate::format::{
     CHECKPOINT, CHUNK, LONGEST_RECORD_BYTES, MAGIC, RECORD_HEAD_BYTES, RUN, RUN_END, SCENARIO,
 };
-use crate::link::{LONGEST_LINK_BYTES, Link, link_at};
 use crate::metadata;
 use crate::parse::parse;
+use crate::seal::{LONGEST_SEAL_BYTES, Seal, seal_at};
 
 /// A part of the file that has proved itself, or that its reader has to compare with others.
 pub(crate) enum Content {
@@ -25,7 +25,7 @@ pub(crate) enum Content {
     End(Box<RunEnd>),
     Chunk(Chunk),
     /// A record `chunk`; all of them are found beforehand.
-    Link,
+    Seal,
 }
 
 /// Such a part, and where it is.
@@ -67,22 +67,22 @@ impl Pieces {
     }
 
     /// All records `chunk` of the file, with where they are, whatever stands between them.
-    pub(crate) fn links(&mut self) -> io::Result<Vec<(u64, Link)>> {
-        let mut links = Vec::new();
+    pub(crate) fn seals(&mut self) -> io::Result<Vec<(u64, Seal)>> {
+        let mut seals = Vec::new();
         let mut start = 0;
         while start < self.length {
-            let count = (WINDOW_BYTES + LONGEST_LINK_BYTES as u64).min(self.length - start);
+            let count = (WINDOW_BYTES + LONGEST_SEAL_BYTES as u64).min(self.length - start);
             let window = self.bytes(start, count)?.unwrap_or_default();
             for offset in 0..count.min(WINDOW_BYTES) as usize {
                 if window[offset] == op::METADATA
-                    && let Some((link, _)) = link_at(&window[offset..])
+                    && let Some((seal, _)) = seal_at(&window[offset..])
                 {
-                    links.push((start + offset as u64, link));
+                    seals.push((start + offset as u64, seal));
                 }
             }
             start += WINDOW_BYTES;
         }
-        Ok(links)
+        Ok(seals)
     }
 
     /// From now on only chunks with one of these checksums are searched for.
@@ -261,8 +261,8 @@ fn content(opcode: u8, body: &[u8], at: u64) -> Result<Option<(Content, u32)>, S
                 Ok(Some((Content::End(Box::new(end)), crc32fast::hash(body))))
             }
             Ok(Record::Metadata(metadata)) if metadata.name == CHUNK => {
-                Link::from_map(&metadata.metadata).map_err(|error| error.to_string())?;
-                Ok(Some((Content::Link, crc32fast::hash(body))))
+                Seal::from_map(&metadata.metadata).map_err(|error| error.to_string())?;
+                Ok(Some((Content::Seal, crc32fast::hash(body))))
             }
             Ok(_) => Ok(None),
             Err(error) => Err(error.to_string()),

@@ -13,10 +13,10 @@ use crate::chunk::Chunk;
 use crate::format::{LONGEST_READ_BYTES, LONGEST_RECORD_BYTES, MAGIC, PROFILE, RECORD_HEAD_BYTES};
 use crate::index::{Place, with_head};
 use crate::layout::Layout;
-use crate::link::{LONGEST_LINK_BYTES, find_link};
 use crate::parse::parse;
 use crate::problem::{LogProblem, NoRunLog};
-use crate::proof::Proof;
+use crate::seal::Verifier;
+use crate::seal::{LONGEST_SEAL_BYTES, find_seal};
 
 /// Reads the records of one file.
 pub(crate) struct Records {
@@ -28,7 +28,7 @@ pub(crate) struct Records {
     /// What is left of the chunk that is being read.
     chunk: Chunk,
     layout: Layout,
-    proof: Proof,
+    verifier: Verifier,
     /// The library that wrote the file, if the MCAP header says that it is none of ours.
     other_library: Option<String>,
 }
@@ -51,7 +51,7 @@ impl Records {
             at: 0,
             chunk: Chunk::default(),
             layout: Layout::default(),
-            proof: Proof::default(),
+            verifier: Verifier::default(),
             other_library: None,
         })
     }
@@ -96,7 +96,7 @@ impl Records {
                     return Err(LogProblem::Misplaced("there is a chunk in a chunk"));
                 }
                 self.layout.take(&record)?;
-                self.proof.take_inner(&record, offset)?;
+                self.verifier.take_inner(&record, offset)?;
                 return Ok(Some(record));
             }
             let record = match self.reader.next_event() {
@@ -121,7 +121,7 @@ impl Records {
                     let record = parse(opcode, data, self.at)?;
                     self.layout.take(&record)?;
                     let place = Place { at: self.at, length: with_head(data.len()) };
-                    self.proof.take(place, &record, data)?;
+                    self.verifier.take(place, &record, data)?;
                     record.into_owned()
                 }
                 Some(Err(McapError::UnexpectedEof)) => return Err(self.early_end()),
@@ -167,7 +167,7 @@ impl Records {
 
     /// Whether the log is of a version in which every piece is vouched for.
     pub(crate) fn is_vouched_for(&self) -> bool {
-        self.proof.run_id().is_some()
+        self.verifier.run_id().is_some()
     }
 
     /// Whether the rest of the file, which is no whole record, holds a record `chunk` of this
@@ -177,14 +177,14 @@ impl Records {
         let mut bytes = Vec::new();
         loop {
             let read = self.source.by_ref().take(LONGEST_READ_BYTES as u64).read_to_end(&mut bytes)?;
-            if find_link(&bytes, self.proof.run_id()).is_some() {
+            if find_seal(&bytes, self.verifier.run_id()).is_some() {
                 return Ok(true);
             }
             if read == 0 {
                 return Ok(false);
             }
             // One may begin here and end in what is read next.
-            bytes.drain(..bytes.len().saturating_sub(LONGEST_LINK_BYTES));
+            bytes.drain(..bytes.len().saturating_sub(LONGEST_SEAL_BYTES));
         }
     }
 

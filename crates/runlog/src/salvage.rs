@@ -123,10 +123,10 @@ pub fn salvage(
 
 /// Everything in a file that has a right checksum, and its records `chunk`.
 fn find(pieces: &mut Pieces) -> io::Result<Found> {
-    let mut found = Found { links: pieces.links()?, ..Found::default() };
-    if !found.links.is_empty() {
-        let before = found.links.iter().filter(|(_, link)| link.number > 0).map(|(_, link)| link.before_crc);
-        let named = found.links.iter().map(|(_, link)| link.crc).chain(before).collect();
+    let mut found = Found { seals: pieces.seals()?, ..Found::default() };
+    if !found.seals.is_empty() {
+        let before = found.seals.iter().filter(|(_, seal)| seal.number > 0).map(|(_, seal)| seal.before_crc);
+        let named = found.seals.iter().map(|(_, seal)| seal.crc).chain(before).collect();
         pieces.search_only(named);
     }
     while let Some(piece) = pieces.next()? {
@@ -146,7 +146,7 @@ fn find(pieces: &mut Pieces) -> io::Result<Found> {
             Content::End(end) => found.ends.push((piece.crc, *end)),
             Content::Chunk(_) => entry(true),
             Content::Checkpoint(_) => entry(false),
-            Content::Link => {}
+            Content::Seal => {}
         }
     }
     Ok(found)
@@ -189,14 +189,14 @@ fn basis(
     };
     let logged_version = header.as_ref().map(|header| header.record_schema_version);
     let (mut header, mut remarks) = settle(header, scenario.as_deref()).map_err(Hopeless)?;
-    let blocks_of_links = logged_version.unwrap_or(header.record_schema_version) >= CHUNK_SINCE;
+    let blocks_of_seals = logged_version.unwrap_or(header.record_schema_version) >= CHUNK_SINCE;
     let (mut kept, end) = match &run {
         Some(run) => (found.keep(run), found.end_of(run).cloned()),
-        None if blocks_of_links && !found.links.is_empty() => {
+        None if blocks_of_seals && !found.seals.is_empty() => {
             let what = "its records `chunk` are of another run than metadata `run` and the scenario";
             return Err(Hopeless(what.to_owned()));
         }
-        None if blocks_of_links => (found.keep_none(), None),
+        None if blocks_of_seals => (found.keep_none(), None),
         None => {
             let end = found.ends.pop().map(|(_, end)| end);
             (keep_without_links(&found, pieces, events, &header).map_err(Read)?, end)
@@ -226,7 +226,7 @@ fn keep_without_links(
     };
     let mut outlines = Vec::new();
     let mut damage = Vec::new();
-    let named: BTreeSet<u32> = found.links.iter().map(|(_, link)| link.crc).collect();
+    let named: BTreeSet<u32> = found.seals.iter().map(|(_, seal)| seal.crc).collect();
     for entry in found.entries.iter().filter(|entry| entry.is_chunk) {
         let read = match named.contains(&entry.crc) {
             true => Err("a chunk of a run of a later version".to_owned()),

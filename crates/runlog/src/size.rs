@@ -10,9 +10,9 @@ use serde_json::Value;
 
 use crate::announced::{Announced, announcements};
 use crate::format::{CHUNK_BYTES, RECORD_HEAD_BYTES};
-use crate::link::LONGEST_LINK_BYTES;
 use crate::messages::{StepMessage, SwitchMessage};
 use crate::metadata::header_to_map;
+use crate::seal::LONGEST_SEAL_BYTES;
 
 /// The longest double in JSON, `-2.2250738585072014e-308`; whole numbers are shorter.
 const LONGEST_NUMBER: u64 = 24;
@@ -29,7 +29,7 @@ const TOPIC_IN_A_CHUNK: u64 = (RECORD_HEAD_BYTES + 2 + 4 + 2 + 8) as u64;
 
 /// What a chunk has besides its messages and topics: its head, its record `chunk`, what the summary
 /// says of both, and what the compressor adds to what it cannot compress, but for a 256th.
-const AROUND_A_CHUNK: u64 = LONGEST_LINK_BYTES as u64 + 512;
+const AROUND_A_CHUNK: u64 = LONGEST_SEAL_BYTES as u64 + 512;
 
 /// Keys, counts and digests of a topic at the end of a log, and in its statistics.
 const TOPIC_AT_THE_END: u64 = 512;

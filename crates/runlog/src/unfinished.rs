@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use asperity_files::{Existing, FileSet, Held, Inputs, is_taken, partial_path};
+use asperity_files::{Existing, FileSet, Inputs, LockedFile, is_taken, partial_path};
 
 use crate::problem::WriteError;
 use crate::read::{RunReader, Topics};
@@ -21,7 +21,7 @@ fn resumed_path(path: &Path) -> PathBuf {
 #[derive(Debug)]
 pub struct Unfinished {
     path: PathBuf,
-    held: Held,
+    locked: LockedFile,
 }
 
 impl Unfinished {
@@ -30,14 +30,14 @@ impl Unfinished {
     /// # Errors
     /// If another process writes it, it is a link or no run log, or the system refuses.
     pub fn of(path: &Path) -> Result<Option<Unfinished>, WriteError> {
-        let Some(held) = Held::open(&partial_path(path))? else { return Ok(None) };
-        must_be_ours(held.path())?;
-        Ok(Some(Unfinished { path: path.to_owned(), held }))
+        let Some(locked) = LockedFile::open(&partial_path(path))? else { return Ok(None) };
+        must_be_ours(locked.path())?;
+        Ok(Some(Unfinished { path: path.to_owned(), locked }))
     }
 
     /// Where it is.
     pub fn partial_path(&self) -> PathBuf {
-        self.held.path().to_owned()
+        self.locked.path().to_owned()
     }
 
     /// Removes it, with what another run that went on from it left.
@@ -45,11 +45,11 @@ impl Unfinished {
     /// # Errors
     /// If another process writes that, it lost its name, or the system refuses.
     pub fn remove(self) -> Result<(), WriteError> {
-        if let Some(resumed) = Held::open(&resumed_path(&self.path))? {
+        if let Some(resumed) = LockedFile::open(&resumed_path(&self.path))? {
             must_be_ours(resumed.path())?;
             resumed.remove()?;
         }
-        Ok(self.held.remove()?)
+        Ok(self.locked.remove()?)
     }
 
     /// Gives it its final name, which only a whole one may have.
@@ -58,9 +58,9 @@ impl Unfinished {
     /// If a log stands there that is not to be replaced, it is no longer the one that was taken
     /// hold of, or the system refuses.
     pub fn publish(mut self, existing: Existing) -> Result<(), WriteError> {
-        let file = self.held.file().sync_all();
+        let file = self.locked.file().sync_all();
         file.map_err(|error| WriteError::Io { path: self.partial_path(), error })?;
-        Ok(self.held.rename(&self.path, existing)?)
+        Ok(self.locked.rename(&self.path, existing)?)
     }
 }
 
@@ -76,7 +76,7 @@ pub(crate) struct Place {
 enum Stand {
     /// Under a name by which a run can go on with it.
     Found {
-        held: Held,
+        locked: LockedFile,
         /// The unfinished log that this one is to take the place of, once it holds as much.
         takes_place_of: Option<Unfinished>,
     },
@@ -88,13 +88,13 @@ impl Place {
     /// For the log of a run. What an earlier run left there is emptied.
     pub(crate) fn of_run(path: &Path, existing: Existing) -> Result<Place, WriteError> {
         must_be_free(path, existing)?;
-        let held = emptied(&partial_path(path))?;
+        let locked = emptied(&partial_path(path))?;
         // Whoever held it until now may have finished.
         if let Err(error) = must_be_free(path, existing) {
-            held.remove()?;
+            locked.remove()?;
             return Err(error);
         }
-        let stand = Stand::Found { held, takes_place_of: None };
+        let stand = Stand::Found { locked, takes_place_of: None };
         Ok(Place { path: path.to_owned(), existing, stand })
     }
 
@@ -102,8 +102,8 @@ impl Place {
     pub(crate) fn resuming(unfinished: Unfinished, existing: Existing) -> Result<Place, WriteError> {
         let path = unfinished.path.clone();
         must_be_free(&path, existing)?;
-        let held = emptied(&resumed_path(&path))?;
-        Ok(Place { path, existing, stand: Stand::Found { held, takes_place_of: Some(unfinished) } })
+        let locked = emptied(&resumed_path(&path))?;
+        Ok(Place { path, existing, stand: Stand::Found { locked, takes_place_of: Some(unfinished) } })
     }
 
     /// For a log that is made of another, which no run goes on with.
@@ -117,14 +117,14 @@ impl Place {
     /// Where it is to be told that something is wrong with it.
     pub(crate) fn path(&self) -> &Path {
         match &self.stand {
-            Stand::Found { held, .. } => held.path(),
+            Stand::Found { locked, .. } => locked.path(),
             Stand::Hidden { .. } => &self.path,
         }
     }
 
     fn file(&self) -> &File {
         match &self.stand {
-            Stand::Found { held, .. } => held.file(),
+            Stand::Found { locked, .. } => locked.file(),
             Stand::Hidden { file, .. } => file,
         }
     }
@@ -139,18 +139,18 @@ impl Place {
     pub(crate) fn sync(&self) -> Result<(), WriteError> {
         self.file().sync_data().map_err(|error| self.io(error))?;
         match &self.stand {
-            Stand::Found { held, .. } => Ok(held.check()?),
+            Stand::Found { locked, .. } => Ok(locked.check()?),
             Stand::Hidden { .. } => Ok(()),
         }
     }
 
     /// The log holds as much as the one that it goes on from, and takes its place.
     pub(crate) fn has_caught_up(&mut self) -> Result<(), WriteError> {
-        if let Stand::Found { held, takes_place_of } = &mut self.stand
+        if let Stand::Found { locked, takes_place_of } = &mut self.stand
             && let Some(unfinished) = takes_place_of.take()
         {
-            unfinished.held.check()?;
-            held.rename(unfinished.held.path(), Existing::Replace)?;
+            unfinished.locked.check()?;
+            locked.rename(unfinished.locked.path(), Existing::Replace)?;
         }
         Ok(())
     }
@@ -160,8 +160,8 @@ impl Place {
     pub(crate) fn leave(self) -> Result<(), WriteError> {
         self.file().sync_all().map_err(|error| self.io(error))?;
         match self.stand {
-            Stand::Found { held, takes_place_of: Some(_) } => Ok(held.remove()?),
-            Stand::Found { held, takes_place_of: None } => Ok(held.check()?),
+            Stand::Found { locked, takes_place_of: Some(_) } => Ok(locked.remove()?),
+            Stand::Found { locked, takes_place_of: None } => Ok(locked.check()?),
             Stand::Hidden { .. } => Ok(()),
         }
     }
@@ -169,7 +169,7 @@ impl Place {
     /// Removes what there is of it, which nobody can go on with.
     pub(crate) fn discard(&self) -> Result<(), WriteError> {
         match &self.stand {
-            Stand::Found { held, .. } => Ok(held.remove()?),
+            Stand::Found { locked, .. } => Ok(locked.remove()?),
             // Gone as soon as it is let go.
             Stand::Hidden { .. } => Ok(()),
         }
@@ -179,9 +179,9 @@ impl Place {
     pub(crate) fn publish(self) -> Result<(), WriteError> {
         self.file().sync_all().map_err(|error| self.io(error))?;
         match self.stand {
-            Stand::Found { mut held, takes_place_of } => {
-                held.rename(&self.path, self.existing)?;
-                takes_place_of.map_or(Ok(()), |unfinished| Ok(unfinished.held.remove()?))
+            Stand::Found { mut locked, takes_place_of } => {
+                locked.rename(&self.path, self.existing)?;
+                takes_place_of.map_or(Ok(()), |unfinished| Ok(unfinished.locked.remove()?))
             }
             Stand::Hidden { files, .. } => Ok(files.publish()?),
         }
@@ -201,11 +201,11 @@ fn must_be_free(path: &Path, existing: Existing) -> Result<(), WriteError> {
 
 /// Takes hold of a file that a run may have left, and empties it; whatever else has that name is
 /// somebody else's.
-fn emptied(path: &Path) -> Result<Held, WriteError> {
-    let held = Held::create(path)?;
+fn emptied(path: &Path) -> Result<LockedFile, WriteError> {
+    let locked = LockedFile::create(path)?;
     must_be_ours(path)?;
-    held.file().set_len(0).map_err(|error| WriteError::Io { path: path.to_owned(), error })?;
-    Ok(held)
+    locked.file().set_len(0).map_err(|error| WriteError::Io { path: path.to_owned(), error })?;
+    Ok(locked)
 }
 
 /// Makes sure that a file is a run log, or the beginning of one, of which an empty file may be one.

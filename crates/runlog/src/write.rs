@@ -18,7 +18,6 @@ use serde::Serialize;
 use crate::announced::Announced;
 use crate::digest::Digests;
 use crate::findings::Salvaged;
-use crate::follow::{Chain, Followed};
 use crate::format::{
     CHECKPOINT, CHUNK_BYTES, FIELDS, PROFILE, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP,
     SWITCH, WINDOW,
@@ -26,6 +25,7 @@ use crate::format::{
 use crate::messages::{self, StepMessage, SwitchMessage, Topic};
 use crate::metadata;
 use crate::problem::WriteError;
+use crate::seal::{Sealer, Tee};
 use crate::unfinished::{Place, Unfinished};
 
 /// How much work a crash of the machine may cost.
@@ -35,8 +35,8 @@ const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 /// under the temporary name without `run_end`, which says that it is not whole.
 pub struct RunWriter {
     place: Place,
-    writer: Writer<Followed<BufWriter<File>>>,
-    chain: Chain,
+    writer: Writer<Tee<BufWriter<File>>>,
+    sealer: Sealer,
     /// What the chunk holds that is being filled, before compression.
     chunk_bytes: u64,
     channels: BTreeMap<String, Channel>,
@@ -106,8 +106,8 @@ impl RunWriter {
         scenario_toml: &str,
         events: impl Iterator<Item = Topic>,
     ) -> Result<RunWriter, WriteError> {
-        let file = Followed::new(BufWriter::new(place.writer()?));
-        let mut chain = Chain::new(&file, &header.run_id);
+        let file = Tee::new(BufWriter::new(place.writer()?));
+        let mut sealer = Sealer::new(&file, &header.run_id);
         let at = |error| WriteError::of_mcap(place.path(), error);
         let mut writer = WriteOptions::new()
             .profile(PROFILE)
@@ -135,7 +135,7 @@ impl RunWriter {
                 data: Cow::Borrowed(scenario_toml.as_bytes()),
             })
             .map_err(at)?;
-        chain.close(&mut writer).map_err(at)?;
+        sealer.close(&mut writer).map_err(at)?;
         let mut chunk_bytes = 0;
         let mut topics = messages::record_topics(header.blocks);
         topics.extend(events);
@@ -152,7 +152,7 @@ impl RunWriter {
         Ok(RunWriter {
             place,
             writer,
-            chain,
+            sealer,
             chunk_bytes,
             channels,
             digests: Digests::default(),
@@ -272,7 +272,7 @@ impl RunWriter {
 
     /// Vouches for the piece that was written last.
     fn vouch(&mut self) -> Result<(), WriteError> {
-        self.chain.close(&mut self.writer).map_err(|error| self.at(error))
+        self.sealer.close(&mut self.writer).map_err(|error| self.at(error))
     }
 
     /// Says what is missing, before anything else that was salvaged.

@@ -30,15 +30,15 @@ impl Key {
 }
 
 /// What stands under a key.
-pub(crate) trait Held {
+pub(crate) trait FieldValue {
     const KIND: ColumnKind;
 
     fn value(&self) -> Value;
 }
 
-macro_rules! held {
+macro_rules! field_values {
     ($($type:ty: $kind:ident),+) => {
-        $(impl Held for $type {
+        $(impl FieldValue for $type {
             const KIND: ColumnKind = ColumnKind::$kind;
 
             fn value(&self) -> Value {
@@ -48,9 +48,9 @@ macro_rules! held {
     };
 }
 
-held!(u32: Count, u64: Step, f64: Number, bool: Flag, String: Word);
+field_values!(u32: Count, u64: Step, f64: Number, bool: Flag, String: Word);
 
-impl<T: Held> Held for Option<T> {
+impl<T: FieldValue> FieldValue for Option<T> {
     const KIND: ColumnKind = T::KIND;
 
     fn value(&self) -> Value {
@@ -99,15 +99,15 @@ macro_rules! summary {
 
             /// What stands under each key, in the same order; null where the run does not say.
             pub fn values(&self) -> Vec<::serde_json::Value> {
-                vec![$($($crate::key::Held::value(&self.$field),)+)+]
+                vec![$($($crate::key::FieldValue::value(&self.$field),)+)+]
             }
         }
     };
     (@column $name:expr, $type:ty, $about:expr) => {
-        ::asperity_record::Column::new($name, <$type as $crate::key::Held>::KIND, $about)
+        ::asperity_record::Column::new($name, <$type as $crate::key::FieldValue>::KIND, $about)
     };
     (@column $name:expr, $type:ty, $about:expr, $unit:literal) => {
-        ::asperity_record::Column::with_unit($name, <$type as $crate::key::Held>::KIND, $unit, $about)
+        ::asperity_record::Column::with_unit($name, <$type as $crate::key::FieldValue>::KIND, $unit, $about)
     };
 }
 

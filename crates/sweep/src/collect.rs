@@ -66,7 +66,7 @@ impl fmt::Display for Faults<'_> {
 }
 
 /// Who sees the rows of the tables as they are made: those of a run's events, then that of the run.
-pub trait Watch {
+pub trait Observer {
     /// A table begins: `runs`, `events` or `ruptures`.
     fn begin(&mut self, table: &'static str, columns: &[Column]);
 
@@ -78,7 +78,7 @@ pub trait Watch {
 pub const RUNS: &str = "runs";
 
 /// Writes the tables into a folder, as files of a set, in these formats; there may be none, and
-/// then `watch` alone sees the rows.
+/// then `observer` alone sees the rows.
 ///
 /// # Errors
 /// If results contradict the plan or each other, a result cannot be read, or a table cannot be written.
@@ -88,7 +88,7 @@ pub fn collect(
     files: &FileSet,
     folder: &Path,
     formats: &[&dyn Format],
-    watch: &mut dyn Watch,
+    observer: &mut dyn Observer,
 ) -> Result<(Counts, Vec<PathBuf>), CollectError> {
     if !results.faults.is_empty() {
         return Err(CollectError::Faults(results.faults.clone()));
@@ -115,13 +115,13 @@ pub fn collect(
         Column::new("ended", ColumnKind::Word, "How the run ended, see `status` of a summary."),
     ]);
     columns.extend(summary_columns.iter().map(|n| Summary::KEYS[*n].column.clone()));
-    watch.begin(RUNS, &columns);
+    observer.begin(RUNS, &columns);
     let mut runs = Tables::begin(files, folder, RUNS, columns, formats)?;
     let mut of_events = Vec::new();
     for kind in kept.iter().map(|events| &events.kind) {
         let mut columns = common_columns.clone();
         columns.extend(kind.columns.iter().cloned());
-        watch.begin(kind.table, &columns);
+        observer.begin(kind.table, &columns);
         of_events.push((kind, Tables::begin(files, folder, kind.table, columns, formats)?));
     }
     let mut words = Words::default();
@@ -150,7 +150,7 @@ pub fn collect(
                     let (kind, tables) = &mut of_events[index];
                     let mut cells = common.clone();
                     cells.extend(of_event);
-                    watch.row(kind.table, &cells);
+                    observer.row(kind.table, &cells);
                     tables.push(&cells)?;
                 }
                 summary = Some((stored.summary, stored.values));
@@ -171,7 +171,7 @@ pub fn collect(
             let value = summary.as_ref().map_or(&serde_json::Value::Null, |(_, values)| &values[*n]);
             cell(value, Summary::KEYS[*n].column.kind, &mut words)
         }));
-        watch.row(RUNS, &cells);
+        observer.row(RUNS, &cells);
         runs.push(&cells)?;
     }
     let about = [

@@ -55,7 +55,7 @@ pub mod stored;
 mod sweep;
 pub mod work;
 
-pub use collect::{CollectError, RUNS, Watch, collect};
+pub use collect::{CollectError, Observer, RUNS, collect};
 pub use plan::{Plan, PlanError};
 pub use results::Results;
 pub use sweep::{Keep, Sweep, SweepError};

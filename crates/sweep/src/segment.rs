@@ -20,7 +20,7 @@ use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use asperity_files::{FileError, Held, create_folder};
+use asperity_files::{FileError, LockedFile, create_folder};
 use serde::{Deserialize, Serialize};
 
 use crate::plan::Row;
@@ -93,7 +93,7 @@ impl Owner {
 /// A segment that is being written.
 #[derive(Debug)]
 pub struct Writer {
-    held: Held,
+    locked: LockedFile,
     synced: Instant,
 }
 
@@ -114,11 +114,11 @@ impl Writer {
             if path.exists() {
                 continue;
             }
-            match Held::create(&path) {
-                Ok(held) if held.file().metadata().is_ok_and(|file| file.len() == 0) => {
-                    let written = held.file().write_all(first_line(VERSIONS[1], plan).as_bytes());
+            match LockedFile::create(&path) {
+                Ok(locked) if locked.file().metadata().is_ok_and(|file| file.len() == 0) => {
+                    let written = locked.file().write_all(first_line(VERSIONS[1], plan).as_bytes());
                     written.map_err(|error| FileError::Io { path, error })?;
-                    return Ok(Writer { held, synced: Instant::now() });
+                    return Ok(Writer { locked, synced: Instant::now() });
                 }
                 // Another began it just now.
                 Ok(_) | Err(FileError::Busy(_)) => {}
@@ -144,7 +144,7 @@ impl Writer {
         frame.extend(hasher.finalize().to_le_bytes());
         frame.extend(owner.as_bytes());
         frame.extend(content);
-        self.held.file().write_all(&frame)?;
+        self.locked.file().write_all(&frame)?;
         if self.synced.elapsed() >= SYNC_INTERVAL {
             self.sync()?;
         }
@@ -157,7 +157,7 @@ impl Writer {
     /// If the system refuses.
     pub fn sync(&mut self) -> io::Result<()> {
         self.synced = Instant::now();
-        self.held.file().sync_data()
+        self.locked.file().sync_data()
     }
 }
 

@@ -9,7 +9,7 @@ use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use asperity_files::{Existing, FileError, Held, create_folder};
+use asperity_files::{Existing, FileError, LockedFile, create_folder};
 use asperity_runlog::{Unfinished, WriteError, partial_path};
 
 use crate::segment::entries;
@@ -42,8 +42,8 @@ pub(crate) fn keep(folder: &Path, run: u64) -> Result<(), FileError> {
     create_folder(&folder.join(LOGS))?;
     let path = log(folder, run);
     let kept = kept_log(folder, run);
-    match Held::open(&path)? {
-        Some(mut held) => held.rename(&kept, Existing::Replace),
+    match LockedFile::open(&path)? {
+        Some(mut locked) => locked.rename(&kept, Existing::Replace),
         // Another process made the same run meanwhile, and cleared this log.
         None if kept.exists() => Ok(()),
         None => Err(FileError::Lost(path)),
@@ -55,7 +55,7 @@ pub(crate) fn keep(folder: &Path, run: u64) -> Result<(), FileError> {
 /// # Errors
 /// If the system refuses.
 pub(crate) fn discard(folder: &Path, run: u64) -> Result<(), FileError> {
-    Held::open(&log(folder, run))?.map_or(Ok(()), |held| held.remove())
+    LockedFile::open(&log(folder, run))?.map_or(Ok(()), |locked| locked.remove())
 }
 
 /// Whether there is an unfinished log of a run.

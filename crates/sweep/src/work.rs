@@ -6,7 +6,9 @@ use std::time::Duration;
 
 use asperity_model::Scenario;
 use asperity_record::{Event, EventPayload, Record, RunEnd, RunHeader, Rupture, SlipEvent, SolverReport};
-use asperity_run::{Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Outcome, RunError, Task, Watch, run};
+use asperity_run::{
+    Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Observer, Outcome, RunError, Task, run,
+};
 use asperity_runlog::{Existing, WriteError};
 use asperity_summary::{RupturesFrom, Slider, Summarizer};
 
@@ -141,7 +143,7 @@ struct Kept<'a> {
     lines: String,
 }
 
-impl Watch for Kept<'_> {
+impl Observer for Kept<'_> {
     fn record(&mut self, record: &Record) {
         if let Record::Step(record) = record {
             self.summarizer.record(record);

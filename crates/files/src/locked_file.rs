@@ -14,18 +14,18 @@ use crate::rename::{Existing, rename, sync_folder_of};
 /// A file under a name of its own that no other process writes, for as long as this lives. What
 /// it holds is up to whoever holds it, and nothing of it is removed when it is let go.
 #[derive(Debug)]
-pub struct Held {
+pub struct LockedFile {
     path: PathBuf,
     file: File,
     identity: Identity,
 }
 
-impl Held {
+impl LockedFile {
     /// Takes hold of the file of that name, if there is one.
     ///
     /// # Errors
     /// If another process holds it, it is a link or no file, or the system refuses.
-    pub fn open(path: &Path) -> Result<Option<Held>, FileError> {
+    pub fn open(path: &Path) -> Result<Option<LockedFile>, FileError> {
         let no_file = |what| FileError::NoFile { path: path.to_owned(), what };
         match fs::symlink_metadata(path) {
             Ok(there) if there.is_symlink() => return Err(no_file("a link")),
@@ -33,7 +33,7 @@ impl Held {
             _ => {}
         }
         match File::options().read(true).write(true).open(path) {
-            Ok(file) => Held::locked(path, file).map(Some),
+            Ok(file) => LockedFile::lock(path, file).map(Some),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(FileError::io(path)(error)),
         }
@@ -42,31 +42,31 @@ impl Held {
     /// Takes hold of the file of that name, which is made if there is none. What it holds stays.
     ///
     /// # Errors
-    /// As [`Held::open`].
-    pub fn create(path: &Path) -> Result<Held, FileError> {
+    /// As [`LockedFile::open`].
+    pub fn create(path: &Path) -> Result<LockedFile, FileError> {
         loop {
             match File::options().read(true).write(true).create_new(true).open(path) {
-                Ok(file) => return Held::locked(path, file),
+                Ok(file) => return LockedFile::lock(path, file),
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(FileError::io(path)(error)),
             }
             // It may be gone again by now.
-            if let Some(held) = Held::open(path)? {
-                return Ok(held);
+            if let Some(locked) = LockedFile::open(path)? {
+                return Ok(locked);
             }
         }
     }
 
-    fn locked(path: &Path, file: File) -> Result<Held, FileError> {
+    fn lock(path: &Path, file: File) -> Result<LockedFile, FileError> {
         let identity = Identity::of_file(&file).map_err(FileError::io(path))?;
-        let held = Held { path: path.to_owned(), file, identity };
-        if try_lock(&held.file) == Lock::Busy {
-            return Err(FileError::Busy(held.path));
+        let locked = LockedFile { path: path.to_owned(), file, identity };
+        if try_lock(&locked.file) == Lock::Busy {
+            return Err(FileError::Busy(locked.path));
         }
         // Whoever held the lock until now may have given the file another name.
-        match held.check() {
+        match locked.check() {
             Err(FileError::Lost(path)) => Err(FileError::Busy(path)),
-            checked => checked.map(|()| held),
+            checked => checked.map(|()| locked),
         }
     }
 
@@ -119,7 +119,7 @@ const LOCK: &str = ".asperity.lock";
 /// A folder that one process at a time writes into, for as long as this lives.
 #[derive(Debug)]
 pub struct FolderLock {
-    held: Option<Held>,
+    locked: Option<LockedFile>,
 }
 
 impl FolderLock {
@@ -130,8 +130,8 @@ impl FolderLock {
     pub fn take(folder: &Path) -> Result<FolderLock, FileError> {
         let path = folder.join(LOCK);
         loop {
-            match Held::create(&path) {
-                Ok(held) => return Ok(FolderLock { held: Some(held) }),
+            match LockedFile::create(&path) {
+                Ok(locked) => return Ok(FolderLock { locked: Some(locked) }),
                 // Whoever had it removed it while we asked.
                 Err(FileError::Busy(_)) if !is_taken(&path) => {}
                 Err(FileError::Busy(_)) => return Err(FileError::Busy(folder.to_owned())),
@@ -144,10 +144,10 @@ impl FolderLock {
 impl Drop for FolderLock {
     fn drop(&mut self) {
         // One with something in it is none of ours.
-        let is_empty = |held: &Held| held.file.metadata().is_ok_and(|file| file.len() == 0);
-        if let Some(held) = self.held.take().filter(is_empty) {
+        let is_empty = |locked: &LockedFile| locked.file.metadata().is_ok_and(|file| file.len() == 0);
+        if let Some(locked) = self.locked.take().filter(is_empty) {
             // Left behind, it is in nobody's way.
-            held.remove().ok();
+            locked.remove().ok();
         }
     }
 }
@@ -156,32 +156,32 @@ impl Drop for FolderLock {
 mod tests {
     use std::fs;
 
-    use super::{FolderLock, Held};
+    use super::{FolderLock, LockedFile};
     use crate::{Existing, FileError};
 
     #[test]
     fn one_at_a_time_holds_a_file() {
         let folder = tempfile::tempdir().unwrap();
         let [path, name] = ["run.partial", "run"].map(|name| folder.path().join(name));
-        assert!(Held::open(&path).unwrap().is_none());
-        let mut held = Held::create(&path).unwrap();
-        assert!(matches!(Held::create(&path), Err(FileError::Busy(busy)) if busy == path));
-        held.rename(&name, Existing::Refuse).unwrap();
-        assert!(matches!(Held::open(&name), Err(FileError::Busy(_))));
-        drop(held);
-        assert!(Held::open(&name).unwrap().is_some());
+        assert!(LockedFile::open(&path).unwrap().is_none());
+        let mut locked = LockedFile::create(&path).unwrap();
+        assert!(matches!(LockedFile::create(&path), Err(FileError::Busy(busy)) if busy == path));
+        locked.rename(&name, Existing::Refuse).unwrap();
+        assert!(matches!(LockedFile::open(&name), Err(FileError::Busy(_))));
+        drop(locked);
+        assert!(LockedFile::open(&name).unwrap().is_some());
     }
 
     #[test]
     fn what_took_its_place_is_neither_renamed_nor_removed() {
         let folder = tempfile::tempdir().unwrap();
         let [path, name] = ["run.partial", "run"].map(|name| folder.path().join(name));
-        let mut held = Held::create(&path).unwrap();
+        let mut locked = LockedFile::create(&path).unwrap();
         fs::remove_file(&path).unwrap();
-        assert!(matches!(held.rename(&name, Existing::Replace), Err(FileError::Lost(_))));
+        assert!(matches!(locked.rename(&name, Existing::Replace), Err(FileError::Lost(_))));
         fs::write(&path, "another's").unwrap();
-        assert!(matches!(held.rename(&name, Existing::Replace), Err(FileError::Lost(_))));
-        assert!(matches!(held.remove(), Err(FileError::Lost(_))));
+        assert!(matches!(locked.rename(&name, Existing::Replace), Err(FileError::Lost(_))));
+        assert!(matches!(locked.remove(), Err(FileError::Lost(_))));
         assert_eq!(fs::read_to_string(&path).unwrap(), "another's");
         assert!(!name.exists());
     }
@@ -191,10 +191,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let [path, name] = ["run.partial", "run"].map(|name| folder.path().join(name));
         fs::write(&name, "old").unwrap();
-        let mut held = Held::create(&path).unwrap();
-        assert!(matches!(held.rename(&name, Existing::Refuse), Err(FileError::Exists(_))));
+        let mut locked = LockedFile::create(&path).unwrap();
+        assert!(matches!(locked.rename(&name, Existing::Refuse), Err(FileError::Exists(_))));
         assert!(path.exists() && fs::read_to_string(&name).unwrap() == "old");
-        held.rename(&name, Existing::Replace).unwrap();
+        locked.rename(&name, Existing::Replace).unwrap();
         assert!(!path.exists() && fs::read_to_string(&name).unwrap().is_empty());
     }
 
@@ -207,7 +207,7 @@ mod tests {
         std::os::unix::fs::symlink(&file, &link).unwrap();
         std::os::unix::fs::symlink(folder.path().join("nowhere"), &dangling).unwrap();
         for link in [&link, &dangling] {
-            assert!(matches!(Held::create(link), Err(FileError::NoFile { what: "a link", .. })));
+            assert!(matches!(LockedFile::create(link), Err(FileError::NoFile { what: "a link", .. })));
         }
         assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
         assert!(!folder.path().join("nowhere").exists());

@@ -7,7 +7,7 @@ use asperity_runlog::{LogError, LogProblem, NoRunLog, RunReader, Topics, partial
 
 /// Something that is not replaced stands in the place of a run's log.
 #[derive(Debug, thiserror::Error)]
-pub enum PlaceError {
+pub enum LogTargetError {
     /// It is no run log.
     #[error("{0}; it is not replaced (accepted: another folder)")]
     Foreign(LogError),
@@ -62,11 +62,11 @@ pub(crate) const RUN_ID: Part = ("run", |header| &header.run_id);
 
 /// Makes sure that what stands at a path, or at its [`partial_path`], may be replaced: nothing, or
 /// a log of the same scenario and solver; of whatever run if it is to be `fresh`.
-pub(crate) fn check(log: &Path, wanted: &RunHeader, fresh: bool) -> Result<(), PlaceError> {
+pub(crate) fn check(log: &Path, wanted: &RunHeader, fresh: bool) -> Result<(), LogTargetError> {
     for path in [&partial_path(log), log] {
         match RunReader::open(path, Topics::NONE) {
             Err(LogError { problem: LogProblem::NoRunLog(NoRunLog::Missing | NoRunLog::Empty), .. }) => {}
-            Err(error) if error.problem.is_no_run_log() => return Err(PlaceError::Foreign(error)),
+            Err(error) if error.problem.is_no_run_log() => return Err(LogTargetError::Foreign(error)),
             // Damaged before it says what it is.
             Err(_) => {}
             Ok(reader) if !fresh => {

@@ -5,18 +5,18 @@
 use crc32fast::Hasher;
 use mcap::records::Record;
 
+use super::record::Seal;
 use crate::format::{
     CHECKPOINT, CHUNK, CHUNK_SINCE, MAGIC, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO,
 };
 use crate::index::{Index, Place};
-use crate::link::Link;
 use crate::metadata;
 use crate::parse::fills;
 use crate::problem::LogProblem;
 
 /// Follows the records of a file, and holds them against what is said of them.
 #[derive(Debug)]
-pub(crate) struct Proof {
+pub(crate) struct Verifier {
     /// The checksum of what has been read.
     crc: Hasher,
     /// The version of the format, once it is known.
@@ -33,11 +33,11 @@ pub(crate) struct Proof {
     index: Index,
 }
 
-impl Default for Proof {
-    fn default() -> Proof {
+impl Default for Verifier {
+    fn default() -> Verifier {
         let mut crc = Hasher::new();
         crc.update(MAGIC);
-        Proof {
+        Verifier {
             crc,
             version: None,
             run_id: String::new(),
@@ -52,7 +52,7 @@ impl Default for Proof {
     }
 }
 
-impl Proof {
+impl Verifier {
     /// Whether the log is of a version that proves itself.
     fn is_strict(&self) -> bool {
         self.version.is_some_and(|version| version >= CHUNK_SINCE)
@@ -122,7 +122,7 @@ impl Proof {
         }
         let piece = match record {
             Record::Metadata(metadata) if metadata.name == CHUNK => {
-                return self.link(at, &Link::from_map(&metadata.metadata)?);
+                return self.seal(at, &Seal::from_map(&metadata.metadata)?);
             }
             Record::Metadata(metadata) if metadata.name == RUN => return Ok(()),
             Record::Metadata(metadata) if [RUN_END, SALVAGE].contains(&metadata.name.as_str()) => {
@@ -161,21 +161,21 @@ impl Proof {
         }
     }
 
-    fn link(&mut self, at: u64, link: &Link) -> Result<(), LogProblem> {
+    fn seal(&mut self, at: u64, seal: &Seal) -> Result<(), LogProblem> {
         let wrong = |what| Err(LogProblem::Unsound { at, what });
-        if link.run_id != self.run_id {
+        if seal.run_id != self.run_id {
             return wrong("metadata `chunk` of another run");
         }
-        if self.piece.take() != Some(link.crc) {
+        if self.piece.take() != Some(seal.crc) {
             return wrong("metadata `chunk` that does not follow what it vouches for");
         }
-        if (link.number, link.before_crc) != (self.next, self.before_crc) {
+        if (seal.number, seal.before_crc) != (self.next, self.before_crc) {
             return wrong("metadata `chunk` out of order: what stood before it is missing or was moved");
         }
-        if (link.bytes, link.bytes_crc) != (at, self.crc.clone().finalize()) {
+        if (seal.bytes, seal.bytes_crc) != (at, self.crc.clone().finalize()) {
             return wrong("metadata `chunk` vouches for other bytes than stand before it");
         }
-        (self.next, self.before_crc) = (link.number + 1, link.crc);
+        (self.next, self.before_crc) = (seal.number + 1, seal.crc);
         Ok(())
     }
 }

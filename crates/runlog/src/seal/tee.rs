@@ -10,18 +10,18 @@ use mcap::McapResult;
 use mcap::Writer;
 use mcap::records::{Metadata, op};
 
+use super::record::Seal;
 use crate::format::{CHUNK, MAGIC, RECORD_HEAD_BYTES};
-use crate::link::Link;
 
 /// A file and what was written to it.
-pub(crate) struct Followed<W> {
+pub(crate) struct Tee<W> {
     file: W,
     seen: Arc<Mutex<Seen>>,
 }
 
-impl<W> Followed<W> {
-    pub(crate) fn new(file: W) -> Followed<W> {
-        Followed { file, seen: Arc::default() }
+impl<W> Tee<W> {
+    pub(crate) fn new(file: W) -> Tee<W> {
+        Tee { file, seen: Arc::default() }
     }
 
     pub(crate) fn into_inner(self) -> W {
@@ -29,7 +29,7 @@ impl<W> Followed<W> {
     }
 }
 
-impl<W: Write> Write for Followed<W> {
+impl<W: Write> Write for Tee<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.file.write(bytes)?;
         lock(&self.seen).take(&bytes[..written]);
@@ -42,7 +42,7 @@ impl<W: Write> Write for Followed<W> {
 }
 
 /// Only to tell where it is: the library is told not to go back.
-impl<W: Seek> Seek for Followed<W> {
+impl<W: Seek> Seek for Tee<W> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.file.seek(to)
     }
@@ -54,16 +54,16 @@ fn lock(seen: &Mutex<Seen>) -> MutexGuard<'_, Seen> {
 }
 
 /// Writes the records `chunk` of a log.
-pub(crate) struct Chain {
+pub(crate) struct Sealer {
     seen: Arc<Mutex<Seen>>,
     run_id: String,
     next: u64,
     before_crc: u32,
 }
 
-impl Chain {
-    pub(crate) fn new<W>(file: &Followed<W>, run_id: &str) -> Chain {
-        Chain { seen: Arc::clone(&file.seen), run_id: run_id.to_owned(), next: 0, before_crc: 0 }
+impl Sealer {
+    pub(crate) fn new<W>(file: &Tee<W>, run_id: &str) -> Sealer {
+        Sealer { seen: Arc::clone(&file.seen), run_id: run_id.to_owned(), next: 0, before_crc: 0 }
     }
 
     /// Closes the piece that was written last, a chunk or what stands between chunks, and hands
@@ -71,11 +71,11 @@ impl Chain {
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub(crate) fn close<W: Write + Seek>(&mut self, writer: &mut Writer<Followed<W>>) -> McapResult<()> {
+    pub(crate) fn close<W: Write + Seek>(&mut self, writer: &mut Writer<Tee<W>>) -> McapResult<()> {
         writer.flush()?;
-        let link = {
+        let seal = {
             let seen = lock(&self.seen);
-            Link {
+            Seal {
                 run_id: self.run_id.clone(),
                 number: self.next,
                 crc: seen.piece_crc,
@@ -84,9 +84,9 @@ impl Chain {
                 bytes_crc: seen.crc.clone().finalize(),
             }
         };
-        writer.write_metadata(&Metadata { name: CHUNK.to_owned(), metadata: link.to_map() })?;
+        writer.write_metadata(&Metadata { name: CHUNK.to_owned(), metadata: seal.to_map() })?;
         writer.flush()?;
-        (self.next, self.before_crc) = (link.number + 1, link.crc);
+        (self.next, self.before_crc) = (seal.number + 1, seal.crc);
         Ok(())
     }
 }

@@ -13,7 +13,7 @@ use crate::header::header;
 
 /// Where a log is not what its own scenario, or any run, makes.
 #[derive(Debug, thiserror::Error)]
-pub enum OwnProblem {
+pub enum SelfCheckProblem {
     /// A scenario that means nothing.
     #[error("scenario.toml cannot be read: {0}")]
     Scenario(ScenarioErrors),
@@ -40,7 +40,7 @@ pub enum OwnProblem {
     },
     /// Not the run that the same scenario gives now.
     #[error("step {step}: the run, made again, {what}")]
-    MadeAgain {
+    Rerun {
         /// The step.
         step: u64,
         /// What the run does there.
@@ -52,9 +52,9 @@ pub enum OwnProblem {
 ///
 /// # Errors
 /// If it means nothing, or another run.
-pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnProblem> {
+pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, SelfCheckProblem> {
     let source = ScenarioSource::logged("scenario.toml", scenario_toml);
-    let scenario = Scenario::resolve(&source).map_err(OwnProblem::Scenario)?;
+    let scenario = Scenario::resolve(&source).map_err(SelfCheckProblem::Scenario)?;
     let plan = Plan::new(&scenario);
     let solver = SolverKind::named(&logged.solver).unwrap_or_default();
     let of = header(&scenario, &plan, solver.name());
@@ -77,12 +77,12 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnP
     };
     for ((key, expected), (_, found)) in values(&of).into_iter().zip(values(logged)) {
         if found != expected {
-            return Err(OwnProblem::OtherScenario { key, found, expected });
+            return Err(SelfCheckProblem::OtherScenario { key, found, expected });
         }
     }
     // Its keys agree; so must what follows from them, as what was drawn at random.
     if scenario.to_commented_toml() != scenario_toml {
-        return Err(OwnProblem::Text);
+        return Err(SelfCheckProblem::Text);
     }
     Ok(plan)
 }
@@ -106,7 +106,7 @@ pub(crate) fn topics(
     blocks: u32,
     kinds: &[EventKind],
     is_ours: bool,
-) -> Result<(), OwnProblem> {
+) -> Result<(), SelfCheckProblem> {
     let ours = if is_ours { announcements(blocks, kinds) } else { Vec::new() };
     let mut missing: Vec<&str> = ours.iter().map(|ours| &*ours.topic).collect();
     for logged in logged {
@@ -124,35 +124,35 @@ pub(crate) fn topics(
             None if !logged.agrees_with_itself() => "has other units than its schema names, or no schema",
             None => continue,
         };
-        return Err(OwnProblem::Topic { topic: logged.topic, what });
+        return Err(SelfCheckProblem::Topic { topic: logged.topic, what });
     }
     // Of events that are missing it is told by which detectors.
     match missing.into_iter().find(|topic| !topic.starts_with("/events/")) {
-        Some(topic) => Err(OwnProblem::Topic { topic: topic.to_owned(), what: "is not announced" }),
+        Some(topic) => Err(SelfCheckProblem::Topic { topic: topic.to_owned(), what: "is not announced" }),
         None => Ok(()),
     }
 }
 
 /// The run of a log, made again beside its records.
-pub(crate) struct MadeAgain {
+pub(crate) struct Rerun {
     plan: Arc<Plan>,
     solver: Box<dyn Solver>,
     is_salvaged: bool,
 }
 
-impl MadeAgain {
+impl Rerun {
     /// Of a log with that header, by the solver that it names.
-    pub(crate) fn new(plan: Plan, logged: &RunHeader, is_salvaged: bool) -> MadeAgain {
+    pub(crate) fn new(plan: Plan, logged: &RunHeader, is_salvaged: bool) -> Rerun {
         let plan = Arc::new(plan);
         let solver = SolverKind::named(&logged.solver).unwrap_or_default().start(Arc::clone(&plan));
-        MadeAgain { plan, solver, is_salvaged }
+        Rerun { plan, solver, is_salvaged }
     }
 
     /// That the run gives this record next; of a salvaged log, behind some that it lacks.
     ///
     /// # Errors
     /// If it does not.
-    pub(crate) fn record(&mut self, record: &Record) -> Result<(), OwnProblem> {
+    pub(crate) fn record(&mut self, record: &Record) -> Result<(), SelfCheckProblem> {
         while let Ok(Some(made)) = self.solver.next_record() {
             if made == *record {
                 return Ok(());
@@ -161,18 +161,18 @@ impl MadeAgain {
                 break;
             }
         }
-        Err(OwnProblem::MadeAgain { step: record.step(), what: "gives another record".to_owned() })
+        Err(SelfCheckProblem::Rerun { step: record.step(), what: "gives another record".to_owned() })
     }
 
     /// That the run ends here, with that status and, if it was `stopped`, for that reason.
     ///
     /// # Errors
     /// If it does not.
-    pub(crate) fn finish(mut self, status: RunStatus, stopped: Option<&str>) -> Result<(), OwnProblem> {
+    pub(crate) fn finish(mut self, status: RunStatus, stopped: Option<&str>) -> Result<(), SelfCheckProblem> {
         let what = match self.solver.next_record() {
             Ok(Some(more)) => {
                 let what = "gives a record more".to_owned();
-                return Err(OwnProblem::MadeAgain { step: more.step(), what });
+                return Err(SelfCheckProblem::Rerun { step: more.step(), what });
             }
             Ok(None) if stopped.is_some() => "is not stopped".to_owned(),
             Ok(None) => match ending(&self.plan, &*self.solver) {
@@ -183,7 +183,7 @@ impl MadeAgain {
             Err(error) if error.status() == status && stopped == Some(&error.to_string()) => return Ok(()),
             Err(error) => format!("is stopped: {error}"),
         };
-        Err(OwnProblem::MadeAgain { step: self.solver.step(), what })
+        Err(SelfCheckProblem::Rerun { step: self.solver.step(), what })
     }
 }
 

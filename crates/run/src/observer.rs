@@ -7,7 +7,7 @@ use asperity_record::{Event, Record};
 /// Looks on. All calls come from the thread that called, in the order of the log.
 ///
 /// Every method does nothing unless it is written anew, and `()` looks at nothing.
-pub trait Watch {
+pub trait Observer {
     /// A record: a step, the state of all blocks, or that of a dense window.
     fn record(&mut self, _record: &Record) {}
 
@@ -21,7 +21,7 @@ pub trait Watch {
     fn notice(&mut self, _notice: Notice<'_>) {}
 }
 
-impl Watch for () {}
+impl Observer for () {}
 
 /// Something that a user should know of a run, in words by [`Display`](fmt::Display).
 #[derive(Debug, Clone, Copy, PartialEq)]

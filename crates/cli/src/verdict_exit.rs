@@ -46,7 +46,7 @@ pub(crate) fn holds_all(run: &Path) -> Result<Checked, Failure> {
 ///
 /// # Errors
 /// If the log does not hold all of its run.
-pub(crate) fn tell(run: &Path, checked: &Checked, board: &Board) -> Result<(), Failure> {
+pub(crate) fn finish(run: &Path, checked: &Checked, board: &Board) -> Result<(), Failure> {
     match checked.verdict {
         Verdict::Whole => Ok(()),
         Verdict::OtherCode => {

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use crate::keys::{self, DRAWN_KEYS, KEYS, Key, Kind, LEAST_MAGNITUDE, MOST_MAGNITUDE};
-use crate::near;
 use crate::source::{Entries, Entry, ScenarioError, Written};
+use crate::suggest;
 use crate::window_keys::{WINDOW, WINDOW_KEYS};
 
 /// Checks what is written against the key table and adds the defaults.
@@ -71,12 +71,12 @@ fn unknown_keys(
     let is_known = |path: &str| known.into_iter().flatten().any(|key| key.path == path);
     let unknown = values.iter().filter(|(path, _)| !is_known(path));
     for (index, (path, entry)) in unknown.enumerate() {
-        let meant = if index < MOST_GUESSED { near::keys(path, known[0]) } else { Vec::new() };
+        let meant = if index < MOST_GUESSED { suggest::keys(path, known[0]) } else { Vec::new() };
         let meant: Vec<String> = meant.into_iter().map(|key| format!("{prefix}{key}")).collect();
         errors.push(ScenarioError {
             place: Some(entry.place.clone()),
             key: Some(format!("{prefix}{path}")),
-            problem: format!("unknown key, set to {}{}", entry.value, near::did_you_mean(&meant)),
+            problem: format!("unknown key, set to {}{}", entry.value, suggest::did_you_mean(&meant)),
             accepted: Some("the keys of `asperity scenario show default`".to_owned()),
         });
     }

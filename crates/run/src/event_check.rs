@@ -50,7 +50,7 @@ impl fmt::Display for OtherDetectors {
 
 /// Logged and found events that are still to be compared.
 #[derive(Debug, Default)]
-pub(crate) struct Agreement {
+pub(crate) struct EventCheck {
     /// What the detectors emit that look now.
     emitted: BTreeSet<String>,
     /// What was announced in the log, once that is known.
@@ -78,11 +78,11 @@ pub struct Difference {
     pub found: String,
 }
 
-impl Agreement {
+impl EventCheck {
     /// Of a log with that header with what these detectors find.
-    pub(crate) fn with(detectors: &[Box<dyn Detector>], header: &RunHeader) -> Agreement {
+    pub(crate) fn with(detectors: &[Box<dyn Detector>], header: &RunHeader) -> EventCheck {
         let emitted = detectors.iter().map(|detector| detector.emits().topic.to_owned()).collect();
-        Agreement { emitted, version: header.record_schema_version, ..Agreement::default() }
+        EventCheck { emitted, version: header.record_schema_version, ..EventCheck::default() }
     }
 
     /// An event without what the log's version does not have, or has otherwise.
@@ -138,7 +138,7 @@ impl Agreement {
 
     /// Keeps an event until its counterpart comes. Nothing is kept once the two have parted; they
     /// part as well if one is too far ahead of the other.
-    fn keep(&mut self, bytes: usize, push: impl FnOnce(&mut Agreement)) {
+    fn keep(&mut self, bytes: usize, push: impl FnOnce(&mut EventCheck)) {
         if self.parted.is_some() {
             return;
         }
@@ -203,7 +203,7 @@ mod tests {
 
     use asperity_record::Event;
 
-    use super::{Agreement, OtherDetectors};
+    use super::{EventCheck, OtherDetectors};
 
     fn event(topic: &str, payload: &str) -> Event {
         Event { topic: topic.to_owned(), payload: payload.to_owned() }
@@ -213,13 +213,13 @@ mod tests {
         topics.iter().map(|&topic| topic.to_owned()).collect()
     }
 
-    fn between(emitted: &[&str], announced: &[&str]) -> Agreement {
+    fn between(emitted: &[&str], announced: &[&str]) -> EventCheck {
         let version = asperity_record::RECORD_SCHEMA_VERSION;
-        Agreement {
+        EventCheck {
             emitted: topics(emitted),
             announced: Some(topics(announced)),
             version,
-            ..Agreement::default()
+            ..EventCheck::default()
         }
     }
 
@@ -230,7 +230,7 @@ mod tests {
         let found = r#"{"rupture":0,"moment_n_m":5.0,"anchor_change_j":-1.0,"elastic_change_j":0.0,"drive_work_j":3.0}"#;
         let compare = |version: u32, found: &str| {
             let topic = "/events/rupture";
-            let mut both = Agreement { version, ..between(&[topic], &[topic]) };
+            let mut both = EventCheck { version, ..between(&[topic], &[topic]) };
             both.logged(event(topic, logged));
             both.found(event(topic, found));
             both.finish().is_ok()

@@ -1,5 +1,4 @@
-//! From values as written to a scenario: each checked against its key, and defaults for what
-//! nobody wrote.
+//! Checks every written value against its key and fills in defaults for the rest.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +7,7 @@ use crate::source::{Entries, Entry, ScenarioError, Written};
 use crate::suggest;
 use crate::window_keys::{WINDOW, WINDOW_KEYS};
 
-/// Checks what is written against the key table and adds the defaults.
+/// Checks the written values against the key table and adds the defaults.
 pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> toml::Table {
     unknown_keys(&entries.values, [KEYS, DRAWN_KEYS], "", errors);
     for (key, entry) in DRAWN_KEYS.iter().filter_map(|key| Some((key, entries.values.get(key.path)?))) {
@@ -59,7 +58,7 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
     table
 }
 
-/// Unknown keys that get a suggestion; the search for one takes time.
+/// At most this many unknown keys get a suggestion, since each search takes time.
 const MOST_GUESSED: usize = 100;
 
 fn unknown_keys(
@@ -82,7 +81,7 @@ fn unknown_keys(
     }
 }
 
-/// Holds one written value against its key.
+/// Checks one written value against its key; pushes an error if it does not fit.
 fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>) -> Option<toml::Value> {
     let good = match (&entry.value, key.kind) {
         (Written::Number(value), Kind::Number(..)) if key.kind.accepts_number(*value) => {
@@ -148,7 +147,7 @@ fn is_number(kind: Kind) -> bool {
     matches!(kind, Kind::Number(..) | Kind::Numbers(..))
 }
 
-/// Puts a value under a dotted key.
+/// Inserts a value under a dotted key.
 pub(crate) fn insert(table: &mut toml::Table, path: &str, value: toml::Value) {
     match path.split_once('.') {
         None => {
@@ -172,8 +171,8 @@ mod tests {
 
     #[test]
     fn key_table_and_fields_agree() {
-        // A table of every key has every field, and nothing else: what is missing and what is
-        // unknown would be refused alike. Windows are filled in the same way.
+        // A table with a value for every key deserialises; missing and unknown keys would both
+        // fail. Windows are filled in the same way.
         let entries = ScenarioSource::new(
             "test.toml",
             "[[recording.window]]\nfrom_s = 0\nto_s = 1\nevery_s = 0.5\nfirst_block = 1\nlast_block = 2\n",

@@ -1,4 +1,4 @@
-//! What is accepted, and may surprise whoever runs it.
+//! Warnings about scenarios that are accepted but may surprise whoever runs them.
 
 use crate::choices::{DriveKind, Energies, Reattach, Start};
 use crate::derive::ADVISED_SHARE;
@@ -7,18 +7,18 @@ use crate::plan::Plan;
 use crate::scenario::{Scenario, Time};
 use crate::slab;
 
-/// A driving force at the start, over the normal load, that is more than rounding.
+/// Smallest driving force at the start, over the normal load, that exceeds rounding.
 const LEAST_LOAD_RATIO: f64 = 1e-9;
 
-/// A shear that a profile leaves to the last block, over the mean load of a block, that is more
-/// than rounding.
+/// Smallest shear that a profile leaves to the last block, over the mean load of a block, that
+/// exceeds rounding.
 const LEAST_REMAINDER_RATIO: f64 = 1e-6;
 
 impl Scenario {
-    /// What is accepted in this scenario and may surprise, each in a sentence that begins with the
-    /// key. `asperity run` and `asperity scenario validate` print them.
+    /// What may surprise in this scenario, each a sentence that begins with the key. `asperity run`
+    /// and `asperity scenario validate` print them.
     pub fn warnings(&self) -> Vec<String> {
-        // A loaded start goes on from what a start at rest has.
+        // A loaded start continues from the state of a start at rest.
         let at_rest = Scenario { time: Time { start: Start::AtRest, ..self.time.clone() }, ..self.clone() };
         let plan = Plan::new(&at_rest);
         [step, without_audit, fronts, chatter, load_at_start, remainder, beyond_at_start, without_threshold]
@@ -28,7 +28,7 @@ impl Scenario {
     }
 }
 
-/// A step so long that it shows in the results.
+/// Warns of a time step so long that it changes the results.
 fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     let longest_s = scenario.longest_stable_step_s();
     let ratio = scenario.time.step_s / longest_s;
@@ -42,7 +42,8 @@ fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     })
 }
 
-/// A step so long that the run might have to be stopped, and nothing to tell it by.
+/// Warns of a time step so long that the run may become unstable while energies, which would reveal
+/// it, are not recorded.
 fn without_audit(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let is_long = step(scenario, plan).is_some();
     (is_long && scenario.recording.energies == Energies::None).then(|| {
@@ -52,11 +53,11 @@ fn without_audit(scenario: &Scenario, plan: &Plan) -> Option<String> {
     })
 }
 
-/// A share of a front's speed by which the time step makes it so wrong that `run`, `scenario validate`
-/// and `summary` warn of it.
+/// Relative error of a front's speed by the time step from which `run`, `scenario validate` and
+/// `summary` warn of it.
 pub const WRONG_FRONT: f64 = 0.04;
 
-/// A step so long that it shows in the speeds of fronts.
+/// Warns of a time step so long that it changes the speeds of fronts.
 fn fronts(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let error = plan.scales.front_error(scenario.time.step_s);
     (error > WRONG_FRONT).then(|| {
@@ -71,7 +72,7 @@ fn fronts(scenario: &Scenario, plan: &Plan) -> Option<String> {
     })
 }
 
-/// A rule by which the contacts of a slab chatter.
+/// Warns of a re-attachment rule by which the contacts of a slab chatter.
 fn chatter(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let is_two_way = scenario.friction.reattach == Reattach::TwoWay;
     (is_two_way && plan.elastic.lattice().is_some()).then(|| {
@@ -81,7 +82,7 @@ fn chatter(scenario: &Scenario, plan: &Plan) -> Option<String> {
     })
 }
 
-/// Driving springs that pull before the drive point moves.
+/// Warns of driving springs that pull before the drive point moves.
 fn load_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let u = &plan.initial.displacement_m;
     let pulls = plan.drive.springs.iter().map(|spring| (spring.block, spring.force_n(0.0, u[spring.block])));
@@ -98,7 +99,7 @@ fn load_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     ))
 }
 
-/// What a profile of the initial shear does not add up to 0 by.
+/// Warns of an initial shear profile whose sum is not 0.
 fn remainder(scenario: &Scenario, plan: &Plan) -> Option<String> {
     if plan.elastic.lattice().is_some() {
         return None;
@@ -118,12 +119,12 @@ fn remainder(scenario: &Scenario, plan: &Plan) -> Option<String> {
     })
 }
 
-/// Blocks that slip at once.
+/// Warns of blocks that slip at once.
 fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let u = &plan.initial.displacement_m;
     let mut force_n: Vec<f64> = match plan.elastic.lattice() {
         None => (0..plan.blocks).map(|n| plan.elastic.spring_force_n(u, n)).collect(),
-        // Its driving springs are relaxed.
+        // The driving springs of a slab are relaxed.
         Some(_) => slab::tangential_force_n(plan),
     };
     for spring in plan.drive.springs.iter().filter(|_| plan.elastic.lattice().is_none()) {
@@ -155,7 +156,8 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     } else {
         String::new()
     };
-    // What has friction springs starts in balance: its velocities are rounding when it detaches.
+    // With friction springs the start is in equilibrium, so velocities at a detachment are
+    // rounding.
     let sign = if plan.friction.interfacial_stiffness_n_per_m > 0.0 {
         ". Where nothing else moves a block, its velocity is rounding then, and the sign of that decides whether \
          sliding friction pushes it on or back in step 2"
@@ -169,7 +171,7 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     Some(format!("{what} beyond static friction on {}, {how_far}: {then}{again}{sign}", blocks(&beyond)))
 }
 
-/// Blocks that nothing holds.
+/// Warns of blocks without a static threshold.
 fn without_threshold(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let free: Vec<usize> = (0..plan.blocks).filter(|&n| plan.friction.static_threshold_n[n] == 0.0).collect();
     if free.is_empty() {
@@ -189,7 +191,7 @@ fn without_threshold(scenario: &Scenario, plan: &Plan) -> Option<String> {
     ))
 }
 
-/// A ratio from 1 on, with as many digits as tell it from 1.
+/// Formats a ratio of at least 1 with as many digits as distinguish it from 1.
 fn times(ratio: f64) -> String {
     if ratio >= 1e6 {
         return format!("{ratio:.3e}");
@@ -198,7 +200,7 @@ fn times(ratio: f64) -> String {
     if ratio > 1.0 && short == "1.0000" { format!("{ratio}") } else { short }
 }
 
-/// Numbers of blocks, counted from 0, in words.
+/// Formats numbers of blocks, given counted from 0, as ranges.
 fn blocks(found: &[usize]) -> String {
     let mut ranges: Vec<(usize, usize)> = Vec::new();
     for &n in found {
@@ -263,7 +265,7 @@ mod tests {
         assert!(warned[0].contains(" is 0.95 of the longest stable step, 3.379e-6 s: beyond 0.4 of it"));
     }
 
-    /// A front is timed by whole steps, and its speed is wrong in proportion to them.
+    /// A front is timed in whole steps, so the error of its speed is proportional to them.
     #[test]
     fn steps_too_long_for_fronts_are_warned_of_with_the_error_of_their_speeds() {
         let front = |ratio: f64| {
@@ -281,7 +283,7 @@ mod tests {
         assert!(warned[0].contains(expected), "{warned:?}");
     }
 
-    /// Only there would the energies have a run stopped.
+    /// Only there would energies stop the run.
     #[test]
     fn runs_without_energies_are_warned_of_where_the_step_is_long() {
         let without = "recording.energies=none";
@@ -302,7 +304,7 @@ mod tests {
             assert!(said.starts_with("drive.kind = \"top\" with initial shear"), "{said}");
             assert!(said.contains(&format!("F_T/F_N = {expected} at the start")), "{said}");
         }
-        // K_n u_N is a force on block 100 besides its shear of 0.45 times 4 N.
+        // K_n u_N is a force on block 100 in addition to its shear of 0.45 times 4 N.
         assert!(
             only(&["drive.kind=top", "initial_shear.beta=0.45"]).ends_with("most on block 100, 9.794e-2 N")
         );
@@ -316,7 +318,7 @@ mod tests {
         let expected = "initial_shear does not add up to 0: block 4 takes what is missing, and starts with -0.2000 of \
                         a block's mean normal load, not 0.1000";
         assert_eq!(said, expected);
-        // A tilt spoils the balance of (5.50): the last block is torn off.
+        // A tilt disturbs the balance of (5.50): the last block slips.
         let said = warnings(&["initial_shear.beta=0.2", "normal_load.tilt=0.5"]);
         assert!(said[0].contains("block 100 takes what is missing, and starts with 3.5007 of"), "{said:?}");
         assert!(
@@ -337,7 +339,7 @@ mod tests {
         );
         let said = only(&["initial_shear.beta=0.77", "friction.reattach=two-way"]);
         assert!(said.contains("re-attach in the next one at a velocity of exactly 0. Where"), "{said}");
-        // Without friction springs a stuck block is at rest exactly.
+        // Without friction springs a stuck block is exactly at rest.
         let said = only(&["initial_shear.beta=0.77", "friction.law=rigid"]);
         assert!(said.ends_with(": they detach in step 1"), "{said}");
         let said = only(&["prestress.ratio=0.6", "prestress.first_block_ratio=0.100000000001"]);

@@ -1,5 +1,4 @@
-//! Files that have a name while they are written, for others to find, and that one process at a
-//! time writes.
+//! Files that other processes can find by name while one process at a time writes them.
 
 use std::fs::{self, File};
 use std::io;
@@ -11,8 +10,8 @@ use crate::lock::{Lock, try_lock};
 use crate::place::is_taken;
 use crate::rename::{Existing, rename, sync_folder_of};
 
-/// A file under a name of its own that no other process writes, for as long as this lives. What
-/// it holds is up to whoever holds it, and nothing of it is removed when it is let go.
+/// A file with a name of its own, locked against other processes while this value lives. Its
+/// contents are up to the owner; dropping it removes nothing.
 #[derive(Debug)]
 pub struct LockedFile {
     path: PathBuf,
@@ -21,10 +20,10 @@ pub struct LockedFile {
 }
 
 impl LockedFile {
-    /// Takes hold of the file of that name, if there is one.
+    /// Opens and locks the file of that name, if it exists.
     ///
     /// # Errors
-    /// If another process holds it, it is a link or no file, or the system refuses.
+    /// If another process has locked it, it is a link or not a file, or the system refuses.
     pub fn open(path: &Path) -> Result<Option<LockedFile>, FileError> {
         let no_file = |what| FileError::NoFile { path: path.to_owned(), what };
         match fs::symlink_metadata(path) {
@@ -39,7 +38,8 @@ impl LockedFile {
         }
     }
 
-    /// Takes hold of the file of that name, which is made if there is none. What it holds stays.
+    /// Opens and locks the file of that name, and creates it if it does not exist. Keeps its
+    /// contents.
     ///
     /// # Errors
     /// As [`LockedFile::open`].
@@ -50,7 +50,7 @@ impl LockedFile {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(FileError::io(path)(error)),
             }
-            // It may be gone again by now.
+            // It may have been removed in the meantime.
             if let Some(locked) = LockedFile::open(path)? {
                 return Ok(locked);
             }
@@ -63,14 +63,14 @@ impl LockedFile {
         if try_lock(&locked.file) == Lock::Busy {
             return Err(FileError::Busy(locked.path));
         }
-        // Whoever held the lock until now may have given the file another name.
+        // The previous owner of the lock may have renamed the file.
         match locked.check() {
             Err(FileError::Lost(path)) => Err(FileError::Busy(path)),
             checked => checked.map(|()| locked),
         }
     }
 
-    /// Where it stands.
+    /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -80,10 +80,10 @@ impl LockedFile {
         &self.file
     }
 
-    /// Makes sure that the name is still that of this file.
+    /// Checks that the name still belongs to this file.
     ///
     /// # Errors
-    /// If the file was removed or another stands in its place, or the system refuses.
+    /// If the file was removed or replaced, or the system refuses.
     pub fn check(&self) -> Result<(), FileError> {
         match Identity::of_entry(&self.path) {
             Ok(there) if there == self.identity => Ok(()),
@@ -92,10 +92,10 @@ impl LockedFile {
         }
     }
 
-    /// Gives it another name, and goes on holding it there.
+    /// Renames the file and keeps it locked.
     ///
     /// # Errors
-    /// If it lost its own name, the other is taken, or the system refuses.
+    /// If its own name no longer belongs to it, the new one is taken, or the system refuses.
     pub fn rename(&mut self, to: &Path, existing: Existing) -> Result<(), FileError> {
         self.check()?;
         rename(&self.path, to, existing)?;
@@ -103,27 +103,27 @@ impl LockedFile {
         sync_folder_of(to)
     }
 
-    /// Removes it.
+    /// Removes the file.
     ///
     /// # Errors
-    /// If it lost its name, which another file may have now, or the system refuses.
+    /// If its name no longer belongs to it, or the system refuses.
     pub fn remove(&self) -> Result<(), FileError> {
         self.check()?;
         fs::remove_file(&self.path).map_err(FileError::io(&self.path))
     }
 }
 
-/// The name of the file by which a folder is locked.
+/// The name of the file that locks a folder.
 const LOCK: &str = ".asperity.lock";
 
-/// A folder that one process at a time writes into, for as long as this lives.
+/// A folder that one process at a time writes into, while this value lives.
 #[derive(Debug)]
 pub struct FolderLock {
     locked: Option<LockedFile>,
 }
 
 impl FolderLock {
-    /// Locks a folder that is there.
+    /// Locks an existing folder.
     ///
     /// # Errors
     /// If another process has locked it, or the system refuses.
@@ -132,7 +132,7 @@ impl FolderLock {
         loop {
             match LockedFile::create(&path) {
                 Ok(locked) => return Ok(FolderLock { locked: Some(locked) }),
-                // Whoever had it removed it while we asked.
+                // The other process removed its lock file after the attempt.
                 Err(FileError::Busy(_)) if !is_taken(&path) => {}
                 Err(FileError::Busy(_)) => return Err(FileError::Busy(folder.to_owned())),
                 Err(error) => return Err(error),
@@ -143,10 +143,10 @@ impl FolderLock {
 
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        // One with something in it is none of ours.
+        // A file with contents is not a lock file of ours.
         let is_empty = |locked: &LockedFile| locked.file.metadata().is_ok_and(|file| file.len() == 0);
         if let Some(locked) = self.locked.take().filter(is_empty) {
-            // Left behind, it is in nobody's way.
+            // A leftover lock file does no harm.
             locked.remove().ok();
         }
     }
@@ -223,7 +223,7 @@ mod tests {
         drop(lock);
         drop(FolderLock::take(folder.path()).unwrap());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-        // What somebody else calls so is kept.
+        // A user's file of that name is kept.
         let mine = folder.path().join(super::LOCK);
         fs::write(&mine, "mine").unwrap();
         drop(FolderLock::take(folder.path()).unwrap());

@@ -1,4 +1,5 @@
-//! The first slip of the whole slider, and when all its blocks slide, by a detector of one's own.
+//! Prints the first slip of the whole slider, and the moment when all its blocks slide, found by a
+//! custom detector.
 //!
 //! `cargo run --package asperity-run --example first_global_slip`; `docs/extending.md` shows it as a
 //! program outside the workspace.

@@ -1,7 +1,7 @@
-//! Logged records through detectors again, by the rules of the live run or by others.
+//! Sends logged records through detectors again, with the rules of the live run or others.
 //!
-//! A replay reads a log once, from its first byte to its last, and holds no more of it than is
-//! under way: what the log says of events and what the detectors find are compared as they come.
+//! A replay reads a log once, front to back, in bounded memory: logged and found events are
+//! compared as they arrive.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -15,60 +15,60 @@ use crate::detectors::{Settings, TopicError, kinds_of};
 use crate::event_check::{Difference, EventCheck, OtherDetectors};
 use crate::observer::Observer;
 
-/// A log that is to go through detectors again.
+/// A log to be sent through detectors.
 pub struct Replay {
     path: PathBuf,
     reader: RunReader,
     detectors: Vec<Box<dyn Detector>>,
-    /// Whether what is found is to be what the log holds.
+    /// Whether the found events must equal the logged ones.
     compares: bool,
 }
 
-/// What came of a replay.
+/// The result of a replay.
 #[derive(Debug)]
 pub struct Replayed {
-    /// What the run said of itself.
+    /// The header of the run.
     pub header: RunHeader,
     /// The digest of its messages.
     pub digest: String,
-    /// Slip events found.
+    /// Number of slip events found.
     pub slip_events: u64,
-    /// What the events found are beside those logged; none by other rules than those of a live
-    /// run, by which other events are found, and are no contradiction.
+    /// Comparison of found and logged events. None with rules other than those of a live run, which
+    /// find other events without contradicting the log.
     pub comparison: Option<Comparison>,
 }
 
-/// Events as they were found, beside those of the log.
+/// Comparison of found events with those of the log.
 #[derive(Debug)]
 pub struct Comparison {
-    /// The first that differ, if any do.
+    /// The first difference, if there is one.
     pub difference: Option<Difference>,
-    /// Topics that only one of them has, which were not compared.
+    /// Topics of only one side, which were not compared.
     pub other_detectors: OtherDetectors,
 }
 
-/// A replay that did not come to its end.
+/// Why a replay did not complete.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// The log cannot be read to its end, or is not whole.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     #[error("failed to start a thread: {0}")]
     Thread(String),
-    /// A detector of the caller's own emits what it must not.
+    /// A custom detector uses a topic that it must not.
     #[error(transparent)]
     Topic(#[from] TopicError),
-    /// The caller asked it to stop.
+    /// The caller stopped it.
     #[error("stopped")]
     Stopped,
 }
 
 impl Replay {
-    /// Opens a log, for the registered detectors that `settings` chooses.
+    /// Opens a log for the registered detectors that `settings` chooses.
     ///
     /// # Errors
-    /// If it is no run log that can be read.
+    /// If it is not a readable run log.
     pub fn open(log: &Path, settings: &Settings) -> Result<Replay, LogError> {
         let compares = *settings == Settings::default();
         let topics = Topics { events: compares, ..Topics::STEPS };
@@ -77,27 +77,28 @@ impl Replay {
         Ok(Replay { path: log.to_owned(), reader, detectors, compares })
     }
 
-    /// With one more detector, of the caller's own.
+    /// Adds a custom detector.
     #[must_use]
     pub fn detect(mut self, detector: impl Detector + 'static) -> Replay {
         self.detectors.push(Box::new(detector));
         self
     }
 
-    /// What the run says of itself.
+    /// The header of the run.
     pub fn header(&self) -> &RunHeader {
         self.reader.header()
     }
 
-    /// What its detectors emit.
+    /// The kinds of events of its detectors.
     pub fn kinds(&self) -> Vec<EventKind> {
         self.detectors.iter().map(|detector| detector.emits()).collect()
     }
 
-    /// Replays it. `stop` is asked between records, from another thread.
+    /// Replays the log. `stop` is polled between records, on another thread.
     ///
     /// # Errors
-    /// If the log is not whole, a detector emits what it must not, or the caller asked to stop.
+    /// If the log is not whole, a detector uses a topic that it must not, or the caller stops the
+    /// replay.
     pub fn run(
         self,
         stop: &(dyn Fn() -> bool + Sync),
@@ -115,7 +116,7 @@ impl Replay {
                 }
                 let item = reader.next_item()?;
                 if reader.has_gap() {
-                    // What is missing may have been the beginning of an event.
+                    // The gap may contain the beginning of an event.
                     return Err(LogError { path: path.clone(), problem: LogProblem::Salvaged }.into());
                 }
                 let mut event_check = event_check.lock().expect("no one panics with it");
@@ -138,7 +139,7 @@ impl Replay {
                         let mut event_check = event_check.lock().expect("no one panics with it");
                         if let Some(event_check) = &mut *event_check {
                             event_check.found(event);
-                            // Told at the end; only that what agrees is let go of matters here.
+                            // Differences are reported at the end; this only drops equal pairs.
                             event_check.let_go();
                         }
                     }

@@ -1,6 +1,6 @@
-//! What the header and the topics of a log of this very program must be by its own scenario, and its
-//! records, where the run is made again: only of this version of the code is it certain what a scenario
-//! means, and what is announced and recorded of it.
+//! Verifies a log of this code version against its embedded scenario: the header, the topics and,
+//! if the run is repeated, the records. Other code versions may interpret or record a scenario
+//! otherwise.
 
 use std::sync::Arc;
 
@@ -11,26 +11,26 @@ use asperity_simulator::{Solver, SolverKind};
 
 use crate::header::header;
 
-/// Where a log is not what its own scenario, or any run, makes.
+/// How a log contradicts its own scenario, or what every run has.
 #[derive(Debug, thiserror::Error)]
 pub enum SelfCheckProblem {
-    /// A scenario that means nothing.
+    /// The scenario is invalid.
     #[error("scenario.toml cannot be read: {0}")]
     Scenario(ScenarioErrors),
-    /// A scenario that is not that of the header.
+    /// The scenario is not that of the header.
     #[error("scenario.toml is of a run with {key} {expected}, metadata `run` says {found}")]
     OtherScenario {
-        /// What differs.
+        /// The name of what differs.
         key: &'static str,
-        /// What the header says.
+        /// Its value in the header.
         found: String,
-        /// What follows from the scenario.
+        /// Its value according to the scenario.
         expected: String,
     },
-    /// A scenario in other words than this program's.
+    /// The scenario's text is not that which this program writes.
     #[error("scenario.toml does not say what this program writes of that scenario")]
     Text,
-    /// A topic that is not announced as it must be.
+    /// A topic is announced wrongly.
     #[error("{topic} {what}")]
     Topic {
         /// The topic.
@@ -38,20 +38,20 @@ pub enum SelfCheckProblem {
         /// What is wrong with it.
         what: &'static str,
     },
-    /// Not the run that the same scenario gives now.
+    /// The repeated run differs.
     #[error("step {step}: the run, made again, {what}")]
     Rerun {
         /// The step.
         step: u64,
-        /// What the run does there.
+        /// What the repeated run does there.
         what: String,
     },
 }
 
-/// A log's scenario, which must be that of its header.
+/// Derives the plan from a log's scenario, which must agree with the header.
 ///
 /// # Errors
-/// If it means nothing, or another run.
+/// If the scenario is invalid or of another run.
 pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, SelfCheckProblem> {
     let source = ScenarioSource::logged("scenario.toml", scenario_toml);
     let scenario = Scenario::resolve(&source).map_err(SelfCheckProblem::Scenario)?;
@@ -80,14 +80,14 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, Self
             return Err(SelfCheckProblem::OtherScenario { key, found, expected });
         }
     }
-    // Its keys agree; so must what follows from them, as what was drawn at random.
+    // The keys agree; what is derived from them, such as random offsets, must agree as well.
     if scenario.to_commented_toml() != scenario_toml {
         return Err(SelfCheckProblem::Text);
     }
     Ok(plan)
 }
 
-/// As the metadata `run` says them.
+/// Formats scales as metadata `run` does.
 fn scales(scales: Scales) -> String {
     let said = scales.parts().map(|(name, value)| match value {
         Some(value) => format!("{name} = {value:e}"),
@@ -96,11 +96,11 @@ fn scales(scales: Scales) -> String {
     said.join(", ")
 }
 
-/// The topics that a log announces: of this very program as it announces them, of any other in
-/// agreement with themselves; and none that no run has.
+/// Checks the topics that a log announces: those of this code version must be exactly as it
+/// announces them, others must be consistent and known to runs.
 ///
 /// # Errors
-/// If one is not so.
+/// If a topic is wrong.
 pub(crate) fn topics(
     logged: impl Iterator<Item = Announced>,
     blocks: u32,
@@ -126,14 +126,14 @@ pub(crate) fn topics(
         };
         return Err(SelfCheckProblem::Topic { topic: logged.topic, what });
     }
-    // Of events that are missing it is told by which detectors.
+    // Missing topics of events are reported with the detectors.
     match missing.into_iter().find(|topic| !topic.starts_with("/events/")) {
         Some(topic) => Err(SelfCheckProblem::Topic { topic: topic.to_owned(), what: "is not announced" }),
         None => Ok(()),
     }
 }
 
-/// The run of a log, made again beside its records.
+/// Repeats the run of a log in parallel with its records.
 pub(crate) struct Rerun {
     plan: Arc<Plan>,
     solver: Box<dyn Solver>,
@@ -141,14 +141,15 @@ pub(crate) struct Rerun {
 }
 
 impl Rerun {
-    /// Of a log with that header, by the solver that it names.
+    /// Starts the run of a log with that header, by the solver named there.
     pub(crate) fn new(plan: Plan, logged: &RunHeader, is_salvaged: bool) -> Rerun {
         let plan = Arc::new(plan);
         let solver = SolverKind::named(&logged.solver).unwrap_or_default().start(Arc::clone(&plan));
         Rerun { plan, solver, is_salvaged }
     }
 
-    /// That the run gives this record next; of a salvaged log, behind some that it lacks.
+    /// Checks that the run yields this record next; in a salvaged log, records before it may be
+    /// missing.
     ///
     /// # Errors
     /// If it does not.
@@ -164,7 +165,7 @@ impl Rerun {
         Err(SelfCheckProblem::Rerun { step: record.step(), what: "gives another record".to_owned() })
     }
 
-    /// That the run ends here, with that status and, if it was `stopped`, for that reason.
+    /// Checks that the run ends here with that status and, if it was `stopped`, for that reason.
     ///
     /// # Errors
     /// If it does not.
@@ -187,7 +188,7 @@ impl Rerun {
     }
 }
 
-/// How a run ends that has taken all its steps.
+/// The final status of a run that has taken all its steps.
 pub(crate) fn ending(plan: &Plan, solver: &dyn Solver) -> RunStatus {
     match plan.drive.until_load_ratio {
         Some(_) if solver.snapshot().hold_step == u64::MAX => RunStatus::LoadNotReached,
@@ -195,7 +196,7 @@ pub(crate) fn ending(plan: &Plan, solver: &dyn Solver) -> RunStatus {
     }
 }
 
-/// Where a record stands among those of a run.
+/// The sort key of a record within a run.
 fn place(record: &Record) -> (u64, u32) {
     match record {
         Record::Step(record) => (record.step, 0),

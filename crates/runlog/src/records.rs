@@ -1,5 +1,5 @@
-//! The MCAP records of a log, one after the other, those in chunks included: every checksum
-//! checked, every record where it may stand, memory bounded by a chunk.
+//! Iterates over the MCAP records of a log, including those in chunks: checks every checksum and
+//! the order of records, in memory bounded by a chunk.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -22,14 +22,14 @@ use crate::seal::{LONGEST_SEAL_BYTES, find_seal};
 pub(crate) struct Records {
     source: BufReader<File>,
     reader: LinearReader,
-    /// Where the next record begins, and that which is being read.
+    /// The offsets of the next record and of the current one.
     next_at: u64,
     at: u64,
-    /// What is left of the chunk that is being read.
+    /// The rest of the current chunk.
     chunk: Chunk,
     layout: Layout,
     verifier: Verifier,
-    /// The library that wrote the file, if the MCAP header says that it is none of ours.
+    /// The library that wrote the file, if the MCAP header has another profile.
     other_library: Option<String>,
 }
 
@@ -37,7 +37,7 @@ impl Records {
     /// Opens a file.
     ///
     /// # Errors
-    /// If it is none, or the system refuses.
+    /// If it does not exist or the system refuses.
     pub(crate) fn open(path: &Path) -> io::Result<Records> {
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
@@ -56,17 +56,17 @@ impl Records {
         })
     }
 
-    /// What stood where so far.
+    /// The records seen so far.
     pub(crate) fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// Whether the MCAP header says that the file is none of ours.
+    /// Whether the MCAP header has the profile of another program.
     pub(crate) fn has_other_profile(&self) -> bool {
         self.other_library.is_some()
     }
 
-    /// What it means that there is no header: the file is damaged, or none of ours.
+    /// The error for a missing header: the file is damaged, or of another program.
     pub(crate) fn no_header(&self) -> LogProblem {
         match &self.other_library {
             Some(library) => NoRunLog::OtherProgram { library: library.clone() }.into(),
@@ -74,14 +74,14 @@ impl Records {
         }
     }
 
-    /// The next record; none after the last one.
+    /// Returns the next record; None after the last one.
     ///
     /// # Errors
-    /// If it cannot be read, or may not stand there.
+    /// If it cannot be read, or is not allowed there.
     pub(crate) fn next(&mut self) -> Result<Option<Record<'static>>, LogProblem> {
         self.read().map_err(|problem| match problem {
             LogProblem::Io(_) => problem,
-            // Whatever is wrong with the file of another program, it is no log of ours.
+            // Whatever is wrong with the file of another program, it is not a run log.
             _ if self.other_library.is_some() && !self.layout.has_run() => self.no_header(),
             _ => problem,
         })
@@ -143,8 +143,8 @@ impl Records {
         }
     }
 
-    /// What it means that the file ends inside a record: it was cut off, or the record lies
-    /// about its length. A file that was cut off does not end as a whole one.
+    /// The error for a file that ends inside a record: it was truncated, or the record's length is
+    /// wrong. A truncated file has no proper ending.
     fn early_end(&mut self) -> LogProblem {
         if !self.layout.has_begun()
             && let Ok(start) = self.start()
@@ -165,13 +165,13 @@ impl Records {
         }
     }
 
-    /// Whether the log is of a version in which every piece is vouched for.
+    /// Whether the log is of a version in which every piece is sealed.
     pub(crate) fn is_vouched_for(&self) -> bool {
         self.verifier.run_id().is_some()
     }
 
-    /// Whether the rest of the file, which is no whole record, holds a record `chunk` of this
-    /// run, or of any before the file has said of which it is: then it was not cut off here.
+    /// Whether the rest of the file, which is not a whole record, contains a record `chunk` of this
+    /// run, or of any run before the header: then the file was not truncated here.
     fn goes_on(&mut self) -> io::Result<bool> {
         self.source.seek(SeekFrom::Start(self.next_at))?;
         let mut bytes = Vec::new();
@@ -183,12 +183,12 @@ impl Records {
             if read == 0 {
                 return Ok(false);
             }
-            // One may begin here and end in what is read next.
+            // A record may begin here and end in the next read.
             bytes.drain(..bytes.len().saturating_sub(LONGEST_SEAL_BYTES));
         }
     }
 
-    /// The file's first bytes, as many as an MCAP file must have.
+    /// Reads the first bytes of the file, as many as any MCAP file has.
     fn start(&mut self) -> io::Result<Vec<u8>> {
         self.source.seek(SeekFrom::Start(0))?;
         let mut start = Vec::new();

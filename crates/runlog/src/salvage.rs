@@ -1,20 +1,18 @@
-//! Putting together what is left of a damaged log.
+//! Salvages a damaged log.
 //!
-//! A record is kept if something other than itself says that it is what was written, and of
-//! this run: chunks and attachments have checksums, the records `chunk` say which of them are
-//! of one run (`lineage`), the header is compared with the scenario (by whoever calls, since
-//! this crate does not know scenarios), and every message must be one of its topic (`walk`).
-//! Where the file cannot be followed from record to record, it is searched for the next one
-//! that proves itself (`pieces`).
+//! A record is kept if something independent confirms that it is what was written, and of this run:
+//! chunks and attachments have checksums, the records `chunk` assign them to a run (`lineage`), the
+//! caller compares the header with the scenario, since this crate does not interpret scenarios, and
+//! every message must match its topic (`walk`). Where the sequence of records is broken, the file
+//! is searched for the next valid piece (`pieces`).
 //!
-//! The result is a log with the status `salvaged`, and a metadata record `salvage` that says
-//! where something is missing. Messages keep their numbers, so any reader sees the gaps.
+//! The result is a log with the status `salvaged` and a metadata record `salvage` that states the
+//! gaps. Messages keep their numbers, so that every reader sees the gaps.
 //!
-//! Events of detectors that are not known here are kept under the topic and the schema that
-//! the log announces. Where the announcement is lost, nothing says what they are: they are
-//! left out, and this is remarked.
+//! Events of unknown detectors are kept under the topic and schema that the log announces. If the
+//! announcement is lost they cannot be identified and are dropped, with a remark.
 //!
-//! The time that this takes grows with the file, whatever is in it.
+//! The time is linear in the size of the file, whatever it contains.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -33,7 +31,7 @@ use crate::versions;
 use crate::walk::{ChunkProblem, Message, Walk};
 use crate::write::RunWriter;
 
-/// A log that nothing could be made of.
+/// Why nothing was salvaged.
 #[derive(Debug, thiserror::Error)]
 pub enum SalvageError {
     /// The input cannot be read.
@@ -41,10 +39,10 @@ pub enum SalvageError {
     Read {
         /// The file.
         path: String,
-        /// Why.
+        /// The reason.
         error: io::Error,
     },
-    /// Neither header nor scenario is left, or they are of a version that is not known.
+    /// Neither header nor scenario is left, or their version is unknown.
     #[error("{path}: {problem}")]
     Hopeless {
         /// The file.
@@ -57,16 +55,16 @@ pub enum SalvageError {
     Write(#[from] WriteError),
 }
 
-/// What the caller makes of header and scenario, either of which may be missing: the header
-/// to go on with, and what is to be remarked about it; or why there is none.
+/// Lets the caller compare header and scenario, either of which may be missing. Returns the header
+/// to use and remarks about it, or why there is none.
 pub type Settle<'a> =
     dyn Fn(Option<RunHeader>, Option<&str>) -> Result<(RunHeader, Vec<String>), String> + 'a;
 
-/// Writes what is left of the log `input` to a new log `output`; of a whole log, all of it.
+/// Writes what is left of the log `input` to a new log `output`; all of it for a whole log.
 ///
 /// # Errors
-/// If `input` cannot be read or has nothing left that says what run it is of, or
-/// `output` exists or cannot be written.
+/// If `input` cannot be read or nothing left in it identifies its run, or `output` exists or cannot
+/// be written.
 pub fn salvage(
     input: &Path,
     output: &Path,
@@ -85,7 +83,7 @@ pub fn salvage(
         })?;
 
     let gaps = gaps(&kept, &mut pieces, Walk::new(events, &header)).map_err(read_error)?;
-    // Once to see what there is, once to write it: the gaps are told at the beginning.
+    // The first walk finds the gaps, which are written first; the second walk writes.
     let mut walk = Walk::new(events, &header);
     let mut damage = std::mem::take(&mut pieces.damage);
     damage.append(&mut kept.damage);
@@ -117,11 +115,11 @@ pub fn salvage(
             write(&kept.entries, &gaps, &mut pieces, Walk::new(events, &header), &mut writer, &name)
         })
         .and_then(|()| Ok(writer.finish(RunStatus::Salvaged, report)?));
-    // If it fails, nothing is left of it: it can be made again from what is still there.
+    // Leaves nothing behind on failure: it can be repeated from the input.
     written.map(|_end| salvaged)
 }
 
-/// Everything in a file that has a right checksum, and its records `chunk`.
+/// Finds everything with a right checksum in a file, and its records `chunk`.
 fn find(pieces: &mut Pieces) -> io::Result<Found> {
     let mut found = Found { seals: pieces.seals()?, ..Found::default() };
     if !found.seals.is_empty() {
@@ -138,7 +136,7 @@ fn find(pieces: &mut Pieces) -> io::Result<Found> {
                 _ => found.headers.extend(metadata::header_from_map(&map).ok()),
             },
             Content::Scenario(text) => {
-                // One is all that a log has; of what was put behind it a few are looked at.
+                // A log has one; a few more are examined in case others were added.
                 if found.scenarios.len() < MOST_SCENARIOS {
                     found.scenarios.push((piece.crc, text));
                 }
@@ -152,10 +150,10 @@ fn find(pieces: &mut Pieces) -> io::Result<Found> {
     Ok(found)
 }
 
-/// How many scenarios are looked at for the one of the run.
+/// Most scenarios examined to find that of the run.
 const MOST_SCENARIOS: usize = 4;
 
-/// What a new log is made of.
+/// The basis of the new log.
 struct Basis {
     header: RunHeader,
     scenario: String,
@@ -168,7 +166,7 @@ enum Unsettled {
     Hopeless(String),
 }
 
-/// Which run it is, and what is of it.
+/// Determines the run, and what belongs to it.
 fn basis(
     mut found: Found,
     pieces: &mut Pieces,
@@ -202,7 +200,7 @@ fn basis(
             (keep_without_links(&found, pieces, events, &header).map_err(Read)?, end)
         }
     };
-    // Whatever version the damaged one was in, this one is written in the present one.
+    // The new log is of the present version, whatever the damaged one was.
     header.record_schema_version = RECORD_SCHEMA_VERSION;
     if scenario.is_none() {
         remarks.push("the scenario is lost".to_owned());
@@ -211,7 +209,8 @@ fn basis(
     Ok(Basis { header, scenario: scenario.unwrap_or_default(), end, kept })
 }
 
-/// The chunks of a log of a version without records `chunk`. Nothing says of which run its
+/// Selects the chunks of a log of a version without records `chunk`. Nothing identifies the run of
+/// its checkpoints, and no program resumes from them.
 /// checkpoints are, and no program goes on from them any more.
 fn keep_without_links(
     found: &Found,
@@ -242,17 +241,17 @@ fn keep_without_links(
     Ok(kept)
 }
 
-/// Where the chunks are before which messages are missing. That a piece is missing is known by
-/// its number; that there were messages in it shows in those of a topic, and may do so only
-/// some chunks later.
+/// The offsets of chunks before which messages are missing. The number of a piece reveals that it
+/// is missing; that it contained messages is revealed by the numbers of a topic, possibly only some
+/// chunks later.
 fn gaps(kept: &Kept, pieces: &mut Pieces, mut walk: Walk<'_>) -> io::Result<BTreeSet<u64>> {
     let mut gaps = BTreeSet::new();
     if kept.after_missing.is_empty() {
         return Ok(gaps);
     }
-    // The chunks after a missing piece, by their place among all chunks.
+    // The chunks after a missing piece, by index.
     let mut doubtful: Vec<(usize, u64)> = Vec::new();
-    // The number of the next message of each topic, and the chunk after that of its last one.
+    // The next number of each topic, and the index of the chunk after its last message.
     let mut next: BTreeMap<String, (u32, usize)> = BTreeMap::new();
     let (mut place, mut is_missing) = (0, false);
     for entry in &kept.entries {
@@ -264,7 +263,7 @@ fn gaps(kept: &Kept, pieces: &mut Pieces, mut walk: Walk<'_>) -> io::Result<BTre
             doubtful.push((place, entry.at));
         }
         if let Some(mut chunk) = pieces.chunk(entry.at)? {
-            // What cannot be read is told of when it is walked through.
+            // The first walk reports what cannot be read.
             for message in walk.messages(entry.at, &mut chunk).unwrap_or_default() {
                 let (expected, since) = next.get(&message.topic).copied().unwrap_or_default();
                 if message.sequence > expected {
@@ -279,7 +278,7 @@ fn gaps(kept: &Kept, pieces: &mut Pieces, mut walk: Walk<'_>) -> io::Result<BTre
     Ok(gaps)
 }
 
-/// Writes what the first walk found to be good.
+/// Writes what the first walk accepted.
 fn write(
     entries: &[Entry],
     gaps: &BTreeSet<u64>,
@@ -304,7 +303,7 @@ fn write(
                         &message.payload,
                     )
                 });
-                // What is refused was so the first time, and is told of.
+                // The first walk refused and reported it as well.
                 if let Err(ChunkProblem::Write(error)) = written {
                     return Err(error.into());
                 }

@@ -1,5 +1,5 @@
-//! The metadata records `chunk`, the seals of a log: each ties one piece of it, and all bytes
-//! before, to the run.
+//! The seals of a log, metadata records `chunk`: each assigns one piece of the log to its run, and
+//! covers all bytes before it with a checksum.
 
 mod record;
 mod tee;

@@ -1,9 +1,9 @@
-//! The metadata records `chunk`, by which chunks know their run.
+//! The metadata record `chunk`.
 //!
 //! One follows each *piece* of a log: the scenario, each chunk with its message indexes, each
-//! checkpoint, `salvage` and `run_end`. It says which run the piece is of and where in it the
-//! piece belongs, and vouches for every byte of the file before it. Each also repeats what the
-//! one before it said of its piece, so that one broken link costs nothing.
+//! checkpoint, `salvage` and `run_end`. It states the run of the piece and its number in the run,
+//! and a checksum over every byte of the file before it. It also repeats the checksum of the piece
+//! before, so that one damaged record loses nothing.
 
 use std::collections::BTreeMap;
 
@@ -14,19 +14,20 @@ use crate::metadata::Reader;
 use crate::parse::parse;
 use crate::problem::MetadataError;
 
-/// One of these records.
+/// A record `chunk`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Seal {
-    /// The run that the piece is of, as in the header.
+    /// The id of the piece's run, as in the header.
     pub(crate) run_id: String,
-    /// Counted from 0: that of the scenario, which ends what stands before the first chunk.
+    /// Counted from 0, the record after the scenario, which covers everything before the first
+    /// chunk.
     pub(crate) number: u64,
-    /// The checksum of the piece. Chunks and attachments have one, which is repeated here;
-    /// that of a metadata record is the CRC-32 of the record after its length.
+    /// The checksum of the piece: repeated for chunks and attachments, which have one; for a
+    /// metadata record the CRC-32 of the record after its length.
     pub(crate) crc: u32,
     /// The checksum of the piece before it; 0 in the first.
     pub(crate) before_crc: u32,
-    /// How many bytes of the file stand before this record.
+    /// Number of bytes in the file before this record.
     pub(crate) bytes: u64,
     /// Their CRC-32.
     pub(crate) bytes_crc: u32,
@@ -50,7 +51,7 @@ impl Seal {
     }
 
     /// # Errors
-    /// If a key is missing or does not say what it must.
+    /// If a key is missing or invalid.
     pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Result<Seal, MetadataError> {
         let reader = Reader { record: CHUNK, map };
         if let Some(key) = map.keys().find(|key| !KEYS.contains(&key.as_str())) {
@@ -59,7 +60,7 @@ impl Seal {
         let hex = |key: &'static str| {
             let text = reader.text(key)?;
             let crc = u32::from_str_radix(&text, 16).ok();
-            // One way of writing each, so that there is none to hide anything in.
+            // Only one spelling is accepted, so that every change is detected.
             crc.filter(|crc| format!("{crc:08x}") == text)
                 .ok_or_else(|| reader.invalid(key, "eight hexadecimal digits"))
         };
@@ -79,8 +80,7 @@ impl Seal {
     }
 }
 
-/// Where among some bytes a record `chunk` begins, if there is a whole one: of this run, or of
-/// any if it is not known which.
+/// Finds the first whole record `chunk` of this run, or of any run if it is unknown.
 pub(crate) fn find_seal(bytes: &[u8], run_id: Option<&str>) -> Option<usize> {
     let is_of_run = |seal: &Seal| run_id.is_none_or(|run_id| seal.run_id == run_id);
     (0..bytes.len())
@@ -91,8 +91,8 @@ pub(crate) fn find_seal(bytes: &[u8], run_id: Option<&str>) -> Option<usize> {
 /// The longest `chunk` record with its head: six keys, a run id and five numbers.
 pub(crate) const LONGEST_SEAL_BYTES: usize = 512;
 
-/// The record `chunk` that some bytes begin with, and its length. The length in its head is not
-/// looked at: what is inside tells it as well.
+/// Parses the record `chunk` at the beginning of some bytes; also returns its length. Ignores the
+/// length in its head, which may be damaged, since the contents determine it.
 pub(crate) fn seal_at(bytes: &[u8]) -> Option<(Seal, usize)> {
     let body = bytes.get(RECORD_HEAD_BYTES..)?;
     if bytes[0] != op::METADATA || !body.starts_with(b"\x05\0\0\0chunk") {

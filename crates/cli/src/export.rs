@@ -1,4 +1,4 @@
-//! `asperity export`: what a log holds as files that data frames read.
+//! `asperity export`: writes logs as tables for data frames.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), 
     Code::worst(exported.into_iter().filter_map(Result::err)).said()
 }
 
-/// What is asked for of each run; their files must not get in each other's way.
+/// The request for each run; their files must have different names.
 fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Failure> {
     let mut names: BTreeMap<String, &PathBuf> = BTreeMap::new();
     let mut requests = Vec::new();
@@ -134,7 +134,7 @@ fn export_one(
     }
 }
 
-/// Why there are no nodes; of a log that does not hold all of its run, with what it is worth.
+/// Converts an error about nodes; adds the verdict if the log is not complete.
 fn without_nodes<'a>(run: &'a Path, checked: &'a Checked) -> impl Fn(NodesError) -> Failure + 'a {
     move |error| {
         let said = format!("--nodes-at-s: {}: {error}", run.display());
@@ -148,7 +148,7 @@ fn without_nodes<'a>(run: &'a Path, checked: &'a Checked) -> impl Fn(NodesError)
     }
 }
 
-/// What is to be said of the log beside its tables.
+/// The verdict on the log, for the record beside its tables.
 fn judged(checked: &Checked) -> Judged {
     Judged {
         state: match checked.verdict {
@@ -172,7 +172,7 @@ fn failure(run: &Path, checked: &Checked, error: ExportError) -> Failure {
         ExportError::UnknownTopic { .. }
         | ExportError::NotFoundThen { .. }
         | ExportError::EmptyRange { .. } => Failure::bad_input(error),
-        // So early that there is nothing to export.
+        // The log ends before there is anything to export.
         ExportError::Log(_) if !checked.verdict.holds_all() => verdict_exit::failure(run, checked),
         ExportError::File(error) => refused("--out", &error, true),
         ExportError::Log(_) | ExportError::Write { .. } => Failure::failed(error),

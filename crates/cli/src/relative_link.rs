@@ -4,8 +4,7 @@ use std::path::{Component, Path, PathBuf};
 
 use asperity_report::encoded;
 
-/// The way from a page to a path beside or below it, or anywhere else, as a link has it; that to a
-/// folder ends in a slash.
+/// The relative, encoded link from a page to a path; links to folders end in a slash.
 pub(crate) fn relative_link(page: &Path, to: &Path) -> String {
     let (from, to) = (whole(page.parent().unwrap_or(Path::new(""))), whole(to));
     let (from, parts): (Vec<Component<'_>>, Vec<Component<'_>>) =
@@ -20,7 +19,8 @@ pub(crate) fn relative_link(page: &Path, to: &Path) -> String {
     link
 }
 
-/// A path from the root, by its names alone: browsers follow no symbolic links on the way up.
+/// The absolute path without `.` and `..`, resolved by names alone, since browsers do not follow
+/// symbolic links upwards.
 fn whole(path: &Path) -> PathBuf {
     let there = if path.as_os_str().is_empty() { Path::new(".") } else { path };
     let mut whole = PathBuf::new();

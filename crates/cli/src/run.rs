@@ -50,7 +50,7 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
         progress: board.run(&scenario.name, header.steps, scenario.time.duration_s),
         summarizer: Summarizer::new(&scenario.name, &header, summary::slider(&scenario)),
     };
-    // The run takes hold of it itself.
+    // Released, because the run locks it itself.
     drop(unfinished);
     let begin = if arguments.resume { Begin::GoOn } else { Begin::Anew };
     let outcome = asperity_run::run(task, begin, &interrupt::has_come, &mut lookers);
@@ -68,7 +68,7 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
     Ok(())
 }
 
-/// Who looks on at a run: progress, and what is said of its physics once it is over.
+/// The observers of a run: progress, and notes about its physics at the end.
 struct Lookers {
     progress: RunProgress,
     summarizer: Summarizer,
@@ -102,8 +102,7 @@ fn taken(out: &Path) -> Failure {
     ))
 }
 
-/// What the command makes of a run that was not finished; an interruption is told and is no
-/// error.
+/// Converts the error of an unfinished run; an interruption is printed and is no error.
 pub(crate) fn failure(error: RunError, board: &Board, name: &str) -> Failure {
     match error {
         RunError::Stopped { .. } => {

@@ -1,4 +1,4 @@
-//! Ruptures of logs from before there were any.
+//! Ruptures of logs by older versions without any.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use asperity_run::{Observer, Replay};
 
 use crate::exit::Failure;
 
-/// The ruptures that the registered detectors find in the step records of a log.
+/// Finds the ruptures in the step records of a log with the registered detectors.
 ///
 /// # Errors
 /// If the log does not hold all of its run.

@@ -17,7 +17,7 @@ use crate::progress::Board;
 use crate::relative_link::relative_link;
 use crate::study;
 
-/// The numbers of runs that the page shows beside the keys that vary.
+/// The results shown for each run, beside the keys that vary.
 const NUMBERS: [&str; 8] = [
     "precursor_count",
     "longest_precursor_ratio",
@@ -29,7 +29,7 @@ const NUMBERS: [&str; 8] = [
     "reason",
 ];
 
-/// The rows of the table of runs that the page shows.
+/// The rows shown from the table of runs.
 pub(crate) struct Rows {
     keys: Vec<String>,
     shown: Vec<usize>,
@@ -70,19 +70,19 @@ impl Observer for Rows {
     }
 }
 
-/// What the page of a study shows beside its runs.
+/// What the page of a study shows besides its runs.
 pub(crate) struct Shown<'a> {
     /// Its figures.
     pub(crate) figures: &'a [asperity_study_figures::Figure],
     /// The links to its tables.
     pub(crate) links: Vec<Link>,
-    /// The way from the page to the folder of the study.
+    /// The relative link from the page to the folder of the study.
     pub(crate) way: &'a str,
-    /// Whether it says by which code the runs were made.
+    /// Whether it names the code version of the runs.
     pub(crate) provenance: bool,
 }
 
-/// The page of a study; `read` gives what a figure's file holds.
+/// Formats the page of a study; `read` returns the contents of a figure's file.
 pub(crate) fn page(
     plan: &Plan,
     counts: Counts,
@@ -153,7 +153,7 @@ pub(crate) fn links(page: &Path, tables: impl IntoIterator<Item = PathBuf>) -> V
     links
 }
 
-/// The page of a study out of its folder, with the tables and figures that are there.
+/// Formats the page of a study from its folder, with the existing tables and figures.
 pub(crate) fn of_folder(
     folder: &Path,
     arguments: &ReportArguments,
@@ -176,7 +176,7 @@ pub(crate) fn of_folder(
     Ok(page(&plan, counts, rows, shown, &read).html())
 }
 
-/// The files of a study that a page is made of or leads to: plan, results, tables and pictures.
+/// The files of a study that a page uses or links to: plan, results, tables and pictures.
 fn inputs(folder: &Path, plan: &Plan) -> Result<Vec<PathBuf>, Failure> {
     let mut inputs = segment::all(folder).map_err(|error| study::unreadable(folder, &error))?;
     inputs.push(folder.join(asperity_sweep::plan::FILE));
@@ -186,7 +186,7 @@ fn inputs(folder: &Path, plan: &Plan) -> Result<Vec<PathBuf>, Failure> {
     Ok(inputs)
 }
 
-/// The study among several.
+/// The entry of the study among several.
 pub(crate) fn entry(
     folder: &Path,
     way: &str,

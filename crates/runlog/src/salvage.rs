@@ -211,7 +211,6 @@ fn basis(
 
 /// Selects the chunks of a log of a version without records `chunk`. Nothing identifies the run of
 /// its checkpoints, and no program resumes from them.
-/// checkpoints are, and no program goes on from them any more.
 fn keep_without_links(
     found: &Found,
     pieces: &mut Pieces,

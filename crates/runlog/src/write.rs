@@ -332,7 +332,6 @@ impl RunWriter {
     ///
     /// # Errors
     /// As [`RunWriter::finish`].
-    /// As [`RunWriter::finish`].
     pub fn finish_stopped(
         self,
         status: RunStatus,

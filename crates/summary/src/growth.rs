@@ -1,20 +1,20 @@
-//! The ruptures that grow from block 1, in whatever order they become known.
+//! Selects the growing ruptures from block 1, in whatever order they become known.
 
 use asperity_record::Rupture;
 
-/// Keeps the ruptures that include block 1 and reach farther than all before them that do: the
+/// Keeps the ruptures that include block 1 and reach farther than all earlier ones that do: the
 /// precursors, and the first slip of the whole slider, which ends them.
 ///
-/// Ruptures are known once nothing can join them any more, which need not be in the order in which
-/// they began. No more than one for each block is kept.
+/// Ruptures become known when nothing can join them any more, possibly in another order than that
+/// of their onsets. Keeps at most one per block.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Growth {
-    /// By onset, each farther than the one before it.
+    /// By onset, each farther than the previous one.
     farthest: Vec<Rupture>,
 }
 
 impl Growth {
-    /// Takes the next rupture.
+    /// Adds a rupture.
     pub(crate) fn take(&mut self, rupture: &Rupture) {
         if rupture.first_block != 1 {
             return;
@@ -32,13 +32,13 @@ impl Growth {
         self.farthest.iter().filter(|rupture| !rupture.reached_every_block)
     }
 
-    /// The first of those that span this many blocks or more.
+    /// The first of them that spans at least this many blocks.
     pub(crate) fn first_over(&self, blocks: u32) -> Option<&Rupture> {
         self.farthest.iter().find(|rupture| rupture.last_block >= blocks)
     }
 }
 
-/// Of two that begin in one step, the one that was known first.
+/// The sort key; of two that begin in one step, the one known first precedes.
 fn starts(rupture: &Rupture) -> (u64, u64) {
     (rupture.onset_step, rupture.rupture)
 }

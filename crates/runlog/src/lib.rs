@@ -4,16 +4,16 @@
 //! |---|---|
 //! | MCAP header | the profile `asperity` |
 //! | metadata `run` | the [`RunHeader`](asperity_record::RunHeader), first |
-//! | metadata `salvage` | in a log that was put together from a damaged one: what it lacks |
+//! | metadata `salvage` | in a salvaged log: what it lacks |
 //! | attachment `scenario.toml` | the resolved scenario, every key |
-//! | attachments `checkpoint` | the solver's state, about once a second of work: from where an unfinished run can go on |
+//! | attachments `checkpoint` | the solver's state, about once a second of work: from which an unfinished run resumes |
 //! | topic `/step` | one message per step record |
 //! | topic `/switch` | one message per block that switched, after its step |
 //! | topic `/fields` | the state of all blocks |
 //! | topic `/window` | the state of chosen blocks in dense windows |
-//! | topics `/events/...` | what the detectors emitted, after the record that made it certain |
-//! | metadata `run_end` | the [`RunEnd`](asperity_record::RunEnd), last: only this says that the run is whole |
-//! | metadata `chunk` | after the scenario, each chunk with its message indexes, each checkpoint, `salvage` and `run_end`: what vouches for it |
+//! | topics `/events/...` | events, after the record that completed them |
+//! | metadata `run_end` | the [`RunEnd`](asperity_record::RunEnd), last: without it the log is not whole |
+//! | metadata `chunk` | after the scenario, each chunk with its message indexes, each checkpoint, `salvage` and `run_end`: its seal |
 //!
 //! Messages are JSON objects, each topic with its JSON schema. `log_time` is simulated time in
 //! nanoseconds; the file contains no wall-clock time. A log is written under a temporary name and
@@ -43,7 +43,7 @@
 //! | `messages:TOPIC` | how many messages the topic has |
 //! | `digest` | BLAKE3 over all messages |
 //! | `digest:TOPIC` | BLAKE3 over the messages of the topic; all topics have one, or none in logs that were written before there were any |
-//! | `solver:NAME`, `solver_fallbacks` | what the solver's work was made of |
+//! | `solver:NAME`, `solver_fallbacks` | the solver's counters |
 //!
 //! A digest is the BLAKE3 hash, as 64 hexadecimal digits, of the following bytes for each message
 //! in the order of the file:

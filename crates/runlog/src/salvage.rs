@@ -197,7 +197,7 @@ fn basis(
         None if blocks_of_seals => (found.keep_none(), None),
         None => {
             let end = found.ends.pop().map(|(_, end)| end);
-            (keep_without_links(&found, pieces, events, &header).map_err(Read)?, end)
+            (keep_without_seals(&found, pieces, events, &header).map_err(Read)?, end)
         }
     };
     // The new log is of the present version, whatever the damaged one was.
@@ -211,7 +211,7 @@ fn basis(
 
 /// Selects the chunks of a log of a version without records `chunk`. Nothing identifies the run of
 /// its checkpoints, and no program resumes from them.
-fn keep_without_links(
+fn keep_without_seals(
     found: &Found,
     pieces: &mut Pieces,
     events: &[EventKind],

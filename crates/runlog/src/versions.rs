@@ -3,11 +3,11 @@
 //! | version | additions |
 //! |---|---|
 //! | 1 | |
-//! | 2 | attachments `checkpoint`, from where an unfinished run can go on; the status `salvaged`, with a metadata record `salvage` |
-//! | 3 | metadata records `chunk`, which vouch for what stands before them; a summary that names all that the log holds; chunks end where a step and its switches end |
-//! | 4 | topics `/events/rupture` and `/events/arrival`; in the metadata `run`, `block_length_m`, `block_time_s`, `link_time_ratio` and `link_s`, by which ruptures are told; in `/step` and `run_end` the energies; in logs written later `longest_stable_step_s` in `run`, and the statuses `stopped-energy` and `stopped-not-finite`, with why in `stopped` |
+//! | 2 | attachments `checkpoint`, from which an unfinished run resumes; the status `salvaged`, with a metadata record `salvage` |
+//! | 3 | metadata records `chunk`, seals of what precedes them; a summary that lists everything in the log; chunks end where a step and its switches end |
+//! | 4 | topics `/events/rupture` and `/events/arrival`; in the metadata `run`, `block_length_m`, `block_time_s`, `link_time_ratio` and `link_s`, which link detachments to ruptures; in `/step` and `run_end` the energies; in logs written later `longest_stable_step_s` in `run`, and the statuses `stopped-energy` and `stopped-not-finite`, with why in `stopped` |
 //! | 5 | slabs: in `/fields` what each contact bears, in checkpoints the states of all nodes |
-//! | 6 | in `/events/rupture` `moment_n_m`, an `anchor_change_j` of every rupture that counts all of its switches, and an `elastic_change_j` to match: before, those of its first step were left out; in the metadata `run`, `modulus_n_per_m` and `interfacial_stiffness_n_per_m`, of which these two are made |
+//! | 6 | in `/events/rupture` `moment_n_m`, an `anchor_change_j` of every rupture that counts all of its switches, and an `elastic_change_j` to match: before, those of its first step were left out; in the metadata `run`, `modulus_n_per_m` and `interfacial_stiffness_n_per_m`, from which these two are computed |
 //!
 //! In any version `run_end` may have a digest for each topic, `digest:TOPIC`; older logs have none,
 //! and nothing is compared. Readers that do not know these keys ignore them, so they are not a new

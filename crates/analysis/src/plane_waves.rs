@@ -67,7 +67,7 @@ impl Waves {
     }
 }
 
-/// The speeds of the waves along a row that are so many spacings long, m/s; `None` of a chain.
+/// The speeds, m/s, of waves along a row whose length is this many spacings; `None` of a chain.
 pub(crate) fn speeds_along_rows_m_per_s(plan: &asperity_model::Plan, spacings: f64) -> Option<[f64; 2]> {
     plan.elastic.longitudinal_over_shear()?;
     let lattice = plan.elastic.as_lattice();

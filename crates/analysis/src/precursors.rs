@@ -52,7 +52,7 @@ impl PrecursorRules {
         Ok(())
     }
 
-    /// What they are applied to: merged events are counted by their blocks anew.
+    /// The data that the rules need: blocks of merged events are counted again.
     pub fn wants(&self) -> Wants {
         if self.merge_gap_s > 0.0 { Wants::DETACHMENTS } else { Wants::NOTHING }
     }

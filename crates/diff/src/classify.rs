@@ -33,14 +33,14 @@ pub(crate) struct Outcome {
     pub(crate) conservation: Option<Conservation>,
 }
 
-/// What the classes are told by.
+/// The rules that determine the classes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rules<'a> {
     pub(crate) columns: Columns,
     pub(crate) policy: &'a Policy,
     /// When the old run ended, s, if that is known.
     pub(crate) old_until_s: Option<f64>,
-    /// The same for the new run.
+    /// When the new run ended, s, if known.
     pub(crate) new_until_s: Option<f64>,
 }
 

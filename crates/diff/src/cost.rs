@@ -96,7 +96,7 @@ impl Span {
         let blocks = event.reach();
         let mut checksum = event.onset_s.to_bits();
         let end = event.end_s.map_or(0, f64::to_bits);
-        // With its number, so that two rows that are the same can be told apart.
+        // With its number, which distinguishes two equal rows.
         for word in [end, blocks.first.into(), blocks.last.into(), event.event] {
             checksum = mixed(checksum ^ word);
         }

@@ -1,16 +1,16 @@
 //! From a resolved scenario to a plan.
 
+use crate::choices::{DriveKind, FrictionLaw, ScheduleFrom, Start};
 use crate::elastic::{Chain, Elastic};
 use crate::initial;
 use crate::lattice::Lattice;
 use crate::load::{self, LoadCourse};
-use crate::mixed::mixed;
 use crate::plan::{
     Ageing, Drive, DriveSpring, Friction, Law, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
 use crate::scenario::Scenario;
 use crate::slab;
-use crate::words::{DriveKind, FrictionLaw, ScheduleFrom, Start};
+use crate::splitmix::mixed;
 use asperity_record::{Scales, TimeGrid};
 
 impl Plan {
@@ -24,7 +24,7 @@ impl Plan {
             let u = slab::displacements_at_rest_m(&lattice, kt, &pressed_n);
             (slab::normal_load_n(&lattice, &u), u)
         });
-        // What presses on a body with a foundation reaches its contacts through its elasticity.
+        // The load on top of a body with a foundation reaches its contacts through its elasticity.
         let (normal_load_n, top_load_n, displacement_at_rest_m) = match at_rest {
             None => (pressed_n, Vec::new(), None),
             Some((normal_load_n, u)) => (normal_load_n, pressed_n, Some(u)),
@@ -127,7 +127,7 @@ impl Plan {
     }
 }
 
-/// Where the drive pulls, and until when.
+/// The points and springs of the drive, and when it stops.
 fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> Drive {
     let drive = &scenario.drive;
     let (stiffness, blocks) = (drive.stiffness_n_per_m, elastic.contacts());
@@ -157,16 +157,16 @@ fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> 
     }
 }
 
-/// The row that a side drive pulls at, counted from 0 at the bottom: the nearest to its height.
+/// The row that a side drive pulls at, counted from 0 at the bottom: the one nearest to its height.
 pub(crate) fn drive_row(scenario: &Scenario) -> usize {
     let slider = &scenario.slider;
     let spacing_m = slider.length_m / f64::from(slider.blocks - 1);
-    // Casting saturates.
+    // The cast saturates.
     (scenario.drive.height_m / spacing_m).round() as usize
 }
 
-/// `K_n` of a top drive: `K` in all, spread evenly, with a tilt like that of the normal load
-/// (5.18), or falling exponentially from the end that a side drive would push.
+/// `K_n` of a top drive: the total `K`, spread evenly, with a tilt like that of the normal load
+/// (5.18), or decaying exponentially from the end at which a side drive would push.
 fn top_stiffness_n_per_m(scenario: &Scenario) -> Vec<f64> {
     let drive = &scenario.drive;
     let blocks = scenario.slider.blocks as usize;
@@ -180,7 +180,7 @@ fn top_stiffness_n_per_m(scenario: &Scenario) -> Vec<f64> {
     shares.iter().map(|share| drive.stiffness_n_per_m * (share / all)).collect()
 }
 
-/// `mu_s` and `mu_d` of every block, offsets and random spread included.
+/// `mu_s` and `mu_d` of every block, including offsets and random spread.
 pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
     let friction = &scenario.friction;
     let blocks = scenario.slider.blocks as usize;
@@ -195,7 +195,7 @@ pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
     )
 }
 
-/// What the random spreads add to `mu_s` and `mu_d` of every block; empty without a spread.
+/// The random contributions to `mu_s` and `mu_d` of every block; empty without a spread.
 pub(crate) fn drawn_offsets(scenario: &Scenario) -> [Vec<f64>; 2] {
     let friction = &scenario.friction;
     [(friction.static_spread, 0), (friction.dynamic_spread, 1)].map(|(spread, stream)| {
@@ -204,8 +204,7 @@ pub(crate) fn drawn_offsets(scenario: &Scenario) -> [Vec<f64>; 2] {
     })
 }
 
-/// A number from -1 to 1 without pattern: SplitMix64's output function of seed, stream and
-/// block.
+/// A pseudo-random number from -1 to 1: SplitMix64's output function of seed, stream and block.
 fn evenly(seed: u64, stream: u64, block: u64) -> f64 {
     let number = mixed((seed << 32 | stream << 31 | block).wrapping_add(1));
     (number >> 11) as f64 / (1u64 << 52) as f64 - 1.0
@@ -276,7 +275,7 @@ impl Springs {
 }
 
 impl Scenario {
-    /// The scales of its slider, without the rest of its plan.
+    /// The scales of the scenario's slider, without deriving the rest of its plan.
     pub fn scales(&self) -> Scales {
         Springs::of(self).scales(self)
     }
@@ -286,15 +285,15 @@ impl Scenario {
         Springs::of(self).elastic
     }
 
-    /// The time step beyond which the scheme is unstable for this slider, while no block switches.
+    /// The time step above which the scheme is unstable for this slider while no block switches.
     pub fn longest_stable_step_s(&self) -> f64 {
         longest_stable_step_s(self)
     }
 }
 
-/// Share of the longest stable time step below which a user is advised to stay: above it, the energy
-/// that switches feed into the chain shows in the numbers of events (docs/model.md, Time stepping).
-/// Of the default as stated there are 46 global slips at 0.1, 48 at 0.4, 72 at 0.6.
+/// Share of the longest stable time step below which users are advised to stay. Above it, the
+/// energy that switches feed into the chain changes the numbers of events (docs/model.md, Time
+/// stepping): the as-stated default has 46 global slips at 0.1, 48 at 0.4, 72 at 0.6.
 pub const ADVISED_SHARE: f64 = 0.4;
 
 impl Plan {
@@ -304,7 +303,7 @@ impl Plan {
     }
 }
 
-/// The time step beyond which the scheme is unstable for a scenario's slider.
+/// The time step above which the scheme is unstable for a scenario's slider.
 pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
     let springs = Springs::of(scenario);
     let stiffest_drive = match scenario.drive.kind {

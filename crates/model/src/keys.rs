@@ -2,7 +2,7 @@
 //!
 //! The table is the single place that says what may be written: resolving
 //! checks against it, `asperity scenario show` comments with it, and a test
-//! holds it against the fields of [`Scenario`](crate::Scenario).
+//! compares it with the fields of [`Scenario`](crate::Scenario).
 
 use asperity_record::MOST_BLOCKS;
 
@@ -52,7 +52,7 @@ pub enum Bound {
 /// The value of a key that nothing sets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Default {
-    /// The same in both parameter sets.
+    /// One value for both parameter sets.
     Is(Value),
     /// As the thesis' program had it, and as its text says.
     BySet {

@@ -1,18 +1,18 @@
-//! Keys that some friction laws alone ask for. Under another law they can only say what that law
-//! does anyway: who writes anything else there is told that it would do nothing.
+//! Keys that only some friction laws use. Other laws fix what such a key would choose; a scenario
+//! that sets it to anything else is refused, because the value would have no effect.
 
 use toml::Value;
 
-use crate::fill_in::insert;
+use crate::choices::FrictionLaw;
+use crate::defaults::insert;
 use crate::keys::KEYS;
 use crate::source::{Entries, LayerKind, ScenarioError};
-use crate::words::FrictionLaw;
 
-/// A key, and the law that it belongs to.
+/// A key and the friction law that uses it.
 struct LawKey {
     path: &'static str,
     law: FrictionLaw,
-    /// What the other laws do, where that is not what the key's default says.
+    /// What the other laws do, where it differs from the key's default.
     elsewhere: Option<&'static str>,
 }
 
@@ -22,7 +22,7 @@ const fn of(path: &'static str, law: FrictionLaw) -> LawKey {
 
 const LAW_KEYS: [LawKey; 6] = [
     of("friction.interfacial_stiffness_ratio", FrictionLaw::InterfacialSprings),
-    // They stop a block where its velocity changes sign.
+    // The other laws stop a block where its velocity changes sign.
     LawKey { path: "friction.reattach", law: FrictionLaw::InterfacialSprings, elsewhere: Some("two-way") },
     of("friction.weakening_velocity_m_per_s", FrictionLaw::VelocityWeakening),
     of("friction.radiation_kg_per_s", FrictionLaw::VelocityWeakening),
@@ -31,7 +31,7 @@ const LAW_KEYS: [LawKey; 6] = [
 ];
 
 impl LawKey {
-    /// What the key says under the laws that do not ask for it.
+    /// The value of the key under laws that do not use it.
     fn idle(&self) -> Value {
         let key = KEYS.iter().find(|key| key.path == self.path).expect("it is in the key table");
         let default = || key.default_in(true).expect("keys of friction have defaults").to_toml();
@@ -39,8 +39,8 @@ impl LawKey {
     }
 }
 
-/// Puts what the law does into a table that has every key, where the law alone decides it, and
-/// refuses what says otherwise; what a log says otherwise is passed over.
+/// Sets keys that the law alone decides to what the law does, in a table that has every key. Other
+/// values are refused in scenarios and ignored in logs.
 pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Vec<ScenarioError>) {
     let law = text(table, "friction.law").expect("the law is a word").clone();
     for key in LAW_KEYS.iter().filter(|key| law.as_str() != Some(key.law.word())) {
@@ -64,7 +64,7 @@ fn text<'a>(table: &'a toml::Table, path: &str) -> Option<&'a Value> {
     table.get(section)?.get(name)
 }
 
-/// Whether a law decides what another law asks for, and not by the key's default.
+/// Whether this law fixes a key of another law to a value other than the key's default.
 pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw) -> bool {
     LAW_KEYS.iter().any(|key| key.path == path && key.elsewhere.is_some() && key.law != law)
 }
@@ -72,13 +72,13 @@ pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw) -> bool {
 #[cfg(test)]
 mod tests {
     use super::LAW_KEYS;
-    use crate::words::{FrictionLaw, Reattach};
+    use crate::choices::{FrictionLaw, Reattach};
     use crate::{Scenario, ScenarioSource};
 
     const LAWS: [FrictionLaw; 3] =
         [FrictionLaw::InterfacialSprings, FrictionLaw::Rigid, FrictionLaw::VelocityWeakening];
 
-    /// Values of which none is what a key says where it has no meaning.
+    /// Values that no unused key has.
     const OTHERS: [&str; 6] = ["0.5", "\"one-way\"", "0.2", "3.5", "0.01", "2.5"];
 
     #[test]
@@ -121,12 +121,12 @@ mod tests {
             assert_eq!(plain.friction.reattach, Reattach::TwoWay);
             for shown in [plain.to_commented_toml(), plain.to_editable_toml()] {
                 assert!(shown.contains("# reattach = \"two-way\"  # from friction.law"), "{shown}");
-                // With the law goes what it decided.
+                // A change of the law changes what the law decided.
                 let source =
                     ScenarioSource::new("mine.toml", shown).with_override("friction.law=interfacial-springs");
                 assert_eq!(Scenario::resolve(&source).unwrap().friction.reattach, Reattach::OneWay);
             }
-            // Neither does it make another run of what was one.
+            // The hash of an older run stays the same.
             let mut older = plain.clone();
             older.friction.reattach = Reattach::OneWay;
             assert_eq!(older.hash(), plain.hash());

@@ -1,8 +1,8 @@
 //! The plan: the numbers of the physics. `derive.rs` derives them from a scenario, once.
 
+use crate::choices::Reattach;
 use crate::elastic::Elastic;
 use crate::load::LoadCourse;
-use crate::words::Reattach;
 use asperity_record::{Scales, TimeGrid};
 
 /// Everything a solver needs to know. SI units; per-block arrays have length

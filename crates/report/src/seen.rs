@@ -24,7 +24,7 @@ impl Limits {
     /// What each has at least, of both: some 30 kB of a page.
     const LEAST: usize = 100;
 
-    /// Those of a page of so many runs.
+    /// The limits for a page of that many runs.
     pub fn of_runs(runs: usize) -> Limits {
         let share = |all: usize, most: usize| (all / runs.max(1)).clamp(Limits::LEAST, most);
         Limits {
@@ -67,7 +67,7 @@ pub struct Gather {
 }
 
 impl Gather {
-    /// For a run of so many steps that is about to go by.
+    /// Collects a run with that many steps.
     pub fn new(steps: u64, limits: Limits) -> Gather {
         Gather {
             curve: Curve::new(steps, limits.columns),

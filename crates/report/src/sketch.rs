@@ -15,7 +15,7 @@ const BLOCK: [f64; 2] = [44.0, 34.0];
 const TOP: f64 = 108.0;
 /// The longest arrow of a normal load.
 const LONGEST: f64 = 30.0;
-/// So many blocks are drawn one by one.
+/// Number of blocks drawn one by one.
 const DRAWN: usize = 7;
 
 /// The sketch of a scenario as SVG, with words for those who do not see it.

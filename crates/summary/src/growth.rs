@@ -1,4 +1,4 @@
-//! The ruptures that grow from block 1, in whatever order they become known.
+//! Selects the growing ruptures from block 1, in whatever order they become known.
 
 use asperity_record::Reach;
 

@@ -1,10 +1,9 @@
-//! The numbers of a run that a physicist asks for first: when it slipped, how far its precursors
-//! came, how fast its fronts ran, what became of the work.
+//! The key numbers of a run: when it slipped, how far its precursors reached, the speed of its
+//! fronts, its energy balance.
 //!
-//! A [`Summarizer`] is told of a run as it goes by, live or out of a log, and gives a [`Summary`].
-//! [`Summary::KEYS`] says of every number what it means and in which unit; the page that explains
-//! them, the tables and [`Summary::schema`] are made from it. [`text`] lays summaries out for a
-//! terminal.
+//! A [`Summarizer`] receives a run live or from a log, and returns a [`Summary`]. [`Summary::KEYS`]
+//! defines the meaning and unit of every number; the page that explains them, the tables and
+//! [`Summary::schema`] are generated from it. [`text`] formats summaries for a terminal.
 //!
 //! ```
 //! use asperity_record::RunHeader;

@@ -107,7 +107,7 @@ impl Figure for FrontStress {
                 if points.is_empty() {
                     continue;
                 }
-                // What a global slip passes is filled, so that both can be told in grey.
+                // Marks of a global slip are filled, to be distinguishable in grey.
                 if filled {
                     own.push(Item::Discs(points, DISC, color));
                 } else {
@@ -117,7 +117,7 @@ impl Figure for FrontStress {
             rows.push((Sample::Marks(marker, color), (*label).to_owned()));
         }
         items.append(&mut own);
-        // Both are told apart where there are both.
+        // The legend distinguishes them where there are both.
         let has = |global: usize| all.iter().any(|(_, part)| part.marks[global].iter().any(|p| shown(&p)));
         rows.extend(has(0).then(|| (Sample::Nothing, "open: precursors".to_owned())));
         rows.extend(has(1).then(|| (Sample::Nothing, "discs: first global slip".to_owned())));

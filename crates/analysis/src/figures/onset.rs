@@ -25,7 +25,7 @@ pub(crate) struct Onset {
     panel: Vec<Labelled>,
 }
 
-/// The least force that can be told from zero on a linear axis, over that on block 1.
+/// The least force that is visible on a linear axis, over that on block 1.
 const SEEN: f64 = 0.005;
 
 /// How many blocks are shown on it, over those that bear such a force.

@@ -186,7 +186,7 @@ fn cpu_s(work: impl FnOnce()) -> f64 {
     }
 }
 
-/// The same for the same number.
+/// Overrides of a random scenario, equal for equal numbers.
 fn random_scenario(number: u64) -> Vec<String> {
     let mut noise = Random::new((SEED * 1000 + number).wrapping_mul(0x9e37_79b9_7f4a_7c15) + 1);
     let blocks = noise.log_uniform(2.0, 700.0) as u32;

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::{BLOCK, Bond, CHAIN, Lattice, SHEET, SLAB, Table};
 use crate::Elastic;
-use crate::mixed::mixed;
+use crate::splitmix::mixed;
 
 const fn with_springs(lattice: Lattice) -> Lattice {
     Lattice { stiffness_n_per_m: 3.0, damping_kg_per_s: 0.7, ..lattice }

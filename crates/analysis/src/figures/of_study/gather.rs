@@ -95,7 +95,7 @@ struct Columns {
     at: Vec<(usize, Place)>,
 }
 
-/// The same of a row of the table of ruptures.
+/// The parts of a figure taken from a row of the table of ruptures.
 #[derive(Debug, Default)]
 struct RuptureColumns {
     onset_step: usize,

@@ -41,7 +41,7 @@ fn help_of_all(columns: &str) -> Vec<(String, String)> {
         let help = String::from_utf8(output.stdout).expect("the binary writes UTF-8");
         let below = help.lines().skip_while(|line| *line != "Commands:").skip(1);
         let names = below.take_while(|line| !line.is_empty()).filter_map(|line| {
-            // Lines that begin farther right go on with what a command does.
+            // Lines that are indented further continue the description of a command.
             line.strip_prefix("  ").filter(|line| !line.starts_with(' '))?.split(' ').next()
         });
         commands.extend(names.filter(|name| *name != "help").map(|name| {

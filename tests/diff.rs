@@ -49,7 +49,7 @@ fn runs_logs_tables_and_parquet_of_one_run_are_the_same() {
         assert!(out.contains("28 identical") && out.ends_with("nothing differs\n"), "{out}");
     }
 
-    // The same run, cut off earlier: what starts after its end is open, not missing.
+    // A truncated copy of the run: what starts after its end is open, not missing.
     let (code, report) = json(&[text(&log), text(&other)]);
     assert_eq!(code, 1);
     assert_eq!((&report["format"], &report["version"]), (&"asperity-diff".into(), &1.into()));
@@ -117,7 +117,7 @@ fn folders_of_tables_are_paired_by_name() {
     let policy =
         write(folder.path(), "tight.toml", "[allow]\nchanged = true\n[columns.last_block]\nabsolute = 0\n");
     assert_eq!(diff(&[text(&old), text(&new), "--policy", text(&policy)]).0, 0);
-    // A run that one side lacks is told, and no policy allows it.
+    // A run that one side lacks is reported, and no policy allows it.
     write(&new, "added.events.csv", TABLE);
     let (code, out, _) = diff(&[text(&old), text(&new), "--policy", text(&policy)]);
     assert_eq!(code, 1);

@@ -400,7 +400,7 @@ fn pipelines_that_ask_for_what_is_not_there_are_refused_by_name() {
 fn a_killed_pipeline_goes_on_with_its_run() {
     let folder = folder();
     let pipeline = folder.path().join("pipeline.toml");
-    // Some seconds of the plain solver, which takes down its state once a second.
+    // Some seconds of the plain solver, with a checkpoint once a second.
     let text_of = "title = \"one\"\n[[run]]\nname = \"one\"\nscenario = \"default\"\n\
                    set = [\"time.duration_s=0.4\"]\n";
     fs::write(&pipeline, text_of).expect("the folder can be written");

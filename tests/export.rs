@@ -396,7 +396,7 @@ fn what_is_sound_of_a_log_that_is_not_whole_is_exported() {
     assert_eq!(manifest(&out)["log"]["state"], "damaged");
     assert!(manifest(&out)["log"]["problem"].as_str().is_some_and(|problem| said.contains(problem)));
 
-    // Of a slice from before the damage it is told as well.
+    // The damage is reported for a slice before it as well.
     let out = folder.path().join("slice");
     let slice = ["--to", "csv", "--topic", "/step", "--to-s", "0.01", "--out", text(&out)];
     assert_eq!(asperity(&[&["export", text(&log)], &slice[..]].concat()).status.code(), Some(4));

@@ -291,7 +291,7 @@ fn salvage_loses_neither_its_input_nor_an_unfinished_run() {
         items += 1;
     }
     assert!(items > 100 && said.contains(" messages salvaged"), "{items}: {said}");
-    // What a run can go on with stays, whatever is salvaged beside it.
+    // What a run can resume from stays, whatever is salvaged beside it.
     let other = folder.path().join("z.mcap");
     fs::write(partial_path(&other), "the only hours").expect("the folder can be written");
     succeed(&["salvage", text(&partial_path(&log)), "--out", text(&other)]);
@@ -445,7 +445,8 @@ fn what_is_no_log_is_not_written_over_as_an_unfinished_one() {
     }
 }
 
-/// Too few open files are told as such: not as the work of another process, and nothing is left.
+/// Too few open files are reported as such, not as the work of another process, and nothing is
+/// left.
 #[cfg(unix)]
 #[test]
 fn too_few_open_files_are_called_so() {

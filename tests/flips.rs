@@ -59,7 +59,7 @@ fn sound(folder: &Path) -> Vec<u8> {
     sound_of(folder, &[&small::SCENARIO[..3], &often].concat())
 }
 
-/// The same of a scenario.
+/// The bytes of a whole log of a scenario.
 fn sound_of(folder: &Path, scenario: &[&str]) -> Vec<u8> {
     let path = folder.join("sound.mcap");
     binary::run(scenario, &path);
@@ -187,7 +187,7 @@ fn every_flipped_bit_of_an_unfinished_log_is_seen_up_to_where_it_is_vouched_for(
     let kinds = kinds(&bytes);
     let chunks: Vec<usize> =
         (1..bytes.len()).filter(|&at| kinds[at] == op::CHUNK && kinds[at - 1] != op::CHUNK).collect();
-    // In the middle of the last chunk, and after it, before anything vouches for it.
+    // In the middle of the last chunk, and after it, before its seal.
     let last = chunks[chunks.len() - 1];
     let behind = (last..).find(|&at| kinds[at] == op::METADATA).expect("more follows");
     for (what, end) in [("cut in a chunk", last + 200), ("cut behind a chunk", behind)] {

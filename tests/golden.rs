@@ -1,10 +1,8 @@
-//! The event tables of chapter 5 are what they were when somebody last looked
-//! at a change of them and accepted it.
+//! The event tables of chapter 5 are those that somebody last reviewed and accepted.
 //!
-//! The runs are made anew and compared with `fixtures/golden` by `asperity diff`,
-//! under its exact policy. What follows from a wanted change is accepted by
-//! `cargo xtask golden --accept REASON` and in no other way: no variable in the
-//! environment makes this test pass.
+//! The runs are repeated and compared with `fixtures/golden` by `asperity diff`, under its exact
+//! policy. The effect of an intended change is accepted by `cargo xtask golden --accept REASON` and
+//! in no other way: no variable in the environment makes this test pass.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,11 +1,10 @@
-//! What the `asperity` command makes of files that nobody wrote, or that somebody wrote to do
-//! harm: an error that names the file and says what is wrong with it, within bounds of memory
-//! and time, and never a panic.
+//! The `asperity` command on files that no program wrote, or that were written to do harm: an error
+//! that names the file and the problem, within bounds of memory and time, and never a panic.
 //!
-//! `fixtures/hostile` holds such files: logs made by `support/forgeries.rs`, which says of
-//! each what is wrong with it and what is to be said of it, and texts. Where they are made
-//! anew, `ASPERITY_UPDATE_FIXTURES=1` has the test write them. `found` holds the inputs that
-//! fuzzing brought to light, and `corpus` a choice of those by which it gets about.
+//! `fixtures/hostile` contains such files: logs made by `support/forgeries.rs`, which states what
+//! is wrong with each and what the command must report, and texts. With
+//! `ASPERITY_UPDATE_FIXTURES=1` the test writes them. `found` contains the inputs found by fuzzing,
+//! and `corpus` a selection from which it starts.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -132,7 +131,7 @@ fn judged(forgeries: &[Forgery]) {
     judged_by(&[], forgeries);
 }
 
-/// The same with some of its options.
+/// Compares what `check` with these options reports of forgeries with what it must report.
 fn judged_by(options: &[&str], forgeries: &[Forgery]) {
     let scratch = asperity_testkit::folder();
     let folder = scratch.path();
@@ -203,7 +202,7 @@ fn check_again_tells_every_forgery_of_records() {
     }
 }
 
-/// A log of this very program, taken apart.
+/// The parts of a log of this code version.
 fn own_log(more: &[&str]) -> Vec<laws::parts::Part> {
     let scratch = asperity_testkit::folder();
     let path = scratch.path().join("small.mcap");

@@ -51,7 +51,7 @@ fn draw() -> Drawn {
     succeed(&["sweep", "plan", text(&path("pictures.toml")), "-o", text(&study), "--quiet"]);
     succeed(&["sweep", "run", text(&study), "--quiet"]);
     succeed(&["sweep", "collect", text(&study), "--quiet"]);
-    // The same once more, without the code.
+    // A second copy, without the code version.
     let copied = path("with");
     fs::rename(kinds.join("figures"), &copied).expect("the folder can be written");
     succeed(&[&reproduce[..], &["--no-provenance"]].concat());

@@ -147,7 +147,7 @@ fn the_guide_gives_a_detector_that_logs_tables_and_exports_have() {
     small::run(&old);
     succeed(&asperity, &[&["run"], &small::SCENARIO[..], &["--out", text(&new)]].concat());
 
-    // All that both have is the same, and the new one has a topic more.
+    // Topics of both are equal, and the new one has one more.
     let [before, after] = [&old, &new].map(|log| run_end(log));
     let [code_before, code_after] = [&old, &new].map(|log| code_version(log));
     assert_ne!(code_before, code_after, "a detector makes another program");

@@ -53,7 +53,8 @@ fn nothing_is_written_over_what_a_page_is_made_of() {
     let mut tried = 0;
     for study in &studies {
         for (path, before) in files_in(study) {
-            // The page itself is made anew, PDF is no part of it, and a worker's lock is nobody's.
+            // The page itself is replaced, PDF is no part of it, and a worker's lock belongs to
+            // nobody.
             let end = path.extension().unwrap_or_default().to_string_lossy().into_owned();
             if path.ends_with("report.html")
                 || !["svg", "png", "csv", "json", "ndjson", "seg", "mcap"].contains(&end.as_str())

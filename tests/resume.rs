@@ -68,7 +68,7 @@ const SCENARIOS: [&[&str]; 7] = [
     ],
 ];
 
-/// A run of a scenario that takes down its state all the time.
+/// A run of a scenario with frequent checkpoints.
 struct Run {
     folder: tempfile::TempDir,
     arguments: Vec<String>,
@@ -100,7 +100,7 @@ impl Run {
         self.folder.path().join("run.mcap")
     }
 
-    /// Begins the run, or goes on with it.
+    /// Begins the run, or resumes it.
     fn start(&self) -> Child {
         Command::new(env!("CARGO_BIN_EXE_asperity"))
             .args(&self.arguments)
@@ -276,7 +276,7 @@ fn a_run_that_lacks_only_its_name_gets_it() {
     assert!(finish(&run).contains("is whole already"));
 }
 
-/// What is damaged behind the last sound checkpoint is made anew.
+/// Damage after the last sound checkpoint is repaired by repeating the steps.
 #[test]
 fn a_damaged_log_is_gone_on_with_from_before_the_damage() {
     let run = Run::of(SCENARIOS[0]);

@@ -63,7 +63,7 @@ fn header_first_and_end_last() {
     else {
         panic!("not header, run, scenario.toml, chunks, run_end: {:?}", opcodes(&outer))
     };
-    // What vouches for scenario, chunks and end.
+    // The seals of scenario, chunks and end.
     let mut numbers = vec![&first.metadata["number"]];
     for pair in chunks.chunks(2) {
         let [Record::Chunk { header, .. }, Record::Metadata(link)] = pair else {

@@ -59,7 +59,7 @@ fn in_steps(energy: &Energy) -> [f64; 7] {
 
 const FRICTION_HEAT: usize = 2;
 
-/// The same of a rupture, if they are known, with its anchor change.
+/// The energies of a rupture, if they are known, with its anchor change.
 fn of_rupture(rupture: &Rupture) -> Option<([f64; 7], f64)> {
     let anchor_j = rupture.anchor_change_j?;
     Some((

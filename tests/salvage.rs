@@ -1,5 +1,5 @@
-//! Damaged logs, put together again: all that was not hit is there, nothing else is, and what
-//! is missing is told.
+//! Salvages damaged logs: everything undamaged is kept, nothing else is, and what is missing is
+//! reported.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -61,8 +61,8 @@ impl Log {
         (succeed(&["salvage", text(&damaged), "--out", text(&out)]), out)
     }
 
-    /// Salvages a damaged copy, and holds the result against what it must be: so many of the
-    /// chunks' messages are left, in their order, and the log says that it is not whole.
+    /// Salvages a damaged copy, and compares the result with what it must be: the messages of these
+    /// chunks are left, in their order, and the log is not whole.
     #[track_caller]
     fn must_keep(&self, what: &str, bytes: &[u8], hit: &Range<usize>) -> String {
         let (said, out) = self.salvage(bytes);
@@ -83,7 +83,7 @@ impl Log {
     }
 }
 
-/// The chunks of a log, each up to the record that vouches for it, with their messages.
+/// The chunks of a log, each up to its seal, with their messages.
 fn chunks(bytes: &[u8]) -> Vec<(Range<usize>, Vec<Message>)> {
     let mut topics = BTreeMap::new();
     let mut chunks: Vec<(Range<usize>, Vec<Message>)> = Vec::new();
@@ -157,7 +157,7 @@ fn what_is_not_hit_is_kept() {
         log.must_keep(&format!("bytes cut out from {place}"), &cut, &block);
         let inserted = [&log.bytes[..place], &[0x06; 300], &log.bytes[place..]].concat();
         log.must_keep(&format!("bytes put in at {place}"), &inserted, &(place..place));
-        // The last chunk is only kept if the record that vouches for it is there.
+        // The last chunk is kept only if its seal is there.
         let place = place.max(log.chunks[0].0.start);
         let vouched_for = |chunk: &&(Range<usize>, _)| link_at(&log.bytes, chunk.0.end).end <= place;
         let kept = log.chunks.iter().rfind(vouched_for).map_or(0, |chunk| chunk.0.end);
@@ -233,7 +233,7 @@ fn chunks_that_are_gone_moved_or_there_twice_are_noticed() {
     let twice = [&b[..next], &b[third.clone()], &b[next..]].concat();
     all("twice", &twice, "1 chunk stood there twice");
 
-    // The last chunk moved to the front, with and without the record that vouches for it.
+    // The last chunk moved to the front, with and without its seal.
     let first = log.chunks[0].0.start;
     let last = log.chunks[log.chunks.len() - 1].0.clone();
     for end in [last.end, link_at(b, last.end).end] {

@@ -156,7 +156,7 @@ impl Drop for Cluster {
             daemon.kill().ok();
             daemon.wait().ok();
         }
-        // What they had started goes on without them.
+        // Their child processes continue without them.
         self.processes("SLURM_CONF").into_iter().for_each(kill);
     }
 }
@@ -175,7 +175,7 @@ fn missing() -> Option<String> {
 /// The configuration of a cluster whose files are in that folder.
 fn configuration(folder: &Path) -> String {
     let folder = folder.display();
-    // As this machine says of itself: another one than it has takes no jobs.
+    // The machine's own description: a node of another description accepts no jobs.
     let machine = Command::new("slurmd").arg("-C").output().expect("it is installed").stdout;
     let machine = String::from_utf8(machine).expect("it is text");
     let machine = machine.lines().next().expect("it has a line");
@@ -332,7 +332,7 @@ rows = [[10, 0.1], [400, 500.0]]
     assert!(job.contains("ExitCode=143:0"), "{job}");
     let under_way = |cluster: &Cluster| cluster.processes("SLURM_ARRAY_TASK_ID");
     assert_eq!((lacks(&out).as_str(), under_way(&cluster)), ("2", BTreeSet::new()));
-    // The same for a task that is cancelled while its worker makes a run.
+    // As above for a task that is cancelled while its worker makes a run.
     assert_eq!(cluster.submit(&script), ["1"]);
     let is_worker = |process: &u32| {
         fs::read(format!("/proc/{process}/cmdline"))

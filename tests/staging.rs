@@ -1,5 +1,5 @@
-//! Runs of a study that take long keep what there is of them, and are gone on with; those that fail
-//! keep their logs where that is asked for.
+//! Long runs of a study keep their unfinished logs and are resumed; failed runs keep their logs
+//! where the sweep requires it.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use asperity_files::Held;
+use asperity_files::LockedFile;
 use asperity_runlog::partial_path;
 
 use crate::support::binary::{asperity, succeed, text};
@@ -80,7 +80,7 @@ fn a_run_that_goes_on_gives_what_an_unbroken_one_gives() {
     assert!(!sweep(&["status", text(&whole)]).1.contains("begun"));
     assert_eq!(go_on(&whole, &[]), [0; 0]);
     assert_eq!(staged(&whole), [""; 0]);
-    // The log of another run is none to go on with.
+    // A run does not resume from the log of another.
     let other = study.plan("other");
     fs::create_dir(other.join("staging")).expect("the folder can be written");
     fs::write(begun(&other, 1), &bytes[..bytes.len() / 2]).expect("the folder can be written");
@@ -302,7 +302,7 @@ fn logs_of_runs_that_are_done_are_cleared_at_the_end() {
     fs::create_dir(out.join("staging")).expect("the folder can be written");
     fs::copy(&log, begun(&out, 1)).expect("the folder can be written");
     fs::copy(&log, out.join("staging/1.mcap")).expect("the folder can be written");
-    let held = Held::open(&begun(&out, 1)).expect("nobody has it").expect("it is there");
+    let held = LockedFile::open(&begun(&out, 1)).expect("nobody has it").expect("it is there");
     let mut child = start(&out, &AT_ONCE);
     wait_for("unfinished log", || begun(&out, 2).exists());
     assert!(begun(&out, 1).exists());

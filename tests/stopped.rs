@@ -57,7 +57,7 @@ fn a_run_that_its_time_step_drives_is_stopped_and_says_why() {
         let (code, told, _) = outcome(&[again, &[text(&log)]].concat());
         assert!(code == 7 && told.contains(": stopped: ") && told.contains(&why), "{told}");
     }
-    // There is nothing to go on with, and nothing to be taken for a finished run.
+    // Nothing to resume from, and nothing that looks like a finished run.
     let (code, said) = run(&log, &["--resume"]);
     assert!(code == 1 && said.contains(&why), "{said}");
 
@@ -68,7 +68,7 @@ fn a_run_that_its_time_step_drives_is_stopped_and_says_why() {
     let step = |why: &str| why.split(' ').nth(2).map(str::to_owned);
     assert_eq!(step(&stopped(&plain).0), step(&why));
 
-    // Killed at half of it and resumed: the same, to its last message.
+    // Killed halfway and resumed: equal, to its last message.
     let bytes = fs::read(&log).expect("it was just written");
     let checkpoints = folder.path().join("checkpoints.mcap");
     let (code, said) = run(&checkpoints, &["--checkpoint-s", "0"]);
@@ -154,7 +154,7 @@ fn numbers_that_would_overflow_are_refused_with_what_is_accepted() {
     }
 }
 
-/// Where the time step stands is told before a run is made.
+/// The ratio of the time step to the limit of stability is printed before a run.
 #[test]
 fn a_scenario_shows_its_longest_stable_step() {
     let told = succeed(&["scenario", "show", "default", "--set", "parameter_set=as-stated"]);

@@ -58,7 +58,7 @@ impl Made {
         all
     }
 
-    /// The same with other text in the result of run 4.
+    /// The segment with other text in the result of run 4.
     fn retold(&self, change: impl FnOnce(String) -> String) -> Segment {
         self.changed(|frames| {
             let Frame { run, owner, .. } = frames[3].clone();
@@ -232,7 +232,7 @@ fn results_that_contradict_the_plan_or_each_other_make_no_tables() {
     assert!(tables(&study) == made.tables, "other tables");
 }
 
-/// The same result twice is one, in one segment or in two, and however it is packed.
+/// Two equal results of a run count as one, in one segment or in two, and however they are packed.
 #[test]
 fn equal_results_of_a_run_are_one() {
     let made = Made::new();

@@ -73,7 +73,7 @@ pub(crate) fn sweep(arguments: &[&str]) -> (i32, String, String) {
     (output.status.code().unwrap_or(-1), words(&output.stdout), words(&output.stderr))
 }
 
-/// What a study says of a run is what the run says of itself.
+/// A study has the same results for a run as the run itself.
 #[test]
 fn tables_of_a_study_are_those_of_its_runs() {
     let study = Study::of(SHORT);
@@ -455,7 +455,7 @@ values = [2e-7, 2.5e-6]
     // It is not tried again.
     let (code, _, err) = sweep(&["run", text(&out)]);
     assert!(code == 1 && !err.contains("in step"), "{err}");
-    // Who asks for some runs is told of those.
+    // The exit code is about the requested runs only.
     for (run, expected) in [("1", 0), ("2", 1)] {
         assert_eq!(sweep(&["run", text(&out), "--index", run]).0, expected, "run {run}");
     }

@@ -18,12 +18,12 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("the workspace is there")
 }
 
-fn read(path: &Path) -> String {
+pub(crate) fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("failed to read {}: {error}", path.display()))
 }
 
 /// A path as it is written in messages: from the root folder.
-fn short(path: &Path) -> String {
+pub(crate) fn short(path: &Path) -> String {
     path.strip_prefix(root()).unwrap_or(path).display().to_string()
 }
 
@@ -44,7 +44,7 @@ fn files(path: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-fn files_in(parts: &[&str]) -> Vec<PathBuf> {
+pub(crate) fn files_in(parts: &[&str]) -> Vec<PathBuf> {
     let mut found = Vec::new();
     parts.iter().for_each(|part| files(&root().join(part), &mut found));
     found
@@ -138,7 +138,7 @@ fn wrapped_dependencies_have_one_user() {
     }
 }
 
-/// The files of a crate import one way. What counts as use is told in `tidy/circles.rs`.
+/// The files of a crate import one way. `tidy/circles.rs` defines what counts as use.
 #[test]
 fn no_file_uses_one_that_uses_it() {
     let mut found = String::new();

@@ -217,7 +217,7 @@ fn what_was_drawn_is_in_the_log_and_cannot_be_changed_there() {
     let (code, said) = check("without.mcap", &without);
     assert!(code == Some(4) && said.contains("does not say what this program writes"), "{said}");
 
-    // A run of the log draws the same, and with another seed others.
+    // A run of the log draws equal numbers, and others with another seed.
     for (set, is_same) in [("time.duration_s=0.3", true), ("friction.spread_seed=8", false)] {
         let again = folder.path().join(format!("again-{is_same}.mcap"));
         binary::run(&[text(&log), "--set", set], &again);

@@ -292,8 +292,8 @@ fn reproduce_uses_only_what_is_whole() {
     assert_eq!(table["stopped"]["reproduce"], "1, made again");
 }
 
-/// What agrees with itself and with its scenario, and is no run of it all the same, is seen where the
-/// run is made again.
+/// A log that is consistent with itself and its scenario, and yet not of its run, is detected by
+/// repeating the run.
 #[test]
 fn check_again_compares_every_record_with_the_run_made_again() {
     let Logs { folder, logs } = Logs::make();

@@ -51,11 +51,11 @@ fn known_near_ties_are_decided_by_rounding() {
         exact.advance_to(tie.step);
         assert_eq!(exact.beyond_switch(block), tie.beyond, "{}", path.display());
         let mut plain = Plain::new(plan.clone());
-        plain.restore(&tie.before);
+        plain.restore(&tie.before.clone().into());
         while plain.step() < tie.step {
             plain.take_step();
         }
-        let reach = rounding_reach(&plan, &plain.snapshot(), tie.direction);
+        let reach = rounding_reach(&plan, plain.state(), tie.direction);
         assert!(tie.beyond.abs() <= reach && tie.reach == reach, "{}", path.display());
         assert_eq!(plain.switched().contains(&block), tie.plain_switches, "{}", path.display());
     }

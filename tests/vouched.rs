@@ -1,5 +1,5 @@
-//! What a log says of itself so that programs find their way in it, made false with checksums
-//! that are right: a reader sees it, since those that read by index rely on nothing else.
+//! Falsified indexes and summaries of logs, with correct checksums: readers detect them, since
+//! programs that read by index rely on nothing else.
 
 use std::fs;
 use std::path::Path;

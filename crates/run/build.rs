@@ -9,7 +9,7 @@ use std::{env, fs};
 mod code_version;
 
 fn main() {
-    // Asked as the script runs: a checkout may be moved or copied with all that is built of it.
+    // Read when the script runs, because a checkout may be moved or copied together with its build.
     let this = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo says where the crate is"));
     let name = this.file_name().expect("the crate has a folder").to_string_lossy().into_owned();
     let workspace = fs::canonicalize(this.join("../..")).expect("the workspace is there");
@@ -18,7 +18,8 @@ fn main() {
         Ok(inputs) => inputs,
         Err(error) => panic!("the code version cannot be made: {error}"),
     };
-    // By paths from this crate, which lead to a copy's own files in a copy. Cargo looks into folders.
+    // Paths relative to this crate, so that a copy watches its own files. Cargo watches folders
+    // recursively.
     let crates: BTreeSet<&str> = inputs.files.keys().filter_map(|name| name.split('/').nth(1)).collect();
     for name in crates {
         println!("cargo::rerun-if-changed=../{name}/src");
@@ -31,7 +32,7 @@ fn main() {
     println!("cargo::rustc-env=ASPERITY_CODE_VERSION={version}");
 }
 
-/// The compiler's name, version and revision, without those of the machine.
+/// The compiler's name, version and revision, without host information.
 fn rustc() -> String {
     let rustc = env::var_os("RUSTC").expect("cargo says which compiler it calls");
     let output = Command::new(rustc).arg("--version").output().expect("the compiler starts");

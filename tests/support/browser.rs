@@ -50,7 +50,7 @@ pub(crate) struct Tab {
     from: BufReader<File>,
     session: Value,
     calls: u64,
-    /// What the browser told of by itself.
+    /// Messages that the browser sent by itself.
     told: Vec<Value>,
     _profile: tempfile::TempDir,
 }
@@ -139,7 +139,7 @@ impl Tab {
         self.eval("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))");
     }
 
-    /// The same, for a text.
+    /// Evaluates a script that returns a text.
     pub(crate) fn says(&mut self, script: &str) -> String {
         match self.eval(script) {
             Value::String(text) => text,

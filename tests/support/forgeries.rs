@@ -18,7 +18,7 @@ use crate::laws::thin::messages;
 pub(crate) enum Verdict {
     /// Nothing in it is changed that is read.
     Whole,
-    /// The same, of a log that another version of the program made.
+    /// Nothing that is read was changed; another code version made the log.
     OtherCode,
     /// It ends too early, and is sound up to there.
     Incomplete,
@@ -56,7 +56,7 @@ pub(crate) struct Forgery {
 }
 
 impl Forgery {
-    /// What is to be said of the same, made of a log by another version of the program.
+    /// Adapts the expectation to a log by another code version.
     pub(crate) fn of_another_program(mut self) -> Forgery {
         if self.verdict == Verdict::Whole {
             self.verdict = Verdict::OtherCode;

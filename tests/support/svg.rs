@@ -125,7 +125,7 @@ impl Item {
         outlines
     }
 
-    /// The same on another course.
+    /// The item on another course.
     pub(crate) fn at(self, course: &[(f64, f64)]) -> Item {
         Item { outlines: vec![course.to_vec()], bounds: Bounds::about(course.iter().copied()), ..self }
     }

@@ -209,8 +209,8 @@ fn timed(command: &mut Command) -> Result<Times, Failure> {
 fn cpu_of_children_s() -> io::Result<f64> {
     let mut usage = std::mem::MaybeUninit::<libc::rusage>::zeroed();
     #[expect(unsafe_code, reason = "the standard library does not have this call")]
-    // SAFETY: the call writes one `rusage` to where it is told, which is as large; all of its
-    // fields are integers, for which zeros are values as well.
+    // SAFETY: the call writes one `rusage` to the given place, which is large enough; all of its
+    // fields are integers, for which zeros are valid.
     let (code, usage) = unsafe {
         let code = libc::getrusage(libc::RUSAGE_CHILDREN, usage.as_mut_ptr());
         (code, usage.assume_init())

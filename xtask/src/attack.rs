@@ -57,7 +57,7 @@ pub(crate) struct AttackArguments {
 }
 
 impl AttackArguments {
-    /// The same cases in every call, so that the outcome is of the program and not of chance.
+    /// Equal cases in every call, so that the outcome depends on the program and not on chance.
     pub(crate) fn of_ci() -> AttackArguments {
         AttackArguments { seed: Some(1), ..AttackArguments::default() }
     }

@@ -53,7 +53,7 @@ fn node() -> Result<PathBuf, Failure> {
     let modules = folder.join("node_modules");
     let source = root().join(NODE);
     set_up_once(&folder, &source.join("package-lock.json"), &modules, || {
-        // So that a machine without node is told of node.
+        // Fails here on machines without node, with an error that names it.
         run(program("node").arg("--version").stdout(std::process::Stdio::null()))?;
         let failed = |error| Failure::Io { what: format!("fill {}", folder.display()), error };
         fs::create_dir_all(&folder).map_err(failed)?;

@@ -32,7 +32,7 @@ impl Failure {
         }
     }
 
-    /// The same failure, of a command that compares and so has another use for 1.
+    /// The failure of a command that compares, and therefore uses exit code 1 for differences.
     pub(crate) fn of_comparison(self) -> Failure {
         match self {
             interrupted @ Failure::Interrupted(_) => interrupted,

@@ -53,7 +53,10 @@ pub(crate) fn shear_beta(run: &RunData) -> Option<f64> {
 
 /// Poisson's ratio, from the shear and from how much longer the slab has become; `None` of a chain.
 pub(crate) fn poisson_ratio(run: &RunData) -> Option<f64> {
-    let lattice = run.plan.elastic.lattice()?;
+    if !run.plan.elastic.has_inside() {
+        return None;
+    }
+    let lattice = run.plan.elastic.as_lattice();
     let (tau_n, _) = forces_n(run)?;
     let (u, last) = (&run.plan.initial.displacement_m, lattice.rows - 1);
     let longer_m = |row: usize| u[lattice.row(row).end - 1] - u[lattice.row(row).start];

@@ -21,8 +21,8 @@ pub(crate) fn affected_blocks(run: &RunData) -> Option<f64> {
     Some(tau.iter().filter(|&&force| force > AFFECTED_THRESHOLD * tau[0]).count() as f64)
 }
 
-/// The force on the block after so many, over that on block 1: at this cut-off it does not count
-/// any more.
+/// The force on the block after the last affected one, over that on block 1: at this cut-off it no
+/// longer counts.
 pub(crate) fn affected_cut_off(run: &RunData, blocks: f64) -> Option<f64> {
     let tau = &first_onset_fields(run)?.tangential_force_n;
     Some(tau.get(blocks as usize)? / tau[0])

@@ -1,10 +1,10 @@
-//! What a text claims beside what was measured, with a verdict by a stated rule.
+//! Compares the claims of a text with measurements, and gives each a verdict by a stated rule.
 //!
-//! The statements of a source and those of this project are told apart, and counted apart: the
-//! latter are checks of what its manual says, and no score of the source.
+//! The statements of a source and those of this project are counted separately: the latter check
+//! this manual, and are no score of the source.
 //!
-//! A limit is that of the claim. Where it lies within the standard error of what was measured, the
-//! claim is undecided.
+//! A limit belongs to its claim. If it lies within the standard error of the measurement, the claim
+//! is undecided.
 
 mod shown;
 

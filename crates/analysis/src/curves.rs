@@ -40,7 +40,7 @@ pub fn rupture_points<'a>(
 ) -> Vec<(&'a Rupture, PrecursorPoint)> {
     let parameters = LengthLawParameters::of(&run.scenario);
     let point = |rupture: &Rupture| {
-        let lp_l = f64::from(rupture.last_block) / f64::from(run.header.blocks);
+        let lp_l = rupture.reach().length_ratio(run.header.blocks);
         PrecursorPoint { lp_l, ft_fn: rupture.ft_fn_onset, predicted: law.load_ratio(&parameters, lp_l) }
     };
     let found = precursors::among_ruptures(run, rules);

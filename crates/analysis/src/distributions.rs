@@ -32,7 +32,7 @@ pub(crate) fn survival(values: &[f64]) -> Vec<(f64, f64)> {
     shares
 }
 
-/// Half the width of the band about the shares of so many values that holds the true ones with 95 %.
+/// Half the width of the 95 % confidence band about the empirical distribution of `count` values.
 pub(crate) fn half_band(count: usize) -> f64 {
     ((2.0 / 0.05f64).ln() / (2.0 * count as f64)).sqrt()
 }
@@ -154,7 +154,7 @@ pub(crate) enum TimeFit {
 }
 
 impl TimeFit {
-    /// That of some times; None of too few of them, where all are the same, or where one is zero.
+    /// Fits some times; None if there are too few, all are equal, or one is zero.
     pub(crate) fn of(times_s: &[f64], law: TimeLaw) -> Option<TimeFit> {
         let apart = times_s.iter().any(|time| *time != times_s[0]);
         if times_s.len() < FEWEST || !apart || times_s.iter().any(|time| *time <= 0.0) {

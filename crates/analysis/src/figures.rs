@@ -308,8 +308,7 @@ pub fn draw_overview(
     files: &FileSet,
     folder: &Path,
 ) -> Result<(), AnalysisError> {
-    let is_chain = !run.scenario.slider.is_slab();
-    let law = is_chain.then(|| LengthLaw::natural(&run.scenario));
+    let law = run.plan.elastic.has_theory().then(|| LengthLaw::natural(&run.scenario));
     let figures = Figures {
         load: vec![load::Load::of_run(OVERVIEW[0], &run.name)],
         lengths: vec![lengths::Lengths::of_run(OVERVIEW[1], &run.name, run.name.clone(), law)],

@@ -28,7 +28,7 @@ const DRAWS: usize = 999;
 /// 730 (1974)).
 const LARGEST: usize = 400;
 
-/// A fit held against its sample.
+/// The fit of a law to its sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Test {
     /// The largest distance between the shares found and those of the law.
@@ -160,7 +160,7 @@ mod tests {
         (0..SAMPLES).filter(|_| is_rejected(sample(&mut random))).count()
     }
 
-    /// The same of sizes, with fewer draws: each sample has its own critical value.
+    /// As for times, with fewer draws, since each sample has its own critical value.
     fn sizes_rejected(
         samples: usize,
         law: SizeLaw,

@@ -35,7 +35,7 @@
 //! - [`load_table`]: the one table that grows with the records of a run, written as they pass.
 //! - [`summaries`]: summaries of runs as files.
 //! - [`record`]: what tables and figures were made of, beside them.
-//! - `parquet_bounds`, [`parquet_table`]: Parquet of others, held against the length of its file
+//! - `parquet_bounds`, [`parquet_table`]: Parquet files of others, checked against their length
 //!   before polars reads it.
 //! - [`parquet_tables`]: what a log holds as Parquet, written as it is read.
 //! - [`event_file`]: event tables and matches of a diff as Parquet.

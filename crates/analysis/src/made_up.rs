@@ -67,6 +67,7 @@ fn gone_by(scenario: &Scenario, steps: &[StepRecord], slips: impl IntoIterator<I
         parameter_set: "as-coded".to_owned(),
         solver: "plain".to_owned(),
         blocks: plan.blocks as u32,
+        rows: 1,
         time_step_s: plan.grid.step_s(),
         longest_stable_step_s: Some(plan.longest_stable_step_s),
         steps: plan.steps,

@@ -332,7 +332,7 @@ impl Measure {
 
     /// The same with its standard error: that of statistics of precursors; others have none.
     pub fn estimate(self, run: &RunData, near: Option<f64>) -> Option<Estimate> {
-        if self.is_beside_a_chain() && run.plan.elastic.lattice().is_some() {
+        if self.is_beside_a_chain() && !run.plan.elastic.has_theory() {
             return None;
         }
         let mu_d = run.plan.friction.dynamic_coefficient;

@@ -1,10 +1,10 @@
-//! How large a Parquet file says it is, looked at before polars is asked.
+//! Checks the stated sizes of a Parquet file before polars reads it.
 //!
-//! A few bytes of Parquet can stand for any number of rows: a run of equal values is a value and
-//! a count, and what is compressed may unpack to anything. polars makes room for whatever footer
-//! and page headers say. So these are read first, and every count and size in them is held
-//! against the length of the file. A table that a run gave is far within the bounds: its doubles
-//! take some bytes each, whatever the compression.
+//! A few bytes of Parquet can represent any number of rows: a run of equal values is a value and a
+//! count, and compressed data may decompress to any size. polars allocates whatever footer and page
+//! headers state. Therefore every count and size in them is compared with the length of the file
+//! first. Tables of runs are far within the bounds: their doubles take some bytes each, whatever
+//! the compression.
 
 use std::fs::File;
 use std::io::{Cursor, Read, Seek, SeekFrom};
@@ -28,7 +28,7 @@ const TEXT_PER_BYTE: u64 = 8;
 /// Columns; our widest table has some twenty.
 const MOST_COLUMNS: usize = 1000;
 
-/// Row groups, beyond a thousand: one for so many bytes of the file.
+/// Bytes of the file per row group, beyond the first thousand.
 const BYTES_PER_ROW_GROUP: u64 = 4096;
 
 /// The footer's share of the file, beyond [`ANY`] bytes; ours are a few hundred bytes for each
@@ -50,7 +50,7 @@ pub(crate) struct Bounds {
     pub(crate) rows: Vec<usize>,
     /// Bytes that its texts may have, all cells together.
     pub(crate) most_text: u64,
-    /// What it says of itself.
+    /// The footer.
     pub(crate) footer: FileMetaData,
 }
 
@@ -110,7 +110,7 @@ pub(crate) fn check(file: &mut File) -> Result<Bounds, String> {
     Ok(Bounds { rows, most_text: TEXT_PER_BYTE * (ANY + length), footer })
 }
 
-/// What is left of a budget of so many bytes for each byte of the file.
+/// The rest of a budget of `per_byte` bytes for each byte of the file.
 fn left(per_byte: u64, length: u64, spent: u64) -> u64 {
     (per_byte * (ANY + length)).saturating_sub(spent)
 }

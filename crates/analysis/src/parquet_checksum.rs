@@ -32,7 +32,7 @@ pub(crate) fn pair(file: &File) -> io::Result<Option<(String, String)>> {
     Ok(file.metadata()?.is_file().then(|| (KEY.to_owned(), unknown)))
 }
 
-/// The same, as polars takes it.
+/// The placeholder of the checksum as polars metadata.
 pub(crate) fn metadata(file: &File) -> io::Result<Option<KeyValueMetadata>> {
     Ok(pair(file)?.map(|pair| KeyValueMetadata::from_static(vec![pair])))
 }

@@ -1,7 +1,7 @@
 //! Parquet tables that somebody else may have made, read a part at a time.
 //!
 //! `asperity events` reads whatever files a repository holds, as a filter of `git diff`. Sizes
-//! are held against the file before polars is asked (`parquet_bounds`), and polars reads some row
+//! are checked against the file before polars reads it (`parquet_bounds`), and polars reads some row
 //! groups at once, so that memory follows the length of the file. In a damaged file polars may
 //! also come upon what it takes to be impossible, and panic. That is caught here and is an error
 //! like any other: no state is shared with what panicked, since it owns all that it works on.

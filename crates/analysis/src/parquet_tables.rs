@@ -143,6 +143,7 @@ mod tests {
             parameter_set: "as-coded".to_owned(),
             solver: "fast".to_owned(),
             blocks: 6,
+            rows: 1,
             time_step_s: 1e-8,
             longest_stable_step_s: None,
             steps: 9,

@@ -9,7 +9,7 @@ use crate::run_data::RunData;
 const FEWEST: f64 = 0.1;
 
 fn blocks(rupture: &Rupture) -> u32 {
-    rupture.last_block - rupture.first_block + 1
+    rupture.reach().count()
 }
 
 /// The ruptures that count, by their onsets; `None` where the log has none because it is too old.

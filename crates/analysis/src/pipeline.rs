@@ -84,7 +84,7 @@ pub(crate) const REPORT: &str = "report.html";
 pub(crate) const RESIDUALS: &str = "residuals";
 pub(crate) const FIRST_GLOBAL_SLIPS: &str = "first-global-slips";
 pub(crate) const CLAIMS: &str = "claims";
-/// The same claims as a page.
+/// The file of the claims as a page.
 pub(crate) const CLAIMS_PAGE: &str = "claims.md";
 
 impl Pipeline {

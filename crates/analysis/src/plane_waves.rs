@@ -34,17 +34,21 @@ impl Waves {
         Waves { shear: (middle - half).max(0.0).sqrt(), longitudinal: (middle + half).sqrt() }
     }
 
-    /// By what the bonds of a lattice pull with.
+    /// By what the bonds of a lattice pull with, with phases along `x` and along the next axis along
+    /// which its nodes move.
     pub(crate) fn in_lattice(lattice: &Lattice, phase: [f64; 2]) -> Waves {
-        let patch = Lattice { columns: 3, rows: 3, ..*lattice };
+        let counts = [0, 1, 2].map(|axis| if lattice.table.freedom(axis).is_some() { 3 } else { 1 });
+        let second = lattice.table.axes[1];
+        let patch =
+            Lattice { stiffness_n_per_m: lattice.stiffness_n_per_m, ..Lattice::of(lattice.table, counts) };
         let (nodes, freedoms) = (patch.nodes(), patch.freedoms());
         let middle = nodes / 2;
         let still = vec![0.0; freedoms];
         let pulled = |along: usize| {
             let mut u = still.clone();
             for node in 0..nodes {
-                let place = |n: usize| n as f64 - 1.0;
-                let (x, z) = (place(node % patch.columns), place(node / patch.columns));
+                let place = |axis: usize| patch.place(node)[axis] as f64 - 1.0;
+                let (x, z) = (place(0), place(second));
                 u[along * nodes + node] = (phase[0] * x + phase[1] * z).cos();
             }
             let (mut springs_n, mut dashpots_n) = (still.clone(), still.clone());
@@ -63,11 +67,12 @@ impl Waves {
     }
 }
 
-/// The speeds of the waves along a row that are so many spacings long, m/s; `None` of a chain.
+/// The speeds, m/s, of waves along a row whose length is this many spacings; `None` of a chain.
 pub(crate) fn speeds_along_rows_m_per_s(plan: &asperity_model::Plan, spacings: f64) -> Option<[f64; 2]> {
-    let lattice = plan.elastic.lattice()?;
+    plan.elastic.longitudinal_over_shear()?;
+    let lattice = plan.elastic.as_lattice();
     let phase = 2.0 * std::f64::consts::PI / spacings;
-    let Waves { shear, longitudinal } = Waves::in_lattice(lattice, [phase, 0.0]);
+    let Waves { shear, longitudinal } = Waves::in_lattice(&lattice, [phase, 0.0]);
     let rate = (lattice.stiffness_n_per_m / plan.block_mass_kg).sqrt();
     Some([shear, longitudinal].map(|frequency| frequency * rate / phase * plan.spacing_m))
 }
@@ -81,7 +86,7 @@ mod tests {
     #[test]
     fn the_bonds_make_the_waves_of_the_formula() {
         let plan = Plan::new(&resolve("slab", &["slider.rows=31"]).unwrap());
-        let lattice = plan.elastic.lattice().unwrap();
+        let lattice = &plan.elastic.as_lattice();
         for n in 0..200 {
             let phase = [f64::from(n % 20) * 0.157, f64::from(n / 20) * 0.314];
             let (found, expected) = (Waves::in_lattice(lattice, phase), Waves::in_theory(phase));

@@ -12,7 +12,7 @@
 //! By default nothing is dropped or merged, and every table says by which rules
 //! it was made.
 
-use asperity_record::{Rupture, SlipEvent};
+use asperity_record::{Extent, Reach, Rupture, SlipEvent};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -52,7 +52,7 @@ impl PrecursorRules {
         Ok(())
     }
 
-    /// What they are applied to: merged events are counted by their blocks anew.
+    /// The data that the rules need: blocks of merged events are counted again.
     pub fn wants(&self) -> Wants {
         if self.merge_gap_s > 0.0 { Wants::DETACHMENTS } else { Wants::NOTHING }
     }
@@ -86,8 +86,7 @@ pub fn find<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<Precursor<'a>> 
     let mut growth = Growth::new(run.header.blocks);
     for group in run.slips.chunk_by(|before, next| belongs_together(before, next, rules.merge_gap_s)) {
         let (Some(start), Some(end)) = (group.first(), group.last()) else { continue };
-        let first_block = group.iter().map(|slip| slip.first_block).min().unwrap_or(0);
-        let last_block = group.iter().map(|slip| slip.last_block).max().unwrap_or(0);
+        let Some(reach) = Reach::over(group.iter().map(SlipEvent::reach)) else { continue };
         let blocks_slipped = match group {
             [slip] => slip.blocks_slipped,
             _ => distinct_blocks(run, start.onset_step, end.end_step.unwrap_or(run.header.steps)),
@@ -95,8 +94,9 @@ pub fn find<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<Precursor<'a>> 
         if blocks_slipped < rules.min_blocks {
             continue;
         }
-        if growth.extends(first_block, last_block, blocks_slipped) {
-            precursors.push(Precursor { start, end, merged: group.len() as u32, last_block, blocks_slipped });
+        if growth.extends(reach, blocks_slipped) {
+            let (merged, last_block) = (group.len() as u32, reach.last);
+            precursors.push(Precursor { start, end, merged, last_block, blocks_slipped });
         }
         if growth.is_over() {
             break;
@@ -121,7 +121,7 @@ pub fn among_ruptures<'a>(run: &'a RunData, rules: &PrecursorRules) -> Vec<&'a R
     let mut longest = 0;
     let mut ruptures = run.ruptures_by_onset();
     ruptures.retain(|rupture| {
-        let reaches = rupture.first_block == 1 && rupture.last_block > longest;
+        let reaches = rupture.reach().extends(longest);
         if reaches {
             longest = rupture.last_block;
         }
@@ -138,13 +138,10 @@ fn belongs_together(before: &SlipEvent, next: &SlipEvent, merge_gap_s: f64) -> b
 /// Distinct blocks that slid in steps from `onset_step` up to before `end_step`:
 /// each detached at the step before the onset or later.
 fn distinct_blocks(run: &RunData, onset_step: u64, end_step: u64) -> u32 {
-    let mut slid = vec![false; run.header.blocks as usize];
     let detachments = run.detachments();
     let from = detachments.partition_point(|(step, _)| step + 1 < onset_step);
-    for (_, block) in detachments[from..].iter().take_while(|(step, _)| step + 1 < end_step) {
-        slid[*block as usize - 1] = true;
-    }
-    slid.iter().filter(|&&slid| slid).count() as u32
+    let slid = detachments[from..].iter().take_while(|(step, _)| step + 1 < end_step);
+    Extent::with(run.header.contacts(), slid.map(|(_, block)| *block)).count()
 }
 
 #[cfg(test)]
@@ -175,10 +172,7 @@ mod tests {
     fn one_by_one_events_are_told_as_in_a_whole_run() {
         let run = made_up::run("", &EVENTS);
         let mut growth = Growth::new(3);
-        let told = run
-            .slips
-            .iter()
-            .filter(|slip| growth.extends(slip.first_block, slip.last_block, slip.blocks_slipped));
+        let told = run.slips.iter().filter(|slip| growth.extends(slip.reach(), slip.blocks_slipped));
         let numbers: Vec<u64> = told.map(|slip| slip.event).collect();
         let whole = found(&run, 1, 0.0);
         assert_eq!(numbers, whole.iter().map(|(event, ..)| *event).collect::<Vec<u64>>());

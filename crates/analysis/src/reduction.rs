@@ -36,7 +36,7 @@ const COMMAND: &str = "reproduce";
 /// How many of the tables of several runs, and the claims, are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// So many.
+    /// How many are done.
     pub done: usize,
     /// How many there are.
     pub of: usize,
@@ -214,9 +214,8 @@ impl<'a> Reduction<'a> {
         Ok(())
     }
 
-    /// Writes the tables of several runs, and the claims, once all runs have gone by; and gives all
-    /// files their names. `watcher` is told of every table. Gives back the summaries, in the order of
-    /// the runs.
+    /// Writes the tables of several runs, and the claims, after the last run, and publishes all
+    /// files. Calls `watcher` for every table. Returns the summaries, in the order of the runs.
     ///
     /// # Errors
     /// If a file cannot be written.

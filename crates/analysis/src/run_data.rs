@@ -385,7 +385,7 @@ impl Collector {
     /// The times at which all nodes of a slab are wanted, s: no record has them, and whoever makes the
     /// run gives them to [`Collector::nodes`]. None of a chain.
     pub fn nodes_at_s(&self) -> &[f64] {
-        if self.run.scenario.slider.is_slab() { &self.run.kept.nodes_at_s } else { &[] }
+        if self.run.plan.elastic.has_inside() { &self.run.kept.nodes_at_s } else { &[] }
     }
 
     /// Takes the nodes at one of these times.
@@ -420,7 +420,7 @@ impl Collector {
         })
     }
 
-    /// Takes note of what is missing.
+    /// Records what is missing.
     fn lacks(&mut self, problem: String) {
         self.run.lacks = Some(problem);
     }
@@ -490,8 +490,8 @@ mod tests {
         }
     }
 
-    /// However many events there are, no more states stay than there are precursors; and it is all the
-    /// same whether an event is told before the state at its end or after.
+    /// However many events there are, no more states stay than there are precursors, whether an
+    /// event arrives before the state at its end or after it.
     #[test]
     fn states_at_the_first_onset_and_at_ends_of_precursors_stay() {
         for event_first in [false, true] {

@@ -82,7 +82,7 @@ impl Ensemble {
         self.values.len() * (self.name.len() + 5)
     }
 
-    /// The same for its runs.
+    /// Approximate bytes of its runs when they are written out.
     fn bytes_of_runs(&self) -> usize {
         let each = self.scenario.len() + self.key.len() + self.set.iter().map(String::len).sum::<usize>();
         self.values.len() * each + self.bytes_of_names()

@@ -100,7 +100,7 @@ impl States {
             self.at_first_onset = at_onset.cloned();
             self.any_slip = true;
         }
-        let extends = self.growth.extends(slip.first_block, slip.last_block, slip.blocks_slipped);
+        let extends = self.growth.extends(slip.reach(), slip.blocks_slipped);
         if extends && self.keeps_onsets {
             let at_onset = self.waiting.iter().find(|state| state.step == slip.onset_step);
             self.at_precursor_onsets.extend(at_onset.cloned());

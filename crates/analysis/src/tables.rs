@@ -131,7 +131,7 @@ pub fn precursors(run: &RunData, law: LengthLaw, rules: &PrecursorRules) -> Resu
 
 /// Whether the length laws, which are those of chains, say anything about a run.
 fn has_law(run: &RunData) -> bool {
-    !run.scenario.slider.is_slab()
+    run.plan.elastic.has_theory()
 }
 
 /// What a law is called beside precursors that it is compared with.

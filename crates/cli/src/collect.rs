@@ -1,5 +1,5 @@
-//! `asperity sweep collect` and `asperity sweep draw`: the tables of a study and its figures, both made
-//! of the results of its runs as they pass.
+//! `asperity sweep collect` and `asperity sweep draw`: makes the tables and figures of a study in
+//! one pass over its results.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ use asperity_sweep::plan::FILE;
 use asperity_sweep::results::Counts;
 #[cfg(feature = "analysis")]
 use asperity_sweep::{Keep, Sweep};
-use asperity_sweep::{Plan, RUNS, Results, Watch, collect};
+use asperity_sweep::{Observer, Plan, RUNS, Results, collect};
 
 #[cfg(feature = "analysis")]
 use crate::args::SweepDrawArguments;
@@ -75,7 +75,7 @@ pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(
     }
     let study = Study { plan: &plan, inputs: Inputs::of(&inputs), board };
     let to = out.clone().unwrap_or_else(|| folder.join(FIGURES));
-    // The page of the study shows them as they are.
+    // The page shows the study's own tables and figures only.
     let page = out.is_none().then(|| folder.join(report::PAGE));
     let figures = Figures { all: &all, folder: to, page, provenance: !no_provenance };
     let counts = study.make(&results, folder, &[], &figures)?;
@@ -83,7 +83,7 @@ pub(crate) fn figures(arguments: &SweepDrawArguments, board: &Board) -> Result<(
     outcome(counts)
 }
 
-/// The figures that a sweep asks for as it is now.
+/// The figures in the present version of the sweep's file.
 #[cfg(feature = "analysis")]
 fn figures_of(path: &Path, plan: &Plan) -> Result<Vec<Figure>, Failure> {
     let sweep = Sweep::read(path).map_err(Failure::bad_input)?;
@@ -103,10 +103,7 @@ fn figures_of(path: &Path, plan: &Plan) -> Result<Vec<Figure>, Failure> {
             path.display(),
             figure.file
         ))),
-        _ => match plan.energy_of_none(&sweep.figures) {
-            Some(problem) => Err(Failure::BadInput(format!("--from {}: {problem}", path.display()))),
-            None => Ok(sweep.figures),
-        },
+        _ => Ok(sweep.figures),
     }
 }
 
@@ -118,25 +115,25 @@ fn format(table: SweepTable) -> &'static dyn Format {
     }
 }
 
-/// A study whose tables or figures are made.
+/// A study and what to make of it.
 struct Study<'a> {
     plan: &'a Plan,
     inputs: Inputs,
     board: &'a Board,
 }
 
-/// What is drawn, and where.
+/// The figures to draw, and their folder.
 struct Figures<'a> {
     all: &'a [Figure],
     folder: PathBuf,
-    /// The page on which they stand; none if it is left as it is.
+    /// The page that shows them; None if it stays as it is.
     page: Option<PathBuf>,
-    /// Whether they name the code and bear a line at their foot.
+    /// Whether they state the code version in a line at their foot.
     provenance: bool,
 }
 
 impl Study<'_> {
-    /// Makes all of them, or none if something fails, and says which files they are.
+    /// Makes everything, or nothing if something fails, and lists the files.
     fn make(
         self,
         results: &Results,
@@ -159,7 +156,7 @@ impl Study<'_> {
             #[cfg(feature = "analysis")]
             {
                 create_folder(&figures.folder)?;
-                // The ids of a plan by other code are other ones, and say nothing of its scenarios.
+                // Ids of plans by other code versions differ, and cannot verify the scenarios.
                 let is_own = self.plan.common.code_version == CODE_VERSION;
                 let scenario_of = |run: u64| {
                     let row = &self.plan.rows[run as usize - 1];
@@ -191,7 +188,7 @@ impl Study<'_> {
     }
 }
 
-/// Writes the page, of what is about to be published.
+/// Writes the page about the files to be published.
 fn write_page(
     page: &Path,
     plan: &Plan,
@@ -204,12 +201,12 @@ fn write_page(
     let mut tables: Vec<PathBuf> =
         written.iter().filter(|path| !path.starts_with(&figures.folder)).cloned().collect();
     if tables.is_empty() {
-        // Figures alone are drawn again; the tables are those that are there.
+        // Only figures are redrawn; the page links to the existing tables.
         tables = study_page::tables_in(page.parent().unwrap_or(Path::new("")));
     }
     let read = |file: &str| {
         let path = figures.folder.join(file.strip_prefix("figures/")?);
-        // As it is where this program draws nothing.
+        // The existing file, if it is not redrawn.
         asperity_files::read(&files.begun(&path).unwrap_or(path)).ok()
     };
     let shown = Shown {
@@ -222,7 +219,7 @@ fn write_page(
     files.write(page, html).map_err(Failure::failed)
 }
 
-/// Where the runs of a plan come from: of all of them what the first says, but for what varies.
+/// The origin of the tables: the first run stands for all, except for what varies.
 #[cfg(feature = "analysis")]
 fn origins(plan: &Plan, scenario_of: ScenarioOf<'_>) -> Origins {
     let accepted = plan.rows.iter().find(|row| row.refused.is_none());
@@ -234,7 +231,7 @@ fn origins(plan: &Plan, scenario_of: ScenarioOf<'_>) -> Origins {
         .varying(plan.common.keys.iter().cloned())
 }
 
-/// Sees the rows of the tables.
+/// Observes the rows of the tables.
 struct Passing {
     stages: Stages,
     done: usize,
@@ -251,7 +248,7 @@ impl Passing {
     }
 }
 
-impl Watch for Passing {
+impl Observer for Passing {
     fn begin(&mut self, table: &'static str, columns: &[Column]) {
         #[cfg(feature = "analysis")]
         self.drawer.begin(table, columns);

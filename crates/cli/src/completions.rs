@@ -1,4 +1,4 @@
-//! `asperity completions`: what a shell needs to complete commands and flags.
+//! `asperity completions`: the completion script of a shell.
 
 use std::io::{self, Write};
 
@@ -8,7 +8,7 @@ use crate::args::{Arguments, CompletionsArguments};
 use crate::exit::Failure;
 
 pub(crate) fn command(arguments: &CompletionsArguments) -> Result<(), Failure> {
-    // Into memory first: the generator panics where its output cannot be written.
+    // Into memory first, since the generator panics if its output cannot be written.
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Arguments::command(), "asperity", &mut script);
     let mut out = io::stdout().lock();

@@ -1,6 +1,5 @@
-//! `asperity diff`: what became of the events between two runs, or between all
-//! runs of two folders. Exit 0 where the policy is kept, 1 where not, 2 where
-//! there is nothing to compare or it cannot be read.
+//! `asperity diff`: compares the events of two runs, or of all runs in two folders. Exits with 0
+//! where the policy is kept, 1 where not, 2 where there is nothing to compare or it cannot be read.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -16,10 +15,10 @@ use asperity_summary::{RupturesFrom, Summary};
 
 use crate::args::{DiffArguments, DiffFormat, PairBy};
 use crate::exit::{self, Code, Failure};
-use crate::judge;
 use crate::outputs::refused;
 use crate::ruptures::found_in_steps;
 use crate::terminal;
+use crate::verdict_exit;
 
 pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     let settings = settings(arguments)?;
@@ -48,18 +47,18 @@ pub(crate) fn command(arguments: &DiffArguments) -> Result<(), Failure> {
     }
 }
 
-/// Makes sure that every run log on either side holds all of its run. Which program made it is what
-/// the comparison is for.
+/// Checks that every run log on either side is complete. Other code versions are accepted:
+/// comparing them is the purpose.
 fn hold_all(arguments: &DiffArguments) -> Result<(), Failure> {
     let mut logs = Vec::new();
     for side in [&arguments.old, &arguments.new] {
         logs.extend(sides::logs(side).map_err(|error| as_failure(error.into()))?);
     }
-    let judged = exit::each_of(&logs, None, |log| judge::holds_all(log))?;
+    let judged = exit::each_of(&logs, None, |log| verdict_exit::holds_all(log))?;
     Code::worst(judged.into_iter().filter_map(Result::err)).said()
 }
 
-/// What is to be written, whose names must be free: never those of an input.
+/// Reserves the outputs, which must not overwrite inputs.
 fn outputs(arguments: &DiffArguments) -> Result<FileSet, Failure> {
     let existing = if arguments.force { Existing::Replace } else { Existing::Refuse };
     let inputs = [Some(&arguments.old), Some(&arguments.new), arguments.policy.as_ref()];
@@ -95,7 +94,7 @@ fn settings(arguments: &DiffArguments) -> Result<Settings, Failure> {
     })
 }
 
-/// What is told of a log beside its events: its summary, and ruptures that it does not hold.
+/// The summary of a log, and its ruptures if the log contains none.
 fn tell(log: &Path) -> Result<Told, String> {
     let told = || {
         let summary = crate::summary::of_whole_log(log)?;

@@ -12,14 +12,14 @@ use crate::args::TableFormat;
 use crate::exit::Failure;
 use crate::outputs::refused;
 
-/// The row of an event, as its kind reads it.
+/// Adds the row of an event.
 fn add(rows: &mut CsvRows<impl Write>, kind: &EventKind, event: &Event) -> Result<(), Failure> {
     let unreadable = |error| Failure::Failed(format!("an event of {} cannot be read: {error}", event.topic));
     let row = kind.cells(&event.payload).map_err(unreadable)?;
     rows.push(&row).map_err(Failure::Output)
 }
 
-/// The tables of one run, files of a set. Unless they are finished, they are taken back.
+/// The event tables of one run, files of a set. They are discarded unless finished.
 pub(crate) struct EventTables<'a> {
     files: &'a FileSet,
     tables: Vec<Table>,
@@ -32,12 +32,12 @@ struct Table {
 }
 
 impl EventTables<'_> {
-    /// Where the table of a run of that name goes, for events of a kind.
+    /// The path of a run's table for events of a kind.
     fn path(out: &Path, name: &str, kind: &EventKind) -> PathBuf {
         out.join(format!("{name}.{}.csv", kind.table))
     }
 
-    /// Begins them.
+    /// Begins the tables.
     pub(crate) fn create<'a>(
         files: &'a FileSet,
         out: &Path,
@@ -65,7 +65,7 @@ impl EventTables<'_> {
         }
     }
 
-    /// Ends them.
+    /// Finishes the tables.
     pub(crate) fn finish(mut self) -> Result<(), Failure> {
         let mut finished = Vec::new();
         while let Some(Table { path, rows, .. }) = self.tables.pop() {
@@ -93,7 +93,7 @@ fn not_written(path: &Path, failure: &Failure) -> Failure {
     Failure::Failed(format!("failed to write {}: {problem}", path.display()))
 }
 
-/// The slip events among events, printed one by one.
+/// Prints the slip events among events, one by one.
 pub(crate) enum Printed<W: Write> {
     Csv(EventKind, Box<CsvRows<W>>),
     /// With whether any has been printed.
@@ -146,7 +146,7 @@ mod tests {
 
     use asperity_run::detectors::event_kinds;
 
-    /// Two tables of one name would be written over each other.
+    /// Two tables of one name would overwrite each other.
     #[test]
     fn every_detector_has_a_table_of_its_own() {
         let kinds = event_kinds();

@@ -1,4 +1,4 @@
-//! `asperity events`: the slip events that a log holds; of a Parquet table, its rows.
+//! `asperity events`: the slip events of a log, or the rows of a Parquet table.
 
 #[cfg(feature = "analysis")]
 use asperity_analysis::table_file::{self, PrintError};
@@ -7,31 +7,31 @@ use asperity_runlog::{LogItem, RunReader, Topics};
 use crate::args::EventsArguments;
 use crate::event_table::Printed;
 use crate::exit::Failure;
-use crate::judge;
 use crate::progress::Board;
 use crate::terminal;
+use crate::verdict_exit;
 
-/// Prints them up to where the log is sound, and then what it is worth.
+/// Prints the events of the sound part of a log, then its verdict.
 pub(crate) fn command(arguments: &EventsArguments, board: &Board) -> Result<(), Failure> {
-    // What cannot be read is told when it is read as a log.
+    // If it cannot be read, reading it as a log reports that.
     #[cfg(feature = "analysis")]
     if table_file::is_parquet(&arguments.run).unwrap_or(false) {
         return print_table(arguments);
     }
-    let checked = judge::readable(&arguments.run)?;
+    let checked = verdict_exit::readable(&arguments.run)?;
     let mut printed = Printed::begin(arguments.format, terminal::data())?;
     if let Ok(mut reader) = RunReader::open(&arguments.run, Topics::EVENTS) {
         for _ in 0..checked.seen.events {
-            // Where it cannot be read on, the verdict says so.
+            // The verdict reports where the log cannot be read.
             let Ok(Some(LogItem::Event(event))) = reader.next_item() else { break };
             printed.event(&event)?;
         }
     }
     printed.finish()?;
-    judge::tell(&arguments.run, &checked, board)
+    verdict_exit::finish(&arguments.run, &checked, board)
 }
 
-/// A Parquet table, of slip events or any other, as the CSV file beside it reads.
+/// Prints a Parquet table, of slip events or others, as CSV.
 #[cfg(feature = "analysis")]
 fn print_table(arguments: &EventsArguments) -> Result<(), Failure> {
     if arguments.format != crate::args::TableFormat::Csv {

@@ -1,5 +1,5 @@
-//! Where the system gives no more memory or threads, a command fails, with exit code 1 and a word on
-//! what it lacked. Neither an abort nor a panic is left to the libraries that come upon it first.
+//! Ends a command that runs out of memory or threads with exit code 1 and a message, instead of an
+//! abort or a panic in a library.
 
 use std::panic;
 use std::sync::Arc;
@@ -10,19 +10,19 @@ use signal_hook::{flag, low_level};
 
 use crate::exit::{Code, Failure, report};
 
-/// What panics for want of memory or threads say: a context of zstd, threads of rayon and of the
-/// standard library.
+/// The panic messages of libraries without memory or threads: zstd contexts, rayon's threads, and
+/// the standard library's.
 const WANTS: [&str; 3] = [
     "zstd returned null pointer when creating new context",
     "could not spawn threads",
     "failed to spawn thread",
 ];
 
-/// Sees to that for the rest of the process.
+/// Installs the handlers for the rest of the process.
 pub(crate) fn fail() {
     let always = Arc::new(AtomicBool::new(true));
-    // The standard library says how much memory it asked for, and aborts. Where the system refuses,
-    // the signal ends the process as it would have.
+    // The standard library prints how much memory was requested, and aborts. If the handler cannot
+    // be registered, the signal ends the process anyway.
     flag::register_conditional_shutdown(SIGABRT, i32::from(Code::Failed as u8), always).ok();
     let usual = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
@@ -30,7 +30,7 @@ pub(crate) fn fail() {
             None => usual(info),
             Some(text) => {
                 report(&Failure::Failed(format!("the system gives no more memory or threads: {text}")));
-                // Whatever other threads are at, nothing of it has a final name.
+                // Work in other threads has not been renamed to its final name.
                 low_level::exit(i32::from(Code::Failed as u8));
             }
         }

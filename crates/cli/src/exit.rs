@@ -1,4 +1,4 @@
-//! Exit codes and failures: one place where an outcome becomes a number.
+//! Exit codes and failures: the one place where outcomes become numbers.
 
 use std::borrow::Cow;
 use std::io;
@@ -10,31 +10,31 @@ use asperity_run::{Verdict, at_once};
 
 use crate::terminal;
 
-/// What the process tells the shell.
+/// The exit codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Code {
-    /// It did what was asked; the logs are whole, or the same. A reader that closed the pipe early
-    /// counts as well.
+    /// The command succeeded; the logs are whole, or equal. Also used when a reader closes the pipe
+    /// early.
     Success = 0,
-    /// It could not: the system refused or a run went astray. Or a replay gave other events, or two
-    /// runs differ.
+    /// The command failed: a system call failed or a run became unstable; or a replay gave other
+    /// events, or two runs differ.
     Failed = 1,
-    /// What was asked makes no sense: unknown names, bad scenarios, an output that exists, a file
-    /// that is no run log, tables that cannot be compared. Nothing was written.
+    /// Invalid input: unknown names, bad scenarios, existing outputs, files that are not run logs,
+    /// tables that cannot be compared. Nothing was written.
     BadInput = 2,
     /// A log ends before its run does.
     Incomplete = 3,
     /// A log is damaged.
     Damaged = 4,
-    /// A log is what was left of a damaged one.
+    /// A log was salvaged from a damaged one.
     Salvaged = 5,
-    /// A log is by another version of the program or other detectors, where that was asked.
+    /// A log is by another code version or other detectors, where the command checks that.
     ByOthers = 6,
-    /// A log is of a run that was stopped because it could not go on.
+    /// A log is of a run that the solver stopped.
     Stopped = 7,
-    /// SIGINT stopped it; the log that was open is closed, and says so.
+    /// Stopped by SIGINT; the log in progress was closed as interrupted.
     Interrupted = 130,
-    /// The same by SIGTERM.
+    /// Stopped by SIGTERM, likewise.
     Terminated = 143,
 }
 
@@ -53,7 +53,8 @@ impl From<Verdict> for Code {
 }
 
 impl Code {
-    /// The code of several things done in one call: that of the worst log, or else of what failed.
+    /// The code of several results in one call: that of the worst log, otherwise that of the
+    /// failure.
     pub(crate) fn worst(codes: impl IntoIterator<Item = Code>) -> Code {
         let order = [
             Code::Success,
@@ -71,12 +72,12 @@ impl Code {
         codes.into_iter().max_by_key(rank).unwrap_or(Code::Success)
     }
 
-    /// That of a process which a signal had told to stop, if that is how it ended.
+    /// The code of a child process that a signal stopped, if that is how it ended.
     pub(crate) fn of_signal(code: Option<i32>) -> Option<Code> {
         [Code::Interrupted, Code::Terminated].into_iter().find(|signal| code == Some(*signal as i32))
     }
 
-    /// Nothing more to say, if there was anything to say.
+    /// Converts a code whose messages have been printed to a result.
     pub(crate) fn said(self) -> Result<(), Failure> {
         if self == Code::Success { Ok(()) } else { Err(Failure::Said(self)) }
     }
@@ -88,19 +89,19 @@ impl From<Code> for ExitCode {
     }
 }
 
-/// Why a command did not succeed.
+/// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
-    /// Bad input; the message says where, what and what would be accepted.
+    /// Invalid input; the message names the place, the problem and what is accepted.
     #[error("{0}")]
     BadInput(String),
-    /// A log is not what the command needs, or only a part of what it would be.
+    /// The verdict on a log is worse than the command accepts.
     #[error("{1}")]
     Log(Verdict, String),
-    /// Anything that went wrong after the input was found good.
+    /// A failure after the input was accepted.
     #[error("{0}")]
     Failed(String),
-    /// What there is to say has been said; only the code is left.
+    /// All messages have been printed; only the code remains.
     #[error("")]
     Said(Code),
     /// Standard output could not be written.
@@ -132,7 +133,7 @@ impl Failure {
     }
 }
 
-/// Says on stderr why the command did not succeed.
+/// Prints on stderr why the command failed.
 pub(crate) fn report(failure: &Failure) {
     let text = failure.to_string();
     let mut lines = text.lines();
@@ -145,7 +146,7 @@ pub(crate) fn report(failure: &Failure) {
     }
 }
 
-/// Makes sure that there is a folder for a file that is to be written.
+/// Checks that the folder of an output exists.
 pub(crate) fn folder_is_there(option: &str, file: &Path) -> Result<(), Failure> {
     match file.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
         None => Ok(()),
@@ -157,9 +158,9 @@ pub(crate) fn folder_is_there(option: &str, file: &Path) -> Result<(), Failure> 
     }
 }
 
-/// Does something for several things, `jobs` of them at once (one per core if not said), and gives
-/// the results in order. If one of several fails, that is reported, its result is the code of it and
-/// the others go on; bad input stops all.
+/// Processes several items, `jobs` of them in parallel (None for one per core), and returns the
+/// results in order. If one of several fails, it is reported, its result is the exit code, and the
+/// others continue; invalid input stops all.
 pub(crate) fn each_of<T: Sync, Done: Send>(
     things: &[T],
     jobs: Option<NonZeroUsize>,
@@ -174,12 +175,12 @@ pub(crate) fn each_of<T: Sync, Done: Send>(
     })
 }
 
-/// Most lines, and most characters of a line, of what is said of one failure: errors quote
-/// what they refuse, and that may be a file of one line.
+/// Most lines, and most characters per line, that are printed of one failure: errors quote what
+/// they refuse, which may be a file of one line.
 const MOST_LINES: usize = 100;
 const MOST_CHARACTERS: usize = 2000;
 
-/// A line without its middle, if it is too long to be read.
+/// Shortens a long line by its middle.
 pub(crate) fn shortened(line: &str) -> Cow<'_, str> {
     let count = line.chars().count();
     if count <= MOST_CHARACTERS {

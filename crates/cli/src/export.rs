@@ -1,4 +1,4 @@
-//! `asperity export`: what a log holds as files that data frames read.
+//! `asperity export`: writes logs as tables for data frames.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,11 +9,11 @@ use asperity_export::{Csv, Export, ExportError, Judged, Ndjson, NodeRows, Ran, R
 
 use crate::args::{ExportArguments, ExportFormat};
 use crate::exit::{self, Code, Failure};
-use crate::judge;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
 use crate::summary::WITHOUT_ENERGIES;
 use crate::terminal;
+use crate::verdict_exit;
 use asperity_files::{Existing, Inputs};
 use asperity_run::detectors::event_kinds;
 use asperity_run::{Checked, NodeState, Nodes, NodesError, Verdict};
@@ -27,7 +27,7 @@ pub(crate) fn command(arguments: &ExportArguments, board: &Board) -> Result<(), 
     Code::worst(exported.into_iter().filter_map(Result::err)).said()
 }
 
-/// What is asked for of each run; their files must not get in each other's way.
+/// The request for each run; their files must have different names.
 fn requests(arguments: &ExportArguments) -> Result<Vec<(PathBuf, Request)>, Failure> {
     let mut names: BTreeMap<String, &PathBuf> = BTreeMap::new();
     let mut requests = Vec::new();
@@ -75,7 +75,7 @@ fn export_one(
         ExportFormat::Csv => &Csv,
         ExportFormat::Ndjson => &Ndjson,
     };
-    let checked = judge::readable(run)?;
+    let checked = verdict_exit::readable(run)?;
     let mut nodes = match &arguments.nodes_at_s[..] {
         [] => None,
         at_s => Some(Nodes::of_log(run, checked.seen.last_step, at_s).map_err(without_nodes(run, &checked))?),
@@ -130,11 +130,11 @@ fn export_one(
                 }
             ),
         )),
-        Ran { problem: None, .. } => judge::tell(run, &checked, board),
+        Ran { problem: None, .. } => verdict_exit::finish(run, &checked, board),
     }
 }
 
-/// Why there are no nodes; of a log that does not hold all of its run, with what it is worth.
+/// Converts an error about nodes; adds the verdict if the log is not complete.
 fn without_nodes<'a>(run: &'a Path, checked: &'a Checked) -> impl Fn(NodesError) -> Failure + 'a {
     move |error| {
         let said = format!("--nodes-at-s: {}: {error}", run.display());
@@ -148,7 +148,7 @@ fn without_nodes<'a>(run: &'a Path, checked: &'a Checked) -> impl Fn(NodesError)
     }
 }
 
-/// What is to be said of the log beside its tables.
+/// The verdict on the log, for the record beside its tables.
 fn judged(checked: &Checked) -> Judged {
     Judged {
         state: match checked.verdict {
@@ -172,8 +172,8 @@ fn failure(run: &Path, checked: &Checked, error: ExportError) -> Failure {
         ExportError::UnknownTopic { .. }
         | ExportError::NotFoundThen { .. }
         | ExportError::EmptyRange { .. } => Failure::bad_input(error),
-        // So early that there is nothing to export.
-        ExportError::Log(_) if !checked.verdict.holds_all() => judge::failure(run, checked),
+        // The log ends before there is anything to export.
+        ExportError::Log(_) if !checked.verdict.holds_all() => verdict_exit::failure(run, checked),
         ExportError::File(error) => refused("--out", &error, true),
         ExportError::Log(_) | ExportError::Write { .. } => Failure::failed(error),
     }

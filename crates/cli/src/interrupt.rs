@@ -1,5 +1,5 @@
-//! SIGINT and SIGTERM in commands that write logs: the first asks runs to close them, the
-//! second stops at once. Other commands stop at the first.
+//! SIGINT and SIGTERM in commands that write logs: the first signal lets runs close their logs, the
+//! second ends the process at once. Other commands end at the first.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -12,7 +12,7 @@ use crate::exit::{Code, Failure};
 
 static SIGNAL: OnceLock<Arc<AtomicUsize>> = OnceLock::new();
 
-/// Takes the signals over from the system.
+/// Installs the signal handlers.
 ///
 /// # Errors
 /// If the system refuses.
@@ -24,7 +24,7 @@ fn listen() -> io::Result<()> {
     let signal = SIGNAL.get_or_init(Arc::default);
     let before = Arc::new(AtomicBool::new(false));
     for (number, code) in [(SIGINT, Code::Interrupted), (SIGTERM, Code::Terminated)] {
-        // In this order: the first signal only sets what the second finds set.
+        // In this order: the first signal sets the flag that the second finds set.
         flag::register_conditional_shutdown(number, i32::from(code as u8), Arc::clone(&before))?;
         flag::register(number, Arc::clone(&before))?;
         flag::register_usize(number, Arc::clone(signal), usize::from(code as u8))?;
@@ -32,20 +32,20 @@ fn listen() -> io::Result<()> {
     Ok(())
 }
 
-/// Has a file that would grow beyond the limit of `ulimit -f` fail to be written, as on a full
-/// disk, instead of ending the process without a word.
+/// Makes writes beyond the limit of `ulimit -f` fail like those on a full disk, instead of ending
+/// the process without a message.
 pub(crate) fn outlive_the_file_size_limit() {
-    // Where the system refuses, the limit ends the process as it would have.
+    // If the handler cannot be registered, the limit ends the process as before.
     flag::register(SIGXFSZ, Arc::default()).ok();
 }
 
-/// The code to exit with, if a signal has come.
+/// The exit code for a signal, if one has arrived.
 pub(crate) fn code() -> Option<Code> {
     let signal = SIGNAL.get().map_or(0, |signal| signal.load(Ordering::Relaxed));
     [Code::Interrupted, Code::Terminated].into_iter().find(|code| *code as usize == signal)
 }
 
-/// Whether a signal has come.
+/// Whether a signal has arrived.
 pub(crate) fn has_come() -> bool {
     code().is_some()
 }

@@ -1,5 +1,4 @@
-//! The `asperity` command: arguments, progress, exit codes. Everything else is
-//! in the libraries.
+//! The `asperity` command: arguments, progress, exit codes. The libraries do the work.
 
 mod args;
 mod check;
@@ -12,10 +11,10 @@ mod exhausted;
 mod exit;
 mod export;
 mod interrupt;
-mod judge;
 mod man;
 mod outputs;
 mod progress;
+mod relative_link;
 mod replay;
 mod report;
 #[cfg(feature = "analysis")]
@@ -30,9 +29,9 @@ mod summary;
 mod sweep;
 mod terminal;
 mod validate;
+mod verdict_exit;
 #[cfg(feature = "analysis")]
 mod verify;
-mod way;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -45,7 +44,7 @@ use exit::Failure;
 use progress::Board;
 
 fn main() -> ExitCode {
-    // What cannot be had then ends the command when it is needed, and not before.
+    // A missing resource ends the command only when it is needed.
     interrupt::outlive_the_file_size_limit();
     let outcome = arguments().and_then(|arguments| arguments.map_or(Ok(()), dispatch));
     match outcome {
@@ -58,10 +57,10 @@ fn main() -> ExitCode {
     }
 }
 
-/// The arguments of the command; none where help or version was asked for, and printed.
+/// Parses the arguments; None if help or version was requested and printed.
 ///
 /// # Errors
-/// If they make no sense, which is said, or the help cannot be printed.
+/// If they are invalid, which has been printed, or the help cannot be printed.
 fn arguments() -> Result<Option<Arguments>, Failure> {
     let given: Vec<OsString> = std::env::args_os().collect();
     let error = match Arguments::try_parse_from(&given) {
@@ -71,7 +70,7 @@ fn arguments() -> Result<Option<Arguments>, Failure> {
     if !error.use_stderr() {
         return error.print().map(|()| None).map_err(Failure::Output);
     }
-    // The library quotes what it refuses: of these arguments it makes the same error.
+    // The library quotes refused arguments; parsing the printable ones gives the same error.
     let plain = given.iter().map(|argument| printable(&argument.to_string_lossy()).into_owned());
     Arguments::try_parse_from(plain).err().unwrap_or(error).print().ok();
     Err(Failure::Said(exit::Code::BadInput))
@@ -79,7 +78,7 @@ fn arguments() -> Result<Option<Arguments>, Failure> {
 
 fn dispatch(arguments: Arguments) -> Result<(), Failure> {
     let board = Board::new(arguments.quiet);
-    // How a worker of a study ends says whether its run is to blame.
+    // The exit of a study's worker shows whether its run is at fault.
     let is_worker = matches!(&arguments.command, Command::Sweep(SweepCommand::Run(run)) if run.worker);
     if !is_worker {
         exhausted::fail();

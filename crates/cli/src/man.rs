@@ -1,4 +1,4 @@
-//! `asperity man`: the help as manual pages, one for the command and one for each subcommand.
+//! `asperity man`: the help as manual pages, one for the command and one per subcommand.
 
 use std::io;
 
@@ -33,7 +33,7 @@ pub(crate) fn command(arguments: &ManArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The pages of a command and of all below it, each with its file's name.
+/// Collects the pages of a command and its subcommands, each with its file name.
 fn collect(command: &clap::Command, pages: &mut Vec<(String, Vec<u8>)>) -> io::Result<()> {
     let version = format!("asperity {}", env!("CARGO_PKG_VERSION"));
     let man = Man::new(command.clone()).source(version).manual("Asperity");
@@ -53,8 +53,8 @@ fn collect(command: &clap::Command, pages: &mut Vec<(String, Vec<u8>)>) -> io::R
     command.get_subcommands().try_for_each(|below| collect(below, pages))
 }
 
-/// What stands below the options: short lines that end with a colon are headings, indented
-/// lines stay as they are, and all others are running text.
+/// Converts the text below the options: short lines that end with a colon become headings, indented
+/// lines stay as they are, and the rest is flowing text.
 fn after_help(text: &str) -> Roff {
     let mut page = Roff::new();
     let mut is_verbatim = false;

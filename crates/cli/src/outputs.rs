@@ -1,4 +1,4 @@
-//! What a command says of files that it cannot write.
+//! Failures of writing output files.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use asperity_files::{FileError, create_folder as create};
 
 use crate::exit::Failure;
 
-/// Why a file is not written: bad input, if another name would do.
+/// Why a file is not written: invalid input, if another name would do.
 pub(crate) fn refused(option: &str, error: &FileError, can_force: bool) -> Failure {
     let option = if option.is_empty() { String::new() } else { format!("{option} ") };
     let accepted = match error {
@@ -21,7 +21,7 @@ pub(crate) fn refused(option: &str, error: &FileError, can_force: bool) -> Failu
     }
 }
 
-/// Makes sure that there is a folder for what is to be written.
+/// Creates the folder of an output.
 pub(crate) fn create_folder(folder: &Path) -> Result<(), Failure> {
     create(folder).map_err(Failure::failed)
 }

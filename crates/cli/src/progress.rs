@@ -1,4 +1,4 @@
-//! Progress on stderr: a bar on a terminal, a line now and then elsewhere.
+//! Progress on stderr: a bar on a terminal, occasional lines elsewhere.
 
 #![cfg_attr(
     not(feature = "analysis"),
@@ -11,24 +11,24 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use asperity_record::{Event, EventPayload, SlipEvent, printable};
-use asperity_run::{Notice, Watch};
+use asperity_run::{Notice, Observer};
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 
 use crate::terminal;
 
-/// How often a run that goes on for long says so where there is no terminal.
+/// Time between lines about a long run without a terminal.
 const LINE_INTERVAL: Duration = Duration::from_secs(30);
 
-/// How often a run tells the overall progress how far it is.
+/// Time between updates of the overall progress.
 const TELL_INTERVAL: Duration = Duration::from_millis(100);
 
-/// The bars of all runs that go on at once.
+/// The bars of all current runs.
 #[derive(Debug, Clone)]
 pub(crate) struct Board {
     bars: MultiProgress,
     on_terminal: bool,
     quiet: bool,
-    /// What the runs are part of, if they are counted together.
+    /// The group whose runs are counted together, if any.
     together: Option<Arc<Together>>,
 }
 
@@ -55,11 +55,11 @@ impl Board {
         }
     }
 
-    /// Prints above the bars what the user asked for, even if the board is quiet.
+    /// Prints requested output above the bars, even if the board is quiet.
     pub(crate) fn answer(&self, text: &str) {
         for line in text.lines() {
             if self.on_terminal {
-                // Where it cannot be written there is nobody to read it.
+                // If it cannot be written, nobody reads it.
                 self.bars.println(printable(line)).ok();
             } else {
                 terminal::note(line);
@@ -67,12 +67,12 @@ impl Board {
         }
     }
 
-    /// Starts the progress of a run whose events are counted.
+    /// Starts the progress of a run, with its number of events.
     pub(crate) fn run(&self, name: &str, steps: u64, duration_s: f64) -> RunProgress {
         RunProgress { events: Some(0), ..self.steps(name, steps, duration_s) }
     }
 
-    /// Starts the progress of a run of which only the steps are told.
+    /// Starts the progress of a run, with its steps only.
     pub(crate) fn steps(&self, name: &str, steps: u64, duration_s: f64) -> RunProgress {
         let bar = self.bar(name, steps, "{prefix:20} {bar:30} {msg} {eta} left", |bar| self.bars.add(bar));
         RunProgress {
@@ -89,8 +89,8 @@ impl Board {
         }
     }
 
-    /// Starts the overall progress of runs, given with the work that each takes in block
-    /// steps. The runs must be shown on the board of what is returned, by the same names.
+    /// Starts the overall progress of runs, given with their work in block steps. The runs must be
+    /// shown, under the same names, on the returned board.
     pub(crate) fn overall(&self, runs: impl IntoIterator<Item = (String, u64)>) -> Overall {
         let place = |bar| self.bars.insert(0, bar);
         let bar = self.bar("all runs", OVERALL_LENGTH, "{prefix:20} {bar:30} {msg}", place);
@@ -102,12 +102,12 @@ impl Board {
         Overall { board: Board { together: Some(together), ..self.clone() } }
     }
 
-    /// Starts the progress of something that is told in words, stage by stage.
+    /// Starts the progress of named stages.
     pub(crate) fn stages(&self, name: &str) -> Stages {
         Stages { bar: self.bar(name, 1, "{prefix:20} {bar:30} {msg}", |bar| self.bars.add(bar)) }
     }
 
-    /// Starts the progress of a study of so many runs.
+    /// Starts the progress of a study with that many runs.
     pub(crate) fn study(&self, runs: u64) -> StudyProgress {
         let bar = self.bar("runs", runs, "{prefix:6} {bar:30} {msg}", |bar| self.bars.add(bar));
         let now = Instant::now();
@@ -123,7 +123,7 @@ impl Board {
         }
     }
 
-    /// A bar where there is a terminal.
+    /// A bar, drawn on terminals only.
     fn bar(
         &self,
         name: &str,
@@ -139,13 +139,13 @@ impl Board {
     }
 }
 
-/// The progress of something that goes by stages.
+/// The progress through stages.
 pub(crate) struct Stages {
     bar: ProgressBar,
 }
 
 impl Stages {
-    /// Takes note of how many things of a stage are done.
+    /// Sets how many items of a stage are done.
     pub(crate) fn reached(&self, stage: &str, done: usize, of: usize) {
         self.bar.set_length(of as u64);
         self.bar.set_position(done as u64);
@@ -159,7 +159,7 @@ impl Drop for Stages {
     }
 }
 
-/// The progress of many runs that are counted only.
+/// The progress of many runs that are only counted.
 pub(crate) struct StudyProgress {
     board: Board,
     bar: ProgressBar,
@@ -172,14 +172,14 @@ pub(crate) struct StudyProgress {
 }
 
 impl StudyProgress {
-    /// Takes note of a run that is done, with so many slip events.
+    /// Counts a finished run with its slip events.
     pub(crate) fn done(&mut self, events: u64) {
         self.done += 1;
         self.events += events;
         self.show();
     }
 
-    /// Takes note of a run that failed.
+    /// Counts a failed run.
     pub(crate) fn failed(&mut self) {
         self.failed += 1;
         self.show();
@@ -227,11 +227,11 @@ pub(crate) struct RunProgress {
     started: Instant,
     last_line: Instant,
     last_told: Option<Instant>,
-    /// What is to be said once it is over.
+    /// Notes to print at the end.
     notes: Vec<String>,
 }
 
-impl Watch for RunProgress {
+impl Observer for RunProgress {
     fn event(&mut self, event: &Event) {
         if let Some(events) = &mut self.events {
             *events += u64::from(event.topic == SlipEvent::TOPIC);
@@ -258,7 +258,7 @@ impl Watch for RunProgress {
 }
 
 impl RunProgress {
-    /// Takes note of the last step taken.
+    /// Sets the last step taken.
     pub(crate) fn advance(&mut self, step: u64) {
         self.bar.set_position(step);
         if self.board.on_terminal {
@@ -276,7 +276,7 @@ impl RunProgress {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(crate) fn clear(self) {
         self.bar.finish_and_clear();
     }
@@ -290,7 +290,7 @@ impl RunProgress {
         }
     }
 
-    /// Says that the run is over, if it took any steps, and what else is to be said of it.
+    /// Prints that the run is over, if it took any steps, and its notes.
     pub(crate) fn end(self, has_run: bool) {
         self.bar.finish_and_clear();
         if !has_run {
@@ -315,12 +315,12 @@ pub(crate) struct Overall {
 }
 
 impl Overall {
-    /// The board on which these runs are shown.
+    /// The board for these runs.
     pub(crate) fn board(&self) -> &Board {
         &self.board
     }
 
-    /// Takes note that a run is done.
+    /// Counts a finished run.
     pub(crate) fn done(&self, name: &str) {
         if let Some(together) = &self.board.together {
             together.tally().done(name);
@@ -337,7 +337,7 @@ impl Drop for Overall {
     }
 }
 
-/// What runs that are counted together share.
+/// The shared state of runs that are counted together.
 #[derive(Debug)]
 struct Together {
     bar: ProgressBar,
@@ -346,7 +346,7 @@ struct Together {
     last_line: Mutex<Instant>,
 }
 
-/// Into how many parts the overall bar is divided.
+/// Resolution of the overall bar.
 const OVERALL_LENGTH: u64 = 1000;
 
 impl Together {
@@ -369,7 +369,7 @@ impl Together {
     }
 }
 
-/// How much of the work of several runs is done.
+/// The progress of the work of several runs.
 #[derive(Debug)]
 struct Tally {
     runs: BTreeMap<String, Part>,
@@ -380,9 +380,9 @@ struct Tally {
 struct Part {
     /// Block steps.
     work: f64,
-    /// Share of them that an earlier call did.
+    /// Share of it done by an earlier call.
     before: f64,
-    /// Share of them done by now.
+    /// Share of it done so far.
     share: f64,
     is_done: bool,
 }
@@ -393,7 +393,7 @@ impl Tally {
         Tally { runs: runs.into_iter().map(|(name, work)| (name, part(work))).collect() }
     }
 
-    /// A run goes on from where an earlier call left it. Its records before that come once more.
+    /// A run resumes where an earlier call left it. Its records before that are repeated.
     fn goes_on(&mut self, name: &str, share: f64) {
         if let Some(run) = self.runs.get_mut(name) {
             (run.before, run.share) = (share, share);
@@ -417,13 +417,13 @@ impl Tally {
         self.runs.values().map(|run| run.work * of(run)).sum()
     }
 
-    /// Share of the work that is done.
+    /// Share of the work done.
     fn share(&self) -> f64 {
         let all = self.work(|_| 1.0);
         if all > 0.0 { self.work(|run| run.share) / all } else { 1.0 }
     }
 
-    /// Time that the rest will take at the speed so far, once there is one.
+    /// Estimated remaining time at the speed so far; None before there is one.
     fn left(&self, elapsed: Duration) -> Option<Duration> {
         let made = self.work(|run| run.share - run.before);
         let missing = self.work(|run| 1.0 - run.share);
@@ -462,12 +462,12 @@ mod tests {
         assert_eq!(tally.status(3 * S), "2 of 2 runs done, 100 % of the work");
     }
 
-    /// Work of an earlier call says nothing about the speed of this one.
+    /// Work of an earlier call does not enter the speed of this one.
     #[test]
     fn a_resumed_run_begins_where_it_was_left() {
         let mut tally = Tally::new([("a".to_owned(), 100)]);
         tally.goes_on("a", 0.5);
-        // The records before the checkpoint come once more.
+        // The records before the checkpoint are repeated.
         tally.reached("a", 0.1);
         assert_eq!((tally.share(), tally.left(S)), (0.5, None));
         tally.reached("a", 0.75);

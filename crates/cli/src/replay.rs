@@ -1,5 +1,5 @@
-//! `asperity replay`: logged records through the detectors again, by the rules of the live run
-//! or by others, with tables written row by row as events are found.
+//! `asperity replay`: sends logged records through the detectors again, with the rules of the live
+//! run or others, and writes tables row by row as events are found.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -7,18 +7,18 @@ use std::sync::OnceLock;
 use asperity_files::{Existing, FileSet, Inputs, is_new_folder};
 use asperity_record::Event;
 use asperity_run::detectors::Settings;
-use asperity_run::{CODE_VERSION, Comparison, Watch};
+use asperity_run::{CODE_VERSION, Comparison, Observer};
 use serde::Serialize;
 
 use crate::args::ReplayArguments;
 use crate::event_table::{EventTables, Printed};
 use crate::exit::{self, Code, Failure};
-use crate::judge;
 use crate::outputs::{create_folder, refused};
 use crate::progress::{Board, RunProgress};
 use crate::terminal::{self, Data};
+use crate::verdict_exit;
 
-/// What is written beside the tables of a replay: by which settings they were made, of what.
+/// The record beside the tables: their settings and sources.
 const RECORD: &str = "replay.json";
 
 /// The layout of [`Replayed`].
@@ -66,7 +66,7 @@ fn name(run: &Path) -> String {
     run.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Makes sure that no file would be written over another.
+/// Checks that no output would overwrite another file.
 fn none_is_taken(runs: &[PathBuf], out: &Path) -> Result<(), Failure> {
     let mut names: Vec<String> = Vec::new();
     for run in runs {
@@ -89,7 +89,7 @@ fn none_is_taken(runs: &[PathBuf], out: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is said of a replay beside its tables.
+/// The record of a replay.
 #[derive(Debug, Serialize)]
 struct Replayed<'a> {
     format: &'static str,
@@ -103,7 +103,7 @@ struct Replayed<'a> {
 /// One run of it.
 #[derive(Debug, Serialize)]
 struct ReplayedRun {
-    /// As text: what in a name is not UTF-8 is replaced by U+FFFD.
+    /// As text, with U+FFFD for what is not UTF-8.
     log: String,
     run_id: String,
     scenario_hash: String,
@@ -112,20 +112,20 @@ struct ReplayedRun {
     /// Of the log's messages.
     digest: String,
     slip_events: u64,
-    /// Whether the events are those of the log; null where other settings were asked for.
+    /// Whether the events are those of the log; null with other settings.
     same_as_logged: Option<bool>,
 }
 
 struct Replay<'a> {
     arguments: &'a ReplayArguments,
     settings: Settings,
-    /// The tables of all runs, and what is said of them.
+    /// The tables of all runs, and the record.
     files: FileSet,
     board: Board,
 }
 
-/// What is made of a replay as it goes on: tables, printed events, progress. What cannot be
-/// written stops it.
+/// The outputs of a replay in progress: tables, printed events, progress. A failed write stops the
+/// replay.
 struct Output<'a, 'f> {
     tables: Option<EventTables<'a>>,
     printed: Option<Printed<Data>>,
@@ -156,7 +156,7 @@ impl Output<'_, '_> {
     }
 }
 
-impl Watch for Output<'_, '_> {
+impl Observer for Output<'_, '_> {
     fn event(&mut self, event: &Event) {
         if self.failed.get().is_none()
             && let Err(failure) = self.write(event)
@@ -172,7 +172,7 @@ impl Watch for Output<'_, '_> {
 
 impl Replay<'_> {
     fn one(&self, run: &Path) -> Result<ReplayedRun, Failure> {
-        let checked = judge::holds_all(run)?;
+        let checked = verdict_exit::holds_all(run)?;
         let replay = asperity_run::Replay::open(run, &self.settings).map_err(Failure::failed)?;
         let header = replay.header();
         let duration_s = header.time_grid().time_s(header.steps);
@@ -195,7 +195,7 @@ impl Replay<'_> {
                 let Output { progress, tables, printed, .. } = output;
                 progress.clear();
                 drop((tables, printed));
-                // Whatever else went wrong, what could not be written came first.
+                // A failed write precedes any other error.
                 return Err(match (failed.into_inner(), outcome) {
                     (Some(failure), _) => failure,
                     (None, Err(error)) => Failure::failed(error),
@@ -205,7 +205,7 @@ impl Replay<'_> {
         };
         output.finish()?;
         self.tell(run, &replayed)?;
-        judge::tell(run, &checked, &self.board)?;
+        verdict_exit::finish(run, &checked, &self.board)?;
         let same = replayed.comparison.as_ref().map(|comparison| comparison.difference.is_none());
         Ok(ReplayedRun {
             log: run.to_string_lossy().into_owned(),
@@ -238,7 +238,7 @@ impl Replay<'_> {
         Ok(())
     }
 
-    /// Gives all tables their names, and beside them says what they are.
+    /// Publishes the tables together with their record.
     fn publish(self, out: &Path, runs: &[ReplayedRun]) -> Result<(), Failure> {
         let record = Replayed {
             format: "asperity-replay",

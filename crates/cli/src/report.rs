@@ -20,11 +20,11 @@ use crate::args::ReportArguments;
 use crate::exit::{self, Code, Failure};
 use crate::outputs::refused;
 use crate::progress::Board;
+use crate::relative_link::relative_link;
 use crate::terminal::say;
-use crate::way::way;
-use crate::{judge, ruptures, study_page, summary};
+use crate::{ruptures, study_page, summary, verdict_exit};
 
-/// What a study's own page is called.
+/// The file name of a study's own page.
 pub(crate) const PAGE: &str = "report.html";
 /// The record of a pipeline.
 const RECORD: &str = "reproduce.json";
@@ -46,7 +46,7 @@ pub(crate) fn command(arguments: &ReportArguments, board: &Board) -> Result<(), 
     let html = match kinds.as_slice() {
         [Kind::Pipeline] => {
             let mut study = pipeline(&of[0], arguments, &files)?;
-            study.lead(&way(out, &of[0]));
+            study.lead(&relative_link(out, &of[0]));
             study.html()
         }
         [Kind::Sweep] => study_page::of_folder(&of[0], arguments, &files, board)?,
@@ -72,7 +72,7 @@ pub(crate) fn command(arguments: &ReportArguments, board: &Board) -> Result<(), 
     Code::worst(codes).said()
 }
 
-/// What stands at a path.
+/// The kind of input at a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Log,
@@ -86,7 +86,7 @@ impl Kind {
             Failure::BadInput(format!("{}: {error} (accepted: {ACCEPTED})", path.display()))
         })?;
         if !there.is_dir() {
-            // Whether it is a run log is found out when it is read.
+            // Reading it shows whether it is a run log.
             return Ok(Kind::Log);
         }
         if path.join(RECORD).is_file() {
@@ -102,7 +102,7 @@ impl Kind {
     }
 }
 
-/// Runs by their logs.
+/// Reads runs from their logs.
 fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>), Failure> {
     let ReportArguments { of, out, .. } = arguments;
     if let Some(twice) = (1..of.len()).find(|&n| of[..n].contains(&of[n])) {
@@ -113,11 +113,11 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
     }
     let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let stems: BTreeSet<String> = of.iter().map(|path| stem(path)).collect();
-    // Where two logs have one name, their paths are names.
+    // Logs of the same name are named by their paths.
     let is_told_apart = stems.len() == of.len();
     let limits = Limits::of_runs(of.len());
     let found = at_once(of, None, |path| {
-        let checked = judge::readable(path)?;
+        let checked = verdict_exit::readable(path)?;
         if checked.verdict == Verdict::Damaged {
             return Err(Failure::Log(
                 checked.verdict,
@@ -127,13 +127,13 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
         let name = if is_told_apart { stem(path) } else { path.display().to_string() };
         let mut run = run(&name, path, &checked, limits)?;
         let words = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        run.links = vec![Link { path: way(out, path), words }];
+        run.links = vec![Link { path: relative_link(out, path), words }];
         Ok((run, checked))
     })?;
     let mut runs: Vec<Run> = Vec::new();
     let mut codes = Vec::new();
     for (path, (run, checked)) in of.iter().zip(found) {
-        if let Err(failure) = judge::tell(path, &checked, board) {
+        if let Err(failure) = verdict_exit::finish(path, &checked, board) {
             exit::report(&failure);
             codes.push(failure.code());
         }
@@ -154,12 +154,12 @@ fn logs(arguments: &ReportArguments, board: &Board) -> Result<(Study, Vec<Code>)
     Ok((study, codes))
 }
 
-/// A run out of its log, which is read once, as far as it is sound.
+/// Reads the sound part of a run's log, in one pass.
 fn run(name: &str, log: &Path, checked: &Checked, limits: Limits) -> Result<Run, Failure> {
-    let problem = |problem: String| judge::unreadable(log, checked.verdict, problem);
+    let problem = |problem: String| verdict_exit::unreadable(log, checked.verdict, problem);
     let topics = Topics { events: true, ..Topics::STEPS };
     let mut reader = RunReader::open(log, topics).map_err(|error| problem(error.problem.to_string()))?;
-    // Of a log that breaks off so early, or was salvaged without it, nothing says what was asked.
+    // A log that ends early, or was salvaged without its scenario, has no parameters.
     if reader.scenario_toml().is_empty() {
         return Err(problem("it has no attachment `scenario.toml`".to_owned()));
     }
@@ -217,7 +217,7 @@ fn recorded(folder: &Path) -> Result<Recorded, Failure> {
     Recorded::read(&text).map_err(bad)
 }
 
-/// The files of a pipeline's folder that a page is made of or leads to, but for the page itself.
+/// The files of a pipeline's folder that a page uses or links to, except the page itself.
 fn inputs(folder: &Path, recorded: &[String], contents: &Contents) -> Vec<PathBuf> {
     let recorded = recorded.iter().filter(|file| *file != PAGE).cloned();
     let pictures = contents.figures.iter().flat_map(|figure| files_of_picture(&figure.file));
@@ -225,7 +225,7 @@ fn inputs(folder: &Path, recorded: &[String], contents: &Contents) -> Vec<PathBu
     recorded.chain(pictures).chain(own).map(|file| folder.join(file)).collect()
 }
 
-/// A pipeline out of its folder.
+/// Reads a pipeline from its folder.
 fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Result<Study, Failure> {
     let recorded = recorded(folder)?;
     let path = folder.join(RECORD);
@@ -244,7 +244,7 @@ fn pipeline(folder: &Path, arguments: &ReportArguments, files: &FileSet) -> Resu
     let places: Vec<usize> = (0..logs.len()).collect();
     let runs = at_once(&places, None, |&place| {
         let (of, log) = (&recorded.runs[place], &logs[place]);
-        let checked = judge::holds_all(log)?;
+        let checked = verdict_exit::holds_all(log)?;
         let run = run(&of.name, log, &checked, limits)?;
         if run.header != of.run {
             return Err(Failure::BadInput(format!(
@@ -291,7 +291,7 @@ struct ClaimRow {
     as_stated_verdict: String,
 }
 
-/// The claims of a table.
+/// Reads the claims of a table.
 fn claims(table: &Path) -> Result<Vec<Claim>, Failure> {
     let bad = |error: csv::Error| {
         Failure::BadInput(format!("{}: {error} (accepted: the table of a pipeline)", table.display()))
@@ -320,7 +320,7 @@ fn claims(table: &Path) -> Result<Vec<Claim>, Failure> {
 
 /// A study among several.
 fn entry(folder: &Path, kind: Kind, out: &Path, files: &FileSet) -> Result<Entry, Failure> {
-    let way = way(out, folder);
+    let way = relative_link(out, folder);
     let report = folder.join(PAGE).is_file().then(|| format!("{way}{PAGE}"));
     if kind == Kind::Sweep {
         return study_page::entry(folder, &way, report, files);

@@ -16,19 +16,19 @@ use asperity_model::analytic::LengthLaw;
 use asperity_model::text;
 use asperity_record::{Event, Record, RunEnd};
 use asperity_run::study::{Job, Stored};
-use asperity_run::{NodeState, Nodes, Notice, SolverKind, Threads, Verdict, Watch, at_once};
+use asperity_run::{NodeState, Nodes, Notice, Observer, SolverKind, Threads, Verdict, at_once};
 use asperity_summary::{RupturesFrom, Summarizer, Summary};
 
 use crate::args::{ReduceArguments, ReproduceArguments};
 use crate::exit::Failure;
 use crate::interrupt;
-use crate::judge;
 use crate::outputs::{create_folder, refused};
 use crate::progress::Board;
 use crate::terminal::say;
+use crate::verdict_exit;
 use crate::{run, ruptures, scenario, summary};
 
-/// Stands beside the tables and figures of a log that does not hold all of its run.
+/// The file beside tables and figures of an incomplete log.
 const MISSING: &str = "what-is-missing.txt";
 
 pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Result<(), Failure> {
@@ -42,7 +42,7 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
         )));
     }
     let name = arguments.run.file_stem().map_or("run".into(), |stem| stem.to_string_lossy().into_owned());
-    let checked = judge::readable(&arguments.run)?;
+    let checked = verdict_exit::readable(&arguments.run)?;
     let verdict = checked.verdict;
     if verdict == Verdict::Damaged {
         return Err(Failure::Log(
@@ -102,10 +102,10 @@ pub(crate) fn reduce_command(arguments: &ReduceArguments, board: &Board) -> Resu
     write().map_err(not_written)?;
     say(out.display())?;
     summary::tell(arguments.run.display(), &summary, board);
-    judge::tell(&arguments.run, &checked, board)
+    verdict_exit::finish(&arguments.run, &checked, board)
 }
 
-/// Why tables and figures were not written: bad input, if another folder would do.
+/// Why tables and figures were not written: invalid input, if another folder would do.
 fn not_written(error: AnalysisError) -> Failure {
     match error {
         AnalysisError::File(error) => refused("--out", &error, false),
@@ -140,7 +140,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     create_folder(&arguments.out)?;
     let _lock = FolderLock::take(&arguments.out).map_err(|error| refused("--out", &error, false))?;
     for job in &jobs {
-        job.check_place(&runs_folder, solver, arguments.fresh)
+        job.check_log_target(&runs_folder, solver, arguments.fresh)
             .map_err(|error| Failure::BadInput(format!("--out: {error}")))?;
     }
     let logs = jobs.iter().map(|job| job.log(&runs_folder));
@@ -149,7 +149,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     }
     create_folder(&runs_folder)?;
     interrupt::install()?;
-    // Runs are reduced as they go by: out of their logs while these are checked, or while they are made.
+    // Runs are reduced in one pass: from their logs during the check, or while they are made.
     let provenance = !arguments.no_provenance;
     let reduction = Reduction::begin(&pipeline, &arguments.out, inputs, provenance).map_err(not_written)?;
     let reduction = Reducing { reduction, solver, runs_folder: &runs_folder };
@@ -172,7 +172,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     // The longest first, so that no core waits for one at the end.
     missing.sort_by_key(|job| std::cmp::Reverse(job.cost()));
     let overall = board.overall(missing.iter().map(|job| (job.name.clone(), job.cost())));
-    // Where every core has a run of its own, more threads only cost.
+    // With a run on every core, further threads only cost time.
     let cores = arguments.jobs.or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get);
     let threads = if missing.len() > cores { Threads::One } else { Threads::Several };
     at_once(&missing, arguments.jobs, |job| {
@@ -194,7 +194,7 @@ pub(crate) fn command(arguments: &ReproduceArguments, board: &Board) -> Result<(
     Ok(())
 }
 
-/// What a pipeline is read from: its own file, and those that its scenarios stand in.
+/// The inputs of a pipeline: its own file, and those of its scenarios.
 fn inputs(arguments: &ReproduceArguments, pipeline: &Pipeline, jobs: &[Job]) -> Inputs {
     let mut inputs = Inputs::of([&arguments.pipeline]);
     inputs.add(pipeline.run.iter().map(|run| Path::new(&run.scenario)).filter(|path| path.is_file()));
@@ -203,7 +203,7 @@ fn inputs(arguments: &ReproduceArguments, pipeline: &Pipeline, jobs: &[Job]) -> 
     inputs
 }
 
-/// A reduction that runs are handed to as they go by, each once.
+/// A reduction that receives each run once, record by record.
 struct Reducing<'a> {
     reduction: Reduction<'a>,
     solver: SolverKind,
@@ -211,7 +211,7 @@ struct Reducing<'a> {
 }
 
 impl Reducing<'_> {
-    /// Hands a run to it out of its log while that is checked, if there is one that stands for it.
+    /// Reduces a run from its log during the check, if the log is usable.
     fn of_log(&self, job: &Job) -> Result<Stored, Failure> {
         if !job.log(self.runs_folder).exists() {
             return Ok(Stored::Nothing);
@@ -226,7 +226,7 @@ impl Reducing<'_> {
         Ok(stored)
     }
 
-    /// Makes a run, and hands it to it meanwhile.
+    /// Makes a run and reduces it meanwhile.
     fn of_run(&self, job: &Job, fresh: bool, threads: Threads, board: &Board) -> Result<(), Failure> {
         let mut progress = board.run(&job.name, job.steps(), job.scenario.time.duration_s);
         let mut passage = self.passage(job, &mut progress)?;
@@ -235,7 +235,7 @@ impl Reducing<'_> {
         let outcome = outcome.map_err(|error| run::failure(error, board, &format!("run {}", job.name)))?;
         match outcome.end.filter(|_| outcome.has_run) {
             Some(end) => self.passed(job, passage, &end)?,
-            // It lacked its name only, and nothing has gone by.
+            // The log only lacked its name, so no records passed.
             None => {
                 self.reduction.discard(passage.passing);
                 if let Stored::Unfit(why) = self.of_log(job)? {
@@ -247,7 +247,7 @@ impl Reducing<'_> {
         Ok(())
     }
 
-    fn passage<'a>(&self, job: &Job, also: &'a mut dyn Watch) -> Result<Passage<'a>, Failure> {
+    fn passage<'a>(&self, job: &Job, also: &'a mut dyn Observer) -> Result<Passage<'a>, Failure> {
         let header = job.header(self.solver);
         let summarizer = Summarizer::new(&job.name, &header, summary::slider(&job.scenario));
         let passing = self.reduction.passing(&job.name, header, job.scenario.clone()).map_err(not_written)?;
@@ -272,17 +272,17 @@ impl Reducing<'_> {
     }
 }
 
-/// A run that goes by.
+/// The passage of one run's records.
 struct Passage<'a> {
     passing: Passing,
     summarizer: Summarizer,
-    /// The first that occurred; nothing is taken after it.
+    /// The first failure; nothing is reduced after it.
     problem: Option<Failure>,
-    /// Who looks on as well.
-    also: &'a mut dyn Watch,
+    /// A further observer.
+    also: &'a mut dyn Observer,
 }
 
-impl Watch for Passage<'_> {
+impl Observer for Passage<'_> {
     fn record(&mut self, record: &Record) {
         self.also.record(record);
         if self.problem.is_none() {
@@ -312,8 +312,7 @@ impl Watch for Passage<'_> {
     }
 }
 
-/// Says of which runs raw slip events do not tell what happened: their claims and figures stand on
-/// these.
+/// Reports the runs whose raw slip events are misleading, since their claims and figures use these.
 fn tell_misleading(summaries: &[Summary], board: &Board) {
     let misled = summaries.iter().filter(|summary| summary.raw_events_mislead == Some(true));
     let names: Vec<&str> = misled.map(|summary| summary.run.as_str()).collect();

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use asperity_files::is_taken;
 use asperity_record::{Event, Record};
-use asperity_run::{Begin, LeftError, LogTo, Notice, RunError, Task, Watch};
+use asperity_run::{Begin, LeftError, LogTo, Notice, Observer, RunError, Task};
 use asperity_runlog::{Unfinished, WriteError};
 use asperity_summary::{RupturesFrom, Summarizer};
 
@@ -50,7 +50,7 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
         progress: board.run(&scenario.name, header.steps, scenario.time.duration_s),
         summarizer: Summarizer::new(&scenario.name, &header, summary::slider(&scenario)),
     };
-    // The run takes hold of it itself.
+    // Released, because the run locks it itself.
     drop(unfinished);
     let begin = if arguments.resume { Begin::GoOn } else { Begin::Anew };
     let outcome = asperity_run::run(task, begin, &interrupt::has_come, &mut lookers);
@@ -68,13 +68,13 @@ pub(crate) fn command(arguments: &RunArguments, board: &Board) -> Result<(), Fai
     Ok(())
 }
 
-/// Who looks on at a run: progress, and what is said of its physics once it is over.
+/// The observers of a run: progress, and notes about its physics at the end.
 struct Lookers {
     progress: RunProgress,
     summarizer: Summarizer,
 }
 
-impl Watch for Lookers {
+impl Observer for Lookers {
     fn record(&mut self, record: &Record) {
         if let Record::Step(record) = record {
             self.summarizer.record(record);
@@ -102,8 +102,7 @@ fn taken(out: &Path) -> Failure {
     ))
 }
 
-/// What the command makes of a run that was not finished; an interruption is told and is no
-/// error.
+/// Converts the error of an unfinished run; an interruption is printed and is no error.
 pub(crate) fn failure(error: RunError, board: &Board, name: &str) -> Failure {
     match error {
         RunError::Stopped { .. } => {
@@ -111,7 +110,7 @@ pub(crate) fn failure(error: RunError, board: &Board, name: &str) -> Failure {
             Failure::Said(interrupt::code().expect("a signal stopped it"))
         }
         RunError::Left(LeftError::OtherRun(_)) => Failure::BadInput(format!("--resume: {error}")),
-        RunError::Place(_) => Failure::bad_input(error),
+        RunError::LogTarget(_) => Failure::bad_input(error),
         RunError::Write(WriteError::File(error)) => refused("--out", &error, false),
         RunError::Write(WriteError::Foreign(_)) => {
             Failure::BadInput(format!("--out: {error} (accepted: another file)"))

@@ -1,14 +1,14 @@
-//! Ruptures of logs from before there were any.
+//! Ruptures of logs by older versions without any.
 
 use std::path::Path;
 
 use asperity_record::{Event, Rupture};
 use asperity_run::detectors::Settings;
-use asperity_run::{Replay, Watch};
+use asperity_run::{Observer, Replay};
 
 use crate::exit::Failure;
 
-/// The ruptures that the registered detectors find in the step records of a log.
+/// Finds the ruptures in the step records of a log with the registered detectors.
 ///
 /// # Errors
 /// If the log does not hold all of its run.
@@ -22,7 +22,7 @@ pub(crate) fn found_in_steps(run: &Path) -> Result<Vec<Rupture>, Failure> {
 
 struct Found(Vec<Rupture>);
 
-impl Watch for Found {
+impl Observer for Found {
     fn event(&mut self, event: &Event) {
         let rupture = event.decode::<Rupture>().transpose();
         self.0.extend(rupture.expect("a detector of this program emits what its topic promises"));

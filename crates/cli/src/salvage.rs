@@ -8,9 +8,9 @@ use asperity_runlog::{SalvageError, Salvaged, WriteError};
 
 use crate::args::SalvageArguments;
 use crate::exit::{Failure, folder_is_there};
-use crate::judge;
 use crate::outputs::refused;
 use crate::terminal::say;
+use crate::verdict_exit;
 
 pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
     let (input, out) = (&arguments.run, &arguments.out);
@@ -30,7 +30,7 @@ pub(crate) fn command(arguments: &SalvageArguments) -> Result<(), Failure> {
         Err(SalvageProblem::Failed { error: SalvageError::Read { .. }, checked })
             if checked.verdict == Verdict::NoRunLog =>
         {
-            Err(judge::failure(input, &checked))
+            Err(verdict_exit::failure(input, &checked))
         }
         Err(problem @ SalvageProblem::Contradictory(_)) => {
             Err(Failure::Log(Verdict::Damaged, format!("{}: {problem}", input.display())))

@@ -1,4 +1,4 @@
-//! `asperity scenario`, and the scenario that a command's arguments choose.
+//! `asperity scenario`, and the scenario named by a command's arguments.
 
 use std::ffi::OsStr;
 use std::io::Write;
@@ -40,7 +40,7 @@ impl ScenarioChoice {
     }
 }
 
-/// Resolves a built-in scenario, a file, or the scenario that a run log holds, with overrides.
+/// Resolves a built-in scenario, a file, or the scenario of a run log, with overrides.
 pub(crate) fn resolve(name: impl AsRef<OsStr>, set: &[String]) -> Result<Scenario, Failure> {
     let path = Path::new(name.as_ref());
     if path.is_file()

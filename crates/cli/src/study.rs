@@ -1,4 +1,4 @@
-//! A study as the commands of `asperity sweep` find it, and what they say of its state.
+//! Reads a study for the commands of `asperity sweep`, and formats its state.
 
 use std::io;
 use std::path::Path;
@@ -8,33 +8,33 @@ use asperity_sweep::{Plan, Results};
 
 use crate::exit::{Code, Failure};
 
-/// The plan of a folder, and the results that there are.
+/// Reads the plan and the results in a folder.
 pub(crate) fn read(folder: &Path) -> Result<(Plan, Results), Failure> {
     let plan = Plan::read(folder).map_err(Failure::bad_input)?;
     let results = Results::read(folder, &plan).map_err(|error| unreadable(folder, &error))?;
     Ok((plan, results))
 }
 
-/// The same for tables and figures, which show the values of the runs: these must be what the runs were
-/// made with.
+/// Reads a study for tables and figures, after checking that the values in its plan are those of
+/// the runs.
 pub(crate) fn read_for_tables(folder: &Path) -> Result<(Plan, Results), Failure> {
     let (plan, results) = read(folder)?;
     plan.check_ids(folder).map_err(Failure::bad_input)?;
     Ok((plan, results))
 }
 
-/// What it means that a file in the folder cannot be read.
+/// The failure for an unreadable file in the folder.
 pub(crate) fn unreadable(folder: &Path, error: &io::Error) -> Failure {
     Failure::Failed(format!("{}: {error}", folder.display()))
 }
 
-/// What contradicts the plan or itself among the results, a line each, and what to do about it.
+/// Formats the contradictions among the results or with the plan, a line each, and what to do.
 pub(crate) fn faults(results: &Results) -> impl Iterator<Item = String> {
     let advice = (!results.faults.is_empty()).then(|| WHAT_TO_DO.to_owned());
     results.faults.iter().map(ToString::to_string).chain(advice)
 }
 
-/// The exit code of a study with these results, of which some runs are asked for.
+/// The exit code of a study with these results, counting the requested runs.
 pub(crate) fn outcome_of(results: &Results, counts: Counts) -> Result<(), Failure> {
     if results.faults.is_empty() { outcome(counts) } else { Code::Failed.said() }
 }
@@ -51,12 +51,12 @@ pub(crate) fn outcome(counts: Counts) -> Result<(), Failure> {
     code.said()
 }
 
-/// A number of runs, in words.
+/// Formats a number of runs.
 pub(crate) fn runs(count: u64) -> String {
     if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
 }
 
-/// How many of its runs are in which state.
+/// Formats the number of runs in each state.
 pub(crate) fn in_words(plan: &Plan, counts: Counts) -> String {
     let Counts { done, failed, quarantined, refused, contradicted, missing } = counts;
     let mut words = format!("{} of {} done", done, runs(plan.rows.len() as u64));

@@ -8,16 +8,16 @@ use asperity_files::FileSet;
 use asperity_record::{Cell, Column};
 use asperity_report::{Entry, Figure, Link, Sweep, encoded, files_of_picture, picture};
 use asperity_sweep::results::Counts;
-use asperity_sweep::{Plan, RUNS, Watch, collect, segment};
+use asperity_sweep::{Observer, Plan, RUNS, collect, segment};
 
 use crate::args::ReportArguments;
 use crate::exit::Failure;
 use crate::outputs::refused;
 use crate::progress::Board;
+use crate::relative_link::relative_link;
 use crate::study;
-use crate::way::way;
 
-/// The numbers of runs that the page shows beside the keys that vary.
+/// The results shown for each run, beside the keys that vary.
 const NUMBERS: [&str; 8] = [
     "precursor_count",
     "longest_precursor_ratio",
@@ -29,7 +29,7 @@ const NUMBERS: [&str; 8] = [
     "reason",
 ];
 
-/// The rows of the table of runs that the page shows.
+/// The rows shown from the table of runs.
 pub(crate) struct Rows {
     keys: Vec<String>,
     shown: Vec<usize>,
@@ -45,7 +45,7 @@ impl Rows {
     }
 }
 
-impl Watch for Rows {
+impl Observer for Rows {
     fn begin(&mut self, table: &'static str, columns: &[Column]) {
         if table != RUNS {
             return;
@@ -70,19 +70,19 @@ impl Watch for Rows {
     }
 }
 
-/// What the page of a study shows beside its runs.
+/// What the page of a study shows besides its runs.
 pub(crate) struct Shown<'a> {
     /// Its figures.
     pub(crate) figures: &'a [asperity_study_figures::Figure],
     /// The links to its tables.
     pub(crate) links: Vec<Link>,
-    /// The way from the page to the folder of the study.
+    /// The relative link from the page to the folder of the study.
     pub(crate) way: &'a str,
-    /// Whether it says by which code the runs were made.
+    /// Whether it names the code version of the runs.
     pub(crate) provenance: bool,
 }
 
-/// The page of a study; `read` gives what a figure's file holds.
+/// Formats the page of a study; `read` returns the contents of a figure's file.
 pub(crate) fn page(
     plan: &Plan,
     counts: Counts,
@@ -146,14 +146,14 @@ pub(crate) fn links(page: &Path, tables: impl IntoIterator<Item = PathBuf>) -> V
     let link = |path: PathBuf| {
         let words = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let of = path.parent().unwrap_or(Path::new(""));
-        Link { path: format!("{}{}", way(page, of), encoded(words.as_bytes())), words }
+        Link { path: format!("{}{}", relative_link(page, of), encoded(words.as_bytes())), words }
     };
     let mut links: Vec<Link> = tables.into_iter().map(link).collect();
     links.sort();
     links
 }
 
-/// The page of a study out of its folder, with the tables and figures that are there.
+/// Formats the page of a study from its folder, with the existing tables and figures.
 pub(crate) fn of_folder(
     folder: &Path,
     arguments: &ReportArguments,
@@ -170,13 +170,13 @@ pub(crate) fn of_folder(
     let shown = Shown {
         figures: &plan.common.figures,
         links: links(&arguments.out, tables),
-        way: &way(&arguments.out, folder),
+        way: &relative_link(&arguments.out, folder),
         provenance: !arguments.no_provenance,
     };
     Ok(page(&plan, counts, rows, shown, &read).html())
 }
 
-/// The files of a study that a page is made of or leads to: plan, results, tables and pictures.
+/// The files of a study that a page uses or links to: plan, results, tables and pictures.
 fn inputs(folder: &Path, plan: &Plan) -> Result<Vec<PathBuf>, Failure> {
     let mut inputs = segment::all(folder).map_err(|error| study::unreadable(folder, &error))?;
     inputs.push(folder.join(asperity_sweep::plan::FILE));
@@ -186,7 +186,7 @@ fn inputs(folder: &Path, plan: &Plan) -> Result<Vec<PathBuf>, Failure> {
     Ok(inputs)
 }
 
-/// The study among several.
+/// The entry of the study among several.
 pub(crate) fn entry(
     folder: &Path,
     way: &str,

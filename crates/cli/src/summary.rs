@@ -1,4 +1,4 @@
-//! `asperity summary`: what runs did, in numbers; and how a log becomes a summary, for all commands.
+//! `asperity summary`: the key numbers of runs; and summaries of logs, for all commands.
 
 use std::fmt::Display;
 use std::io::Write;
@@ -14,17 +14,17 @@ use asperity_summary::{RupturesFrom, Slider, Summarizer, Summary, text};
 
 use crate::args::{SummaryArguments, SummaryFormat};
 use crate::exit::{self, Code, Failure};
-use crate::judge;
 use crate::progress::Board;
+use crate::verdict_exit;
 use crate::{ruptures, terminal};
 
-/// Prints the summaries, and then what the logs are worth.
+/// Prints the summaries, then the verdicts on the logs.
 pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(), Failure> {
     if arguments.schema {
         return print_json(&Summary::schema());
     }
     let found = at_once(&arguments.runs, None, |run| {
-        let checked = judge::readable(run);
+        let checked = verdict_exit::readable(run);
         Ok::<_, Failure>(checked.and_then(|checked| Ok((of_log(run, &checked)?, checked))))
     })?;
     let summaries: Vec<&Summary> = found.iter().flatten().map(|(summary, _)| summary).collect();
@@ -36,7 +36,7 @@ pub(crate) fn command(arguments: &SummaryArguments, board: &Board) -> Result<(),
         let told = found.and_then(|(summary, checked)| {
             tell(run.display(), &summary, board);
             wrong_fronts(&summary).iter().for_each(|note| board.line(&format!("{}: {note}", run.display())));
-            judge::tell(run, &checked, board)
+            verdict_exit::finish(run, &checked, board)
         });
         if let Err(failure) = told {
             exit::report(&failure);
@@ -72,12 +72,12 @@ fn words(text: &str) -> std::io::Result<()> {
     text.lines().try_for_each(terminal::say)
 }
 
-/// Says what should be known of a run before its numbers are used.
+/// Prints warnings about a run's numbers.
 pub(crate) fn tell(run: impl Display, summary: &Summary, board: &Board) {
     notes(summary).iter().for_each(|note| board.line(&format!("{run}: {note}")));
 }
 
-/// What a run did, in a line.
+/// Formats the summary in one line.
 pub(crate) fn in_short(summary: &Summary) -> String {
     let precursors = match summary.precursor_count.unwrap_or_default() {
         1 => "1 precursor".to_owned(),
@@ -92,11 +92,11 @@ pub(crate) fn in_short(summary: &Summary) -> String {
     }
 }
 
-/// What is said of a run whose records have no energies.
+/// The warning about runs without energies.
 pub(crate) const WITHOUT_ENERGIES: &str = "its records have no energies, so all that needs them is empty \
-    (recording.energies = \"none\", or a log of version 3 or before)";
+    (recording.energies = \"none\" in an older version of the program, or a log of version 3 or before)";
 
-/// What a run is warned of before it begins, its scenario being known.
+/// The warning about the speeds of fronts, as before the run.
 fn wrong_fronts(summary: &Summary) -> Option<String> {
     summary.front_speed_error_ratio.filter(|error| *error > WRONG_FRONT).map(|error| {
         format!(
@@ -151,11 +151,11 @@ fn name(run: &Path) -> String {
     run.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// What a scenario says of its slider.
+/// The slider's properties according to its scenario.
 pub(crate) fn slider(scenario: &Scenario) -> Slider {
     let law = LengthLaw::natural(scenario);
     let parameters = LengthLawParameters::of(scenario);
-    // Where both ends are pulled, F_T is a difference; of slabs there is no theory.
+    // With both ends pulled, F_T is a difference; slabs have no such theory.
     let length_law = LengthLaw::is_for(scenario).then(|| asperity_summary::LengthLaw {
         name: law.table_word(),
         load_ratio: Box::new(move |lp_l| law.load_ratio(&parameters, lp_l)),
@@ -163,18 +163,18 @@ pub(crate) fn slider(scenario: &Scenario) -> Slider {
     Slider { scales: Some(scenario.scales()), length_law }
 }
 
-/// The summary of a log, as far as it is sound. Ruptures that a log of an older version does not
-/// have are found in its step records, if it has them all.
+/// The summary of the sound part of a log. Ruptures that an older log lacks are searched for in its
+/// step records, if these are complete.
 ///
 /// # Errors
-/// If the log is not what it was when it was checked, or its scenario cannot be understood.
+/// If the log changed since it was checked, or its scenario is invalid.
 pub(crate) fn of_log(run: &Path, checked: &Checked) -> Result<Summary, Failure> {
-    // Where something in a log contradicts the rest, all messages must be counted to stop before it.
+    // If a log contradicts itself, reading stops after the messages that were found sound.
     let most = (checked.verdict == Verdict::Damaged).then_some(checked.seen.messages);
     read(run, checked.verdict, most, &mut |_| {})
 }
 
-/// The same of a log in which nothing contradicts the rest; `seen` is told of every step record.
+/// The summary of a log, see [`of_log`], that also passes every step record to `seen`.
 ///
 /// # Errors
 /// As [`of_log`].
@@ -187,7 +187,7 @@ pub(crate) fn of_log_seen(
     read(run, checked.verdict, None, seen)
 }
 
-/// The summary of a log that is known to be whole.
+/// The summary of a log that must be whole.
 ///
 /// # Errors
 /// If it is not.
@@ -203,10 +203,10 @@ fn read(
 ) -> Result<Summary, Failure> {
     let topics = if most_messages.is_some() { Topics::ALL } else { Topics { events: true, ..Topics::STEPS } };
     let mut left = most_messages.unwrap_or(u64::MAX);
-    let unreadable = |problem: String| judge::unreadable(run, verdict, problem);
+    let unreadable = |problem: String| verdict_exit::unreadable(run, verdict, problem);
     let mut reader = RunReader::open(run, topics).map_err(|error| unreadable(error.problem.to_string()))?;
     let slider = match reader.scenario_toml() {
-        // Of a log that breaks off so early, or was salvaged without it.
+        // A log that ends early, or was salvaged without its scenario.
         "" => Slider::default(),
         toml => {
             let source = ScenarioSource::logged(format!("{}: scenario.toml", run.display()), toml);
@@ -214,7 +214,7 @@ fn read(
         }
     };
     let mut summarizer = Summarizer::new(&name(run), reader.header(), slider);
-    // Where it cannot be read on, the verdict says so.
+    // The verdict reports where the log cannot be read.
     while left > 0
         && let Ok(Some(item)) = reader.next_item()
     {

@@ -82,7 +82,7 @@ fn plan(arguments: &SweepPlanArguments, board: &Board) -> Result<(), Failure> {
     Ok(say(out.join(FILE).display())?)
 }
 
-/// Most runs of a plan of which warnings are told.
+/// Most runs of a plan whose warnings are printed.
 const MOST_WARNED: usize = 3;
 
 fn status(arguments: &SweepStatusArguments) -> Result<(), Failure> {
@@ -170,7 +170,7 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     };
     drop(results);
     thread::scope(|scope| {
-        // Where the system gives no more threads, fewer do the same.
+        // If the system grants fewer threads, those do all the work.
         let supervise = || study.supervise();
         let start = |_| thread::Builder::new().spawn_scoped(scope, supervise);
         let started: Vec<_> = (0..jobs).map(start).collect();
@@ -199,15 +199,15 @@ fn run(arguments: &SweepRunArguments, board: &Board) -> Result<(), Failure> {
     made(&plan, &results, results.counts_of(is_chosen), board)
 }
 
-/// Says what there is once runs are made, of which some were asked for.
+/// Prints the state after runs were made, of which some were requested.
 fn made(plan: &Plan, results: &Results, counts: Counts, board: &Board) -> Result<(), Failure> {
     board.line(&in_words(plan, results.counts()));
     faults(results).for_each(|fault| board.line(&fault));
     outcome_of(results, counts)
 }
 
-/// Removes the logs of runs that are no longer missing: left by workers that died between the result
-/// of a run and clearing its log, or that were making a run which another process has made meanwhile.
+/// Removes logs of runs that are not missing any more, left by workers that died between a result
+/// and clearing its log, or whose run another process finished first.
 fn clear_done(folder: &Path, results: &Results) -> Result<(), Failure> {
     let left = staging::left(folder).map_err(|error| unreadable(folder, &error))?;
     left.into_iter()
@@ -216,13 +216,13 @@ fn clear_done(folder: &Path, results: &Results) -> Result<(), Failure> {
         .map_err(Failure::failed)
 }
 
-/// How a worker begins to say that a run goes on from where it was.
+/// The prefix of a worker's message that a run resumes.
 const GOES_ON: &str = "goes on ";
 
-/// What a worker says of a run that it leaves to another process.
+/// A worker's message that another process makes a run.
 const BY_ANOTHER: &str = "by another";
 
-/// Runs that are being made, by workers in processes of their own.
+/// Makes runs in worker processes.
 struct Study<'a> {
     plan: &'a Plan,
     folder: &'a Path,
@@ -232,34 +232,33 @@ struct Study<'a> {
     board: &'a Board,
 }
 
-/// What the workers' supervisors share.
+/// The shared state of the workers' supervisors.
 struct Shared {
     /// Runs to be made, and how often their process died.
     queue: VecDeque<(u64, u32)>,
     workers: Vec<Arc<Mutex<Reins>>>,
-    /// Where deaths are written, once there is one.
+    /// The segment of recorded deaths, once there is one.
     deaths: Option<Writer>,
     failed: u64,
     progress: StudyProgress,
-    /// Why no more runs are made.
+    /// Why no more runs are started.
     problem: Option<String>,
 }
 
-/// How often it is seen whether a signal has come.
+/// Time between checks for signals.
 const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A process that makes runs, one after the other, as it is told.
+/// A process that makes the requested runs, one after the other.
 struct Worker {
     reins: Arc<Mutex<Reins>>,
     hear: BufReader<ChildStdout>,
 }
 
-/// By what a worker is led. It ends when nobody can tell it anything more: the run that it is at
-/// is stopped.
+/// The channel to a worker. When it closes, the worker stops its run and ends.
 struct Reins {
     child: Child,
     tell: Option<ChildStdin>,
@@ -278,14 +277,14 @@ impl Worker {
         Ok(Worker { reins: Arc::new(Mutex::new(Reins { child, tell })), hear })
     }
 
-    /// Has it make a run.
+    /// Requests a run.
     fn begin(&mut self, run: u64) -> Option<()> {
         let mut reins = lock(&self.reins);
         let tell = reins.tell.as_mut()?;
         writeln!(tell, "{run}").and_then(|()| tell.flush()).ok()
     }
 
-    /// What it says next of the run, or nothing if it died.
+    /// Returns the worker's next message about the run, or None if it died.
     fn hear(&mut self) -> Option<String> {
         let mut line = String::new();
         let read = self.hear.read_line(&mut line).ok()?;
@@ -314,7 +313,7 @@ impl Study<'_> {
         shared.queue.pop_front()
     }
 
-    /// Has a worker make runs until there are none, and another if it dies.
+    /// Makes runs in a worker until there are none left, and replaces it if it dies.
     fn supervise(&self) {
         let mut worker: Option<Worker> = None;
         while let Some((run, deaths)) = self.next() {
@@ -340,7 +339,7 @@ impl Study<'_> {
                 None => {
                     let status = lock(&current.reins).child.wait();
                     worker = None;
-                    // One that was told to stop, or told why it cannot go on.
+                    // It was stopped, or reported why it cannot continue.
                     if interrupt::has_come() {
                         return;
                     }
@@ -348,7 +347,8 @@ impl Study<'_> {
                         Ok(status) if status.code().is_some_and(|code| code < 100) => {
                             return self.give_up("a worker cannot go on; it said why".to_owned());
                         }
-                        // It was told to stop before we were, if we are: no fault of the run's.
+                        // A signal stopped it, possibly before it reaches this process: not the
+                        // run's fault.
                         Ok(status) if Code::of_signal(status.code()).is_some() => {
                             self.shared().queue.push_front((run, deaths));
                             thread::sleep(LOOK_INTERVAL);
@@ -415,12 +415,12 @@ impl Study<'_> {
     }
 }
 
-/// Makes the runs that come in on standard input, a number a line, and says of each what became of
-/// it.
+/// Makes the runs whose numbers arrive on standard input, one per line, and prints the outcome of
+/// each.
 fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
     let SweepRunArguments { folder, patience_s, .. } = arguments;
     let patience = Duration::try_from_secs_f64(*patience_s).map_err(Failure::bad_input)?;
-    // The first signal is for the run that is under way.
+    // The first signal is for the current run.
     interrupt::install()?;
     let plan = Plan::read(folder).map_err(Failure::failed)?;
     plan.check_code(folder).map_err(Failure::failed)?;
@@ -444,7 +444,7 @@ fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
                 (Kind::Failed, reason_kept(&reason).as_bytes().to_vec(), said)
             }
             Made::Stopped => {
-                // Whoever asks for the study from now on may find it complete, and not come by again.
+                // From now on other processes may find the study complete and not return to it.
                 let results = Results::read(folder, &plan).map_err(Failure::failed)?;
                 clear_done(folder, &results)?;
                 break;
@@ -472,8 +472,7 @@ fn work(arguments: &SweepRunArguments) -> Result<(), Failure> {
     interrupt::code().map_or(Ok(()), Code::said)
 }
 
-/// The lines of standard input, and whether they have come to their end, which is known while a run
-/// is made.
+/// Reads the lines of standard input on a thread, which notices their end while a run is made.
 fn listen(is_over: Arc<AtomicBool>) -> io::Result<mpsc::Receiver<io::Result<String>>> {
     let (send, receive) = mpsc::channel();
     thread::Builder::new().spawn(move || {

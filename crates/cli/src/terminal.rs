@@ -1,29 +1,29 @@
-//! Words on their way to a terminal: whatever is printed passes here.
+//! Prints messages to a terminal: everything printed passes through here.
 //!
-//! Two things hold of all of it. What others wrote, such as names of files and values in logs,
-//! stays within its line ([`printable`]). And notes on stderr are only words: where they cannot
-//! be written, nothing else changes. Standard output is what the command was asked for, so that
-//! a failure to write it is one of the command.
+//! Texts from outside, such as file names and values in logs, are escaped so that they stay within
+//! their line ([`printable`]). Notes on stderr are optional: a failure to write them has no effect.
+//! Standard output is the result of the command, so that a failure to write it is a failure of the
+//! command.
 //!
-//! Tables and JSON on standard output are data, which another program gets as they are; only a
-//! terminal gets them escaped.
+//! Tables and JSON on standard output are data, and are written unchanged, except to terminals,
+//! where they are escaped.
 
 use std::io::{self, IsTerminal, StdoutLock, Write};
 
 use asperity_record::printable;
 
-/// Prints a line of words on standard output.
+/// Prints a line of text on standard output.
 pub(crate) fn say(line: impl std::fmt::Display) -> io::Result<()> {
     io::stdout().lock().write_all(words(&line.to_string()).as_bytes())
 }
 
 /// Prints a line on stderr, if it can be written.
 pub(crate) fn note(line: &str) {
-    // At once, so that lines of several threads do not mix.
+    // In one call, so that lines of several threads do not mix.
     io::stderr().lock().write_all(words(line).as_bytes()).ok();
 }
 
-/// A line as it is printed, with its break.
+/// The printed form of a line, with its break.
 fn words(line: &str) -> String {
     let line = LIMITS.iter().fold(printable(line).into_owned(), |line, (error, limit)| {
         line.replace(&format!("(os error {error})"), &format!("(os error {error}; {limit})"))
@@ -31,8 +31,8 @@ fn words(line: &str) -> String {
     line + "\n"
 }
 
-/// What errors of the system mean that are limits of a process, which the system's own words
-/// do not say. The numbers are those of Linux and of the BSDs.
+/// Explanations of system errors caused by limits of the process, which the system's messages do
+/// not mention. The numbers are those of Linux and of the BSDs.
 const LIMITS: [(i32, &str); 3] = [
     (12, "the limit on memory, ulimit -v, or all that the machine has"),
     (24, "the limit on open files, ulimit -n"),
@@ -42,7 +42,7 @@ const LIMITS: [(i32, &str); 3] = [
 /// Standard output for data.
 pub(crate) struct Data {
     out: StdoutLock<'static>,
-    /// The line that has been begun, where it goes to a terminal.
+    /// The current line, if the output is a terminal.
     line: Option<Vec<u8>>,
 }
 
@@ -52,11 +52,11 @@ pub(crate) fn data() -> Data {
     Data { line: out.is_terminal().then(Vec::new), out }
 }
 
-/// Longer stretches without a line break are shown in pieces.
+/// Longer lines are shown in pieces.
 const LONGEST_LINE_BYTES: usize = 1 << 16;
 
 impl Data {
-    /// Shows what there is of the line, but for its break.
+    /// Prints the current line without its break.
     fn show(&mut self) -> io::Result<()> {
         let Some(line) = &mut self.line else { return Ok(()) };
         let text = std::mem::take(line);

@@ -11,11 +11,11 @@ use crate::exit::Failure;
 use crate::progress::Board;
 use crate::terminal;
 
-/// How long the plain solver is tried.
+/// Time spent on timing the plain solver.
 const TRIAL: Duration = Duration::from_millis(250);
 
-/// Says what a run of the scenario would be. What this machine decides is not tried where the board
-/// is quiet, so that the words are the same everywhere.
+/// Prints the forecast of a scenario. Without timing if the board is quiet, so that the output is
+/// the same on every machine.
 pub(crate) fn command(scenario: &Scenario, format: ForecastFormat, board: &Board) -> Result<(), Failure> {
     let forecast = Forecast::of(scenario);
     let forecast = if board.is_quiet() { forecast } else { forecast.with_plain_solver(scenario, TRIAL) };
@@ -80,7 +80,7 @@ fn say(forecast: &Forecast) -> io::Result<()> {
     warnings.iter().try_for_each(|warning| terminal::say(format_args!("  warning: {warning}")))
 }
 
-/// Two digits, rounded up: it is a bound.
+/// Two digits, rounded up, since it is an upper bound.
 fn bytes(count: u64) -> String {
     let (unit, name) = match count {
         0..1_000 => return format!("{count} bytes"),
@@ -92,7 +92,7 @@ fn bytes(count: u64) -> String {
     format!("{}.{} {name}", tenths / 10, tenths % 10)
 }
 
-/// Two digits, in the unit that fits.
+/// Two digits, in a suitable unit.
 fn duration(time_s: f64) -> String {
     let (unit_s, name) = match time_s {
         ..1e-3 => (1e-6, "us"),

@@ -1,4 +1,4 @@
-//! `asperity verify-solver`: the fast solver compared with the plain one.
+//! `asperity verify-solver`: compares the fast solver with the plain one.
 
 use std::fs;
 use std::io::Write;
@@ -17,10 +17,10 @@ use crate::progress::Board;
 use crate::reproduce::read_pipeline;
 use crate::terminal;
 
-/// Where known near ties are looked for, if nothing else is said.
+/// Default folder of known near ties.
 const NEAR_TIES: &str = "fixtures/near-ties";
 
-/// How the comparison of one run went.
+/// The outcome of comparing one run.
 struct Outcome {
     run: String,
     verified: Verified,
@@ -83,8 +83,8 @@ fn compare(job: &Job, for_s: Option<f64>, board: &Board) -> Result<Outcome, Fail
     Ok(Outcome { run: job.name.clone(), verified })
 }
 
-/// The proofs in a folder, by file. They say what is known; that it is so is proved
-/// again whenever it is met.
+/// Reads the proofs in a folder, by file. They list the known near ties, each of which is proved
+/// again when it occurs.
 fn known_ties(folder: &Path) -> Result<Vec<(PathBuf, Proof)>, Failure> {
     let unreadable = |path: &Path, problem: &dyn std::fmt::Display| {
         Failure::BadInput(format!(
@@ -121,8 +121,7 @@ fn print(outcomes: &[Outcome]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Fails if a near tie is not among the known ones, whose proof is then written, or
-/// if a known one was not met.
+/// Fails if a near tie is unknown, after writing its proof, or if a known one did not occur.
 fn compare_with_known(
     arguments: &VerifySolverArguments,
     jobs: &[Job],
@@ -166,7 +165,7 @@ fn compare_with_known(
     )))
 }
 
-/// Writes a proof; one that an earlier call wrote of the same near tie may be there.
+/// Writes a proof, unless an earlier call wrote that of the same near tie.
 fn write_proof(arguments: &VerifySolverArguments, path: &Path, proof: &Proof) -> Result<(), Failure> {
     create_folder(&arguments.out)?;
     let mut content = serde_json::to_string(proof)

@@ -15,7 +15,7 @@ pub enum CompareError {
     /// A table cannot be read.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// What is to be told of a run log beside its events cannot be.
+    /// Summary or ruptures of a run log cannot be determined.
     #[error("{}: {problem}", path.display())]
     Told {
         /// The log.

@@ -5,7 +5,7 @@ use std::path::Path;
 use asperity_analysis::event_file::{MatchFile, MatchRow, MatchSide};
 use asperity_diff::tally::Matched;
 use asperity_files::FileSet;
-use asperity_record::SlipEvent;
+use asperity_record::{Reach, SlipEvent};
 
 use crate::error::CompareError;
 
@@ -22,14 +22,15 @@ impl Matches {
         let Some(file) = &mut self.0 else { return Ok(()) };
         let side = |events: &[SlipEvent]| {
             let (first, last) = (events.first()?, events.last()?);
+            let reach = Reach::over(events.iter().map(SlipEvent::reach))?;
             Some(MatchSide {
                 events: events.len() as u32,
                 event: first.event,
                 last_event: last.event,
                 onset_s: first.onset_s,
                 end_s: last.end_s,
-                first_block: events.iter().map(|event| event.first_block).min()?,
-                last_block: events.iter().map(|event| event.last_block).max()?,
+                first_block: reach.first,
+                last_block: reach.last,
                 ft_fn_onset: first.ft_fn_onset,
             })
         };

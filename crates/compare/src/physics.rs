@@ -20,7 +20,7 @@ use crate::table::TableError;
 pub struct Told {
     /// The numbers of its summary, in order: key and value.
     pub summary: Vec<(String, Value)>,
-    /// Its ruptures, if they were found anew since it holds none.
+    /// Its ruptures, if they were found in its step records because it contains none.
     pub ruptures: Option<Vec<Rupture>>,
 }
 
@@ -83,7 +83,7 @@ impl Physics {
         self.ruptures.as_ref().map_or(0, |rows| rows.len() as u64)
     }
 
-    /// Over which time so many events are spread.
+    /// The number of events, and the time that they are spread over.
     pub(crate) fn spread(&self, events: impl Fn(&Physics) -> u64) -> Spread {
         Spread { events: events(self), duration_s: self.duration_s }
     }
@@ -110,8 +110,8 @@ pub(crate) fn compare_ruptures(
     let found_anew = old.found_anew || new.found_anew;
     let (old, new) = (old.ruptures?, new.ruptures?);
     let [old, new] = [old, new].map(|rows| rows.into_iter().map(Ok::<_, Infallible>));
-    // What ruptures need of a policy is not what its tolerances for slip events are drafted from.
-    // Few as they are, all findings are kept, so that the largest can be told first.
+    // Tolerances for slip events do not apply to ruptures. There are few ruptures, so all findings
+    // are kept, to list the largest first.
     let comparison = Comparison { keep_findings: usize::MAX, ..comparison };
     let compared = tally::compare(comparison, old, new, &mut Draft::default(), |_| Ok(()));
     compared

@@ -41,7 +41,7 @@ impl Table {
 
     fn watch(&mut self, events: &[SlipEvent]) {
         for event in events {
-            if self.growth.extends(event.first_block, event.last_block, event.blocks_slipped) {
+            if self.growth.extends(event.reach(), event.blocks_slipped) {
                 let SlipEvent { last_block, ft_fn_onset: ft_fn, event, .. } = *event;
                 self.rows.push(Row { last_block, ft_fn, event });
             }

@@ -170,7 +170,7 @@ impl Files {
         if chosen.is_empty() {
             chosen = of_kind(&is_table);
         }
-        // The same table as CSV and as Parquet is one run.
+        // CSV and Parquet files of one table are one run.
         let mut by_name: BTreeMap<String, PathBuf> = BTreeMap::new();
         for file in chosen {
             by_name.entry(name_of(&file)).or_insert(file);

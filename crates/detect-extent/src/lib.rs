@@ -22,7 +22,7 @@
 //! ```
 
 use asperity_detect::{Change, Detector, Slip, SlipRules, SlipTracker};
-use asperity_record::{Event, EventKind, SlipEvent, StepRecord};
+use asperity_record::{Contacts, Event, EventKind, Reach, SlipEvent, StepRecord};
 
 /// Emits a [`SlipEvent`] at the end of every slip event.
 #[derive(Debug, Clone)]
@@ -31,8 +31,8 @@ pub struct ExtentDetector {
 }
 
 impl ExtentDetector {
-    /// A detector for a chain of `blocks` blocks.
-    pub fn new(blocks: u32, rules: SlipRules) -> ExtentDetector {
+    /// A detector for blocks that lie so.
+    pub fn new(blocks: impl Into<Contacts>, rules: SlipRules) -> ExtentDetector {
         ExtentDetector { tracker: SlipTracker::new(blocks, rules) }
     }
 }
@@ -58,18 +58,19 @@ fn emit_ended(change: &Change<'_>, emit: &mut dyn FnMut(Event)) {
 }
 
 fn event(slip: &Slip) -> SlipEvent {
+    let Reach { first, last } = slip.extent.columns().expect("a slip event has a block that slid");
     SlipEvent {
         onset_s: slip.onset_s,
         end_s: slip.end.map(|end| end.time_s),
-        first_block: slip.first_block(),
-        last_block: slip.last_block(),
+        first_block: first,
+        last_block: last,
         max_sliding: slip.max_sliding,
         ft_fn_onset: slip.onset_load_ratio,
         ft_fn_end: slip.end.map(|end| end.load_ratio),
         event: slip.event,
         onset_step: slip.onset_step,
         end_step: slip.end.map(|end| end.step),
-        blocks_slipped: slip.blocks_slipped(),
+        blocks_slipped: slip.extent.count(),
         nucleation_block: slip.nucleation.block,
         ft_fn_min: slip.min_load_ratio,
         ft_fn_max: slip.max_load_ratio,

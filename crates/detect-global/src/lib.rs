@@ -23,7 +23,7 @@
 //! ```
 
 use asperity_detect::{Change, Detector, Slip, SlipRules, SlipTracker};
-use asperity_record::{Event, EventKind, GlobalSlip, StepRecord};
+use asperity_record::{Contacts, Event, EventKind, GlobalSlip, StepRecord};
 
 /// Emits a [`GlobalSlip`] at the end of every slip event that took all blocks.
 #[derive(Debug, Clone)]
@@ -33,25 +33,23 @@ pub struct GlobalDetector {
 }
 
 /// The global slips up to now.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct Globals {
-    blocks: u32,
     count: u64,
     last_onset_s: Option<f64>,
 }
 
 impl GlobalDetector {
-    /// A detector for a chain of `blocks` blocks.
-    pub fn new(blocks: u32, rules: SlipRules) -> GlobalDetector {
-        let globals = Globals { blocks, count: 0, last_onset_s: None };
-        GlobalDetector { tracker: SlipTracker::new(blocks, rules), globals }
+    /// A detector for blocks that lie so.
+    pub fn new(blocks: impl Into<Contacts>, rules: SlipRules) -> GlobalDetector {
+        GlobalDetector { tracker: SlipTracker::new(blocks, rules), globals: Globals::default() }
     }
 }
 
 impl Globals {
     fn take(&mut self, change: &Change<'_>, emit: &mut dyn FnMut(Event)) {
         if let Change::Ended(slip) = change
-            && slip.blocks_slipped() == self.blocks
+            && slip.extent.is_whole()
         {
             emit(Event::new(&self.next(slip)));
         }

@@ -22,7 +22,7 @@
 //! ```
 
 use asperity_detect::{Change, Detector, SlipRules, SlipTracker};
-use asperity_record::{Event, EventKind, Onset, StepRecord};
+use asperity_record::{Contacts, Event, EventKind, Onset, StepRecord};
 
 /// Emits an [`Onset`] for every slip event, as soon as it is certain that it counts: in its
 /// first step, unless small events are left out.
@@ -32,8 +32,8 @@ pub struct OnsetDetector {
 }
 
 impl OnsetDetector {
-    /// A detector for a chain of `blocks` blocks.
-    pub fn new(blocks: u32, rules: SlipRules) -> OnsetDetector {
+    /// A detector for blocks that lie so.
+    pub fn new(blocks: impl Into<Contacts>, rules: SlipRules) -> OnsetDetector {
         OnsetDetector { tracker: SlipTracker::new(blocks, rules) }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! A slip event ends when no block slides anywhere. So creep joins all that happens beside it,
 //! and two fronts far apart are one event if they run at the same time. A rupture is what a
-//! front makes: two detachments are linked if their blocks are the same or neighbours and no
-//! more than `t_link` lies between them, and a rupture is a set of detachments that are
+//! front makes: two detachments are linked if their blocks are the same or neighbours
+//! ([`Contacts::around`]) and no more than `t_link` lies between them, and a rupture is a set of detachments that are
 //! connected by links.
 //!
 //! ```
@@ -51,7 +51,7 @@ mod tracker;
 pub use tracker::{Passage, RuptureTracker, Slipped, Stop};
 
 use asperity_detect::Detector;
-use asperity_record::{Arrival, Energy, Event, EventKind, Rupture, StepRecord, TimeGrid};
+use asperity_record::{Arrival, Contacts, Energy, Event, EventKind, Reach, Rupture, StepRecord, TimeGrid};
 
 /// What links detachments, and what turns blocks and steps into lengths and times.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,8 +69,8 @@ pub struct Links {
 }
 
 impl Links {
-    fn tracker(&self, blocks: u32) -> RuptureTracker {
-        RuptureTracker::new(blocks, self.time_grid.step_s(), self.t_link_s)
+    fn tracker(&self, contacts: Contacts) -> RuptureTracker {
+        RuptureTracker::new(contacts, self.time_grid.step_s(), self.t_link_s)
     }
 }
 
@@ -79,13 +79,14 @@ impl Links {
 pub struct RuptureDetector {
     tracker: RuptureTracker,
     links: Links,
-    blocks: u32,
+    contacts: Contacts,
 }
 
 impl RuptureDetector {
-    /// A detector for a chain of `blocks` blocks.
-    pub fn new(blocks: u32, links: Links) -> RuptureDetector {
-        RuptureDetector { tracker: links.tracker(blocks), links, blocks }
+    /// A detector for blocks that lie so.
+    pub fn new(blocks: impl Into<Contacts>, links: Links) -> RuptureDetector {
+        let contacts = blocks.into();
+        RuptureDetector { tracker: links.tracker(contacts), links, contacts }
     }
 }
 
@@ -95,13 +96,13 @@ impl Detector for RuptureDetector {
     }
 
     fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
-        let RuptureDetector { tracker, links, blocks } = self;
-        tracker.observe(record, &mut |slipped| emit(Event::new(&rupture(slipped, links, *blocks))));
+        let RuptureDetector { tracker, links, contacts } = self;
+        tracker.observe(record, &mut |slipped| emit(Event::new(&rupture(slipped, links, *contacts))));
     }
 
     fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
-        let RuptureDetector { tracker, links, blocks } = self;
-        tracker.finish(&mut |slipped| emit(Event::new(&rupture(slipped, links, *blocks))));
+        let RuptureDetector { tracker, links, contacts } = self;
+        tracker.finish(&mut |slipped| emit(Event::new(&rupture(slipped, links, *contacts))));
     }
 }
 
@@ -110,12 +111,14 @@ impl Detector for RuptureDetector {
 pub struct ArrivalDetector {
     tracker: RuptureTracker,
     links: Links,
+    contacts: Contacts,
 }
 
 impl ArrivalDetector {
-    /// A detector for a chain of `blocks` blocks.
-    pub fn new(blocks: u32, links: Links) -> ArrivalDetector {
-        ArrivalDetector { tracker: links.tracker(blocks), links }
+    /// A detector for blocks that lie so.
+    pub fn new(blocks: impl Into<Contacts>, links: Links) -> ArrivalDetector {
+        let contacts = blocks.into();
+        ArrivalDetector { tracker: links.tracker(contacts), links, contacts }
     }
 }
 
@@ -125,28 +128,33 @@ impl Detector for ArrivalDetector {
     }
 
     fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event)) {
-        let ArrivalDetector { tracker, links } = self;
-        tracker.observe(record, &mut |slipped| arrivals(slipped, links, emit));
+        let ArrivalDetector { tracker, links, contacts } = self;
+        tracker.observe(record, &mut |slipped| arrivals(slipped, links, *contacts, emit));
     }
 
     fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
-        let ArrivalDetector { tracker, links } = self;
-        tracker.finish(&mut |slipped| arrivals(slipped, links, emit));
+        let ArrivalDetector { tracker, links, contacts } = self;
+        tracker.finish(&mut |slipped| arrivals(slipped, links, *contacts, emit));
     }
 }
 
-fn rupture(slipped: &Slipped, links: &Links, blocks: u32) -> Rupture {
+fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
     let Links { time_grid, spacing_m, modulus_n_per_m, interfacial_stiffness_n_per_m, .. } = *links;
     let passages = &slipped.blocks;
-    let (&first_block, _) = passages.first_key_value().expect("a rupture has a block");
-    let (&last_block, _) = passages.last_key_value().expect("a rupture has a block");
+    let extent = slipped.extent(contacts);
+    let Reach { first, last } = extent.columns().expect("a rupture has a block");
     let last_to_slide =
         passages.values().max_by_key(|passage| passage.arrival_step).expect("a rupture has a block");
     let arrival_s = |passage: &Passage| time_grid.time_s(passage.arrival_step);
-    let up: Vec<f64> =
-        passages.range(slipped.nucleation_block..).map(|(_, passage)| arrival_s(passage)).collect();
+    let nucleation_block = slipped.nucleation_block;
+    let up: Vec<f64> = passages.range(nucleation_block..).map(|(_, passage)| arrival_s(passage)).collect();
     let down: Vec<f64> =
-        passages.range(..=slipped.nucleation_block).rev().map(|(_, passage)| arrival_s(passage)).collect();
+        passages.range(..=nucleation_block).rev().map(|(_, passage)| arrival_s(passage)).collect();
+    // Numbers of blocks are places along a front in one row alone.
+    let speed_m_per_s = |arrivals_s: &[f64]| match contacts.rows() {
+        1 => front::speed_m_per_s(arrivals_s, spacing_m),
+        _ => None,
+    };
     let slips: Option<Vec<f64>> = passages.values().map(Passage::slip_m).collect();
     let drops: Option<Vec<f64>> = passages
         .values()
@@ -168,10 +176,10 @@ fn rupture(slipped: &Slipped, links: &Links, blocks: u32) -> Rupture {
         rupture: slipped.rupture,
         onset_s: time_grid.time_s(slipped.onset_step),
         end_s: slipped.end.map(|(step, _)| time_grid.time_s(step)),
-        first_block,
-        last_block,
-        nucleation_block: slipped.nucleation_block,
-        reached_every_block: passages.len() == blocks as usize,
+        first_block: first,
+        last_block: last,
+        nucleation_block,
+        reached_every_block: extent.is_whole(),
         ft_fn_onset: slipped.ft_fn_onset,
         ft_fn_arrival: last_to_slide.ft_fn_arrival,
         ft_fn_end: slipped.end.map(|(_, ft_fn)| ft_fn),
@@ -179,14 +187,14 @@ fn rupture(slipped: &Slipped, links: &Links, blocks: u32) -> Rupture {
         arrival_s: arrival_s(last_to_slide),
         end_step: slipped.end.map(|(step, _)| step),
         detachments: slipped.detachments,
-        front_speed_up_m_per_s: front::speed_m_per_s(&up, spacing_m),
-        front_speed_down_m_per_s: front::speed_m_per_s(&down, spacing_m),
+        front_speed_up_m_per_s: speed_m_per_s(&up),
+        front_speed_down_m_per_s: speed_m_per_s(&down),
         mean_slip_m: slips.as_ref().map(|slips| sum(slips) / count),
         largest_slip_m: slips.as_ref().map(|slips| slips.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
         potency_m2,
         moment_n_m: potency_m2.zip(modulus_n_per_m).map(|(potency, modulus)| potency * modulus),
         mean_force_drop_n: drops.as_ref().map(|drops| sum(drops) / count),
-        farthest_block_before: slipped.farthest_block_before,
+        farthest_block_before: slipped.farthest_before,
         overlapping: slipped.overlapping,
         open: slipped.open,
         drive_work_j: change(|energy| energy.drive_work_j),
@@ -200,7 +208,7 @@ fn rupture(slipped: &Slipped, links: &Links, blocks: u32) -> Rupture {
     }
 }
 
-fn arrivals(slipped: &Slipped, links: &Links, emit: &mut dyn FnMut(Event)) {
+fn arrivals(slipped: &Slipped, links: &Links, contacts: Contacts, emit: &mut dyn FnMut(Event)) {
     let Links { time_grid, spacing_m, .. } = *links;
     for (&block, passage) in &slipped.blocks {
         let towards = match block.cmp(&slipped.nucleation_block) {
@@ -209,8 +217,10 @@ fn arrivals(slipped: &Slipped, links: &Links, emit: &mut dyn FnMut(Event)) {
             std::cmp::Ordering::Greater => Some(block - 1),
         };
         let arrival_s = time_grid.time_s(passage.arrival_step);
-        let took_s =
-            towards.map(|towards| arrival_s - time_grid.time_s(slipped.blocks[&towards].arrival_step));
+        // As for a whole front, in one row alone.
+        let took_s = towards
+            .filter(|_| contacts.rows() == 1)
+            .map(|towards| arrival_s - time_grid.time_s(slipped.blocks[&towards].arrival_step));
         emit(Event::new(&Arrival {
             rupture: slipped.rupture,
             block,

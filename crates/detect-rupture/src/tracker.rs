@@ -7,11 +7,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use asperity_record::{Direction, Energy, StepRecord, Switch};
+use asperity_record::{Contacts, Direction, Energy, Extent, StepRecord, Switch};
 
 /// Follows step records and gathers ruptures.
 #[derive(Debug, Clone)]
 pub struct RuptureTracker {
+    contacts: Contacts,
     /// Most steps between detachments that are linked.
     link_steps: u64,
     /// By block, from block 1 on.
@@ -22,7 +23,8 @@ pub struct RuptureTracker {
     next: Id,
     /// From when to when ruptures slid that may have slid beside one that is open.
     certain: Vec<(u64, u64)>,
-    farthest_block: Option<u32>,
+    /// The farthest column in which a block has slid.
+    farthest: Option<u32>,
     ruptures: u64,
 }
 
@@ -49,7 +51,7 @@ struct Slipping {
     /// How many of its blocks slide.
     sliding: u32,
     last_attachment: Attachment,
-    farthest_block_before: Option<u32>,
+    farthest_before: Option<u32>,
     anchored_m2: f64,
 }
 
@@ -72,7 +74,7 @@ impl Attachment {
 pub struct Slipped {
     /// Its number in the run, counted from 0.
     pub rupture: u64,
-    /// How it passed its blocks, by block, which are numbered without a gap.
+    /// How it passed its blocks, by block; in one row they are numbered without a gap.
     pub blocks: BTreeMap<u32, Passage>,
     /// The block that slid first.
     pub nucleation_block: u32,
@@ -84,8 +86,8 @@ pub struct Slipped {
     pub end: Option<(u64, f64)>,
     /// How many detachments it has.
     pub detachments: u64,
-    /// The highest-numbered block that had slid before.
-    pub farthest_block_before: Option<u32>,
+    /// The farthest column in which a block had slid before: in one row, the highest-numbered block.
+    pub farthest_before: Option<u32>,
     /// Whether another rupture slid at the same time.
     pub overlapping: bool,
     /// Whether the run was over before it was certain.
@@ -133,6 +135,13 @@ fn stretch_m2(switch: &Switch) -> f64 {
     stretch_m * stretch_m
 }
 
+impl Slipped {
+    /// Its blocks as a set, of blocks that lie so.
+    pub fn extent(&self, contacts: Contacts) -> Extent {
+        Extent::with(contacts, self.blocks.keys().copied())
+    }
+}
+
 impl Passage {
     /// How far the block slid, m.
     pub fn slip_m(&self) -> Option<f64> {
@@ -168,16 +177,18 @@ fn most_steps_within(time_s: f64, step_s: f64) -> u64 {
 const MOST_EXACT_STEPS: f64 = (1u64 << 53) as f64;
 
 impl RuptureTracker {
-    /// A tracker for a chain of `blocks` blocks, all stuck, in time steps of `step_s` seconds.
-    pub fn new(blocks: u32, step_s: f64, t_link_s: f64) -> RuptureTracker {
+    /// A tracker for blocks that lie so, all stuck, in time steps of `step_s` seconds.
+    pub fn new(blocks: impl Into<Contacts>, step_s: f64, t_link_s: f64) -> RuptureTracker {
+        let contacts = blocks.into();
         RuptureTracker {
+            contacts,
             link_steps: most_steps_within(t_link_s, step_s),
-            last: vec![None; blocks as usize],
+            last: vec![None; contacts.count() as usize],
             open: BTreeMap::new(),
             growing: BTreeSet::new(),
             next: 0,
             certain: Vec::new(),
-            farthest_block: None,
+            farthest: None,
             ruptures: 0,
         }
     }
@@ -194,10 +205,10 @@ impl RuptureTracker {
             }
         }
         // In whichever order the switches of a step stand.
-        let farthest_block_before = self.farthest_block;
+        let farthest_before = self.farthest;
         for switch in &record.switches {
             match switch.direction {
-                Direction::Detach => self.detach(record, switch, farthest_block_before),
+                Direction::Detach => self.detach(record, switch, farthest_before),
                 Direction::Attach => ended.extend(self.attach(record, switch)),
             }
         }
@@ -230,9 +241,8 @@ impl RuptureTracker {
         slipping.last_attachment.step.max(linked_no_more)
     }
 
-    fn detach(&mut self, record: &StepRecord, switch: &Switch, farthest_block_before: Option<u32>) {
-        let n = switch.block as usize - 1;
-        let near = self.last[n.saturating_sub(1)..(n + 2).min(self.last.len())].iter().flatten();
+    fn detach(&mut self, record: &StepRecord, switch: &Switch, farthest_before: Option<u32>) {
+        let near = self.contacts.around(switch.block).filter_map(|block| self.last[block as usize - 1]);
         let mut linked: Vec<Id> =
             near.filter(|last| self.links(last.step, record.step)).map(|last| last.of).collect();
         linked.sort_unstable();
@@ -259,7 +269,7 @@ impl RuptureTracker {
                     detachments: 0,
                     sliding: 0,
                     last_attachment: Attachment::at(record),
-                    farthest_block_before,
+                    farthest_before,
                     anchored_m2: 0.0,
                 };
                 self.open.insert(id, begun);
@@ -276,8 +286,8 @@ impl RuptureTracker {
         slipping.anchored_m2 -= stretch_m2(switch);
         let before = slipping.blocks.get(&switch.block).copied();
         slipping.blocks.insert(switch.block, before.map_or(passage, |before| before.join(passage)));
-        self.last[n] = Some(Detachment { step: record.step, of: id });
-        self.farthest_block = self.farthest_block.max(Some(switch.block));
+        self.last[switch.block as usize - 1] = Some(Detachment { step: record.step, of: id });
+        self.farthest = self.farthest.max(Some(self.contacts.column(switch.block)));
     }
 
     /// The rupture of the block, if this was all that it waited for.
@@ -309,7 +319,7 @@ impl RuptureTracker {
             slipping.nucleation = joining.nucleation;
             slipping.ft_fn_onset = joining.ft_fn_onset;
             slipping.energy_before = joining.energy_before;
-            slipping.farthest_block_before = joining.farthest_block_before;
+            slipping.farthest_before = joining.farthest_before;
         }
         slipping.last_detachment = slipping.last_detachment.max(joining.last_detachment);
         if joining.last_attachment.step > slipping.last_attachment.step {
@@ -353,7 +363,7 @@ impl RuptureTracker {
             ft_fn_onset: slipping.ft_fn_onset,
             end: end.map(|end| (end.step + 1, end.ft_fn)),
             detachments: slipping.detachments,
-            farthest_block_before: slipping.farthest_block_before,
+            farthest_before: slipping.farthest_before,
             overlapping,
             open,
             energies: slipping

@@ -10,7 +10,7 @@
 //! [`SlipRules`] may take events that follow closely for one, and leave out small ones. A
 //! live run never does: its log holds what happened, and whoever wants fewer events replays it.
 
-use asperity_record::{Direction, StepRecord, Switch};
+use asperity_record::{Contacts, Direction, Extent, StepRecord, Switch};
 
 /// Which runs of sliding steps count as a slip event of their own.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,7 +32,7 @@ impl SlipRules {
 pub struct SlipTracker {
     rules: SlipRules,
     /// Blocks that enter the next step detached.
-    detached: Vec<bool>,
+    detached: Extent,
     /// The last record's switches and load: what starts an event stands there.
     last_switches: Vec<Switch>,
     last_load_ratio: f64,
@@ -60,8 +60,8 @@ pub struct Slip {
     pub nucleation: Switch,
     /// How many blocks slide in it.
     pub nucleation_blocks: u32,
-    /// Which blocks slid, counted from 0.
-    pub slipped: Vec<bool>,
+    /// Which blocks slid.
+    pub extent: Extent,
     /// Most blocks sliding in one step.
     pub max_sliding: u32,
     /// Smallest `F_T / F_N` over the event's switch records, from the detachment
@@ -86,25 +86,6 @@ pub struct SlipEnd {
     pub load_ratio: f64,
 }
 
-impl Slip {
-    /// Lowest-numbered block that slid, counted from 1.
-    pub fn first_block(&self) -> u32 {
-        let first = self.slipped.iter().position(|&slipped| slipped);
-        first.expect("a slip event has a block that slid") as u32 + 1
-    }
-
-    /// Highest-numbered block that slid, counted from 1.
-    pub fn last_block(&self) -> u32 {
-        let last = self.slipped.iter().rposition(|&slipped| slipped);
-        last.expect("a slip event has a block that slid") as u32 + 1
-    }
-
-    /// Number of distinct blocks that slid.
-    pub fn blocks_slipped(&self) -> u32 {
-        self.slipped.iter().filter(|&&slipped| slipped).count() as u32
-    }
-}
-
 /// What is now certain of a slip event.
 #[derive(Debug)]
 pub enum Change<'a> {
@@ -115,11 +96,11 @@ pub enum Change<'a> {
 }
 
 impl SlipTracker {
-    /// A tracker for a chain in which every block is stuck.
-    pub fn new(blocks: u32, rules: SlipRules) -> SlipTracker {
+    /// A tracker for blocks that lie so, all stuck.
+    pub fn new(blocks: impl Into<Contacts>, rules: SlipRules) -> SlipTracker {
         SlipTracker {
             rules,
-            detached: vec![false; blocks as usize],
+            detached: Extent::none(blocks),
             last_switches: Vec::new(),
             last_load_ratio: f64::NAN,
             open: None,
@@ -145,9 +126,7 @@ impl SlipTracker {
             Some(slip) if record.sliding > 0 && slip.end.is_some() => {
                 slip.end = None;
                 slip.take_extrema(self.last_load_ratio);
-                for (slipped, detached) in slip.slipped.iter_mut().zip(&self.detached) {
-                    *slipped |= detached;
-                }
+                slip.extent.add(&self.detached);
             }
             _ => {}
         }
@@ -167,13 +146,16 @@ impl SlipTracker {
                 // What detached at the last record has slid since.
                 let switches = self.last_switches.iter();
                 for switch in switches.filter(|switch| switch.direction == Direction::Detach) {
-                    slip.slipped[switch.block as usize - 1] = true;
+                    slip.extent.insert(switch.block);
                 }
             }
         }
         self.count(tell);
         for switch in &record.switches {
-            self.detached[switch.block as usize - 1] = switch.direction == Direction::Detach;
+            match switch.direction {
+                Direction::Detach => self.detached.insert(switch.block),
+                Direction::Attach => self.detached.remove(switch.block),
+            }
         }
         self.last_switches.clone_from(&record.switches);
         self.last_load_ratio = record.load_ratio();
@@ -190,7 +172,7 @@ impl SlipTracker {
     /// Tells of the open event as soon as it is large enough to count.
     fn count(&mut self, tell: &mut dyn FnMut(Change<'_>)) {
         let Some(slip) = self.open.as_mut().filter(|_| !self.counts) else { return };
-        if slip.blocks_slipped() >= self.rules.min_blocks {
+        if slip.extent.count() >= self.rules.min_blocks {
             self.counts = true;
             slip.event = self.events;
             self.events += 1;
@@ -221,7 +203,7 @@ impl SlipTracker {
             onset_load_ratio: record.load_ratio(),
             nucleation,
             nucleation_blocks: record.sliding,
-            slipped: self.detached.clone(),
+            extent: self.detached.clone(),
             max_sliding: 0,
             min_load_ratio: self.last_load_ratio,
             max_load_ratio: self.last_load_ratio,

@@ -10,7 +10,7 @@
 //! | split, merged | one old event stands against several new ones, or the reverse |
 //! | missing, extra | no counterpart |
 
-use asperity_record::SlipEvent;
+use asperity_record::{Reach, SlipEvent};
 
 use crate::column::{Column, Columns, Kind};
 use crate::matching::Group;
@@ -33,14 +33,14 @@ pub(crate) struct Outcome {
     pub(crate) conservation: Option<Conservation>,
 }
 
-/// What the classes are told by.
+/// The rules that determine the classes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rules<'a> {
     pub(crate) columns: Columns,
     pub(crate) policy: &'a Policy,
     /// When the old run ended, s, if that is known.
     pub(crate) old_until_s: Option<f64>,
-    /// The same for the new run.
+    /// When the new run ended, s, if known.
     pub(crate) new_until_s: Option<f64>,
 }
 
@@ -135,9 +135,8 @@ impl Rules<'_> {
         // Both are sums of differences of times: rounding is no loss.
         let last_s = group.onset_s().abs() + old_duration_s + new_duration_s;
         let rounding_s = (group.old.len() + group.new.len()) as f64 * f64::EPSILON * last_s;
-        let blocks = |events: &[SlipEvent]| covered_blocks(events);
-        let (old_blocks, new_blocks) = (blocks(&group.old), blocks(&group.new));
-        let count = |ranges: &[(u32, u32)]| ranges.iter().map(|(first, last)| last - first + 1).sum();
+        let (old_blocks, new_blocks) = (covered_blocks(&group.old), covered_blocks(&group.new));
+        let count = |ranges: &[Reach]| ranges.iter().map(|reach| reach.count()).sum();
         Conservation {
             old_duration_s,
             new_duration_s,
@@ -202,15 +201,14 @@ fn covered_s(events: &[SlipEvent]) -> f64 {
 }
 
 /// Blocks covered by events, as ranges that do not touch.
-fn covered_blocks(events: &[SlipEvent]) -> Vec<(u32, u32)> {
-    let mut ranges: Vec<(u32, u32)> =
-        events.iter().map(|event| (event.first_block, event.last_block)).collect();
+fn covered_blocks(events: &[SlipEvent]) -> Vec<Reach> {
+    let mut ranges: Vec<Reach> = events.iter().map(SlipEvent::reach).collect();
     ranges.sort_unstable();
-    let mut covered: Vec<(u32, u32)> = Vec::new();
-    for (first, last) in ranges {
+    let mut covered: Vec<Reach> = Vec::new();
+    for next in ranges {
         match covered.last_mut() {
-            Some((_, until)) if first <= *until + 1 => *until = last.max(*until),
-            _ => covered.push((first, last)),
+            Some(before) if next.first <= before.last + 1 => before.last = next.last.max(before.last),
+            _ => covered.push(next),
         }
     }
     covered

@@ -71,7 +71,7 @@ enum Known {
 pub enum Kind {
     /// When it starts or ends.
     Time,
-    /// The same as an integer step: it follows from its seconds.
+    /// Start or end as an integer step, which follows from its time in seconds.
     Step,
     /// Which blocks slid, or how many.
     Extent,

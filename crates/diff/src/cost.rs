@@ -28,7 +28,7 @@
 
 use std::ops::Add;
 
-use asperity_record::SlipEvent;
+use asperity_record::{Reach, SlipEvent};
 
 /// The cost of an event without a counterpart.
 pub(crate) const ALONE: i64 = UNIT / 4 * 3;
@@ -83,8 +83,7 @@ pub(crate) struct Span {
     pub(crate) onset_s: f64,
     /// Its end; infinite if the run ended before.
     end_s: f64,
-    first_block: u32,
-    last_block: u32,
+    blocks: Reach,
     /// The latest onset that it is compared with, s.
     pub(crate) reach_s: f64,
     /// Number of different onsets before its own, on both sides.
@@ -94,17 +93,17 @@ pub(crate) struct Span {
 
 impl Span {
     pub(crate) fn new(event: &SlipEvent, rank: u64, window_s: f64) -> Span {
+        let blocks = event.reach();
         let mut checksum = event.onset_s.to_bits();
         let end = event.end_s.map_or(0, f64::to_bits);
-        // With its number, so that two rows that are the same can be told apart.
-        for word in [end, event.first_block.into(), event.last_block.into(), event.event] {
+        // With its number, which distinguishes two equal rows.
+        for word in [end, blocks.first.into(), blocks.last.into(), event.event] {
             checksum = mixed(checksum ^ word);
         }
         Span {
             onset_s: event.onset_s,
             end_s: event.end_s.unwrap_or(f64::INFINITY),
-            first_block: event.first_block,
-            last_block: event.last_block,
+            blocks,
             reach_s: event.end_s.unwrap_or(event.onset_s).max(event.onset_s + window_s),
             rank,
             checksum,
@@ -113,15 +112,6 @@ impl Span {
 
     fn is_open(&self) -> bool {
         self.end_s == f64::INFINITY
-    }
-
-    fn blocks(&self) -> u32 {
-        self.last_block - self.first_block + 1
-    }
-
-    /// How many blocks two events may have in common.
-    fn common_blocks(&self, other: &Span) -> u32 {
-        (self.last_block.min(other.last_block) + 1).saturating_sub(self.first_block.max(other.first_block))
     }
 
     /// Time that two events have in common, s. One without an end lasts as long as the other.
@@ -151,7 +141,7 @@ fn units(cost: f64) -> i64 {
 
 /// The cost of a pair, if it is one.
 pub(crate) fn pair(a: &Span, b: &Span, window_s: f64) -> Option<Cost> {
-    let blocks = a.common_blocks(b);
+    let blocks = a.blocks.common(b.blocks);
     if blocks == 0 {
         return None;
     }
@@ -174,7 +164,7 @@ pub(crate) fn pair(a: &Span, b: &Span, window_s: f64) -> Option<Cost> {
             false => 0.0,
         }
     };
-    let blocks = f64::from(blocks) / f64::from(a.blocks() + b.blocks() - blocks);
+    let blocks = f64::from(blocks) / f64::from(a.blocks.count() + b.blocks.count() - blocks);
     let offset = if apart_s == 0.0 { 0.0 } else { (apart_s / window_s).min(1.0) };
     let primary = units(0.5 * (1.0 - time)) + units(0.5 * offset) + units(1.0 - blocks);
     (primary < 2 * ALONE).then(|| tied(primary, a, b))
@@ -188,12 +178,12 @@ pub(crate) fn part(whole: &Span, part: &Span) -> Option<Cost> {
     if common_s <= 0.0 || whole.is_open() {
         return None;
     }
-    let blocks = whole.common_blocks(part);
+    let blocks = whole.blocks.common(part.blocks);
     if blocks == 0 {
         return None;
     }
     let inside_time = if part.is_open() { 1.0 } else { common_s / (part.end_s - part.onset_s) };
-    let inside_blocks = f64::from(blocks) / f64::from(part.blocks());
+    let inside_blocks = f64::from(blocks) / f64::from(part.blocks.count());
     let primary = units(0.5 * (1.0 - inside_time)) + units(0.5 * (1.0 - inside_blocks))
         - units(common_s / (whole.end_s - whole.onset_s));
     Some(tied(primary, whole, part))

@@ -11,11 +11,11 @@ pub(crate) enum Mode {
     Between,
     /// The next old event is split; one part has been found.
     Split1,
-    /// The same, with two parts or more.
+    /// The next old event is split; two or more parts have been found.
     Split2,
     /// The next new event is merged; one part has been found.
     Merge1,
-    /// The same, with two parts or more.
+    /// The next new event is merged; two or more parts have been found.
     Merge2,
 }
 

@@ -22,7 +22,7 @@
 
 use std::collections::VecDeque;
 
-use asperity_record::SlipEvent;
+use asperity_record::{Reach, SlipEvent};
 
 use crate::column::{Column, Columns, Kind};
 use crate::cost::Cost;
@@ -390,13 +390,13 @@ where
         let key = |group: &Group| {
             let all = || group.old.iter().chain(&group.new);
             let end_s = all().map(|event| event.end_s.unwrap_or(event.onset_s)).fold(0.0, f64::max);
-            (end_s, all().map(|event| event.first_block).min(), all().map(|event| event.last_block).max())
+            (end_s, Reach::over(all().map(SlipEvent::reach)))
         };
         if self.held.len() > 1 {
             self.held.sort_by(|a, b| {
-                let ((a_end_s, a_first, a_last), (b_end_s, b_first, b_last)) = (key(a), key(b));
-                let blocks = (a_first, a_last).cmp(&(b_first, b_last));
-                a.onset_s().total_cmp(&b.onset_s()).then(a_end_s.total_cmp(&b_end_s)).then(blocks)
+                let ((a_end_s, a_reach), (b_end_s, b_reach)) = (key(a), key(b));
+                let ends = a_end_s.total_cmp(&b_end_s);
+                a.onset_s().total_cmp(&b.onset_s()).then(ends).then(a_reach.cmp(&b_reach))
             });
         }
         let ready = self.held.partition_point(|group| group.onset_s() < until_s);

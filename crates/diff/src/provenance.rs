@@ -89,6 +89,7 @@ mod tests {
                 parameter_set: "as-coded".to_owned(),
                 solver: solver.to_owned(),
                 blocks: 2,
+                rows: 1,
                 time_step_s: 1e-8,
                 longest_stable_step_s: None,
                 steps: 1,

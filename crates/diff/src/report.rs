@@ -2,6 +2,7 @@
 //! this and of nothing else. The JSON is these structs, field by field; a change to a field's
 //! name or meaning raises [`VERSION`].
 
+use asperity_record::Reach;
 use serde::Serialize;
 
 use crate::column::{Column, Value};
@@ -163,7 +164,7 @@ impl Counts {
         }
     }
 
-    /// The same, to be changed.
+    /// The count of a class, to be changed.
     pub fn of_mut(&mut self, class: Class) -> &mut u64 {
         match class {
             Class::Identical => &mut self.identical,
@@ -220,7 +221,7 @@ pub struct RunDiff {
     pub columns_left_out: Vec<Column>,
     /// How many matches of each class.
     pub counts: Counts,
-    /// The same, of those that the policy does not allow.
+    /// Numbers of differences that the policy does not allow, by class.
     pub not_allowed: Counts,
     /// Per column: how often it differs in a pair of events, and how far.
     pub column_changes: Vec<ColumnChange>,
@@ -397,6 +398,13 @@ pub struct Extent {
     pub last_block: u32,
 }
 
+impl Extent {
+    /// From which block to which it reached.
+    pub fn reach(&self) -> Reach {
+        Reach { first: self.first_block, last: self.last_block }
+    }
+}
+
 /// Events of both sides that belong together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Match {
@@ -435,8 +443,7 @@ pub struct Finding {
 impl Finding {
     /// How many blocks the largest of its events spans.
     pub fn most_blocks(&self) -> u32 {
-        let blocks = |event: &Extent| (event.last_block - event.first_block).saturating_add(1);
-        self.old.iter().chain(&self.new).map(blocks).max().unwrap_or(0)
+        self.old.iter().chain(&self.new).map(|event| event.reach().count()).max().unwrap_or(0)
     }
 }
 
@@ -516,7 +523,7 @@ pub struct Statistics {
     pub new_events: u64,
     /// Events per second on the old side; null where the time is unknown or none.
     pub old_per_s: Option<f64>,
-    /// The same on the new side.
+    /// The value per second on the new side.
     pub new_per_s: Option<f64>,
     /// Lengths of the events, in blocks.
     pub length_blocks: Sample,
@@ -529,7 +536,7 @@ pub struct Statistics {
 pub struct Sample {
     /// Its median on the old side, to a part in 256; null without events.
     pub old_median: Option<f64>,
-    /// The same on the new side.
+    /// The median on the new side.
     pub new_median: Option<f64>,
     /// Two-sample Kolmogorov-Smirnov test; null with too few events.
     pub test: Option<KolmogorovSmirnov>,
@@ -566,7 +573,7 @@ pub struct PrecursorChange {
     pub lp_l: f64,
     /// Its F_T/F_N on the old side; null where there is no precursor of this length.
     pub old_ft_fn: Option<f64>,
-    /// The same on the new side.
+    /// `F_T / F_N` on the new side.
     pub new_ft_fn: Option<f64>,
     /// Number of the old event.
     pub old_event: Option<u64>,

@@ -39,7 +39,7 @@ pub fn row(rupture: &Rupture) -> SlipEvent {
         onset_step: rupture.onset_step,
         end_step: rupture.end_step,
         // Blocks are linked to their neighbours, so that none between the two is left out.
-        blocks_slipped: (last_block - first_block).saturating_add(1),
+        blocks_slipped: rupture.reach().count(),
         nucleation_block: rupture.nucleation_block,
         open: rupture.open,
         // Columns that a rupture does not have.

@@ -31,7 +31,7 @@ pub enum MatchError<E> {
         /// Onset of the event before it, s.
         before_s: f64,
     },
-    /// More events start together than can be told apart.
+    /// Too many events start together to be distinguished.
     #[error(
         "{side} table: more than {MOST_AT_ONCE} events start at {onset_s} s (accepted: one in a step, as in a run; \
          up to {MOST_AT_ONCE} where times are rounded)"

@@ -16,7 +16,7 @@ const BY_WEIGHT: [Class; 7] =
 /// Lines of each part, so that all of them fit on a screen of 40.
 const RUNS: usize = 5;
 const FINDINGS: usize = 8;
-/// The same below numbers and ruptures.
+/// Findings listed below numbers and ruptures.
 const FINDINGS_BELOW_PHYSICS: usize = 3;
 const FINDINGS_OF_A_CLASS: usize = 3;
 const COLUMNS: usize = 4;
@@ -277,7 +277,7 @@ fn verdict(report: &Report) -> String {
         Verdict::WithinPolicy if report.counts.differing() == 0 && !ruptures_differ => {
             "nothing differs".to_owned()
         }
-        // Within the tolerances of slip events alone, or found anew.
+        // Within the tolerances of slip events only, or found in step records.
         Verdict::WithinPolicy if report.counts.differing() == 0 && !allowed => {
             "no slip event differs, but ruptures do".to_owned()
         }

@@ -97,7 +97,7 @@ impl Beyond {
         self.events += 1;
         let length = match columns.has(Column::BlocksSlipped) {
             true => event.blocks_slipped,
-            false => event.last_block - event.first_block + 1,
+            false => event.reach().count(),
         };
         self.lengths.add(f64::from(length));
         let onset_s = event.onset_s;
@@ -339,7 +339,8 @@ impl Draft {
         let cut = old.end_s.is_none() || new.end_s.is_none() || old.open || new.open;
         let others = outcome.cells.iter().find(in_kind);
         let starts_otherwise = outcome.cells.iter().filter(in_kind).any(|cell| cell.column.is_of_onset());
-        // What was cut short is told by its onset, whose numbers need their tolerances all the same.
+        // A truncated event is identified by its onset, whose numbers need their tolerances as
+        // well.
         let class = match others {
             None => None,
             Some(_) if cut && !starts_otherwise => Some(Class::Open),

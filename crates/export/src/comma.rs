@@ -37,7 +37,7 @@ impl<W: Write> CsvRows<W> {
         CsvRows::headed(out, columns.iter().map(|column| &*column.name), spelling)
     }
 
-    /// The same for columns of which only the names are known.
+    /// A writer for columns of which only the names are known.
     ///
     /// # Errors
     /// If `out` cannot be written.

@@ -24,8 +24,8 @@ use crate::layout::{
 };
 use crate::rows::{self, NodeRows};
 
-/// So many rows are held of each table before they are written: enough for row
-/// groups that readers like, and a few MB.
+/// Rows of a table that are buffered before they are written: enough for row groups that suit
+/// readers, and a few MB.
 const BATCH_ROWS: usize = 1 << 16;
 
 /// No more tables than this are made of events that this program has no detector for: each is a
@@ -292,11 +292,11 @@ impl<'a> Export<'a> {
         self.request.out.join(format!("{}.{}.export.json", self.request.name, self.format.extension()))
     }
 
-    /// Reads the log and writes the files; `progress` is told every step. A log that is incomplete
-    /// or damaged is exported as far as it is sound, a salvaged one around its gaps.
+    /// Reads the log and writes the files; calls `progress` with every step. Exports the sound part
+    /// of an incomplete or damaged log, and a salvaged one around its gaps.
     ///
     /// # Errors
-    /// If a file cannot be written, or its name was taken meanwhile. Nothing is left of any then.
+    /// If a file cannot be written, or its name was taken in the meantime. No files are left then.
     pub fn run(mut self, mut progress: impl FnMut(u64)) -> Result<Report, ExportError> {
         let Judged { state, problem, until_step } = self.judged.clone();
         let mut ran = Ran { state, last_step: 0, last_s: 0.0, problem };
@@ -417,15 +417,15 @@ impl<'a> Export<'a> {
         self.tables.iter_mut().find(|table| table.layout.topic == topic).map(|table| &mut table.batch)
     }
 
-    /// Takes note of what step records have besides, and gives the table of
-    /// steps its columns then; no row has been written yet.
+    /// Records the optional parts of step records and sets the columns of the table of steps; no
+    /// row has been written yet.
     fn first_step(&mut self, parts: StepParts) -> StepParts {
         self.parts = Some(parts);
         self.set_columns(STEP, step_columns(parts));
         parts
     }
 
-    /// The same of states of all blocks.
+    /// Records the optional parts of states of all blocks, and sets the columns of their table.
     fn first_state(&mut self, record: &FieldRecord) -> bool {
         let contact_loads = !record.normal_load_n.is_empty();
         self.contact_loads = Some(contact_loads);
@@ -440,7 +440,7 @@ impl<'a> Export<'a> {
         }
     }
 
-    /// Writes the rows of those tables that have so many.
+    /// Writes the rows of tables that have at least `rows`.
     fn flush(&mut self, rows: usize) -> Result<(), ExportError> {
         let (format, files) = (self.format, &self.files);
         self.tables

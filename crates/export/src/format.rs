@@ -113,6 +113,7 @@ impl About {
             parameter_set,
             solver,
             blocks,
+            rows,
             time_step_s,
             longest_stable_step_s,
             steps,
@@ -139,6 +140,7 @@ impl About {
             ("time_step_s", time_step_s.to_string()),
             ("steps", steps.to_string()),
         ];
+        pairs.extend((*rows != 1).then(|| ("rows", rows.to_string())));
         pairs.extend(longest_stable_step_s.map(|longest_s| ("longest_stable_step_s", longest_s.to_string())));
         if let Some(Scales {
             block_length_m,

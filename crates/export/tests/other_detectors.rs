@@ -58,6 +58,7 @@ fn log(folder: &Path) -> PathBuf {
         parameter_set: "as-coded".to_owned(),
         solver: "fast".to_owned(),
         blocks: 2,
+        rows: 1,
         time_step_s: 1.0,
         longest_stable_step_s: None,
         steps: 4,

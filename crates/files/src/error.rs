@@ -1,23 +1,23 @@
-//! Why a file is not written.
+//! Reasons why a file is not written.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A file that is not written, or does not get its name.
+/// Why a file is not written, or not renamed to its final name.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
-    /// Something has the name, and is not to be replaced.
+    /// The name is taken, and existing files must not be replaced.
     #[error("{} exists already", .0.display())]
     Exists(PathBuf),
-    /// It would be written over what the same command reads.
+    /// It would overwrite an input of the same command.
     #[error("{} would be written over {}, which this command reads", path.display(), input.display())]
     Input {
-        /// The file that was to be written.
+        /// The output.
         path: PathBuf,
-        /// The input that it is, or that it stands in the way of.
+        /// The input that it would overwrite, or whose unfinished log it would.
         input: PathBuf,
     },
-    /// Two files of one command would have the same name.
+    /// Two outputs of one command have the same name.
     #[error("{} and {} are the same file, and both would be written", first.display(), second.display())]
     Twice {
         /// The first of them.
@@ -25,47 +25,46 @@ pub enum FileError {
         /// The second.
         second: PathBuf,
     },
-    /// What has the name is nothing that a file may take the place of.
+    /// The name belongs to something that no file may replace.
     #[error("{} is {what}", path.display())]
     NoFile {
         /// The name.
         path: PathBuf,
-        /// What stands there.
+        /// What it is.
         what: &'static str,
     },
-    /// Another process writes it.
+    /// Another process is writing it.
     #[error("{} is being written by another process", .0.display())]
     Busy(PathBuf),
-    /// Somebody removed it, or put another file in its place, while it was written.
+    /// It was removed or replaced by another process while it was written.
     #[error("{} was removed or replaced while it was being written", .0.display())]
     Lost(PathBuf),
-    /// A folder could not be made.
+    /// A folder could not be created.
     #[error("failed to create {}: {error}", path.display())]
     Folder {
         /// The folder.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         error: io::Error,
     },
-    /// The system refused.
+    /// The system call failed.
     #[error("failed to write {}: {error}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         error: io::Error,
     },
 }
 
 impl FileError {
-    /// Makes one of what the system says of a path.
+    /// Wraps an I/O error with its path.
     pub(crate) fn io(path: &Path) -> impl Fn(io::Error) -> FileError {
         let path = path.to_owned();
         move |error| FileError::Io { path: path.clone(), error }
     }
 
-    /// Whether another name would be accepted in the place of this one: nothing went wrong, and
-    /// nothing was written.
+    /// Whether only the name was refused: nothing was written, and another name would work.
     pub fn is_of_name(&self) -> bool {
         matches!(
             self,

@@ -1,11 +1,11 @@
-//! Which file it is, whatever its names are.
+//! The identity of a file, independent of its names.
 
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
-/// A file as the system knows it: two names of one file have the same identity, and a file that
-/// took the place of another has not.
+/// The system's identity of a file: equal for two names of one file, and different for a file that
+/// replaced another.
 #[cfg(unix)]
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Identity {
@@ -15,17 +15,18 @@ pub(crate) struct Identity {
 
 #[cfg(unix)]
 impl Identity {
-    /// Of an open file.
+    /// The identity of an open file.
     pub(crate) fn of_file(file: &File) -> io::Result<Identity> {
         file.metadata().map(Identity::of)
     }
 
-    /// Of what a path leads to, through links. It is not opened: a pipe would be waited for.
+    /// The identity of what a path leads to, through links. Does not open it, since opening a pipe
+    /// would block.
     pub(crate) fn of_path(path: &Path) -> io::Result<Identity> {
         fs::metadata(path).map(Identity::of)
     }
 
-    /// Of what has the name itself, be it a link.
+    /// The identity of the directory entry itself, even if it is a link.
     pub(crate) fn of_entry(path: &Path) -> io::Result<Identity> {
         fs::symlink_metadata(path).map(Identity::of)
     }
@@ -37,7 +38,7 @@ impl Identity {
     }
 }
 
-/// Elsewhere a file must be open to be known.
+/// Other systems only identify open files.
 #[cfg(not(unix))]
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Identity(std::sync::Arc<same_file::Handle>);

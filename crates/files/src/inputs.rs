@@ -1,4 +1,4 @@
-//! What a command reads, and so never writes over.
+//! The inputs of a command, which it must not overwrite.
 
 use std::path::{Path, PathBuf};
 
@@ -6,13 +6,13 @@ use crate::error::FileError;
 use crate::identity::Identity;
 use crate::place::{Place, with_suffix};
 
-/// Where an unfinished run log stands until it is whole.
+/// The path of an unfinished run log.
 pub fn partial_path(path: &Path) -> PathBuf {
     with_suffix(path, ".partial")
 }
 
-/// The files that a command reads. None of them is ever written over, by whatever name or link it
-/// is reached, nor is what stands beside it as its unfinished [`partial_path`].
+/// The files that a command reads. They are never overwritten, whatever name or link leads to them,
+/// nor is an unfinished log at the [`partial_path`] of one.
 #[derive(Debug, Clone, Default)]
 pub struct Inputs {
     all: Vec<Input>,
@@ -21,20 +21,20 @@ pub struct Inputs {
 #[derive(Debug, Clone)]
 struct Input {
     path: PathBuf,
-    /// None if nothing is there, which whoever reads it will say.
+    /// None if there is no such file; reading it will report that.
     identity: Option<Identity>,
     place: Option<Place>,
 }
 
 impl Inputs {
-    /// Takes down which files a command reads.
+    /// Records the identities of the files that a command reads.
     pub fn of<P: AsRef<Path>>(paths: impl IntoIterator<Item = P>) -> Inputs {
         let mut inputs = Inputs::default();
         inputs.add(paths);
         inputs
     }
 
-    /// Adds further ones.
+    /// Adds further inputs.
     pub fn add<P: AsRef<Path>>(&mut self, paths: impl IntoIterator<Item = P>) {
         for path in paths {
             let path = path.as_ref();
@@ -45,7 +45,7 @@ impl Inputs {
         }
     }
 
-    /// Makes sure that a file that is to be written is none of them.
+    /// Checks that an output is not one of the inputs.
     ///
     /// # Errors
     /// If it is.

@@ -1,11 +1,11 @@
-//! The one writer of files: every table, page, figure, record and run log of the project gets its
-//! name here. What a command reads is opened here as well.
+//! The one writer of files: tables, pages, figures, records and run logs all get their names here.
+//! It also opens the inputs of commands.
 //!
-//! A file gets its name once it is whole, and files that belong together get theirs together.
-//! Until then they stand in a folder of their own beside their names, which is locked while its
-//! process lives; so two processes never share a file, and what a killed one left behind is known
-//! as such and removed. What exists is replaced only if that is asked for, what the same command
-//! reads is never replaced, and a name is given only to the very file that was written.
+//! A file is renamed to its name once it is complete, and files that belong together are renamed
+//! together. Until then they are in a temporary folder beside their names, locked while its process
+//! lives. Two processes therefore never share a file, and the leftovers of a killed process are
+//! recognised and removed. Existing files are replaced only on request, inputs of the same command
+//! never, and only the file that was written is renamed.
 //!
 //! ```
 //! use asperity_files::{Existing, FileError, FileSet, Inputs};
@@ -15,34 +15,34 @@
 //! # let write = || {
 //! let files = FileSet::new(Existing::Refuse, Inputs::of([&log]));
 //! files.write(&table, "time_s,ft_fn\n")?;
-//! // What says which files there are comes last.
+//! // The file that lists the others comes last.
 //! files.write_record(&record, "{\"tables\":[\"run.csv\"]}\n")?;
 //! assert!(!table.exists());
 //! files.publish()
 //! # };
 //! # write()?;
 //! assert!(table.exists() && record.exists());
-//! // A second time they are there already.
+//! // The second time they exist.
 //! assert!(matches!(write(), Err(FileError::Exists(path)) if path == table));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! In reading order:
 //!
-//! - `error`: why a file is not written.
-//! - `identity`, `place`: which file it is, whatever its names are; where a name stands.
-//! - [`Inputs`]: what is never written over.
-//! - `lock`, `rename`: keeping processes apart, and giving a name.
+//! - `error`: reasons why a file is not written.
+//! - `identity`, `place`: the identity of a file, independent of its names; the place of a name.
+//! - [`Inputs`]: files that are never overwritten.
+//! - `lock`, `rename`: exclude other processes, and rename atomically.
 //! - [`FileSet`], in a `stage`: files that appear together or not at all.
-//! - [`open()`]: the one way to what a command reads, which is a file.
-//! - [`Held`]: a file that has a name while it is written, as an unfinished run log; [`FolderLock`]:
-//!   a folder that one process at a time writes into.
+//! - [`open()`]: opens the inputs of commands, which must be files.
+//! - [`LockedFile`]: a file with a name known to others while it is written, such as an unfinished
+//!   run log; [`FolderLock`]: a folder that one process at a time writes into.
 
 mod error;
-mod held;
 mod identity;
 mod inputs;
 mod lock;
+mod locked_file;
 mod open;
 mod place;
 mod rename;
@@ -50,8 +50,8 @@ mod set;
 mod stage;
 
 pub use error::FileError;
-pub use held::{FolderLock, Held};
 pub use inputs::{Inputs, partial_path};
+pub use locked_file::{FolderLock, LockedFile};
 pub use open::{NoFile, open, open_text, read};
 pub use place::is_taken;
 pub use rename::Existing;
@@ -61,7 +61,7 @@ pub use stage::is_new_folder;
 use std::fs;
 use std::path::Path;
 
-/// Makes sure that there is a folder, with those that it stands in.
+/// Creates a folder and its missing parents.
 ///
 /// # Errors
 /// If the system refuses.

@@ -1,21 +1,21 @@
-//! Locks, which keep processes apart and end with them.
+//! Locks, which exclude other processes and end with the process.
 
 use std::fs::{File, TryLockError};
 use std::io;
 use std::path::Path;
 
-/// What came of asking for a lock.
+/// The outcome of a request for a lock.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Lock {
-    /// It is ours for as long as the file is open.
+    /// Acquired, until the file is closed.
     Taken,
-    /// Another process, or another part of this one, has it.
+    /// Another process, or another part of this one, has the lock.
     Busy,
-    /// Some network file systems have no locks; there nobody keeps two processes apart.
+    /// The file system has no locks, as some network file systems: processes are not excluded.
     Unknown,
 }
 
-/// Asks for the lock of an open file or folder.
+/// Tries to lock an open file or folder, without waiting.
 pub(crate) fn try_lock(file: &File) -> Lock {
     match file.try_lock() {
         Ok(()) => Lock::Taken,
@@ -24,8 +24,7 @@ pub(crate) fn try_lock(file: &File) -> Lock {
     }
 }
 
-/// Opens a folder for the sake of its lock. None where folders cannot be opened, or not this one by
-/// this user.
+/// Opens a folder to lock it. None where folders cannot be opened, or not by this user.
 pub(crate) fn open_folder(folder: &Path) -> io::Result<Option<File>> {
     match File::open(folder) {
         Ok(folder) => Ok(Some(folder)),
@@ -34,8 +33,8 @@ pub(crate) fn open_folder(folder: &Path) -> io::Result<Option<File>> {
     }
 }
 
-/// Waits for the lock of a folder, which is held while names in it are checked and given: for
-/// milliseconds. None where there are no such locks.
+/// Waits for the lock of a folder, which is kept for milliseconds while names in it are checked and
+/// assigned. None where there are no such locks.
 pub(crate) fn wait_for_folder(folder: &Path) -> io::Result<Option<File>> {
     let Some(folder) = open_folder(folder)? else { return Ok(None) };
     loop {

@@ -1,21 +1,20 @@
-//! The one way to what a command reads: a path of the user's may lead to anything.
+//! Opens the inputs of commands: a path given by a user may lead to anything.
 //!
-//! Opening a named pipe waits for a writer, and reading a terminal for somebody to type; a device
-//! may act on being opened. So what a path leads to is looked at before it is opened, and once more
-//! when it is open, since another process may have put something else there. In between the open
-//! itself does not wait.
+//! Opening a named pipe waits for a writer, reading a terminal waits for input, and a device may
+//! act when opened. The path is therefore examined before it is opened and again once it is open,
+//! since another process may have replaced the file; the open in between does not block.
 
 use std::fmt;
 use std::fs::{self, File, FileType};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// What a path leads to in the place of a file.
+/// What a path leads to instead of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoFile {
     /// A folder.
     Folder,
-    /// A named pipe, or one of a shell.
+    /// A named pipe, or a pipe of a shell.
     Pipe,
     /// A socket.
     Socket,
@@ -32,7 +31,7 @@ impl fmt::Display for NoFile {
 impl std::error::Error for NoFile {}
 
 impl NoFile {
-    /// In words, as in "it is a folder".
+    /// Its name in messages, as in "it is a folder".
     pub fn words(self) -> &'static str {
         match self {
             NoFile::Folder => "a folder",
@@ -42,7 +41,7 @@ impl NoFile {
         }
     }
 
-    /// What an error of this module says, if it is for this reason.
+    /// The reason in an error of this module, if it is one of these.
     pub fn of(error: &io::Error) -> Option<NoFile> {
         error.get_ref()?.downcast_ref().copied()
     }
@@ -67,7 +66,7 @@ impl NoFile {
     }
 }
 
-/// Opens a file to be read.
+/// Opens a file for reading.
 ///
 /// # Errors
 /// If the path leads to something else, see [`NoFile`], or the system refuses.
@@ -78,7 +77,7 @@ pub fn open(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// All bytes of a file.
+/// Reads all bytes of a file.
 ///
 /// # Errors
 /// As [`open`].
@@ -88,14 +87,14 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Opens a text that is read once, from its beginning to its end: a file, or a stream that whoever
-/// started this process opened for it and named by its number, as a shell does for `<(COMMAND)`.
+/// Opens a text that is read once, front to back: a file, or a stream that was already open when
+/// this process started and is named by its number, as a shell does for `<(COMMAND)`.
 ///
 /// # Errors
 /// If the path leads to something else, see [`NoFile`], or the system refuses.
 pub fn open_text(path: &Path) -> io::Result<Box<dyn Read>> {
     match Stream::named(path) {
-        // Opened anew, a named pipe would be waited for.
+        // Reopening a named pipe would block.
         Some(Stream::Standard) => Ok(Box::new(io::stdin().lock())),
         Some(Stream::Numbered) => Ok(Box::new(File::open(path)?)),
         None => Ok(Box::new(open(path)?)),
@@ -123,7 +122,7 @@ impl Stream {
 #[cfg(unix)]
 fn open_at_once(path: &Path) -> io::Result<File> {
     use std::os::unix::fs::OpenOptionsExt;
-    // Without effect on files.
+    // These flags have no effect on files.
     File::options().read(true).custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY).open(path)
 }
 
@@ -143,7 +142,7 @@ mod tests {
 
     use super::{NoFile, open, open_at_once, open_text, read};
 
-    /// None of them is waited for: each `open` returns.
+    /// Each `open` returns without blocking.
     #[test]
     fn what_is_no_file_is_refused_at_once() {
         let folder = tempfile::tempdir().unwrap();
@@ -162,7 +161,7 @@ mod tests {
                 assert_eq!(NoFile::of(&error), Some(expected), "{error}");
             }
         }
-        // One that takes the place of a file after the first look.
+        // A pipe that replaces a file after the first examination.
         assert!(!open_at_once(&path("pipe")).unwrap().metadata().unwrap().is_file());
         assert_eq!(open(&path("none")).unwrap_err().kind(), std::io::ErrorKind::NotFound);
     }

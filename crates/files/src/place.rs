@@ -1,4 +1,4 @@
-//! Where a name stands, and what has it already.
+//! The place of a name, and what occupies it.
 
 use std::ffi::{OsStr, OsString};
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::FileError;
 
-/// A name in a folder, the same by whatever links the folder is reached.
+/// A name in a folder, independent of the links that lead to the folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Place {
     /// The folder, without links.
@@ -17,7 +17,7 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// The place of a path whose folder is there.
+    /// The place of a path whose folder exists.
     pub(crate) fn of(path: &Path) -> io::Result<Place> {
         let name = path.file_name().ok_or_else(|| io::Error::from(io::ErrorKind::IsADirectory))?;
         Ok(Place { folder: folder_of(path).canonicalize()?, name: name.to_owned() })
@@ -28,7 +28,7 @@ impl Place {
     }
 }
 
-/// The folder that a path stands in.
+/// The folder of a path.
 pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
@@ -36,24 +36,24 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Whether anything has a name: a file, a folder, or a link, even one that leads nowhere.
+/// Whether a name is taken: by a file, a folder, or a link, even a dangling one.
 pub fn is_taken(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }
 
-/// What has a name.
+/// What occupies a name.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum There {
     /// Nothing.
     Nothing,
-    /// A file, or a link to one or to nothing. It may be replaced, if that is asked for.
+    /// A file, or a link to a file or to nothing. It may be replaced on request.
     File,
-    /// What is no file, as a terminal, a pipe or `/dev/null`: it is written to as it stands.
+    /// A terminal, a pipe, `/dev/null` and the like: written to in place.
     Device,
 }
 
 impl There {
-    /// Finds out what has a name.
+    /// Determines what occupies a name.
     ///
     /// # Errors
     /// If it is a folder, or one of the system's own links.
@@ -63,7 +63,7 @@ impl There {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(There::Nothing),
             Err(error) => return Err(FileError::io(path)(error)),
         };
-        // What a link leads to: nothing, perhaps.
+        // The target of a link may be missing.
         let end = fs::metadata(path).unwrap_or(entry);
         if end.is_dir() {
             return Err(FileError::NoFile { path: path.to_owned(), what: "a folder" });
@@ -79,14 +79,14 @@ impl There {
     }
 }
 
-/// Whether a name is one of those that the system gives open files, such as `/dev/stdout`:
-/// nothing may take its place.
+/// Whether a name is one that the system assigns to open files, such as `/dev/stdout`, which
+/// nothing may replace.
 fn is_of_the_system(path: &Path) -> bool {
     let folder = folder_of(path).canonicalize().unwrap_or_default();
     folder == Path::new("/dev") || folder.starts_with("/proc")
 }
 
-/// A name with something behind it.
+/// Appends a suffix to a name.
 pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name: OsString = path.file_name().map(OsStr::to_owned).unwrap_or_default();
     name.push(suffix);

@@ -14,11 +14,11 @@ use crate::place::{Place, There, is_taken};
 use crate::rename::{Existing, rename, sync_folder_of};
 use crate::stage::Stage;
 
-/// The files that a command writes, from several threads if it likes. They get their names
-/// together, by [`FileSet::publish`]; if that never happens, nothing is left of them.
+/// The files that a command writes, possibly from several threads. [`FileSet::publish`] gives them
+/// their names together; without it nothing remains of them.
 ///
-/// Whoever is killed leaves a folder `.asperity-XXXXXXXX` beside the names. The next set there
-/// removes it.
+/// A killed process leaves a folder `.asperity-XXXXXXXX` beside the names, which the next set there
+/// removes.
 #[derive(Debug)]
 pub struct FileSet {
     existing: Existing,
@@ -30,53 +30,53 @@ struct State {
     inputs: Inputs,
     stages: Vec<Stage>,
     outputs: Vec<Output>,
-    /// After the stages, which stand in them.
+    /// Dropped after the stages, which are inside these folders.
     made: MadeFolders,
 }
 
-/// Folders that were made for the files of a set, those that others stand in first. They go with it
-/// where nothing is in them.
+/// Folders that were created for the files of a set, parents first. They are removed with it if
+/// they are empty.
 #[derive(Debug, Default)]
 struct MadeFolders(Vec<PathBuf>);
 
 impl Drop for MadeFolders {
     fn drop(&mut self) {
         for folder in self.0.iter().rev() {
-            // One that something stands in is not removed.
+            // A folder with contents is not removed.
             fs::remove_dir(folder).ok();
         }
     }
 }
 
-/// A file that is to be, or has been, written.
+/// An output that is planned or written.
 #[derive(Debug)]
 struct Output {
-    /// As it was given.
+    /// The path as given.
     path: PathBuf,
     place: Place,
-    /// Once it has been begun.
+    /// None until it is begun.
     staged: Option<Staged>,
-    /// No file, and written to as it stands.
+    /// A device or pipe, written to in place.
     is_device: bool,
 }
 
-/// Where a file stands until it gets its name.
+/// The temporary place of an output.
 #[derive(Debug)]
 struct Staged {
     stage: usize,
     at: PathBuf,
     identity: Identity,
-    /// Whether it says what the others are.
+    /// Whether it is the record that lists the other files.
     is_record: bool,
 }
 
 impl FileSet {
-    /// A set, none of which is ever written over one of the `inputs`.
+    /// A set of files that never overwrites one of the `inputs`.
     pub fn new(existing: Existing, inputs: Inputs) -> FileSet {
         FileSet { existing, state: Mutex::new(State { inputs, ..State::default() }) }
     }
 
-    /// Writes all of a file alone.
+    /// Writes a single file completely.
     ///
     /// # Errors
     /// As [`FileSet::create`] and [`FileSet::publish`].
@@ -91,10 +91,10 @@ impl FileSet {
         files.publish()
     }
 
-    /// Adds files that the command reads.
+    /// Adds inputs of the command.
     ///
     /// # Errors
-    /// If one of them is to be written over.
+    /// If an output would overwrite one of them.
     pub fn add_inputs<P: AsRef<Path>>(&self, paths: impl IntoIterator<Item = P>) -> Result<(), FileError> {
         let state = &mut *self.state();
         state.inputs.add(paths);
@@ -102,18 +102,17 @@ impl FileSet {
         outputs.try_for_each(|output| state.inputs.check(&output.path))
     }
 
-    /// Makes sure that files can be written, before the work for them begins. Their folders must
-    /// be there.
+    /// Checks that files can be written, before the work for them begins. Their folders must exist.
     ///
     /// # Errors
-    /// If the name of one is taken, or is that of an input or of another file of the set.
+    /// If a name is taken, or is that of an input or of another file of the set.
     pub fn reserve<P: AsRef<Path>>(&self, paths: impl IntoIterator<Item = P>) -> Result<(), FileError> {
         let mut state = self.state();
         paths.into_iter().try_for_each(|path| state.reserve(path.as_ref(), self.existing).map(drop))
     }
 
-    /// Makes sure that there is a folder, with those that it stands in. Those that are new are removed
-    /// again if they are still empty when the set is given up.
+    /// Creates a folder and its missing parents. New ones are removed again if they are empty when
+    /// the set is dropped.
     ///
     /// # Errors
     /// If the system refuses.
@@ -125,7 +124,7 @@ impl FileSet {
         Ok(())
     }
 
-    /// Begins a file, which may have been reserved.
+    /// Begins a file, whether or not it was reserved.
     ///
     /// # Errors
     /// As [`FileSet::reserve`]; or if the system refuses.
@@ -133,7 +132,7 @@ impl FileSet {
         self.begin(path, false).map(|(file, _)| file)
     }
 
-    /// Begins a file, for a writer that opens it by the path given.
+    /// Begins a file, and returns its temporary path for a writer that opens it itself.
     ///
     /// # Errors
     /// As [`FileSet::create`].
@@ -141,7 +140,7 @@ impl FileSet {
         self.begin(path, false).map(|(_, at)| at)
     }
 
-    /// Writes all of a file.
+    /// Writes a file completely.
     ///
     /// # Errors
     /// As [`FileSet::create`].
@@ -149,8 +148,8 @@ impl FileSet {
         self.create(path)?.write_all(content.as_ref()).map_err(FileError::io(path))
     }
 
-    /// Writes the file that says what the others are. It is the first to go, where files are
-    /// replaced, and the last to appear; so where it stands, the others do.
+    /// Writes the record that lists the other files. It is removed first and appears last, so that
+    /// it only exists together with them.
     ///
     /// # Errors
     /// As [`FileSet::create`].
@@ -159,38 +158,37 @@ impl FileSet {
         file.write_all(content.as_ref()).map_err(FileError::io(path))
     }
 
-    /// Where a file stands that has been begun and has not got its name, for a reader; what was written
-    /// of it must have reached the system.
+    /// The temporary path of a begun file, for a reader; the writer must have flushed it.
     pub fn begun(&self, path: &Path) -> Option<PathBuf> {
         let state = self.state();
         let output = state.outputs.iter().find(|output| output.path == path)?;
         output.staged.as_ref().map(|staged| staged.at.clone())
     }
 
-    /// Takes a file back, as if it had never been begun.
+    /// Drops a file as if it had never been begun.
     pub fn discard(&self, path: &Path) {
         let state = &mut *self.state();
         let Some(index) = state.outputs.iter().position(|output| output.path == path) else { return };
         if let Some(Staged { at, .. }) = state.outputs.swap_remove(index).staged {
-            // Else it goes with the folder.
+            // If this fails, it is removed with the folder.
             fs::remove_file(at).ok();
         }
     }
 
-    /// Gives all files their names: in place of what has them, if that is asked for; else none if
-    /// only one is taken. Two processes that do so in one folder do it one after the other.
+    /// Renames all files to their names: replaces existing files on request, otherwise renames none
+    /// if one name is taken. Processes that publish in one folder take turns.
     ///
     /// # Errors
     /// If a name is taken, a file is no longer the one that was written, or the system refuses.
     pub fn publish(self) -> Result<(), FileError> {
         let existing = self.existing;
-        // The last of them is dropped first.
+        // Fields are dropped in reverse order.
         let State { mut made, inputs, stages, mut outputs } =
             self.state.into_inner().expect("no one panics with it");
         outputs.retain(|output| output.staged.is_some());
         outputs.iter().try_for_each(Output::sync)?;
         let mut folders: Vec<&Path> = stages.iter().map(|stage| stage.folder.as_path()).collect();
-        // In one order, so that no two processes wait for each other.
+        // In a fixed order, so that processes cannot wait for each other in a circle.
         folders.sort_unstable();
         let lock = |folder| wait_for_folder(folder).map_err(FileError::io(folder));
         let _locks = folders.into_iter().map(lock).collect::<Result<Vec<Option<File>>, FileError>>()?;
@@ -210,7 +208,7 @@ impl FileSet {
             outcome = give_names(&records, &stages, existing, &mut given);
         }
         if outcome.is_err() && existing == Existing::Refuse {
-            // Nobody has seen them complete.
+            // The set was never complete.
             given.into_iter().for_each(Output::take_back);
         }
         if outcome.is_ok() {
@@ -241,7 +239,7 @@ impl FileSet {
 }
 
 impl State {
-    /// The number of an output that has not been begun, which is added if it is new.
+    /// Returns the index of an output that is not begun; adds it if it is new.
     fn reserve(&mut self, path: &Path, existing: Existing) -> Result<usize, FileError> {
         let there = There::at(path)?;
         let place = Place::of(path).map_err(FileError::io(path))?;
@@ -263,7 +261,7 @@ impl State {
         Ok(self.outputs.len() - 1)
     }
 
-    /// The number of the stage of an output.
+    /// Returns the index of the stage of an output.
     fn stage(&mut self, output: usize) -> std::io::Result<usize> {
         let folder = &self.outputs[output].place.folder;
         if let Some(index) = self.stages.iter().position(|stage| stage.folder == *folder) {
@@ -279,7 +277,7 @@ impl Output {
         self.staged.as_ref().expect("only what has been begun is published")
     }
 
-    /// Sees to it that what was written is on the disk, and that it is what was begun.
+    /// Syncs the file to disk and checks that it is the one that was begun.
     fn sync(&self) -> Result<(), FileError> {
         let Staged { at, identity, .. } = self.staged();
         let lost = || FileError::Lost(self.path.clone());
@@ -290,7 +288,7 @@ impl Output {
         file.sync_all().map_err(FileError::io(&self.path))
     }
 
-    /// Makes sure that where it stands there is still the file that was begun.
+    /// Checks that the temporary path still belongs to the file that was begun.
     fn check(&self, stages: &[Stage]) -> Result<(), FileError> {
         let Staged { stage, at, identity, .. } = self.staged();
         let is_there = Identity::of_entry(at).is_ok_and(|there| there == *identity);
@@ -300,7 +298,7 @@ impl Output {
         Err(FileError::Lost(self.path.clone()))
     }
 
-    /// Makes sure that it may have its name, some time after this was asked first.
+    /// Checks again that the name is free.
     fn must_be_free(&self, existing: Existing) -> Result<(), FileError> {
         match There::at(&self.path)? {
             There::Nothing => Ok(()),
@@ -309,7 +307,7 @@ impl Output {
         }
     }
 
-    /// Removes it from under its name, if it is still there.
+    /// Removes the file from its name if it is still there.
     fn take_back(&self) {
         let place = self.place.path();
         if Identity::of_entry(&place).is_ok_and(|there| there == self.staged().identity) {
@@ -318,7 +316,7 @@ impl Output {
     }
 }
 
-/// Gives files their names, and takes down those that have theirs.
+/// Renames files to their names, and pushes the renamed ones to a list.
 fn give_names<'a>(
     outputs: &'a [Output],
     stages: &[Stage],
@@ -347,7 +345,7 @@ mod tests {
     use super::FileSet;
     use crate::{Existing, FileError, Inputs, partial_path};
 
-    /// What a folder holds, by name.
+    /// The contents of a folder, by name.
     fn content(folder: &Path) -> BTreeMap<String, String> {
         let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
         entries
@@ -412,7 +410,7 @@ mod tests {
         fs::remove_dir_all(path("new")).unwrap();
         begin().publish().unwrap();
         assert_eq!(content(&path("new")), of([("beside", "-"), ("within", "-")]));
-        // Names that were taken in the meantime.
+        // Names taken in the meantime.
         fs::remove_dir_all(path("new")).unwrap();
         let files = begin();
         fs::write(path("new/within/a"), "mine").unwrap();
@@ -443,7 +441,7 @@ mod tests {
         assert_eq!(content(folder.path()), of([("a", "3"), ("b", "3")]));
     }
 
-    /// Somebody who knows nothing of our locks may take a name at any time.
+    /// A process that ignores our locks may take a name at any time.
     #[test]
     fn a_name_taken_in_the_middle_takes_all_back() {
         let (folder, path) = folder();
@@ -466,7 +464,7 @@ mod tests {
         let (folder, path) = folder();
         let files = set(Existing::Refuse);
         let at = files.create_by_path(&path("a")).unwrap();
-        // Open, so that no other file can have its number.
+        // Kept open, so that no other file gets its inode number.
         let first = fs::File::open(&at).unwrap();
         fs::remove_file(&at).unwrap();
         fs::write(&at, "another's").unwrap();
@@ -505,7 +503,7 @@ mod tests {
                 assert!(matches!(refused, Err(FileError::Input { .. })), "{input} {output:?}: {refused:?}");
             }
         }
-        // One that is found out later.
+        // A name that is found to be taken later.
         let files = set(Existing::Replace);
         files.write(&path("link"), "table").unwrap();
         assert!(matches!(files.add_inputs([path("hard")]), Err(FileError::Input { .. })));
@@ -532,7 +530,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     fn devices_are_written_to_and_names_of_the_system_kept() {
         let (folder, path) = folder();
-        // A link to a device, so that no device is at stake.
+        // A link to a device, so that no device is at risk.
         std::os::unix::fs::symlink("/dev/null", path("null")).unwrap();
         FileSet::write_one(&path("null"), "gone", Existing::Refuse, Inputs::default()).unwrap();
         assert_eq!(content(folder.path()).len(), 1);

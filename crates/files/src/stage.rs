@@ -1,5 +1,4 @@
-//! Where files stand until they get their names: in a folder beside these, which no other process
-//! writes into.
+//! Temporary folders beside the final names, for files of one process until they are renamed.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -9,30 +8,30 @@ use std::path::{Path, PathBuf};
 use crate::identity::Identity;
 use crate::lock::{Lock, open_folder, try_lock};
 
-/// How the name of such a folder begins; letters and digits follow.
+/// The prefix of such a folder's name; random letters and digits follow.
 const PREFIX: &str = ".asperity-";
-/// How many.
+/// Number of random characters.
 const RANDOM: usize = 8;
 
-/// A folder of ours, locked for as long as this lives, and removed with what is left in it.
+/// A temporary folder, locked while this value lives, and removed with its contents.
 #[derive(Debug)]
 pub(crate) struct Stage {
-    /// The folder that it stands in, where the files are to go.
+    /// The parent folder, which the files are renamed into.
     pub(crate) folder: PathBuf,
     path: PathBuf,
     identity: Identity,
-    /// Open for the sake of its lock; none where folders cannot be opened.
+    /// Open to keep the lock; None where folders cannot be opened.
     _lock: Option<File>,
 }
 
 impl Stage {
-    /// Makes one in a folder, and removes those that dead processes left there.
+    /// Creates one in a folder, and removes those of dead processes.
     pub(crate) fn begin(folder: &Path) -> io::Result<Stage> {
         remove_leftovers(folder);
         loop {
             let made = tempfile::Builder::new().prefix(PREFIX).rand_bytes(RANDOM).tempdir_in(folder)?;
             let path = made.keep();
-            // Until it is locked, another process may take it for a leftover, and remove it.
+            // Before it is locked, another process may take it for a leftover and remove it.
             let lock = match open_folder(&path) {
                 Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
                 lock => lock.inspect_err(|_| drop(fs::remove_dir(&path)))?,
@@ -44,12 +43,12 @@ impl Stage {
         }
     }
 
-    /// Where a file stands that is to have that name.
+    /// The temporary path of a file with that name.
     pub(crate) fn path(&self, name: &OsStr) -> PathBuf {
         self.path.join(name)
     }
 
-    /// Whether it is still there.
+    /// Whether it still exists.
     pub(crate) fn is_there(&self) -> bool {
         Identity::of_entry(&self.path).is_ok_and(|there| there == self.identity)
     }
@@ -58,18 +57,18 @@ impl Stage {
 impl Drop for Stage {
     fn drop(&mut self) {
         if self.is_there() {
-            // What cannot be removed, another process does.
+            // Another process removes what remains.
             fs::remove_dir_all(&self.path).ok();
         }
     }
 }
 
-/// Removes what dead processes left in a folder. That they are dead is known by the lock, which
-/// ended with them; where there are no locks, nothing is removed.
+/// Removes leftovers of dead processes in a folder. A free lock proves that the process is dead;
+/// without locks nothing is removed.
 fn remove_leftovers(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten().filter(|entry| is_name(&entry.file_name())) {
-        // Opening a named pipe would wait for a writer.
+        // Opening a named pipe would block.
         if !entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             continue;
         }
@@ -85,11 +84,11 @@ fn remove_leftovers(folder: &Path) {
     }
 }
 
-/// Whether nothing stands at a path but, at most, a folder in which there is nothing: what others
-/// are about to write there does not count, nor what dead processes left.
+/// Whether a path is free or an empty folder. Temporary folders in it, of live or dead processes,
+/// do not count.
 ///
 /// # Errors
-/// If something else than a folder stands there, or the system refuses.
+/// If something other than a folder is there, or the system refuses.
 pub fn is_new_folder(path: &Path) -> io::Result<bool> {
     match fs::read_dir(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(true),
@@ -110,7 +109,7 @@ fn is_name(name: &OsStr) -> bool {
     random.is_some_and(|random| random.len() == RANDOM && random.bytes().all(|c| c.is_ascii_alphanumeric()))
 }
 
-/// Whether a path is a folder in which there is nothing but files.
+/// Whether a path is a folder that contains only files.
 fn holds_files_alone(path: &Path) -> bool {
     let Ok(mut entries) = fs::read_dir(path) else { return false };
     entries.all(|entry| entry.and_then(|entry| entry.file_type()).is_ok_and(|kind| kind.is_file()))
@@ -128,7 +127,7 @@ mod tests {
         let path = |name: &str| folder.path().join(name);
         let living = Stage::begin(folder.path()).unwrap();
         fs::write(living.path("table.csv".as_ref()), "half").unwrap();
-        // A killed process lets go of its lock and leaves the rest.
+        // A killed process releases its lock and leaves the rest.
         let dead = path(".asperity-abcdEFG1");
         fs::create_dir(&dead).unwrap();
         fs::write(dead.join("table.csv"), "half").unwrap();

@@ -1,15 +1,15 @@
-//! What the theory predicts, for tables, figures and tests.
+//! Predictions of the theory, for tables, figures and tests.
 //!
-//! Lengths are over the slider length (`x = L_p / L`), loads over the normal
-//! load, unless a unit says otherwise. Transcendental functions come from the
-//! `libm` crate, so that tables are the same bytes on every machine.
+//! Lengths are relative to the slider length (`x = L_p / L`), loads relative to the normal load,
+//! unless a unit is named. Transcendental functions come from the `libm` crate, so that tables are
+//! byte-identical on every machine.
 
+use crate::choices::DriveKind;
 use crate::initial;
 use crate::plan::Plan;
 use crate::scenario::Scenario;
-use crate::words::DriveKind;
 
-/// Which prediction of `F_T / F_N` at a precursor length a table is compared with.
+/// The prediction of `F_T / F_N` at a precursor length that a table is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 pub enum LengthLaw {
     /// (5.22), for a tilted load.
@@ -21,7 +21,8 @@ pub enum LengthLaw {
     /// (5.57), the straight line.
     #[serde(rename = "eq-5.57")]
     Linear,
-    /// The balance of a front that any drive feeds, [`balance_load_ratio`]; not an equation of the thesis.
+    /// The balance of a front under any drive, [`balance_load_ratio`]; not an equation of the
+    /// thesis.
     #[serde(rename = "balance")]
     Balance,
     /// (5.22) with the shear that the stuck blocks ahead of the front carry,
@@ -31,8 +32,8 @@ pub enum LengthLaw {
 }
 
 impl LengthLaw {
-    /// The law that a scenario calls for: for a drive from the top the balance, with
-    /// initial shear (5.52), with a tilted load (5.22), else the straight line (5.57).
+    /// The law that fits a scenario: the balance for a drive from the top, (5.52) with initial
+    /// shear, (5.22) with a tilted load, otherwise the straight line (5.57).
     pub fn natural(scenario: &Scenario) -> LengthLaw {
         if scenario.drive.kind == DriveKind::Top {
             LengthLaw::Balance
@@ -45,15 +46,14 @@ impl LengthLaw {
         }
     }
 
-    /// Whether there is one for a scenario: for a chain that is driven in one direction, and whose
-    /// prestress is smaller than sliding friction on every block. All laws balance the growing force
-    /// of a drive with what friction takes behind the front; without a drive nothing grows, and
-    /// where friction takes no more than the prestress gives, a front needs no drive and stops
-    /// nowhere.
+    /// Whether the laws apply to a scenario: to a chain that is driven in one direction and whose
+    /// prestress is smaller than sliding friction on every block. All laws balance the growing
+    /// force of a drive with the friction behind the front. Without a drive nothing grows; and
+    /// where the prestress exceeds friction, a front needs no drive and never stops.
     pub fn is_for(scenario: &Scenario) -> bool {
         let drive = &scenario.drive;
         let is_driven = drive.velocity_m_per_s > 0.0 && drive.stiffness_n_per_m > 0.0;
-        if drive.kind == DriveKind::LeftRight || scenario.slider.is_slab() || !is_driven {
+        if drive.kind == DriveKind::LeftRight || !scenario.elastic().has_theory() || !is_driven {
             return false;
         }
         let plan = Plan::new(scenario);
@@ -61,7 +61,7 @@ impl LengthLaw {
         plan.prestress_n.iter().zip(taken_n).all(|(given_n, taken_n)| *given_n <= 0.0 || given_n < taken_n)
     }
 
-    /// The equation's number, as in `5.22`, or the name of what has none.
+    /// The equation's number, such as `5.22`, or the name of a law without one.
     pub fn equation(self) -> &'static str {
         match self {
             LengthLaw::Tilted => "5.22",
@@ -72,7 +72,7 @@ impl LengthLaw {
         }
     }
 
-    /// What a table calls it.
+    /// The name in tables.
     pub fn table_word(self) -> String {
         match self {
             LengthLaw::Balance | LengthLaw::Screened => self.equation().to_owned(),
@@ -80,7 +80,7 @@ impl LengthLaw {
         }
     }
 
-    /// What a file name calls it.
+    /// The name in file names.
     pub fn file_word(self) -> String {
         match self {
             LengthLaw::Balance | LengthLaw::Screened => self.equation().to_owned(),
@@ -88,7 +88,7 @@ impl LengthLaw {
         }
     }
 
-    /// What a legend calls it.
+    /// The label in legends.
     pub fn label(self) -> String {
         match self {
             LengthLaw::Balance => "quasi-static balance".to_owned(),
@@ -109,15 +109,15 @@ impl LengthLaw {
     }
 }
 
-/// How a drive spreads its force along the slider while displacements are small
-/// beside the travel of the drive point.
+/// The distribution of the driving force along the slider while displacements are small compared
+/// with the travel of the drive point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DriveShare {
-    /// All of it on the driven end.
+    /// All at the driven end.
     End,
     /// Along the whole slider, with this tilt towards the driven end.
     Tilted(f64),
-    /// Falling from the driven end over this length, over slider length.
+    /// Decaying from the driven end over this length, relative to the slider length.
     Decaying(f64),
 }
 
@@ -143,17 +143,17 @@ impl DriveShare {
     }
 }
 
-/// What the predictions depend on; all dimensionless.
+/// The parameters of the predictions; all dimensionless.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LengthLawParameters {
-    /// Static coefficient, less the even prestress: against a slider that slides forward, a force
-    /// in proportion to the normal load and a weaker friction are the same.
+    /// Static coefficient minus the uniform prestress ratio: for a slider that slides forward, a
+    /// force in proportion to the normal load is equivalent to weaker friction.
     pub mu_s: f64,
-    /// Dynamic coefficient, `mu_k` in the thesis' Chapter 5, less the same.
+    /// Dynamic coefficient, `mu_k` in the thesis' Chapter 5, minus the prestress ratio.
     pub mu_d: f64,
     /// Tilt of the normal load.
     pub theta: f64,
-    /// Amplitude of the initial shear, that of Poisson's expansion included.
+    /// Amplitude of the initial shear, including that of Poisson's expansion.
     pub beta: f64,
     /// Screening length over slider length, `l_0 / L`.
     pub screening: f64,
@@ -184,11 +184,10 @@ pub fn tilted_load_ratio(mu_d: f64, theta: f64, x: f64) -> f64 {
 /// `mu_k P(x) / D(x)`, with the shares `P` of the normal load and `D` of the driving
 /// force on the first `x` of the slider.
 ///
-/// What has slid carries sliding friction, and what is still stuck holds the part of
-/// the drive that acts on it, so the drive behind the front balances the friction
-/// there. A drive at the end alone gives (5.22) and (5.57); an even drive and load
-/// give `mu_k` at every length: nothing stops a front. Screening (5.39), initial
-/// shear and the relief of driving springs by slip are left out.
+/// Slipped blocks carry sliding friction, and stuck blocks carry the part of the drive that acts on
+/// them, so the drive behind the front balances the friction there. A drive at the end alone gives
+/// (5.22) and (5.57); a uniform drive and load give `mu_k` at every length: nothing stops a front.
+/// Neglected are screening (5.39), initial shear and the relief of driving springs by slip.
 pub fn balance_load_ratio(parameters: &LengthLawParameters, x: f64) -> f64 {
     // The limit of small x, where both shares vanish.
     let x = x.max(1e-9);
@@ -218,12 +217,12 @@ pub fn initial_shear_load_ratio(parameters: &LengthLawParameters, x: f64) -> f64
 }
 
 /// `mu_k x (1 + theta (1 - x)) + alpha (1 + theta (1 - 2 x)) l (1 - exp(-(1 - x) / l))`, with
-/// `l = l_0 / L`: (5.22), and what the stuck blocks ahead of the tip carry.
+/// `l = l_0 / L`: (5.22) plus the force on the stuck blocks ahead of the tip.
 ///
 /// The second term is the integral of `alpha p(L_p) exp(-(x - L_p) / l_0)` in (5.48), for the
-/// normal load `p` at the tip (5.18), without initial shear. An even load makes it (5.52), and
-/// it is why a straight line through precursors has the intercept `alpha l_0 / L`, where (5.22)
-/// and (5.57) have none.
+/// normal load `p` at the tip (5.18), without initial shear. A uniform load reduces it to (5.52).
+/// It explains why a straight line through precursors has the intercept `alpha l_0 / L`, where
+/// (5.22) and (5.57) have none.
 pub fn screened_load_ratio(parameters: &LengthLawParameters, x: f64) -> f64 {
     let LengthLawParameters { mu_s, mu_d, theta, screening, .. } = *parameters;
     let ahead = screening * (1.0 - libm::exp(-(1.0 - x) / screening));
@@ -231,22 +230,22 @@ pub fn screened_load_ratio(parameters: &LengthLawParameters, x: f64) -> f64 {
     tilted_load_ratio(mu_d, theta, x) + (mu_s + mu_d) / 2.0 * load_at_tip * ahead
 }
 
-/// The load of a side-driven slider against time while precursors grow, before the first slip
-/// of the whole slider; not an equation of the thesis.
+/// The load of a side-driven slider over time while precursors grow, up to the first slip of the
+/// whole slider; not an equation of the thesis.
 ///
-/// The driving spring has `F_T = K (V t - u_1)` (5.8), so what is needed is the displacement of
-/// block 1. The first `L_p` of the slider has slid and carries sliding friction; the rest has
-/// hardly moved. The force along the slider then falls from `F_T` at the driven end to 0 at
-/// `L_p`, by the friction in between: evenly, for an even load. Its mean there is `F_T / 2`, it
-/// stretches that part by `F_T L_p / (2 E A)`, and (5.57) has `L_p = L F_T / (mu_k F_N)`:
+/// The driving spring has `F_T = K (V t - u_1)` (5.8), so the displacement of block 1 is needed.
+/// The first `L_p` of the slider has slipped and carries sliding friction; the rest has hardly
+/// moved. The force along the slider therefore decreases from `F_T` at the driven end to 0 at `L_p`
+/// by the friction in between, linearly for a uniform load. Its mean there is `F_T / 2`, it
+/// compresses that part by `F_T L_p / (2 E A)`, and (5.57) has `L_p = L F_T / (mu_k F_N)`:
 ///
 /// `K V t = F_T [1 + (K L / 2 E A) F_T / (mu_k F_N)]`.
 ///
-/// At `F_T = mu_k F_N` this is `t = mu_k F_N / (K V) [1 + K L / (2 E A)]`. So the mean slope of
-/// `F_T / F_N` up to `mu_k` follows from `K`, `V`, `F_N` and the slider's stiffness `E A / L`
-/// alone, whatever the coefficients of friction: the thesis' 0.17 /s (5.56). A tilted load
-/// enters by (5.22) in place of (5.57). Screening (5.39), which moves block 1 by another
-/// `alpha F_N l_0 / (E A)` at most, and vibrations are left out.
+/// At `F_T = mu_k F_N` this is `t = mu_k F_N / (K V) [1 + K L / (2 E A)]`. The mean slope of
+/// `F_T / F_N` up to `mu_k` therefore follows from `K`, `V`, `F_N` and the slider's stiffness
+/// `E A / L` alone, independent of the coefficients of friction: the thesis' 0.17 /s (5.56). A
+/// tilted load replaces (5.57) by (5.22). Neglected are vibrations and screening (5.39), which
+/// moves block 1 by at most another `alpha F_N l_0 / (E A)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadCurve {
     /// `K`.
@@ -257,20 +256,20 @@ pub struct LoadCurve {
     slider_n_per_m: f64,
     /// `F_N`.
     normal_load_n: f64,
-    /// `mu_k`, less an even prestress.
+    /// `mu_k`, minus the ratio of a uniform prestress.
     mu_d: f64,
     /// Tilt of the normal load.
     theta: f64,
-    /// When the drive point or the normal load ceases to go on as at the start.
+    /// The time at which the drive or the normal load first changes its course.
     until_s: f64,
     /// The load ratio at which the drive point stops.
     until_ratio: f64,
 }
 
 impl LoadCurve {
-    /// The curve of a scenario, where it is as simple as that: a chain with a drive at the side, a
-    /// normal load that is constant at the start, no initial shear, at most an even prestress, and sliding
-    /// friction in proportion to the normal load.
+    /// The curve of a scenario that meets its assumptions: a chain with a drive at the side, a
+    /// normal load that is constant at the start, no initial shear, at most a uniform prestress,
+    /// and sliding friction in proportion to the normal load. `None` for others.
     pub fn of(scenario: &Scenario) -> Option<LoadCurve> {
         let (friction, prestress) = (&scenario.friction, &scenario.prestress);
         let is_plain_friction = friction.contact_law().affine().is_some()
@@ -281,7 +280,7 @@ impl LoadCurve {
             prestress.first_block_ratio == 0.0 && prestress.rise_ratio == 0.0 && prestress.profile.is_empty();
         let mu_d = friction.dynamic_coefficient - prestress.ratio;
         let drives = scenario.drive.kind == DriveKind::Side && scenario.drive.velocity_m_per_s > 0.0;
-        let is_chain = !scenario.slider.is_slab();
+        let is_chain = scenario.elastic().has_theory();
         if !(is_chain && is_plain_friction && is_unstrained && is_even_prestress && drives && mu_d > 0.0) {
             return None;
         }
@@ -300,12 +299,12 @@ impl LoadCurve {
         })
     }
 
-    /// `F_T / F_N` when the front stands at `x = L_p / L` (5.22).
+    /// `F_T / F_N` with the front at `x = L_p / L` (5.22).
     fn load_ratio(&self, x: f64) -> f64 {
         tilted_load_ratio(self.mu_d, self.theta, x)
     }
 
-    /// When the front stands at `x = L_p / L`, s.
+    /// The time at which the front is at `x = L_p / L`, s.
     fn time_at_s(&self, x: f64) -> f64 {
         let force_n = self.load_ratio(x) * self.normal_load_n;
         // The mean of the force behind the front over the slider, from (5.22) by one integration.
@@ -315,14 +314,15 @@ impl LoadCurve {
         (force_n / self.drive_n_per_m + stretch_m) / self.velocity_m_per_s
     }
 
-    /// When `F_T / F_N` comes to `mu_k`, and the whole slider slides, s; `None` where the drive
-    /// stops or the normal load changes before that.
+    /// The time at which `F_T / F_N` reaches `mu_k` and the whole slider slides, s; `None` if the
+    /// drive stops or the normal load changes before that.
     pub fn time_to_dynamic_s(&self) -> Option<f64> {
         let time_s = self.time_at_s(1.0);
         (time_s <= self.until_s && self.mu_d <= self.until_ratio).then_some(time_s)
     }
 
-    /// `F_T / F_N` up to `mu_k`, against time in s, as long as drive and normal load go on.
+    /// `F_T / F_N` up to `mu_k`, over time in s, until the drive or the normal load changes its
+    /// course.
     pub fn points(&self) -> Vec<(f64, f64)> {
         const PIECES: u32 = 200;
         (0..=PIECES)
@@ -333,22 +333,22 @@ impl LoadCurve {
     }
 }
 
-/// Tangential force along a stuck chain whose first block is about to detach
-/// (5.45): `(tau_1 - tau0(x)) exp(-x / l0) + tau0(x)`, any one unit of force.
+/// Tangential force along a stuck chain just before the first block detaches (5.45):
+/// `(tau_1 - tau0(x)) exp(-x / l0) + tau0(x)`, in any one unit of force.
 pub fn stuck_tangential_force(first: f64, initial: f64, distance_m: f64, screening_length_m: f64) -> f64 {
     (first - initial) * libm::exp(-distance_m / screening_length_m) + initial
 }
 
-/// Factor by which the force in a stuck discrete chain falls from block to
-/// block: the root below 1 of `q + 1/q = 2 + k_t / k`.
+/// The factor by which the force in a stuck discrete chain decreases from block to block: the root
+/// below 1 of `q + 1/q = 2 + k_t / k`.
 pub fn discrete_decay_per_block(stiffness_ratio: f64) -> f64 {
     let half = 1.0 + stiffness_ratio / 2.0;
-    // 1 / (half + sqrt(half^2 - 1)) instead of half - sqrt(...), which cancels.
+    // Written as a quotient, because half - sqrt(half^2 - 1) cancels.
     1.0 / (half + (stiffness_ratio * (1.0 + stiffness_ratio / 4.0)).sqrt())
 }
 
-/// How many blocks of a stuck chain, block 1 included, carry more than
-/// `threshold` of the force on block 1.
+/// Number of blocks of a stuck chain, including block 1, that carry more than `threshold` of the
+/// force on block 1.
 pub fn affected_blocks(stiffness_ratio: f64, threshold: f64) -> u32 {
     let decay = discrete_decay_per_block(stiffness_ratio);
     let mut blocks = 0;
@@ -373,7 +373,7 @@ pub fn mode_velocity(shape: f64, relative_damping: f64, phase: f64) -> f64 {
         decay * (libm::cos(omega * phase) - rate / omega * libm::sin(omega * phase))
     } else if discriminant > 0.0 {
         let root = discriminant.sqrt();
-        // Both exponents are negative: no overflow however long the time.
+        // Both exponents are negative, so nothing overflows at long times.
         let slow = libm::exp((root - rate) * phase);
         let fast = libm::exp((-root - rate) * phase);
         ((1.0 - rate / root) * slow + (1.0 + rate / root) * fast) / 2.0
@@ -389,7 +389,7 @@ pub fn mode_shape(mode: u32, blocks: u32) -> f64 {
     4.0 * sine * sine
 }
 
-/// How many modes of a free chain with damping `eta / sqrt(k m)` are over-damped: those with
+/// Number of over-damped modes of a free chain with damping `eta / sqrt(k m)`: those with
 /// `eta > sqrt(k m) / sin(kappa a / 2)` (5.30).
 pub fn overdamped_modes(relative_damping: f64, blocks: u32) -> u32 {
     let is_overdamped = |mode: &u32| relative_damping * mode_shape(*mode, blocks).sqrt() > 2.0;
@@ -446,7 +446,7 @@ mod tests {
             "drive.velocity_m_per_s = 0.0",
             "drive.stiffness_n_per_m = 0.0",
             "drive.kind = \"left-right\"\nfriction.reattach = \"two-way\"",
-            // mu_d = 0.45: sliding friction takes no more than the prestress gives.
+            // mu_d = 0.45: the prestress is as large as sliding friction.
             "prestress.ratio = 0.45",
             "prestress.ratio = 0.6",
             "prestress.ratio = 0.2\nprestress.rise_ratio = 0.3",
@@ -469,7 +469,7 @@ mod tests {
             let initial_shear = initial_shear_load_ratio(&DEFAULT, x);
             assert!((screened_load_ratio(&DEFAULT, x) - initial_shear).abs() < 1e-15, "{x}");
         }
-        // alpha l_0 / L = 0.575 / 99 far from the end, and 1.5 times that under 1.5 times the load.
+        // alpha l_0 / L = 0.575 / 99 far from the end, and 1.5 times that at 1.5 times the load.
         assert!((screened_load_ratio(&DEFAULT, 0.5) - (0.225 + 0.575 / 99.0)).abs() < 1e-15);
         let tilted = LengthLawParameters { theta: 0.5, ..DEFAULT };
         assert!((screened_load_ratio(&tilted, 0.0) - 1.5 * 0.575 / 99.0).abs() < 1e-15);
@@ -509,7 +509,7 @@ mod tests {
                     let closed = force_n * (1.0 + 0.16 * force_n / (0.45 * 400.0));
                     assert!((80.0 * time_s - closed).abs() < 1e-9, "{time_s} s: {closed}");
                 }
-                // Blocks slide from block 1 on as long as their friction is less than the load.
+                // Blocks slide from block 1 on until their friction balances the load.
                 let (mut left_n, mut stretch_m) = (force_n, 0.0);
                 for friction_n in &plan.friction.dynamic_friction_n {
                     left_n -= friction_n;
@@ -546,7 +546,7 @@ mod tests {
         assert!((stopped.points().pop().unwrap().1 - 0.3).abs() < 0.003);
         let unloaded = "normal_load = { schedule_s = [1.0, 2.0], schedule_n = [400.0, 100.0] }";
         assert!(load_curve(unloaded).unwrap().points().pop().unwrap().0 <= 1.0);
-        // An even prestress is a weaker friction.
+        // A uniform prestress is equivalent to weaker friction.
         let helped = load_curve("prestress.ratio = 0.2").unwrap();
         assert!((helped.time_to_dynamic_s().unwrap() - 5.8 * 0.25).abs() < 1e-9);
     }
@@ -558,7 +558,7 @@ mod tests {
             for x in [0.1, 0.5, 1.0] {
                 let tilted = tilted_load_ratio(0.45, theta, x);
                 assert!((balance_load_ratio(&p, x) - tilted).abs() < 1e-15);
-                // A drive that falls as the load does feeds every length alike.
+                // A drive with the distribution of the load has the same balance at every length.
                 let top = LengthLawParameters { drive: DriveShare::Tilted(theta), ..p };
                 assert!((balance_load_ratio(&top, x) - 0.45).abs() < 1e-14);
             }
@@ -566,14 +566,14 @@ mod tests {
         let at = |length: f64, x: f64| {
             balance_load_ratio(&LengthLawParameters { drive: DriveShare::Decaying(length), ..DEFAULT }, x)
         };
-        // Short decay: a drive at the end. Long decay: an even one.
+        // Short decay: a drive at the end. Long decay: a uniform drive.
         assert!((at(1e-3, 0.3) - 0.135).abs() < 1e-12 && (at(1e4, 0.3) - 0.45).abs() < 1e-4);
         assert!((at(0.2, 1.0) - 0.45).abs() < 1e-15);
     }
 
     #[test]
     fn a_decaying_drive_detaches_block_1_where_worked_out_by_hand() {
-        // 0.7 * 0.11 * (1 - e^-10), and the even drive's 0.7 for a very long decay.
+        // 0.7 * 0.11 * (1 - e^-10), and the uniform drive's 0.7 for a very long decay.
         assert!((decaying_drive_onset(0.7, 0.01, 0.001, 0.1) - 0.076_996_504_2).abs() < 1e-9);
         assert!((decaying_drive_onset(0.7, 1e3, 0.001, 0.1) - 0.7).abs() < 1e-4);
     }

@@ -1,4 +1,4 @@
-//! The scenarios that come with the program, as TOML files beside the sources.
+//! The built-in scenarios, TOML files beside the sources.
 
 /// Name and text of every built-in scenario, in the order in which they are listed.
 pub fn all() -> impl Iterator<Item = (&'static str, &'static str)> {

@@ -1,30 +1,33 @@
-//! The stuck chain at rest or in steady motion.
+//! The stuck chain in static equilibrium or in steady motion.
 
 pub use crate::elastic::Stiffness;
 use crate::plan::Plan;
 
 impl Stiffness {
-    /// Of a plan's slider, every contact stuck by a friction spring.
+    /// The stiffness of a plan's chain with every contact stuck by a friction spring.
+    ///
+    /// # Panics
+    /// If it is of another body.
     pub fn of(plan: &Plan) -> Stiffness {
         let drive_n_per_m = plan.drive.stiffness_n_per_m(plan.blocks);
-        plan.elastic.stuck(plan.friction.interfacial_stiffness_n_per_m, &drive_n_per_m)
+        plan.elastic.chain().stuck(plan.friction.interfacial_stiffness_n_per_m, &drive_n_per_m)
     }
 }
 
-/// How a stuck chain follows a drive point that moves steadily, once it no longer
-/// vibrates: every block advances by the same distance in every step.
+/// The steady motion of a stuck chain behind a uniformly moving drive point, after vibrations have
+/// decayed: every block advances by the same distance in every step.
 #[derive(Debug, Clone)]
 pub struct SteadyLoading {
     /// `b`, with `M b = sum_n e_n K_n d_n V dt`.
     pub advance_m: Vec<f64>,
     /// `v_q = b / dt`.
     pub velocity_m_per_s: Vec<f64>,
-    /// `eta L v_q`, with `L` the second difference.
+    /// `eta L v_q`, with the second difference `L`.
     viscous_n: Vec<f64>,
 }
 
 impl SteadyLoading {
-    /// For a drive point that moves as fast as the plan says, or one that stands.
+    /// The steady motion for a drive point that moves at the plan's velocity, or for one at rest.
     pub fn of(plan: &Plan, stiffness: &Stiffness, moves: bool) -> SteadyLoading {
         let dt = plan.grid.step_s();
         let mut advance_m = vec![0.0; plan.blocks];
@@ -40,7 +43,7 @@ impl SteadyLoading {
         SteadyLoading { advance_m, velocity_m_per_s, viscous_n }
     }
 
-    /// `a`, the displacements from which the step with the drive point at `point_m` is taken:
+    /// `a`, the displacements before the step with the drive point at `point_m`:
     /// `M a = k_t u_stick + eta L v_q + prestress + sum_n e_n K_n d_n point`.
     pub fn position_m(
         &self,

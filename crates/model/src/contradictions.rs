@@ -1,7 +1,8 @@
-//! What keys ask of each other: a list of rules, each with its own error.
+//! Rules between keys, each with its own error.
 
 use asperity_record::TimeGrid;
 
+use crate::choices::{DriveKind, Reattach, ScheduleFrom, Start};
 use crate::derive::{coefficients, longest_stable_step_s};
 use crate::keys::{LEAST_MAGNITUDE, MOST_SHEAR_RATIO};
 use crate::plan::Plan;
@@ -10,9 +11,8 @@ use crate::slab;
 use crate::slab_keys;
 use crate::source::{Entries, ScenarioError};
 use crate::window_keys::WINDOW;
-use crate::words::{DriveKind, Reattach, ScheduleFrom, Start};
 
-/// Refuses a scenario that breaks it.
+/// Refuses a scenario that violates the rule.
 type Rule = fn(&Scenario, &mut Refusals<'_>);
 
 /// The rules, in the order in which their errors are printed.
@@ -41,7 +41,7 @@ const RULES: &[Rule] = &[
     rupture_fields_have_a_cadence_and_a_size,
 ];
 
-/// Checks a scenario, each key of which is in its range, against the rules.
+/// Checks a scenario, each of whose keys is in range, against the rules.
 pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
     let mut refusals = Refusals { entries, errors };
     for rule in RULES {
@@ -49,7 +49,7 @@ pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<Sce
     }
 }
 
-/// A loaded start needs a load that the run comes to. For scenarios that obey all rules.
+/// Refuses a loaded start whose load the run never reaches. For scenarios that obey all rules.
 pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
     for (file, key, profile) in [
         ("initial_shear.profile_csv", "initial_shear.profile", &scenario.initial_shear.profile),
@@ -64,7 +64,7 @@ pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut V
             );
         }
     }
-    if scenario.slider.is_slab() {
+    if scenario.elastic().has_foundation() {
         if let Some(problem) = slab::problem_at_rest(&Plan::new(scenario)) {
             Refusals { entries, errors }.refuse(
                 "slider.rows",
@@ -92,7 +92,7 @@ pub(crate) fn check_start(scenario: &Scenario, entries: &Entries, errors: &mut V
     );
 }
 
-/// The errors so far, and where the values were written.
+/// The errors so far, and the places of the written values.
 struct Refusals<'a> {
     entries: &'a Entries,
     errors: &'a mut Vec<ScenarioError>,
@@ -108,7 +108,7 @@ impl Refusals<'_> {
         });
     }
 
-    /// The same of a key of a window, counted from 0.
+    /// Refuses a key of a window, counted from 0.
     fn refuse_in_window(&mut self, index: usize, key: &str, problem: String, accepted: String) {
         self.errors.push(ScenarioError {
             place: self.entries.windows[index].get(key).map(|entry| entry.place.clone()),
@@ -262,7 +262,7 @@ fn lists_have_a_number_for_each_block(scenario: &Scenario, refusals: &mut Refusa
 fn every_block_has_ordered_coefficients(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let blocks = scenario.slider.blocks as usize;
     let Friction { static_offsets, dynamic_offsets, static_spread, dynamic_spread, .. } = &scenario.friction;
-    // Even coefficients and lists of the wrong length have rules of their own.
+    // Uniform coefficients and lists of the wrong length have rules of their own.
     let even =
         static_offsets.is_empty() && dynamic_offsets.is_empty() && static_spread + dynamic_spread == 0.0;
     let fit =
@@ -315,7 +315,7 @@ fn only_springs_let_stuck_blocks_move(scenario: &Scenario, refusals: &mut Refusa
     }
 }
 
-/// Whether the ramp that a loaded start leaves out matters to what comes after it.
+/// Whether the ramp that a loaded start skips affects what follows.
 fn ramp_matters(scenario: &Scenario) -> bool {
     moves_at_the_start(scenario)
         || scenario.drive.until_load_ratio > 0.0
@@ -345,13 +345,13 @@ fn loaded_starts_know_the_stuck_chain(scenario: &Scenario, refusals: &mut Refusa
     }
 }
 
-/// Share of the longest stable step by which a step must stay below it: the bound rounds.
+/// Margin below the longest stable step, as a share of it, for the rounding of that bound.
 const BELOW_THE_BOUND: f64 = 1e-12;
 
 fn the_scheme_is_stable(scenario: &Scenario, refusals: &mut Refusals<'_>) {
     let longest_s = longest_stable_step_s(scenario);
     if scenario.time.step_s >= longest_s * (1.0 - BELOW_THE_BOUND) {
-        let body = if scenario.slider.is_slab() { "slab" } else { "chain" };
+        let body = scenario.elastic().name();
         refusals.refuse(
             "time.step_s",
             format!("{:e} is above the stability limit of the scheme for this {body}", scenario.time.step_s),
@@ -460,11 +460,11 @@ fn rupture_fields_have_a_cadence_and_a_size(scenario: &Scenario, refusals: &mut 
 #[cfg(test)]
 mod tests {
     use super::{RULES, Refusals};
-    use crate::fill_in::fill_in;
+    use crate::defaults::fill_in;
     use crate::scenario::Scenario;
     use crate::source::ScenarioSource;
 
-    /// Scenarios, and what is said of them.
+    /// Scenarios and their errors.
     const CASES: &[(&str, &str)] = &[
         ("drive.kind = \"left-right\"", "drive.kind: left-right pulls block 1 backwards"),
         ("drive.tilt = 0.5", "drive.tilt: 0.5 has no meaning for this drive"),

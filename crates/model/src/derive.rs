@@ -1,14 +1,14 @@
 //! From a resolved scenario to a plan.
 
+use crate::choices::{DriveKind, ScheduleFrom, Start};
 use crate::elastic::{Chain, Elastic};
 use crate::initial;
 use crate::lattice::Lattice;
 use crate::load::{self, LoadCourse};
-use crate::mixed::mixed;
 use crate::plan::{Ageing, Drive, DriveSpring, Friction, Plan, RecordingPlan, RuptureFields, WindowPlan};
 use crate::scenario::Scenario;
 use crate::slab;
-use crate::words::{DriveKind, Energies, ScheduleFrom, Start};
+use crate::splitmix::mixed;
 use asperity_record::{Scales, TimeGrid};
 
 impl Plan {
@@ -17,12 +17,12 @@ impl Plan {
         let springs = Springs::of(scenario);
         let blocks = springs.elastic.contacts();
         let pressed_n = load::tilted(scenario.normal_load.total_n, scenario.normal_load.tilt, blocks);
-        let at_rest = springs.elastic.lattice().map(|lattice| {
-            let kt = springs.interfacial_stiffness_n_per_m;
-            let u = slab::displacements_at_rest_m(lattice, kt, &pressed_n);
-            (slab::normal_load_n(lattice, &u), u)
+        let at_rest = springs.elastic.has_foundation().then(|| {
+            let (lattice, kt) = (springs.elastic.as_lattice(), springs.interfacial_stiffness_n_per_m);
+            let u = slab::displacements_at_rest_m(&lattice, kt, &pressed_n);
+            (slab::normal_load_n(&lattice, &u), u)
         });
-        // What presses on a slab reaches its contacts through its elasticity.
+        // The load on top of a body with a foundation reaches its contacts through its elasticity.
         let (normal_load_n, top_load_n, displacement_at_rest_m) = match at_rest {
             None => (pressed_n, Vec::new(), None),
             Some((normal_load_n, u)) => (normal_load_n, pressed_n, Some(u)),
@@ -45,7 +45,7 @@ impl Plan {
             Some(displacement_m) => slab::at_rest(displacement_m, blocks, &mut drive),
             None => initial::state(
                 scenario,
-                springs.elastic.chain(),
+                &springs.elastic,
                 springs.spacing_m,
                 springs.interfacial_stiffness_n_per_m,
                 &drive,
@@ -107,7 +107,6 @@ impl Plan {
                         every_steps: steps(scenario.recording.rupture_fields_s),
                     }),
                 },
-                energies: scenario.recording.energies == Energies::EveryRecord,
             },
         };
         if scenario.time.start == Start::Loaded {
@@ -117,7 +116,7 @@ impl Plan {
     }
 }
 
-/// Where the drive pulls, and until when.
+/// The points and springs of the drive, and when it stops.
 fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> Drive {
     let drive = &scenario.drive;
     let (stiffness, blocks) = (drive.stiffness_n_per_m, elastic.contacts());
@@ -127,10 +126,10 @@ fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> 
         rest_m: 0.0,
         direction,
     };
-    let row = |row| elastic.lattice().map_or(0, |lattice| lattice.row(row).start);
-    let top_row = elastic.lattice().map_or(0, |lattice| lattice.top_row().start);
+    let (lattice, row) = (elastic.as_lattice(), drive_row(scenario));
+    let top_row = lattice.top_row().start;
     let springs = match drive.kind {
-        DriveKind::Side => vec![spring(row(drive_row(scenario)), stiffness, 1.0)],
+        DriveKind::Side => vec![spring(lattice.row(row).start, stiffness, 1.0)],
         DriveKind::LeftRight => vec![spring(0, stiffness, -1.0), spring(blocks - 1, stiffness, 1.0)],
         DriveKind::Top => top_stiffness_n_per_m(scenario)
             .into_iter()
@@ -147,16 +146,16 @@ fn drive(scenario: &Scenario, elastic: &Elastic, steps: impl Fn(f64) -> u64) -> 
     }
 }
 
-/// The row that a side drive pulls at, counted from 0 at the bottom: the nearest to its height.
+/// The row that a side drive pulls at, counted from 0 at the bottom: the one nearest to its height.
 pub(crate) fn drive_row(scenario: &Scenario) -> usize {
     let slider = &scenario.slider;
     let spacing_m = slider.length_m / f64::from(slider.blocks - 1);
-    // Casting saturates.
+    // The cast saturates.
     (scenario.drive.height_m / spacing_m).round() as usize
 }
 
-/// `K_n` of a top drive: `K` in all, spread evenly, with a tilt like that of the normal load
-/// (5.18), or falling exponentially from the end that a side drive would push.
+/// `K_n` of a top drive: the total `K`, spread evenly, with a tilt like that of the normal load
+/// (5.18), or decaying exponentially from the end at which a side drive would push.
 fn top_stiffness_n_per_m(scenario: &Scenario) -> Vec<f64> {
     let drive = &scenario.drive;
     let blocks = scenario.slider.blocks as usize;
@@ -170,7 +169,7 @@ fn top_stiffness_n_per_m(scenario: &Scenario) -> Vec<f64> {
     shares.iter().map(|share| drive.stiffness_n_per_m * (share / all)).collect()
 }
 
-/// `mu_s` and `mu_d` of every block, offsets and random spread included.
+/// `mu_s` and `mu_d` of every block, including offsets and random spread.
 pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
     let friction = &scenario.friction;
     let blocks = scenario.slider.blocks as usize;
@@ -185,7 +184,7 @@ pub(crate) fn coefficients(scenario: &Scenario) -> (Vec<f64>, Vec<f64>) {
     )
 }
 
-/// What the random spreads add to `mu_s` and `mu_d` of every block; empty without a spread.
+/// The random contributions to `mu_s` and `mu_d` of every block; empty without a spread.
 pub(crate) fn drawn_offsets(scenario: &Scenario) -> [Vec<f64>; 2] {
     let friction = &scenario.friction;
     [(friction.static_spread, 0), (friction.dynamic_spread, 1)].map(|(spread, stream)| {
@@ -194,8 +193,7 @@ pub(crate) fn drawn_offsets(scenario: &Scenario) -> [Vec<f64>; 2] {
     })
 }
 
-/// A number from -1 to 1 without pattern: SplitMix64's output function of seed, stream and
-/// block.
+/// A pseudo-random number from -1 to 1: SplitMix64's output function of seed, stream and block.
 fn evenly(seed: u64, stream: u64, block: u64) -> f64 {
     let number = mixed((seed << 32 | stream << 31 | block).wrapping_add(1));
     (number >> 11) as f64 / (1u64 << 52) as f64 - 1.0
@@ -206,6 +204,8 @@ struct Springs {
     spacing_m: f64,
     block_mass_kg: f64,
     elastic: Elastic,
+    /// Elastic modulus times the width of the slider.
+    modulus_n_per_m: f64,
     interfacial_stiffness_n_per_m: f64,
 }
 
@@ -215,27 +215,34 @@ impl Springs {
         let gaps = f64::from(slider.blocks - 1);
         let nodes = f64::from(slider.blocks) * f64::from(slider.rows);
         let block_mass_kg = slider.mass_kg / nodes;
-        let stiffness_n_per_m = if slider.is_slab() {
-            0.75 * slider.width_m * slider.youngs_modulus_pa
-        } else {
-            slider.youngs_modulus_pa * gaps * slider.width_m * slider.height_m / slider.length_m
-        };
-        let damping_kg_per_s = slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt();
-        let elastic = if slider.is_slab() {
-            Elastic::Lattice(Lattice {
-                columns: slider.blocks as usize,
-                rows: slider.rows as usize,
+        let damping =
+            |stiffness_n_per_m: f64| slider.relative_damping * (stiffness_n_per_m * block_mass_kg).sqrt();
+        let (elastic, modulus_n_per_m) = if slider.is_slab() {
+            let stiffness_n_per_m = 0.75 * slider.width_m * slider.youngs_modulus_pa;
+            let lattice = Lattice {
                 stiffness_n_per_m,
-                damping_kg_per_s,
+                damping_kg_per_s: damping(stiffness_n_per_m),
                 foundation_n_per_m: scenario.normal_load.foundation_stiffness_ratio * stiffness_n_per_m,
-            })
+                ..Lattice::slab(slider.blocks as usize, slider.rows as usize)
+            };
+            // The shear modulus of the sheet, `rho c_S^2 = k / (2 L_y) = 3 E / 8`.
+            (Elastic::Lattice(lattice), 0.5 * stiffness_n_per_m)
         } else {
-            Elastic::Chain(Chain { nodes: slider.blocks as usize, stiffness_n_per_m, damping_kg_per_s })
+            let stiffness_n_per_m =
+                slider.youngs_modulus_pa * gaps * slider.width_m * slider.height_m / slider.length_m;
+            let chain = Chain {
+                nodes: slider.blocks as usize,
+                stiffness_n_per_m,
+                damping_kg_per_s: damping(stiffness_n_per_m),
+            };
+            (Elastic::Chain(chain), slider.youngs_modulus_pa * slider.width_m)
         };
+        let stiffness_n_per_m = elastic.stiffness_n_per_m();
         Springs {
             spacing_m: slider.length_m / gaps,
             block_mass_kg,
             elastic,
+            modulus_n_per_m,
             interfacial_stiffness_n_per_m: if scenario.friction.law.holds() {
                 0.0
             } else {
@@ -247,37 +254,34 @@ impl Springs {
     fn scales(&self, scenario: &Scenario) -> Scales {
         Scales {
             block_length_m: self.spacing_m,
-            block_time_s: match &self.elastic {
-                Elastic::Chain(chain) => (self.block_mass_kg / chain.stiffness_n_per_m).sqrt(),
-                // That of shear waves, `c_S = a sqrt(k / (2 m))`.
-                Elastic::Lattice(lattice) => (2.0 * self.block_mass_kg / lattice.stiffness_n_per_m).sqrt(),
-            },
+            block_time_s: (self.block_mass_kg / self.elastic.slowest_wave_n_per_m()).sqrt(),
             link_time_ratio: scenario.detection.link_time_ratio,
-            modulus_n_per_m: Some(match &self.elastic {
-                Elastic::Chain(_) => scenario.slider.youngs_modulus_pa * scenario.slider.width_m,
-                // The shear modulus of the sheet, `rho c_S^2 = k / (2 L_y) = 3 E / 8`.
-                Elastic::Lattice(lattice) => 0.5 * lattice.stiffness_n_per_m,
-            }),
+            modulus_n_per_m: Some(self.modulus_n_per_m),
             interfacial_stiffness_n_per_m: Some(self.interfacial_stiffness_n_per_m),
         }
     }
 }
 
 impl Scenario {
-    /// The scales of its slider, without the rest of its plan.
+    /// The scales of the scenario's slider, without deriving the rest of its plan.
     pub fn scales(&self) -> Scales {
         Springs::of(self).scales(self)
     }
 
-    /// The time step beyond which the scheme is unstable for this slider, while no block switches.
+    /// What holds its slider together, without the rest of its plan.
+    pub fn elastic(&self) -> Elastic {
+        Springs::of(self).elastic
+    }
+
+    /// The time step above which the scheme is unstable for this slider while no block switches.
     pub fn longest_stable_step_s(&self) -> f64 {
         longest_stable_step_s(self)
     }
 }
 
-/// Share of the longest stable time step below which a user is advised to stay: above it, the energy
-/// that switches feed into the chain shows in the numbers of events (docs/model.md, Time stepping).
-/// Of the default as stated there are 46 global slips at 0.1, 48 at 0.4, 72 at 0.6.
+/// Share of the longest stable time step below which users are advised to stay. Above it, the
+/// energy that switches feed into the chain changes the numbers of events (docs/model.md, Time
+/// stepping): the as-stated default has 46 global slips at 0.1, 48 at 0.4, 72 at 0.6.
 pub const ADVISED_SHARE: f64 = 0.4;
 
 impl Plan {
@@ -287,7 +291,7 @@ impl Plan {
     }
 }
 
-/// The time step beyond which the scheme is unstable for a scenario's slider.
+/// The time step above which the scheme is unstable for a scenario's slider.
 pub(crate) fn longest_stable_step_s(scenario: &Scenario) -> f64 {
     let springs = Springs::of(scenario);
     let stiffest_drive = match scenario.drive.kind {

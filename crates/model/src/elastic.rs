@@ -3,7 +3,7 @@
 //! Nodes move, *contacts* rub. Contacts are numbered along the sliding direction. In a chain
 //! every node is a contact; in a slab, whose body is a [`Lattice`], only the nodes of its bottom row
 //! are. A *freedom* is one direction in which one node moves: a chain has one for each node, a
-//! lattice two.
+//! slab two. Whoever need not know which body it is asks [`Elastic`] or its lattice.
 //!
 //! Everything that follows from how nodes are joined stands here: the pull on a node, the
 //! diagonal of the stiffness, the bounds on which stability and certificates of windows rest,
@@ -14,16 +14,16 @@
 //! what each computes is written out in its documentation. Multiplying by 2 or 4 rounds
 //! nothing.
 
-use std::ops::{Add, Mul, Sub};
+use asperity_record::Contacts;
 
-use crate::lattice::Lattice;
+use crate::lattice::{self, Lattice, Number};
 
 /// How the nodes of a slider hold each other.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Elastic {
     /// A chain of blocks.
     Chain(Chain),
-    /// A slab: a plane lattice of nodes, of which the bottom row rubs.
+    /// A lattice of nodes, of which the bottom row rubs: that of a slab.
     Lattice(Lattice),
 }
 
@@ -42,51 +42,102 @@ pub struct Chain {
     pub damping_kg_per_s: f64,
 }
 
-/// What displacements and velocities are counted in: doubles, pairs of them, complex numbers.
-/// The default is zero.
-pub trait Number: Copy + Default + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> {}
-
-impl<T> Number for T where T: Copy + Default + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T> {}
-
 impl Elastic {
+    /// Its nodes and bonds, whatever body it is: a chain is a lattice of a single row, whose nodes move
+    /// along it alone.
+    #[inline]
+    pub fn as_lattice(&self) -> Lattice {
+        match self {
+            Elastic::Chain(chain) => Lattice {
+                stiffness_n_per_m: chain.stiffness_n_per_m,
+                damping_kg_per_s: chain.damping_kg_per_s,
+                ..Lattice::of(&lattice::CHAIN, [chain.nodes, 1, 1])
+            },
+            Elastic::Lattice(lattice) => *lattice,
+        }
+    }
+
+    /// What it is called.
+    pub fn name(&self) -> &'static str {
+        self.as_lattice().table.name
+    }
+
     /// Number of nodes.
     pub fn nodes(&self) -> usize {
-        match self {
-            Elastic::Chain(chain) => chain.nodes,
-            Elastic::Lattice(lattice) => lattice.nodes(),
-        }
+        self.as_lattice().nodes()
     }
 
     /// Number of freedoms, for each of which there is a displacement and a velocity. Those along
     /// the sliding direction come first, and of these those of the contacts.
     pub fn freedoms(&self) -> usize {
-        match self {
-            Elastic::Chain(chain) => chain.nodes,
-            Elastic::Lattice(lattice) => lattice.freedoms(),
-        }
+        self.as_lattice().freedoms()
+    }
+
+    /// Along how many axes each node moves.
+    pub fn freedoms_per_node(&self) -> usize {
+        self.as_lattice().table.axes.len()
     }
 
     /// Number of contacts.
     pub fn contacts(&self) -> usize {
+        self.as_lattice().contacts()
+    }
+
+    /// Whether there are nodes besides the contacts.
+    pub fn has_inside(&self) -> bool {
+        self.nodes() > self.contacts()
+    }
+
+    /// Whether a foundation bears it, so that the normal load of a contact follows from how the body is
+    /// deformed, and so does the shear that it starts with. Otherwise normal loads are given.
+    pub fn has_foundation(&self) -> bool {
+        self.as_lattice().table.upward().is_some()
+    }
+
+    /// Whether the theory of the thesis is about it, lengths of precursors, decay lengths and speeds of
+    /// fronts: where nodes move along the sliding direction alone, which is a chain.
+    pub fn has_theory(&self) -> bool {
+        self.freedoms_per_node() == 1
+    }
+
+    /// The speed of long longitudinal waves along the sliding direction over that of shear waves; `None`
+    /// where there are no shear waves.
+    pub fn longitudinal_over_shear(&self) -> Option<f64> {
+        let waves = self.as_lattice().table.long_waves();
+        waves.shear.map(|shear| (waves.longitudinal / shear).sqrt())
+    }
+
+    /// The stiffness `s` of the slowest long waves along the sliding direction, `c = a sqrt(s / m)`: of a
+    /// chain `k`, of others that of shear waves.
+    pub fn slowest_wave_n_per_m(&self) -> f64 {
+        let waves = self.as_lattice().table.long_waves();
+        waves.shear.unwrap_or(waves.longitudinal) * self.stiffness_n_per_m()
+    }
+
+    /// The chain, if it is one.
+    #[inline]
+    pub fn as_chain(&self) -> Option<&Chain> {
         match self {
-            Elastic::Chain(chain) => chain.nodes,
-            Elastic::Lattice(lattice) => lattice.columns,
+            Elastic::Chain(chain) => Some(chain),
+            Elastic::Lattice(_) => None,
         }
+    }
+
+    /// How its contacts lie: in one row, in a chain as in a slab.
+    pub fn layout(&self) -> Contacts {
+        Contacts::from(self.contacts() as u32)
     }
 
     /// The chain, for whoever works with chains alone.
     ///
     /// # Panics
-    /// If it is a lattice.
+    /// If it is none.
     #[inline]
     pub fn chain(&self) -> &Chain {
-        match self {
-            Elastic::Chain(chain) => chain,
-            Elastic::Lattice(_) => panic!("a slab is no chain"),
-        }
+        self.as_chain().expect("a slab is no chain")
     }
 
-    /// The lattice of a slab; none of a chain.
+    /// The lattice, if it is not a chain.
     #[inline]
     pub fn lattice(&self) -> Option<&Lattice> {
         match self {
@@ -97,131 +148,98 @@ impl Elastic {
 
     /// Stiffness `k` of the spring between neighbours.
     pub fn stiffness_n_per_m(&self) -> f64 {
-        match self {
-            Elastic::Chain(chain) => chain.stiffness_n_per_m,
-            Elastic::Lattice(lattice) => lattice.stiffness_n_per_m,
-        }
+        self.as_lattice().stiffness_n_per_m
     }
 
     /// Damping `eta` of the dashpot between neighbours.
     pub fn damping_kg_per_s(&self) -> f64 {
-        match self {
-            Elastic::Chain(chain) => chain.damping_kg_per_s,
-            Elastic::Lattice(lattice) => lattice.damping_kg_per_s,
-        }
+        self.as_lattice().damping_kg_per_s
     }
 
-    /// What springs and dashpots pull with at node `n` of a chain, counted from 0:
+    /// What springs and dashpots pull with at a freedom, counted from 0:
     /// [`Elastic::spring_force_n`] plus [`Elastic::damping_force_n`].
     pub fn pull_n<T: Number>(&self, displacement_m: &[T], velocity_m_per_s: &[T], n: usize) -> T {
         self.spring_force_n(displacement_m, n) + self.damping_force_n(velocity_m_per_s, n)
     }
 
-    /// What springs alone pull with at node `n` of a chain: `((u_{n-1} - u_n) + (u_{n+1} - u_n)) k`
-    /// (5.6).
+    /// What springs alone pull with at a freedom: in a chain
+    /// `((u_{n-1} - u_n) + (u_{n+1} - u_n)) k` (5.6).
     pub fn spring_force_n<T: Number>(&self, displacement_m: &[T], n: usize) -> T {
-        second_difference(displacement_m, n) * self.chain().stiffness_n_per_m
-    }
-
-    /// What dashpots alone pull with at node `n` of a chain:
-    /// `((v_{n-1} - v_n) + (v_{n+1} - v_n)) eta` (5.7).
-    pub fn damping_force_n<T: Number>(&self, velocity_m_per_s: &[T], n: usize) -> T {
-        second_difference(velocity_m_per_s, n) * self.chain().damping_kg_per_s
-    }
-
-    /// The displacements of a chain from `u_1 = 0` at which springs pull with these forces, of which
-    /// the last takes what the others leave.
-    pub fn displacements_m(&self, spring_force_n: &[f64]) -> Vec<f64> {
-        self.chain().displacements_m(spring_force_n)
-    }
-
-    /// The diagonal of the stiffness at contact `n`, along the sliding direction.
-    pub fn diagonal_n_per_m(&self, n: usize) -> f64 {
-        match self {
-            Elastic::Chain(chain) => chain.neighbours(n) * chain.stiffness_n_per_m,
-            // A neighbour on the one side, with it a diagonal, which pulls with a quarter of `k`.
-            Elastic::Lattice(lattice) => {
-                let neighbours = if n == 0 || n + 1 == lattice.columns { 1.0 } else { 2.0 };
-                neighbours * 1.25 * lattice.stiffness_n_per_m
-            }
+        match self.as_chain() {
+            Some(chain) => second_difference(displacement_m, n) * chain.stiffness_n_per_m,
+            None => self.as_lattice().spring_force_n(displacement_m, n),
         }
     }
 
-    /// The diagonal of the damping at node `n` of a chain.
+    /// What dashpots alone pull with at a freedom: in a chain
+    /// `((v_{n-1} - v_n) + (v_{n+1} - v_n)) eta` (5.7).
+    pub fn damping_force_n<T: Number>(&self, velocity_m_per_s: &[T], n: usize) -> T {
+        match self.as_chain() {
+            Some(chain) => second_difference(velocity_m_per_s, n) * chain.damping_kg_per_s,
+            None => self.as_lattice().damping_force_n(velocity_m_per_s, n),
+        }
+    }
+
+    /// What springs pull each contact with along the sliding direction: in a chain
+    /// [`Elastic::spring_force_n`], in a lattice [`Lattice::pull`], which round otherwise.
+    pub fn tangential_force_n(&self, displacement_m: &[f64]) -> Vec<f64> {
+        if self.as_chain().is_some() {
+            return (0..self.contacts()).map(|n| self.spring_force_n(displacement_m, n)).collect();
+        }
+        let still = vec![0.0; self.freedoms()];
+        let (mut force_n, mut dashpots_n) = (still.clone(), still.clone());
+        self.as_lattice().pull(&mut force_n, &mut dashpots_n, displacement_m, &still);
+        force_n.truncate(self.contacts());
+        force_n
+    }
+
+    /// The diagonal of the stiffness at a freedom.
+    pub fn diagonal_n_per_m(&self, n: usize) -> f64 {
+        self.as_lattice().diagonal_n_per_m(n)
+    }
+
+    /// The diagonal of the damping at a freedom.
     pub fn damping_diagonal_kg_per_s(&self, n: usize) -> f64 {
-        let chain = self.chain();
-        chain.neighbours(n) * chain.damping_kg_per_s
+        self.as_lattice().damping_diagonal_kg_per_s(n)
     }
 
     /// The largest of the stiffness' diagonal: of a chain `2 k`.
     pub fn largest_diagonal_n_per_m(&self) -> f64 {
-        match self {
-            Elastic::Chain(chain) => 2.0 * chain.stiffness_n_per_m,
-            Elastic::Lattice(lattice) => lattice.largest_diagonal_n_per_m(),
-        }
+        self.as_lattice().largest_diagonal_n_per_m()
     }
 
     /// No sum of magnitudes in a row of the stiffness is larger: of a chain `4 k`. It bounds a force
     /// by the largest displacement.
     pub fn row_bound_n_per_m(&self) -> f64 {
-        match self {
-            Elastic::Chain(chain) => Chain::LARGEST_EIGENVALUE * chain.stiffness_n_per_m,
-            Elastic::Lattice(lattice) => lattice.row_bound_n_per_m(),
-        }
+        self.as_lattice().row_bound_n_per_m()
     }
 
-    /// The same of the damping: of a chain `4 eta`.
+    /// No sum of magnitudes in a row of the damping is larger: of a chain `4 eta`.
     pub fn damping_row_bound_kg_per_s(&self) -> f64 {
-        match self {
-            Elastic::Chain(chain) => Chain::LARGEST_EIGENVALUE * chain.damping_kg_per_s,
-            Elastic::Lattice(lattice) => lattice.damping_row_bound_kg_per_s(),
-        }
+        self.as_lattice().damping_row_bound_kg_per_s()
     }
 
-    /// No eigenvalue of the stiffness between nodes is larger: of a chain `4 k`, of a lattice `6 k`.
+    /// No eigenvalue of the stiffness between nodes is larger: of a chain `4 k`, of a slab `6 k`.
     /// It bounds the frequencies.
     pub fn spectral_bound_n_per_m(&self) -> f64 {
-        match self {
-            Elastic::Chain(chain) => Chain::LARGEST_EIGENVALUE * chain.stiffness_n_per_m,
-            Elastic::Lattice(lattice) => lattice.spectral_bound_n_per_m(),
-        }
+        self.as_lattice().spectral_bound_n_per_m()
     }
 
-    /// The same of the damping: of a chain `4 eta`, of a lattice `12 eta`.
+    /// No eigenvalue of the damping is larger: of a chain `4 eta`, of a slab `12 eta`.
     pub fn damping_spectral_bound_kg_per_s(&self) -> f64 {
-        match self {
-            Elastic::Chain(chain) => Chain::LARGEST_EIGENVALUE * chain.damping_kg_per_s,
-            Elastic::Lattice(lattice) => lattice.damping_spectral_bound_kg_per_s(),
-        }
+        self.as_lattice().damping_spectral_bound_kg_per_s()
     }
 
-    /// No row of the damping plus half a step times the stiffness between nodes is longer (as a
-    /// vector): of a chain `sqrt(6) (eta + dt k / 2)`, since a row of a second difference is
-    /// `1, -2, 1`; of a lattice `sqrt(72) eta + sqrt(23 / 2) dt k / 2`, since a row of its damping is
-    /// 8 and eight times -1, one of its stiffness 3, -1 along its axis and four times 1/4 along each.
+    /// No row of the damping plus half a step times the stiffness between nodes is longer, as a vector:
+    /// of a chain `sqrt(6) (eta + dt k / 2)`.
     pub fn row_length_kg_per_s(&self, step_s: f64) -> f64 {
-        match self {
-            Elastic::Chain(chain) => {
-                6f64.sqrt() * (chain.damping_kg_per_s + step_s * chain.stiffness_n_per_m / 2.0)
-            }
-            Elastic::Lattice(lattice) => {
-                72f64.sqrt() * lattice.damping_kg_per_s
-                    + 11.5f64.sqrt() * (step_s * lattice.stiffness_n_per_m / 2.0)
-            }
-        }
+        self.as_lattice().row_length_kg_per_s(step_s)
     }
 
     /// No eigenvalue of the stiffness of springs, friction springs `k_t`, drive `K` and foundation is
-    /// larger: of a chain `4 k + k_t + K`, of a lattice `6 k + max(k_t + K, k_f)`, since friction
-    /// spring and drive pull along `x`, the foundation along `z`.
+    /// larger: of a chain `4 k + k_t + K`, of a slab `6 k + max(k_t + K, k_f)`.
     pub fn stiffest_n_per_m(&self, interfacial_n_per_m: f64, drive_n_per_m: f64) -> f64 {
-        match self {
-            Elastic::Chain(_) => self.spectral_bound_n_per_m() + interfacial_n_per_m + drive_n_per_m,
-            Elastic::Lattice(lattice) => {
-                let along_x = interfacial_n_per_m + drive_n_per_m;
-                self.spectral_bound_n_per_m() + along_x.max(lattice.foundation_n_per_m)
-            }
-        }
+        self.as_lattice().stiffest_n_per_m(interfacial_n_per_m, drive_n_per_m)
     }
 
     /// The time step beyond which the scheme is unstable, for nodes of this mass, the stiffness
@@ -236,8 +254,8 @@ impl Elastic {
     /// A lattice has no modes that damping leaves apart. But with any positive stiffness `M` and
     /// damping `C` the invariant `I(u, v) = v (m - dt C / 2) v + u M u - dt v M u` never grows, and it
     /// bounds the state if `m - dt C / 2 - dt^2 M / 4` is positive: the same condition, with
-    /// `w^2 = (6 k + max(k_t + K, k_f)) / m` and `g = 12 eta / m`, since friction spring and drive pull
-    /// along `x`, the foundation along `z`. A foundation that lets go only takes stiffness away.
+    /// `w^2` from [`Elastic::stiffest_n_per_m`] and `g` from the bound of the dashpots. A foundation that
+    /// lets go only takes stiffness away.
     pub fn longest_stable_step_s(
         &self,
         node_mass_kg: f64,
@@ -250,26 +268,12 @@ impl Elastic {
         // The positive root, in the form in which nothing cancels or overflows.
         4.0 / (damping + libm::hypot(damping, 2.0 * stiffest.sqrt()))
     }
-
-    /// The stiffness of a chain with every contact stuck by a friction spring and with the drive's
-    /// stiffness at every node, ready to be solved with.
-    pub fn stuck(&self, interfacial_n_per_m: f64, drive_n_per_m: &[f64]) -> Stiffness {
-        let chain = self.chain();
-        let k = chain.stiffness_n_per_m;
-        let mut inverse: Vec<f64> = Vec::with_capacity(chain.nodes);
-        for (n, drive) in drive_n_per_m.iter().enumerate() {
-            let diagonal = interfacial_n_per_m + self.diagonal_n_per_m(n) + drive;
-            let before = inverse.last().map_or(0.0, |inverse| k * inverse * k);
-            inverse.push(1.0 / (diagonal - before));
-        }
-        Stiffness { factor: inverse.iter().map(|inverse| k * inverse).collect(), inverse }
-    }
 }
 
 impl Chain {
     /// No eigenvalue of the negative second difference is larger: a mode of eigenvalue `l` has
     /// stiffness `k l` and damping `eta l`, for any `l` from 0 to this.
-    pub const LARGEST_EIGENVALUE: f64 = 4.0;
+    pub const LARGEST_EIGENVALUE: f64 = lattice::CHAIN.largest_eigenvalue;
 
     /// Number of neighbours of node `n`, counted from 0.
     #[inline]
@@ -349,7 +353,22 @@ impl Chain {
         self.damping_kg_per_s * dv * moving
     }
 
-    fn displacements_m(&self, spring_force_n: &[f64]) -> Vec<f64> {
+    /// The stiffness of a chain with every contact stuck by a friction spring and with the drive's
+    /// stiffness at every node, ready to be solved with.
+    pub fn stuck(&self, interfacial_n_per_m: f64, drive_n_per_m: &[f64]) -> Stiffness {
+        let k = self.stiffness_n_per_m;
+        let mut inverse: Vec<f64> = Vec::with_capacity(self.nodes);
+        for (n, drive) in drive_n_per_m.iter().enumerate() {
+            let diagonal = interfacial_n_per_m + self.neighbours(n) * k + drive;
+            let before = inverse.last().map_or(0.0, |inverse| k * inverse * k);
+            inverse.push(1.0 / (diagonal - before));
+        }
+        Stiffness { factor: inverse.iter().map(|inverse| k * inverse).collect(), inverse }
+    }
+
+    /// The displacements from `u_1 = 0` at which springs pull with these forces, of which the last takes
+    /// what the others leave.
+    pub fn displacements_m(&self, spring_force_n: &[f64]) -> Vec<f64> {
         let k = self.stiffness_n_per_m;
         let mut u = vec![0.0; self.nodes];
         u[1] = spring_force_n[0] / k;
@@ -361,10 +380,7 @@ impl Chain {
 }
 
 /// `(y_{n-1} - y_n) + (y_{n+1} - y_n)` with free ends, n from 0.
-pub fn second_difference<T>(y: &[T], n: usize) -> T
-where
-    T: Copy + Default + Add<Output = T> + Sub<Output = T>,
-{
+pub fn second_difference<T: Number>(y: &[T], n: usize) -> T {
     let left = if n > 0 { y[n - 1] - y[n] } else { T::default() };
     let right = if n + 1 < y.len() { y[n + 1] - y[n] } else { T::default() };
     left + right
@@ -400,6 +416,7 @@ mod tests {
     use super::{Chain, Elastic, second_difference};
 
     const CHAIN: Chain = Chain { nodes: 7, stiffness_n_per_m: 3.0, damping_kg_per_s: 0.5 };
+    const ELASTIC: Elastic = Elastic::Chain(CHAIN);
 
     /// Numbers without pattern.
     fn numbers(seed: u64) -> Vec<f64> {
@@ -414,7 +431,7 @@ mod tests {
     #[test]
     fn all_ways_to_pull_agree_but_for_rounding() {
         let (u, v) = (numbers(1), numbers(2));
-        let elastic = Elastic::Chain(CHAIN);
+        let elastic = ELASTIC;
         let (mut all, mut strain) = ([0.0; 7], [0.0; 9]);
         CHAIN.pull(&mut all, &u, &v);
         CHAIN.strains(&mut strain, &u, &v);
@@ -430,7 +447,7 @@ mod tests {
     /// By applying the stiffness to unit vectors.
     #[test]
     fn diagonal_and_bounds_are_those_of_the_stiffness() {
-        let elastic = Elastic::Chain(CHAIN);
+        let elastic = ELASTIC;
         let row = |n: usize| -> Vec<f64> {
             (0..CHAIN.nodes)
                 .map(|column| {
@@ -463,12 +480,12 @@ mod tests {
 
     #[test]
     fn the_stuck_slider_is_solved() {
-        let elastic = Elastic::Chain(CHAIN);
+        let elastic = ELASTIC;
         let (kt, mut drive) = (2.0, [0.0; 7]);
         drive[0] = 5.0;
         let pull = numbers(3);
         let mut x = pull.clone();
-        elastic.stuck(kt, &drive).solve(&mut x);
+        CHAIN.stuck(kt, &drive).solve(&mut x);
         for n in 0..CHAIN.nodes {
             let back = (kt + drive[n]) * x[n] - elastic.spring_force_n(&x, n);
             assert!((back - pull[n]).abs() < 1e-14, "node {n}");
@@ -477,9 +494,9 @@ mod tests {
 
     #[test]
     fn displacements_are_those_that_springs_pull_at() {
-        let elastic = Elastic::Chain(CHAIN);
+        let elastic = ELASTIC;
         let force = numbers(4);
-        let u = elastic.displacements_m(&force);
+        let u = CHAIN.displacements_m(&force);
         assert_eq!(u[0], 0.0);
         for (n, force) in force.iter().enumerate().take(CHAIN.nodes - 1) {
             assert!((elastic.spring_force_n(&u, n) - force).abs() < 1e-12, "node {n}");

@@ -1,28 +1,29 @@
-//! How fast a front runs through an evenly prestressed chain: theory for rigid contacts.
+//! The speed of a front in a uniformly prestressed chain with rigid contacts: theory.
 //!
-//! Units of this file: length `a`, time `sqrt(m / k)`, so speeds are over `c = a sqrt(k / m)`,
-//! the chain's wave speed; forces `(mu_s - mu_d) p`, counted from `mu_d p`, so a block detaches
-//! at 1 and slides without friction; displacements are counted in `(mu_s - mu_d) p / k`. What is
-//! left are three numbers: `tau`, the prestress, `beta`, the damping `eta / sqrt(k m)`, and
-//! `gamma = K_n / k`, the stiffness of a top drive that is held.
+//! Units of this file: length `a` and time `sqrt(m / k)`, so speeds are relative to
+//! `c = a sqrt(k / m)`, the chain's wave speed; forces `(mu_s - mu_d) p`, measured from `mu_d p`,
+//! so that a block detaches at 1 and slides without friction; displacements `(mu_s - mu_d) p / k`.
+//! Three parameters remain: `tau`, the prestress; `beta`, the damping `eta / sqrt(k m)`; and
+//! `gamma = K_n / k`, the stiffness of a stopped top drive.
 //!
 //! # Speed
 //!
-//! A front that is steady passes each block a time `1 / v` after the one before, and all blocks
-//! move alike: `u(s)` with the time `s` since detachment obeys, with `D u = u(s + 1/v) + u(s - 1/v)
-//! - 2 u(s)`,
+//! A steady front reaches each block a time `1 / v` after the previous one, and all blocks move
+//! alike: `u(s)`, with the time `s` since detachment, obeys, with
+//! `D u = u(s + 1/v) + u(s - 1/v) - 2 u(s)`,
 //!
 //! ```text
 //! u'' = -gamma u + tau + D u + beta D u'  for s > 0,   u = 0 for s < 0,
 //! tau + u(1/v) + beta u'(1/v) = 1:  the block ahead is pulled just hard enough.
 //! ```
 //!
-//! Laplace transformed, `L(p) U(p) = tau / p - G(p)`, where `L(p) = p^2 + gamma + (1 + beta p)
-//! (2 - 2 cosh(p / v))` and `G` belongs to the pull on blocks that are still stuck. Wiener and
-//! Hopf's method splits `L = (p^2 + 2 delta p + Omega^2) M_+ M_-` into factors without zeros or
-//! poles to the right or left of the imaginary axis that tend to 1 far away; then both sides of
-//! the equation, divided by `M_-`, are one entire function that vanishes at infinity, and what is
-//! left at `s = 0` is `tau = M_-(0)`. With the phase `phi` of `M = M_+ M_-` on the imaginary axis,
+//! The Laplace transform is `L(p) U(p) = tau / p - G(p)`, where
+//! `L(p) = p^2 + gamma + (1 + beta p) (2 - 2 cosh(p / v))` and `G` belongs to the force on blocks
+//! that are still stuck. Wiener and Hopf's method splits `L = (p^2 + 2 delta p + Omega^2) M_+ M_-`
+//! into factors without zeros or poles to the right and left of the imaginary axis, respectively,
+//! that tend to 1 at infinity. Both sides of the equation, divided by `M_-`, are then one entire
+//! function that vanishes at infinity, which leaves `tau = M_-(0)` at `s = 0`. With the phase `phi`
+//! of `M = M_+ M_-` on the imaginary axis,
 //!
 //! ```text
 //! tau = sqrt(M(0)) exp(1/pi int_0^inf phi(omega) / omega d omega).
@@ -30,40 +31,39 @@
 //!
 //! Without damping the phase is zero. Then `tau = sqrt(1 - 1/v^2)` for a free slider, which is
 //! `v = 1 / sqrt(1 - tau^2)`, the result of Amundsen et al., Phys. Rev. E 92, 032406 (2015); and
-//! `tau = sqrt(gamma) / omega` under a held top drive, where `omega = v kappa` is the wave that
-//! runs as fast as the front, `omega^2 = gamma + 4 sin^2(kappa / 2)`. With `beta = 1` on a free
-//! slider the integral is elementary, too: `v = 1 / (1 - tau)`.
+//! `tau = sqrt(gamma) / omega` under a stopped top drive, where `omega = v kappa` is the wave with
+//! the phase speed of the front, `omega^2 = gamma + 4 sin^2(kappa / 2)`. With `beta = 1` on a free
+//! slider the integral is elementary as well: `v = 1 / (1 - tau)`.
 //!
-//! Under a held top drive blocks come to rest behind the front. The theory leaves that out: it
-//! cannot reach a front faster than every wave, but hardly matters only while a pulse is longer
+//! Under a stopped top drive blocks re-attach behind the front. The theory neglects that: it cannot
+//! affect a front faster than every wave, and otherwise hardly matters only while a pulse is longer
 //! than a few blocks.
 //!
 //! # Slip and arrest
 //!
-//! Behind a steady pulse all blocks have slid by the same `U` and rest, so no spring between them
-//! is strained. Without damping nothing is lost: what the prestress has done, `tau U`, is in the
-//! driving spring, `gamma U^2 / 2`, and `U = 2 tau / gamma`. The last block to slide pulls at the
-//! next one with `tau + U`, and if that is below 1 the pulse has ended: no pulse goes on below
-//! `tau = gamma / (2 + gamma)`.
+//! Behind a steady pulse all blocks have slipped by the same `U` and are at rest, so the springs
+//! between them are unstrained. Without damping no energy is lost: the work of the prestress,
+//! `tau U`, is stored in the driving spring, `gamma U^2 / 2`, and `U = 2 tau / gamma`. The last
+//! block to slip pulls the next one with `tau + U`; if that is below 1 the pulse stops: no pulse
+//! propagates below `tau = gamma / (2 + gamma)`.
 
 use std::f64::consts::PI;
 
-use crate::elastic::Elastic;
 use crate::plan::Plan;
 
-/// What the speed of a front depends on; all dimensionless, see above.
+/// The parameters of a front's speed; all dimensionless, defined above.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Front {
-    /// `tau`: the prestress less sliding friction, over static less sliding friction.
+    /// `tau`: prestress minus sliding friction, over static minus sliding friction.
     pub prestress: f64,
     /// `beta = eta / sqrt(k m)`.
     pub relative_damping: f64,
-    /// `gamma = K_n / k` of a top drive that is held; 0 without drive.
+    /// `gamma = K_n / k` of a stopped top drive; 0 without drive.
     pub top_stiffness: f64,
 }
 
-/// `tau` of a block, counted from 0: its prestress less sliding friction, over static less
-/// sliding friction; None where both are equal.
+/// `tau` of a block, counted from 0: its prestress minus sliding friction, over static minus
+/// sliding friction; None where both frictions are equal.
 pub fn relative_prestress(plan: &Plan, block: usize) -> Option<f64> {
     let friction = &plan.friction;
     let dynamic_n = friction.dynamic_friction_n[block];
@@ -73,12 +73,13 @@ pub fn relative_prestress(plan: &Plan, block: usize) -> Option<f64> {
 }
 
 impl Front {
-    /// That of a plan, with the prestress of one block, counted from 0; None where the theory
-    /// does not apply: to slabs, with contacts that are not rigid or weaken with velocity, or a drive that
-    /// moves, or does not hold all blocks alike.
+    /// The front of a plan, with the prestress of one block, counted from 0. None where the theory
+    /// does not apply: for slabs, contacts that are not rigid or weaken with velocity, and a drive
+    /// that moves or does not act on all blocks alike.
     pub fn of(plan: &Plan, block: usize) -> Option<Front> {
-        // Slabs have other fronts.
-        let Elastic::Chain(_) = plan.elastic else { return None };
+        if !plan.elastic.has_theory() {
+            return None;
+        }
         let k = plan.elastic.stiffness_n_per_m();
         let held = plan.drive.stiffness_n_per_m(plan.blocks);
         let even = held.iter().all(|stiffness| (stiffness - held[0]).abs() <= 1e-12 * held[0]);
@@ -93,15 +94,15 @@ impl Front {
         })
     }
 
-    /// The speed of a steady front over the chain's wave speed; None where the prestress is not
-    /// between 0 and 1, or, under a held top drive, drives none faster than [`slowest`].
+    /// The speed of a steady front over the chain's wave speed. None if the prestress is not
+    /// between 0 and 1, or, under a stopped top drive, drives no front faster than [`slowest`].
     pub fn speed_over_c(&self) -> Option<f64> {
         let prestress_at = |speed: f64| prestress_at(speed, self.relative_damping, self.top_stiffness);
         let (mut low, mut high) = (slowest(self.top_stiffness), 1e3);
         if !(prestress_at(low)..prestress_at(high)).contains(&self.prestress) {
             return None;
         }
-        // It rises with speed. Bisected until nothing of it changes that is as exact as the integral.
+        // The prestress rises with speed. Bisected to the precision of the integral.
         while high / low > 1.0 + 1e-9 {
             let middle = (low * high).sqrt();
             if prestress_at(middle) < self.prestress {
@@ -114,26 +115,27 @@ impl Front {
     }
 
     /// The slip behind a steady pulse without damping, in `(mu_s - mu_d) p / k`; None without a
-    /// held top drive.
+    /// stopped top drive.
     pub fn pulse_slip(&self) -> Option<f64> {
         (self.top_stiffness > 0.0).then(|| 2.0 * self.prestress / self.top_stiffness)
     }
 
-    /// The prestress below which no pulse goes on, without damping; 0 without a held top drive.
+    /// The prestress below which no pulse propagates, without damping; 0 without a stopped top
+    /// drive.
     pub fn arrest_prestress(&self) -> f64 {
         self.top_stiffness / (2.0 + self.top_stiffness)
     }
 }
 
-/// Prestress and speed over `c` of fronts with this damping and held top drive, up to the speed
-/// `fastest`, both ascending. They begin at [`slowest`] or, where damping makes even slower fronts
-/// need more prestress, where the prestress is lowest.
+/// Prestress and speed over `c` of fronts with this damping and stopped top drive, up to the speed
+/// `fastest`, both ascending. The curve begins at [`slowest`] or, where damping makes slower fronts
+/// need more prestress, at the minimum of the prestress.
 pub fn curve(relative_damping: f64, top_stiffness: f64, fastest: f64) -> Vec<(f64, f64)> {
     const POINTS: u32 = 120;
     let slowest = slowest(top_stiffness);
     let mut points: Vec<(f64, f64)> = (0..=POINTS)
         .map(|n| {
-            // Closer where little speed is much prestress.
+            // Denser where the prestress changes fastest with speed.
             let share = f64::from(n) / f64::from(POINTS);
             let speed = slowest + (fastest - slowest) * share * share;
             (prestress_at(speed, relative_damping, top_stiffness), speed)
@@ -144,10 +146,10 @@ pub fn curve(relative_damping: f64, top_stiffness: f64, fastest: f64) -> Vec<(f6
     points
 }
 
-/// The slowest front of which the theory speaks, over `c`: that of the wave speed in a free
-/// slider; under a held top drive the one whose wave turns from block to block.
+/// The slowest front that the theory describes, over `c`: at the wave speed in a free slider; under
+/// a stopped top drive the one whose wave alternates from block to block.
 pub fn slowest(top_stiffness: f64) -> f64 {
-    // A hair more, since no prestress at all belongs to the wave speed.
+    // Slightly more, since zero prestress belongs to the wave speed.
     if top_stiffness == 0.0 { 1.0 + 1e-9 } else { (top_stiffness + 4.0).sqrt() / PI }
 }
 
@@ -173,8 +175,8 @@ pub fn prestress_at(speed: f64, relative_damping: f64, top_stiffness: f64) -> f6
     if beta == 0.0 {
         return gamma.sqrt() / omega;
     }
-    // The pair of zeros that damping moves off the axis, to first order: only the rest of the
-    // phase is left to the integral.
+    // The pair of zeros that damping moves off the axis is integrated analytically, to first order;
+    // only the rest of the phase is integrated numerically.
     let slope = 2.0 * omega - 2.0 / speed * libm::sin(omega / speed);
     let two_delta = 2.0 * beta * omega * curvature(omega) / slope;
     let phase = |at: f64| {
@@ -200,13 +202,13 @@ fn undamped_wave(gamma: f64, curvature: &dyn Fn(f64) -> f64) -> f64 {
     (low + high) / 2.0
 }
 
-/// `int_0^inf phase(omega) / omega d omega` of a phase that goes to zero at both ends, at the far
-/// one as `tail / omega` in the mean over a period of `sin^2(omega / 2v)`.
+/// `int_0^inf phase(omega) / omega d omega` of a phase that vanishes at both ends: at infinity as
+/// `tail / omega`, times `sin^2(omega / 2v)` averaged over its period.
 fn over_frequencies(phase: &dyn Fn(f64) -> f64, speed: f64, tail: f64) -> f64 {
-    /// Where the logarithmic grid begins; below, the phase is proportional to frequency.
+    /// Start of the logarithmic grid; below, the phase is proportional to frequency.
     const FROM: f64 = 1e-9;
-    /// It ends after one period. How many follow, in how many pieces each: more change nothing of
-    /// the sixth digit.
+    /// The logarithmic grid covers one period, the others have the given number of pieces each;
+    /// finer grids leave the sixth digit unchanged.
     const LOGARITHMIC: u32 = 3000;
     const PERIODS: u32 = 60;
     const PIECES: u32 = 48;
@@ -261,7 +263,7 @@ mod tests {
         }
     }
 
-    /// With the whole phase in the integral, on a grid fine enough for the step in it.
+    /// The whole phase in the integral, on a grid fine enough for the step in it.
     #[test]
     fn the_zeros_near_the_axis_are_taken_out_of_the_integral_as_they_should() {
         let (gamma, beta) = (0.65, 0.2);
@@ -318,7 +320,7 @@ mod tests {
         let pulse = front(0.6, 0.0, 0.65);
         assert!((pulse.pulse_slip().unwrap() - 1.846_153_846_153_846).abs() < 1e-14);
         assert!((pulse.arrest_prestress() - 0.245_283_018_867_924_5).abs() < 1e-15);
-        // There a block that has slid pulls at the next one as hard as it can bear.
+        // There a slipped block pulls the next one exactly at its threshold.
         let last = Front { prestress: pulse.arrest_prestress(), ..pulse };
         assert!((last.prestress + last.pulse_slip().unwrap() - 1.0).abs() < 1e-14);
         assert_eq!(front(0.6, 0.0, 0.0).pulse_slip(), None);

@@ -1,28 +1,31 @@
-//! The chain before its first step.
+//! The state of the slider before its first step.
 
 use crate::chain::{SteadyLoading, Stiffness};
-use crate::elastic::{Chain, Elastic};
+use crate::elastic::Elastic;
 use crate::plan::{Drive, InitialState, Plan};
 use crate::scenario::Scenario;
 
-/// The state at time 0, from which a run starts at rest.
+/// The state at time 0 of a run that starts at rest.
 pub(crate) fn state(
     scenario: &Scenario,
-    chain: &Chain,
+    elastic: &Elastic,
     spacing_m: f64,
     interfacial_stiffness_n_per_m: f64,
     drive: &Drive,
     normal_load_n: &[f64],
     prestress_n: &[f64],
 ) -> InitialState {
-    let (nodes, elastic) = (chain.nodes, Elastic::Chain(*chain));
-    // Displacements whose spring forces are the profile, from u_1 = 0.
-    let u = elastic.displacements_m(&shear_n(scenario, normal_load_n, spacing_m));
+    let (nodes, freedoms, contacts) = (elastic.nodes(), elastic.freedoms(), elastic.contacts());
+    // Displacements whose spring forces equal the profile, from u_1 = 0; in other bodies there is none.
+    let u = elastic.as_chain().map_or_else(
+        || vec![0.0; freedoms],
+        |chain| chain.displacements_m(&shear_n(scenario, normal_load_n, spacing_m)),
+    );
 
-    // Each friction spring balances what its neighbours pull.
-    // And what the drive pulls, which measures its springs from the grid too.
+    // Each friction spring balances the pull of the neighbouring blocks.
+    // The drive's springs pull as well: their elongation is measured from the undeformed grid.
     let kt = interfacial_stiffness_n_per_m;
-    let mut pull: Vec<f64> = (0..nodes).map(|n| elastic.spring_force_n(&u, n)).collect();
+    let mut pull = elastic.tangential_force_n(&u);
     for spring in &drive.springs {
         pull[spring.block] += spring.force_n(0.0, u[spring.block]);
     }
@@ -30,11 +33,11 @@ pub(crate) fn state(
         *pull += prestress;
     }
     let anchor = |n: usize| if kt > 0.0 { u[n] - pull[n] / kt } else { u[n] };
-    let stick_position_m = (0..nodes).map(anchor).collect();
+    let stick_position_m = (0..contacts).map(anchor).collect();
 
     let amplitude = scenario.initial_velocity.amplitude_m_per_s;
     let mode = f64::from(scenario.initial_velocity.mode);
-    let velocity_m_per_s = (0..nodes)
+    let velocity_m_per_s = (0..freedoms)
         .map(|n| {
             if amplitude == 0.0 {
                 return 0.0;
@@ -46,8 +49,8 @@ pub(crate) fn state(
     InitialState { step: 0, displacement_m: u, velocity_m_per_s, stick_position_m }
 }
 
-/// The initial shear that is asked for, block by block. What it does not add up to 0 by, the last
-/// block takes.
+/// The requested initial shear of every block. The last block takes the negative of the sum of the
+/// others, so that the shear adds up to 0.
 pub(crate) fn shear_n(scenario: &Scenario, normal_load_n: &[f64], spacing_m: f64) -> Vec<f64> {
     let mut tau0 = shear_profile(beta(scenario), normal_load_n, spacing_m);
     for ((tau, ratio), p) in tau0.iter_mut().zip(&scenario.initial_shear.profile).zip(normal_load_n) {
@@ -56,7 +59,7 @@ pub(crate) fn shear_n(scenario: &Scenario, normal_load_n: &[f64], spacing_m: f64
     tau0
 }
 
-/// The constant force from outside on each block; empty where there is none.
+/// The constant external force on each block; empty where there is none.
 pub(crate) fn prestress_n(scenario: &Scenario, normal_load_n: &[f64]) -> Vec<f64> {
     let prestress = &scenario.prestress;
     let last = normal_load_n.len() - 1;
@@ -70,34 +73,35 @@ pub(crate) fn prestress_n(scenario: &Scenario, normal_load_n: &[f64]) -> Vec<f64
     if forces.iter().all(|force| *force == 0.0) { Vec::new() } else { forces }
 }
 
-/// The amplitude of (5.50), from both its sources.
+/// The amplitude of (5.50), the sum of its two sources.
 pub(crate) fn beta(scenario: &Scenario) -> f64 {
     scenario.initial_shear.beta + poisson_beta(scenario)
 }
 
-/// The amplitude of (5.50) that lateral expansion leaves: `4 nu L_z / L_x`.
+/// The amplitude of (5.50) that prevented lateral expansion causes: `4 nu L_z / L_x`.
 ///
-/// Under the normal load a slider of Poisson's ratio `nu` would grow along `x` by the strain
-/// `nu F_N / (E L_x L_y)`. Held by friction, it pushes instead, with `nu F_N L_z / L_x` through
-/// its middle, and that is what the friction on either half adds up to: by the profile
-/// of (5.50), `beta F_N / 4`. So the shear follows the load, and the amplitude does not.
+/// Under the normal load a free slider with Poisson's ratio `nu` would expand along `x` by the
+/// strain `nu F_N / (E L_x L_y)`. Friction prevents that, which leaves a compressive force
+/// `nu F_N L_z / L_x` through the middle cross-section. The friction on either half balances it,
+/// and the profile (5.50) gives `beta F_N / 4` for that friction. The shear is therefore
+/// proportional to the load, and the amplitude is independent of it.
 fn poisson_beta(scenario: &Scenario) -> f64 {
     let slider = &scenario.slider;
     4.0 * scenario.initial_shear.poisson_ratio * slider.height_m / slider.length_m
 }
 
-/// Share of its threshold that the first block has reached where a run starts loaded.
+/// Share of its static threshold that the first block has reached when a run starts loaded.
 const LOADED: f64 = 0.999;
 
-/// Puts the start of a plan to just before the first block would detach: the stuck chain as it
-/// follows the drive in steady motion, step by step, with the lag that damping causes (the part
-/// of the stick phase that does not depend on how it began).
+/// Advances the start of a plan to just before the first detachment. The stuck chain follows the
+/// drive in steady motion, lag by damping included; this is the part of the stick phase that does
+/// not depend on how it began.
 pub(crate) fn start_loaded(plan: &mut Plan) {
     let stiffness = Stiffness::of(plan);
     let steady = SteadyLoading::of(plan, &stiffness, true);
     let anchors = plan.initial.stick_position_m.clone();
     let mut position_m = vec![0.0; plan.blocks];
-    // From which the first step is taken.
+    // The first step is taken from these positions.
     steady.position_m(plan, &stiffness, &anchors, plan.drive_point_m(1, u64::MAX), &mut position_m);
     let kt = plan.friction.interfacial_stiffness_n_per_m;
     let mut steps = plan.steps as f64 - 1.0;

@@ -2,7 +2,7 @@
 //!
 //! The table is the single place that says what may be written: resolving
 //! checks against it, `asperity scenario show` comments with it, and a test
-//! holds it against the fields of [`Scenario`](crate::Scenario).
+//! compares it with the fields of [`Scenario`](crate::Scenario).
 
 use asperity_record::MOST_BLOCKS;
 
@@ -54,7 +54,7 @@ pub enum Bound {
 /// The value of a key that nothing sets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Default {
-    /// The same in both parameter sets.
+    /// One value for both parameter sets.
     Is(Value),
     /// As the thesis' program had it, and as its text says.
     BySet {
@@ -561,8 +561,8 @@ pub const KEYS: &[Key] = &[
     Key {
         path: "recording.energies",
         symbol: "",
-        doc: "Whether every step record has the energies of the whole slider: every-record; none, which takes less \
-              time, and leaves out the audit that stops a run whose time step does too much work.",
+        doc: "Without effect: every step record has the energies of the whole slider. Older versions left them out \
+              by none.",
         kind: Word(&["every-record", "none"]),
         default: Is(Value::Text("every-record")),
     },

@@ -12,7 +12,7 @@
 //! `mu_s p`, which may grow while it sticks. A sliding contact feels [`ContactLaw::drag_n`], until
 //! [`ContactLaw::re_attaches`].
 
-use crate::words::Reattach;
+use crate::choices::Reattach;
 
 /// A sliding contact before a step.
 #[derive(Debug, Clone, Copy)]

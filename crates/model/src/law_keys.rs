@@ -1,9 +1,9 @@
-//! Keys that some friction laws alone ask for. Under another law they can only say what that law
-//! does anyway: who writes anything else there is told that it would do nothing.
+//! Keys that only some friction laws use. Other laws fix what such a key would choose; a scenario
+//! that sets it to anything else is refused, because the value would have no effect.
 
 use toml::Value;
 
-use crate::fill_in::insert;
+use crate::defaults::insert;
 use crate::keys::KEYS;
 use crate::laws::FrictionLaw;
 use crate::source::{Entries, LayerKind, ScenarioError};
@@ -11,7 +11,7 @@ use crate::source::{Entries, LayerKind, ScenarioError};
 /// A key that not all laws take.
 struct LawKey {
     path: &'static str,
-    /// What the laws do that do not take it, where that is not what the key's default says.
+    /// What the laws do that do not take it, where it differs from the key's default.
     elsewhere: Option<&'static str>,
 }
 
@@ -29,7 +29,7 @@ fn law_keys() -> impl Iterator<Item = LawKey> {
 }
 
 impl LawKey {
-    /// What the key says under the laws that do not ask for it.
+    /// The value of the key under laws that do not use it.
     fn idle(&self) -> Value {
         let key = KEYS.iter().find(|key| key.path == self.path).expect("it is in the key table");
         let default = || key.default_in(true).expect("keys of friction have defaults").to_toml();
@@ -48,8 +48,8 @@ impl LawKey {
     }
 }
 
-/// Puts what the law does into a table that has every key, where the law alone decides it, and
-/// refuses what says otherwise; what a log says otherwise is passed over.
+/// Sets keys that the law alone decides to what the law does, in a table that has every key. Other
+/// values are refused in scenarios and ignored in logs.
 pub(crate) fn settle(entries: &Entries, table: &mut toml::Table, errors: &mut Vec<ScenarioError>) {
     let law = text(table, "friction.law").expect("the law is a word").clone();
     let takes = FrictionLaw::ALL.iter().find(|known| law.as_str() == Some(known.word()));
@@ -74,7 +74,7 @@ fn text<'a>(table: &'a toml::Table, path: &str) -> Option<&'a Value> {
     table.get(section)?.get(name)
 }
 
-/// Whether a law decides what another law asks for, and not by the key's default.
+/// Whether this law fixes a key of another law to a value other than the key's default.
 pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw) -> bool {
     law_keys().any(|key| key.path == path && key.elsewhere.is_some() && !key.is_of(law))
 }
@@ -82,11 +82,11 @@ pub(crate) fn is_decided_by_law(path: &str, law: FrictionLaw) -> bool {
 #[cfg(test)]
 mod tests {
     use super::law_keys;
+    use crate::choices::Reattach;
     use crate::laws::FrictionLaw;
-    use crate::words::Reattach;
     use crate::{Scenario, ScenarioSource};
 
-    /// A value for each key that differs from what the key says where it has no meaning.
+    /// A value for each key that differs from that of an unused key.
     fn other(path: &str) -> &'static str {
         match path {
             "friction.interfacial_stiffness_ratio" => "0.5",
@@ -142,12 +142,12 @@ mod tests {
             assert_eq!(plain.friction.reattach, Reattach::TwoWay);
             for shown in [plain.to_commented_toml(), plain.to_editable_toml()] {
                 assert!(shown.contains("# reattach = \"two-way\"  # from friction.law"), "{shown}");
-                // With the law goes what it decided.
+                // A change of the law changes what the law decided.
                 let source =
                     ScenarioSource::new("mine.toml", shown).with_override("friction.law=interfacial-springs");
                 assert_eq!(Scenario::resolve(&source).unwrap().friction.reattach, Reattach::OneWay);
             }
-            // Neither does it make another run of what was one.
+            // The hash of an older run stays the same.
             let mut older = plain.clone();
             older.friction.reattach = Reattach::OneWay;
             assert_eq!(older.hash(), plain.hash());

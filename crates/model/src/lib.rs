@@ -1,6 +1,5 @@
-//! From a scenario as a person writes it to a plan that a solver can run, and
-//! the theory to compare the outcome with. Pure functions throughout, but for
-//! the files that somebody names.
+//! From a scenario as a user writes it to a plan that a solver can run, and the theory to compare
+//! the outcome with. All functions are pure, except those that read the files a scenario names.
 //!
 //! ```
 //! use asperity_model::analytic::{LengthLaw, LengthLawParameters};
@@ -9,7 +8,7 @@
 //! // A built-in scenario, or the path of a TOML file, with overrides.
 //! let scenario = resolve("load-on-driven-end", &["slider.blocks=57", "time.duration_s=2"])?;
 //!
-//! // What a solver will do: 2 s in steps of 10 ns.
+//! // The numbers that a solver needs: 2 s in steps of 10 ns.
 //! let plan = Plan::new(&scenario);
 //! assert_eq!((plan.blocks, plan.steps), (57, 200_000_000));
 //!
@@ -24,47 +23,46 @@
 //!
 //! In reading order; a file uses those above it, and none below:
 //!
-//! - [`keys`]: every key a scenario may have, once: symbol, unit, range,
-//!   default, meaning. The checks, `asperity scenario show` and the key
-//!   reference are made from this table.
-//! - `window_keys`: those of a dense window.
-//! - `near`: the key or scenario that was probably meant.
-//! - [`text`]: reading what somebody wrote, and places in it.
-//! - [`source`]: scenario texts and `--set` overrides as layers, each value with
-//!   the place it was written at, for errors that can point there.
-//! - `fill_in`: written values checked against their keys, and defaults.
-//! - `words`: the words that a scenario chooses from.
+//! - [`keys`]: every scenario key: symbol, unit, range, default, meaning. The checks,
+//!   `asperity scenario show` and the key reference are generated from this table.
+//! - `window_keys`: the keys of a dense window.
+//! - `suggest`: the key or scenario that was probably meant.
+//! - [`text`]: reads texts and names places in them.
+//! - [`source`]: scenario texts and `--set` overrides as layers; each value keeps its place for
+//!   error messages.
+//! - `defaults`: checks written values against their keys and fills in defaults.
+//! - `choices`: enumerations of the words that keys accept.
 //! - [`scenario`]: the resolved [`Scenario`]: every key present and in range.
-//! - [`lattice`]: the body of a slab.
-//! - [`elastic`]: what holds a slider together.
+//! - [`lattice`]: bodies given by a table of bonds, as that of a slab.
+//! - [`elastic`]: the elastic body, chain or lattice.
 //! - [`law`]: how a contact sticks and slides; [`laws`]: the laws, a file for each.
 //! - [`load`]: normal load per block, and its course in time.
 //! - [`plan`]: the [`Plan`]: the numbers of the physics.
-//! - [`chain`]: the stuck chain at rest or in steady motion.
+//! - [`chain`]: the stuck chain in static equilibrium or in steady motion.
 //! - [`initial`]: displacements, velocities and friction springs at the start.
-//! - [`slab`]: a slab at rest under its load.
-//! - `mixed`: numbers without pattern.
+//! - [`slab`]: a body on a foundation in static equilibrium under its load.
+//! - `splitmix`: pseudo-random numbers.
 //! - `derive`: from a scenario to a plan.
-//! - `law_keys`: keys that some friction laws alone ask for.
-//! - `drawn`: whether what a text says was drawn is what is drawn.
-//! - `show`: a scenario as commented TOML.
-//! - `warnings`: what is accepted, and may surprise.
-//! - [`analytic`]: what the theory predicts.
-//! - [`front`]: how fast it says that a front runs.
-//! - `contradictions`: what keys ask of each other, rule by rule.
-//! - `slab_keys`: what a slab and a chain each have no meaning for.
+//! - `law_keys`: keys that only some friction laws use.
+//! - `random_offsets`: checks listed offsets of friction against the drawn ones.
+//! - `show`: formats a scenario as commented TOML.
+//! - `warnings`: accepted values that may surprise.
+//! - [`analytic`]: predictions of the theory.
+//! - [`front`]: the theory of the speed of fronts.
+//! - `contradictions`: rules between keys.
+//! - `slab_keys`: keys that only slabs or only chains can have.
 //! - `profile`: initial shear and prestress from CSV files.
-//! - [`builtin`]: the scenarios that come with the program.
+//! - [`builtin`]: the built-in scenarios.
 //! - `resolve`: from a name or a text to a scenario: [`resolve()`], [`Scenario::resolve`].
 
 pub mod analytic;
 pub mod builtin;
 pub mod chain;
+mod choices;
 mod contradictions;
+mod defaults;
 mod derive;
-mod drawn;
 pub mod elastic;
-mod fill_in;
 pub mod front;
 pub mod initial;
 pub mod keys;
@@ -73,32 +71,32 @@ pub mod law;
 mod law_keys;
 pub mod laws;
 pub mod load;
-mod mixed;
-mod near;
 pub mod plan;
 mod profile;
+mod random_offsets;
 mod resolve;
 pub mod scenario;
 mod show;
 pub mod slab;
 mod slab_keys;
 pub mod source;
+mod splitmix;
+mod suggest;
 pub mod text;
 mod warnings;
 mod window_keys;
-mod words;
 
+pub use choices::{DriveKind, Energies, ParameterSet, Reattach};
 pub use derive::ADVISED_SHARE;
 pub use elastic::Elastic;
 pub use lattice::Lattice;
 pub use laws::Law;
 pub use load::LoadCourse;
-pub use mixed::mixed;
 pub use plan::{
     Ageing, Drive, DriveSpring, Friction, InitialState, Plan, RecordingPlan, RuptureFields, WindowPlan,
 };
 pub use resolve::{ResolveError, resolve};
 pub use scenario::Scenario;
 pub use source::{ScenarioErrors, ScenarioSource};
+pub use splitmix::mixed;
 pub use warnings::WRONG_FRONT;
-pub use words::{DriveKind, Energies, ParameterSet, Reattach};

@@ -11,21 +11,21 @@ pub fn tilted(total_n: f64, theta: f64, blocks: usize) -> Vec<f64> {
         .collect()
 }
 
-/// A piecewise-linear course of the normal load (6.1-6.3), as a factor on what it is at
-/// the start; constant before its first and after its last knot.
+/// A piecewise-linear course of the normal load (6.1-6.3), as a factor on its value at the start;
+/// constant before the first and after the last knot.
 ///
-/// In (6.2) the ramp starts where the drive is held, and in (6.3) its length is the
-/// difference of its ends.
+/// In (6.2) the ramp starts where the drive stops, and in (6.3) its length is the difference of its
+/// ends.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoadCourse {
-    /// By ascending step; none for a constant load.
+    /// Steps and factors, ascending in steps; empty for a constant load.
     knots: Vec<(u64, f64)>,
-    /// Whether steps count from where the drive stops.
+    /// Whether steps count from the one in which the drive stops.
     from_hold: bool,
 }
 
 impl LoadCourse {
-    /// A course of factors at steps.
+    /// A course with the given factors at the given steps.
     pub fn new(steps: Vec<u64>, factors: Vec<f64>, from_hold: bool) -> LoadCourse {
         LoadCourse { knots: steps.into_iter().zip(factors).collect(), from_hold }
     }
@@ -35,7 +35,7 @@ impl LoadCourse {
         self.knots.iter().all(|(_, factor)| *factor == 1.0)
     }
 
-    /// What a step's knots count from; `None` while that is not known.
+    /// The step from which the knots count; `None` while it is unknown.
     fn origin(&self, hold_step: u64) -> Option<u64> {
         match (self.from_hold, hold_step) {
             (false, _) => Some(0),
@@ -44,7 +44,8 @@ impl LoadCourse {
         }
     }
 
-    /// The factor in a step, if the drive stopped in `hold_step` (`u64::MAX` if it has not).
+    /// The factor in a step. `hold_step` is the step in which the drive stopped, `u64::MAX` before
+    /// that.
     pub fn factor(&self, step: u64, hold_step: u64) -> f64 {
         let (Some(first), Some(last)) = (self.knots.first(), self.knots.last()) else { return 1.0 };
         let Some(origin) = self.origin(hold_step) else { return first.1 };
@@ -58,8 +59,9 @@ impl LoadCourse {
         start + (end - start) * ((at - from) as f64 / (to - from) as f64)
     }
 
-    /// By how much the factor changes in each step behind `step`, up to the next knot. Not the
-    /// difference of two factors: many steps would multiply their rounding.
+    /// The change of the factor per step after `step`, up to the next knot. Computed from the
+    /// knots, because a difference of two factors would multiply its rounding error over many
+    /// steps.
     pub fn rate(&self, step: u64, hold_step: u64) -> f64 {
         let Some(origin) = self.origin(hold_step) else { return 0.0 };
         let at = step.saturating_sub(origin);
@@ -70,7 +72,7 @@ impl LoadCourse {
         }
     }
 
-    /// The first knot behind a step; `u64::MAX` if there is none.
+    /// The first knot after a step; `u64::MAX` if there is none.
     pub fn next_knot(&self, step: u64, hold_step: u64) -> u64 {
         let Some(origin) = self.origin(hold_step) else { return u64::MAX };
         let knots = self.knots.iter().map(|(knot, _)| origin + knot);
@@ -97,7 +99,7 @@ mod tests {
         );
         let next = |step| course.next_knot(step, u64::MAX);
         assert_eq!([next(0), next(10), next(49), next(50)], [10, 20, 50, u64::MAX]);
-        // The same from where the drive stops; constant until it does.
+        // A course that counts from the stop of the drive is constant until then.
         let course = LoadCourse::new(vec![0, 10], vec![1.0, 0.5], true);
         assert_eq!([course.factor(99, u64::MAX), course.factor(105, 100)], [1.0, 0.75]);
         assert_eq!([course.next_knot(100, u64::MAX), course.next_knot(100, 100)], [u64::MAX, 110]);

@@ -186,8 +186,6 @@ pub struct RecordingPlan {
     pub windows: Vec<WindowPlan>,
     /// Whether to record all blocks while many slide.
     pub rupture_fields: Option<RuptureFields>,
-    /// Whether every step record has the energies of the slider.
-    pub energies: bool,
 }
 
 /// When to record all blocks because many slide at once: a window that the run itself opens. Its

@@ -1,17 +1,17 @@
-//! A profile along the slider, read from a CSV file.
+//! Reads a profile along the slider from a CSV file.
 
 use std::path::Path;
 
 use crate::text;
 
-/// What such a file must look like.
+/// The format of such a file, as stated in errors.
 pub(crate) const ACCEPTED: &str =
     "a CSV file with the header x_over_l,tau_over_p and rows by ascending x_over_l, the first 0, the last 1";
 
-/// The profile at every block, linear between the rows of the file.
+/// Reads the profile and interpolates it linearly to every block.
 ///
 /// # Errors
-/// In words, with file and line, if the file cannot be read or is no such profile.
+/// A message with file and line, if the file cannot be read or is not such a profile.
 pub(crate) fn read(path: &Path, blocks: usize) -> Result<Vec<f64>, String> {
     let text = text::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
     let rows = parse(&text).map_err(|(line, problem)| format!("{}:{line}: {problem}", path.display()))?;
@@ -27,7 +27,7 @@ pub(crate) fn read(path: &Path, blocks: usize) -> Result<Vec<f64>, String> {
     Ok((0..blocks).map(at_block).collect())
 }
 
-/// Pairs of place and value; or the line that is wrong, and how.
+/// Parses pairs of place and value; the error is the line number and what is wrong.
 fn parse(text: &str) -> Result<Vec<(f64, f64)>, (usize, String)> {
     let mut lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty());
     let header = lines.next().map_or("", |(_, line)| line);

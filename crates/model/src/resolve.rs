@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::scenario::Scenario;
 use crate::source::{Entries, ScenarioError, ScenarioErrors, ScenarioSource};
-use crate::{builtin, contradictions, drawn, fill_in, law_keys, near, profile, text};
+use crate::{builtin, contradictions, defaults, law_keys, profile, random_offsets, suggest, text};
 
 /// Resolves a built-in scenario, or a file, by its name, with overrides of the form
 /// `key=value`, later ones over earlier ones.
@@ -20,11 +20,11 @@ use crate::{builtin, contradictions, drawn, fill_in, law_keys, near, profile, te
 /// ```
 ///
 /// # Errors
-/// If there is neither a built-in scenario nor a readable file of that name; or everything that
-/// is wrong with it, each with the place it was written at.
+/// If there is neither a built-in scenario nor a readable file of that name; or everything that is
+/// wrong with the scenario, each with its place.
 pub fn resolve<T: AsRef<str>>(name: impl AsRef<Path>, overrides: &[T]) -> Result<Scenario, ResolveError> {
     let path = name.as_ref();
-    // A path need not be UTF-8; in words it is.
+    // A path need not be UTF-8; messages are.
     let name = &*path.to_string_lossy();
     let source = match path.to_str().and_then(builtin::find) {
         Some(text) => ScenarioSource::new(format!("built-in {name}"), text),
@@ -36,7 +36,7 @@ pub fn resolve<T: AsRef<str>>(name: impl AsRef<Path>, overrides: &[T]) -> Result
     let source =
         overrides.iter().fold(source, |source, assignment| source.with_override(assignment.as_ref()));
     Scenario::resolve(&source).map_err(|mut errors| {
-        // What was left at its default stands nowhere, but what it contradicts stands here.
+        // Defaults have no place in a text, but what they contradict comes from this scenario.
         for error in errors.0.iter_mut().filter(|error| error.place.is_none()) {
             error.place = Some(name.to_owned());
         }
@@ -44,23 +44,23 @@ pub fn resolve<T: AsRef<str>>(name: impl AsRef<Path>, overrides: &[T]) -> Result
     })
 }
 
-/// Why a name gave no scenario.
+/// Reasons why a name gives no scenario.
 #[derive(Debug, thiserror::Error)]
 pub enum ResolveError {
-    /// There is none of that name.
+    /// No built-in scenario or file has that name.
     #[error(
         "scenario {name}: neither a file that can be read ({source}) nor a built-in scenario{} \
          (accepted: a path, or one of {})",
-        near::did_you_mean(near::name(name, builtin_names()).as_slice()),
+        suggest::did_you_mean(suggest::name(name, builtin_names()).as_slice()),
         builtin_names().collect::<Vec<_>>().join(", ")
     )]
     Unknown {
-        /// As it was asked for.
+        /// The requested name.
         name: String,
-        /// What reading a file of that name gave.
+        /// The error of reading a file of that name.
         source: io::Error,
     },
-    /// Something is wrong with it.
+    /// The scenario is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioErrors),
 }
@@ -70,15 +70,15 @@ fn builtin_names() -> impl Iterator<Item = &'static str> {
 }
 
 impl Scenario {
-    /// Resolves a scenario as written: fills in defaults, checks every value
-    /// against its key and the keys against each other.
+    /// Resolves a scenario as written: fills in defaults and checks every value against its key and
+    /// the keys against each other.
     ///
     /// # Errors
-    /// Everything that is wrong, each with the place it was written at.
+    /// Everything that is wrong, each with its place.
     pub fn resolve(source: &ScenarioSource) -> Result<Scenario, ScenarioErrors> {
         let entries = source.entries()?;
         let mut errors = Vec::new();
-        let mut table = fill_in::fill_in(&entries, &mut errors);
+        let mut table = defaults::fill_in(&entries, &mut errors);
         if !errors.is_empty() {
             return Err(ScenarioErrors(errors));
         }
@@ -88,7 +88,7 @@ impl Scenario {
             .expect("a table with every key checked against the key table has the fields of a scenario");
         contradictions::check(&scenario, &entries, &mut errors);
         if errors.is_empty() {
-            drawn::check(&scenario, &entries, &mut errors);
+            random_offsets::check(&scenario, &entries, &mut errors);
         }
         if errors.is_empty() {
             scenario.read_profiles(&entries, &mut errors);
@@ -99,7 +99,7 @@ impl Scenario {
         if errors.is_empty() { Ok(scenario) } else { Err(ScenarioErrors(errors)) }
     }
 
-    /// Reads the profiles from their files, those that are named and have not been read before.
+    /// Reads the named profiles from their files, unless they have been read.
     fn read_profiles(&mut self, entries: &Entries, errors: &mut Vec<ScenarioError>) {
         let (shear, prestress) = (&mut self.initial_shear, &mut self.prestress);
         for (key, file, profile) in [
@@ -124,9 +124,9 @@ impl Scenario {
 
 #[cfg(test)]
 mod tests {
+    use crate::choices::{ParameterSet, Reattach};
     use crate::scenario::{Scenario, Slider};
     use crate::source::{ScenarioErrors, ScenarioSource};
-    use crate::words::{ParameterSet, Reattach};
 
     fn resolve(text: &str) -> Result<Scenario, ScenarioErrors> {
         Scenario::resolve(&ScenarioSource::new("test.toml", text))
@@ -293,14 +293,14 @@ mod tests {
         assert!(error.contains(") nor a built-in scenario (accepted: a path,"), "{error}");
     }
 
-    /// What is wrong with a default stands nowhere in the texts.
+    /// An invalid default has no place in the texts.
     #[test]
     fn errors_without_a_place_name_the_scenario() {
         let error = super::resolve("default", &["slider.length_m=1e-30"]).unwrap_err().to_string();
         assert!(error.starts_with("default: time.step_s: 1e-8 is above the stability limit"), "{error}");
     }
 
-    /// Looking for suggestions must not take long.
+    /// Suggestions are found fast.
     #[test]
     fn endless_and_countless_unknown_keys_are_refused_at_once() {
         let long = format!("{} = 1", "blocks".repeat(2_000_000));

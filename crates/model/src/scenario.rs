@@ -1,16 +1,15 @@
 //! The resolved scenario: every key present, of its type and in its range, and
 //! the keys consistent with each other.
 //!
-//! Its serialised form is what a run log carries and what the scenario hash is
-//! taken over, so the order and names of the fields are part of the format. How it is
-//! resolved stands in `resolve.rs`.
+//! Run logs carry its serialised form, and the scenario hash is computed from it, so the order and
+//! names of the fields are part of the log format. `resolve.rs` resolves it.
 
 use serde::{Deserialize, Serialize};
 
+use crate::choices::{DriveKind, Energies, ParameterSet, Reattach, ScheduleFrom, Start};
 use crate::keys::FOUNDATION_RATIO;
 use crate::law::LawKeys;
 use crate::laws::{FrictionLaw, Law};
-use crate::words::{DriveKind, Energies, ParameterSet, Reattach, ScheduleFrom, Start};
 
 /// A resolved scenario. See [`KEYS`](crate::keys::KEYS) for what each field means.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -81,8 +80,8 @@ pub struct Friction {
     pub spread_seed: u32,
 }
 
-// Keys that came later are left out of the serialised form where they have their
-// defaults: so the hashes of older scenarios stay.
+// Keys added later are not serialised at their defaults, so that hashes of older scenarios stay the
+// same.
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
@@ -237,7 +236,7 @@ pub struct Window {
 }
 
 impl Slider {
-    /// Whether it is a slab, a lattice of several rows, and not a chain.
+    /// Whether the slider is a slab (a lattice of several rows) rather than a chain.
     pub fn is_slab(&self) -> bool {
         self.rows > 1
     }
@@ -256,14 +255,14 @@ impl Friction {
 }
 
 impl Scenario {
-    /// BLAKE3 over everything that influences a run or its log, hexadecimal;
-    /// name and summary do not.
+    /// The BLAKE3 hash, hexadecimal, of everything that influences a run or its log; name and
+    /// summary are excluded.
     pub fn hash(&self) -> String {
         let mut anonymous = Scenario { name: String::new(), summary: String::new(), ..self.clone() };
-        // What was read from it stands beside it.
+        // The values read from the file are hashed instead of its path.
         anonymous.initial_shear.profile_csv.clear();
         anonymous.prestress.profile_csv.clear();
-        // It follows from these laws, and was not always resolved to what they do.
+        // These laws determine the rule; older programs did not always resolve it that way.
         if !anonymous.friction.law.keys().contains(&"friction.reattach") {
             anonymous.friction.reattach = Reattach::OneWay;
         }
@@ -281,7 +280,7 @@ mod tests {
         Scenario::resolve(&ScenarioSource::new("test.toml", text))
     }
 
-    /// Logs, proofs and pairs of runs are told by these.
+    /// Logs, proofs and pairs of runs are identified by these hashes.
     #[test]
     fn hashes_of_scenarios_stay() {
         let of = |name| resolve(crate::builtin::find(name).unwrap()).unwrap().hash();
@@ -298,13 +297,13 @@ mod tests {
     }
 
     #[test]
-    fn energies_enter_the_hash_only_where_there_are_none() {
+    fn the_key_of_energies_enters_the_hash_only_where_it_asks_for_none() {
         let base = resolve("").unwrap();
         let of = |word: &str| resolve(&format!("recording.energies = {word:?}")).unwrap();
         assert_eq!(of("every-record"), base);
         assert!(!toml::to_string(&base).unwrap().contains("energies"));
         assert_ne!(of("none").hash(), base.hash());
-        assert!(Plan::new(&base).recording.energies && !Plan::new(&of("none")).recording.energies);
+        assert_eq!(Plan::new(&of("none")), Plan::new(&base));
         assert_eq!(
             resolve("recording.energies = \"some\"").unwrap_err().to_string(),
             "test.toml:1:22: recording.energies: \"some\" is not accepted (accepted: \"every-record\" or \"none\")"

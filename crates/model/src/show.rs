@@ -1,23 +1,23 @@
-//! A scenario as TOML to read and to edit, commented from the key table.
+//! Formats a scenario as TOML to read and to edit, with comments from the key table.
 
 use asperity_record::TimeGrid;
 
+use crate::choices::ParameterSet;
 use crate::derive::{ADVISED_SHARE, drawn_offsets};
 use crate::keys::{self, DRAWN_KEYS, KEYS, Key};
 use crate::law_keys;
 use crate::scenario::Scenario;
 use crate::window_keys::WINDOW_KEYS;
-use crate::words::ParameterSet;
 
 impl Scenario {
-    /// The scenario as complete TOML, every key with its symbol, range and meaning.
+    /// Formats the scenario as complete TOML, every key with its symbol, range and meaning.
     pub fn to_commented_toml(&self) -> String {
         self.write_toml(false)
     }
 
-    /// The same to be edited: values that follow from the parameter set are
-    /// commented out, so that they change with it. Written out, they would stay
-    /// those of one set under the name of the other.
+    /// Formats the scenario for editing: values that follow from the parameter set are commented
+    /// out, so that they change with it. Written out, they would remain those of one set under the
+    /// name of the other.
     pub fn to_editable_toml(&self) -> String {
         self.write_toml(true)
     }
@@ -34,7 +34,7 @@ impl Scenario {
             }
             let default =
                 key.default_in(self.parameter_set == ParameterSet::AsCoded).map(keys::Value::to_toml);
-            // What is not serialised has its default.
+            // A key that is not serialised has its default.
             let found = key.path.split('.').try_fold(&value, |value, part| value.get(part));
             let found = found.or(default.as_ref()).expect("the key table names fields of a scenario");
             let follows_set =
@@ -42,7 +42,7 @@ impl Scenario {
             let left_to = if leave_to_parameter_set && follows_set {
                 Some("parameter_set")
             } else {
-                // Whoever chooses another law then gets the default of that one.
+                // Left out, so that another law brings its own default.
                 law_keys::is_decided_by_law(key.path, self.friction.law).then_some("friction.law")
             };
             comment_and_value(&mut out, key, name, found, left_to);
@@ -76,7 +76,7 @@ impl Scenario {
 }
 
 impl Scenario {
-    /// A dense window of the whole run and all blocks, commented out.
+    /// Formats a dense window over the whole run and all blocks, commented out.
     fn example_of_a_window(&self) -> String {
         let grid = TimeGrid::new(self.time.step_s);
         let every_steps = (grid.nearest_step(self.time.duration_s) / 1000).max(1);
@@ -99,7 +99,7 @@ impl Scenario {
         out
     }
 
-    /// How far the time step is from where the scheme is unstable.
+    /// Formats the ratio of the time step to the limit of stability.
     fn comment_on_step(&self) -> String {
         let longest_s = self.longest_stable_step_s();
         let share = self.time.step_s / longest_s;
@@ -115,7 +115,7 @@ impl Scenario {
     }
 }
 
-/// Writes a key with its meaning; commented out where its value is left to another key.
+/// Writes a key with its meaning, commented out where another key decides its value.
 fn comment_and_value(
     out: &mut String,
     key: &Key,
@@ -171,7 +171,8 @@ mod tests {
         }
     }
 
-    /// The example of a dense window is one: uncommented, it is accepted, and says what it says.
+    /// The example of a dense window is valid: uncommented, it is accepted and describes what it
+    /// shows.
     #[test]
     fn the_window_shown_as_an_example_is_a_window() {
         for (name, text) in crate::builtin::all() {
@@ -199,15 +200,15 @@ mod tests {
         assert!(!resolve("").unwrap().to_commented_toml().contains("Dense windows"), "logs have no examples");
     }
 
-    /// Written out, mass and damping of the set as-coded once ran under the name
-    /// of the set as-stated.
+    /// With mass and damping written out, the set as-coded once ran under the name of the set
+    /// as-stated.
     #[test]
     fn an_edited_scenario_follows_its_parameter_set() {
         let shown = resolve("").unwrap().to_editable_toml();
         let source = ScenarioSource::new("mine.toml", shown).with_override("parameter_set=as-stated");
         let stated = resolve("parameter_set = \"as-stated\"").unwrap();
         assert_eq!(Scenario::resolve(&source).unwrap(), stated);
-        // What was set on purpose stays.
+        // Values set on purpose stay.
         let heavy = resolve("slider.mass_kg = 3").unwrap().to_editable_toml();
         let source = ScenarioSource::new("mine.toml", heavy).with_override("parameter_set=as-stated");
         assert_eq!(Scenario::resolve(&source).unwrap().slider.mass_kg, 3.0);

@@ -1,6 +1,5 @@
-//! A slab before its first step: pressed down and at rest.
+//! A body on a foundation before its first step: pressed down and at rest.
 
-use crate::elastic::Elastic;
 use crate::lattice::Lattice;
 use crate::plan::{Drive, InitialState, Plan};
 
@@ -19,7 +18,7 @@ const MOST_STEPS: usize = 10;
 /// The displacements in which a lattice is at rest under a load on every node of its top row, with
 /// every contact held by a spring whose anchor is where the contact is on the grid, and no drive.
 ///
-/// The foundation is taken to bear every contact. The lattice would expand along `x` by Poisson's
+/// The foundation is taken to bear every contact; without one nothing is displaced. The lattice would expand along the surface by Poisson's
 /// ratio; friction springs hold it, and that leaves a shear.
 pub(crate) fn displacements_at_rest_m(
     lattice: &Lattice,
@@ -29,8 +28,9 @@ pub(crate) fn displacements_at_rest_m(
     let (nodes, freedoms) = (lattice.nodes(), lattice.freedoms());
     let still = vec![0.0; freedoms];
     let mut residual = still.clone();
+    let Some(upward) = lattice.table.upward() else { return still };
     for (node, load_n) in lattice.top_row().zip(top_load_n) {
-        residual[nodes + node] = -load_n;
+        residual[upward * nodes + node] = -load_n;
     }
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b);
     let (mut at, mut direction, mut bent) = (still.clone(), residual.clone(), still.clone());
@@ -44,9 +44,12 @@ pub(crate) fn displacements_at_rest_m(
         for bent in &mut bent {
             *bent = -*bent;
         }
-        for n in lattice.row(0) {
-            bent[n] += interfacial_n_per_m * direction[n];
-            bent[nodes + n] += lattice.foundation_n_per_m * direction[nodes + n];
+        for freedom in 0..lattice.table.axes.len() {
+            let held_n_per_m =
+                if freedom == upward { lattice.foundation_n_per_m } else { interfacial_n_per_m };
+            for n in lattice.row(0) {
+                bent[freedom * nodes + n] += held_n_per_m * direction[freedom * nodes + n];
+            }
         }
         let far = square / product(&direction, &bent);
         for n in 0..freedoms {
@@ -61,9 +64,10 @@ pub(crate) fn displacements_at_rest_m(
     at
 }
 
-/// The normal load of each contact in a state.
+/// The normal load of each contact in a state; none without a foundation.
 pub fn normal_load_n(lattice: &Lattice, displacement_m: &[f64]) -> Vec<f64> {
-    let rise_m = &displacement_m[lattice.nodes()..];
+    let Some(upward) = lattice.table.upward() else { return Vec::new() };
+    let rise_m = &displacement_m[upward * lattice.nodes()..];
     lattice.row(0).map(|n| lattice.normal_load_n(rise_m[n])).collect()
 }
 
@@ -80,36 +84,34 @@ pub(crate) fn at_rest(displacement_m: Vec<f64>, contacts: usize, drive: &mut Dri
     }
 }
 
-/// What is wrong with the rest state of a slab's plan: that it is none, or that a contact bears no
-/// load in it.
+/// What is wrong with the state of rest of a plan whose body is pressed onto a foundation: that it is
+/// none, or that a contact bears no load in it.
 pub(crate) fn problem_at_rest(plan: &Plan) -> Option<String> {
-    let Elastic::Lattice(lattice) = &plan.elastic else { return None };
+    if !plan.elastic.has_foundation() {
+        return None;
+    }
     let u = &plan.initial.displacement_m;
-    let mean_n = plan.total_normal_load_n / lattice.columns as f64;
+    let mean_n = plan.total_normal_load_n / plan.blocks as f64;
     if let Some(n) = plan.normal_load_n.iter().position(|load_n| *load_n <= BEARS_NOTHING * mean_n) {
         return Some(format!("contact {} bears nothing of the load", n + 1));
     }
     let tangential_n = tangential_force_n(plan);
     let kt = plan.friction.interfacial_stiffness_n_per_m;
-    let held = lattice.row(0).all(|n| (tangential_n[n] - kt * u[n]).abs() <= UNBALANCED * mean_n);
+    let held = (0..plan.blocks).all(|n| (tangential_n[n] - kt * u[n]).abs() <= UNBALANCED * mean_n);
     let borne_n: f64 = plan.normal_load_n.iter().sum();
     let is_borne = (borne_n - plan.total_normal_load_n).abs() <= UNBALANCED * plan.total_normal_load_n;
     (!(held && is_borne)).then(|| "the forces of the pressed slab do not balance".to_owned())
 }
 
-/// What springs pull each contact of a slab with along the sliding direction at the start, friction
-/// left out; nothing of a chain.
+/// What springs pull each contact with along the sliding direction at the start, friction and drive left
+/// out.
 pub fn tangential_force_n(plan: &Plan) -> Vec<f64> {
-    let Elastic::Lattice(lattice) = &plan.elastic else { return Vec::new() };
-    let (mut force_n, mut dashpots_n) = (vec![0.0; lattice.freedoms()], vec![0.0; lattice.freedoms()]);
-    lattice.pull(&mut force_n, &mut dashpots_n, &plan.initial.displacement_m, &plan.initial.velocity_m_per_s);
-    force_n.truncate(lattice.columns);
-    force_n
+    plan.elastic.tangential_force_n(&plan.initial.displacement_m)
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::{Elastic, Plan, resolve};
+    use crate::{Lattice, Plan, resolve};
 
     fn plan(sets: &[&str]) -> Plan {
         Plan::new(&resolve("slab", sets).unwrap_or_else(|error| panic!("{error}")))
@@ -140,7 +142,7 @@ mod tests {
     #[test]
     fn a_slab_at_rest_is_symmetric_and_held() {
         let plan = plan(&[]);
-        let Elastic::Lattice(lattice) = &plan.elastic else { panic!("a slab") };
+        let lattice = plan.elastic.as_lattice();
         let (nodes, columns) = (lattice.nodes(), lattice.columns);
         let u = &plan.initial.displacement_m;
         let largest = u.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
@@ -176,6 +178,37 @@ mod tests {
         // The largest frequency, and dt as a share of the longest stable step.
         assert!((2e-7 * 1.6e6 - 0.32_f64).abs() < 1e-12 && plan.step_share() < 0.4, "{}", plan.step_share());
         assert!((plan.normal_load_n.iter().sum::<f64>() - 1920.0).abs() < 1e-9);
+    }
+
+    /// What two other programs find for a block of 140 mm x 20 mm x 75 mm, by conjugate gradients and by
+    /// elimination.
+    #[test]
+    fn a_block_rests_where_other_programs_have_it() {
+        let k = 0.4 * 3e9 * 0.14 / 28.0;
+        let block = Lattice {
+            stiffness_n_per_m: k,
+            foundation_n_per_m: 15.0 / 16.0 * k,
+            ..Lattice::block(29, 5, 16)
+        };
+        let (kt, contacts) = (15.0 / 8.0 * k, block.contacts());
+        let mean_n = 6400.0 / contacts as f64;
+        let u = super::displacements_at_rest_m(&block, kt, &vec![mean_n; contacts]);
+        let p = super::normal_load_n(&block, &u);
+        let held = |axis: usize, contact: usize| -kt * u[axis * block.nodes() + contact];
+        // On a stuck contact the friction spring balances what pulls it.
+        let ratio = |axis: usize, contact: usize| -held(axis, contact) / p[contact];
+        let size = |contact: usize| ratio(0, contact).hypot(ratio(1, contact));
+        let is =
+            |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+        is((0..contacts).map(size).fold(0.0, f64::max), 0.266642197200);
+        is(ratio(0, 0), -0.218990596502);
+        is(ratio(1, 0), -0.152122253373);
+        is(u[0], -9.961786088299e-07);
+        is(u[block.nodes()], -6.919974517521e-07);
+        is(p[0] / mean_n, 1.159450723577);
+        is(ratio(0, 2 * 29), -0.195317399541);
+        is(ratio(1, 14), -0.127863602648);
+        is(p.iter().sum(), 6400.0);
     }
 
     #[test]

@@ -1,21 +1,21 @@
-//! Which keys a slab and a chain can have: what one of them has no meaning for is refused.
+//! Refuses keys of slabs in chains and keys of chains in slabs.
 
+use crate::choices::{DriveKind, Start};
 use crate::derive::drive_row;
 use crate::keys::FOUNDATION_RATIO;
 use crate::scenario::Scenario;
-use crate::words::{DriveKind, Start};
 
 /// Most nodes of a slab.
 const MOST_NODES: u64 = 1_000_000;
 
-/// How far the spacings along `x` and `z` may be from each other, over either: rounding of what was
-/// written with six digits is not enough.
+/// Accepted relative difference of the spacings along `x` and `z`; tighter than rounding to six
+/// digits, which is therefore refused.
 const SAME_SPACING: f64 = 1e-9;
 
-/// What is refused: the key, the problem, and what is accepted.
+/// A refusal: the key, the problem, and what is accepted.
 pub(crate) type Refusal = (&'static str, String, String);
 
-/// What a slab asks of its scenario.
+/// Checks the rules for slabs.
 pub(crate) fn of_a_slab(scenario: &Scenario) -> Vec<Refusal> {
     let slider = &scenario.slider;
     let mut refused = Vec::new();
@@ -113,11 +113,11 @@ pub(crate) fn of_a_slab(scenario: &Scenario) -> Vec<Refusal> {
     refused
 }
 
-/// What has a meaning for slabs alone.
+/// Checks the rules for chains: keys that only slabs can have.
 pub(crate) fn of_a_chain(scenario: &Scenario) -> Vec<Refusal> {
     let mut refused = Vec::new();
-    let height_m = scenario.drive.height_m;
-    if height_m != 0.0 && !scenario.slider.is_slab() {
+    let (height_m, is_chain) = (scenario.drive.height_m, !scenario.slider.is_slab());
+    if height_m != 0.0 && is_chain {
         refused.push((
             "drive.height_m",
             format!("a chain has no height to pull at, and {height_m} is given"),
@@ -131,7 +131,7 @@ pub(crate) fn of_a_chain(scenario: &Scenario) -> Vec<Refusal> {
         ));
     }
     let ratio = scenario.normal_load.foundation_stiffness_ratio;
-    if ratio.to_bits() != FOUNDATION_RATIO.to_bits() && !scenario.slider.is_slab() {
+    if ratio.to_bits() != FOUNDATION_RATIO.to_bits() && is_chain {
         refused.push((
             "normal_load.foundation_stiffness_ratio",
             format!("a chain has no foundation, and {ratio} is given"),

@@ -1,9 +1,8 @@
 //! Scenario texts as layers, and the errors that point into them.
 //!
-//! A scenario is made of a file (or a built-in one) and any number of
-//! `--set key=value` overrides, each itself a line of TOML. Every value keeps
-//! the place it was written at, so that an error found much later, when values
-//! are compared, still names file, line and column.
+//! A scenario consists of a file or a built-in text and any number of `--set key=value` overrides,
+//! each of which is parsed as a line of TOML. Every value keeps the place where it was written, so
+//! that an error found later, when values are compared, still names file, line and column.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -16,7 +15,7 @@ use toml::de::{DeTable, DeValue};
 use crate::text::Lines;
 use crate::window_keys::WINDOW;
 
-/// A scenario as written: a base text and what overrides it.
+/// A scenario as written: a base text and its overrides.
 #[derive(Debug, Clone)]
 pub struct ScenarioSource {
     layers: Vec<Layer>,
@@ -31,33 +30,32 @@ struct Layer {
     kind: LayerKind,
 }
 
-/// Who wrote a layer.
+/// The origin of a layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LayerKind {
-    /// Somebody, as a scenario.
+    /// A scenario file or built-in text.
     Scenario,
-    /// A program, into the log of a run, maybe one that knew fewer rules.
+    /// The log of a run; an older program with fewer rules may have written it.
     Log,
-    /// Somebody, for one run.
+    /// An override for one run.
     Override,
 }
 
 impl ScenarioSource {
-    /// A scenario text and the name of where it comes from.
+    /// A scenario text and the name of its source, for error messages.
     pub fn new(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
         ScenarioSource { layers: vec![Layer::new(origin.into(), text.into(), LayerKind::Scenario)] }
     }
 
-    /// The scenario that a run log holds. What an older program wrote of keys that its friction law
-    /// does not use is passed over, since it did nothing.
+    /// The scenario embedded in a run log. Keys that its friction law does not use are ignored,
+    /// since older programs wrote them without effect.
     pub fn logged(origin: impl Into<String>, text: impl Into<String>) -> ScenarioSource {
         ScenarioSource { layers: vec![Layer::new(origin.into(), text.into(), LayerKind::Log)] }
     }
 
-    /// Adds an override of the form `key=value`; later ones win. A value that
-    /// is not TOML is taken as text, so that `friction.reattach=two-way` works
-    /// without quotes. A key that is not, such as `k_t/k`, is quoted, so that the
-    /// error can say which key was probably meant.
+    /// Adds an override of the form `key=value`; later overrides win. A value that is not TOML is
+    /// read as a string, so that `friction.reattach=two-way` needs no quotes. A key that is not
+    /// TOML, such as `k_t/k`, is quoted, so that the error can suggest a known key.
     #[must_use]
     pub fn with_override(mut self, assignment: &str) -> ScenarioSource {
         let is_toml = |text: &str| DeTable::parse(text).is_ok();
@@ -80,10 +78,10 @@ impl ScenarioSource {
         self
     }
 
-    /// All values by dotted key, later layers over earlier ones.
+    /// Collects all values by dotted key; later layers override earlier ones.
     ///
     /// # Errors
-    /// Where a layer is no TOML.
+    /// If a layer is not valid TOML.
     pub(crate) fn entries(&self) -> Result<Entries, ScenarioErrors> {
         let mut entries = Entries::default();
         let mut errors = Vec::new();
@@ -142,7 +140,7 @@ pub(crate) enum Written {
     Text(String),
     Flag(bool),
     Numbers(Vec<f64>),
-    /// A value of a type that no key has, as it stands in the text.
+    /// A value of a type that no key accepts, as TOML text.
     Other(String),
 }
 
@@ -159,7 +157,7 @@ impl fmt::Display for Written {
     }
 }
 
-/// All written values: those under a key, and those of each window.
+/// All written values: by key, and by window.
 #[derive(Debug, Default)]
 pub(crate) struct Entries {
     pub(crate) values: BTreeMap<String, Entry>,
@@ -180,7 +178,7 @@ fn collect(layer: &Layer, prefix: &str, table: &DeTable<'_>, entries: &mut Entri
         match value.get_ref() {
             DeValue::Table(inner) => collect(layer, &path, inner, entries),
             DeValue::Array(windows) if path == WINDOW && windows.iter().all(|w| w.get_ref().is_table()) => {
-                // A layer that lists windows replaces those of the layers below.
+                // A layer with windows replaces the windows of all layers below.
                 entries.windows = windows
                     .iter()
                     .map(|window| {

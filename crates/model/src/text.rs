@@ -1,4 +1,4 @@
-//! Texts that somebody wrote: reading them, and saying where in them something is.
+//! Reads texts written by users and names places in them as line and column.
 
 use std::io::{self, Read};
 use std::path::Path;
@@ -6,11 +6,11 @@ use std::path::Path;
 use asperity_files::open_text;
 use asperity_record::bounds::LONGEST_TOML_BYTES;
 
-/// No text that somebody wrote is longer; `</dev/zero` is.
+/// Longest text that is read; an endless stream such as `/dev/zero` exceeds it.
 const LONGEST_BYTES: u64 = LONGEST_TOML_BYTES as u64;
 
-/// The text of a file, or of a stream that this process was started with (`/dev/stdin`,
-/// `/dev/fd/3`), which is not made room for beyond what any has.
+/// Reads the text of a file, or of a stream that this process was started with (`/dev/stdin`,
+/// `/dev/fd/3`). Allocates no more than the longest accepted text.
 ///
 /// # Errors
 /// If the path leads to something else, the system refuses, or the file is too long or no text.
@@ -24,22 +24,22 @@ pub fn read(path: &Path) -> io::Result<String> {
     String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()))
 }
 
-/// Where the lines of a text begin, found once: a place in it is told without another
-/// look at the lines before it.
+/// The first byte of each line of a text, computed once, so that many places can be named without a
+/// scan for each.
 #[derive(Debug, Clone)]
 pub struct Lines {
-    /// In bytes, ascending; the first is 0.
+    /// Offsets in bytes, ascending; the first is 0.
     starts: Vec<usize>,
 }
 
 impl Lines {
-    /// Those of a text.
+    /// Finds the lines of a text.
     pub fn of(text: &str) -> Lines {
         let behind_breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(at, _)| at + 1);
         Lines { starts: [0].into_iter().chain(behind_breaks).collect() }
     }
 
-    /// `LINE:COLUMN` of a byte of that text, both counted from 1, columns in characters.
+    /// Formats a byte offset as `LINE:COLUMN`, both counted from 1, columns in characters.
     pub fn place(&self, text: &str, at: usize) -> String {
         let at = text.floor_char_boundary(at);
         let line = self.starts.partition_point(|start| *start <= at);

@@ -1,34 +1,34 @@
-//! What is accepted, and may surprise whoever runs it.
+//! Warnings about scenarios that are accepted but may surprise whoever runs them.
 
+use crate::choices::{DriveKind, Energies, Reattach, Start};
 use crate::derive::ADVISED_SHARE;
 use crate::initial;
 use crate::plan::Plan;
 use crate::scenario::{Scenario, Time};
 use crate::slab;
-use crate::words::{DriveKind, Energies, Reattach, Start};
 
-/// A driving force at the start, over the normal load, that is more than rounding.
+/// Smallest driving force at the start, over the normal load, that exceeds rounding.
 const LEAST_LOAD_RATIO: f64 = 1e-9;
 
-/// A shear that a profile leaves to the last block, over the mean load of a block, that is more
-/// than rounding.
+/// Smallest shear that a profile leaves to the last block, over the mean load of a block, that
+/// exceeds rounding.
 const LEAST_REMAINDER_RATIO: f64 = 1e-6;
 
 impl Scenario {
-    /// What is accepted in this scenario and may surprise, each in a sentence that begins with the
-    /// key. `asperity run` and `asperity scenario validate` print them.
+    /// What may surprise in this scenario, each a sentence that begins with the key. `asperity run`
+    /// and `asperity scenario validate` print them.
     pub fn warnings(&self) -> Vec<String> {
-        // A loaded start goes on from what a start at rest has.
+        // A loaded start continues from the state of a start at rest.
         let at_rest = Scenario { time: Time { start: Start::AtRest, ..self.time.clone() }, ..self.clone() };
         let plan = Plan::new(&at_rest);
-        [step, without_audit, fronts, chatter, load_at_start, remainder, beyond_at_start, without_threshold]
+        [step, without_effect, fronts, chatter, load_at_start, remainder, beyond_at_start, without_threshold]
             .into_iter()
             .filter_map(|warning| warning(self, &plan))
             .collect()
     }
 }
 
-/// A step so long that it shows in the results.
+/// Warns of a time step so long that it changes the results.
 fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     let longest_s = scenario.longest_stable_step_s();
     let ratio = scenario.time.step_s / longest_s;
@@ -42,21 +42,19 @@ fn step(scenario: &Scenario, _plan: &Plan) -> Option<String> {
     })
 }
 
-/// A step so long that the run might have to be stopped, and nothing to tell it by.
-fn without_audit(scenario: &Scenario, plan: &Plan) -> Option<String> {
-    let is_long = step(scenario, plan).is_some();
-    (is_long && scenario.recording.energies == Energies::None).then(|| {
-        "recording.energies = \"none\": with so long a step the time step may do more work than the drive, and a \
-         run without energies is not stopped for it"
+/// A key that older versions of the program obeyed.
+fn without_effect(scenario: &Scenario, _plan: &Plan) -> Option<String> {
+    (scenario.recording.energies == Energies::None).then(|| {
+        "recording.energies = \"none\": energies are always recorded now, and the key has no effect"
             .to_owned()
     })
 }
 
-/// A share of a front's speed by which the time step makes it so wrong that `run`, `scenario validate`
-/// and `summary` warn of it.
+/// Relative error of a front's speed by the time step from which `run`, `scenario validate` and
+/// `summary` warn of it.
 pub const WRONG_FRONT: f64 = 0.04;
 
-/// A step so long that it shows in the speeds of fronts.
+/// Warns of a time step so long that it changes the speeds of fronts.
 fn fronts(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let error = plan.scales.front_error(scenario.time.step_s);
     (error > WRONG_FRONT).then(|| {
@@ -71,17 +69,17 @@ fn fronts(scenario: &Scenario, plan: &Plan) -> Option<String> {
     })
 }
 
-/// A rule by which the contacts of a slab chatter.
+/// Warns of a re-attachment rule by which the contacts of a slab chatter.
 fn chatter(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let is_two_way = scenario.friction.reattach == Reattach::TwoWay;
-    (is_two_way && plan.elastic.lattice().is_some()).then(|| {
+    (is_two_way && plan.elastic.freedoms_per_node() > 1).then(|| {
         "friction.reattach = \"two-way\": the contacts of a slab chatter by it, thousands of times where by \
          \"one-way\" there are a dozen events"
             .to_owned()
     })
 }
 
-/// Driving springs that pull before the drive point moves.
+/// Warns of driving springs that pull before the drive point moves.
 fn load_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let u = &plan.initial.displacement_m;
     let pulls = plan.drive.springs.iter().map(|spring| (spring.block, spring.force_n(0.0, u[spring.block])));
@@ -98,9 +96,9 @@ fn load_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     ))
 }
 
-/// What a profile of the initial shear does not add up to 0 by.
+/// Warns of an initial shear profile whose sum is not 0.
 fn remainder(scenario: &Scenario, plan: &Plan) -> Option<String> {
-    if plan.elastic.lattice().is_some() {
+    if plan.elastic.has_foundation() {
         return None;
     }
     let given_n = initial::shear_n(scenario, &plan.normal_load_n, plan.spacing_m);
@@ -118,16 +116,15 @@ fn remainder(scenario: &Scenario, plan: &Plan) -> Option<String> {
     })
 }
 
-/// Blocks that slip at once.
+/// Warns of blocks that slip at once.
 fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let u = &plan.initial.displacement_m;
-    let mut force_n: Vec<f64> = match plan.elastic.lattice() {
-        None => (0..plan.blocks).map(|n| plan.elastic.spring_force_n(u, n)).collect(),
-        // Its driving springs are relaxed.
-        Some(_) => slab::tangential_force_n(plan),
-    };
-    for spring in plan.drive.springs.iter().filter(|_| plan.elastic.lattice().is_none()) {
-        force_n[spring.block] += spring.force_n(0.0, u[spring.block]);
+    let mut force_n = slab::tangential_force_n(plan);
+    for spring in &plan.drive.springs {
+        // What pulls nodes that do not rub is relaxed at the start.
+        if let Some(force_n) = force_n.get_mut(spring.block) {
+            *force_n += spring.force_n(0.0, u[spring.block]);
+        }
     }
     for (force, prestress) in force_n.iter_mut().zip(&plan.prestress_n) {
         *force += prestress;
@@ -155,21 +152,23 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     } else {
         String::new()
     };
-    // What has friction springs starts in balance: its velocities are rounding when it detaches.
+    // With friction springs the start is in equilibrium, so velocities at a detachment are
+    // rounding.
     let sign = if plan.friction.interfacial_stiffness_n_per_m > 0.0 {
         ". Where nothing else moves a block, its velocity is rounding then, and the sign of that decides whether \
          sliding friction pushes it on or back in step 2"
     } else {
         ""
     };
-    let what = match plan.elastic.lattice() {
-        None => "initial_shear and prestress go",
-        Some(_) => "slider.rows: the shear of the slab at rest goes",
+    let what = if plan.elastic.has_foundation() {
+        "slider.rows: the shear of the slab at rest goes"
+    } else {
+        "initial_shear and prestress go"
     };
     Some(format!("{what} beyond static friction on {}, {how_far}: {then}{again}{sign}", blocks(&beyond)))
 }
 
-/// Blocks that nothing holds.
+/// Warns of blocks without a static threshold.
 fn without_threshold(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let free: Vec<usize> = (0..plan.blocks).filter(|&n| plan.friction.static_threshold_n[n] == 0.0).collect();
     if free.is_empty() {
@@ -189,7 +188,7 @@ fn without_threshold(scenario: &Scenario, plan: &Plan) -> Option<String> {
     ))
 }
 
-/// A ratio from 1 on, with as many digits as tell it from 1.
+/// Formats a ratio of at least 1 with as many digits as distinguish it from 1.
 fn times(ratio: f64) -> String {
     if ratio >= 1e6 {
         return format!("{ratio:.3e}");
@@ -198,7 +197,7 @@ fn times(ratio: f64) -> String {
     if ratio > 1.0 && short == "1.0000" { format!("{ratio}") } else { short }
 }
 
-/// Numbers of blocks, counted from 0, in words.
+/// Formats numbers of blocks, given counted from 0, as ranges.
 fn blocks(found: &[usize]) -> String {
     let mut ranges: Vec<(usize, usize)> = Vec::new();
     for &n in found {
@@ -263,7 +262,7 @@ mod tests {
         assert!(warned[0].contains(" is 0.95 of the longest stable step, 3.379e-6 s: beyond 0.4 of it"));
     }
 
-    /// A front is timed by whole steps, and its speed is wrong in proportion to them.
+    /// A front is timed in whole steps, so the error of its speed is proportional to them.
     #[test]
     fn steps_too_long_for_fronts_are_warned_of_with_the_error_of_their_speeds() {
         let front = |ratio: f64| {
@@ -281,16 +280,13 @@ mod tests {
         assert!(warned[0].contains(expected), "{warned:?}");
     }
 
-    /// Only there would the energies have a run stopped.
     #[test]
-    fn runs_without_energies_are_warned_of_where_the_step_is_long() {
-        let without = "recording.energies=none";
-        assert_eq!(warnings(&[without]), Vec::<String>::new());
-        let long = ["time.step_s=2e-6", "time.duration_s=1"];
-        assert_eq!(warnings(&long).len(), 1);
-        let warned = warnings(&[long[0], long[1], without]);
-        assert_eq!(warned.len(), 2, "{warned:?}");
-        assert!(warned[1].starts_with("recording.energies = \"none\": with so long a step"), "{warned:?}");
+    fn a_key_without_effect_is_named() {
+        assert_eq!(
+            only(&["recording.energies=none"]),
+            "recording.energies = \"none\": energies are always recorded now, and the key has no effect"
+        );
+        assert_eq!(warnings(&["recording.energies=every-record"]), Vec::<String>::new());
     }
 
     #[test]
@@ -302,7 +298,7 @@ mod tests {
             assert!(said.starts_with("drive.kind = \"top\" with initial shear"), "{said}");
             assert!(said.contains(&format!("F_T/F_N = {expected} at the start")), "{said}");
         }
-        // K_n u_N is a force on block 100 besides its shear of 0.45 times 4 N.
+        // K_n u_N is a force on block 100 in addition to its shear of 0.45 times 4 N.
         assert!(
             only(&["drive.kind=top", "initial_shear.beta=0.45"]).ends_with("most on block 100, 9.794e-2 N")
         );
@@ -316,7 +312,7 @@ mod tests {
         let expected = "initial_shear does not add up to 0: block 4 takes what is missing, and starts with -0.2000 of \
                         a block's mean normal load, not 0.1000";
         assert_eq!(said, expected);
-        // A tilt spoils the balance of (5.50): the last block is torn off.
+        // A tilt disturbs the balance of (5.50): the last block slips.
         let said = warnings(&["initial_shear.beta=0.2", "normal_load.tilt=0.5"]);
         assert!(said[0].contains("block 100 takes what is missing, and starts with 3.5007 of"), "{said:?}");
         assert!(
@@ -337,7 +333,7 @@ mod tests {
         );
         let said = only(&["initial_shear.beta=0.77", "friction.reattach=two-way"]);
         assert!(said.contains("re-attach in the next one at a velocity of exactly 0. Where"), "{said}");
-        // Without friction springs a stuck block is at rest exactly.
+        // Without friction springs a stuck block is exactly at rest.
         let said = only(&["initial_shear.beta=0.77", "friction.law=rigid"]);
         assert!(said.ends_with(": they detach in step 1"), "{said}");
         let said = only(&["prestress.ratio=0.6", "prestress.first_block_ratio=0.100000000001"]);

@@ -9,7 +9,7 @@ use crate::keys::{Key, NOT_NEGATIVE, POSITIVE};
 /// Prefix of the keys inside each `[[recording.window]]`.
 pub(crate) const WINDOW: &str = "recording.window";
 
-/// The keys of a dense window, `[[recording.window]]`, as many as wanted.
+/// The keys of a dense window, `[[recording.window]]`; there may be any number of windows.
 pub(crate) const WINDOW_KEYS: &[Key] = &[
     Key {
         path: "from_s",

@@ -47,7 +47,7 @@ impl Document<'_> {
         self.with_pictures_from("data:")
     }
 
-    /// The same, for a page whose pictures are files beside it: these may be shown as well.
+    /// Formats a page whose pictures are files beside it, and allows these to be shown.
     pub fn html_beside_pictures(&self) -> String {
         self.with_pictures_from("data: 'self' file:")
     }

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-use crate::{Energy, Scales, TimeGrid};
+use crate::{Contacts, Energy, Scales, TimeGrid};
 
 /// Version of the meaning and layout of records, events and header. A change to
 /// any of them raises it. Keys that are added to `run_end` do not: who does not know them
@@ -31,6 +31,9 @@ pub struct RunHeader {
     pub solver: String,
     /// Number of blocks `N`.
     pub blocks: u32,
+    /// In how many rows of equal length they lie: 1 where nothing is said of it.
+    #[serde(default = "one_row", skip_serializing_if = "is_one_row")]
+    pub rows: u32,
     /// Time step `dt`, s.
     pub time_step_s: f64,
     /// The time step beyond which the scheme is unstable even if no block switches, `dt_max`, s;
@@ -45,7 +48,23 @@ pub struct RunHeader {
     pub scales: Option<Scales>,
 }
 
+fn one_row() -> u32 {
+    1
+}
+
+fn is_one_row(rows: &u32) -> bool {
+    *rows == one_row()
+}
+
 impl RunHeader {
+    /// How its blocks lie.
+    ///
+    /// # Panics
+    /// If rows of equal length do not give so many blocks. A log that says so is not read.
+    pub fn contacts(&self) -> Contacts {
+        Contacts::in_rows(self.blocks, self.rows).expect("reading a log checks its rows")
+    }
+
     /// The grid of this run's time steps.
     pub fn time_grid(&self) -> TimeGrid {
         TimeGrid::new(self.time_step_s)

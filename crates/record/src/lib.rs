@@ -42,8 +42,10 @@ extern crate self as asperity_record;
 pub mod bounds;
 mod checkpoint;
 mod column;
+mod contacts;
 mod energy;
 mod event;
+mod extent;
 mod fields;
 mod header;
 mod payload;
@@ -56,8 +58,10 @@ mod time;
 
 pub use checkpoint::Checkpoint;
 pub use column::{Cell, CellValue, Column, ColumnKind, markdown, unit_of};
+pub use contacts::Contacts;
 pub use energy::Energy;
 pub use event::{Event, EventKind, EventPayload};
+pub use extent::{Extent, Reach};
 pub use fields::{FieldRecord, WindowRecord};
 pub use header::{RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, SolverReport, TopicComparison};
 #[doc(hidden)]

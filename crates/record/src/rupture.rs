@@ -1,7 +1,7 @@
 //! Ruptures, and how each passed the blocks. They are defined here and not beside the detectors
 //! that emit them, because the analysis does not link detectors.
 
-use crate::payload;
+use crate::{Reach, payload};
 
 payload! {
     topic: "/events/rupture",
@@ -92,6 +92,13 @@ payload! {
         pub elastic_change_j: Option<f64>,
         /// What the time step itself added, J.
         pub scheme_work_j: Option<f64>,
+    }
+}
+
+impl Rupture {
+    /// From which block to which it reached. In one row all between the two have slid.
+    pub fn reach(&self) -> Reach {
+        Reach { first: self.first_block, last: self.last_block }
     }
 }
 

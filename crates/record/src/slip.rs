@@ -1,7 +1,7 @@
 //! The events of slip that tables are made of. They are defined here and not beside the
 //! detectors that emit them, because the analysis does not link detectors.
 
-use crate::payload;
+use crate::{Reach, payload};
 
 payload! {
     topic: "/events/onset",
@@ -69,10 +69,9 @@ payload! {
 }
 
 impl SlipEvent {
-    /// Precursor length over slider length, `n_p / N` (5.17), for an event that
-    /// starts from the driven end; `None` for one that does not include block 1.
-    pub fn length_ratio(&self, blocks: u32) -> Option<f64> {
-        (self.first_block == 1).then(|| f64::from(self.last_block) / f64::from(blocks))
+    /// From which block to which it reached.
+    pub fn reach(&self) -> Reach {
+        Reach { first: self.first_block, last: self.last_block }
     }
 
     /// Whether every block of the chain slid.

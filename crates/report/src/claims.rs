@@ -29,7 +29,7 @@ pub struct Claim {
     pub kind: String,
     /// What a reader should know.
     pub note: String,
-    /// The same in runs with the parameter set `as-stated`.
+    /// The judgement in runs with the parameter set `as-stated`.
     pub as_stated: Option<Judgement>,
 }
 

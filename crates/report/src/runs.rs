@@ -4,7 +4,6 @@
 use asperity_model::Energies;
 use asperity_model::keys::Key;
 use asperity_page::markup::{Cell, Row, counted, json, paragraph, section, sortable_table, table, text};
-use asperity_record::Rupture;
 use asperity_summary::{Summary, front_speed_m_per_s};
 use serde::Serialize;
 use serde_json::Value;
@@ -258,7 +257,7 @@ pub(crate) fn details(
         body += &beside(&own);
         body += &widest(run);
         body += &numbers(&run.summary);
-        if run.scenario.recording.energies == Energies::None {
+        if run.scenario.recording.energies == Energies::None && run.summary.drive_work_j.is_none() {
             body += "<p>No energies: recording.energies = &quot;none&quot;.</p>\n";
         }
         body += &links(&run.links);
@@ -294,7 +293,7 @@ fn in_short(summary: &Summary) -> String {
 /// The widest ruptures in words, for those without scripts and for print.
 fn widest(run: &Run) -> String {
     let mut widest: Vec<&SeenRupture> = run.seen.ruptures.iter().collect();
-    widest.sort_by_key(|seen| std::cmp::Reverse(blocks(&seen.rupture)));
+    widest.sort_by_key(|seen| std::cmp::Reverse(seen.rupture.reach().count()));
     widest.truncate(LISTED);
     if widest.is_empty() {
         return String::new();
@@ -325,11 +324,6 @@ fn widest(run: &Run) -> String {
         _ => "Its ruptures, the widest first".to_owned(),
     };
     format!("<div class=\"wide\">{}</div>\n", table(&caption, &headings, rows))
-}
-
-/// Number of blocks from the first to the last.
-fn blocks(rupture: &Rupture) -> u32 {
-    rupture.last_block.abs_diff(rupture.first_block) + 1
 }
 
 /// The numbers of a summary by their groups.
@@ -390,6 +384,7 @@ mod tests {
             parameter_set: "as-coded".to_owned(),
             solver: "fast".to_owned(),
             blocks: 10,
+            rows: 1,
             time_step_s: 1e-8,
             longest_stable_step_s: None,
             steps: 10_000,

@@ -24,7 +24,7 @@ impl Limits {
     /// What each has at least, of both: some 30 kB of a page.
     const LEAST: usize = 100;
 
-    /// Those of a page of so many runs.
+    /// The limits for a page of that many runs.
     pub fn of_runs(runs: usize) -> Limits {
         let share = |all: usize, most: usize| (all / runs.max(1)).clamp(Limits::LEAST, most);
         Limits {
@@ -67,7 +67,7 @@ pub struct Gather {
 }
 
 impl Gather {
-    /// For a run of so many steps that is about to go by.
+    /// Collects a run with that many steps.
     pub fn new(steps: u64, limits: Limits) -> Gather {
         Gather {
             curve: Curve::new(steps, limits.columns),
@@ -104,16 +104,15 @@ impl Gather {
             && let Some(slip) = event.decode::<SlipEvent>()
         {
             let slip = slip?;
-            let blocks = slip.last_block.abs_diff(slip.first_block) + 1;
             let row = (slip.onset_step, slip.end_step, slip.first_block, slip.last_block);
-            self.events.push(blocks, row, &|_| {});
+            self.events.push(slip.reach().count(), row, &|_| {});
         }
         Ok(())
     }
 
     /// A rupture of it, where its log has none.
     pub fn rupture(&mut self, rupture: Rupture) {
-        let blocks = rupture.last_block.abs_diff(rupture.first_block) + 1;
+        let blocks = rupture.reach().count();
         self.ruptures.push(blocks, SeenRupture { rupture, is_precursor: false }, &precursors_stay);
     }
 
@@ -147,7 +146,7 @@ fn precursors_stay(kept: &mut [(u32, SeenRupture)]) {
 /// Whether a rupture grows from block 1 and reaches farther than those that began before it: a precursor,
 /// or the slip of the whole slider.
 fn extends(farthest: &mut u32, rupture: &Rupture) -> bool {
-    let extends = rupture.first_block == 1 && rupture.last_block > *farthest;
+    let extends = rupture.reach().extends(*farthest);
     if extends {
         *farthest = rupture.last_block;
     }

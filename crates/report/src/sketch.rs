@@ -15,14 +15,14 @@ const BLOCK: [f64; 2] = [44.0, 34.0];
 const TOP: f64 = 108.0;
 /// The longest arrow of a normal load.
 const LONGEST: f64 = 30.0;
-/// So many blocks are drawn one by one.
+/// Number of blocks drawn one by one.
 const DRAWN: usize = 7;
 
 /// The sketch of a scenario as SVG, with words for those who do not see it.
 pub(crate) fn sketch(scenario: &Scenario) -> String {
     let plan = Plan::new(scenario);
-    if let Some(lattice) = plan.elastic.lattice() {
-        return slab_sketch::sketch(&plan, lattice, scenario.drive.kind);
+    if plan.elastic.has_inside() {
+        return slab_sketch::sketch(&plan, &plan.elastic.as_lattice(), scenario.drive.kind);
     }
     let words = words(&plan, scenario.drive.kind);
     Sketch::of(&plan, scenario.drive.kind).svg(&words)
@@ -31,14 +31,18 @@ pub(crate) fn sketch(scenario: &Scenario) -> String {
 /// What tells the sketches of scenarios apart: where the drive pulls, and what holds the blocks.
 pub(crate) fn kind(scenario: &Scenario) -> (&'static str, &'static str) {
     let plan = Plan::new(scenario);
-    match plan.elastic.lattice() {
-        Some(_) => ("a lattice whose bottom row rubs", slab_sketch::drive(&plan, scenario.drive.kind)),
-        None => (contact(&plan), drive(&plan, scenario.drive.kind)),
+    if plan.elastic.has_inside() {
+        return ("a lattice whose bottom row rubs", slab_sketch::drive(&plan, scenario.drive.kind));
     }
+    (contact(&plan), drive(&plan, scenario.drive.kind))
 }
 
 fn contact(plan: &Plan) -> &'static str {
-    if plan.friction.law.holds() { "each stuck or sliding, without a friction spring" } else { "each held by a friction spring while it sticks" }
+    if plan.friction.law.holds() {
+        "each stuck or sliding, without a friction spring"
+    } else {
+        "each held by a friction spring while it sticks"
+    }
 }
 
 fn drive(plan: &Plan, kind: DriveKind) -> &'static str {

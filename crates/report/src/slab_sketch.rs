@@ -11,7 +11,7 @@ const HEIGHT: f64 = 236.0;
 const LEFT: f64 = 180.0;
 const RIGHT: f64 = 540.0;
 const BOTTOM: f64 = 196.0;
-/// So many columns and rows are drawn; the drive is put at the height that it has.
+/// Number of columns and rows drawn; the drive is drawn at its height.
 const DRAWN: [usize; 2] = [13, 5];
 /// Arrows of the load.
 const ARROW: f64 = 22.0;
@@ -132,7 +132,7 @@ mod tests {
         let of = |set: &[&str]| {
             let scenario = resolve("slab", set).unwrap();
             let plan = Plan::new(&scenario);
-            sketch(&plan, plan.elastic.lattice().unwrap(), scenario.drive.kind)
+            sketch(&plan, &plan.elastic.as_lattice(), scenario.drive.kind)
         };
         let side = of(&[]);
         assert!(side.contains("a lattice of 57 by 31 nodes") && side.contains("from the side"), "{side}");

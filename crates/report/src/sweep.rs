@@ -3,7 +3,7 @@
 use asperity_model::Scenario;
 use asperity_page::Document;
 use asperity_page::markup::{Cell, Row, paragraph, section, sortable_table, table, text};
-use asperity_record::Cell as Held;
+use asperity_record::Cell as Stored;
 
 use crate::asked::{Asked, main as main_of, parameters};
 use crate::figures::{Figure, figures};
@@ -28,7 +28,7 @@ pub struct Sweep {
     /// The headings of the table of runs: name and unit.
     pub columns: Vec<(String, Option<&'static str>)>,
     /// The rows that there is room for.
-    pub rows: Vec<Vec<Held>>,
+    pub rows: Vec<Vec<Stored>>,
     /// How many there are.
     pub row_count: u64,
     /// Its figures.
@@ -95,9 +95,9 @@ impl Sweep {
             .enumerate()
             .map(|(n, (name, unit))| {
                 // Numbers, and what stands for one that there is none of, are set to the right.
-                let is_word = |cells: &Vec<Held>| {
-                    let number = |cell: &Held| {
-                        matches!(cell, Held::Empty | Held::Number(_) | Held::Count(_) | Held::Step(_))
+                let is_word = |cells: &Vec<Stored>| {
+                    let number = |cell: &Stored| {
+                        matches!(cell, Stored::Empty | Stored::Number(_) | Stored::Count(_) | Stored::Step(_))
                     };
                     cells.get(n).is_some_and(|cell| !number(cell))
                 };
@@ -120,13 +120,13 @@ impl Sweep {
     }
 }
 
-fn cell(cell: &Held) -> Cell {
+fn cell(cell: &Stored) -> Cell {
     match cell {
-        Held::Empty => Cell::None,
-        Held::Number(value) => Cell::Value(*value, rounded(*value, 5)),
-        Held::Count(count) => Cell::number(count),
-        Held::Step(step) => Cell::number(step),
-        Held::Flag(flag) => Cell::text(if *flag { "yes" } else { "no" }),
+        Stored::Empty => Cell::None,
+        Stored::Number(value) => Cell::Value(*value, rounded(*value, 5)),
+        Stored::Count(count) => Cell::number(count),
+        Stored::Step(step) => Cell::number(step),
+        Stored::Flag(flag) => Cell::text(if *flag { "yes" } else { "no" }),
         other => Cell::text(other.to_string()),
     }
 }

@@ -119,7 +119,7 @@ pub(crate) fn lettered(words: &str) -> String {
     out
 }
 
-/// The same as plain text, for headings and labels.
+/// Formats a symbol as plain text, for headings and labels.
 pub(crate) fn plain(written: &str) -> String {
     let mut out = written.to_owned();
     for (word, letter) in GREEK {
@@ -144,12 +144,12 @@ pub(crate) fn number(value: f64) -> String {
     }
 }
 
-/// The same with so many significant digits.
+/// Formats a number with that many significant digits.
 pub(crate) fn rounded(value: f64, digits: usize) -> String {
     number(round(value, digits))
 }
 
-/// A number with so many significant digits.
+/// Rounds a number to that many significant digits.
 pub(crate) fn round(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value)
 }

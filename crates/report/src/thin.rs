@@ -10,7 +10,7 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
-    /// For a run of so many steps, in at most so many columns.
+    /// A curve over a run with that many steps, in at most that many columns.
     pub(crate) fn new(steps: u64, columns: usize) -> Curve {
         let width = (steps / columns as u64 + 1).max(1);
         Curve { columns: vec![None; columns], width, ends: None }
@@ -57,8 +57,8 @@ impl<T> Widest<T> {
         Widest { kept: Vec::new(), most, seen: 0 }
     }
 
-    /// One more, of so many blocks. `stays` says which are kept however narrow they are; those seen
-    /// so far are given to it.
+    /// Adds an item of that many blocks. `stays` receives the items so far and decides which are
+    /// kept however narrow they are.
     pub(crate) fn push(&mut self, blocks: u32, one: T, stays: &Stays<T>) {
         self.seen += 1;
         self.kept.push((blocks, one));

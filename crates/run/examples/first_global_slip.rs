@@ -1,4 +1,5 @@
-//! The first slip of the whole slider, and when all its blocks slide, by a detector of one's own.
+//! Prints the first slip of the whole slider, and the moment when all its blocks slide, found by a
+//! custom detector.
 //!
 //! `cargo run --package asperity-run --example first_global_slip`; `docs/extending.md` shows it as a
 //! program outside the workspace.
@@ -6,7 +7,7 @@
 #![expect(clippy::print_stdout, reason = "a program prints what it finds")]
 
 use asperity_record::{Event, EventKind, GlobalSlip, StepRecord, payload};
-use asperity_run::{Begin, Detector, Task, Watch, run};
+use asperity_run::{Begin, Detector, Observer, Task, run};
 
 payload! {
     topic: "/events/all-sliding",
@@ -40,7 +41,7 @@ impl Detector for Wait {
 
 struct Print;
 
-impl Watch for Print {
+impl Observer for Print {
     fn event(&mut self, event: &Event) {
         if let Some(Ok(AllSliding { time_s, ft_fn })) = event.decode() {
             println!("all blocks slide at {time_s} s, F_T/F_N = {ft_fn:.4}");

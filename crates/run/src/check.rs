@@ -1,4 +1,4 @@
-//! How a log is read to find out what it is worth, and what can be wrong with it.
+//! Reads a log completely, judges it, and names what is wrong with it.
 
 use std::fmt;
 use std::path::Path;
@@ -6,30 +6,30 @@ use std::path::Path;
 use asperity_record::{EventPayload, Record, RunEnd, RunHeader, RunStatus, SlipEvent};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 
-use crate::agreement::{Agreement, Difference, OtherDetectors};
 use crate::detectors;
+use crate::event_check::{Difference, EventCheck, OtherDetectors};
 use crate::header::CODE_VERSION;
-use crate::own::{self, MadeAgain, OwnProblem};
+use crate::observer::Observer;
+use crate::self_check::{self, Rerun, SelfCheckProblem};
 use crate::verdict::Verdict;
-use crate::watch::Watch;
 
-/// What was found of a log; in words by [`Display`](fmt::Display), which begin with the verdict.
+/// The result of checking a log. [`Display`](fmt::Display) formats it, verdict first.
 #[derive(Debug)]
 pub struct Checked {
-    /// What it is worth.
+    /// The verdict.
     pub verdict: Verdict,
-    /// What it says of itself, if it says so.
+    /// The log's header, if it could be read.
     pub header: Option<RunHeader>,
-    /// How much of it is sound.
+    /// The part that was found sound.
     pub seen: Seen,
-    /// Why it does not hold all of its run, if it does not.
+    /// Why the log does not hold all of its run, if it does not.
     pub problem: Option<CheckProblem>,
 }
 
 impl fmt::Display for Checked {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (&self.problem, self.verdict) {
-            // The sentence says it already.
+            // The message contains the verdict already.
             (Some(problem), Verdict::NoRunLog) => write!(f, "{problem}"),
             (Some(problem), verdict) => write!(f, "{verdict}: {}: {problem}", self.seen),
             (None, verdict) => write!(f, "{verdict}: {}", self.seen),
@@ -37,34 +37,34 @@ impl fmt::Display for Checked {
     }
 }
 
-/// Reads every byte of a log and says what it is worth. All commands ask this, and nothing else:
+/// Reads every byte of a log and judges it. All commands rely on this judgement:
 ///
 /// - structure and checksums, counts and digests, every message against its schema;
-/// - the order of steps and their times, switches against the states of the blocks, whether all
+/// - the order of steps and their times, switches against the states of the blocks, and that all
 ///   numbers are finite;
-/// - the events against those which the step records give;
-/// - header and topics of a log of this very program against its own scenario.
+/// - the events against those that the detectors find in the step records;
+/// - header and topics of a log of this code version against its own scenario.
 ///
-/// Whether its records are those of the run tells [`check_again`] alone.
+/// Only [`check_again`] compares the records with the run itself.
 pub fn check(log: &Path) -> Checked {
     check_seen(log, &mut ())
 }
 
-/// The same, with somebody who sees the records and events that are read.
-pub fn check_seen(log: &Path, watch: &mut dyn Watch) -> Checked {
-    judge(log, false, watch)
+/// Checks a log as [`check`] does, and passes the records and events that it reads to an observer.
+pub fn check_seen(log: &Path, observer: &mut dyn Observer) -> Checked {
+    judge(log, false, observer)
 }
 
-/// The same, and makes the run of a log of this very program again, by the same solver: every
-/// record and the status must be those that it gives. It takes about as long as the run did.
+/// Checks a log as [`check`] does and, if it is of this code version, repeats its run with the same
+/// solver: every record and the status must agree. Takes about as long as the run did.
 pub fn check_again(log: &Path) -> Checked {
     judge(log, true, &mut ())
 }
 
-fn judge(log: &Path, again: bool, watch: &mut dyn Watch) -> Checked {
+fn judge(log: &Path, again: bool, observer: &mut dyn Observer) -> Checked {
     let mut seen = Seen::default();
     let mut header = None;
-    let problem = seen.read(log, again, &mut header, watch).err();
+    let problem = seen.read(log, again, &mut header, observer).err();
     let is_ours = header.as_ref().is_some_and(|header: &RunHeader| header.code_version == CODE_VERSION);
     let verdict = match &problem {
         Some(problem) => problem.verdict(),
@@ -77,44 +77,44 @@ fn judge(log: &Path, again: bool, watch: &mut dyn Watch) -> Checked {
 /// Why a log does not hold all of its run.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckProblem {
-    /// It cannot be read, or not to its end.
+    /// It cannot be read to its end.
     #[error("{}", .0.problem)]
     Log(#[from] LogError),
-    /// A step that is not after the one before it.
+    /// A step that does not follow the previous one.
     #[error("step {step} follows step {before}")]
     Order {
         /// The step.
         step: u64,
-        /// The one before it.
+        /// The previous step.
         before: u64,
     },
-    /// A step at a time that is not its own.
+    /// A step whose time is not that of the step.
     #[error("step {step} is at {found_s} s, not {expected_s} s")]
     Time {
         /// The step.
         step: u64,
-        /// The time that it says.
+        /// The time in the record.
         found_s: f64,
-        /// The time that it has.
+        /// The time of the step.
         expected_s: f64,
     },
-    /// A value that overflowed, or is no number.
+    /// A value that overflowed or is not a number.
     #[error("step {step}: {what} is not finite")]
     NotFinite {
         /// The step.
         step: u64,
-        /// What the value is.
+        /// The name of the value.
         what: &'static str,
     },
-    /// Other events than the step records give.
+    /// The step records give other events.
     #[error("its steps give {0}")]
     Events(#[from] Difference),
-    /// Topics of events that a log of this program must have.
+    /// Topics of events that every log of this code version has, and this one lacks.
     #[error("{}, which this program emits, is not in it", .0.join(", "))]
     Topics(Vec<String>),
-    /// It is not what its own scenario makes.
+    /// It contradicts its own scenario.
     #[error(transparent)]
-    Own(#[from] OwnProblem),
+    SelfCheck(#[from] SelfCheckProblem),
 }
 
 impl CheckProblem {
@@ -129,26 +129,26 @@ impl CheckProblem {
     }
 }
 
-/// What has been read of a log and found sound.
+/// The part of a log that has been read and found sound.
 #[derive(Debug, Default)]
 pub struct Seen {
-    /// Records and events.
+    /// Number of records and events.
     pub messages: u64,
     /// The last step.
     pub last_step: u64,
     /// Its time, s.
     pub last_s: f64,
-    /// Slip events.
+    /// Number of slip events.
     pub slips: u64,
-    /// Events of all topics.
+    /// Number of events of all topics.
     pub events: u64,
-    /// The version of the code that made it, if that is not this one.
+    /// The code version that made the log, if it is not this one.
     pub other_code: Option<String>,
-    /// From which event on those of a log of another version differ from those found now.
+    /// The first event of a log of another code version that differs from those found now.
     pub other_events_from: Option<usize>,
-    /// Which topics of events only the log has, or only this program.
+    /// Topics of events that only the log or only this program has.
     pub other_detectors: OtherDetectors,
-    /// What it says at its end, once that has been read.
+    /// The log's `run_end`, once it has been read.
     pub end: Option<RunEnd>,
 }
 
@@ -171,38 +171,37 @@ impl fmt::Display for Seen {
     }
 }
 
-/// The beginning of a hash, which is enough to tell it from another.
+/// The beginning of a hash, long enough to identify it in messages.
 fn shortened(version: &str) -> String {
     version.chars().take(12).collect()
 }
 
 impl Seen {
-    /// Reads a log; `found` is what it says of itself, once that is known.
+    /// Reads a log; sets `found` to its header as soon as that is known.
     fn read(
         &mut self,
         run: &Path,
         again: bool,
         found: &mut Option<RunHeader>,
-        watch: &mut dyn Watch,
+        observer: &mut dyn Observer,
     ) -> Result<(), CheckProblem> {
         let mut reader = RunReader::open(run, Topics::ALL)?;
         let header = found.insert(reader.header().clone()).clone();
         self.other_code = (header.code_version != CODE_VERSION).then(|| header.code_version.clone());
         let ours = header.code_version == CODE_VERSION;
         let kinds = detectors::event_kinds();
-        // Of a salvaged log it may be lost, and there is none in its place; that the log is
-        // one is known later.
+        // A salvaged log may have lost its scenario; whether it was salvaged is known only later.
         let scenario_is_lost = reader.scenario_toml().is_empty();
         let mut plan = None;
         if ours && !scenario_is_lost {
-            plan = Some(own::plan(&header, reader.scenario_toml())?).filter(|_| again);
+            plan = Some(self_check::plan(&header, reader.scenario_toml())?).filter(|_| again);
         }
         let mut made_again = None;
         let mut detectors = detectors::all(&header, reader.scenario_toml());
-        let mut both = Some(Agreement::with(&detectors, &header));
-        // Of a salvaged log, until a gap is found that explains it.
+        let mut both = Some(EventCheck::with(&detectors, &header));
+        // The difference in a salvaged log, kept until the reader finds a gap that explains it.
         let mut differs = None;
-        // Of a run that was stopped the log holds all that there is.
+        // The log of a stopped run holds everything that there is of it.
         let mut stopped = None;
         loop {
             let item = match reader.next_item() {
@@ -223,8 +222,8 @@ impl Seen {
                 Err(error) => return Err(error.into()),
             };
             if self.messages == 0 {
-                own::topics(reader.announced(), header.blocks, &kinds, ours)?;
-                made_again = plan.take().map(|plan| MadeAgain::new(plan, &header, reader.is_salvaged()));
+                self_check::topics(reader.announced(), header.blocks, &kinds, ours)?;
+                made_again = plan.take().map(|plan| Rerun::new(plan, &header, reader.is_salvaged()));
             }
             if let Some(both) = &mut both
                 && both.announced(reader.event_topics())
@@ -232,12 +231,12 @@ impl Seen {
                 self.other_detectors = both.other_detectors();
             }
             if reader.has_gap() {
-                // What is missing may have been the beginning of an event.
+                // The gap may contain the beginning of an event.
                 (both, differs) = (None, None);
             }
             match item {
                 LogItem::Event(event) => {
-                    watch.event(&event);
+                    observer.event(&event);
                     self.slips += u64::from(event.topic == SlipEvent::TOPIC);
                     self.events += 1;
                     if let Some(both) = &mut both {
@@ -245,7 +244,7 @@ impl Seen {
                     }
                 }
                 LogItem::Record(record) => {
-                    watch.record(&record);
+                    observer.record(&record);
                     self.record(&header, &record, reader.has_gap())?;
                     if let Some(made_again) = &mut made_again {
                         made_again.record(&record)?;
@@ -257,7 +256,7 @@ impl Seen {
                     }
                 }
             }
-            if let Some(Err(difference)) = both.as_mut().map(Agreement::compare) {
+            if let Some(Err(difference)) = both.as_mut().map(EventCheck::compare) {
                 if reader.is_salvaged() {
                     differs = Some(difference);
                 } else {
@@ -267,22 +266,22 @@ impl Seen {
             }
             self.messages += 1;
         }
-        own::topics(reader.announced(), header.blocks, &kinds, ours)?;
+        self_check::topics(reader.announced(), header.blocks, &kinds, ours)?;
         if ours && scenario_is_lost {
-            own::plan(&header, reader.scenario_toml())?;
+            self_check::plan(&header, reader.scenario_toml())?;
         }
         self.end = reader.end().cloned();
         let end = self.end.as_ref();
         let status = end.map_or(RunStatus::Complete, |end| end.status);
         let why = end.and_then(|end| end.stopped.as_deref());
-        // If it has not begun, there was no message at all.
-        if let Some(made) = made_again.or_else(|| plan.map(|plan| MadeAgain::new(plan, &header, false))) {
+        // Without any message the loop has not started the rerun.
+        if let Some(made) = made_again.or_else(|| plan.map(|plan| Rerun::new(plan, &header, false))) {
             made.finish(status, why)?;
         }
         if let Some(mut both) = both {
             both.announced(reader.event_topics());
             self.other_detectors = both.other_detectors();
-            // A log of this very program has all that its detectors emit, and may have more.
+            // A log of this code version has all topics of its detectors, and may have more.
             if ours && !self.other_detectors.only_found.is_empty() {
                 return Err(CheckProblem::Topics(self.other_detectors.only_found.clone()));
             }
@@ -296,8 +295,8 @@ impl Seen {
         stopped.map_or(Ok(()), |error| Err(error.into()))
     }
 
-    /// Other events than those of this program's detectors are damage, unless they were found
-    /// by another version of it.
+    /// Events other than those of this program's detectors are damage, unless another code version
+    /// found them.
     fn events_differ(&mut self, header: &RunHeader, difference: Difference) -> Result<(), CheckProblem> {
         if header.code_version == CODE_VERSION {
             return Err(CheckProblem::Events(difference));
@@ -312,13 +311,13 @@ impl Seen {
             Record::Fields(record) => (record.step, record.time_s),
             Record::Window(record) => (record.step, record.time_s),
         };
-        // States stand after the step that they are of; the first is that before the run.
+        // States follow the step that they belong to; the first state precedes the run.
         let in_order = match record {
             Record::Step(_) => step > self.last_step,
-            // The reader knows whether that step may be missing.
+            // Only the reader knows whether that step may be missing.
             Record::Fields(_) | Record::Window(_) if has_gap => step >= self.last_step,
             Record::Fields(_) => self.messages == 0 || step == self.last_step,
-            // The state of a rupture may be all there is of a step.
+            // A rupture's state may be the only record of its step.
             Record::Window(_) => self.messages == 0 || step >= self.last_step,
         };
         if !in_order {
@@ -336,7 +335,7 @@ impl Seen {
     }
 }
 
-/// What in a record is no finite number, if anything.
+/// Names a value of a record that is not finite, if there is one.
 fn not_finite(record: &Record) -> Option<&'static str> {
     let all = |values: &[f64]| values.iter().all(|value| value.is_finite());
     let states = |u: &[f64], v: &[f64], tau: &[f64]| {
@@ -392,6 +391,7 @@ mod tests {
             parameter_set: String::new(),
             solver: String::new(),
             blocks: 2,
+            rows: 1,
             time_step_s: 0.5,
             longest_stable_step_s: None,
             steps: 9,

@@ -1,5 +1,5 @@
-//! What shapes a run, and the code version made of it. Part of the build script, and tested as
-//! part of the crate.
+//! Computes the code version from everything that shapes a run. Part of the build script, and
+//! tested as part of the crate.
 //!
 //! | input | what |
 //! |---|---|
@@ -8,27 +8,28 @@
 //! | `package NAME VERSION` | the checksum in the lock file of that package, and of all that it is built from |
 //! | `rustc` | the compiler's version |
 //!
-//! Figures, tables and the command line are in crates that a run is not built from.
+//! Figures, tables and the command line are in crates that a run does not depend on.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// How packages of the workspace begin; the rest of the name is the crate's folder.
+/// The prefix of the workspace's packages; the rest of the name is the crate's folder.
 const OURS: &str = "asperity-";
 
-/// All that shapes a run, by name.
+/// Everything that shapes a run, by name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Inputs {
-    /// Files, by their path from the workspace.
+    /// Files, by their path in the workspace.
     pub(crate) files: BTreeMap<String, PathBuf>,
-    /// All else.
+    /// All other inputs.
     pub(crate) words: BTreeMap<String, String>,
 }
 
 impl Inputs {
-    /// What shapes the runs of the crate in that folder below `crates`, compiled by that rustc.
+    /// Collects what shapes the runs of the crate in that folder of `crates`, compiled by that
+    /// rustc.
     ///
     /// # Errors
     /// If a file cannot be read, or manifests and lock file do not agree.
@@ -74,7 +75,7 @@ impl Inputs {
         Ok(())
     }
 
-    /// A package of the lock file, and those that it is built from.
+    /// Adds a package of the lock file and all its dependencies.
     fn add_packages(&mut self, lock: &Lock, first: &Package) -> io::Result<()> {
         let mut left = vec![first];
         while let Some(package) = left.pop() {
@@ -88,7 +89,7 @@ impl Inputs {
         Ok(())
     }
 
-    /// The hash over all of them, 16 hexadecimal digits.
+    /// The hash over all inputs, 16 hexadecimal digits.
     ///
     /// # Errors
     /// If a file cannot be read.
@@ -129,7 +130,7 @@ fn dependencies(manifest: &str) -> io::Result<Vec<String>> {
     Ok(names)
 }
 
-/// What the workspace's manifest says of a package.
+/// The workspace manifest's entry for a package.
 fn features(manifest: &str, package: &str) -> io::Result<String> {
     let lines = manifest.lines().skip_while(|line| *line != "[workspace.dependencies]").skip(1);
     lines
@@ -175,17 +176,17 @@ impl Lock {
         Lock(packages)
     }
 
-    /// A package, by `NAME` or `NAME VERSION`.
+    /// Finds a package by `NAME` or `NAME VERSION`.
     fn find(&self, used: &str) -> io::Result<&Package> {
         let (name, version) = used.split_once(' ').unwrap_or((used, ""));
-        // Where the place matters as well, it stands behind the version.
+        // The source of the package, if given, follows the version.
         let version = version.split(' ').next().unwrap_or_default();
         let is_it =
             |package: &&Package| package.name == name && (version.is_empty() || package.version == version);
         self.0.iter().find(is_it).ok_or_else(|| io::Error::other(format!("Cargo.lock does not have {used}")))
     }
 
-    /// The package of that name that another one uses.
+    /// The package of that name among the dependencies of another.
     fn used_by(&self, package: &Package, name: &str) -> io::Result<&Package> {
         let is_it = |used: &&String| used.split(' ').next() == Some(name);
         match package.uses.iter().find(is_it) {
@@ -321,13 +322,13 @@ tested = \"7\"
         );
         let before = version(workspace);
 
-        // What shapes no run: a figure, a package that only tests use, another version beside ours.
+        // What shapes no run: a figure, a dev-dependency, another version of a package beside ours.
         write(workspace, "crates/figures/src/lib.rs", "other figures");
         write(workspace, "Cargo.lock", &LOCK.replace("tested-sum", "x").replace("\"old\"", "\"older\""));
         write(workspace, "Cargo.toml", &WORKSPACE.replace("tested = \"7\"", "tested = \"8\""));
         assert_eq!(version(workspace), before);
 
-        // What does: sources, packages, their features, the compiler.
+        // What shapes a run: sources, packages, their features, the compiler.
         let mut seen = vec![before];
         let mut is_new = |what: &str, version: String| {
             assert!(!seen.contains(&version), "{what}");

@@ -1,8 +1,8 @@
-//! The registered detectors, which every run goes through. To add one: its crate,
-//! and a line here. The order is the order of events in the log.
+//! The registered detectors, which process every run. To add one: its crate, and a line here. Their
+//! order is the order of events in the log.
 //!
-//! A live run has them all, with rules that leave nothing out; a replay may choose, by a
-//! settings file.
+//! A live run uses them all, with rules that drop no events; a settings file can choose among them
+//! for a replay.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -12,22 +12,24 @@ use asperity_detect_rupture::Links;
 use asperity_model::text::{self, Lines};
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::bounds::check_toml;
-use asperity_record::{EventKind, RunEnd, RunHeader, Scales, TimeGrid};
+use asperity_record::{Contacts, EventKind, RunEnd, RunHeader, Scales, TimeGrid};
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
-/// What a detector may know of the run that it looks at.
+/// What a detector may know of its run.
 #[derive(Debug, Clone, Copy)]
 struct OfRun {
-    blocks: u32,
+    /// How its blocks lie.
+    blocks: Contacts,
     rules: SlipRules,
-    /// Of a run whose log says nothing of them, none: what is found by them cannot be found.
+    /// What links detachments to ruptures; None for a log that lost this, in which ruptures cannot
+    /// be found.
     links: Option<Links>,
 }
 
 type Start = fn(OfRun) -> Option<Box<dyn Detector>>;
 
-/// By name. A new one is a line at the end.
+/// Detectors by name. New ones are added at the end.
 const DETECTORS: &[(&str, Start)] = &[
     ("onset", |run| boxed(asperity_detect_onset::OnsetDetector::new(run.blocks, run.rules))),
     ("extent", |run| boxed(asperity_detect_extent::ExtentDetector::new(run.blocks, run.rules))),
@@ -44,9 +46,9 @@ fn names() -> Vec<&'static str> {
     DETECTORS.iter().map(|(name, _)| *name).collect()
 }
 
-/// What the registered detectors emit.
+/// The kinds of events that the registered detectors emit.
 pub fn event_kinds() -> Vec<EventKind> {
-    // Of what they are made for, nothing shows in that.
+    // The kinds are independent of these values.
     let links = Links {
         t_link_s: 1.0,
         time_grid: TimeGrid::new(1.0),
@@ -54,23 +56,23 @@ pub fn event_kinds() -> Vec<EventKind> {
         modulus_n_per_m: None,
         interfacial_stiffness_n_per_m: None,
     };
-    let run = OfRun { blocks: 2, rules: SlipRules::EVERY_SLIP, links: Some(links) };
+    let run = OfRun { blocks: Contacts::from(2), rules: SlipRules::EVERY_SLIP, links: Some(links) };
     DETECTORS.iter().filter_map(|(_, start)| start(run)).map(|detector| detector.emits()).collect()
 }
 
-/// The registered detectors, as in the live run of which a log says this.
+/// The registered detectors, configured as in the live run with that header and scenario.
 pub fn all(header: &RunHeader, scenario_toml: &str) -> Vec<Box<dyn Detector>> {
     Settings::default().start(header, scenario_toml)
 }
 
-/// The same for a run of that plan.
+/// The registered detectors for a run of that plan.
 pub(crate) fn of_plan(plan: &Plan) -> Vec<Box<dyn Detector>> {
-    Settings::default().for_run(plan.blocks as u32, plan.grid, Some(plan.scales))
+    Settings::default().for_run(plan.elastic.layout(), plan.grid, Some(plan.scales))
 }
 
-/// What links detachments in a run, and makes moments and energies of them, by its header; what the
-/// header of an older version lacks, by its scenario. None, or without that, if neither can say it:
-/// then the log is one of which only a part is left.
+/// The scales that link detachments and enter moments and energies of ruptures: from the header, or
+/// from the scenario where the header is of an older version. None, or incomplete, if neither
+/// contains them, as in a partly lost log.
 fn scales(header: &RunHeader, scenario_toml: &str) -> Option<Scales> {
     if header.scales.is_some_and(|scales| scales.modulus_n_per_m.is_some()) {
         return header.scales;
@@ -81,18 +83,18 @@ fn scales(header: &RunHeader, scenario_toml: &str) -> Option<Scales> {
     scenario.map(|scenario| scenario.scales()).or(header.scales)
 }
 
-/// A topic that a detector must not have.
+/// A topic that a detector must not use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum TopicError {
-    /// Another detector has it.
+    /// Another detector uses it.
     #[error("two detectors emit {0} (accepted: a topic of its own for each)")]
     Twice(&'static str),
-    /// No reader would take its messages for events.
+    /// Readers would not recognise its messages as events.
     #[error("a detector emits {0} (accepted: a topic that begins with /events/)")]
     NoEvents(&'static str),
 }
 
-/// What detectors emit that are to look at one run.
+/// The kinds of events that the detectors of one run emit.
 pub(crate) fn kinds_of(detectors: &[Box<dyn Detector>]) -> Result<Vec<EventKind>, TopicError> {
     let kinds: Vec<EventKind> = detectors.iter().map(|detector| detector.emits()).collect();
     for (number, EventKind { topic, .. }) in kinds.iter().enumerate() {
@@ -106,33 +108,33 @@ pub(crate) fn kinds_of(detectors: &[Box<dyn Detector>]) -> Result<Vec<EventKind>
     Ok(kinds)
 }
 
-/// Whether a log that ends so was written with detectors of all these kinds.
+/// Whether the log with this end was written with detectors of all these kinds.
 pub(crate) fn has_events_of(end: &RunEnd, kinds: &[EventKind]) -> bool {
     kinds.iter().all(|kind| end.message_counts.contains_key(kind.topic))
 }
 
-/// Which detectors, and by which rules.
+/// The choice of detectors, and their rules.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Settings {
-    /// Their names.
+    /// Names of the detectors.
     pub detectors: Vec<&'static str>,
     /// [`SlipRules::merge_gap_s`].
     pub merge_gap_s: f64,
     /// [`SlipRules::min_blocks`].
     pub min_blocks: u32,
-    /// [`Scales::link_time_ratio`]; none for that of each run.
+    /// [`Scales::link_time_ratio`]; None for the value of each run.
     pub link_time_ratio: Option<f64>,
 }
 
 impl Default for Settings {
-    /// Those of a live run.
+    /// The settings of a live run.
     fn default() -> Settings {
         let SlipRules { merge_gap_s, min_blocks } = SlipRules::EVERY_SLIP;
         Settings { detectors: names(), merge_gap_s, min_blocks, link_time_ratio: None }
     }
 }
 
-/// The settings as written.
+/// The settings as TOML.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -142,14 +144,14 @@ struct Written {
     link_time_ratio: Option<Spanned<f64>>,
 }
 
-/// A settings file that cannot be used.
+/// An invalid settings file.
 #[derive(Debug, thiserror::Error)]
 pub struct SettingsError {
     /// The file.
     pub file: PathBuf,
-    /// Line and column, where it could be read.
+    /// Line and column, for a file that could be read.
     pub place: Option<String>,
-    /// What is wrong, and what would be accepted.
+    /// What is wrong, and what is accepted.
     pub problem: String,
 }
 
@@ -164,10 +166,10 @@ impl fmt::Display for SettingsError {
 }
 
 impl Settings {
-    /// Reads a settings file; what it leaves out is as in a live run.
+    /// Reads a settings file; keys that it omits have the values of a live run.
     ///
     /// # Errors
-    /// If it cannot be read, or says something that is not accepted.
+    /// If it cannot be read or contains a value that is not accepted.
     pub fn read(file: &Path) -> Result<Settings, SettingsError> {
         let error = |place, problem| SettingsError { file: file.to_owned(), place, problem };
         let text =
@@ -177,7 +179,7 @@ impl Settings {
         })
     }
 
-    /// The settings, or where in the text the problem is and what it is.
+    /// Parses settings; the error is a byte offset and what is wrong there.
     fn parse(text: &str) -> Result<Settings, (usize, String)> {
         check_toml(text).map_err(|too_long| (0, too_long.to_string()))?;
         let written: Written = toml::from_str(text).map_err(|error| {
@@ -244,14 +246,19 @@ impl Settings {
         Ok(settings)
     }
 
-    /// The detectors, for a run of which a log says this. Where it does not say what a detector
-    /// needs to know, that is not among them: ruptures cannot be found in a log of a version
-    /// before 4 that has lost its scenario.
+    /// Starts the detectors for a run with that header and scenario. Detectors that need what
+    /// neither contains are left out: ruptures cannot be found in a log of a version before 4 that
+    /// has lost its scenario.
     pub fn start(&self, header: &RunHeader, scenario_toml: &str) -> Vec<Box<dyn Detector>> {
-        self.for_run(header.blocks, header.time_grid(), scales(header, scenario_toml))
+        self.for_run(header.contacts(), header.time_grid(), scales(header, scenario_toml))
     }
 
-    fn for_run(&self, blocks: u32, time_grid: TimeGrid, scales: Option<Scales>) -> Vec<Box<dyn Detector>> {
+    fn for_run(
+        &self,
+        blocks: Contacts,
+        time_grid: TimeGrid,
+        scales: Option<Scales>,
+    ) -> Vec<Box<dyn Detector>> {
         let links = scales.map(|scales| {
             let link_time_ratio = self.link_time_ratio.unwrap_or(scales.link_time_ratio);
             let t_link_s = Scales { link_time_ratio, ..scales }.link_s();
@@ -281,7 +288,7 @@ mod tests {
             "detectors = [\"global\", \"onset\"]\nmerge_gap_s = 1e-4\nmin_blocks = 2\nlink_time_ratio = 30",
         )
         .unwrap();
-        // In the order of the log, whatever the order in the file.
+        // In the order of the log, independent of the file.
         assert_eq!(
             settings,
             Settings {

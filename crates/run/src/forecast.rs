@@ -1,5 +1,5 @@
-//! What can be said of a run without making it: how its time step lies, how long its log can
-//! become, and about how long the plain solver would take.
+//! What is known of a run without making it: the ratio of its time step to the limit of stability,
+//! an upper bound on its log, and an estimate of the plain solver's time.
 
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,7 @@ use crate::detectors;
 use crate::header::header;
 use crate::run::CHECKPOINT_BYTES_PER_S;
 
-/// What is known of a run before it.
+/// What is known of a run in advance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Forecast {
     /// The scenario's name.
@@ -22,46 +22,45 @@ pub struct Forecast {
     pub scenario_hash: String,
     /// The time step, s.
     pub time_step_s: f64,
-    /// The longest one that is stable while no block switches, s.
+    /// The longest time step that is stable while no block switches, s.
     pub longest_stable_step_s: f64,
-    /// The time step over that.
+    /// The time step over the longest stable one.
     pub step_ratio: f64,
-    /// How many steps are to be taken.
+    /// The number of steps.
     pub steps: u64,
-    /// About how long the plain solver takes for them on this machine, s; none where it was not
-    /// tried.
+    /// Estimated time of the plain solver on this machine, s; None without a trial.
     pub plain_solver_s: Option<f64>,
-    /// How long the log becomes at most.
+    /// Upper bound on the size of the log.
     pub log: MostLogBytes,
-    /// What may surprise, see [`Scenario::warnings`].
+    /// Warnings, see [`Scenario::warnings`].
     pub warnings: Vec<String>,
 }
 
-/// How long a log becomes at most: what is scheduled, and what each thing adds that only the run
-/// tells how often there is.
+/// Upper bound on the size of a log: scheduled records, and the cost of everything whose number
+/// only the run determines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct MostLogBytes {
-    /// Samples of the load that are scheduled, the last step included.
+    /// Scheduled samples of the load, including the last step.
     pub samples: u64,
-    /// States of all blocks that are scheduled, that of the start included.
+    /// Scheduled states of all blocks, including the initial one.
     pub states: u64,
     /// Records of dense windows, and of ruptures as if enough blocks slid all the time.
     pub window_records: u64,
-    /// Bytes of all these, with all that every log has.
+    /// Bytes of all scheduled records and of the parts that every log has.
     pub scheduled_bytes: u64,
-    /// Bytes of a step with switches, without these.
+    /// Bytes of a step with switches, without the switches.
     pub step_with_switches_bytes: u64,
-    /// Bytes of a switch, with what the detectors may find in it.
+    /// Bytes of a switch, including the events that detectors may find in it.
     pub switch_bytes: u64,
-    /// Bytes of a slip event: records of its first step and the one behind its last, with the
-    /// states of all blocks if they are recorded, and what the detectors find.
+    /// Bytes of a slip event: records of its first step and of the step after its last, with the
+    /// states of all blocks if they are recorded, and the events of the detectors.
     pub slip_event_bytes: u64,
-    /// Bytes of a second of computing, for checkpoints once a second at most.
+    /// Bytes per second of computing time, for at most one checkpoint per second.
     pub second_bytes: u64,
 }
 
 impl Forecast {
-    /// Of a run of that scenario, without trying the plain solver.
+    /// The forecast for a scenario, without a trial of the plain solver.
     pub fn of(scenario: &Scenario) -> Forecast {
         let plan = Plan::new(scenario);
         let longest_stable_step_s = scenario.longest_stable_step_s();
@@ -78,8 +77,8 @@ impl Forecast {
         }
     }
 
-    /// The same with an estimate of the plain solver's time, from the first steps of the run, taken
-    /// for that long.
+    /// Adds an estimate of the plain solver's time, from the steps it takes within `trial` at the
+    /// start of the run.
     #[must_use]
     pub fn with_plain_solver(self, scenario: &Scenario, trial: Duration) -> Forecast {
         let step_s = plain_step_s(Plan::new(scenario), trial);
@@ -87,10 +86,10 @@ impl Forecast {
     }
 }
 
-/// Block steps between two looks at the clock.
+/// Block steps between two readings of the clock.
 const BLOCK_STEPS_OF_A_LOOK: u64 = 200_000;
 
-/// How long the plain solver takes for a step, s.
+/// Measured time of the plain solver per step, s.
 fn plain_step_s(plan: Plan, trial: Duration) -> f64 {
     let first = plan.initial.step;
     let recording = RecordingPlan {
@@ -99,24 +98,23 @@ fn plain_step_s(plan: Plan, trial: Duration) -> f64 {
         event_fields: false,
         windows: Vec::new(),
         rupture_fields: None,
-        energies: plan.recording.energies,
     };
     let mut solver = SolverKind::Plain.start(Plan { recording, ..plan });
     let started = Instant::now();
     while started.elapsed() < trial {
-        // A run that goes astray, or is over, has been tried for long enough.
+        // A run that fails or ends has been timed for long enough.
         let Ok(Some(_)) = solver.next_record() else { break };
     }
     started.elapsed().as_secs_f64() / (solver.step() - first).max(1) as f64
 }
 
-/// Events of which a slip event has one at most; of others, a switch has.
+/// Events of which each slip event has at most one; each switch may have one of the others.
 const OF_SLIP_EVENTS: [&str; 3] = [Onset::TOPIC, SlipEvent::TOPIC, GlobalSlip::TOPIC];
 
-/// Numbers for each block in a checkpoint, and their bytes in JSON.
+/// Bytes per block in a checkpoint: its numbers, times their length in JSON.
 const CHECKPOINT_BYTES_OF_A_BLOCK: u64 = 7 * 25;
 
-/// What a checkpoint has besides these.
+/// Bytes of a checkpoint without the blocks.
 const CHECKPOINT_FRAME_BYTES: u64 = 8 << 10;
 
 impl MostLogBytes {
@@ -132,8 +130,8 @@ impl MostLogBytes {
         let recording = &plan.recording;
         let samples = on_cadence(recording.sample_every_steps) + 1;
         let fields = on_cadence(recording.fields_every_steps);
-        let step = most.step(plan.drive.pulls_both_ways(), recording.energies);
-        let state = most.fields(plan.blocks, plan.elastic.lattice().is_some());
+        let step = most.step(plan.drive.pulls_both_ways());
+        let state = most.fields(plan.blocks, plan.elastic.has_foundation());
         let checkpoint =
             plan.elastic.freedoms() as u64 * CHECKPOINT_BYTES_OF_A_BLOCK + CHECKPOINT_FRAME_BYTES;
         let events = |of_slip_events: bool| -> u64 {
@@ -144,10 +142,10 @@ impl MostLogBytes {
             let count = (window.to_step - window.from_step) / window.every_steps + 1;
             (count, step + most.window(window.blocks.len()))
         });
-        // As if so many blocks slid all the time; these records stand without one of their step.
+        // As if the required number of blocks slid all the time; these records have no step record.
         let of_rupture =
             recording.rupture_fields.map(|fields| (on_cadence(fields.every_steps), most.window(plan.blocks)));
-        // Steps may be so many that no number holds the bytes of a record of each.
+        // The product may overflow for very many steps.
         let times = |count: u64, bytes: u64| count.saturating_mul(bytes);
         let (window_records, window_bytes) =
             of_windows.chain(of_rupture).fold((0, 0), |(records, bytes): (u64, u64), (count, each)| {

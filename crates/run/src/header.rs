@@ -1,14 +1,14 @@
-//! What a run is called, and by which program it was made.
+//! The header of a run: what identifies it and the program that made it.
 
 use asperity_model::{Plan, Scenario};
 use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
 
-/// A hash over the sources that shape a run: those of this crate and of every crate of the
-/// workspace that it is built from. Runs of the same code version and the same scenario are the
-/// same; a change to a figure or to the command line leaves it as it is.
+/// A hash over the sources that shape a run: those of this crate and of every workspace crate that
+/// it depends on. Runs of equal code version and scenario are equal; changes to figures or the
+/// command line do not change it.
 pub const CODE_VERSION: &str = env!("ASPERITY_CODE_VERSION");
 
-/// What a run of this scenario by this program says of itself in its log.
+/// The header that this program writes into the log of a scenario's run.
 pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeader {
     let mut header = RunHeader {
         record_schema_version: RECORD_SCHEMA_VERSION,
@@ -19,6 +19,7 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
         parameter_set: scenario.parameter_set.word().to_owned(),
         solver: solver.to_owned(),
         blocks: scenario.slider.blocks,
+        rows: plan.elastic.layout().rows(),
         time_step_s: plan.grid.step_s(),
         longest_stable_step_s: Some(plan.longest_stable_step_s),
         steps: plan.steps,
@@ -28,8 +29,8 @@ pub(crate) fn header(scenario: &Scenario, plan: &Plan, solver: &str) -> RunHeade
     header
 }
 
-/// The id of a run with the rest of that header: a BLAKE3 hash over scenario, schema version
-/// and code version, hexadecimal.
+/// The id of the run with that header: a BLAKE3 hash over scenario, schema version and code
+/// version, hexadecimal.
 pub(crate) fn run_id(header: &RunHeader) -> String {
     let id = blake3::Hasher::new()
         .update(header.scenario_hash.as_bytes())

@@ -1,8 +1,8 @@
-//! The log of a run while the run goes on: whether it is kept, and from when on there is one.
+//! The log of a run in progress: whether it is kept, and when it is started.
 //!
-//! A log costs a short run more than its steps do. One that is only needed to go on with a long
-//! run, or to look into one that failed, is therefore not begun before the run is worth it; until
-//! then records wait in memory.
+//! Writing a log costs more than the steps of a short run. A log that only serves to resume a long
+//! run, or to examine a failed one, is therefore started only once the run has taken some time;
+//! until then records wait in memory.
 
 use std::mem::{size_of, size_of_val, take};
 use std::path::Path;
@@ -14,28 +14,27 @@ use asperity_runlog::{Existing, RunWriter, Unfinished, WriteError};
 use asperity_simulator::SimulationError;
 use asperity_stream::Item;
 
-/// The time between checkpoints where nobody asks for another.
+/// Default time between checkpoints.
 pub const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Where the log of a run goes.
+/// The destination of a run's log.
 #[derive(Debug, Clone, Copy)]
 pub struct LogTo<'a> {
-    /// Its path, once it is whole; until then it stands at
-    /// [`partial_path`](asperity_runlog::partial_path).
+    /// Its path once complete; until then it is at [`partial_path`](asperity_runlog::partial_path).
     pub path: &'a Path,
-    /// What becomes of a log that stands there.
+    /// What to do with an existing log there.
     pub existing: Existing,
-    /// Least time of work between two checkpoints.
+    /// Shortest computing time between two checkpoints.
     pub checkpoint_interval: Duration,
-    /// Which logs get their path.
+    /// Which logs are renamed to their path.
     pub keep: KeepLog,
-    /// Work from which on the run can be gone on with. Before, records wait in memory, and a run
-    /// that is asked to stop leaves nothing behind.
+    /// Computing time after which the run can be resumed. Before, records wait in memory, and a run
+    /// that is stopped leaves no log.
     pub after: Duration,
 }
 
 impl<'a> LogTo<'a> {
-    /// A new log, with a checkpoint about once a second.
+    /// A new log, with about one checkpoint per second.
     pub fn new(path: &'a Path) -> LogTo<'a> {
         LogTo {
             path,
@@ -47,19 +46,19 @@ impl<'a> LogTo<'a> {
     }
 }
 
-/// Which logs get their path at the end of their run. Any other stays unfinished where it is, so
-/// that a run can go on with it until whoever made it has made sure of what came of it.
+/// Which logs are renamed to their path at the end of their run. Others keep their temporary name,
+/// so that the run can be resumed until the caller has stored its results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KeepLog {
-    /// All.
+    /// All logs.
     Always,
-    /// Those of runs that could not go on.
+    /// Logs of runs that the solver had to stop.
     IfStopped,
-    /// None.
+    /// No logs.
     Never,
 }
 
-/// Bytes of records that wait in memory, at most; with more of them the log is begun.
+/// Most bytes of records that wait in memory; beyond that the log is started.
 const MOST_WAITING_BYTES: usize = 64 << 20;
 
 /// The log of one run.
@@ -69,14 +68,14 @@ pub(crate) struct Log<'a> {
     scenario: &'a Scenario,
     kinds: Vec<EventKind>,
     writer: Option<RunWriter>,
-    /// Whether a run could go on with what there is of it.
+    /// Whether the run could be resumed from the log.
     has_checkpoint: bool,
     waiting: Vec<Item>,
     waiting_bytes: usize,
 }
 
 impl<'a> Log<'a> {
-    /// Of a run that begins.
+    /// The log of a new run.
     pub(crate) fn new(
         to: LogTo<'a>,
         header: RunHeader,
@@ -92,7 +91,7 @@ impl<'a> Log<'a> {
         Ok(log)
     }
 
-    /// Of a run that goes on.
+    /// The log of a resumed run.
     pub(crate) fn resume(
         to: LogTo<'a>,
         unfinished: Unfinished,
@@ -107,7 +106,7 @@ impl<'a> Log<'a> {
         Ok(Log { to, header, scenario, kinds, writer, has_checkpoint: true, waiting, waiting_bytes })
     }
 
-    /// Takes the next item. The first checkpoint says that the run is worth a log.
+    /// Writes or queues the next item. The first checkpoint starts the log.
     pub(crate) fn take(&mut self, item: Item) -> Result<(), WriteError> {
         let is_checkpoint = matches!(item, Item::Checkpoint(_));
         if self.writer.is_none() {
@@ -133,7 +132,7 @@ impl<'a> Log<'a> {
         Ok(())
     }
 
-    /// Closes it after the last record; with how it ended if it is kept.
+    /// Closes the log after the last record; returns its end if it is kept.
     pub(crate) fn finish(
         mut self,
         status: RunStatus,
@@ -164,12 +163,12 @@ impl<'a> Log<'a> {
         if self.has_checkpoint || self.to.after.is_zero() {
             return writer.finish(RunStatus::Interrupted, report).map(Some);
         }
-        // Nobody could go on with it.
+        // Without a checkpoint nobody could resume from it.
         writer.discard()?;
         Ok(None)
     }
 
-    /// Removes what there is if that is nothing, after a failure.
+    /// After a failure, removes a log from which no run could be resumed.
     pub(crate) fn discard_if_empty(&mut self) {
         if let Some(writer) = &mut self.writer {
             writer.discard_if_empty();
@@ -185,7 +184,7 @@ fn write(writer: &mut RunWriter, item: &Item) -> Result<(), WriteError> {
     }
 }
 
-/// About what an item takes in memory.
+/// Approximate memory of an item.
 fn bytes(item: &Item) -> usize {
     let held = match item {
         Item::Record(Record::Step(record)) => record.switches.len() * size_of::<Switch>(),
@@ -253,7 +252,7 @@ mod tests {
                     (MOST_WAITING_BYTES / 4000..MOST_WAITING_BYTES / 3000).contains(&(steps as usize))
                 ),
             }
-            // It stays where it is, for whoever made the run to remove.
+            // It keeps its temporary name; the caller removes it.
             assert_eq!(log.finish(RunStatus::Complete, None, SolverReport::default()).unwrap(), None);
             assert!(partial_path(&path).exists() && !path.exists());
         }

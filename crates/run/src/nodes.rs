@@ -1,13 +1,14 @@
-//! The nodes of a slab at any time of its run: what its log does not have.
+//! The nodes of a slab at any time of its run, recomputed from its log.
 //!
-//! A log records contacts. What the nodes above them did stands in its checkpoints alone, and
-//! follows from these by the solver that made the run: from the last checkpoint before the time
-//! asked for, or else from the state of rest, it takes the same steps once more. A checkpoint is used if
-//! its checksum holds and it fits the plan.
+//! A log records the contacts. The state of the other nodes is stored only in checkpoints and
+//! recomputed from them with the solver that made the run: from the last checkpoint before the
+//! requested time, or from the initial state, it repeats the steps. A checkpoint is used if its
+//! checksum is right and it fits the plan.
 //!
-//! Where the run took steps one by one, its states are given to the bit: those of the plain solver, and
-//! of the fast one while contacts slide, at onsets and ends of events. Inside a leap of the fast solver
-//! the run has none; there one is made by a shorter leap, which rounds otherwise.
+//! Where the run took single steps, the states are exact to the bit: everywhere for the plain
+//! solver, and for the fast one while contacts slide and at onsets and ends of events. Inside a
+//! leap of the fast solver the run has no state; there a shorter leap gives one, which rounds
+//! differently.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,29 +17,29 @@ use std::sync::Arc;
 use asperity_model::Plan;
 use asperity_record::{Record, RunHeader};
 use asperity_runlog::{LogError, LogItem, RunReader, Topics};
-use asperity_simulator::{Snapshot, SimulationError, Solver, SolverKind};
+use asperity_simulator::{SimulationError, Snapshot, Solver, SolverKind};
 
 use crate::header::CODE_VERSION;
-use crate::own::{self, OwnProblem};
 use crate::resume::Saved;
+use crate::self_check::{self, SelfCheckProblem};
 
-/// All nodes after a step.
+/// The state of all nodes after a step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NodeState {
     /// The step.
     pub step: u64,
     /// Its time, s.
     pub time_s: f64,
-    /// Nodes in a row; rows are counted from the bottom.
+    /// Nodes per row; rows are counted from the bottom.
     pub columns: usize,
-    /// Displacement of every node from the grid, m: along the sliding direction those of all nodes,
-    /// row by row, then upwards likewise.
+    /// Displacement of every node from the grid, m: first all components along the sliding
+    /// direction, row by row, then all vertical ones.
     pub displacement_m: Vec<f64>,
-    /// Velocities, m/s, in the same order.
+    /// Velocities, m/s, in the order of the displacements.
     pub velocity_m_per_s: Vec<f64>,
 }
 
-/// Nodes that cannot be told.
+/// Why the nodes cannot be computed.
 #[derive(Debug, thiserror::Error)]
 pub enum NodesError {
     /// The log cannot be read.
@@ -47,7 +48,7 @@ pub enum NodesError {
     /// The run is of a chain.
     #[error("a chain has no nodes but its blocks, whose states are in /fields (accepted: a run of a slab)")]
     Chain,
-    /// Another version of the program made the run, and would take other steps.
+    /// Another code version made the run and would take other steps.
     #[error(
         "its nodes follow from the steps of the code that made it, {found}, and this is {} (accepted: a run by this \
          program)",
@@ -57,58 +58,58 @@ pub enum NodesError {
         /// The code version of the log.
         found: String,
     },
-    /// A time at which there was no run.
+    /// A time outside the run.
     #[error("the log has no state at {at_s} s (accepted: 0 to {last_s} s)")]
     Outside {
-        /// What was asked for.
+        /// The requested time.
         at_s: f64,
-        /// The time of the last step of the log.
+        /// The time of the last step in the log.
         last_s: f64,
     },
-    /// The scenario of the log is not that of its header.
+    /// The scenario of the log contradicts its header.
     #[error(transparent)]
-    Scenario(#[from] OwnProblem),
-    /// A checkpoint is none of this run.
+    Scenario(#[from] SelfCheckProblem),
+    /// A checkpoint does not belong to this run.
     #[error("the checkpoint at step {step} is not a state of this run: {problem}")]
     NoState {
-        /// The step it says that it is of.
+        /// The step that the checkpoint claims.
         step: u64,
         /// What does not fit.
         problem: String,
     },
-    /// The solver stops before.
+    /// The solver stops before the requested time.
     #[error(transparent)]
     Stopped(#[from] SimulationError),
 }
 
-/// The nodes of a logged run at chosen times, one after the other.
+/// Computes the nodes of a logged run at chosen times, one after the other.
 pub struct Nodes {
     plan: Arc<Plan>,
     kind: SolverKind,
-    /// None until the first is asked for.
+    /// None until the first request.
     solver: Option<Box<dyn Solver>>,
-    /// Its last state at or before the last time.
+    /// The solver's last state at or before the last time.
     last: Option<Snapshot>,
-    /// The steps still to come, from the last to the first.
+    /// The remaining steps, in descending order.
     steps: Vec<u64>,
-    /// Where the solver can begin, by the step.
+    /// States that the solver can start from, by step.
     from: BTreeMap<u64, Snapshot>,
 }
 
 impl Nodes {
-    /// Reads what a log has of its nodes, up to its last sound step, as `check` found it, and to its
-    /// first gap. Of each time the nearest step is meant.
+    /// Reads a log up to its last sound step, as [`check`](crate::check) found it, or its first
+    /// gap. Each time is rounded to the nearest step.
     ///
     /// # Errors
-    /// If the log is not sound up to there, or not of a slab, or not by this program.
+    /// If the log is not sound up to there, not of a slab, or of another code version.
     pub fn of_log(log: &Path, last_sound_step: u64, at_s: &[f64]) -> Result<Nodes, NodesError> {
         let reader = RunReader::open(log, Topics::NONE)?;
         let header = reader.header().clone();
         if header.code_version != CODE_VERSION {
             return Err(NodesError::OtherCode { found: header.code_version });
         }
-        let plan = own::plan(&header, reader.scenario_toml())?;
-        if plan.elastic.lattice().is_none() {
+        let plan = self_check::plan(&header, reader.scenario_toml())?;
+        if !plan.elastic.has_inside() {
             return Err(NodesError::Chain);
         }
         let last_step = last_step(log, last_sound_step)?;
@@ -126,10 +127,10 @@ impl Nodes {
         Ok(Nodes { kind: kind(&header), plan: Arc::new(plan), solver: None, last: None, steps, from })
     }
 
-    /// The nodes at the next of the times; `None` after the last.
+    /// Computes the nodes at the next of the times; `None` after the last.
     ///
     /// # Errors
-    /// If the run cannot go on up to there.
+    /// If the solver stops before.
     pub fn next_state(&mut self) -> Result<Option<NodeState>, NodesError> {
         let Some(step) = self.steps.pop() else { return Ok(None) };
         let solver = self.solver.get_or_insert_with(|| self.kind.start(Arc::clone(&self.plan)));
@@ -137,8 +138,8 @@ impl Nodes {
         if let Some((_, state)) = checkpoint.filter(|(at, _)| **at > solver.step()) {
             solver.restore(state);
         }
-        // The last state up to there, after each record; while it tells what is within a leap, a solver
-        // stands at the start of it.
+        // The last state up to there, taken after each record. While the solver reports records
+        // within a leap, it is at the start of the leap.
         let mut last = self.last.take().filter(|state| state.slider.step <= step);
         loop {
             if solver.step() <= step {
@@ -151,7 +152,7 @@ impl Nodes {
         let mut state = last.expect("a solver begins before any step that a log has");
         self.last = Some(state.clone());
         if state.slider.step < step {
-            // It has gone beyond, in steps that nothing was recorded of, or in one leap.
+            // It has passed the step, by unrecorded steps or by a leap.
             let plan = Arc::new(Plan { steps: step, ..(*self.plan).clone() });
             let mut there = self.kind.start(plan);
             there.restore(&state);
@@ -173,26 +174,25 @@ fn kind(header: &RunHeader) -> SolverKind {
     SolverKind::named(&header.solver).unwrap_or_default()
 }
 
-/// The last step that a log has a record of, as far as it is sound and has no gap.
+/// The last step with a record in the sound part of the log, before any gap.
 fn last_step(log: &Path, last_sound_step: u64) -> Result<u64, LogError> {
     let mut last = 0;
     over_records(log, last_sound_step, &mut |record, _| last = record.step())?;
     Ok(last)
 }
 
-/// Goes over the records of a log up to a step, as far as there are any: each, and the last
-/// checkpoint before it.
+/// Visits the records of a log up to a step, each with the last checkpoint before it.
 fn over_records(
     log: &Path,
     last_step: u64,
     see: &mut dyn FnMut(&Record, Option<&str>),
 ) -> Result<(), LogError> {
     let mut reader = RunReader::open(log, Topics::RECORDS)?;
-    // Where it cannot be read on, the verdict says so.
+    // The verdict reports where the log cannot be read.
     while let Ok(Some(item)) = reader.next_item() {
         match item {
             LogItem::Record(record) if record.step() > last_step => break,
-            // What follows a gap need not follow from what stands before it.
+            // Records after a gap need not follow from those before.
             LogItem::Record(_) if reader.has_gap() => break,
             LogItem::Record(record) => see(&record, reader.checkpoint()),
             LogItem::Event(_) => {}
@@ -201,7 +201,7 @@ fn over_records(
     Ok(())
 }
 
-/// The last checkpoint before each of the steps, those that there are.
+/// The last checkpoint before each of the steps, where there is one.
 fn checkpoints(
     log: &Path,
     last_step: u64,
@@ -216,7 +216,7 @@ fn checkpoints(
             if let Ok(saved) = serde_json::from_str::<Saved>(text) {
                 found.insert(saved.step(), saved);
             }
-            // Of those before the same step the last is enough.
+            // Only the last of several checkpoints before one step is needed.
             let needed: Vec<u64> = steps
                 .iter()
                 .filter_map(|step| found.range(..=*step).next_back())

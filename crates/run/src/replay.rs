@@ -1,7 +1,7 @@
-//! Logged records through detectors again, by the rules of the live run or by others.
+//! Sends logged records through detectors again, with the rules of the live run or others.
 //!
-//! A replay reads a log once, from its first byte to its last, and holds no more of it than is
-//! under way: what the log says of events and what the detectors find are compared as they come.
+//! A replay reads a log once, front to back, in bounded memory: logged and found events are
+//! compared as they arrive.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -11,64 +11,64 @@ use asperity_record::{EventKind, EventPayload, RunHeader, SlipEvent};
 use asperity_runlog::{LogError, LogItem, LogProblem, RunReader, Topics};
 use asperity_stream::{Given, Item, StreamError};
 
-use crate::agreement::{Agreement, Difference, OtherDetectors};
 use crate::detectors::{Settings, TopicError, kinds_of};
-use crate::watch::Watch;
+use crate::event_check::{Difference, EventCheck, OtherDetectors};
+use crate::observer::Observer;
 
-/// A log that is to go through detectors again.
+/// A log to be sent through detectors.
 pub struct Replay {
     path: PathBuf,
     reader: RunReader,
     detectors: Vec<Box<dyn Detector>>,
-    /// Whether what is found is to be what the log holds.
+    /// Whether the found events must equal the logged ones.
     compares: bool,
 }
 
-/// What came of a replay.
+/// The result of a replay.
 #[derive(Debug)]
 pub struct Replayed {
-    /// What the run said of itself.
+    /// The header of the run.
     pub header: RunHeader,
     /// The digest of its messages.
     pub digest: String,
-    /// Slip events found.
+    /// Number of slip events found.
     pub slip_events: u64,
-    /// What the events found are beside those logged; none by other rules than those of a live
-    /// run, by which other events are found, and are no contradiction.
+    /// Comparison of found and logged events. None with rules other than those of a live run, which
+    /// find other events without contradicting the log.
     pub comparison: Option<Comparison>,
 }
 
-/// Events as they were found, beside those of the log.
+/// Comparison of found events with those of the log.
 #[derive(Debug)]
 pub struct Comparison {
-    /// The first that differ, if any do.
+    /// The first difference, if there is one.
     pub difference: Option<Difference>,
-    /// Topics that only one of them has, which were not compared.
+    /// Topics of only one side, which were not compared.
     pub other_detectors: OtherDetectors,
 }
 
-/// A replay that did not come to its end.
+/// Why a replay did not complete.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// The log cannot be read to its end, or is not whole.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     #[error("failed to start a thread: {0}")]
     Thread(String),
-    /// A detector of the caller's own emits what it must not.
+    /// A custom detector uses a topic that it must not.
     #[error(transparent)]
     Topic(#[from] TopicError),
-    /// The caller asked it to stop.
+    /// The caller stopped it.
     #[error("stopped")]
     Stopped,
 }
 
 impl Replay {
-    /// Opens a log, for the registered detectors that `settings` chooses.
+    /// Opens a log for the registered detectors that `settings` chooses.
     ///
     /// # Errors
-    /// If it is no run log that can be read.
+    /// If it is not a readable run log.
     pub fn open(log: &Path, settings: &Settings) -> Result<Replay, LogError> {
         let compares = *settings == Settings::default();
         let topics = Topics { events: compares, ..Topics::STEPS };
@@ -77,36 +77,37 @@ impl Replay {
         Ok(Replay { path: log.to_owned(), reader, detectors, compares })
     }
 
-    /// With one more detector, of the caller's own.
+    /// Adds a custom detector.
     #[must_use]
     pub fn detect(mut self, detector: impl Detector + 'static) -> Replay {
         self.detectors.push(Box::new(detector));
         self
     }
 
-    /// What the run says of itself.
+    /// The header of the run.
     pub fn header(&self) -> &RunHeader {
         self.reader.header()
     }
 
-    /// What its detectors emit.
+    /// The kinds of events of its detectors.
     pub fn kinds(&self) -> Vec<EventKind> {
         self.detectors.iter().map(|detector| detector.emits()).collect()
     }
 
-    /// Replays it. `stop` is asked between records, from another thread.
+    /// Replays the log. `stop` is polled between records, on another thread.
     ///
     /// # Errors
-    /// If the log is not whole, a detector emits what it must not, or the caller asked to stop.
+    /// If the log is not whole, a detector uses a topic that it must not, or the caller stops the
+    /// replay.
     pub fn run(
         self,
         stop: &(dyn Fn() -> bool + Sync),
-        watch: &mut dyn Watch,
+        observer: &mut dyn Observer,
     ) -> Result<Replayed, ReplayError> {
         let Replay { path, mut reader, detectors, compares } = self;
         kinds_of(&detectors)?;
         let header = reader.header().clone();
-        let agreement = Mutex::new(compares.then(|| Agreement::with(&detectors, &header)));
+        let event_check = Mutex::new(compares.then(|| EventCheck::with(&detectors, &header)));
         let mut slip_events = 0;
         let outcome = asperity_stream::run(
             || loop {
@@ -115,17 +116,17 @@ impl Replay {
                 }
                 let item = reader.next_item()?;
                 if reader.has_gap() {
-                    // What is missing may have been the beginning of an event.
+                    // The gap may contain the beginning of an event.
                     return Err(LogError { path: path.clone(), problem: LogProblem::Salvaged }.into());
                 }
-                let mut agreement = agreement.lock().expect("no one panics with it");
-                if let Some(agreement) = &mut *agreement {
-                    agreement.announced(reader.event_topics());
+                let mut event_check = event_check.lock().expect("no one panics with it");
+                if let Some(event_check) = &mut *event_check {
+                    event_check.announced(reader.event_topics());
                 }
-                match (item, &mut *agreement) {
+                match (item, &mut *event_check) {
                     (None, _) => return Ok(None),
                     (Some(LogItem::Record(record)), _) => return Ok(Some(Given::Record(record))),
-                    (Some(LogItem::Event(event)), Some(agreement)) => agreement.logged(event),
+                    (Some(LogItem::Event(event)), Some(event_check)) => event_check.logged(event),
                     (Some(LogItem::Event(_)), None) => {}
                 }
             },
@@ -134,17 +135,17 @@ impl Replay {
                 match item {
                     Item::Event(event) => {
                         slip_events += u64::from(event.topic == SlipEvent::TOPIC);
-                        watch.event(&event);
-                        let mut agreement = agreement.lock().expect("no one panics with it");
-                        if let Some(agreement) = &mut *agreement {
-                            agreement.found(event);
-                            // Told at the end; only that what agrees is let go of matters here.
-                            agreement.let_go();
+                        observer.event(&event);
+                        let mut event_check = event_check.lock().expect("no one panics with it");
+                        if let Some(event_check) = &mut *event_check {
+                            event_check.found(event);
+                            // Differences are reported at the end; this only drops equal pairs.
+                            event_check.let_go();
                         }
                     }
                     Item::Record(record) => {
-                        watch.record(&record);
-                        watch.reached(record.step());
+                        observer.record(&record);
+                        observer.reached(record.step());
                     }
                     Item::Checkpoint(_) => {}
                 }
@@ -156,15 +157,15 @@ impl Replay {
             Err(StreamError::Source(error) | StreamError::Sink(error)) => return Err(error),
             Err(StreamError::Thread(error)) => return Err(ReplayError::Thread(error)),
         }
-        let agreement = agreement.into_inner().expect("no one panics with it");
+        let event_check = event_check.into_inner().expect("no one panics with it");
         let end = reader.end().expect("the log was read to its end");
         Ok(Replayed {
             header,
             digest: end.digest.clone(),
             slip_events,
-            comparison: agreement.map(|agreement| Comparison {
-                other_detectors: agreement.other_detectors(),
-                difference: agreement.finish().err(),
+            comparison: event_check.map(|event_check| Comparison {
+                other_detectors: event_check.other_detectors(),
+                difference: event_check.finish().err(),
             }),
         })
     }

@@ -1,13 +1,13 @@
-//! Going on with a run that did not come to its end: what is left of it, and the records
-//! that go through the detectors once more before the solver goes on.
+//! Resumes an interrupted run: reads its unfinished log, and sends its records through the
+//! detectors again before the solver continues.
 //!
-//! The solver restores its state from a checkpoint to the bit. Detectors and log have none of
-//! their own: they are given the records up to the checkpoint again, out of the unfinished
-//! log, and so stand where they stood. What comes out is what one run would have given.
+//! A checkpoint restores the solver's state to the bit. Detectors and log store no state: the
+//! records up to the checkpoint, read from the unfinished log, bring them to theirs. The result
+//! equals that of an uninterrupted run.
 //!
-//! A checkpoint is used if its checksum holds, it fits the plan, and the same contacts are detached in it
-//! as the switches before it leave so: detectors rely on that. Whether it is what the records before it lead
-//! to tells `check --again` of the finished log.
+//! A checkpoint is used if its checksum is right, it fits the plan, and its detached contacts are
+//! those that the switches before it leave detached, which detectors rely on. Only `check --again`
+//! of the finished log verifies that the records lead to it.
 
 use std::path::PathBuf;
 
@@ -18,17 +18,17 @@ use asperity_simulator::{Counters, Snapshot};
 use serde::{Deserialize, Serialize};
 
 use crate::detectors::has_events_of;
-use crate::place::{CODE_VERSION, OtherRun, RUN_ID, SCENARIO, SOLVER};
+use crate::log_target::{CODE_VERSION, OtherRun, RUN_ID, SCENARIO, SOLVER};
 
-/// What a checkpoint holds.
+/// The contents of a checkpoint.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Saved {
     /// The slider, and how the solver takes its steps.
     pub(crate) solver: Snapshot,
-    /// What the steps up to it were made of.
+    /// The solver's counters up to it.
     pub(crate) counters: Counters,
-    /// How often the run had gone on before.
+    /// How often the run had been resumed before.
     pub(crate) resumed: u64,
 }
 
@@ -43,10 +43,10 @@ impl Saved {
         Checkpoint { step: self.step(), state }
     }
 
-    /// That a solver of the plan can go on from it, and counts go on as numbers.
+    /// Checks that a solver of the plan can continue from it, and that its counters are in range.
     ///
     /// # Errors
-    /// In words, what does not fit.
+    /// A message about what does not fit.
     pub(crate) fn fits(&self, plan: &Plan) -> Result<(), String> {
         if !self.solver.fits(plan) {
             return Err("it is not a state of this scenario".to_owned());
@@ -60,8 +60,8 @@ impl Saved {
         Ok(())
     }
 
-    /// The first block, counted from 1, that is detached in it and not by the switches before it, or the
-    /// other way.
+    /// The first block, counted from 1, whose contact is detached in the checkpoint but not by the
+    /// switches before it, or the reverse.
     fn differing_block(&self, again: &mut Again) -> Result<Option<usize>, LogError> {
         let mut slip = vec![0.0; self.solver.slider.slip.len()];
         while let Some(record) = again.next_record()? {
@@ -75,20 +75,20 @@ impl Saved {
     }
 }
 
-/// A run takes some time between one interruption and the next.
+/// Most interruptions of a run, each of which takes some time.
 const MOST_RESUMED: u64 = 1 << 32;
 
-/// What is left of a run that did not come to its end.
+/// What is left of an interrupted run.
 pub(crate) enum Left {
-    /// Nothing that one could go on from.
+    /// Nothing to resume from.
     Nothing,
-    /// All of it: only its final name is missing.
+    /// A complete log that lacks only its final name.
     Whole { unfinished: Unfinished, end: Box<RunEnd> },
-    /// A state, as it is and as it stands in the log, and the records that led to it.
+    /// A state, decoded and as text in the log; the log holds the records before it.
     Part { unfinished: Unfinished, saved: Box<Saved>, state: String },
 }
 
-/// An unfinished log that a run cannot go on with.
+/// Why a run cannot resume from an unfinished log.
 #[derive(Debug, thiserror::Error)]
 pub enum LeftError {
     /// It cannot be read.
@@ -97,7 +97,7 @@ pub enum LeftError {
     /// It is of another run.
     #[error("{0} (accepted: the scenario, solver and program it was begun with, or another log)")]
     OtherRun(#[from] OtherRun),
-    /// Its checkpoint is none of this run.
+    /// Its checkpoint does not belong to this run.
     #[error(
         "{}: its last checkpoint is not a state of this run: {problem}; without the file the run starts from the \
          beginning",
@@ -112,8 +112,8 @@ pub enum LeftError {
 }
 
 impl Left {
-    /// Reads an unfinished log, up to where it is sound, for the run with that header and events
-    /// of these kinds.
+    /// Reads the sound part of an unfinished log of the run with that header and events of these
+    /// kinds.
     pub(crate) fn of(
         unfinished: Unfinished,
         header: &RunHeader,
@@ -135,11 +135,11 @@ impl Left {
                     if has_events_of(&end, kinds) {
                         return Ok(Left::Whole { unfinished, end: Box::new(end) });
                     }
-                    // Fewer detectors looked: the records go through all of them now.
+                    // It was written with fewer detectors: the records go through all of them now.
                     break;
                 }
                 Err(error @ LogError { problem: LogProblem::Salvaged, .. }) => return Err(error.into()),
-                // Whatever is wrong behind the last checkpoint: it stands on what is before.
+                // Damage after the last checkpoint does not matter.
                 Err(_) => break,
             }
         }
@@ -164,12 +164,12 @@ impl Left {
     }
 }
 
-/// Whether a log breaks off before it says what it is.
+/// Whether a log ends before its header.
 fn is_beginning(problem: &LogProblem) -> bool {
     problem.is_early_end() || matches!(problem, LogProblem::NoHeader)
 }
 
-/// Gives the records up to a checkpoint once more.
+/// Yields the records up to a checkpoint again.
 pub(crate) struct Again {
     old: RunReader,
     until_step: u64,
@@ -177,23 +177,23 @@ pub(crate) struct Again {
 }
 
 impl Again {
-    /// Of an unfinished log that was found to hold a checkpoint of that step, in these words.
+    /// Opens an unfinished log known to contain a checkpoint of that step with this text.
     pub(crate) fn new(unfinished: &Unfinished, step: u64, state: &str) -> Result<Again, LogError> {
         let old = RunReader::open(&unfinished.partial_path(), Topics::RECORDS)?;
         Ok(Again { old, until_step: step, state: state.to_owned() })
     }
 
-    /// The next record; `None` once the solver is to go on.
+    /// The next record; `None` at the checkpoint.
     pub(crate) fn next_record(&mut self) -> Result<Option<Record>, LogError> {
         while self.old.checkpoint() != Some(&self.state) {
             match self.old.next_item() {
                 Ok(Some(LogItem::Record(record))) if record.step() <= self.until_step => {
                     return Ok(Some(record));
                 }
-                // Recorded inside a leap from the checkpoint, and to be recorded again.
+                // Recorded inside a leap from the checkpoint; it will be recorded again.
                 Ok(Some(_)) => {}
                 Ok(None) => break,
-                // The checkpoint is all that is needed; after it the log may just end.
+                // Damage after the checkpoint does not matter.
                 Err(_) if self.old.checkpoint() == Some(&self.state) => break,
                 Err(error) => return Err(error),
             }

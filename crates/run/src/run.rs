@@ -1,4 +1,4 @@
-//! A run: simulator, detectors and log writer, joined by the stream.
+//! Runs a scenario: simulator, detectors and log writer, connected by the stream.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -13,44 +13,43 @@ use asperity_stream::{Given, Item, StreamError};
 use crate::detectors::{self, TopicError};
 use crate::header::header;
 use crate::log::{CHECKPOINT_INTERVAL, Log, LogTo};
-use crate::own::ending;
-use crate::place::PlaceError;
+use crate::log_target::LogTargetError;
+use crate::observer::{Notice, Observer};
 use crate::resume::{Again, Left, LeftError, Saved};
-use crate::watch::{Notice, Watch};
+use crate::self_check::ending;
 
-/// Bytes of checkpoints for each second of work, at most: long chains have large states.
+/// Most bytes of checkpoints per second of computing, since long chains have large states.
 pub(crate) const CHECKPOINT_BYTES_PER_S: f64 = 1e5;
 
-/// Bytes of checkpoints beyond that in a whole run, where they are asked for more often.
+/// Further bytes of checkpoints in a whole run, for shorter intervals between them.
 const CHECKPOINT_BYTES: f64 = 16e6;
 
-/// What is to be run.
+/// A run to be made.
 pub struct Task<'a> {
     /// The scenario.
     pub scenario: &'a Scenario,
-    /// Which solver takes the steps.
+    /// The solver that takes the steps.
     pub solver: SolverKind,
-    /// Where the log goes; without it none is kept.
+    /// The destination of the log; None for no log.
     pub log: Option<LogTo<'a>>,
-    /// Detectors of the caller's own. They look beside the registered ones, and what they emit
-    /// stands after what those emit, in the log as well.
+    /// Custom detectors. They run after the registered ones, and their events follow in the log.
     pub detectors: Vec<Box<dyn Detector>>,
-    /// Which threads it is made on.
+    /// The threads of the run.
     pub threads: Threads,
 }
 
-/// Which threads a run is made on. It is the same run either way.
+/// The threads of a run. The result is the same either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Threads {
-    /// Solver and detectors on two of their own, so that a run alone is over soonest.
+    /// Solver and detectors on a thread each, which finishes a single run fastest.
     #[default]
     Several,
-    /// All on the calling one, for runs of which there is one for every core.
+    /// Everything on the calling thread, for one run per core.
     One,
 }
 
 impl<'a> Task<'a> {
-    /// A run by the default solver, without a log, with the registered detectors.
+    /// A run with the default solver and the registered detectors, without a log.
     pub fn new(scenario: &'a Scenario) -> Task<'a> {
         Task {
             scenario,
@@ -61,41 +60,41 @@ impl<'a> Task<'a> {
         }
     }
 
-    /// With a log.
+    /// Writes a log.
     #[must_use]
     pub fn log_to(self, log: LogTo<'a>) -> Task<'a> {
         Task { log: Some(log), ..self }
     }
 
-    /// On the calling thread alone.
+    /// Runs everything on the calling thread.
     #[must_use]
     pub fn on_one_thread(self) -> Task<'a> {
         Task { threads: Threads::One, ..self }
     }
 
-    /// With one more detector.
+    /// Adds a custom detector.
     #[must_use]
     pub fn detect(mut self, detector: impl Detector + 'static) -> Task<'a> {
         self.detectors.push(Box::new(detector));
         self
     }
 
-    /// What the run says of itself in its log.
+    /// The header of the run's log.
     pub fn header(&self) -> RunHeader {
         header(self.scenario, &Plan::new(self.scenario), self.solver.name())
     }
 
-    /// Whether an unfinished log of this run stands in the place of its log.
+    /// Whether an unfinished log of this run exists at its target.
     pub fn is_begun(&self) -> bool {
         let Some(log) = &self.log else { return false };
         RunReader::open(&partial_path(log.path), Topics::NONE)
             .is_ok_and(|reader| *reader.header() == self.header())
     }
 
-    /// Whether a log is of this run, with the events of all its detectors, and whole.
+    /// Whether a log is of this run, whole, and with the events of all its detectors.
     ///
     /// # Errors
-    /// If it is of this run and not whole, or no run log.
+    /// If it is of this run and not whole, or not a run log.
     pub fn is_whole(&self, log: &Path) -> Result<bool, LogError> {
         let mut reader = RunReader::open(log, Topics::NONE)?;
         if *reader.header() != self.header() {
@@ -110,30 +109,30 @@ impl<'a> Task<'a> {
 /// Where a run begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Begin {
-    /// At its first step. An unfinished log that stands in the place of this run's is overwritten.
+    /// At its first step. Overwrites an unfinished log at the target.
     Anew,
-    /// At the last checkpoint of the unfinished log that stands in the place of this run's; at the
-    /// first step if there is none.
+    /// At the last checkpoint of the unfinished log at the target, or at the first step if there is
+    /// none.
     GoOn,
 }
 
-/// What came of a run.
+/// The result of a run.
 #[derive(Debug)]
 pub struct Outcome {
-    /// How it ended.
+    /// Its final status.
     pub status: RunStatus,
-    /// What its steps were made of.
+    /// The solver's counters.
     pub counters: Counters,
-    /// Whether it took any steps. The unfinished log of a run that goes on may lack its name only.
+    /// Whether it took any steps; the unfinished log of a resumed run may lack only its name.
     pub has_run: bool,
-    /// What its log says at its end, if a log was written.
+    /// The `run_end` of its log, if one was written.
     pub end: Option<RunEnd>,
 }
 
-/// A run that was not finished.
+/// Why a run did not finish.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// The solver could not go on. The log, if there is one, holds all there is of the run.
+    /// The solver stopped. The log, if any, holds everything that there is of the run.
     #[error(
         "stopped: {error}{}",
         log.as_ref().map_or(String::new(), |log| {
@@ -141,30 +140,30 @@ pub enum RunError {
         })
     )]
     Simulation {
-        /// Why.
+        /// The reason.
         error: SimulationError,
-        /// Where the log stands.
+        /// The path of the log.
         log: Option<PathBuf>,
     },
     /// The log could not be written.
     #[error("failed to write the log: {0}")]
     Write(#[from] WriteError),
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     #[error("failed to start a thread: {0}")]
     Thread(String),
-    /// The records before a checkpoint could not be read again.
+    /// The records before a checkpoint could not be read.
     #[error("failed to go on with what there is: {0}")]
     Log(#[from] LogError),
-    /// What stands in the place of the log is not one that may be replaced.
+    /// The log's target must not be replaced.
     #[error(transparent)]
-    Place(#[from] PlaceError),
-    /// One cannot go on with the unfinished log.
+    LogTarget(#[from] LogTargetError),
+    /// The unfinished log cannot be resumed from.
     #[error(transparent)]
     Left(#[from] LeftError),
-    /// A detector of the caller's own emits what it must not.
+    /// A custom detector uses a topic that it must not.
     #[error(transparent)]
     Topic(#[from] TopicError),
-    /// The caller asked it to stop. The log, if there is one, holds what there is.
+    /// The caller stopped the run. The log, if any, holds its records up to there.
     #[error(
         "interrupted{}",
         log.as_ref().map_or(String::new(), |log| {
@@ -172,32 +171,32 @@ pub enum RunError {
         })
     )]
     Stopped {
-        /// Where the unfinished log stands.
+        /// The path of the unfinished log.
         log: Option<PathBuf>,
     },
 }
 
-/// Why records stopped coming.
+/// Why records ended.
 enum End {
     Log(LogError),
     Stopped,
 }
 
-/// Makes a run, and its log if one is asked for. `stop` is asked between records, from another
-/// thread; once it has said yes, the run stores its state and ends.
+/// Makes a run, and its log if the task has one. `stop` is polled between records, on another
+/// thread; once it returns true, the run stores its state and ends.
 ///
 /// # Errors
-/// If the run could not be finished, see [`RunError`].
+/// If the run did not finish, see [`RunError`].
 pub fn run(
     task: Task<'_>,
     begin: Begin,
     stop: &(dyn Fn() -> bool + Sync),
-    watch: &mut dyn Watch,
+    observer: &mut dyn Observer,
 ) -> Result<Outcome, RunError> {
     let plan = Plan::new(task.scenario);
     let header = header(task.scenario, &plan, task.solver.name());
     for warning in task.scenario.warnings() {
-        watch.notice(Notice::Warning(&warning));
+        observer.notice(Notice::Warning(&warning));
     }
     let Task { scenario, solver, log, detectors: own, threads } = task;
     let mut detectors = detectors::all(&header, "");
@@ -227,13 +226,13 @@ pub fn run(
             Left::Nothing => Log::new(to, header, scenario, kinds)?,
             Left::Whole { unfinished, end } => {
                 unfinished.publish(to.existing)?;
-                watch.notice(Notice::LackedItsName);
+                observer.notice(Notice::LackedItsName);
                 let (status, counters) = (end.status, Counters::default());
                 return Ok(Outcome { status, counters, has_run: false, end: Some(*end) });
             }
             Left::Part { unfinished, saved, state } => {
                 let step = saved.step();
-                watch.notice(Notice::GoesOn { step, time_s: plan.grid.time_s(step) });
+                observer.notice(Notice::GoesOn { step, time_s: plan.grid.time_s(step) });
                 source.go_on(&unfinished, *saved, &state)?;
                 Log::resume(to, unfinished, header, scenario, kinds)?
             }
@@ -243,10 +242,10 @@ pub fn run(
     let sink = |item| {
         match &item {
             Item::Record(record) => {
-                watch.record(record);
-                watch.reached(record.step());
+                observer.record(record);
+                observer.reached(record.step());
             }
-            Item::Event(event) => watch.event(event),
+            Item::Event(event) => observer.event(event),
             Item::Checkpoint(_) => {}
         }
         writing.as_mut().map_or(Ok(()), |log| log.take(item))
@@ -287,29 +286,29 @@ pub fn run(
         return Err(RunError::Stopped { log });
     }
     if let (RunStatus::LoadNotReached, Some(ratio)) = (status, plan.drive.until_load_ratio) {
-        watch.notice(Notice::LoadNotReached { ratio });
+        observer.notice(Notice::LoadNotReached { ratio });
     }
     for fallback in fallbacks {
-        watch.notice(Notice::Fallback(fallback));
+        observer.notice(Notice::Fallback(fallback));
     }
     Ok(Outcome { status, counters, has_run: true, end })
 }
 
-/// What the run was made of before it went on.
+/// Counters of the run before it was resumed.
 #[derive(Debug, Clone, Copy, Default)]
 struct Before {
     counters: Counters,
-    /// How often it had gone on.
+    /// How often it had been resumed.
     resumed: u64,
 }
 
-/// When the next checkpoint is due.
+/// The schedule of checkpoints.
 struct Checkpoints {
     interval: Duration,
-    /// When the first is of use.
+    /// When the first becomes useful.
     from: Instant,
     next: Instant,
-    /// What is left of [`CHECKPOINT_BYTES`].
+    /// The rest of [`CHECKPOINT_BYTES`].
     left_bytes: f64,
 }
 
@@ -328,7 +327,7 @@ impl Checkpoints {
         Instant::now() >= self.next
     }
 
-    /// Puts the next one off by the time that one of so many bytes is worth.
+    /// Schedules the next checkpoint, later the larger this one is.
     fn written(&mut self, bytes: usize) {
         let bytes = bytes as f64;
         let share = Duration::from_secs_f64(bytes / CHECKPOINT_BYTES_PER_S);
@@ -342,26 +341,25 @@ impl Checkpoints {
     }
 }
 
-/// Gives the records of a run: those that are to go through the detectors again, then the
-/// solver's, and now and then a checkpoint between them.
+/// Yields the records of a run: first those that go through the detectors again, then the solver's,
+/// interspersed with checkpoints.
 struct Source<'a> {
     solver: Box<dyn Solver>,
     stop: &'a (dyn Fn() -> bool + Sync),
     again: Option<Again>,
     before: Before,
-    /// None where there is no log to hold them.
+    /// None without a log.
     checkpoints: Option<Checkpoints>,
-    /// Whether the caller has asked to stop.
+    /// Whether the caller has requested a stop.
     is_asked_to_stop: bool,
-    /// Whether the last checkpoint has been given, and only the end is left.
+    /// Whether the last checkpoint has been yielded and only the end is left.
     is_stopping: bool,
-    /// Why the solver could not go on: the run ends there, and detectors bring to an end what they
-    /// have.
+    /// Why the solver stopped: the run ends there, and detectors finish their events.
     stopped: Option<SimulationError>,
 }
 
 impl Source<'_> {
-    /// Has the solver go on from a checkpoint, once the records before it have been given.
+    /// Restores the solver from a checkpoint; the records before it are yielded first.
     fn go_on(&mut self, unfinished: &Unfinished, saved: Saved, state: &str) -> Result<(), RunError> {
         self.again = Some(Again::new(unfinished, saved.step(), state)?);
         self.before = Before { counters: saved.counters, resumed: saved.resumed };

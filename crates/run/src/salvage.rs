@@ -1,4 +1,4 @@
-//! What is left of a damaged log, as a log that says what it lacks.
+//! Recovers what is left of a damaged log as a new log that states what it lacks.
 
 use std::path::Path;
 
@@ -11,39 +11,39 @@ use crate::detectors;
 use crate::header::{header, run_id};
 use crate::verdict::Verdict;
 
-/// Stands where nobody knows any more which program or solver it was.
+/// Replaces a program version or solver that is no longer known.
 const UNKNOWN: &str = "unknown";
 
-/// A log of which nothing was salvaged.
+/// Why nothing was salvaged.
 #[derive(Debug, thiserror::Error)]
 pub enum SalvageProblem {
-    /// There is nothing to do.
+    /// The log is not damaged.
     #[error("{0}: there is nothing to salvage")]
     Whole(Verdict),
-    /// Whatever could vouch for its parts does, and still it contradicts itself.
+    /// All checksums are right, and yet the log contradicts itself.
     #[error("{0}; all checksums hold, so there is no part to leave out (accepted: the run, made again)")]
     Contradictory(Box<Checked>),
-    /// There is nothing left of it, or its remains cannot be written.
+    /// Nothing is left of it, or the result cannot be written.
     #[error("{error}")]
     Failed {
-        /// Why.
+        /// The reason.
         error: SalvageError,
-        /// What the log is worth as it stands.
+        /// The verdict on the damaged log.
         checked: Box<Checked>,
     },
 }
 
-/// Writes what is left of the log `input` to a new log `output`.
+/// Writes the sound parts of the log `input` to a new log `output`.
 ///
 /// # Errors
-/// If `input` holds all there is of its run, cannot be read or has nothing left that says what run it is of,
-/// or `output` exists or cannot be written.
+/// If `input` is complete, cannot be read or has lost everything that identifies its run, or
+/// `output` exists or cannot be written.
 pub fn salvage(input: &Path, output: &Path) -> Result<Salvaged, SalvageProblem> {
     let checked = check(input);
     if checked.verdict.holds_all() || checked.verdict == Verdict::Stopped {
         return Err(SalvageProblem::Whole(checked.verdict));
     }
-    // The check stops at the first contradiction; behind it there may be damage.
+    // The check stops at the first contradiction; there may be damage after it.
     let is_sound = || RunReader::open(input, Topics::ALL).and_then(|mut reader| reader.verify()).is_ok();
     if !matches!(checked.problem, Some(CheckProblem::Log(_))) && is_sound() {
         return Err(SalvageProblem::Contradictory(Box::new(checked)));
@@ -52,8 +52,7 @@ pub fn salvage(input: &Path, output: &Path) -> Result<Salvaged, SalvageProblem> 
         .map_err(|error| SalvageProblem::Failed { error, checked: Box::new(checked) })
 }
 
-/// Compares the header with the scenario, of which a checksum says that it is what was
-/// written: nothing else says so of the header.
+/// Compares the header with the scenario. The scenario has a checksum; the header has none.
 fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeader, Vec<String>), String> {
     let resolved =
         scenario.and_then(|text| Scenario::resolve(&ScenarioSource::logged("scenario.toml", text)).ok());
@@ -61,7 +60,7 @@ fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeade
         (Some(logged), Some(scenario)) => {
             let (solver, code_version) = (logged.solver.clone(), logged.code_version.clone());
             let mut expected = of(&scenario, &solver, &code_version, logged.record_schema_version);
-            // Those of versions before 4 do not say them, those before 6 not all of them.
+            // Log versions before 4 contain no scales, those before 6 only some.
             expected.scales = logged.scales.zip(expected.scales).map(|(logged, expected)| Scales {
                 modulus_n_per_m: logged.modulus_n_per_m.and(expected.modulus_n_per_m),
                 interfacial_stiffness_n_per_m: logged
@@ -81,7 +80,7 @@ fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeade
             let remark = "metadata `run` is lost, and was made again from the scenario".to_owned();
             Ok((of(&scenario, UNKNOWN, UNKNOWN, RECORD_SCHEMA_VERSION), vec![remark]))
         }
-        // Its own id is all there is to compare it with.
+        // Only its own id can confirm the header.
         (Some(logged), None) if logged.run_id == run_id(&logged) => Ok((logged, Vec::new())),
         (Some(_), None) => Err("metadata `run` contradicts itself, and the scenario is lost".to_owned()),
         (None, None) => {
@@ -90,7 +89,7 @@ fn settle(logged: Option<RunHeader>, scenario: Option<&str>) -> Result<(RunHeade
     }
 }
 
-/// The header of a run of a scenario, by whatever program.
+/// The header of a scenario's run by the given program.
 fn of(scenario: &Scenario, solver: &str, code_version: &str, version: u32) -> RunHeader {
     let mut of = header(scenario, &Plan::new(scenario), solver);
     of.code_version = code_version.to_owned();

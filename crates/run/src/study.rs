@@ -1,4 +1,4 @@
-//! Runs of a study: which there are already, and making those that are missing.
+//! The runs of a study: finds those that exist, and makes the missing ones.
 
 use std::path::{Path, PathBuf};
 
@@ -9,34 +9,34 @@ use asperity_simulator::SolverKind;
 
 use crate::check::{check, check_seen};
 use crate::log::LogTo;
-use crate::place::{self, OtherRun, PlaceError, SCENARIO, SOLVER};
+use crate::log_target::{self, LogTargetError, OtherRun, SCENARIO, SOLVER};
+use crate::observer::Observer;
 use crate::run::{Begin, Outcome, RunError, Task, Threads, run};
 use crate::verdict::Verdict;
-use crate::watch::Watch;
 
-/// What there is of a run already.
+/// What exists of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Stored {
-    /// Its log: whole, by this very program with its detectors, of this scenario and solver; and what
-    /// it says at its end.
+    /// Its log is whole, of this code version with its detectors, and of this scenario and solver.
+    /// Contains its end.
     Whole(Box<RunEnd>),
     /// No log.
     Nothing,
-    /// A log that cannot stand for it, and why.
+    /// A log that cannot be used, and why.
     Unfit(String),
 }
 
-/// A run of a study, resolved.
+/// A resolved run of a study.
 #[derive(Debug, Clone)]
 pub struct Job {
-    /// Its name in the study, which is that of its log.
+    /// Its name in the study, and of its log.
     pub name: String,
-    /// What it is a run of.
+    /// Its scenario.
     pub scenario: Scenario,
 }
 
 impl Job {
-    /// Steps that it takes.
+    /// The number of its steps.
     pub fn steps(&self) -> u64 {
         Plan::new(&self.scenario).steps
     }
@@ -46,25 +46,24 @@ impl Job {
         self.steps().saturating_mul(u64::from(self.scenario.slider.blocks))
     }
 
-    /// Where its log stands in a folder of runs.
+    /// The path of its log in a folder of runs.
     pub fn log(&self, folder: &Path) -> PathBuf {
         folder.join(format!("{}.mcap", self.name))
     }
 
-    /// What the run says of itself in its log.
+    /// The header of the run's log.
     pub fn header(&self, solver: SolverKind) -> RunHeader {
         Task { solver, ..Task::new(&self.scenario) }.header()
     }
 
-    /// Whether its log is there already, so that it need not be made. `watch` sees what is read of it if
-    /// it says that it is of this run, by this very program; in vain if it cannot stand for it all the
-    /// same.
-    pub fn stored(&self, folder: &Path, solver: SolverKind, watch: &mut dyn Watch) -> Stored {
+    /// Looks for a usable log of the run. `observer` sees its contents if its header is that of
+    /// this run, even if the log turns out to be unusable.
+    pub fn stored(&self, folder: &Path, solver: SolverKind, observer: &mut dyn Observer) -> Stored {
         let log = self.log(folder);
         let wanted = self.header(solver);
-        // Who watches counts on the blocks and steps of this run.
+        // Observers rely on the blocks and steps of this run.
         let is_wanted = RunReader::open(&log, Topics::NONE).is_ok_and(|reader| *reader.header() == wanted);
-        let checked = if is_wanted { check_seen(&log, watch) } else { check(&log) };
+        let checked = if is_wanted { check_seen(&log, observer) } else { check(&log) };
         let Some(found) = checked.header.as_ref().filter(|_| checked.verdict != Verdict::NoRunLog) else {
             return Stored::Nothing;
         };
@@ -77,20 +76,25 @@ impl Job {
         }
     }
 
-    /// Makes sure that what stands in the place of its log, whole or unfinished, may be replaced:
-    /// nothing, or a log of the same scenario and solver; of whatever run if it is to be `fresh`.
+    /// Checks that the target of its log, whole or unfinished, may be replaced: it is free, or
+    /// holds a log of the same scenario and solver, or, with `fresh`, of any run.
     ///
     /// # Errors
-    /// If it is something else.
-    pub fn check_place(&self, folder: &Path, solver: SolverKind, fresh: bool) -> Result<(), PlaceError> {
-        place::check(&self.log(folder), &self.header(solver), fresh)
+    /// If it holds anything else.
+    pub fn check_log_target(
+        &self,
+        folder: &Path,
+        solver: SolverKind,
+        fresh: bool,
+    ) -> Result<(), LogTargetError> {
+        log_target::check(&self.log(folder), &self.header(solver), fresh)
     }
 
-    /// Makes the run, or goes on with what was begun of it, unless it is to be made `fresh`. A
-    /// run log that stands there is replaced once the new one is whole.
+    /// Makes the run, or resumes it unless `fresh`. Replaces an existing run log once the new one
+    /// is whole.
     ///
     /// # Errors
-    /// If the run could not be finished, or something that is not replaced stands there.
+    /// If the run did not finish, or the target must not be replaced.
     pub fn make(
         &self,
         folder: &Path,
@@ -98,13 +102,13 @@ impl Job {
         fresh: bool,
         threads: Threads,
         stop: &(dyn Fn() -> bool + Sync),
-        watch: &mut dyn Watch,
+        observer: &mut dyn Observer,
     ) -> Result<Outcome, RunError> {
-        self.check_place(folder, solver, fresh)?;
+        self.check_log_target(folder, solver, fresh)?;
         let path = self.log(folder);
         let log = LogTo { existing: Existing::Replace, ..LogTo::new(&path) };
         let task = Task { solver, threads, ..Task::new(&self.scenario) }.log_to(log);
         let begin = if !fresh && task.is_begun() { Begin::GoOn } else { Begin::Anew };
-        run(task, begin, stop, watch)
+        run(task, begin, stop, observer)
     }
 }

@@ -1,30 +1,30 @@
-//! What a log is worth: one judgement, in one set of words, for whoever reads logs.
+//! The verdict on a log, shared by all readers of logs.
 
 use std::fmt;
 
-/// What a log is worth, from best to worst: of several logs the worst counts.
+/// The verdicts from best to worst; the worst of several logs counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Verdict {
-    /// It holds all of its run, made by this very program with its detectors, and says so.
+    /// It holds all of its run, and this code version with its detectors made it.
     Whole,
-    /// It holds all of its run, but another version of the program or other detectors made it:
-    /// what it holds agrees with itself, and cannot be compared with what this program makes.
+    /// It holds all of its run, but another code version or other detectors made it: it is
+    /// consistent, and cannot be compared with what this program makes.
     OtherCode,
-    /// It ends before its run does; what it holds is sound.
+    /// It ends before its run does; the part that exists is sound.
     Incomplete,
-    /// It holds all that there is of a run that was stopped because it could not go on: its time
-    /// step was too long for it, or a number overflowed.
+    /// It holds all of a run that the solver stopped: its time step was too long, or a number
+    /// overflowed.
     Stopped,
-    /// It is what was left of a damaged one, and says what it lacks.
+    /// It was recovered from a damaged log, and states what it lacks.
     Salvaged,
-    /// It is no run log, or there is no such file.
+    /// It is not a run log, or there is no such file.
     NoRunLog,
-    /// Something in it is not what was written, or contradicts the rest.
+    /// A checksum is wrong, or it contradicts itself.
     Damaged,
 }
 
 impl Verdict {
-    /// All of them, from best to worst.
+    /// All verdicts, from best to worst.
     pub const ALL: [Verdict; 7] = [
         Verdict::Whole,
         Verdict::OtherCode,
@@ -35,7 +35,7 @@ impl Verdict {
         Verdict::Damaged,
     ];
 
-    /// As it is written.
+    /// The verdict as printed.
     pub fn word(self) -> &'static str {
         match self {
             Verdict::Whole => "whole",

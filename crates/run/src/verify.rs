@@ -1,4 +1,4 @@
-//! The fast solver compared with the plain one, over a run or its beginning.
+//! Compares the fast solver with the plain one, over a run or its beginning.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::detectors;
 
-/// A near tie, with all that it takes to prove it again.
+/// A near tie, with everything needed to prove it again.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Proof {
@@ -20,12 +20,12 @@ pub struct Proof {
     pub scenario: String,
     /// Its hash.
     pub scenario_hash: String,
-    /// What was found.
+    /// The near tie.
     pub tie: NearTie,
 }
 
 impl Proof {
-    /// Of a near tie in a run of that name.
+    /// The proof of a near tie in a run of that name.
     pub fn of(run: &str, scenario: &Scenario, tie: &NearTie) -> Proof {
         Proof {
             run: run.to_owned(),
@@ -35,34 +35,34 @@ impl Proof {
         }
     }
 
-    /// What its file is called.
+    /// The name of its file.
     pub fn file_name(&self, parameter_set: &str) -> String {
         format!("{}-{parameter_set}-{}-{}.json", self.run, self.tie.step, self.tie.block)
     }
 
-    /// Whether it is of the same near tie.
+    /// Whether it proves the same near tie.
     pub fn is_of(&self, tie: &NearTie) -> bool {
         let of = |tie: &NearTie| (tie.step, tie.block, tie.direction, tie.plain_switches);
         of(&self.tie) == of(tie)
     }
 }
 
-/// Two runs that are equal.
+/// The comparison of two equal runs.
 #[derive(Debug)]
 pub struct Verified {
-    /// How they agree: switches, near ties, deviations.
+    /// The extent of the agreement: switches, near ties, deviations.
     pub agreement: Agreement,
-    /// Slip events, the same of both.
+    /// Number of slip events, equal in both.
     pub slip_events: usize,
 }
 
-/// Two runs that are not.
+/// How two runs differ.
 #[derive(Debug, thiserror::Error)]
 pub enum VerifyError {
-    /// In what the solvers gave.
+    /// In their records.
     #[error(transparent)]
     Records(#[from] Disagreement),
-    /// In how many events there are.
+    /// In the number of events.
     #[error("{plain} events of the plain solver, {fast} of the fast")]
     EventCount {
         /// Of the plain solver.
@@ -73,7 +73,7 @@ pub enum VerifyError {
     /// In an event.
     #[error("event {index}: plain {plain}, fast {fast}")]
     Event {
-        /// Its number, of all topics.
+        /// Its number among all topics.
         index: usize,
         /// Of the plain solver.
         plain: String,
@@ -82,11 +82,11 @@ pub enum VerifyError {
     },
 }
 
-/// Takes both solvers through a plan, and compares switches, records and the events of the
-/// registered detectors. `reached` is told the steps that both have come up to.
+/// Runs a plan with both solvers, and compares switches, records and the events of the registered
+/// detectors. Calls `reached` with the steps that both have completed.
 ///
 /// # Errors
-/// Where they are not equal, see `equality.rs` of the simulator for what that means.
+/// If they differ; `equality.rs` of the simulator defines equality.
 pub fn verify(plan: &Plan, reached: impl FnMut(u64)) -> Result<Verified, VerifyError> {
     let mut records: [Vec<StepRecord>; 2] = [Vec::new(), Vec::new()];
     let each = |plain: &StepRecord, fast: &StepRecord| {
@@ -94,7 +94,7 @@ pub fn verify(plan: &Plan, reached: impl FnMut(u64)) -> Result<Verified, VerifyE
         records[1].push(fast.clone());
     };
     let agreement = equality::compare(plan, each, reached)?;
-    // Of differences between totals, rounding is a share of the totals.
+    // The rounding of a difference of totals is proportional to the totals.
     let largest_energy_j = records[0]
         .iter()
         .filter_map(|record| record.energy)
@@ -106,8 +106,8 @@ pub fn verify(plan: &Plan, reached: impl FnMut(u64)) -> Result<Verified, VerifyE
     Ok(Verified { agreement, slip_events })
 }
 
-/// Whether two runs have the same events: integers and words alike, other numbers
-/// within the tolerance of the largest of their kind.
+/// Compares the events of two runs: integers and words must be equal, other numbers within the
+/// tolerance of the largest of their kind.
 fn same_events(
     plain: &[Event],
     fast: &[Event],

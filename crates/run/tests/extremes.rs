@@ -1,5 +1,5 @@
-//! Whatever a scenario accepts can be run, and its log is sound: every number at both ends of what is
-//! accepted, alone, in pairs and by sixes. A width of 5e-324 m used to be accepted, and the log of its
+//! Whatever a scenario accepts can be run, and its log is sound: every number at both ends of its
+//! range, alone, in pairs and by sixes. A width of 5e-324 m used to be accepted, and the log of its
 //! run was damaged; with a load of 5e-324 N no log could be written.
 
 use asperity_model::keys::{KEYS, Kind};
@@ -7,7 +7,7 @@ use asperity_model::{Plan, Scenario, resolve};
 use asperity_run::{Begin, LogTo, RunError, Task, Verdict, check, run};
 use asperity_testkit::{Random, folder};
 
-/// Scenarios that between them give all keys a meaning.
+/// Scenarios in which every key is used.
 const FAMILIES: [(&str, &[&str]); 6] = [
     ("default", &["slider.blocks=5"]),
     (
@@ -20,14 +20,14 @@ const FAMILIES: [(&str, &[&str]); 6] = [
     ("slab", &["slider.blocks=9", "slider.rows=3", "slider.height_m=0.035"]),
 ];
 
-/// Keys of numbers, without those of time, which follow from the step here.
+/// Keys with numeric values, without those of time, which follow from the step here.
 fn keys() -> Vec<(&'static str, Kind)> {
     let is_number = |kind: &Kind| matches!(kind, Kind::Number(..));
     let keys = KEYS.iter().filter(|key| is_number(&key.kind) && !key.path.starts_with("time."));
     keys.filter(|key| !key.path.starts_with("recording.")).map(|key| (key.path, key.kind)).collect()
 }
 
-/// The scenario with a step that is stable for it and a run of some hundred steps, if it is accepted.
+/// The scenario with a stable step and a run of some hundred steps, if it is accepted.
 fn accepted(name: &str, sets: &[String]) -> Option<Scenario> {
     let mut step_s = 1e-8;
     for _ in 0..2 {
@@ -59,7 +59,7 @@ fn all_normal<'a>(what: &str, numbers: impl IntoIterator<Item = &'a f64>, sets: 
     }
 }
 
-/// Whether it ran: it may be refused, or be stopped because its time step was too long.
+/// Whether it ran: it may be refused, or stopped because its time step was too long.
 fn runs_if_accepted(name: &str, sets: &[String]) -> bool {
     let Some(scenario) = accepted(name, sets) else { return false };
     let plan = Plan::new(&scenario);

@@ -1,4 +1,4 @@
-//! A run as a library: what a caller sees, detectors of the caller's own, stopping and going on.
+//! A run as a library: observers, custom detectors, stopping and resuming.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -7,8 +7,8 @@ use asperity_record::{Event, EventKind, EventPayload, Record, RunStatus, SlipEve
 use asperity_run::detectors::{Settings, TopicError};
 use asperity_run::study::{Job, Stored};
 use asperity_run::{
-    Begin, Detector, LogTo, Replay, ReplayError, RunError, SolverKind, Task, Threads, Verdict, Watch, check,
-    run,
+    Begin, Detector, LogTo, Observer, Replay, ReplayError, RunError, SolverKind, Task, Threads, Verdict,
+    check, run,
 };
 use asperity_runlog::partial_path;
 use asperity_testkit::{folder, run_end};
@@ -44,7 +44,7 @@ impl Detector for Widen {
     fn finish(&mut self, _emit: &mut dyn FnMut(Event)) {}
 }
 
-/// Finds nothing, on whatever topic.
+/// Finds nothing, on the given topic.
 struct Idle(&'static str);
 
 impl Detector for Idle {
@@ -59,7 +59,7 @@ impl Detector for Idle {
     fn finish(&mut self, _emit: &mut dyn FnMut(Event)) {}
 }
 
-/// Everything that a caller sees; `stop` is set after so many records.
+/// Collects everything that a caller observes; sets `stop` after this many records.
 struct Seen<'a> {
     records: Vec<Record>,
     events: Vec<Event>,
@@ -75,7 +75,7 @@ impl Seen<'_> {
     }
 }
 
-impl Watch for Seen<'_> {
+impl Observer for Seen<'_> {
     fn record(&mut self, record: &Record) {
         self.records.push(record.clone());
         if let Some((after, stop)) = self.stop
@@ -144,7 +144,7 @@ fn a_detector_of_ones_own_adds_a_topic_and_changes_no_other() {
     assert!(topics.same_in_common() && topics.only_first.is_empty(), "{topics:?}");
     assert_eq!(topics.only_second, [Widest::TOPIC]);
 
-    // Sound, whoever looks; what this program has no detector for is said beside it.
+    // Sound for every reader; topics without a detector here are listed.
     let checked = check(&more);
     assert_eq!(checked.verdict, Verdict::OtherCode, "{checked}");
     let said = checked.to_string();
@@ -208,7 +208,7 @@ fn a_run_that_is_stopped_goes_on_and_ends_the_same() {
     assert_eq!(run_end(&parts).digest, run_end(&whole).digest);
 }
 
-/// A log that lacks only its name gets it, unless it lacks events of a detector as well.
+/// A log that lacks only its name gets it, unless it also lacks events of a detector.
 #[test]
 fn a_whole_log_without_its_name_is_whole_if_all_detectors_looked() {
     let folder = folder();
@@ -229,7 +229,7 @@ fn a_whole_log_without_its_name_is_whole_if_all_detectors_looked() {
     assert!(!outcome.has_run && outcome.end == Some(run_end(&path)));
 }
 
-/// Between records one answer is enough, however soon it is taken back.
+/// A stop between records takes effect even if it is withdrawn.
 #[test]
 fn a_wish_to_stop_is_not_forgotten() {
     let scenario = scenario();
@@ -238,7 +238,7 @@ fn a_wish_to_stop_is_not_forgotten() {
     assert!(matches!(stopped, Err(RunError::Stopped { log: None })), "{stopped:?}");
 }
 
-/// Who reduces a stored run counts on its blocks: a log of other blocks is not shown at all.
+/// Observers of a stored run rely on its blocks: a log of other blocks is not shown.
 #[test]
 fn a_stored_log_of_another_run_is_shown_to_nobody() {
     let folder = folder();

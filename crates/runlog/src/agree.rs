@@ -1,10 +1,10 @@
-//! What messages of a log must say alike: two of them, or one of them twice. A writer cannot
-//! get it wrong; who reads one of the two should be able to rely on it.
+//! Consistency checks between messages of a log, or between fields of one message. A writer cannot
+//! violate them; whoever reads one of two redundant values can rely on it.
 
 use mcap::records::MessageHeader;
 
 use asperity_record::{
-    Arrival, EventPayload, FieldRecord, GlobalSlip, Onset, RunHeader, Rupture, SlipEvent, StepRecord,
+    Arrival, EventPayload, FieldRecord, GlobalSlip, Onset, Reach, RunHeader, Rupture, SlipEvent, StepRecord,
     WindowRecord,
 };
 use serde_json::{Map, Value};
@@ -12,7 +12,8 @@ use serde_json::{Map, Value};
 use crate::messages::{StepMessage, SwitchMessage};
 use crate::problem::LogProblem;
 
-/// The time of a message in the file, in nanoseconds, for a step; none if no file could give it.
+/// The time of a message in the file, in nanoseconds, for a step; None if it exceeds what a file
+/// can store.
 pub(crate) fn time_ns(header: &RunHeader, step: u64) -> Option<u64> {
     let grid = header.time_grid();
     match grid.step_ns() {
@@ -21,10 +22,10 @@ pub(crate) fn time_ns(header: &RunHeader, step: u64) -> Option<u64> {
     }
 }
 
-/// A message's times in the file, and its step.
+/// Compares the times of a message in the file with its step.
 ///
 /// # Errors
-/// If the one is not that of the other.
+/// If they disagree.
 pub(crate) fn time(
     header: &RunHeader,
     topic: &str,
@@ -41,14 +42,14 @@ pub(crate) fn time(
     Err(LogProblem::LogTime { topic, step, found_ns, expected_ns })
 }
 
-/// A step's ratio of loads, and the loads; the forces at both ends, of which there are two
-/// or none; the energies, of which there are all or none.
+/// Checks a step: the ratio against the loads; the forces at both ends, both present or absent; the
+/// energies, all present or absent.
 ///
 /// # Errors
-/// If they differ.
+/// If they disagree.
 pub(crate) fn step(message: &StepMessage) -> Result<(), LogProblem> {
     let ratio = message.driving_force_n / message.normal_load_n;
-    // To the bit, but for what is no number on either side.
+    // Equal to the bit, except that NaN equals NaN.
     if message.ft_fn != ratio && !(message.ft_fn.is_nan() && ratio.is_nan()) {
         let what = format!("ft_fn = {}, but its loads give {ratio}", message.ft_fn);
         return Err(LogProblem::Contradiction { step: message.step, what });
@@ -64,10 +65,10 @@ pub(crate) fn step(message: &StepMessage) -> Result<(), LogProblem> {
     Ok(())
 }
 
-/// A switch, and the step that it belongs to.
+/// Checks a switch against its step.
 ///
 /// # Errors
-/// If it is of another step, or its block not after that of the switch before.
+/// If it is of another step, or its block does not follow that of the previous switch.
 pub(crate) fn switch(open: &StepRecord, message: &SwitchMessage) -> Result<(), LogProblem> {
     let contradiction = |what: String| Err(LogProblem::Contradiction { step: open.step, what });
     if message.step != open.step || message.time_s != open.time_s {
@@ -84,17 +85,16 @@ pub(crate) fn switch(open: &StepRecord, message: &SwitchMessage) -> Result<(), L
     }
 }
 
-/// States of all blocks, and the chain that they are of; `detached` where it is known which
-/// blocks are.
+/// Checks the state of all blocks against the slider, and against `detached` where that is known.
 ///
 /// # Errors
-/// If an array has not one value per block, or other blocks slide.
+/// If an array does not have one value per block, or other blocks slide.
 pub(crate) fn fields(record: &FieldRecord, blocks: u32, detached: Option<&[bool]>) -> Result<(), LogProblem> {
     let lengths = [
         ("displacement_m", record.displacement_m.len()),
         ("velocity_m_per_s", record.velocity_m_per_s.len()),
         ("tangential_force_n", record.tangential_force_n.len()),
-        // There for slabs alone.
+        // Only slabs have it.
         (
             "normal_load_n",
             if record.normal_load_n.is_empty() { blocks as usize } else { record.normal_load_n.len() },
@@ -122,10 +122,10 @@ pub(crate) fn fields(record: &FieldRecord, blocks: u32, detached: Option<&[bool]
     }
 }
 
-/// States of some blocks, and the chain that they are of.
+/// Checks the state of a range of blocks.
 ///
 /// # Errors
-/// If they are of blocks that it does not have, or the arrays differ in length.
+/// If the slider does not have these blocks, or the arrays differ in length.
 pub(crate) fn window(record: &WindowRecord, blocks: u32) -> Result<(), LogProblem> {
     let step = record.step;
     let expected = record.displacement_m.len();
@@ -146,29 +146,22 @@ pub(crate) fn window(record: &WindowRecord, blocks: u32) -> Result<(), LogProble
     Ok(())
 }
 
-/// An event of a chain of `blocks` blocks: that it is what its topic promises, and of blocks
-/// and steps that there are.
+/// Checks an event on a chain of `blocks` blocks: that its payload matches its topic, and that its
+/// blocks and steps exist.
 ///
 /// # Errors
-/// In words, if it is not.
+/// A message about what is wrong.
 pub(crate) fn event(topic: &str, payload: &str, blocks: u32) -> Result<(), serde_json::Error> {
     let wrong = |what: String| Err(serde::de::Error::custom(what));
     let in_chain = |block: u32| (1..=blocks).contains(&block);
     if topic == SlipEvent::TOPIC {
         let slip: SlipEvent = serde_json::from_str(payload)?;
-        let SlipEvent { first_block, last_block, nucleation_block, blocks_slipped, max_sliding, .. } = slip;
-        if !in_chain(first_block) || !in_chain(last_block) || last_block < first_block {
-            return wrong(format!("blocks {first_block} to {last_block} of a chain of {blocks}"));
-        }
-        if !(first_block..=last_block).contains(&nucleation_block) {
-            return wrong(format!(
-                "nucleation at block {nucleation_block}, outside {first_block} to {last_block}"
-            ));
-        }
-        let most = last_block - first_block + 1;
+        let SlipEvent { nucleation_block, blocks_slipped, max_sliding, .. } = slip;
+        let most = reach(slip.reach(), nucleation_block, blocks).map_err(serde::de::Error::custom)?;
         for (key, count) in [("blocks_slipped", blocks_slipped), ("max_sliding", max_sliding)] {
             if !(1..=most).contains(&count) {
-                return wrong(format!("{key} = {count} between blocks {first_block} and {last_block}"));
+                let Reach { first, last } = slip.reach();
+                return wrong(format!("{key} = {count} between blocks {first} and {last}"));
             }
         }
         if slip.end_step.is_some_and(|end| end <= slip.onset_step) {
@@ -195,21 +188,28 @@ pub(crate) fn event(topic: &str, payload: &str, blocks: u32) -> Result<(), serde
     } else if topic == GlobalSlip::TOPIC {
         serde_json::from_str::<GlobalSlip>(payload)?;
     } else {
-        // Of a detector that is not known here: a JSON object it must be all the same.
+        // Of an unknown detector, which must still emit a JSON object.
         serde_json::from_str::<Map<String, Value>>(payload)?;
     }
     Ok(())
 }
 
+/// From which block to which an event of a chain of `blocks` blocks reached, and where it began; how
+/// many blocks that are.
+fn reach(reach: Reach, nucleation_block: u32, blocks: u32) -> Result<u32, String> {
+    let Reach { first, last } = reach;
+    if !reach.is_within(blocks) {
+        return Err(format!("blocks {first} to {last} of a chain of {blocks}"));
+    }
+    if !reach.contains(nucleation_block) {
+        return Err(format!("nucleation at block {nucleation_block}, outside {first} to {last}"));
+    }
+    Ok(reach.count())
+}
+
 fn rupture(rupture: &Rupture, blocks: u32) -> Result<(), String> {
-    let &Rupture { first_block, last_block, nucleation_block, onset_step, end_step, open, .. } = rupture;
-    if first_block == 0 || last_block > blocks || last_block < first_block {
-        return Err(format!("blocks {first_block} to {last_block} of a chain of {blocks}"));
-    }
-    if !(first_block..=last_block).contains(&nucleation_block) {
-        return Err(format!("nucleation at block {nucleation_block}, outside {first_block} to {last_block}"));
-    }
-    let count = last_block - first_block + 1;
+    let &Rupture { nucleation_block, onset_step, end_step, open, .. } = rupture;
+    let count = reach(rupture.reach(), nucleation_block, blocks)?;
     if rupture.reached_every_block != (count == blocks) {
         let said = rupture.reached_every_block;
         return Err(format!("reached_every_block = {said} of {count} blocks of a chain of {blocks}"));

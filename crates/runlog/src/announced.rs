@@ -1,4 +1,4 @@
-//! How a log announces a topic: its schema, and the units of its fields.
+//! The announcement of a topic in a log: its schema and the units of its fields.
 
 use std::collections::BTreeMap;
 
@@ -6,25 +6,25 @@ use asperity_record::EventKind;
 
 use crate::messages::{Topic, record_topics, units};
 
-/// A topic as it stands in a log.
+/// An announced topic.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Announced {
     /// The topic.
     pub topic: String,
-    /// How its messages are encoded.
+    /// The encoding of its messages.
     pub message_encoding: String,
     /// The name of its schema.
     pub schema_name: String,
-    /// In what the schema is written.
+    /// The language of the schema.
     pub schema_encoding: String,
-    /// The schema; empty where there is none.
+    /// The schema; empty if there is none.
     pub schema: String,
-    /// What else is said of the topic: `unit:FIELD`.
+    /// Further metadata of the topic: `unit:FIELD`.
     pub metadata: BTreeMap<String, String>,
 }
 
 impl Announced {
-    /// As a log of this program announces a topic.
+    /// The announcement of a topic in a log of this program.
     pub(crate) fn of(topic: &Topic) -> Announced {
         let Topic { topic, schema_name, schema } = topic;
         Announced {
@@ -37,7 +37,7 @@ impl Announced {
         }
     }
 
-    /// Whether the units are those of the fields that the schema names, if it names any.
+    /// Whether the units fit the fields of the schema, if there is one.
     pub fn agrees_with_itself(&self) -> bool {
         let schema: serde_json::Value = serde_json::from_str(&self.schema).unwrap_or_default();
         schema.is_object() && (schema.get("properties").is_none() || self.metadata == metadata(&self.schema))
@@ -48,8 +48,8 @@ fn metadata(schema: &str) -> BTreeMap<String, String> {
     units(schema).into_iter().map(|(field, unit)| (format!("unit:{field}"), unit)).collect()
 }
 
-/// What a log of this program announces, of a slider of so many blocks and with detectors of these
-/// kinds.
+/// The announcements in a log of this program for a slider with that many blocks and detectors of
+/// these kinds.
 pub fn announcements(blocks: u32, kinds: &[EventKind]) -> Vec<Announced> {
     record_topics(blocks)
         .iter()
@@ -58,7 +58,7 @@ pub fn announcements(blocks: u32, kinds: &[EventKind]) -> Vec<Announced> {
         .collect()
 }
 
-/// Whether a topic is one of records, or is named as events are.
+/// Whether a topic is one of records, or has the prefix of events.
 pub fn is_topic_of_a_run(topic: &str) -> bool {
     use crate::format::{EVENTS, FIELDS, STEP, SWITCH, WINDOW};
     [STEP, SWITCH, FIELDS, WINDOW].contains(&topic) || topic.starts_with(EVENTS)

@@ -1,6 +1,5 @@
-//! Opening chunks. The MCAP library would do it as well, but it takes a record in an
-//! uncompressed chunk at its word when it claims to be longer than the chunk, and does not
-//! say where in the file a chunk is that it cannot open.
+//! Decompresses chunks. The MCAP library would trust the length of a record that exceeds its
+//! uncompressed chunk, and does not report where in the file an invalid chunk is.
 
 use mcap::McapError;
 use mcap::records::ChunkHeader;
@@ -8,7 +7,7 @@ use mcap::records::ChunkHeader;
 use crate::format::{LONGEST_RECORD_BYTES, RECORD_HEAD_BYTES};
 use crate::problem::LogProblem;
 
-/// The records of one chunk, which have been found to be those that were written.
+/// The records of one chunk whose checksum is right.
 #[derive(Debug, Default)]
 pub(crate) struct Chunk {
     records: Vec<u8>,
@@ -19,7 +18,7 @@ impl Chunk {
     /// Decompresses a chunk and checks its checksum.
     ///
     /// # Errors
-    /// If it is not what its header says, or larger than any that was ever written.
+    /// If it does not match its header, or is larger than any chunk that was ever written.
     pub(crate) fn open(header: &ChunkHeader, data: &[u8]) -> Result<Chunk, LogProblem> {
         if header.uncompressed_size > LONGEST_RECORD_BYTES as u64 {
             return Err(McapError::ChunkTooLarge(header.uncompressed_size).into());
@@ -27,7 +26,7 @@ impl Chunk {
         let size = header.uncompressed_size as usize;
         let records = match header.compression.as_str() {
             "" => data.to_owned(),
-            // No more room than it claims: what unpacks to more is refused.
+            // Allocates the stated size only; larger contents are refused.
             "zstd" => zstd::bulk::decompress(data, size)
                 .map_err(|error| McapError::DecompressionError(error.to_string()))?,
             other => return Err(McapError::UnsupportedCompression(other.to_owned()).into()),
@@ -37,22 +36,22 @@ impl Chunk {
             return Err(McapError::BadChunkLength { header, available }.into());
         }
         let (saved, calculated) = (header.uncompressed_crc, crc32fast::hash(&records));
-        // 0 stands for a checksum that was not made; logs have all of theirs.
+        // 0 means that there is no checksum; chunks of run logs have one.
         if saved != calculated {
             return Err(McapError::BadChunkCrc { saved, calculated }.into());
         }
         Ok(Chunk { records, read: 0 })
     }
 
-    /// Where the next record begins.
+    /// The offset of the next record.
     pub(crate) fn place(&self) -> u64 {
         self.read as u64
     }
 
-    /// The next record: opcode and body.
+    /// Returns the next record: opcode and body.
     ///
     /// # Errors
-    /// If it claims to be longer than what is left of the chunk.
+    /// If its length exceeds the rest of the chunk.
     pub(crate) fn next_record(&mut self) -> Result<Option<(u8, &[u8])>, LogProblem> {
         let rest = &self.records[self.read..];
         if rest.is_empty() {

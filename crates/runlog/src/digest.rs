@@ -1,14 +1,14 @@
-//! The digests in `run_end`: one over all messages, and one over those of each topic, by which
-//! logs are compared of which one has a topic more, as from a detector more. The head of the
-//! crate says how they are made, so that any program can make them again.
+//! The digests in `run_end`: one over all messages, and one per topic, which compare logs with
+//! different sets of topics. The documentation of the crate defines them, so that other programs
+//! can compute them.
 //!
-//! The lengths come first, so that no two sequences of messages are spelled with the same
-//! bytes. How messages of different topics follow one another enters `digest` alone.
+//! Lengths precede the contents, so that different sequences of messages give different bytes. The
+//! order of messages of different topics enters `digest` only.
 
 use std::collections::BTreeMap;
 
-/// How much is hashed at once. BLAKE3 takes long stretches several times as fast as single
-/// messages: gathered in this way, both digests of a message cost as much as one by itself.
+/// Bytes hashed at once. BLAKE3 hashes long inputs several times as fast as single messages, so
+/// that the batch pays for the second digest.
 const BATCH_BYTES: usize = 1 << 16;
 
 /// The digests of the messages so far.
@@ -16,18 +16,18 @@ const BATCH_BYTES: usize = 1 << 16;
 pub(crate) struct Digests {
     all: blake3::Hasher,
     topics: Vec<blake3::Hasher>,
-    /// Where the hash of each topic is.
+    /// The index of each topic's hash.
     numbers: BTreeMap<String, usize>,
-    /// Messages that have not been hashed, as they will be.
+    /// Messages that have not been hashed, in the hashed format.
     batch: Vec<u8>,
-    /// The topic of each message in the batch, and where it ends there.
+    /// The topic and the end of each message in the batch.
     ends: Vec<(usize, usize)>,
     /// The messages of one topic in the batch.
     of_topic: Vec<u8>,
 }
 
 impl Digests {
-    /// Takes the next message.
+    /// Adds the next message.
     pub(crate) fn add(&mut self, topic: &str, payload: &[u8]) {
         let number = match self.numbers.get(topic) {
             Some(number) => *number,
@@ -74,7 +74,7 @@ impl Digests {
             }
             from = end;
         }
-        // Stable: the messages of a topic stay in their order.
+        // A stable sort keeps the order of messages within a topic.
         stretches.sort_by_key(|(number, _)| *number);
         for of_topic in stretches.chunk_by(|(a, _), (b, _)| a == b) {
             let hasher = &mut self.topics[of_topic[0].0];
@@ -98,7 +98,7 @@ mod tests {
 
     use super::{BATCH_BYTES, Digests};
 
-    /// As the head of the crate says it, message by message.
+    /// The definition in the documentation of the crate, message by message.
     fn digest<'a>(messages: impl Iterator<Item = &'a (String, Vec<u8>)>) -> String {
         let mut hasher = blake3::Hasher::new();
         for (topic, payload) in messages {
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn digests_are_those_of_messages_one_by_one() {
-        // Some shorter than a batch, some longer, none, and some that fill it to the byte.
+        // Shorter than a batch, longer, empty, and exactly full.
         for lengths in [vec![], vec![0, 1, 2, 3], vec![100; 5000], vec![3 * BATCH_BYTES, 0, 7, BATCH_BYTES]] {
             let messages: Vec<(String, Vec<u8>)> = lengths
                 .iter()

@@ -1,4 +1,4 @@
-//! What was found in a damaged log: how much of it is left, and where something is missing.
+//! The result of salvaging a damaged log: what is left, and where something is missing.
 
 use std::collections::BTreeMap;
 
@@ -7,32 +7,32 @@ use std::collections::BTreeMap;
 pub struct Salvaged {
     /// Messages kept, by topic.
     pub kept: BTreeMap<String, u64>,
-    /// Messages lost, by topic, as far as their numbers or the log's end tell. After the
-    /// last message that is left there may have been more, unless [`Salvaged::end_is_known`].
+    /// Messages lost, by topic, as far as message numbers or the log's end reveal. Messages after
+    /// the last one left may be missing as well, unless [`Salvaged::end_is_known`].
     pub lost: BTreeMap<String, u64>,
     /// Where messages are missing, in order.
     pub gaps: Vec<Gap>,
-    /// Bytes of the file that nothing could be made of, and why.
+    /// Unusable bytes of the file, and why.
     pub damage: Vec<Damage>,
-    /// What else is not as it was.
+    /// Other deviations from the original.
     pub remarks: Vec<String>,
-    /// Whether the log said how many messages it had.
+    /// Whether the log's end, with the numbers of messages, was found.
     pub end_is_known: bool,
 }
 
-/// A stretch of a run that the log has nothing of.
+/// A stretch of a run without messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Gap {
-    /// The step of the last message before it; `None` if the gap is at the beginning.
+    /// The step of the last message before it; `None` at the beginning.
     pub after_step: Option<u64>,
-    /// The step of the first message after it; `None` if the rest is missing.
+    /// The step of the first message after it; `None` at the end.
     pub before_step: Option<u64>,
 }
 
-/// Bytes that nothing could be made of.
+/// Unusable bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Damage {
-    /// Where they begin.
+    /// The first byte.
     pub from_byte: u64,
     /// The first byte after them.
     pub to_byte: u64,

@@ -1,36 +1,35 @@
-//! The names and bounds of the format, each in this one place; that of a scenario's text is in
-//! `asperity_record::bounds`. What stands where is told at
-//! the head of the crate.
+//! The names and bounds of the format. The bound of a scenario's text is in
+//! `asperity_record::bounds`. The documentation of the crate describes the layout.
 
 /// The first bytes of every MCAP file, and the last.
 pub(crate) const MAGIC: &[u8] = mcap::MAGIC;
 
-/// How long the opcode and the length before every record are.
+/// Bytes of the opcode and length before every record.
 pub(crate) const RECORD_HEAD_BYTES: usize = 1 + 8;
 
-/// What the MCAP header of a log gives as its profile: it tells a log that lacks something from
-/// the files of other programs.
+/// The profile in the MCAP header of a log, which distinguishes damaged logs from files of other
+/// programs.
 pub(crate) const PROFILE: &str = "asperity";
 
-/// Name of the metadata record that opens a log.
+/// Name of the metadata record that begins a log.
 pub(crate) const RUN: &str = "run";
 
-/// Name of the metadata record that closes a whole log.
+/// Name of the metadata record that ends a whole log.
 pub(crate) const RUN_END: &str = "run_end";
 
-/// Name of the metadata record that says what a salvaged log lacks.
+/// Name of the metadata record that lists what a salvaged log lacks.
 pub(crate) const SALVAGE: &str = "salvage";
 
-/// Name of the metadata records that vouch for what stands before them.
+/// Name of the metadata records that seal what precedes them.
 pub(crate) const CHUNK: &str = "chunk";
 
 /// The first version of the format that has them.
 pub(crate) const CHUNK_SINCE: u32 = 3;
 
-/// Name of the attachment that holds the resolved scenario.
+/// Name of the attachment with the resolved scenario.
 pub(crate) const SCENARIO: &str = "scenario.toml";
 
-/// Name of the attachments that hold checkpoints.
+/// Name of the attachments with checkpoints.
 pub(crate) const CHECKPOINT: &str = "checkpoint";
 
 /// Topic of the step records.
@@ -45,44 +44,45 @@ pub(crate) const FIELDS: &str = "/fields";
 /// Topic of the states of chosen blocks.
 pub(crate) const WINDOW: &str = "/window";
 
-/// How the topics of events begin.
+/// Prefix of the topics of events.
 pub(crate) const EVENTS: &str = "/events/";
 
-/// Uncompressed size at which a chunk is closed: large enough to compress well, small enough
-/// that a damaged one costs little.
+/// Uncompressed size at which a chunk is closed: large enough to compress well, small enough that
+/// losing one costs little.
 pub(crate) const CHUNK_BYTES: u64 = 1 << 20;
 
-/// No record of ours comes near this: the state of the longest chain is some fifteen million bytes. A
-/// length beyond it is damage, and must not be allocated.
+/// Bound on the length of any record. The largest, a state of the longest chain, has some fifteen
+/// million bytes; a greater length is damage and must not be allocated.
 pub(crate) const LONGEST_RECORD_BYTES: usize = 1 << 26;
 
-/// Most that is made room for at once: a length is only believed as far as there are bytes.
+/// Most bytes allocated at once while reading: memory grows with bytes read, not with stated
+/// lengths.
 pub(crate) const LONGEST_READ_BYTES: usize = 1 << 20;
 
-/// Most that is kept of the schemas of a log's topics, in bytes; ours are some thousand.
+/// Most bytes stored of the schemas of a log's topics; ours take some thousand.
 pub(crate) const MOST_SCHEMA_BYTES: usize = 1 << 20;
 
-/// Most channels, and so topics, of a log: four of records, and one for each detector. Each takes
-/// a hash and its state, some two thousand bytes.
+/// Most channels, and so topics, of a log: four of records, and one per detector. Each takes a hash
+/// state of some two thousand bytes.
 pub(crate) const MOST_CHANNELS: usize = 1000;
 
 /// Most schemas: one for each channel.
 pub(crate) const MOST_SCHEMAS: usize = MOST_CHANNELS;
 
-/// The longest topic, in bytes: it is said again in counts, digests and names of files.
+/// The longest topic, in bytes: it is repeated in counts, digests and names of files.
 pub(crate) const LONGEST_TOPIC_BYTES: usize = 256;
 
-/// The longest metadata record, in bytes: that at the end has two entries for each topic, and
-/// that of a salvaged log a line for each damage.
+/// The longest metadata record, in bytes: `run_end` has two entries per topic, `salvage` a line per
+/// damage.
 pub(crate) const LONGEST_METADATA_BYTES: usize = 1 << 22;
 
-/// The longest payload of an event, in bytes: a flat object of some twenty numbers. What parses
-/// it takes ten times as much.
+/// The longest payload of an event, in bytes: a flat object of some twenty numbers. Parsing takes
+/// ten times as much.
 pub(crate) const LONGEST_EVENT_BYTES: usize = 1 << 16;
 
-/// The longest payload of a step or a switch, in bytes: as many numbers.
+/// The longest payload of a step or a switch, in bytes: some twenty numbers.
 pub(crate) const LONGEST_STEP_BYTES: usize = 1 << 12;
 
-/// What a state may have besides for each block, in bytes: four numbers, of 25 characters each
-/// at most, and whether it is detached.
+/// Most bytes per block in a state: four numbers of at most 25 characters each, and whether the
+/// block slides.
 pub(crate) const LONGEST_STATE_OF_BLOCK_BYTES: usize = 128;

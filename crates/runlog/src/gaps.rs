@@ -1,8 +1,8 @@
-//! Where a salvaged log may be read with less to hold its messages against: across the gaps
-//! that it states, and nowhere else. Its messages bear the numbers that they had.
+//! The stated gaps of a salvaged log, across which its reader relaxes its checks. Its messages keep
+//! their original numbers.
 //!
-//! Logs of version 2 state their gaps as well, but not the order of events in them: there, any
-//! number that is left out is one.
+//! Logs of version 2 state their gaps as well, but not how events are ordered in them: there, any
+//! missing number counts as a gap.
 
 use std::collections::BTreeMap;
 
@@ -17,25 +17,24 @@ use crate::problem::LogProblem;
 /// Follows the messages of a salvaged log from gap to gap.
 pub(crate) struct Gaps {
     stated: Vec<Gap>,
-    /// The times of the last message before each gap and of the first after it.
+    /// The times of the last message before and of the first after each gap.
     times: Vec<(u64, u64)>,
-    /// Whether what is missing must be where a gap is stated.
+    /// Whether messages may be missing in stated gaps only.
     is_strict: bool,
-    /// How many gaps lie before what is read now.
+    /// Number of gaps before the current message.
     passed: usize,
-    /// The number of the next message of each topic, and how many gaps there were before the
-    /// last one.
+    /// The next number of each topic, and the number of gaps before its last message.
     topics: BTreeMap<String, (u32, usize)>,
     has_any: bool,
     is_state_unknown: bool,
     says_lost: bool,
-    /// Whether there was no record since the last gap.
+    /// Whether there has been no record since the last gap.
     is_before_record: bool,
 }
 
 impl Gaps {
     /// # Errors
-    /// If metadata `salvage` does not state them as it must.
+    /// If metadata `salvage` is invalid.
     pub(crate) fn new(header: &RunHeader, map: &BTreeMap<String, String>) -> Result<Gaps, LogProblem> {
         let is_strict = header.record_schema_version >= CHUNK_SINCE;
         let stated = if is_strict { metadata::gaps_from_map(map)? } else { Vec::new() };
@@ -60,17 +59,17 @@ impl Gaps {
         &self.stated
     }
 
-    /// Whether the log says that messages were lost, or that nobody knows.
+    /// Whether the log states that messages were lost or may have been.
     pub(crate) fn says_lost(&self) -> bool {
         self.says_lost
     }
 
-    /// Whether any gap lies before what is read now.
+    /// Whether there was a gap before the current message.
     pub(crate) fn has_any(&self) -> bool {
         self.has_any
     }
 
-    /// Whether switches may be missing since the state of all blocks was last known.
+    /// Whether switches may be missing since the last state of all blocks.
     pub(crate) fn is_state_unknown(&self) -> bool {
         self.is_state_unknown
     }
@@ -79,10 +78,10 @@ impl Gaps {
         self.is_state_unknown = false;
     }
 
-    /// Takes the next message.
+    /// Checks the number of the next message.
     ///
     /// # Errors
-    /// If it bears a number that no gap explains.
+    /// If messages are missing outside the gaps.
     pub(crate) fn message(&mut self, topic: &str, sequence: u32, time_ns: u64) -> Result<(), LogProblem> {
         while self.times.get(self.passed).is_some_and(|(_, before_ns)| *before_ns <= time_ns) {
             self.pass();
@@ -100,19 +99,19 @@ impl Gaps {
         Ok(())
     }
 
-    /// Whether an event may stand after a record of another time: what made it certain is in
-    /// the gap between them.
+    /// Whether an event may have another time than the record before it: the record that completed
+    /// it is in the gap between them.
     pub(crate) fn event(&mut self, record_ns: Option<u64>, time_ns: u64, publish_ns: u64) -> bool {
         let is_later = publish_ns == time_ns && record_ns.is_some_and(|record_ns| record_ns < time_ns);
         self.is_strict && is_later && (self.is_before_record || self.pass_before(time_ns))
     }
 
-    /// Takes note of a record: from here on events follow their records again.
+    /// Records that there was a record: events follow their records again.
     pub(crate) fn record(&mut self) {
         self.is_before_record = false;
     }
 
-    /// Goes past the next gap if it begins before that time.
+    /// Passes the next gap if it begins before that time.
     fn pass_before(&mut self, time_ns: u64) -> bool {
         let begins = self.times.get(self.passed).is_some_and(|(after_ns, _)| *after_ns <= time_ns);
         if begins {

@@ -1,9 +1,8 @@
-//! What a log says a second time so that programs can find their way in it without reading all
-//! of it: the message indexes after each chunk, and the summary. Programs that read by index
-//! see what these name and nothing else, so all of it must be there, and be right.
+//! Verifies the message indexes after each chunk, and the summary. Programs that read by index see
+//! only what these list, so they must be complete and correct.
 //!
-//! Of each chunk, attachment and metadata record eight bytes are kept until the summary is
-//! read; of the chunk that is being read, sixteen bytes of each message.
+//! Stores eight bytes per chunk, attachment and metadata record until the summary is read, and
+//! sixteen bytes per message of the current chunk.
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -15,22 +14,22 @@ use mcap::records::{
 use crate::format::RECORD_HEAD_BYTES;
 use crate::problem::LogProblem;
 
-/// Where in the file a record is, head included.
+/// The position of a record in the file, including its head.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) at: u64,
     pub(crate) length: u64,
 }
 
-/// Follows the records of a file, those in chunks included.
+/// Verifies the index against the records of a file, including those in chunks.
 #[derive(Debug, Default)]
 pub(crate) struct Index {
     statistics: Statistics,
     has_messages: bool,
-    /// What each schema and channel is.
+    /// A hash of each schema and channel.
     schemas: BTreeMap<u16, u64>,
     channels: BTreeMap<u16, u64>,
-    /// What the summary must say of each chunk, attachment and metadata record, in order.
+    /// Hashes of the summary's entries for chunks, attachments and metadata records, in order.
     chunks: Vec<u64>,
     attachments: Vec<u64>,
     metadata: Vec<u64>,
@@ -44,29 +43,29 @@ struct OpenChunk {
     place: Place,
     header: ChunkHeader,
     bounds: Option<(u64, u64)>,
-    /// Time and place of each message, by channel.
+    /// Time and offset of each message, by channel.
     messages: BTreeMap<u16, Vec<(u64, u64)>>,
     indexes: BTreeMap<u16, u64>,
     index_bytes: u64,
 }
 
-/// How far the summary has been read.
+/// The progress of reading the summary.
 #[derive(Debug)]
 struct Summary {
     start: u64,
-    /// What it must say of schemas and channels, in order of their numbers.
+    /// The expected schemas and channels, in order of their numbers.
     schemas: Vec<u64>,
     channels: Vec<u64>,
-    /// Opcode, beginning and length of each stretch of records of one kind.
+    /// Opcode, offset and length of each group of records of one kind.
     groups: Vec<(u8, u64, u64)>,
     offsets: Vec<(u8, u64, u64)>,
     crc: crc32fast::Hasher,
-    /// How many records of each kind there were.
+    /// Number of records of each kind.
     counts: BTreeMap<u8, usize>,
 }
 
 impl Index {
-    /// Takes a schema, channel or message of the open chunk, and where in it it stands.
+    /// Adds a schema, channel or message of the open chunk, with its offset there.
     pub(crate) fn in_chunk(&mut self, record: &Record<'_>, offset: u64) -> Result<(), LogProblem> {
         let at = self.chunk.as_ref().map_or(0, |chunk| chunk.place.at);
         match record {
@@ -103,7 +102,7 @@ impl Index {
         }
     }
 
-    /// Takes a record that is in no chunk; `bytes` are those of the record after its length.
+    /// Adds a record outside chunks; `bytes` are those of the record after its length.
     pub(crate) fn take(&mut self, place: Place, record: &Record<'_>, bytes: &[u8]) -> Result<(), LogProblem> {
         if let Record::MessageIndex(index) = record {
             return self.message_index(place, index);
@@ -174,7 +173,7 @@ impl Index {
         Ok(())
     }
 
-    /// After the indexes of a chunk.
+    /// Ends the indexes of a chunk.
     fn close_chunk(&mut self) -> Result<(), LogProblem> {
         let Some(chunk) = self.chunk.take() else { return Ok(()) };
         let at = chunk.place.at;
@@ -278,7 +277,7 @@ impl Index {
     }
 }
 
-/// Takes note of what an identifier stands for, which may be said again and not changed.
+/// Records what an identifier stands for; it may be repeated and not changed.
 fn announce(
     known: &mut BTreeMap<u16, u64>,
     id: u16,
@@ -319,7 +318,7 @@ fn attachment_fields(index: &AttachmentIndex) -> impl Hash + '_ {
     )
 }
 
-/// How long a record is with its head.
+/// The length of a record including its head.
 pub(crate) fn with_head(body: usize) -> u64 {
     (RECORD_HEAD_BYTES + body) as u64
 }

@@ -1,6 +1,6 @@
-//! Where in a log what may stand. Checksums and digest say that nothing was changed since;
-//! this says that what was written is a log: one header, one end, one scenario, every
-//! message on a channel that was announced, none after the end.
+//! The order of records in a log. Checksums and digests prove that nothing changed since the log
+//! was written; this checks that it is a log: one header, one end, one scenario, every message on
+//! an announced channel, none after the end.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,20 +11,20 @@ use crate::format::{
 };
 use crate::problem::{LogProblem, most};
 
-/// Follows the records of a file.
+/// Checks the records of a file in order.
 #[derive(Debug, Default)]
 pub(crate) struct Layout {
     section: Section,
-    /// Whether there was any record yet.
+    /// Whether there was a record.
     begun: bool,
     has_scenario: bool,
     channels: BTreeMap<u16, Channel>,
     schemas: BTreeSet<u16>,
-    /// A message out of its number, which a salvaged log may have and no other.
+    /// A gap in the message numbers, allowed in salvaged logs only.
     gap: Option<Gap>,
 }
 
-/// How far the file has come.
+/// The section of the file that is being read.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 enum Section {
     /// Before `run`.
@@ -34,7 +34,7 @@ enum Section {
     Run,
     /// After `run_end`.
     Ended,
-    /// After the end of the data: what says again what was said, to find it faster.
+    /// After the end of the data: the summary, which repeats records for faster access.
     Summary,
     /// After the footer.
     Closed,
@@ -54,10 +54,10 @@ struct Gap {
 }
 
 impl Layout {
-    /// Takes the next record of the file, those in chunks included.
+    /// Checks the next record of the file or of a chunk in it.
     ///
     /// # Errors
-    /// If it may not stand there.
+    /// If it is not allowed there.
     pub(crate) fn take(&mut self, record: &Record<'_>) -> Result<(), LogProblem> {
         use Section::{Closed, Ended, Run, Start, Summary};
         let misplaced = |what| Err(LogProblem::Misplaced(what));
@@ -87,7 +87,7 @@ impl Layout {
                 _ => misplaced("metadata `run_end` stands after the end of the data"),
             },
             (Record::Metadata(metadata), Start) if metadata.name == CHUNK => Err(LogProblem::NoHeader),
-            // The end is vouched for as well.
+            // `run_end` is sealed as well.
             (Record::Metadata(metadata), Run | Ended) if metadata.name == CHUNK => Ok(()),
             (Record::Metadata(metadata), Run) if metadata.name == SALVAGE && self.has_messages() => {
                 misplaced("metadata `salvage` stands after the first message")
@@ -154,7 +154,7 @@ impl Layout {
         self.channels.values().any(|channel| channel.messages > 0)
     }
 
-    /// That no message is missing between others.
+    /// Checks that no message is missing between others.
     ///
     /// # Errors
     /// If one is.
@@ -165,7 +165,7 @@ impl Layout {
         }
     }
 
-    /// Channels come once before the messages and again in the summary.
+    /// Channels are announced once before the messages and repeated in the summary.
     fn channel(&mut self, id: u16, topic: &str) -> Result<(), LogProblem> {
         match self.channels.get(&id) {
             Some(known) if known.topic == topic => return Ok(()),

@@ -4,22 +4,22 @@
 //! |---|---|
 //! | MCAP header | the profile `asperity` |
 //! | metadata `run` | the [`RunHeader`](asperity_record::RunHeader), first |
-//! | metadata `salvage` | in a log that was put together from a damaged one: what it lacks |
+//! | metadata `salvage` | in a salvaged log: what it lacks |
 //! | attachment `scenario.toml` | the resolved scenario, every key |
-//! | attachments `checkpoint` | the solver's state, about once a second of work: from where an unfinished run can go on |
+//! | attachments `checkpoint` | the solver's state, about once a second of work: from which an unfinished run resumes |
 //! | topic `/step` | one message per step record |
 //! | topic `/switch` | one message per block that switched, after its step |
 //! | topic `/fields` | the state of all blocks |
 //! | topic `/window` | the state of chosen blocks in dense windows |
-//! | topics `/events/...` | what the detectors emitted, after the record that made it certain |
-//! | metadata `run_end` | the [`RunEnd`](asperity_record::RunEnd), last: only this says that the run is whole |
-//! | metadata `chunk` | after the scenario, each chunk with its message indexes, each checkpoint, `salvage` and `run_end`: what vouches for it |
+//! | topics `/events/...` | events, after the record that completed them |
+//! | metadata `run_end` | the [`RunEnd`](asperity_record::RunEnd), last: without it the log is not whole |
+//! | metadata `chunk` | after the scenario, each chunk with its message indexes, each checkpoint, `salvage` and `run_end`: its seal |
 //!
-//! Messages are JSON objects, each topic with its JSON schema. `log_time` is
-//! simulated time in nanoseconds; nothing in the file knows the wall clock.
-//! A log is written under a temporary name and renamed when it is whole.
+//! Messages are JSON objects, each topic with its JSON schema. `log_time` is simulated time in
+//! nanoseconds; the file contains no wall-clock time. A log is written under a temporary name and
+//! renamed once it is whole.
 //!
-//! The keys of `chunk`, which are the same in every such record and enter no digest:
+//! The keys of `chunk`, which every such record has and no digest includes:
 //!
 //! | key | what |
 //! |---|---|
@@ -30,8 +30,8 @@
 //! | `bytes` | how many bytes of the file stand before this record |
 //! | `bytes_crc` | their CRC-32 |
 //!
-//! Checksums are eight hexadecimal digits. A log of version 3 holds nothing that is not in these
-//! tables, and its summary names all of it. A chunk ends where a step and its switches end.
+//! Checksums have eight hexadecimal digits. A log of version 3 or later contains nothing besides
+//! these tables, and its summary lists all of it. Chunks end between steps.
 //!
 //! The keys of `run_end`:
 //!
@@ -43,19 +43,19 @@
 //! | `messages:TOPIC` | how many messages the topic has |
 //! | `digest` | BLAKE3 over all messages |
 //! | `digest:TOPIC` | BLAKE3 over the messages of the topic; all topics have one, or none in logs that were written before there were any |
-//! | `solver:NAME`, `solver_fallbacks` | what the solver's work was made of |
+//! | `solver:NAME`, `solver_fallbacks` | the solver's counters |
 //!
-//! A digest is the BLAKE3 hash, as 64 hexadecimal digits, of these bytes for one message
-//! after the other, in the order of the file:
+//! A digest is the BLAKE3 hash, as 64 hexadecimal digits, of the following bytes for each message
+//! in the order of the file:
 //!
 //! 1. the length of the topic in bytes, as 8 bytes, the lowest first;
 //! 2. the topic, UTF-8;
 //! 3. the length of the payload in bytes, in the same way;
 //! 4. the payload, as it stands in the file.
 //!
-//! A topic without messages has the hash of nothing.
-//! [`RunEnd::compare_topics`](asperity_record::RunEnd::compare_topics) compares two logs by
-//! them, as those of one run with more detectors and with fewer.
+//! A topic without messages has the hash of an empty input.
+//! [`RunEnd::compare_topics`](asperity_record::RunEnd::compare_topics) uses them to compare logs of
+//! one run with different detectors.
 //!
 //! # Example
 //!
@@ -77,6 +77,7 @@
 //!     parameter_set: "as-coded".to_owned(),
 //!     solver: "by hand".to_owned(),
 //!     blocks: 2,
+//!     rows: 1,
 //!     time_step_s: 0.5,
 //!     longest_stable_step_s: None,
 //!     steps: 2,
@@ -117,40 +118,38 @@
 //!
 //! # In reading order
 //!
-//! - `format`: names and bounds, each in one place; `versions`: which versions there were.
-//! - `problem`: what can be wrong with a log, read or written.
-//! - `messages`, `announced`, `metadata`, `link`, `digest`: what stands in the file, as types.
-//! - `write`, `follow`: writing one; `unfinished`: where a log stands until it is whole, and who may
-//!   write it.
-//! - `size`: how long one can become.
-//! - `parse`, `chunk`, `layout`, `records`: from bytes to MCAP records, no length believed that
-//!   the bytes do not bear out, each record where it may stand.
-//! - `proof`, `index`: whether records are vouched for, and the summary names them all.
-//! - `agree`, `gaps`, `read`: from MCAP records to step records and events, nothing in which
-//!   contradicts the rest.
-//! - `findings`, `pieces`, `lineage`, `walk`, `salvage`: what is left of a damaged one.
+//! - `format`: names and bounds; `versions`: the versions of the format.
+//! - `problem`: errors of reading and writing.
+//! - `messages`, `announced`, `metadata`, `digest`: the contents of the file as types.
+//! - `seal`: the records `chunk`: written through a tee, and verified while reading.
+//! - `write`: writes a log; `unfinished`: the temporary name of a log until it is whole, and its
+//!   lock.
+//! - `size`: upper bounds on the length of a log.
+//! - `parse`, `chunk`, `layout`, `records`: from bytes to MCAP records, with lengths checked
+//!   against the bytes and records in their order.
+//! - `index`: checks that the summary lists every record.
+//! - `agree`, `gaps`, `read`: from MCAP records to consistent step records and events.
+//! - `findings`, `pieces`, `lineage`, `walk`, `salvage`: recovers what is left of a damaged log.
 
 mod agree;
 mod announced;
 mod chunk;
 mod digest;
 mod findings;
-mod follow;
 mod format;
 mod gaps;
 mod index;
 mod layout;
 mod lineage;
-mod link;
 mod messages;
 mod metadata;
 mod parse;
 mod pieces;
 mod problem;
-mod proof;
 mod read;
 mod records;
 mod salvage;
+mod seal;
 mod size;
 mod unfinished;
 mod versions;

@@ -1,14 +1,13 @@
-//! Which chunks of a damaged file are of the run that is to be saved, and in which order.
+//! Selects the chunks of a damaged file that belong to the run to be salvaged, and orders them.
 //!
-//! From version 3 on the records `chunk` say so. A chunk is kept if one of this run names its
-//! checksum, its own or the one after it, and stands where the number says, wherever in the
-//! file it was found. Which run is to be saved is what a header or a scenario confirms: of
-//! several, the one that most of these records name.
+//! From version 3 on the records `chunk` determine this. A chunk is kept if a record of this run
+//! names its checksum (its own record, or the following one), and is placed by its number, wherever
+//! in the file it was found. The run to be salvaged must be confirmed by a header or a scenario;
+//! among several, it is the one that most of these records name.
 //!
-//! Older logs have no such records, only the messages' numbers and times. Chunks are put in the
-//! order of their times. Where two say different things under one number, two runs have been
-//! mixed: the chunks that go on from one another are then taken together, and of two such
-//! stretches that contradict each other the later one in the file is left out.
+//! Older logs have only the numbers and times of messages. Chunks are ordered by time. Where two
+//! contradict each other under one number, two runs were mixed: chunks whose numbers continue each
+//! other form stretches, and of two contradictory stretches the later one in the file is dropped.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -16,10 +15,10 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use asperity_record::{RunEnd, RunHeader};
 
 use crate::findings::Damage;
-use crate::link::Link;
+use crate::seal::Seal;
 use crate::walk::Message;
 
-/// A chunk or checkpoint that has a right checksum.
+/// A chunk or checkpoint whose checksum is right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Entry {
     pub(crate) at: u64,
@@ -28,25 +27,25 @@ pub(crate) struct Entry {
     pub(crate) is_chunk: bool,
 }
 
-/// What stands in a file beside its messages.
+/// The contents of a file other than messages.
 #[derive(Default)]
 pub(crate) struct Found {
     pub(crate) headers: Vec<RunHeader>,
-    /// With the checksum of each.
+    /// With their checksums.
     pub(crate) scenarios: Vec<(u32, String)>,
     pub(crate) ends: Vec<(u32, RunEnd)>,
     pub(crate) entries: Vec<Entry>,
-    /// In order, with where they are.
-    pub(crate) links: Vec<(u64, Link)>,
-    /// A version of the format that is not known, if there is a header of one.
+    /// With their offsets, in order.
+    pub(crate) seals: Vec<(u64, Seal)>,
+    /// The unknown format version of a header, if there is one.
     pub(crate) newer: Option<u32>,
 }
 
-/// What is kept, in order, and what is to be said of the rest.
+/// What is kept, in order, and remarks about the rest.
 #[derive(Default)]
 pub(crate) struct Kept {
     pub(crate) entries: Vec<Entry>,
-    /// Where entries are before which a number is missing.
+    /// Offsets of entries before which a number is missing.
     pub(crate) after_missing: BTreeSet<u64>,
     pub(crate) damage: Vec<Damage>,
     pub(crate) remarks: Vec<String>,
@@ -55,48 +54,48 @@ pub(crate) struct Kept {
 /// The records `chunk` of one run.
 pub(crate) struct Run<'a> {
     pub(crate) id: &'a str,
-    /// The numbers that a checksum stands under.
+    /// The numbers of each checksum.
     numbers: BTreeMap<u32, BTreeSet<u64>>,
 }
 
 impl Found {
-    /// The run that most records `chunk` name of those that a header or a scenario confirms;
-    /// none if nothing does.
+    /// The run that most records `chunk` name among those that a header or a scenario confirms;
+    /// None if there is none.
     pub(crate) fn run(&self) -> Option<Run<'_>> {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-        for (_, link) in &self.links {
-            *counts.entry(&link.run_id).or_insert(0) += 1;
+        for (_, seal) in &self.seals {
+            *counts.entry(&seal.run_id).or_insert(0) += 1;
         }
         let mut confirmed: BTreeSet<&str> =
             self.headers.iter().map(|header| header.run_id.as_str()).collect();
         for (crc, _) in &self.scenarios {
             confirmed.extend(
-                self.links.iter().filter(|(_, link)| ties(link, *crc)).map(|(_, link)| &*link.run_id),
+                self.seals.iter().filter(|(_, seal)| ties(seal, *crc)).map(|(_, seal)| &*seal.run_id),
             );
         }
         counts.retain(|id, _| confirmed.contains(id));
         let most = counts.values().max().copied()?;
-        // Of several with as many, the one that comes first.
-        let (_, first) = self.links.iter().find(|(_, link)| counts.get(&*link.run_id) == Some(&most))?;
+        // Among equals, the first.
+        let (_, first) = self.seals.iter().find(|(_, seal)| counts.get(&*seal.run_id) == Some(&most))?;
         let id = first.run_id.as_str();
         let mut numbers: BTreeMap<u32, BTreeSet<u64>> = BTreeMap::new();
-        for (_, link) in self.links.iter().filter(|(_, link)| link.run_id == id) {
-            numbers.entry(link.crc).or_default().insert(link.number);
-            if let Some(before) = link.number.checked_sub(1) {
-                numbers.entry(link.before_crc).or_default().insert(before);
+        for (_, seal) in self.seals.iter().filter(|(_, seal)| seal.run_id == id) {
+            numbers.entry(seal.crc).or_default().insert(seal.number);
+            if let Some(before) = seal.number.checked_sub(1) {
+                numbers.entry(seal.before_crc).or_default().insert(before);
             }
         }
         Some(Run { id, numbers })
     }
 
-    /// The scenario that the records `chunk` of a run name as theirs.
+    /// The scenario named by the records `chunk` of a run.
     pub(crate) fn scenario_of(&self, run: &Run<'_>) -> Option<&str> {
-        let of_run = |crc: u32| self.links.iter().any(|(_, link)| link.run_id == run.id && ties(link, crc));
+        let of_run = |crc: u32| self.seals.iter().any(|(_, seal)| seal.run_id == run.id && ties(seal, crc));
         let named = self.scenarios.iter().find(|(crc, _)| of_run(*crc));
         named.map(|(_, text)| text.as_str())
     }
 
-    /// What is of a run, in its order.
+    /// Selects and orders the entries of a run.
     pub(crate) fn keep(&self, run: &Run<'_>) -> Kept {
         let mut kept = Kept::default();
         let mut numbered: Vec<(u64, Entry)> = Vec::new();
@@ -104,19 +103,19 @@ impl Found {
         let mut twice = 0;
         for (place, entry) in self.entries.iter().enumerate() {
             let next_at = self.entries.get(place + 1).map_or(u64::MAX, |next| next.at);
-            let first = self.links.partition_point(|(at, _)| *at < entry.end);
-            let own = self.links.get(first).filter(|(at, _)| *at < next_at).map(|(_, link)| link);
+            let first = self.seals.partition_point(|(at, _)| *at < entry.end);
+            let own = self.seals.get(first).filter(|(at, _)| *at < next_at).map(|(_, seal)| seal);
             let Some(numbers) = run.numbers.get(&entry.crc) else {
                 let kind = if entry.is_chunk { "a chunk" } else { "a checkpoint" };
                 let what = match own {
-                    Some(link) if link.run_id != run.id => format!("{kind} of another run, {}", link.run_id),
+                    Some(seal) if seal.run_id != run.id => format!("{kind} of another run, {}", seal.run_id),
                     _ => format!("{kind} that no record `chunk` of this run names"),
                 };
                 kept.damage.push(Damage { from_byte: entry.at, to_byte: entry.end, what });
                 continue;
             };
             let own =
-                own.filter(|link| link.run_id == run.id && link.crc == entry.crc).map(|link| link.number);
+                own.filter(|seal| seal.run_id == run.id && seal.crc == entry.crc).map(|seal| seal.number);
             let number = own.or(numbers.first().copied()).unwrap_or_default();
             if taken.insert((number, entry.crc)) {
                 numbered.push((number, *entry));
@@ -148,7 +147,7 @@ impl Found {
         self.ends.iter().find(|(crc, _)| run.numbers.contains_key(crc)).map(|(_, end)| end)
     }
 
-    /// Of a log in which nothing says of which run it is.
+    /// Keeps nothing: nothing identifies the run of the log.
     pub(crate) fn keep_none(&self) -> Kept {
         let refused = |entry: &Entry| Damage {
             from_byte: entry.at,
@@ -159,16 +158,16 @@ impl Found {
     }
 }
 
-/// Whether a record `chunk` names a scenario of that checksum as that of its run.
-fn ties(link: &Link, crc: u32) -> bool {
-    match link.number {
-        0 => link.crc == crc,
-        1 => link.before_crc == crc,
+/// Whether a record `chunk` names a scenario with that checksum as that of its run.
+fn ties(seal: &Seal, crc: u32) -> bool {
+    match seal.number {
+        0 => seal.crc == crc,
+        1 => seal.before_crc == crc,
         _ => false,
     }
 }
 
-/// The messages of a chunk of an old log, as far as order and contradictions go.
+/// The messages of a chunk of an old log, reduced to what determines order and contradictions.
 pub(crate) struct Outline {
     entry: Entry,
     /// The first and last number of each topic.
@@ -192,23 +191,23 @@ impl Outline {
         outline
     }
 
-    /// Whether the numbers of every topic go on from those of the chunks before.
+    /// Whether the numbers of every topic continue those of the previous chunks.
     fn follows(&self, next: &BTreeMap<String, u32>) -> bool {
         self.numbers.iter().all(|(topic, (first, _))| next.get(topic).is_none_or(|next| next == first))
     }
 }
 
-/// Puts the chunks of an old log in order, and leaves out what contradicts others. `read` gives
-/// the messages of a chunk again.
+/// Orders the chunks of an old log, and drops those that contradict others. `read` reads the
+/// messages of a chunk again.
 ///
 /// # Errors
-/// Those of `read`.
+/// Errors of `read`.
 pub(crate) fn keep_old<E>(
     outlines: Vec<Outline>,
     mut read: impl FnMut(&Entry) -> Result<Vec<Message>, E>,
 ) -> Result<Kept, E> {
     let mut kept = Kept::default();
-    // Stretches of the file in which one chunk goes on from the other.
+    // Stretches of the file in which each chunk continues the previous one.
     let mut stretches = Vec::new();
     let mut next: BTreeMap<String, u32> = BTreeMap::new();
     let mut stretch = 0;
@@ -263,7 +262,7 @@ fn overlapping(outlines: &[Outline]) -> BTreeSet<usize> {
     let mut found = BTreeSet::new();
     for mut of_topic in ranges.into_values() {
         of_topic.sort_unstable();
-        // Everything since `from` reaches into what comes next.
+        // Everything since `from` overlaps the next chunk.
         let mut end: Option<(u32, usize)> = None;
         for (first, last, number) in of_topic {
             match end {

@@ -182,17 +182,17 @@ impl SwitchMessage {
     }
 }
 
-/// A topic as it stands in the file.
+/// A topic as announced in the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Topic {
     pub(crate) topic: String,
     pub(crate) schema_name: String,
-    /// The JSON schema, as it is written.
+    /// The JSON schema as text.
     pub(crate) schema: String,
 }
 
 impl Topic {
-    /// The topic of what a detector emits.
+    /// The topic of a detector's events.
     pub(crate) fn of(kind: &EventKind) -> Topic {
         Topic {
             topic: kind.topic.to_owned(),
@@ -202,7 +202,7 @@ impl Topic {
     }
 }
 
-/// The topics of records of a chain of that many blocks.
+/// The topics of records of a slider with that many blocks.
 pub(crate) fn record_topics(blocks: u32) -> Vec<Topic> {
     let topic = |topic: &str, name: &str, schema: Value| Topic {
         topic: topic.to_owned(),
@@ -217,7 +217,7 @@ pub(crate) fn record_topics(blocks: u32) -> Vec<Topic> {
     ]
 }
 
-/// Says in a schema that every array of the message has one value per block.
+/// Adds to a schema that every array has one value per block.
 fn with_array_length(mut schema: Value, blocks: u32) -> Value {
     if let Some(Value::Object(properties)) = schema.get_mut("properties") {
         for property in properties.values_mut().filter(|property| property["type"] == "array") {
@@ -228,8 +228,8 @@ fn with_array_length(mut schema: Value, blocks: u32) -> Value {
     schema
 }
 
-/// The units of a message's fields, for the channel's metadata: they stand last
-/// in the fields' names. Ratios have none there.
+/// The units of a message's fields, for the channel's metadata: the last parts of the fields'
+/// names. Ratios have none.
 pub(crate) fn units(schema: &str) -> BTreeMap<String, String> {
     let schema: Value = serde_json::from_str(schema).unwrap_or_default();
     let fields = schema["properties"].as_object().into_iter().flat_map(|properties| properties.keys());

@@ -1,23 +1,24 @@
-//! Run header and run end as the flat text maps that MCAP metadata are.
+//! Converts run header and run end to and from the flat text maps of MCAP metadata.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use asperity_record::{
-    Energy, MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, Scales, SolverReport,
+    Contacts, Energy, MOST_BLOCKS, RECORD_SCHEMA_VERSION, RunEnd, RunHeader, RunStatus, Scales, SolverReport,
 };
 
 use crate::findings::{Gap, Salvaged};
 use crate::format::{RUN, RUN_END, SALVAGE};
 use crate::problem::MetadataError;
 
-/// How the keys begin of what is said of each topic, or of each kind of the solver's work.
+/// Prefixes of the keys for each topic, and for each kind of the solver's work.
 const MESSAGES: &str = "messages:";
 const DIGEST: &str = "digest:";
 const SOLVER: &str = "solver:";
 const ENERGY: &str = "energy:";
 const FALLBACKS: &str = "solver_fallbacks";
+const ROWS: &str = "rows";
 const BLOCK_LENGTH: &str = "block_length_m";
 const BLOCK_TIME: &str = "block_time_s";
 const LINK_TIME_RATIO: &str = "link_time_ratio";
@@ -49,11 +50,14 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
     ]
     .map(|(key, value)| (key.to_owned(), value))
     .into();
+    if header.rows != 1 {
+        map.insert(ROWS.to_owned(), header.rows.to_string());
+    }
     if let Some(longest_s) = header.longest_stable_step_s {
         map.insert(LONGEST_STABLE_STEP.to_owned(), longest_s.to_string());
     }
     if let Some(scales) = &header.scales {
-        // For readers: what follows from two of the others.
+        // For readers: it follows from two of the others.
         let link_s = ("link_s", Some(scales.link_s()));
         let said = scales.parts().into_iter().chain([link_s]);
         map.extend(said.filter_map(|(key, value)| Some((key.to_owned(), value?.to_string()))));
@@ -61,7 +65,7 @@ pub(crate) fn header_to_map(header: &RunHeader) -> BTreeMap<String, String> {
     map
 }
 
-/// The version of the format that a log is written in.
+/// The format version of a log.
 pub(crate) fn version(run: &BTreeMap<String, String>) -> Result<u32, MetadataError> {
     Reader { record: RUN, map: run }.parse("record_schema_version", "a whole number")
 }
@@ -77,6 +81,10 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         parameter_set: map.text("parameter_set")?,
         solver: map.text("solver")?,
         blocks: map.parse("blocks", "a whole number")?,
+        rows: match map.map.contains_key(ROWS) {
+            true => map.parse(ROWS, "a whole number")?,
+            false => 1,
+        },
         time_step_s: map.parse("time_step_s", "a number")?,
         longest_stable_step_s: match map.map.contains_key(LONGEST_STABLE_STEP) {
             true => Some(map.positive(LONGEST_STABLE_STEP)?),
@@ -85,14 +93,17 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
         steps: map.parse("steps", "a whole number")?,
         scales: scales_from_map(&map)?,
     };
-    // These two size memory and divide, so they are bounded here, once.
+    // These two determine allocations and divisors, so they are bounded here, once.
     if !(2..=MOST_BLOCKS).contains(&u64::from(header.blocks)) {
         return Err(map.invalid("blocks", format!("a whole number from 2 to {MOST_BLOCKS}")));
+    }
+    if Contacts::in_rows(header.blocks, header.rows).is_none() {
+        return Err(map.invalid(ROWS, "a whole number that divides that of blocks"));
     }
     if !(header.time_step_s.is_finite() && header.time_step_s > 0.0) {
         return Err(map.invalid("time_step_s", "a number above 0"));
     }
-    // What is said in words follows from the rest. Older programs may have used other words.
+    // Derived words must agree with the rest. Older programs may have used other words.
     if header.record_schema_version == RECORD_SCHEMA_VERSION {
         for (key, expected) in header_to_map(&header) {
             if map.map.get(&key) != Some(&expected) {
@@ -103,7 +114,7 @@ pub(crate) fn header_from_map(map: &BTreeMap<String, String>) -> Result<RunHeade
     Ok(header)
 }
 
-/// None if nothing is said of them, as in logs of versions before 4.
+/// The scales; None if there are none, as in versions before 4.
 fn scales_from_map(map: &Reader<'_>) -> Result<Option<Scales>, MetadataError> {
     if [BLOCK_LENGTH, BLOCK_TIME, LINK_TIME_RATIO].iter().all(|key| !map.map.contains_key(*key)) {
         return Ok(None);
@@ -164,7 +175,7 @@ pub(crate) fn end_to_map(end: &RunEnd) -> BTreeMap<String, String> {
     map
 }
 
-/// None if nothing is said of them.
+/// The energies; None if there are none.
 fn energy_from_map(map: &Reader<'_>) -> Result<Option<Energy>, MetadataError> {
     if !map.map.keys().any(|key| key.starts_with(ENERGY)) {
         return Ok(None);
@@ -236,7 +247,7 @@ pub(crate) fn salvaged_to_map(salvaged: &Salvaged) -> BTreeMap<String, String> {
         .iter()
         .map(|damage| format!("bytes {} to {}: {}", damage.from_byte, damage.to_byte, damage.what));
     let mut map: BTreeMap<String, String> = [
-        // The step of the last message before each gap, and of the first after it.
+        // The steps of the last message before and the first after each gap.
         ("gaps", gaps.collect::<Vec<_>>().join(" ")),
         ("damage", damage.collect::<Vec<_>>().join("; ")),
         ("remarks", remarks.join("; ")),
@@ -249,16 +260,16 @@ pub(crate) fn salvaged_to_map(salvaged: &Salvaged) -> BTreeMap<String, String> {
     map
 }
 
-/// Whether a salvaged log says, as [`salvaged_to_map`] does, that messages of its run are missing.
+/// Whether a salvaged log states, as [`salvaged_to_map`] does, that messages are missing.
 pub(crate) fn says_lost(map: &BTreeMap<String, String>) -> bool {
     map.get("end_is_known").is_none_or(|known| known != "true")
         || map.keys().any(|key| key.starts_with("lost:"))
 }
 
-/// Where a salvaged log lacks something, as [`salvaged_to_map`] writes it.
+/// Parses the gaps of a salvaged log, as [`salvaged_to_map`] writes them.
 ///
 /// # Errors
-/// If the gaps are not such, or not in their order.
+/// If they are malformed or out of order.
 pub(crate) fn gaps_from_map(map: &BTreeMap<String, String>) -> Result<Vec<Gap>, MetadataError> {
     let reader = Reader { record: SALVAGE, map };
     let invalid = || reader.invalid("gaps", "a list of steps, as \"10..20 30..\", in order");

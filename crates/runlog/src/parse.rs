@@ -1,17 +1,16 @@
-//! Records out of their bytes. The lengths inside a record are looked at before it is parsed:
-//! the MCAP library makes room for a text of four thousand million bytes because the record
-//! says that it has one, and takes a checksum off the end of an attachment that has no room
-//! for it.
+//! Parses records from bytes. The lengths inside a record are checked before it is parsed: the MCAP
+//! library would allocate four thousand million bytes for a text because the record states that
+//! length, and panics at an attachment too short for its checksum.
 
 use mcap::records::{Record, op};
 
 use crate::format::LONGEST_METADATA_BYTES;
 use crate::problem::{LogProblem, most};
 
-/// A record out of its bytes, no length in which is believed that they do not bear out.
+/// Parses a record after checking all its lengths against its bytes.
 ///
 /// # Errors
-/// If it is none; `at` says where in the file it begins, or the chunk that it is in.
+/// If it is malformed; `at` is the offset of the record, or of its chunk, in the file.
 pub(crate) fn parse(opcode: u8, body: &[u8], at: u64) -> Result<Record<'_>, LogProblem> {
     if !fit(opcode, body) {
         return Err(LogProblem::InnerLength { at, opcode });
@@ -22,22 +21,22 @@ pub(crate) fn parse(opcode: u8, body: &[u8], at: u64) -> Result<Record<'_>, LogP
     mcap::parse_record(opcode, body).map_err(|error| LogProblem::Record { at, error })
 }
 
-/// What follows what in a record, as far as lengths go.
+/// The layout of a record's fields, as far as lengths matter.
 #[derive(Debug, Clone, Copy)]
 enum Field {
     /// That many bytes.
     Fixed(usize),
-    /// Four bytes of length, and that many bytes.
+    /// A length of four bytes, and that many bytes.
     Bytes,
-    /// The same, and in these bytes pairs of such.
+    /// A length of four bytes, and that many bytes of pairs of [`Field::Bytes`].
     Pairs,
-    /// Eight bytes of length, and that many bytes.
+    /// A length of eight bytes, and that many bytes.
     LongBytes,
 }
 
 use Field::{Bytes, Fixed, LongBytes, Pairs};
 
-/// The fields of a record of our kinds; of others nothing is known and nothing read.
+/// The fields of the records that logs contain; other records are not parsed.
 fn fields(opcode: u8) -> &'static [Field] {
     match opcode {
         op::HEADER => &[Bytes, Bytes],
@@ -59,27 +58,27 @@ fn fields(opcode: u8) -> &'static [Field] {
     }
 }
 
-/// Whether a record has room for all that it says it has.
+/// Whether a record's fields fit into its bytes.
 fn fit(opcode: u8, body: &[u8]) -> bool {
     behind_fields(opcode, body).is_some()
 }
 
-/// Whether a record holds what it says it has and nothing behind that: MCAP would allow for
-/// it, but logs have none.
+/// Whether a record's fields fill its bytes exactly: MCAP would allow further bytes, but logs have
+/// none.
 pub(crate) fn fills(opcode: u8, body: &[u8]) -> bool {
-    // What a message says follows its fields; of records of other programs nothing is known.
+    // The payload follows a message's fields; records of other programs are unknown.
     opcode == op::MESSAGE
         || fields(opcode).is_empty()
         || behind_fields(opcode, body).is_some_and(<[u8]>::is_empty)
 }
 
-/// What stands behind a record's fields, if there is room for these.
+/// The bytes after a record's fields; None if these do not fit.
 fn behind_fields(opcode: u8, body: &[u8]) -> Option<&[u8]> {
     let mut rest = body;
     fields(opcode).iter().all(|field| skip(*field, &mut rest)).then_some(rest)
 }
 
-/// Goes past a field, if there is as much.
+/// Skips a field; false if it does not fit.
 fn skip(field: Field, rest: &mut &[u8]) -> bool {
     let taken = match field {
         Fixed(length) => take(length, rest),
@@ -100,7 +99,7 @@ fn skip(field: Field, rest: &mut &[u8]) -> bool {
     }
 }
 
-/// A length of four or eight bytes.
+/// Reads a length of four or eight bytes.
 fn number(bytes: usize, rest: &mut &[u8]) -> Option<usize> {
     let mut number = [0; 8];
     number[..bytes].copy_from_slice(take(bytes, rest)?);
@@ -125,7 +124,7 @@ mod tests {
         let map = [&(pair.len() as u32).to_le_bytes()[..], &pair].concat();
         let metadata = [&3u32.to_le_bytes()[..], b"run", &map].concat();
         assert!(fit(op::METADATA, &metadata));
-        // Extensions of the format go after what there is.
+        // Extensions of the format append fields.
         assert!(fit(op::METADATA, &[&metadata[..], b"more"].concat()));
         for length in 0..metadata.len() {
             assert!(!fit(op::METADATA, &metadata[..length]), "cut to {length} bytes");
@@ -137,7 +136,7 @@ mod tests {
         }
     }
 
-    /// The library panics at these: it looks for the checksum before the data.
+    /// The library panics at these: it reads the checksum before the data.
     #[test]
     fn an_attachment_has_room_for_its_checksum() {
         let body = [&[0; 16][..], &0u32.to_le_bytes(), &0u32.to_le_bytes(), &0u64.to_le_bytes()].concat();

@@ -1,4 +1,4 @@
-//! The pieces of a damaged file that prove themselves, and what lies between them.
+//! Finds the pieces of a damaged file whose checksums are right, and the damage between them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -13,42 +13,42 @@ use crate::findings::Damage;
 use crate::format::{
     CHECKPOINT, CHUNK, LONGEST_RECORD_BYTES, MAGIC, RECORD_HEAD_BYTES, RUN, RUN_END, SCENARIO,
 };
-use crate::link::{LONGEST_LINK_BYTES, Link, link_at};
 use crate::metadata;
 use crate::parse::parse;
+use crate::seal::{LONGEST_SEAL_BYTES, Seal, seal_at};
 
-/// A part of the file that has proved itself, or that its reader has to compare with others.
+/// A part of the file whose checksum is right, or that its reader compares with others.
 pub(crate) enum Content {
     Run(BTreeMap<String, String>),
     Scenario(String),
     Checkpoint(String),
     End(Box<RunEnd>),
     Chunk(Chunk),
-    /// A record `chunk`; all of them are found beforehand.
-    Link,
+    /// A record `chunk`; all of them are found in advance.
+    Seal,
 }
 
-/// Such a part, and where it is.
+/// Such a part, and its position.
 pub(crate) struct Piece {
     pub(crate) at: u64,
     /// The first byte after it.
     pub(crate) end: u64,
-    /// What a record `chunk` says of it.
+    /// The checksum that a record `chunk` states for it.
     pub(crate) crc: u32,
     pub(crate) content: Content,
 }
 
-/// Walks through a file from piece to piece, past whatever is between them.
+/// Walks through a file from piece to piece, skipping what is between them.
 pub(crate) struct Pieces {
     file: BufReader<File>,
     length: u64,
     at: u64,
-    /// After the last piece that proved itself: nothing before it needs to be searched.
+    /// The end of the last valid piece: nothing before it needs to be searched.
     proved: u64,
-    /// The checksums that records `chunk` name: where a file has any, what has none of them is
-    /// not taken for the beginning of a chunk.
+    /// The checksums named by records `chunk`. If there are any, only chunks with one of them are
+    /// considered.
     named: Option<BTreeSet<u32>>,
-    /// How many bytes may still be read for beginnings that turn out to be none.
+    /// Bytes that may still be read for candidates that turn out to be invalid.
     effort: u64,
     pub(crate) damage: Vec<Damage>,
 }
@@ -66,36 +66,36 @@ impl Pieces {
         Ok(pieces)
     }
 
-    /// All records `chunk` of the file, with where they are, whatever stands between them.
-    pub(crate) fn links(&mut self) -> io::Result<Vec<(u64, Link)>> {
-        let mut links = Vec::new();
+    /// All records `chunk` of the file with their offsets, even in damaged parts.
+    pub(crate) fn seals(&mut self) -> io::Result<Vec<(u64, Seal)>> {
+        let mut seals = Vec::new();
         let mut start = 0;
         while start < self.length {
-            let count = (WINDOW_BYTES + LONGEST_LINK_BYTES as u64).min(self.length - start);
+            let count = (WINDOW_BYTES + LONGEST_SEAL_BYTES as u64).min(self.length - start);
             let window = self.bytes(start, count)?.unwrap_or_default();
             for offset in 0..count.min(WINDOW_BYTES) as usize {
                 if window[offset] == op::METADATA
-                    && let Some((link, _)) = link_at(&window[offset..])
+                    && let Some((seal, _)) = seal_at(&window[offset..])
                 {
-                    links.push((start + offset as u64, link));
+                    seals.push((start + offset as u64, seal));
                 }
             }
             start += WINDOW_BYTES;
         }
-        Ok(links)
+        Ok(seals)
     }
 
-    /// From now on only chunks with one of these checksums are searched for.
+    /// Restricts the search to chunks with one of these checksums.
     pub(crate) fn search_only(&mut self, named: BTreeSet<u32>) {
         self.named = Some(named);
     }
 
-    /// What was found there before.
+    /// Reads a piece found before.
     pub(crate) fn again(&mut self, at: u64) -> io::Result<Option<Content>> {
         Ok(self.record(at)?.ok().and_then(|(piece, _)| piece).map(|piece| piece.content))
     }
 
-    /// The chunk that was found there before.
+    /// Reads a chunk found before.
     pub(crate) fn chunk(&mut self, at: u64) -> io::Result<Option<Chunk>> {
         Ok(match self.again(at)? {
             Some(Content::Chunk(chunk)) => Some(chunk),
@@ -103,7 +103,7 @@ impl Pieces {
         })
     }
 
-    /// `count` bytes from there on; `None` if the file has not as many.
+    /// Reads `count` bytes; `None` if the file ends before.
     fn bytes(&mut self, at: u64, count: u64) -> io::Result<Option<Vec<u8>>> {
         if at.checked_add(count).is_none_or(|end| end > self.length) {
             return Ok(None);
@@ -150,7 +150,8 @@ impl Pieces {
         Ok(left == MAGIC.len() as u64 && self.bytes(self.at, left)?.as_deref() == Some(MAGIC))
     }
 
-    /// The record there, if it can be one, and where the next one begins.
+    /// Reads the record at an offset, and returns it, if it is valid, with the offset of the next
+    /// one.
     fn record(&mut self, at: u64) -> io::Result<Result<(Option<Piece>, u64), String>> {
         let Some(head) = self.bytes(at, RECORD_HEAD_BYTES as u64)? else {
             return Ok(Err("the file ends within the head of a record".to_owned()));
@@ -179,10 +180,10 @@ impl Pieces {
         Ok(piece.map(|piece| (piece, next)))
     }
 
-    /// Where from some byte on the next piece is that proves itself, or the end of the file;
-    /// and whether the search was given up before.
+    /// The offset of the next valid piece, or the end of the file; and whether the search gave up
+    /// before.
     fn search(&mut self, from: u64) -> io::Result<(u64, bool)> {
-        // Enough after a place to tell whether it is worth a closer look.
+        // Enough bytes to decide whether a candidate is worth reading.
         const LOOK_BYTES: u64 = 64;
         let mut start = from;
         while start < self.length {
@@ -209,7 +210,7 @@ impl Pieces {
         Ok((self.length, false))
     }
 
-    /// Whether the beginning of a chunk bears a checksum that a record `chunk` names.
+    /// Whether the head of a chunk contains a checksum that a record `chunk` names.
     fn may_be_named(&self, look: &[u8]) -> bool {
         let Some(named) = self.named.as_ref().filter(|_| look[0] == op::CHUNK) else { return true };
         let crc = look.get(CHUNK_CRC_AT..CHUNK_CRC_AT + 4).and_then(|crc| crc.try_into().ok());
@@ -217,18 +218,18 @@ impl Pieces {
     }
 }
 
-/// How much of a file is looked at once.
+/// Bytes searched at a time.
 const WINDOW_BYTES: u64 = 1 << 16;
 
-/// What may be read in vain, besides four times the file: bytes that only look like beginnings
-/// of chunks could otherwise have all of the file read for each of them.
+/// Bytes that may be read in vain, in addition to four times the file: bytes that only look like
+/// the beginning of chunks could otherwise make the search read the whole file for each of them.
 const MOST_EFFORT_BYTES: u64 = 1 << 26;
 
-/// Where a chunk's checksum is, from its opcode on: after head, two times and size.
+/// Offset of a chunk's checksum from its opcode: after head, two times and size.
 const CHUNK_CRC_AT: usize = RECORD_HEAD_BYTES + 8 + 8 + 8;
 
-/// A first look at bytes of which a chunk, an attachment or a metadata record of ours may be
-/// the beginning.
+/// Whether bytes look like the beginning of a chunk, an attachment or a metadata record of a run
+/// log.
 fn looks_like_a_piece(bytes: &[u8]) -> bool {
     let begins_at = |place: usize, text: &[u8]| bytes.get(place..).is_some_and(|rest| rest.starts_with(text));
     if bytes.len() <= RECORD_HEAD_BYTES {
@@ -248,7 +249,7 @@ fn looks_like_a_piece(bytes: &[u8]) -> bool {
     }
 }
 
-/// What a record is with its checksum, or why it is not what was written.
+/// The contents of a record with its checksum, or why it is damaged.
 fn content(opcode: u8, body: &[u8], at: u64) -> Result<Option<(Content, u32)>, String> {
     match opcode {
         op::ATTACHMENT => attachment(body),
@@ -261,8 +262,8 @@ fn content(opcode: u8, body: &[u8], at: u64) -> Result<Option<(Content, u32)>, S
                 Ok(Some((Content::End(Box::new(end)), crc32fast::hash(body))))
             }
             Ok(Record::Metadata(metadata)) if metadata.name == CHUNK => {
-                Link::from_map(&metadata.metadata).map_err(|error| error.to_string())?;
-                Ok(Some((Content::Link, crc32fast::hash(body))))
+                Seal::from_map(&metadata.metadata).map_err(|error| error.to_string())?;
+                Ok(Some((Content::Seal, crc32fast::hash(body))))
             }
             Ok(_) => Ok(None),
             Err(error) => Err(error.to_string()),
@@ -278,7 +279,7 @@ fn content(opcode: u8, body: &[u8], at: u64) -> Result<Option<(Content, u32)>, S
     }
 }
 
-/// An attachment of ours whose checksum holds.
+/// Reads an attachment of a run log whose checksum is right.
 fn attachment(body: &[u8]) -> Result<Option<(Content, u32)>, String> {
     let wrong = || "an attachment whose checksum is not that of its content".to_owned();
     let (content, crc) = body.split_at_checked(body.len().wrapping_sub(4)).ok_or_else(wrong)?;

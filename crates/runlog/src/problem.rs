@@ -1,4 +1,4 @@
-//! What can be wrong with a run log, read or written.
+//! Errors of reading and writing run logs.
 
 use std::borrow::Cow;
 use std::io;
@@ -10,7 +10,7 @@ use asperity_record::{Direction, RECORD_SCHEMA_VERSION};
 
 use crate::format::{RUN, RUN_END, SALVAGE};
 
-/// A run log that cannot be read.
+/// Why a run log cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {problem}", path.display())]
 pub struct LogError {
@@ -23,20 +23,20 @@ pub struct LogError {
 /// What is wrong with a run log.
 #[derive(Debug, thiserror::Error)]
 pub enum LogProblem {
-    /// The system refused.
+    /// The system call failed.
     #[error("{0}")]
     Io(io::Error),
-    /// It is none.
+    /// It is not a run log.
     #[error(transparent)]
     NoRunLog(#[from] NoRunLog),
-    /// More than a log has of something.
+    /// More of something than a log may have.
     #[error("{found} {what} (accepted: up to {most})")]
     TooMany {
-        /// Of what.
+        /// Its name.
         what: &'static str,
-        /// How many there are, or at least.
+        /// The number found, or a lower bound.
         found: usize,
-        /// How many there may be.
+        /// The most accepted.
         most: usize,
     },
     /// A scenario that is too long to be parsed.
@@ -48,51 +48,51 @@ pub enum LogProblem {
     /// A record that cannot be read.
     #[error("the record at byte {at} cannot be read: {error}")]
     Record {
-        /// Where in the file it begins, or the chunk that it is in.
+        /// Offset of the record, or of its chunk, in the file.
         at: u64,
         /// Why.
         error: mcap::McapError,
     },
-    /// A record that has no room for what it says it holds.
+    /// A record whose contents exceed its length.
     #[error("the record at byte {at}, of the kind 0x{opcode:02x}, holds a length that reaches over its end")]
     InnerLength {
-        /// Where in the file it begins, or the chunk that it is in.
+        /// Offset of the record, or of its chunk, in the file.
         at: u64,
         /// Its kind.
         opcode: u8,
     },
-    /// A record that reaches over the end of a file that was not cut off.
+    /// A record that exceeds the end of a file that was not truncated.
     #[error(
         "the record at byte {0} claims to be longer than the rest of the file, which was not cut off there"
     )]
     Overlong(u64),
-    /// A message on a channel that nothing announced.
+    /// A message on an unannounced channel.
     #[error("a message of channel {0}, which nothing announced")]
     UnknownChannel(u16),
-    /// A channel that is announced for two topics.
+    /// A channel announced for two topics.
     #[error("channel {id} is that of {topic} and of {other}")]
     ChannelReused {
         /// The channel.
         id: u16,
-        /// What it was announced for first.
+        /// The first.
         topic: String,
-        /// What it is announced for then.
+        /// The other.
         other: String,
     },
     /// A topic on two channels.
     #[error("{0} has two channels")]
     TopicTwice(String),
-    /// A message that is missing, or there twice.
+    /// A missing or repeated message.
     #[error("message {found} of {topic} stands where number {expected} must")]
     Number {
         /// The topic.
         topic: String,
-        /// The number that it must have.
+        /// The expected number.
         expected: u32,
-        /// The number that it has.
+        /// The number found.
         found: u32,
     },
-    /// A text that is none.
+    /// A text that is not UTF-8.
     #[error("attachment `{0}` is not UTF-8")]
     NotText(&'static str),
     /// A time in the file that is not that of the message's step.
@@ -105,43 +105,43 @@ pub enum LogProblem {
         topic: String,
         /// The step.
         step: u64,
-        /// The time that the message has in the file.
+        /// The message's time in the file.
         found_ns: u64,
         /// The time of its step.
         expected_ns: Option<u64>,
     },
-    /// A message that says two things which cannot both be.
+    /// A message that contradicts itself.
     #[error("step {step}: {what}")]
     Contradiction {
         /// The step.
         step: u64,
-        /// What it says.
+        /// The contradiction.
         what: String,
     },
-    /// An array that has not one value per block.
+    /// An array that does not have one value per block.
     #[error("step {step}: {key} has {found} values, not {expected}")]
     ArrayLength {
         /// The step.
         step: u64,
         /// The array.
         key: &'static str,
-        /// How many values it has.
+        /// Its length.
         found: usize,
-        /// How many it must have.
+        /// The number of blocks.
         expected: usize,
     },
-    /// Header or end do not say what they must.
+    /// A header or end with invalid values.
     #[error(transparent)]
     Metadata(#[from] MetadataError),
-    /// A run log that has lost its header.
+    /// A run log without its header.
     #[error("no metadata `{RUN}` before the first message")]
     NoHeader,
-    /// Written by a later version, or by none.
+    /// The version is unknown.
     #[error(
         "written with version {0} of the format; this program reads versions 1 to {RECORD_SCHEMA_VERSION}: a newer one is needed"
     )]
     Version(u32),
-    /// A message that is not what its topic promises.
+    /// A message that does not match its topic.
     #[error("message {sequence} of {topic} cannot be read: {error}")]
     Message {
         /// The topic.
@@ -156,35 +156,35 @@ pub enum LogProblem {
     Switches {
         /// The step.
         step: u64,
-        /// How many its message promises.
+        /// The number that the step states.
         promised: u32,
-        /// How many follow.
+        /// The number that follows.
         found: u32,
     },
-    /// A switch of a block that the chain does not have, or to where it already is.
+    /// A switch of a block that does not exist, or to the state that it already has.
     #[error("block {block} cannot {direction:?} at step {step}")]
     ImpossibleSwitch {
         /// The step.
         step: u64,
         /// The block.
         block: u32,
-        /// What it is said to do.
+        /// The direction of the switch.
         direction: Direction,
     },
-    /// A step with another number of sliding blocks than its switches give.
+    /// A step whose number of sliding blocks contradicts the switches.
     #[error("step {step} says that {promised} blocks slide; the switches before it leave {found}")]
     Sliding {
         /// The step.
         step: u64,
-        /// How many its message says.
+        /// The number that the step states.
         promised: u32,
-        /// How many are detached.
+        /// The number detached.
         found: u32,
     },
-    /// What a log says of itself and is not so: its records `chunk`, its indexes, its summary.
+    /// A wrong record `chunk`, index or summary.
     #[error("the record at byte {at}: {what}")]
     Unsound {
-        /// Where in the file it begins, or the chunk that it is in.
+        /// Offset of the record, or of its chunk, in the file.
         at: u64,
         /// What is wrong.
         what: &'static str,
@@ -198,38 +198,38 @@ pub enum LogProblem {
     /// A signal stopped the run.
     #[error("the run was interrupted after step {0}")]
     Interrupted(u64),
-    /// The run could not go on, and why.
+    /// The solver stopped the run, and why.
     #[error("the run was stopped: {0}")]
     Stopped(String),
-    /// The log is what was left of a damaged one.
+    /// The log was salvaged from a damaged one.
     #[error("it was salvaged from a damaged log; metadata `{SALVAGE}` says what is missing")]
     Salvaged,
-    /// The content is not what `run_end` says.
+    /// The contents contradict `run_end`.
     #[error("metadata `{RUN_END}` says {what} {promised}, the file has {found}")]
     EndMismatch {
         /// What differs.
         what: String,
-        /// What `run_end` says.
+        /// The value in `run_end`.
         promised: String,
-        /// What the file has.
+        /// The value in the file.
         found: String,
     },
-    /// What was found before, in its words: what stands after that is not read.
+    /// An earlier error, as text: nothing after it is read.
     #[error("{0}")]
     Before(String),
 }
 
-/// That there are no more of something than there may be.
+/// Checks an upper bound.
 ///
 /// # Errors
-/// If there are.
+/// If it is exceeded.
 pub(crate) fn most(what: &'static str, found: usize, most: usize) -> Result<(), LogProblem> {
     if found > most { Err(LogProblem::TooMany { what, found, most }) } else { Ok(()) }
 }
 
 impl LogProblem {
-    /// The same for who asks again: an early end as it is, since it tells what the log can be
-    /// used for, all else in its words.
+    /// A copy for repeated reads: an early end stays one, since it determines how the log can be
+    /// used; other errors become text.
     pub(crate) fn again(&self) -> LogProblem {
         match self {
             LogProblem::NoEnd => LogProblem::NoEnd,
@@ -242,7 +242,7 @@ impl LogProblem {
         }
     }
 
-    /// The same, with where in the file it is.
+    /// Adds the position in the file.
     pub(crate) fn at(self, at: u64) -> LogProblem {
         match self {
             LogProblem::Mcap(error) => LogProblem::Record { at, error },
@@ -250,15 +250,14 @@ impl LogProblem {
         }
     }
 
-    /// Whether the file is no run log at all: then nothing is damaged, there is nothing that
-    /// could be.
+    /// Whether the file is not a run log at all, so that nothing can be damaged.
     pub fn is_no_run_log(&self) -> bool {
         matches!(self, LogProblem::NoRunLog(_))
     }
 
-    /// Whether the file only ends too early: what stands before is as it was written. Of an
-    /// empty file both are true, that it is no run log and that it ends too early: a run that
-    /// is stopped as it begins may leave one. In words it is only said to be empty.
+    /// Whether the file only ends too early and is sound before. Both this and
+    /// [`LogProblem::is_no_run_log`] are true of an empty file, which a run stopped at its
+    /// beginning may leave; the message only says that it is empty.
     pub fn is_early_end(&self) -> bool {
         matches!(
             self,
@@ -282,16 +281,16 @@ impl From<io::Error> for LogProblem {
     }
 }
 
-/// Why something is no run log.
+/// Why something is not a run log.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NoRunLog {
-    /// Nothing stands there.
+    /// There is no such file.
     #[error("there is no such file")]
     Missing,
-    /// Something else than a file stands there.
+    /// The path leads to something other than a file.
     #[error("not a run log: it is {}", .0.words())]
     NoFile(NoFile),
-    /// A file of no bytes, which may also be a log that was hardly begun.
+    /// An empty file, which may be a log that was just begun.
     #[error("the file is empty")]
     Empty,
     /// A file of another kind.
@@ -300,12 +299,12 @@ pub enum NoRunLog {
     /// An MCAP file, but of another program.
     #[error("not a run log: it is an MCAP file of another program ({library:?}), without metadata `{RUN}`")]
     OtherProgram {
-        /// What the file says of the library that wrote it.
+        /// The library stated in the file.
         library: String,
     },
 }
 
-/// A metadata record that does not say what it must.
+/// A metadata record with invalid contents.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MetadataError {
     /// A key is missing.
@@ -316,7 +315,7 @@ pub enum MetadataError {
         /// The key.
         key: &'static str,
     },
-    /// A value is not of its key's type or range.
+    /// A value is not of its key's type, or out of range.
     #[error("metadata `{record}` has {key} = {value:?}, which is not {accepted}")]
     Invalid {
         /// Name of the metadata record.
@@ -330,7 +329,7 @@ pub enum MetadataError {
     },
 }
 
-/// A run log that cannot be written.
+/// Why a run log cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The final name is taken; nothing was written.
@@ -339,13 +338,14 @@ pub enum WriteError {
     /// Another process writes this log.
     #[error("{} is being written by another process", .0.display())]
     Busy(PathBuf),
-    /// What stands where the unfinished log would is none, and is not written over.
+    /// The temporary name belongs to something other than an unfinished log, which is not
+    /// overwritten.
     #[error("{0}, and is where the unfinished log would stand; it is not replaced")]
     Foreign(Box<LogError>),
-    /// Another reason why the file is not written, or does not get its name.
+    /// Other reasons why the file is not written or renamed.
     #[error(transparent)]
     File(FileError),
-    /// The system refused.
+    /// The system call failed.
     #[error("{}: {error}", path.display())]
     Io {
         /// The file.
@@ -353,7 +353,7 @@ pub enum WriteError {
         /// Why.
         error: io::Error,
     },
-    /// The MCAP library refused.
+    /// The MCAP library failed.
     #[error("{}: {error}", path.display())]
     Mcap {
         /// The file.
@@ -361,10 +361,10 @@ pub enum WriteError {
         /// Why.
         error: mcap::McapError,
     },
-    /// An event of a topic that no detector announced.
+    /// An event of an unannounced topic.
     #[error("an event of the topic {0}, which no detector announced")]
     UnknownTopic(String),
-    /// A value that JSON cannot hold.
+    /// A value that JSON cannot represent.
     #[error("a message of {topic} at step {step} holds a value that is not finite")]
     NotFinite {
         /// The topic.
@@ -389,7 +389,7 @@ impl WriteError {
     pub(crate) fn of_mcap(path: &Path, error: mcap::McapError) -> WriteError {
         let path = path.to_owned();
         match error {
-            // In the system's words, which say that the disk is full.
+            // The system's message, which may be that the disk is full.
             mcap::McapError::Io(error) => WriteError::Io { path, error },
             error => WriteError::Mcap { path, error },
         }

@@ -1,5 +1,4 @@
-//! Reading a run log, from its first byte to its last, with every checksum
-//! checked and memory bounded by a chunk.
+//! Reads a run log front to back, checking every checksum, in memory bounded by a chunk.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
@@ -26,7 +25,7 @@ use crate::problem::{LogError, LogProblem, most};
 use crate::records::Records;
 use crate::versions;
 
-/// Which messages to decode. All are read and checked in any case.
+/// The messages to decode. All messages are read and checked in any case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Topics {
     /// Step records with their switches.
@@ -42,22 +41,22 @@ pub struct Topics {
 impl Topics {
     /// Everything.
     pub const ALL: Topics = Topics { steps: true, fields: true, windows: true, events: true };
-    /// What detectors see.
+    /// The input of detectors.
     pub const STEPS: Topics = Topics { steps: true, fields: false, windows: false, events: false };
-    /// Nothing: only whether the log is sound, and its last checkpoint.
+    /// Nothing: only checks the log and finds its last checkpoint.
     pub const NONE: Topics = Topics { steps: false, fields: false, windows: false, events: false };
-    /// What a solver gave.
+    /// The output of solvers.
     pub const RECORDS: Topics = Topics { steps: true, fields: true, windows: true, events: false };
-    /// What detectors emitted.
+    /// The output of detectors.
     pub const EVENTS: Topics = Topics { steps: false, fields: false, windows: false, events: true };
 }
 
-/// One thing out of a log.
+/// An item of a log.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LogItem {
-    /// A record, as the solver gave it.
+    /// A record of the solver.
     Record(Record),
-    /// An event, as a detector emitted it.
+    /// An event of a detector.
     Event(Event),
 }
 
@@ -69,12 +68,12 @@ pub struct RunReader {
     header: Option<RunHeader>,
     scenario_toml: String,
     checkpoint: Option<String>,
-    /// A checkpoint for which nothing has vouched yet.
+    /// A checkpoint that is not sealed yet.
     next_checkpoint: Option<String>,
-    /// For a salvaged log, what may be missing from it.
+    /// What may be missing from a salvaged log.
     salvage: Option<Gaps>,
     end: Option<RunEnd>,
-    /// A step record whose switches are still being read, and how many it promises.
+    /// A step record whose switches are still being read, and the number that it states.
     open_step: Option<(StepRecord, u32)>,
     detached: Vec<bool>,
     detached_count: u32,
@@ -83,28 +82,28 @@ pub struct RunReader {
     energy: Option<Energy>,
     /// The step of the last record of any kind.
     record_step: u64,
-    /// What is read and not yet handed out.
+    /// Items that have been read and not yet returned.
     ready: VecDeque<LogItem>,
     counts: BTreeMap<String, u64>,
-    /// JSON schemas by their number in the file, as far as there is room.
+    /// JSON schemas by their number in the file, up to the bound on their size.
     schemas: BTreeMap<u16, String>,
     schema_bytes: usize,
     /// Name and encoding of schemas by their number.
     schema_heads: BTreeMap<u16, [String; 2]>,
-    /// How each topic was announced first, with the number of its schema.
+    /// The first announcement of each topic, with the number of its schema.
     announced: BTreeMap<String, (Announced, u16)>,
     switches: u64,
     digests: Digests,
     progress: Progress,
 }
 
-/// How far a log has been read.
+/// The progress of reading a log.
 enum Progress {
     /// There may be more.
     Reading,
-    /// To its end, and it is whole.
+    /// Read to its end: the log is whole.
     Whole,
-    /// To what is wrong with it.
+    /// Read up to an error.
     Failed(LogProblem),
 }
 
@@ -112,7 +111,7 @@ impl RunReader {
     /// Opens a log and reads its header and scenario.
     ///
     /// # Errors
-    /// If the file cannot be read or is no run log of a version this program reads.
+    /// If the file cannot be read or is not a run log of a supported version.
     pub fn open(path: &Path, topics: Topics) -> Result<RunReader, LogError> {
         let at = |problem: LogProblem| LogError { path: path.to_owned(), problem };
         let records = Records::open(path).map_err(|error| at(error.into()))?;
@@ -142,7 +141,7 @@ impl RunReader {
             digests: Digests::default(),
             progress: Progress::Reading,
         };
-        // Header and scenario stand before the first channel.
+        // Header and scenario precede the first channel.
         while !reader.records.layout().has_channels() && matches!(reader.progress, Progress::Reading) {
             reader.advance().map_err(at)?;
         }
@@ -152,7 +151,7 @@ impl RunReader {
         }
     }
 
-    /// What the run is.
+    /// The header of the run.
     pub fn header(&self) -> &RunHeader {
         self.header.as_ref().expect("a reader is only handed out with its header read")
     }
@@ -162,21 +161,21 @@ impl RunReader {
         &self.scenario_toml
     }
 
-    /// The topics of events that the log announces: one for each detector that it was written
-    /// with, whether it found anything or not. Known once the first item has been read.
+    /// The announced topics of events: one for each detector that the log was written with, whether
+    /// or not it found events. Known after the first item.
     pub fn event_topics(&self) -> impl Iterator<Item = String> {
         self.announced.keys().filter(|topic| topic.starts_with(EVENTS)).cloned()
     }
 
-    /// The same topics, and the JSON schema of each; empty where there is none.
+    /// The announced topics of events with their JSON schemas, empty where there is none.
     pub fn event_schemas(&self) -> BTreeMap<&str, &str> {
         let schema = |id: &u16| self.schemas.get(id).map_or("", String::as_str);
         let events = self.announced.iter().filter(|(topic, _)| topic.starts_with(EVENTS));
         events.map(|(topic, (_, id))| (topic.as_str(), schema(id))).collect()
     }
 
-    /// How the log announces its topics. Known once the first item has been read, but for what
-    /// stands behind it.
+    /// The announcements of topics read so far. Those before the messages are known after the first
+    /// item.
     pub fn announced(&self) -> impl Iterator<Item = Announced> {
         self.announced.values().map(|(announced, id)| {
             let [schema_name, schema_encoding] = self.schema_heads.get(id).cloned().unwrap_or_default();
@@ -185,44 +184,42 @@ impl RunReader {
         })
     }
 
-    /// The state of the last checkpoint in what has been read, as JSON; whatever it needs of
-    /// the log stands before it.
+    /// The state of the last checkpoint read so far, as JSON; everything it depends on precedes it.
     pub fn checkpoint(&self) -> Option<&str> {
         self.checkpoint.as_deref()
     }
 
-    /// Whether records or events are missing between the last item and those before it, as
-    /// may be in a log that was salvaged. Detectors cannot see past that.
+    /// Whether records or events before the last item may be missing, as in salvaged logs.
+    /// Detectors cannot continue across such a gap.
     pub fn has_gap(&self) -> bool {
         self.salvage.as_ref().is_some_and(Gaps::has_any)
     }
 
-    /// Where a salvaged log says that something is missing; known once the first item has been
-    /// read, and empty for any other log. Those of versions 1 and 2 do not say it in this way.
+    /// The gaps that a salvaged log states; known after the first item, and empty for other logs.
+    /// Versions 1 and 2 do not state them in this form.
     pub fn gaps(&self) -> &[Gap] {
         self.salvage.as_ref().map_or(&[], Gaps::stated)
     }
 
-    /// Whether it was put together from what was left of a damaged log.
+    /// Whether it was salvaged from a damaged log.
     pub fn is_salvaged(&self) -> bool {
         self.salvage.is_some()
     }
 
-    /// Whether it was, and says that messages were lost or that nobody knows.
+    /// Whether it was salvaged and states that messages were lost or may have been.
     pub fn says_lost(&self) -> bool {
         self.salvage.as_ref().is_some_and(Gaps::says_lost)
     }
 
-    /// How the run ended; known once [`RunReader::next_item`] has given `None`.
+    /// The end of the run; known once [`RunReader::next_item`] has returned `None`.
     pub fn end(&self) -> Option<&RunEnd> {
         self.end.as_ref()
     }
 
-    /// The next record or event; `None` after the last one of a whole log.
+    /// Returns the next record or event; `None` after the last one of a whole log.
     ///
     /// # Errors
-    /// If the file is damaged, incomplete, or not what its own end says; whoever asks on gets
-    /// the same again.
+    /// If the file is damaged, incomplete, or contradicts its end. Further calls repeat the error.
     pub fn next_item(&mut self) -> Result<Option<LogItem>, LogError> {
         loop {
             match &self.progress {
@@ -242,10 +239,10 @@ impl RunReader {
         }
     }
 
-    /// Reads the log to its end, whatever of it is read already.
+    /// Reads the rest of the log.
     ///
     /// # Errors
-    /// If it is damaged, incomplete, or not what its own end says: only a whole log has none.
+    /// If it is damaged, incomplete, or contradicts its end: `Ok` means that it is whole.
     pub fn verify(&mut self) -> Result<RunEnd, LogError> {
         while self.next_item()?.is_some() {}
         Ok(self.end().expect("a log is only whole with its end").clone())
@@ -297,7 +294,7 @@ impl RunReader {
                     self.checkpoint = state;
                 }
             }
-            // Only what is vouched for may be gone on from.
+            // Runs resume from sealed checkpoints only.
             Raw::Metadata(metadata) if metadata.name == CHUNK => {
                 self.checkpoint = self.next_checkpoint.take().or(self.checkpoint.take());
             }
@@ -335,8 +332,7 @@ impl RunReader {
         Ok(())
     }
 
-    /// That a message is no longer than those of its topic can be: looked at before anything is
-    /// done with it.
+    /// Checks that a message is no longer than its topic allows, before it is parsed.
     fn may_be_as_long(&self, topic: &str, bytes: usize) -> Result<(), LogProblem> {
         let blocks = self.header.as_ref().map_or(0, |header| header.blocks as usize);
         match topic {
@@ -404,7 +400,7 @@ impl RunReader {
                 self.ready.push_back(LogItem::Record(Record::Window(record)));
             }
             _ if self.topics.events && topic.starts_with(EVENTS) => {
-                // An event stands at the time of the record before it.
+                // An event has the time of the record before it.
                 if self.topics == Topics::ALL {
                     let before_ns = agree::time_ns(header, self.record_step);
                     let in_gap = |gaps: &mut Gaps| gaps.event(before_ns, head.log_time, head.publish_time);
@@ -435,7 +431,8 @@ impl RunReader {
         self.salvage.as_ref().is_some_and(Gaps::is_state_unknown)
     }
 
-    /// Takes from a record of all blocks what the switches that are missing would have said.
+    /// Corrects the known states of blocks by a record of all blocks, since switches may be
+    /// missing.
     fn learn_state(&mut self, record: &FieldRecord) {
         if let Some(gaps) = self.salvage.as_mut().filter(|gaps| gaps.is_state_unknown())
             && record.detached.len() == self.detached.len()
@@ -472,7 +469,7 @@ impl RunReader {
         if record.switches.len() as u32 == *promised { self.close_step() } else { Ok(()) }
     }
 
-    /// Hands out the step record that was open, if its switches are all there.
+    /// Queues the open step record, if all its switches have been read.
     fn close_step(&mut self) -> Result<(), LogProblem> {
         let Some((record, promised)) = self.open_step.take() else { return Ok(()) };
         let found = record.switches.len() as u32;
@@ -493,11 +490,11 @@ impl RunReader {
                 Err(LogProblem::EndMismatch { what: what.to_owned(), promised, found })
             }
         };
-        // A salvaged log keeps the numbers that its messages had.
+        // Messages of a salvaged log have their original numbers.
         if end.status != RunStatus::Salvaged {
             self.records.layout().check_numbers()?;
         }
-        /// What one of two lists has that the other has not is as wrong as what differs.
+        /// Entries of only one of the two maps are as wrong as different ones.
         fn of<T: ToString>(topics: &BTreeMap<String, T>, topic: &str) -> String {
             topics.get(topic).map_or("nothing".to_owned(), ToString::to_string)
         }
@@ -532,7 +529,7 @@ impl RunReader {
         }
         mismatch("switches:", end.switches.to_string(), self.switches.to_string())?;
         let (digest, topic_digests) = self.digests.finish(self.counts.keys());
-        // Logs that were written before there were any have none.
+        // Older logs have no digests of topics.
         if !end.topic_digests.is_empty() {
             let topics: BTreeSet<&String> = end.topic_digests.keys().chain(topic_digests.keys()).collect();
             for topic in topics {

@@ -1,5 +1,5 @@
-//! The MCAP records of a log, one after the other, those in chunks included: every checksum
-//! checked, every record where it may stand, memory bounded by a chunk.
+//! Iterates over the MCAP records of a log, including those in chunks: checks every checksum and
+//! the order of records, in memory bounded by a chunk.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
@@ -13,23 +13,23 @@ use crate::chunk::Chunk;
 use crate::format::{LONGEST_READ_BYTES, LONGEST_RECORD_BYTES, MAGIC, PROFILE, RECORD_HEAD_BYTES};
 use crate::index::{Place, with_head};
 use crate::layout::Layout;
-use crate::link::{LONGEST_LINK_BYTES, find_link};
 use crate::parse::parse;
 use crate::problem::{LogProblem, NoRunLog};
-use crate::proof::Proof;
+use crate::seal::Verifier;
+use crate::seal::{LONGEST_SEAL_BYTES, find_seal};
 
 /// Reads the records of one file.
 pub(crate) struct Records {
     source: BufReader<File>,
     reader: LinearReader,
-    /// Where the next record begins, and that which is being read.
+    /// The offsets of the next record and of the current one.
     next_at: u64,
     at: u64,
-    /// What is left of the chunk that is being read.
+    /// The rest of the current chunk.
     chunk: Chunk,
     layout: Layout,
-    proof: Proof,
-    /// The library that wrote the file, if the MCAP header says that it is none of ours.
+    verifier: Verifier,
+    /// The library that wrote the file, if the MCAP header has another profile.
     other_library: Option<String>,
 }
 
@@ -37,7 +37,7 @@ impl Records {
     /// Opens a file.
     ///
     /// # Errors
-    /// If it is none, or the system refuses.
+    /// If it does not exist or the system refuses.
     pub(crate) fn open(path: &Path) -> io::Result<Records> {
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
@@ -51,22 +51,22 @@ impl Records {
             at: 0,
             chunk: Chunk::default(),
             layout: Layout::default(),
-            proof: Proof::default(),
+            verifier: Verifier::default(),
             other_library: None,
         })
     }
 
-    /// What stood where so far.
+    /// The records seen so far.
     pub(crate) fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// Whether the MCAP header says that the file is none of ours.
+    /// Whether the MCAP header has the profile of another program.
     pub(crate) fn has_other_profile(&self) -> bool {
         self.other_library.is_some()
     }
 
-    /// What it means that there is no header: the file is damaged, or none of ours.
+    /// The error for a missing header: the file is damaged, or of another program.
     pub(crate) fn no_header(&self) -> LogProblem {
         match &self.other_library {
             Some(library) => NoRunLog::OtherProgram { library: library.clone() }.into(),
@@ -74,14 +74,14 @@ impl Records {
         }
     }
 
-    /// The next record; none after the last one.
+    /// Returns the next record; None after the last one.
     ///
     /// # Errors
-    /// If it cannot be read, or may not stand there.
+    /// If it cannot be read, or is not allowed there.
     pub(crate) fn next(&mut self) -> Result<Option<Record<'static>>, LogProblem> {
         self.read().map_err(|problem| match problem {
             LogProblem::Io(_) => problem,
-            // Whatever is wrong with the file of another program, it is no log of ours.
+            // Whatever is wrong with the file of another program, it is not a run log.
             _ if self.other_library.is_some() && !self.layout.has_run() => self.no_header(),
             _ => problem,
         })
@@ -96,7 +96,7 @@ impl Records {
                     return Err(LogProblem::Misplaced("there is a chunk in a chunk"));
                 }
                 self.layout.take(&record)?;
-                self.proof.take_inner(&record, offset)?;
+                self.verifier.take_inner(&record, offset)?;
                 return Ok(Some(record));
             }
             let record = match self.reader.next_event() {
@@ -121,7 +121,7 @@ impl Records {
                     let record = parse(opcode, data, self.at)?;
                     self.layout.take(&record)?;
                     let place = Place { at: self.at, length: with_head(data.len()) };
-                    self.proof.take(place, &record, data)?;
+                    self.verifier.take(place, &record, data)?;
                     record.into_owned()
                 }
                 Some(Err(McapError::UnexpectedEof)) => return Err(self.early_end()),
@@ -143,8 +143,8 @@ impl Records {
         }
     }
 
-    /// What it means that the file ends inside a record: it was cut off, or the record lies
-    /// about its length. A file that was cut off does not end as a whole one.
+    /// The error for a file that ends inside a record: it was truncated, or the record's length is
+    /// wrong. A truncated file has no proper ending.
     fn early_end(&mut self) -> LogProblem {
         if !self.layout.has_begun()
             && let Ok(start) = self.start()
@@ -165,30 +165,30 @@ impl Records {
         }
     }
 
-    /// Whether the log is of a version in which every piece is vouched for.
+    /// Whether the log is of a version in which every piece is sealed.
     pub(crate) fn is_vouched_for(&self) -> bool {
-        self.proof.run_id().is_some()
+        self.verifier.run_id().is_some()
     }
 
-    /// Whether the rest of the file, which is no whole record, holds a record `chunk` of this
-    /// run, or of any before the file has said of which it is: then it was not cut off here.
+    /// Whether the rest of the file, which is not a whole record, contains a record `chunk` of this
+    /// run, or of any run before the header: then the file was not truncated here.
     fn goes_on(&mut self) -> io::Result<bool> {
         self.source.seek(SeekFrom::Start(self.next_at))?;
         let mut bytes = Vec::new();
         loop {
             let read = self.source.by_ref().take(LONGEST_READ_BYTES as u64).read_to_end(&mut bytes)?;
-            if find_link(&bytes, self.proof.run_id()).is_some() {
+            if find_seal(&bytes, self.verifier.run_id()).is_some() {
                 return Ok(true);
             }
             if read == 0 {
                 return Ok(false);
             }
-            // One may begin here and end in what is read next.
-            bytes.drain(..bytes.len().saturating_sub(LONGEST_LINK_BYTES));
+            // A record may begin here and end in the next read.
+            bytes.drain(..bytes.len().saturating_sub(LONGEST_SEAL_BYTES));
         }
     }
 
-    /// The file's first bytes, as many as an MCAP file must have.
+    /// Reads the first bytes of the file, as many as any MCAP file has.
     fn start(&mut self) -> io::Result<Vec<u8>> {
         self.source.seek(SeekFrom::Start(0))?;
         let mut start = Vec::new();

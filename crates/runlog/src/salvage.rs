@@ -1,20 +1,18 @@
-//! Putting together what is left of a damaged log.
+//! Salvages a damaged log.
 //!
-//! A record is kept if something other than itself says that it is what was written, and of
-//! this run: chunks and attachments have checksums, the records `chunk` say which of them are
-//! of one run (`lineage`), the header is compared with the scenario (by whoever calls, since
-//! this crate does not know scenarios), and every message must be one of its topic (`walk`).
-//! Where the file cannot be followed from record to record, it is searched for the next one
-//! that proves itself (`pieces`).
+//! A record is kept if something independent confirms that it is what was written, and of this run:
+//! chunks and attachments have checksums, the records `chunk` assign them to a run (`lineage`), the
+//! caller compares the header with the scenario, since this crate does not interpret scenarios, and
+//! every message must match its topic (`walk`). Where the sequence of records is broken, the file
+//! is searched for the next valid piece (`pieces`).
 //!
-//! The result is a log with the status `salvaged`, and a metadata record `salvage` that says
-//! where something is missing. Messages keep their numbers, so any reader sees the gaps.
+//! The result is a log with the status `salvaged` and a metadata record `salvage` that states the
+//! gaps. Messages keep their numbers, so that every reader sees the gaps.
 //!
-//! Events of detectors that are not known here are kept under the topic and the schema that
-//! the log announces. Where the announcement is lost, nothing says what they are: they are
-//! left out, and this is remarked.
+//! Events of unknown detectors are kept under the topic and schema that the log announces. If the
+//! announcement is lost they cannot be identified and are dropped, with a remark.
 //!
-//! The time that this takes grows with the file, whatever is in it.
+//! The time is linear in the size of the file, whatever it contains.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -33,7 +31,7 @@ use crate::versions;
 use crate::walk::{ChunkProblem, Message, Walk};
 use crate::write::RunWriter;
 
-/// A log that nothing could be made of.
+/// Why nothing was salvaged.
 #[derive(Debug, thiserror::Error)]
 pub enum SalvageError {
     /// The input cannot be read.
@@ -41,10 +39,10 @@ pub enum SalvageError {
     Read {
         /// The file.
         path: String,
-        /// Why.
+        /// The reason.
         error: io::Error,
     },
-    /// Neither header nor scenario is left, or they are of a version that is not known.
+    /// Neither header nor scenario is left, or their version is unknown.
     #[error("{path}: {problem}")]
     Hopeless {
         /// The file.
@@ -57,16 +55,16 @@ pub enum SalvageError {
     Write(#[from] WriteError),
 }
 
-/// What the caller makes of header and scenario, either of which may be missing: the header
-/// to go on with, and what is to be remarked about it; or why there is none.
+/// Lets the caller compare header and scenario, either of which may be missing. Returns the header
+/// to use and remarks about it, or why there is none.
 pub type Settle<'a> =
     dyn Fn(Option<RunHeader>, Option<&str>) -> Result<(RunHeader, Vec<String>), String> + 'a;
 
-/// Writes what is left of the log `input` to a new log `output`; of a whole log, all of it.
+/// Writes what is left of the log `input` to a new log `output`; all of it for a whole log.
 ///
 /// # Errors
-/// If `input` cannot be read or has nothing left that says what run it is of, or
-/// `output` exists or cannot be written.
+/// If `input` cannot be read or nothing left in it identifies its run, or `output` exists or cannot
+/// be written.
 pub fn salvage(
     input: &Path,
     output: &Path,
@@ -85,7 +83,7 @@ pub fn salvage(
         })?;
 
     let gaps = gaps(&kept, &mut pieces, Walk::new(events, &header)).map_err(read_error)?;
-    // Once to see what there is, once to write it: the gaps are told at the beginning.
+    // The first walk finds the gaps, which are written first; the second walk writes.
     let mut walk = Walk::new(events, &header);
     let mut damage = std::mem::take(&mut pieces.damage);
     damage.append(&mut kept.damage);
@@ -117,16 +115,16 @@ pub fn salvage(
             write(&kept.entries, &gaps, &mut pieces, Walk::new(events, &header), &mut writer, &name)
         })
         .and_then(|()| Ok(writer.finish(RunStatus::Salvaged, report)?));
-    // If it fails, nothing is left of it: it can be made again from what is still there.
+    // Leaves nothing behind on failure: it can be repeated from the input.
     written.map(|_end| salvaged)
 }
 
-/// Everything in a file that has a right checksum, and its records `chunk`.
+/// Finds everything with a right checksum in a file, and its records `chunk`.
 fn find(pieces: &mut Pieces) -> io::Result<Found> {
-    let mut found = Found { links: pieces.links()?, ..Found::default() };
-    if !found.links.is_empty() {
-        let before = found.links.iter().filter(|(_, link)| link.number > 0).map(|(_, link)| link.before_crc);
-        let named = found.links.iter().map(|(_, link)| link.crc).chain(before).collect();
+    let mut found = Found { seals: pieces.seals()?, ..Found::default() };
+    if !found.seals.is_empty() {
+        let before = found.seals.iter().filter(|(_, seal)| seal.number > 0).map(|(_, seal)| seal.before_crc);
+        let named = found.seals.iter().map(|(_, seal)| seal.crc).chain(before).collect();
         pieces.search_only(named);
     }
     while let Some(piece) = pieces.next()? {
@@ -138,7 +136,7 @@ fn find(pieces: &mut Pieces) -> io::Result<Found> {
                 _ => found.headers.extend(metadata::header_from_map(&map).ok()),
             },
             Content::Scenario(text) => {
-                // One is all that a log has; of what was put behind it a few are looked at.
+                // A log has one; a few more are examined in case others were added.
                 if found.scenarios.len() < MOST_SCENARIOS {
                     found.scenarios.push((piece.crc, text));
                 }
@@ -146,16 +144,16 @@ fn find(pieces: &mut Pieces) -> io::Result<Found> {
             Content::End(end) => found.ends.push((piece.crc, *end)),
             Content::Chunk(_) => entry(true),
             Content::Checkpoint(_) => entry(false),
-            Content::Link => {}
+            Content::Seal => {}
         }
     }
     Ok(found)
 }
 
-/// How many scenarios are looked at for the one of the run.
+/// Most scenarios examined to find that of the run.
 const MOST_SCENARIOS: usize = 4;
 
-/// What a new log is made of.
+/// The basis of the new log.
 struct Basis {
     header: RunHeader,
     scenario: String,
@@ -168,7 +166,7 @@ enum Unsettled {
     Hopeless(String),
 }
 
-/// Which run it is, and what is of it.
+/// Determines the run, and what belongs to it.
 fn basis(
     mut found: Found,
     pieces: &mut Pieces,
@@ -189,20 +187,20 @@ fn basis(
     };
     let logged_version = header.as_ref().map(|header| header.record_schema_version);
     let (mut header, mut remarks) = settle(header, scenario.as_deref()).map_err(Hopeless)?;
-    let blocks_of_links = logged_version.unwrap_or(header.record_schema_version) >= CHUNK_SINCE;
+    let blocks_of_seals = logged_version.unwrap_or(header.record_schema_version) >= CHUNK_SINCE;
     let (mut kept, end) = match &run {
         Some(run) => (found.keep(run), found.end_of(run).cloned()),
-        None if blocks_of_links && !found.links.is_empty() => {
+        None if blocks_of_seals && !found.seals.is_empty() => {
             let what = "its records `chunk` are of another run than metadata `run` and the scenario";
             return Err(Hopeless(what.to_owned()));
         }
-        None if blocks_of_links => (found.keep_none(), None),
+        None if blocks_of_seals => (found.keep_none(), None),
         None => {
             let end = found.ends.pop().map(|(_, end)| end);
-            (keep_without_links(&found, pieces, events, &header).map_err(Read)?, end)
+            (keep_without_seals(&found, pieces, events, &header).map_err(Read)?, end)
         }
     };
-    // Whatever version the damaged one was in, this one is written in the present one.
+    // The new log is of the present version, whatever the damaged one was.
     header.record_schema_version = RECORD_SCHEMA_VERSION;
     if scenario.is_none() {
         remarks.push("the scenario is lost".to_owned());
@@ -211,9 +209,9 @@ fn basis(
     Ok(Basis { header, scenario: scenario.unwrap_or_default(), end, kept })
 }
 
-/// The chunks of a log of a version without records `chunk`. Nothing says of which run its
-/// checkpoints are, and no program goes on from them any more.
-fn keep_without_links(
+/// Selects the chunks of a log of a version without records `chunk`. Nothing identifies the run of
+/// its checkpoints, and no program resumes from them.
+fn keep_without_seals(
     found: &Found,
     pieces: &mut Pieces,
     events: &[EventKind],
@@ -226,7 +224,7 @@ fn keep_without_links(
     };
     let mut outlines = Vec::new();
     let mut damage = Vec::new();
-    let named: BTreeSet<u32> = found.links.iter().map(|(_, link)| link.crc).collect();
+    let named: BTreeSet<u32> = found.seals.iter().map(|(_, seal)| seal.crc).collect();
     for entry in found.entries.iter().filter(|entry| entry.is_chunk) {
         let read = match named.contains(&entry.crc) {
             true => Err("a chunk of a run of a later version".to_owned()),
@@ -242,17 +240,17 @@ fn keep_without_links(
     Ok(kept)
 }
 
-/// Where the chunks are before which messages are missing. That a piece is missing is known by
-/// its number; that there were messages in it shows in those of a topic, and may do so only
-/// some chunks later.
+/// The offsets of chunks before which messages are missing. The number of a piece reveals that it
+/// is missing; that it contained messages is revealed by the numbers of a topic, possibly only some
+/// chunks later.
 fn gaps(kept: &Kept, pieces: &mut Pieces, mut walk: Walk<'_>) -> io::Result<BTreeSet<u64>> {
     let mut gaps = BTreeSet::new();
     if kept.after_missing.is_empty() {
         return Ok(gaps);
     }
-    // The chunks after a missing piece, by their place among all chunks.
+    // The chunks after a missing piece, by index.
     let mut doubtful: Vec<(usize, u64)> = Vec::new();
-    // The number of the next message of each topic, and the chunk after that of its last one.
+    // The next number of each topic, and the index of the chunk after its last message.
     let mut next: BTreeMap<String, (u32, usize)> = BTreeMap::new();
     let (mut place, mut is_missing) = (0, false);
     for entry in &kept.entries {
@@ -264,7 +262,7 @@ fn gaps(kept: &Kept, pieces: &mut Pieces, mut walk: Walk<'_>) -> io::Result<BTre
             doubtful.push((place, entry.at));
         }
         if let Some(mut chunk) = pieces.chunk(entry.at)? {
-            // What cannot be read is told of when it is walked through.
+            // The first walk reports what cannot be read.
             for message in walk.messages(entry.at, &mut chunk).unwrap_or_default() {
                 let (expected, since) = next.get(&message.topic).copied().unwrap_or_default();
                 if message.sequence > expected {
@@ -279,7 +277,7 @@ fn gaps(kept: &Kept, pieces: &mut Pieces, mut walk: Walk<'_>) -> io::Result<BTre
     Ok(gaps)
 }
 
-/// Writes what the first walk found to be good.
+/// Writes what the first walk accepted.
 fn write(
     entries: &[Entry],
     gaps: &BTreeSet<u64>,
@@ -304,7 +302,7 @@ fn write(
                         &message.payload,
                     )
                 });
-                // What is refused was so the first time, and is told of.
+                // The first walk refused and reported it as well.
                 if let Err(ChunkProblem::Write(error)) = written {
                     return Err(error.into());
                 }

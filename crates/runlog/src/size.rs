@@ -1,7 +1,7 @@
-//! How long a log can become at most, told before its run.
+//! Upper bounds on the length of a log before its run.
 //!
-//! A message is as long as its JSON, in which no number takes more than [`LONGEST_NUMBER`], and what
-//! MCAP puts around it. Compression is left out: how much it saves follows from the numbers.
+//! A message takes the length of its JSON, in which no number is longer than [`LONGEST_NUMBER`],
+//! and MCAP's overhead. Compression is neglected, because its gain depends on the numbers.
 
 use asperity_record::{ColumnKind, Direction};
 use asperity_record::{Energy, EventKind, FieldRecord, RunHeader, StepRecord, Switch, WindowRecord};
@@ -10,35 +10,36 @@ use serde_json::Value;
 
 use crate::announced::{Announced, announcements};
 use crate::format::{CHUNK_BYTES, RECORD_HEAD_BYTES};
-use crate::link::LONGEST_LINK_BYTES;
 use crate::messages::{StepMessage, SwitchMessage};
 use crate::metadata::header_to_map;
+use crate::seal::LONGEST_SEAL_BYTES;
 
 /// The longest double in JSON, `-2.2250738585072014e-308`; whole numbers are shorter.
 const LONGEST_NUMBER: u64 = 24;
 
-/// The longest number of a byte.
+/// The longest JSON of a byte.
 const LONGEST_FLAG: u64 = 3;
 
-/// What a message has besides its payload: head, channel, number and two times before it, and its
-/// time and place in the index of its chunk.
+/// Overhead of a message: head, channel, number and two times, and its time and place in the index
+/// of its chunk.
 const AROUND_A_MESSAGE: u64 = (RECORD_HEAD_BYTES + 2 + 4 + 8 + 8 + 8 + 8) as u64;
 
-/// What a topic has in each chunk: the head of its index, and where that stands, in the summary.
+/// Overhead of a topic in each chunk: the head of its index, and the position of the index in the
+/// summary.
 const TOPIC_IN_A_CHUNK: u64 = (RECORD_HEAD_BYTES + 2 + 4 + 2 + 8) as u64;
 
-/// What a chunk has besides its messages and topics: its head, its record `chunk`, what the summary
-/// says of both, and what the compressor adds to what it cannot compress, but for a 256th.
-const AROUND_A_CHUNK: u64 = LONGEST_LINK_BYTES as u64 + 512;
+/// Overhead of a chunk besides messages and topics: its head, its record `chunk`, the summary of
+/// both, and the compressor's overhead on incompressible data, without a 256th of the data.
+const AROUND_A_CHUNK: u64 = LONGEST_SEAL_BYTES as u64 + 512;
 
 /// Keys, counts and digests of a topic at the end of a log, and in its statistics.
 const TOPIC_AT_THE_END: u64 = 512;
 
-/// What stands at the beginning and at the end of every log, but for header, scenario and topics:
-/// status, energies, what the solver did, the index of metadata, the footer.
+/// Overhead of every log besides header, scenario and topics: status, energies, solver counters,
+/// the index of metadata, the footer.
 const FRAME: u64 = 16 << 10;
 
-/// Most bytes that each thing takes in a log, with all that goes with it.
+/// Upper bounds on the bytes of each kind of item in a log, with overhead.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MostBytes {
     topics: u64,
@@ -46,7 +47,7 @@ pub struct MostBytes {
 }
 
 impl MostBytes {
-    /// Of the log of a run with that header and scenario, and events of these kinds.
+    /// The bounds for the log of a run with that header and scenario, and events of these kinds.
     pub fn of(header: &RunHeader, scenario_toml: &str, kinds: &[EventKind]) -> MostBytes {
         let announced = announcements(header.blocks, kinds);
         let topics = announced.len() as u64;
@@ -56,7 +57,7 @@ impl MostBytes {
             let texts = [topic, message_encoding, schema_name, schema_encoding, schema];
             let units = metadata.iter().map(|(key, unit)| key.len() + unit.len() + 8);
             let bytes = texts.map(|text| text.len() + 4).iter().sum::<usize>() + units.sum::<usize>();
-            // Once with the first chunk, and again in the summary.
+            // Once in the first chunk, and again in the summary.
             2 * (bytes + 2 * RECORD_HEAD_BYTES + 16) as u64 + topic.len() as u64 * 2 + TOPIC_AT_THE_END
         };
         let run: usize = header_to_map(header).iter().map(|(key, value)| key.len() + value.len() + 8).sum();
@@ -68,22 +69,21 @@ impl MostBytes {
         MostBytes { topics, frame }
     }
 
-    /// Of the log of a run without any record.
+    /// Bytes of the log of a run without records.
     pub fn frame(&self) -> u64 {
         self.frame
     }
 
-    /// Of a step; `pulls_both_ways` says whether it has the forces at both ends, `energies` whether
-    /// it has those.
-    pub fn step(&self, pulls_both_ways: bool, energies: bool) -> u64 {
+    /// Bytes of a step, with the forces at both ends if `pulls_both_ways`.
+    pub fn step(&self, pulls_both_ways: bool) -> u64 {
         self.message(&StepMessage::new(&StepRecord {
             end_forces_n: pulls_both_ways.then_some([0.0; 2]),
-            energy: energies.then(Energy::default),
+            energy: Some(Energy::default()),
             ..step()
         }))
     }
 
-    /// Of a block that switched.
+    /// Bytes of a switch.
     pub fn switch(&self) -> u64 {
         self.message(&SwitchMessage::new(
             &step(),
@@ -99,8 +99,7 @@ impl MostBytes {
         ))
     }
 
-    /// Of the state of so many blocks, which are all of a slider; `loads` says whether it has what
-    /// each of them bears, as that of a slab.
+    /// Bytes of the state of all blocks of a slider, with the contact loads of a slab if `loads`.
     pub fn fields(&self, blocks: usize, loads: bool) -> u64 {
         self.of_blocks(blocks, |blocks| FieldRecord {
             step: 0,
@@ -114,7 +113,7 @@ impl MostBytes {
         })
     }
 
-    /// Of the state of so many blocks, in a dense window.
+    /// Bytes of the state of that many blocks in a dense window.
     pub fn window(&self, blocks: usize) -> u64 {
         self.of_blocks(blocks, |blocks| WindowRecord {
             window: 0,
@@ -128,7 +127,7 @@ impl MostBytes {
         })
     }
 
-    /// Of an event of that kind, the words of which are not longer than a number.
+    /// Bytes of an event of that kind, whose words are not longer than a number.
     pub fn event(&self, kind: &EventKind) -> u64 {
         let longest = |kind: ColumnKind| if kind == ColumnKind::Flag { 5 } else { LONGEST_NUMBER };
         // Quotes, a colon and a comma.
@@ -136,7 +135,7 @@ impl MostBytes {
         self.payload(2 + cells.sum::<u64>())
     }
 
-    /// Of a chunk that is closed before it is full, as each is that has been filled for a second.
+    /// Bytes added by a chunk that is closed early because it was open for a second.
     pub fn early_chunk(&self) -> u64 {
         AROUND_A_CHUNK + self.topics * TOPIC_IN_A_CHUNK
     }
@@ -145,14 +144,14 @@ impl MostBytes {
         self.payload(longest_message(message))
     }
 
-    /// Of a message that has as much for each block.
+    /// Bytes of a message with an equal number of values for each block.
     fn of_blocks<M: Serialize>(&self, blocks: usize, message: impl Fn(usize) -> M) -> u64 {
-        // Without any, what may be left out would not be there at all.
+        // Empty arrays might be omitted, so it extrapolates from one and two blocks.
         let [one, two] = [1, 2].map(|blocks| longest_message(&message(blocks)));
         self.payload(one + (two - one) * (blocks as u64).saturating_sub(1))
     }
 
-    /// Of a payload of so many bytes, with its share of a chunk.
+    /// Bytes of a payload with its share of a chunk.
     fn payload(&self, bytes: u64) -> u64 {
         let message = bytes + AROUND_A_MESSAGE;
         let compressor = message.div_ceil(256);
@@ -177,9 +176,9 @@ fn longest_message(message: &impl Serialize) -> u64 {
     longest_json(&serde_json::to_value(message).expect("messages are plain structs of numbers"))
 }
 
-/// How long the JSON of a value of that shape is at most, whatever its numbers are.
+/// The longest JSON of a value of that shape.
 fn longest_json(value: &Value) -> u64 {
-    // Whole numbers in arrays are those that say whether a block slides.
+    // Whole numbers in arrays are flags: whether a block slides.
     let in_array = |value: &Value| if value.is_u64() { LONGEST_FLAG } else { longest_json(value) };
     match value {
         Value::Null | Value::Number(_) => LONGEST_NUMBER,

@@ -1,70 +1,69 @@
-//! Logs that are being written: they stand under a temporary name, locked, until they are whole.
+//! Logs in progress: under a temporary name, locked, until they are whole.
 
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use asperity_files::{Existing, FileSet, Held, Inputs, is_taken, partial_path};
+use asperity_files::{Existing, FileSet, Inputs, LockedFile, is_taken, partial_path};
 
 use crate::problem::WriteError;
 use crate::read::{RunReader, Topics};
 
-/// Where a run that goes on is written until it holds what the log of the unfinished one
-/// holds.
+/// The temporary path of a resumed run, until its log contains everything of the unfinished one.
 fn resumed_path(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".resumed");
     path.with_file_name(name)
 }
 
-/// An unfinished log that no other process writes, for as long as this lives.
+/// An unfinished log, locked against other processes while this value lives.
 #[derive(Debug)]
 pub struct Unfinished {
     path: PathBuf,
-    held: Held,
+    locked: LockedFile,
 }
 
 impl Unfinished {
-    /// Takes hold of what stands for `path` until that is whole, if there is any of it.
+    /// Opens and locks the unfinished log for `path`, if there is one.
     ///
     /// # Errors
-    /// If another process writes it, it is a link or no run log, or the system refuses.
+    /// If another process writes it, it is a link or not a run log, or the system refuses.
     pub fn of(path: &Path) -> Result<Option<Unfinished>, WriteError> {
-        let Some(held) = Held::open(&partial_path(path))? else { return Ok(None) };
-        must_be_ours(held.path())?;
-        Ok(Some(Unfinished { path: path.to_owned(), held }))
+        let Some(locked) = LockedFile::open(&partial_path(path))? else { return Ok(None) };
+        must_be_ours(locked.path())?;
+        Ok(Some(Unfinished { path: path.to_owned(), locked }))
     }
 
-    /// Where it is.
+    /// Its temporary path.
     pub fn partial_path(&self) -> PathBuf {
-        self.held.path().to_owned()
+        self.locked.path().to_owned()
     }
 
-    /// Removes it, with what another run that went on from it left.
+    /// Removes it, and the leftover of another run that resumed from it.
     ///
     /// # Errors
-    /// If another process writes that, it lost its name, or the system refuses.
+    /// If another process writes that, its name was lost, or the system refuses.
     pub fn remove(self) -> Result<(), WriteError> {
-        if let Some(resumed) = Held::open(&resumed_path(&self.path))? {
+        if let Some(resumed) = LockedFile::open(&resumed_path(&self.path))? {
             must_be_ours(resumed.path())?;
             resumed.remove()?;
         }
-        Ok(self.held.remove()?)
+        Ok(self.locked.remove()?)
     }
 
-    /// Gives it its final name, which only a whole one may have.
+    /// Renames it to its final name, which is reserved for whole logs.
     ///
     /// # Errors
-    /// If a log stands there that is not to be replaced, it is no longer the one that was taken
-    /// hold of, or the system refuses.
+    /// If a log there must not be replaced, the temporary name no longer belongs to it, or the
+    /// system refuses.
     pub fn publish(mut self, existing: Existing) -> Result<(), WriteError> {
-        let file = self.held.file().sync_all();
+        let file = self.locked.file().sync_all();
         file.map_err(|error| WriteError::Io { path: self.partial_path(), error })?;
-        Ok(self.held.rename(&self.path, existing)?)
+        Ok(self.locked.rename(&self.path, existing)?)
     }
 }
 
-/// Where a log is written, and how it gets its name.
+/// The place of a log being written, and its way to the final name.
 #[derive(Debug)]
 pub(crate) struct Place {
     path: PathBuf,
@@ -74,39 +73,39 @@ pub(crate) struct Place {
 
 #[derive(Debug)]
 enum Stand {
-    /// Under a name by which a run can go on with it.
+    /// Under the temporary name from which a run can be resumed.
     Found {
-        held: Held,
-        /// The unfinished log that this one is to take the place of, once it holds as much.
+        locked: LockedFile,
+        /// The unfinished log that this one replaces once it contains as much.
         takes_place_of: Option<Unfinished>,
     },
-    /// Where nobody looks for it.
+    /// In a temporary folder, for logs that nobody resumes from.
     Hidden { files: FileSet, file: File },
 }
 
 impl Place {
-    /// For the log of a run. What an earlier run left there is emptied.
+    /// The place of a run's log. Truncates what an earlier run left there.
     pub(crate) fn of_run(path: &Path, existing: Existing) -> Result<Place, WriteError> {
         must_be_free(path, existing)?;
-        let held = emptied(&partial_path(path))?;
-        // Whoever held it until now may have finished.
+        let locked = emptied(&partial_path(path))?;
+        // The previous owner of the lock may have finished.
         if let Err(error) = must_be_free(path, existing) {
-            held.remove()?;
+            locked.remove()?;
             return Err(error);
         }
-        let stand = Stand::Found { held, takes_place_of: None };
+        let stand = Stand::Found { locked, takes_place_of: None };
         Ok(Place { path: path.to_owned(), existing, stand })
     }
 
-    /// For the log of a run that goes on.
+    /// The place of a resumed run's log.
     pub(crate) fn resuming(unfinished: Unfinished, existing: Existing) -> Result<Place, WriteError> {
         let path = unfinished.path.clone();
         must_be_free(&path, existing)?;
-        let held = emptied(&resumed_path(&path))?;
-        Ok(Place { path, existing, stand: Stand::Found { held, takes_place_of: Some(unfinished) } })
+        let locked = emptied(&resumed_path(&path))?;
+        Ok(Place { path, existing, stand: Stand::Found { locked, takes_place_of: Some(unfinished) } })
     }
 
-    /// For a log that is made of another, which no run goes on with.
+    /// The place of a log derived from another, which nobody resumes from.
     pub(crate) fn hidden(path: &Path, input: &Path) -> Result<Place, WriteError> {
         let existing = Existing::Refuse;
         let files = FileSet::new(existing, Inputs::of([input]));
@@ -114,74 +113,74 @@ impl Place {
         Ok(Place { path: path.to_owned(), existing, stand: Stand::Hidden { files, file } })
     }
 
-    /// Where it is to be told that something is wrong with it.
+    /// The path to report in errors.
     pub(crate) fn path(&self) -> &Path {
         match &self.stand {
-            Stand::Found { held, .. } => held.path(),
+            Stand::Found { locked, .. } => locked.path(),
             Stand::Hidden { .. } => &self.path,
         }
     }
 
     fn file(&self) -> &File {
         match &self.stand {
-            Stand::Found { held, .. } => held.file(),
+            Stand::Found { locked, .. } => locked.file(),
             Stand::Hidden { file, .. } => file,
         }
     }
 
-    /// The file, to be written from its beginning.
+    /// The file, positioned at its beginning.
     pub(crate) fn writer(&self) -> Result<File, WriteError> {
         self.file().try_clone().map_err(|error| self.io(error))
     }
 
-    /// Sees to it that what was written is on the disk, and still has its name: a run whose log is
-    /// lost should say so soon.
+    /// Syncs the file to disk and checks that it still has its name: a run whose log is lost should
+    /// fail soon.
     pub(crate) fn sync(&self) -> Result<(), WriteError> {
         self.file().sync_data().map_err(|error| self.io(error))?;
         match &self.stand {
-            Stand::Found { held, .. } => Ok(held.check()?),
+            Stand::Found { locked, .. } => Ok(locked.check()?),
             Stand::Hidden { .. } => Ok(()),
         }
     }
 
-    /// The log holds as much as the one that it goes on from, and takes its place.
+    /// Replaces the unfinished log, once this one contains as much.
     pub(crate) fn has_caught_up(&mut self) -> Result<(), WriteError> {
-        if let Stand::Found { held, takes_place_of } = &mut self.stand
+        if let Stand::Found { locked, takes_place_of } = &mut self.stand
             && let Some(unfinished) = takes_place_of.take()
         {
-            unfinished.held.check()?;
-            held.rename(unfinished.held.path(), Existing::Replace)?;
+            unfinished.locked.check()?;
+            locked.rename(unfinished.locked.path(), Existing::Replace)?;
         }
         Ok(())
     }
 
-    /// Leaves it unfinished, for a run that goes on, unless it holds less than the one that it
-    /// was to go on from.
+    /// Leaves the log for a later run to resume from, unless it contains less than the one it
+    /// resumed from.
     pub(crate) fn leave(self) -> Result<(), WriteError> {
         self.file().sync_all().map_err(|error| self.io(error))?;
         match self.stand {
-            Stand::Found { held, takes_place_of: Some(_) } => Ok(held.remove()?),
-            Stand::Found { held, takes_place_of: None } => Ok(held.check()?),
+            Stand::Found { locked, takes_place_of: Some(_) } => Ok(locked.remove()?),
+            Stand::Found { locked, takes_place_of: None } => Ok(locked.check()?),
             Stand::Hidden { .. } => Ok(()),
         }
     }
 
-    /// Removes what there is of it, which nobody can go on with.
+    /// Removes the log.
     pub(crate) fn discard(&self) -> Result<(), WriteError> {
         match &self.stand {
-            Stand::Found { held, .. } => Ok(held.remove()?),
-            // Gone as soon as it is let go.
+            Stand::Found { locked, .. } => Ok(locked.remove()?),
+            // Removed when it is dropped.
             Stand::Hidden { .. } => Ok(()),
         }
     }
 
-    /// Gives it its final name.
+    /// Renames it to its final name.
     pub(crate) fn publish(self) -> Result<(), WriteError> {
         self.file().sync_all().map_err(|error| self.io(error))?;
         match self.stand {
-            Stand::Found { mut held, takes_place_of } => {
-                held.rename(&self.path, self.existing)?;
-                takes_place_of.map_or(Ok(()), |unfinished| Ok(unfinished.held.remove()?))
+            Stand::Found { mut locked, takes_place_of } => {
+                locked.rename(&self.path, self.existing)?;
+                takes_place_of.map_or(Ok(()), |unfinished| Ok(unfinished.locked.remove()?))
             }
             Stand::Hidden { files, .. } => Ok(files.publish()?),
         }
@@ -199,16 +198,16 @@ fn must_be_free(path: &Path, existing: Existing) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// Takes hold of a file that a run may have left, and empties it; whatever else has that name is
-/// somebody else's.
-fn emptied(path: &Path) -> Result<Held, WriteError> {
-    let held = Held::create(path)?;
+/// Locks and truncates a file that an earlier run may have left; refuses anything else of that
+/// name.
+fn emptied(path: &Path) -> Result<LockedFile, WriteError> {
+    let locked = LockedFile::create(path)?;
     must_be_ours(path)?;
-    held.file().set_len(0).map_err(|error| WriteError::Io { path: path.to_owned(), error })?;
-    Ok(held)
+    locked.file().set_len(0).map_err(|error| WriteError::Io { path: path.to_owned(), error })?;
+    Ok(locked)
 }
 
-/// Makes sure that a file is a run log, or the beginning of one, of which an empty file may be one.
+/// Checks that a file is a run log or the beginning of one; an empty file counts.
 fn must_be_ours(path: &Path) -> Result<(), WriteError> {
     match RunReader::open(path, Topics::NONE) {
         Err(error) if error.problem.is_no_run_log() && !error.problem.is_early_end() => {

@@ -1,25 +1,24 @@
-//! The versions of the format, and how logs of older ones are read.
+//! The versions of the format, and how older ones are read.
 //!
-//! | version | what it has that the one before had not |
+//! | version | additions |
 //! |---|---|
 //! | 1 | |
-//! | 2 | attachments `checkpoint`, from where an unfinished run can go on; the status `salvaged`, with a metadata record `salvage` |
-//! | 3 | metadata records `chunk`, which vouch for what stands before them; a summary that names all that the log holds; chunks end where a step and its switches end |
-//! | 4 | topics `/events/rupture` and `/events/arrival`; in the metadata `run`, `block_length_m`, `block_time_s`, `link_time_ratio` and `link_s`, by which ruptures are told; in `/step` and `run_end` the energies; in logs written later `longest_stable_step_s` in `run`, and the statuses `stopped-energy` and `stopped-not-finite`, with why in `stopped` |
+//! | 2 | attachments `checkpoint`, from which an unfinished run resumes; the status `salvaged`, with a metadata record `salvage` |
+//! | 3 | metadata records `chunk`, seals of what precedes them; a summary that lists everything in the log; chunks end where a step and its switches end |
+//! | 4 | topics `/events/rupture` and `/events/arrival`; in the metadata `run`, `block_length_m`, `block_time_s`, `link_time_ratio` and `link_s`, which link detachments to ruptures; in `/step` and `run_end` the energies; in logs written later `longest_stable_step_s` in `run`, and the statuses `stopped-energy` and `stopped-not-finite`, with why in `stopped` |
 //! | 5 | slabs: in `/fields` what each contact bears, in checkpoints the states of all nodes |
-//! | 6 | in `/events/rupture` `moment_n_m`, an `anchor_change_j` of every rupture that counts all of its switches, and an `elastic_change_j` to match: before, those of its first step were left out; in the metadata `run`, `modulus_n_per_m` and `interfacial_stiffness_n_per_m`, of which these two are made |
+//! | 6 | in `/events/rupture` `moment_n_m`, an `anchor_change_j` of every rupture that counts all of its switches, and an `elastic_change_j` to match: before, those of its first step were left out; in the metadata `run`, `modulus_n_per_m` and `interfacial_stiffness_n_per_m`, from which these two are computed |
 //!
-//! In any version `run_end` may have a digest for each topic, `digest:TOPIC`; logs that were
-//! written before there were any have none, and then there is nothing to compare. Who does not
-//! know these keys passes over them, so they are no new version.
+//! In any version `run_end` may have a digest for each topic, `digest:TOPIC`; older logs have none,
+//! and nothing is compared. Readers that do not know these keys ignore them, so they are not a new
+//! version.
 //!
-//! Versions 2 to 6 only add, so a log of version 1 reads as one without checkpoints, logs of
-//! versions 1 and 2 as ones for which only their own checksums vouch, and logs of versions 1 to 3
-//! as ones without ruptures, and ruptures of versions 4 and 5 have no moment. What these have in
-//! `anchor_change_j` and `elastic_change_j` stays as it was written; a replay finds today's. A version
-//! that says something in other words puts what its predecessors said into today's here, and
-//! nowhere else. `fixtures/logs` holds logs of every version, made by the program of that
-//! time, and `tests/versions.rs` reads them.
+//! Versions 2 to 6 only add, so that a log of version 1 reads as one without checkpoints, logs of
+//! versions 1 and 2 as ones without seals, logs of versions 1 to 3 as ones without ruptures, and
+//! ruptures of versions 4 and 5 as ones without a moment. Their `anchor_change_j` and
+//! `elastic_change_j` are returned as written; a replay finds the present ones. A version with
+//! other representations is converted to the present one here, and only here. `fixtures/logs` holds
+//! logs of every version, written by the program of that time, and `tests/versions.rs` reads them.
 
 use std::collections::BTreeMap;
 
@@ -28,14 +27,14 @@ use asperity_record::RECORD_SCHEMA_VERSION;
 use crate::metadata;
 use crate::problem::LogProblem;
 
-/// The oldest version that can be read.
+/// The oldest supported version.
 const OLDEST: u32 = 1;
 
-/// Looks at the version in the metadata `run` before anything else is read in it: what a
-/// newer version has there is not known.
+/// Checks the version in metadata `run` before anything else in it, since newer versions are
+/// unknown.
 ///
 /// # Errors
-/// If the version is not one that this program reads, or none is given.
+/// If the version is missing or not supported.
 pub(crate) fn check(run: &BTreeMap<String, String>) -> Result<(), LogProblem> {
     match metadata::version(run)? {
         OLDEST..=RECORD_SCHEMA_VERSION => Ok(()),

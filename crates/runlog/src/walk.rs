@@ -1,6 +1,5 @@
-//! The messages of a damaged log in their order: which of them make sense, and what falls out
-//! between them. What is missing is told by the messages' own numbers, each topic's counted
-//! from 0 without a gap.
+//! Walks through the messages of a damaged log in order, and decides which of them can be kept.
+//! Missing messages are detected by the message numbers, which count from 0 within each topic.
 
 use std::collections::BTreeMap;
 
@@ -25,7 +24,7 @@ pub(crate) struct Message {
     kind: Kind,
 }
 
-/// What of a message decides whether it can be kept.
+/// The parts of a message that decide whether it can be kept.
 #[derive(Clone, Copy)]
 enum Kind {
     Step { step: u64, switches: u32 },
@@ -34,57 +33,57 @@ enum Kind {
     Event,
 }
 
-/// What a log announces messages with.
+/// An announced schema.
 struct Schema {
     name: String,
     text: String,
 }
 
-/// The schema of messages of which nothing else is known.
+/// The schema of messages about which nothing else is known.
 const ANY_OBJECT: &str = r#"{"type":"object"}"#;
 
-/// Why a chunk's messages were not taken.
+/// Why a chunk's messages were not kept.
 pub(crate) enum ChunkProblem {
-    /// It holds what no run writes.
+    /// It contains what no run writes.
     Content(String),
-    /// They could not be written.
+    /// Writing failed.
     Write(WriteError),
 }
 
 pub(crate) type Keep<'a> = dyn FnMut(&Message) -> Result<(), WriteError> + 'a;
 
-/// Follows messages by topic and number, and keeps those that make sense: a step with all of
-/// its switches, and all else by itself.
+/// Follows messages by topic and number, and keeps those that are complete: a step with all of its
+/// switches, and any other message by itself.
 pub(crate) struct Walk<'a> {
     events: &'a [EventKind],
     header: &'a RunHeader,
     topics: BTreeMap<u16, String>,
-    /// JSON schemas by their number in the file, as far as there is room.
+    /// JSON schemas by their number in the file, up to the bound on their size.
     schemas: BTreeMap<u16, Schema>,
     schema_bytes: usize,
-    /// Topics of events that the log announces and that are not among `events`.
+    /// Announced topics of events that are not among `events`.
     foreign: BTreeMap<String, Topic>,
     foreign_bytes: usize,
-    /// Events that are none of these, since their announcement is lost or there was no room for it.
+    /// Number of unidentified events: their announcement is lost or exceeded the bound.
     nameless: u64,
-    /// The number of the next message of each topic, and how many gaps there were before the
-    /// last one: what is missing of the topic lies after that.
+    /// The next number of each topic, and the number of gaps before its last message: missing
+    /// messages of the topic lie after that.
     expected: BTreeMap<String, (u32, usize)>,
-    /// A step whose switches are not all there yet, with those that are.
+    /// A step whose switches are not complete, with those read so far.
     unit: Vec<Message>,
     missing_switches: u32,
     last_step: Option<u64>,
     last_step_record: Option<u64>,
-    /// Whether something is missing since the last message that was kept.
+    /// Whether something is missing since the last message kept.
     in_gap: bool,
     repeated: u64,
-    /// Messages that go back behind those before them.
+    /// Number of messages whose step is before that of an earlier message.
     contrary: u64,
     salvaged: Salvaged,
 }
 
-/// No state of so many blocks has more bytes, by far: half a dozen numbers for each, of two dozen
-/// bytes.
+/// Far above the longest state of that many blocks: half a dozen numbers per block, of two dozen
+/// bytes each.
 fn longest_state(blocks: u32) -> usize {
     4096 + 512 * blocks as usize
 }
@@ -112,13 +111,13 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Takes note that messages are missing before the next chunk.
+    /// Records that messages are missing before the next chunk.
     pub(crate) fn begin_gap(&mut self) {
         self.lose_unit();
         self.in_gap = true;
     }
 
-    /// Takes the messages of a chunk, all of them or, if one is not what it should be, none.
+    /// Adds the messages of a chunk, or none of them if one is invalid.
     pub(crate) fn chunk(
         &mut self,
         at: u64,
@@ -129,8 +128,8 @@ impl<'a> Walk<'a> {
         messages.into_iter().try_for_each(|message| self.take(message, keep)).map_err(ChunkProblem::Write)
     }
 
-    /// The messages of a chunk; where one is not what its topic promises, or of another chain
-    /// of blocks or time step, why.
+    /// Returns the messages of a chunk; an error if one does not match its topic, or is of another
+    /// number of blocks or time step.
     pub(crate) fn messages(&mut self, at: u64, chunk: &mut Chunk) -> Result<Vec<Message>, String> {
         let mut messages = Vec::new();
         let mut nameless = 0;
@@ -179,7 +178,7 @@ impl<'a> Walk<'a> {
                 None => (topic.as_str(), ANY_OBJECT),
             };
             let bytes = topic.len() + schema_name.len() + schema.len();
-            // Several topics may name one long schema.
+            // Several topics may refer to one long schema.
             if self.foreign_bytes + bytes <= MOST_SCHEMA_BYTES {
                 self.foreign_bytes += bytes;
                 let (schema_name, schema) = (schema_name.to_owned(), schema.to_owned());
@@ -189,7 +188,7 @@ impl<'a> Walk<'a> {
         self.topics.insert(id, topic);
     }
 
-    /// Of what topic a message is, and what it is; none if it is an event that is not known.
+    /// Identifies the topic and kind of a message; None for an event of an unknown kind.
     fn identify(&self, channel: u16, payload: &[u8]) -> Result<Option<(String, Kind)>, String> {
         match self.topics.get(&channel) {
             Some(topic) if topic.starts_with(EVENTS) && !self.is_known(topic) => Ok(None),
@@ -199,7 +198,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// What a message of a topic is, which must be what the topic promises, of this chain.
+    /// The kind of a message, which must match its topic and the slider.
     fn kind(&self, topic: &str, payload: &[u8]) -> Result<Kind, String> {
         let refused = |error: serde_json::Error| format!("a message of {topic} that cannot be read: {error}");
         let words = |problem: LogProblem| problem.to_string();
@@ -254,8 +253,8 @@ impl<'a> Walk<'a> {
         })
     }
 
-    /// Of what topic a message must be. Each has fields that no other has; an object with yet
-    /// others is of a detector that is not known here.
+    /// Recognises the topic of a message by its fields, which no two topics share; other objects
+    /// are events of unknown detectors.
     fn recognise(&self, payload: &[u8]) -> Result<Option<(String, Kind)>, String> {
         let topics =
             [STEP, SWITCH, FIELDS, WINDOW].into_iter().chain(self.events.iter().map(|kind| kind.topic));
@@ -280,7 +279,7 @@ impl<'a> Walk<'a> {
             return Ok(());
         }
         if message.sequence > expected {
-            // Switches that are missing before the first one of a step are of other steps.
+            // Switches missing before the first one of a step belong to other steps.
             if !self.is_first_switch(&message) {
                 self.lose_unit();
             }
@@ -344,21 +343,21 @@ impl<'a> Walk<'a> {
                 self.last_step_record = Some(step);
             }
         }
-        // Again: there may be a gap more now.
+        // Again, because the number of gaps may have grown.
         self.note(message);
         *self.salvaged.kept.entry(message.topic.clone()).or_default() += 1;
         keep(message)
     }
 
     fn note(&mut self, message: &Message) {
-        // An event does not end a gap, but what is missing before it lies in there.
+        // An event does not end a gap, but messages missing before it lie in the gap.
         let gaps = self.salvaged.gaps.len() + usize::from(self.in_gap);
         let next = (message.sequence.saturating_add(1), gaps);
         self.expected.insert(message.topic.clone(), next);
     }
 
-    /// Takes note that messages of a topic are missing after that many gaps: they may have
-    /// gone with what was missing of another topic in a later one.
+    /// Records that messages of a topic are missing after that many gaps: they may have been lost
+    /// in a later one, together with messages of another topic.
     fn lose_after(&mut self, gaps: usize, topic: &str, messages: u64) {
         let in_known_gap = !self.in_gap && self.salvaged.gaps.len() > gaps;
         self.lose(topic, messages);
@@ -370,7 +369,7 @@ impl<'a> Walk<'a> {
         self.in_gap = true;
     }
 
-    /// A step is of no use without all of its switches.
+    /// Drops a step without all of its switches.
     fn lose_unit(&mut self) {
         for message in std::mem::take(&mut self.unit) {
             *self.salvaged.lost.entry(message.topic).or_default() += 1;
@@ -379,12 +378,12 @@ impl<'a> Walk<'a> {
         self.missing_switches = 0;
     }
 
-    /// What was kept and what was lost, and the topics of events that are not known here.
+    /// The summary of kept and lost messages, and the topics of unknown events.
     pub(crate) fn finish(mut self, end: Option<&RunEnd>) -> (Salvaged, BTreeMap<String, Topic>) {
         self.lose_unit();
         for (topic, &count) in end.iter().flat_map(|end| &end.message_counts) {
             if count > 0 && !self.is_known(topic) {
-                // They may stand anywhere, so this makes no gap.
+                // Their positions are unknown, so they make no gap.
                 self.salvaged.lost.insert(topic.clone(), count);
                 self.salvaged
                     .remarks
@@ -440,8 +439,7 @@ impl Kind {
     }
 }
 
-/// Whether an object has all the fields that its schema requires, and none that it does not
-/// name.
+/// Whether an object has exactly the fields of its schema: all that are required, and no others.
 fn has_the_fields_of(schema: &Value, payload: &Value) -> bool {
     let Some(fields) = payload.as_object() else { return false };
     let named = schema["properties"].as_object();

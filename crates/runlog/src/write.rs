@@ -1,4 +1,4 @@
-//! Writing a run log.
+//! Writes a run log.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -18,7 +18,6 @@ use serde::Serialize;
 use crate::announced::Announced;
 use crate::digest::Digests;
 use crate::findings::Salvaged;
-use crate::follow::{Chain, Followed};
 use crate::format::{
     CHECKPOINT, CHUNK_BYTES, FIELDS, PROFILE, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO, STEP,
     SWITCH, WINDOW,
@@ -26,18 +25,19 @@ use crate::format::{
 use crate::messages::{self, StepMessage, SwitchMessage, Topic};
 use crate::metadata;
 use crate::problem::WriteError;
+use crate::seal::{Sealer, Tee};
 use crate::unfinished::{Place, Unfinished};
 
-/// How much work a crash of the machine may cost.
+/// Work that a crash of the machine may lose.
 const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Writes one run log. Dropped before [`RunWriter::finish`], it leaves a file
-/// under the temporary name without `run_end`, which says that it is not whole.
+/// Writes one run log. If dropped before [`RunWriter::finish`], it leaves a file without `run_end`
+/// under the temporary name, recognisable as unfinished.
 pub struct RunWriter {
     place: Place,
-    writer: Writer<Followed<BufWriter<File>>>,
-    chain: Chain,
-    /// What the chunk holds that is being filled, before compression.
+    writer: Writer<Tee<BufWriter<File>>>,
+    sealer: Sealer,
+    /// Uncompressed bytes in the current chunk.
     chunk_bytes: u64,
     channels: BTreeMap<String, Channel>,
     digests: Digests,
@@ -56,12 +56,12 @@ struct Channel {
 }
 
 impl RunWriter {
-    /// Starts the log of a run: header and scenario first. A log that stands at
-    /// `path` is only replaced once the new one is whole, and only if asked for.
+    /// Starts the log of a run with its header and scenario. An existing log at `path` is replaced
+    /// only if requested, and only once the new one is whole.
     ///
     /// # Errors
-    /// If `path` exists and is not to be replaced, or the temporary file cannot be
-    /// written: because another process writes it, or because what has its name is no log.
+    /// If `path` exists and must not be replaced, or the temporary file cannot be written, because
+    /// another process writes it or its name belongs to something other than a log.
     pub fn create(
         path: &Path,
         existing: Existing,
@@ -73,7 +73,7 @@ impl RunWriter {
         RunWriter::start(Place::of_run(path, existing)?, header, scenario_toml, events)
     }
 
-    /// Starts a log of what is left of another, the `input`, with the topics of events that it has.
+    /// Starts the log of what was salvaged from `input`, with its topics of events.
     pub(crate) fn create_salvaged(
         path: &Path,
         input: &Path,
@@ -84,8 +84,8 @@ impl RunWriter {
         RunWriter::start(Place::hidden(path, input)?, header, scenario_toml, events)
     }
 
-    /// Starts the log of a run that goes on where an unfinished one left off. That
-    /// stays as it is until this one has its first checkpoint, and so holds as much.
+    /// Starts the log of a resumed run. The unfinished log stays until this one has its first
+    /// checkpoint, and so contains as much.
     ///
     /// # Errors
     /// As [`RunWriter::create`].
@@ -106,20 +106,20 @@ impl RunWriter {
         scenario_toml: &str,
         events: impl Iterator<Item = Topic>,
     ) -> Result<RunWriter, WriteError> {
-        let file = Followed::new(BufWriter::new(place.writer()?));
-        let mut chain = Chain::new(&file, &header.run_id);
+        let file = Tee::new(BufWriter::new(place.writer()?));
+        let mut sealer = Sealer::new(&file, &header.run_id);
         let at = |error| WriteError::of_mcap(place.path(), error);
         let mut writer = WriteOptions::new()
             .profile(PROFILE)
             .library(concat!("asperity-runlog ", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Zstd))
-            // Digits and repeated keys: higher levels take longer and give longer logs.
+            // For digits and repeated keys, higher levels take longer and give longer logs.
             .compression_level(1)
-            // Chunks end where a step ends, which the library does not know.
+            // Chunks end between steps, which the library cannot know.
             .chunk_size(None)
-            // Threads of the compressor would make the bytes depend on the machine.
+            // With threads, the compressed bytes would depend on the machine.
             .compression_threads(0)
-            // With seeking, a crash leaves a chunk that claims to be 2^64 - 1 bytes long.
+            // With seeking, a crash would leave a chunk with a length of 2^64 - 1 bytes.
             .disable_seeking(true)
             .create(file)
             .map_err(at)?;
@@ -135,7 +135,7 @@ impl RunWriter {
                 data: Cow::Borrowed(scenario_toml.as_bytes()),
             })
             .map_err(at)?;
-        chain.close(&mut writer).map_err(at)?;
+        sealer.close(&mut writer).map_err(at)?;
         let mut chunk_bytes = 0;
         let mut topics = messages::record_topics(header.blocks);
         topics.extend(events);
@@ -152,7 +152,7 @@ impl RunWriter {
         Ok(RunWriter {
             place,
             writer,
-            chain,
+            sealer,
             chunk_bytes,
             channels,
             digests: Digests::default(),
@@ -181,7 +181,7 @@ impl RunWriter {
         }
     }
 
-    /// Writes from where the run can go on, and sees to it that it is on the disk.
+    /// Writes a checkpoint, and syncs the log to disk.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -228,7 +228,7 @@ impl RunWriter {
         self.payload.clear();
         serde_json::to_writer(&mut self.payload, message)
             .expect("records are plain structs of numbers, which JSON can always hold");
-        // JSON has no word for what is not finite, and the library writes null.
+        // The library writes null for numbers that are not finite, which JSON cannot represent.
         if self.payload.windows(4).any(|word| word == b"null") {
             return Err(WriteError::NotFinite { topic, step });
         }
@@ -252,8 +252,8 @@ impl RunWriter {
         self.writer.write_to_known_channel(&header, &self.payload).map_err(|error| self.at(error))
     }
 
-    /// Closes the chunk before a message if it is full, or has been filled for long. A step
-    /// stays together with its switches, so that a lost chunk costs no step of another.
+    /// Closes the chunk before a message if it is full or has been open for long. A step and its
+    /// switches stay in one chunk, so that a lost chunk does not affect steps in others.
     fn make_room(&mut self, topic: &str) -> Result<(), WriteError> {
         if topic == SWITCH {
             return Ok(());
@@ -265,17 +265,17 @@ impl RunWriter {
         if self.chunk_bytes >= CHUNK_BYTES { self.close_chunk() } else { Ok(()) }
     }
 
-    /// Closes the chunk, if anything is in it.
+    /// Closes the chunk, unless it is empty.
     fn close_chunk(&mut self) -> Result<(), WriteError> {
         if std::mem::take(&mut self.chunk_bytes) == 0 { Ok(()) } else { self.vouch() }
     }
 
-    /// Vouches for the piece that was written last.
+    /// Seals the piece written last.
     fn vouch(&mut self) -> Result<(), WriteError> {
-        self.chain.close(&mut self.writer).map_err(|error| self.at(error))
+        self.sealer.close(&mut self.writer).map_err(|error| self.at(error))
     }
 
-    /// Says what is missing, before anything else that was salvaged.
+    /// Writes what is missing, before all salvaged messages.
     pub(crate) fn salvaged(&mut self, salvaged: &Salvaged) -> Result<(), WriteError> {
         let metadata = Metadata { name: SALVAGE.to_owned(), metadata: metadata::salvaged_to_map(salvaged) };
         self.close_chunk()?;
@@ -283,7 +283,7 @@ impl RunWriter {
         self.vouch()
     }
 
-    /// Writes a message as it was, with its number and time.
+    /// Writes a salvaged message with its number and time.
     pub(crate) fn salvaged_message(
         &mut self,
         topic: &str,
@@ -305,7 +305,7 @@ impl RunWriter {
         self.writer.write_to_known_channel(&header, payload).map_err(|error| self.at(error))
     }
 
-    /// Writes a checkpoint as it was.
+    /// Writes a salvaged checkpoint.
     pub(crate) fn salvaged_checkpoint(&mut self, state: &str) -> Result<(), WriteError> {
         self.checkpoint(&Checkpoint { step: self.last_step, state: state.to_owned() })
     }
@@ -316,19 +316,19 @@ impl RunWriter {
         Ok(())
     }
 
-    /// Closes the log, with how the run ended and what its solver's work was made of. That
-    /// of a run that took all its steps gets its final name; that of one that was interrupted
-    /// stays under its [`partial_path`](crate::partial_path).
+    /// Finishes the log with the run's status and the solver's counters. Renames the log of a
+    /// complete run to its final name; leaves that of an interrupted run at its
+    /// [`partial_path`](crate::partial_path).
     ///
     /// # Errors
-    /// If the file cannot be written, the name was taken meanwhile, or the temporary name is no
-    /// longer that of this log.
+    /// If the file cannot be written, the name was taken in the meantime, or the temporary name no
+    /// longer belongs to this log.
     pub fn finish(self, status: RunStatus, solver: SolverReport) -> Result<RunEnd, WriteError> {
         self.close(status, None, solver)
     }
 
-    /// The same of a run that could not go on, and why. There is no more of it: the log gets its
-    /// final name.
+    /// Finishes the log of a run that the solver stopped, with the reason. Such a run cannot be
+    /// resumed, so the log gets its final name.
     ///
     /// # Errors
     /// As [`RunWriter::finish`].
@@ -376,19 +376,19 @@ impl RunWriter {
         Ok(end)
     }
 
-    /// Removes what there is of a log that will not go on and holds no step: nobody can go on
-    /// with it, and it would stand in the way of the next run.
+    /// Removes a log without any step after a failure: nobody can resume from it, and it would
+    /// block the next run.
     pub fn discard_if_empty(&mut self) {
         if self.channels.get(STEP).is_some_and(|channel| channel.messages == 0) {
-            // If it cannot be removed, the problem that led here is the one to tell.
+            // If this fails, the original error is the one to report.
             self.place.discard().ok();
         }
     }
 
-    /// Removes what there is of a log that nobody can or is to go on with.
+    /// Removes a log that nobody will resume from.
     ///
     /// # Errors
-    /// If it lost its name, or the system refuses.
+    /// If its name was lost, or the system refuses.
     pub fn discard(&mut self) -> Result<(), WriteError> {
         self.place.discard()
     }
@@ -398,8 +398,8 @@ impl RunWriter {
     }
 }
 
-/// What a message takes of its chunk.
+/// Bytes of a message in its chunk.
 fn message_bytes(payload: &[u8]) -> u64 {
-    // Its head, channel, number and two times stand before it.
+    // Head, channel, number and two times precede it.
     (RECORD_HEAD_BYTES + 2 + 4 + 8 + 8 + payload.len()) as u64
 }

@@ -1,5 +1,5 @@
-//! Logs of a few records made up: cut off, damaged, unfinished, and with events that no program
-//! but their own knows.
+//! Synthetic logs of a few records: truncated, damaged, unfinished, and with events that only their
+//! own program knows.
 
 use std::fs;
 use std::ops::Range;
@@ -37,6 +37,7 @@ fn header() -> RunHeader {
         parameter_set: "as-coded".to_owned(),
         solver: "by hand".to_owned(),
         blocks: 2,
+        rows: 1,
         time_step_s: 1.0,
         longest_stable_step_s: None,
         steps: STEPS,
@@ -61,7 +62,7 @@ fn writer(path: &Path, kinds: &[EventKind]) -> RunWriter {
     RunWriter::create(path, Existing::Refuse, &header(), "blocks = 2", kinds).unwrap()
 }
 
-/// Writes a log of so many steps, and where it stands then.
+/// Writes a log of that many steps; returns its path.
 fn log(folder: &Path, steps: u64, status: RunStatus) -> PathBuf {
     let path = folder.join(format!("{steps}-{status:?}.mcap"));
     let mut writer = writer(&path, &[]);
@@ -99,7 +100,7 @@ fn who_asks_on_after_an_error_gets_it_again() {
     }
 }
 
-/// As a run leaves it that is stopped after its last byte and before the name.
+/// As left by a run that is stopped after its last byte and before the rename.
 #[test]
 fn a_whole_log_without_its_name_replaces_another_only_if_it_may() {
     let folder = tempfile::tempdir().unwrap();
@@ -115,14 +116,14 @@ fn a_whole_log_without_its_name_replaces_another_only_if_it_may() {
     unfinished().publish(Existing::Replace).unwrap();
     assert_eq!(fs::read(&path).unwrap(), bytes);
     assert!(!partial_path(&path).exists());
-    // Where nothing stands there is nothing to refuse.
+    // Without a file there is nothing to refuse.
     fs::rename(&path, partial_path(&path)).unwrap();
     unfinished().publish(Existing::Refuse).unwrap();
     assert_eq!(fs::read(&path).unwrap(), bytes);
 }
 
-/// Whoever removes a log that is being written makes room for another, which the first must not
-/// take for its own.
+/// Removing a log in progress allows another of that name, which the first writer must not take for
+/// its own.
 #[test]
 fn a_log_whose_name_another_has_got_is_not_published() {
     let folder = tempfile::tempdir().unwrap();
@@ -173,7 +174,7 @@ fn events_of_detectors_that_are_not_known_are_json_objects() {
 struct Marked {
     folder: TempDir,
     bytes: Vec<u8>,
-    /// Where its chunks are.
+    /// The ranges of its chunks.
     chunks: Vec<Range<usize>>,
 }
 
@@ -208,7 +209,7 @@ impl Marked {
         Marked { folder, bytes, chunks }
     }
 
-    /// What is left of these bytes for a program that has no detector of marks.
+    /// Salvages these bytes with a program that has no detector of marks.
     fn salvage(&self, bytes: &[u8]) -> (Salvaged, RunReader) {
         let (damaged, out) = (self.folder.path().join("damaged.mcap"), self.folder.path().join("out.mcap"));
         fs::write(&damaged, bytes).unwrap();
@@ -218,7 +219,7 @@ impl Marked {
     }
 }
 
-/// All items up to the end of a log that was salvaged.
+/// All items of a salvaged log.
 fn items(mut reader: RunReader) -> Vec<LogItem> {
     let mut items = Vec::new();
     loop {
@@ -246,7 +247,7 @@ fn events_of_detectors_that_are_not_known_are_salvaged_with_their_schema() {
     assert_eq!(items.len() as u64, Marked::STEPS + Marked::MARKS);
     assert_eq!(items[1000], LogItem::Event(Event::new(&Mark { before: 0 })));
 
-    // One chunk less makes one gap, in which the marks of that chunk are.
+    // One missing chunk makes one gap, which contains the marks of that chunk.
     let mut bytes = log.bytes.clone();
     bytes[log.chunks[1].end - 1] ^= 1;
     fs::remove_file(log.folder.path().join("out.mcap")).unwrap();
@@ -255,7 +256,7 @@ fn events_of_detectors_that_are_not_known_are_salvaged_with_their_schema() {
     assert!(salvaged.kept[Mark::TOPIC] > 0 && salvaged.gaps.len() == 1, "{salvaged:?}");
 }
 
-/// The first chunk announces the topics. Records are known by what they hold.
+/// The first chunk announces the topics. Records are recognised by their fields.
 #[test]
 fn events_that_nothing_announces_any_more_are_left_out_and_nothing_else_is() {
     let log = Marked::make();
@@ -272,7 +273,7 @@ fn events_that_nothing_announces_any_more_are_left_out_and_nothing_else_is() {
     assert_eq!(salvaged.remarks, ["/events/mark is left out: the announcement of its 20 events is lost"]);
     assert_eq!(items(reader).len() as u64, salvaged.kept["/step"]);
 
-    // Without the end there is no one to name them.
+    // Without the end nothing identifies them.
     let end = bytes.windows(11).position(|there| there == b"\x07\0\0\0run_end").unwrap();
     let cut = bytes[..end - 9].to_vec();
     assert!(log.chunks[log.chunks.len() - 1].end < cut.len());
@@ -284,7 +285,7 @@ fn events_that_nothing_announces_any_more_are_left_out_and_nothing_else_is() {
     assert_eq!(items(reader).len() as u64, Marked::STEPS - before_step + 1);
 }
 
-/// The next run would be told to go on with it, and could not.
+/// Otherwise the next run would fail to resume from it.
 #[test]
 fn what_holds_no_step_does_not_stand_in_the_way() {
     let folder = TempDir::new().unwrap();

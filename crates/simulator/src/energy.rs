@@ -38,10 +38,9 @@ use asperity_model::elastic::Chain;
 use asperity_model::{Elastic, Plan};
 use asperity_record::Energy;
 
-
 use crate::cost::span_steps;
-use crate::ledger::{Ledger, Span};
 use crate::law::ChainLoops;
+use crate::ledger::{Ledger, Span};
 use crate::state::SliderState;
 use crate::strength::Ramp;
 use crate::sweep::{Changing, Forms, Held, Moved, Stored, Sweeps};
@@ -124,9 +123,7 @@ impl Accounts {
         let mut accounts = Accounts {
             chain: *plan.elastic.chain(),
             sweeps,
-            by_steps: keeping == Bookkeeping::EveryStep
-                || plan.friction.law.holds()
-                || orders > MOST_ORDERS,
+            by_steps: keeping == Bookkeeping::EveryStep || plan.friction.law.holds() || orders > MOST_ORDERS,
             balances: keeping == Bookkeeping::Spans,
             orders,
             cost_steps: 0,

@@ -24,10 +24,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::exact::Exact;
 use crate::kind;
+use crate::ledger::Ledger;
 use crate::plain::Plain;
 use crate::recorder::{fields, is_on_cadence};
 use crate::solver::{SimulationError, Solver};
-use crate::ledger::Ledger;
 use crate::state::SliderState;
 use crate::sweep::Sweeps;
 use crate::window::norms::Norms;
@@ -445,7 +445,7 @@ mod tests {
     use asperity_record::Direction;
 
     use super::{Disagreement, bare, compare, hold};
-    use crate::{Exact, Fast, Plain};
+    use crate::{Exact, Plain, SolverKind};
 
     fn plan() -> Plan {
         // Driven a hundred times as fast, for a first detachment within some 60,000 steps.
@@ -492,7 +492,7 @@ mod tests {
         // Missed by a step: more than rounding does, less than an eye would see.
         let mut off = plan.clone();
         off.friction.static_threshold_n[0] = force_n * (1.0 + 1e-6);
-        let outcome = hold(&plan, Plain::new(plan.clone()), Fast::new(off), |_, _| {}, |_| {});
+        let outcome = hold(&plan, Plain::new(plan.clone()), SolverKind::Fast.start(off), |_, _| {}, |_| {});
         assert!(matches!(outcome, Err(Disagreement::Switch { block: 1, .. })), "{outcome:?}");
     }
 }

@@ -7,10 +7,10 @@
 //! digits (Dekker 1971, Knuth 1969): plain steps as in [`crate::Plain`], from the plan's
 //! own doubles, between switches.
 
-use asperity_model::{Elastic, Lattice, Plan};
+use asperity_model::Plan;
 
-use crate::strength::{Load, StopForce, aged_coefficient, aged_threshold_n};
 use crate::state::SliderState;
+use crate::strength::{Load, StopForce, aged_coefficient, aged_threshold_n};
 
 /// A number as a sum of two doubles, the second below the rounding of the first.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -120,59 +120,17 @@ impl<'a> Exact<'a> {
     pub fn advance_to(&mut self, step: u64) {
         while self.step < step {
             self.step += 1;
-            match &self.plan.elastic {
-                Elastic::Chain(_) => self.move_chain(),
-                Elastic::Lattice(lattice) => self.move_lattice(lattice),
-            }
+            self.pull();
+            let load = self.drive();
+            self.rub(load);
+            self.advance();
         }
     }
 
-    fn move_chain(&mut self) {
-        let plan = self.plan;
-        let (u, v) = (&self.displacement_m, &self.velocity_m_per_s);
-        for (n, tau) in self.tangential_force_n.iter_mut().enumerate() {
-            *tau = plan.elastic.pull_n(u, v, n);
-        }
-        let moved_s = plan.grid.time_s(self.step.min(self.hold_step));
-        let point_m = Wide::product(plan.drive.velocity_m_per_s, moved_s);
-        let mut total_n = 0.0;
-        for spring in &plan.drive.springs {
-            let stretch = point_m * spring.direction - u[spring.block];
-            let tau = &mut self.tangential_force_n[spring.block];
-            *tau = *tau + stretch * spring.stiffness_n_per_m;
-            total_n += (stretch * spring.stiffness_n_per_m).high;
-        }
-        for (tau, prestress) in self.tangential_force_n.iter_mut().zip(&plan.prestress_n) {
-            *tau = *tau + (*prestress).into();
-        }
-        let load = Load::in_step(plan, self.step, self.hold_step);
-        if StopForce::of(plan, self.hold_step).is_some_and(|stop| total_n >= stop.under_n(load)) {
-            self.hold_step = self.step;
-        }
-        let dt = plan.grid.step_s();
-        for n in 0..plan.blocks {
-            let before = self.velocity_m_per_s[n].high;
-            self.direction[n] = if before == 0.0 { 0.0 } else { before.signum() };
-            let slides = self.start.slip[n] != 0.0;
-            if !slides && plan.friction.law.holds() {
-                continue;
-            }
-            let friction = if slides {
-                Wide::from(-load.scaled_n(plan.friction.dynamic_friction_n[n])) * self.direction[n]
-            } else {
-                let stretch = self.displacement_m[n] - self.start.stick_position_m[n].into();
-                stretch * -plan.friction.interfacial_stiffness_n_per_m
-            };
-            let force = self.tangential_force_n[n] + friction;
-            let velocity = self.velocity_m_per_s[n] + force * (dt / plan.block_mass_kg);
-            self.velocity_m_per_s[n] = velocity;
-            self.displacement_m[n] = self.displacement_m[n] + velocity * dt;
-        }
-    }
-
-    /// As [`crate::lattice`] has it, bond by bond.
-    fn move_lattice(&mut self, lattice: &Lattice) {
-        let (plan, nodes) = (self.plan, lattice.nodes());
+    /// The pull between nodes on all freedoms, bond by bond.
+    fn pull(&mut self) {
+        let lattice = self.plan.elastic.as_lattice();
+        let (nodes, axes) = (lattice.nodes(), lattice.axes());
         let (u, v, force) = (&self.displacement_m, &self.velocity_m_per_s, &mut self.force_n);
         force.fill(Wide::ZERO);
         lattice.over_bonds(|bond| {
@@ -181,18 +139,23 @@ impl<'a> Exact<'a> {
                 let [from, to] = ends(axis);
                 of[to] - of[from]
             };
-            // Along a diagonal, half of the stiffness for each axis.
-            let is_diagonal = bond.along.iter().all(|part| *part != 0.0);
-            let stiffness = bond.stiffness_n_per_m * if is_diagonal { 0.5 } else { 1.0 };
+            // Along a diagonal, a share of the stiffness for each axis.
+            let parts = bond.along.iter().filter(|part| **part != 0.0).count();
+            let stiffness = bond.stiffness_n_per_m / parts as f64;
             let part = |axis: usize| if bond.along[axis] == 0.0 { 0.0 } else { bond.along[axis].signum() };
-            let stretch = change(u, 0) * part(0) + change(u, 1) * part(1);
-            for axis in [0, 1] {
+            let stretch = (0..axes).fold(Wide::ZERO, |sum, axis| sum + change(u, axis) * part(axis));
+            for axis in 0..axes {
                 let pull = stretch * (stiffness * part(axis)) + change(v, axis) * lattice.damping_kg_per_s;
                 let [from, to] = ends(axis);
                 force[from] = force[from] + pull;
                 force[to] = force[to] - pull;
             }
         });
+    }
+
+    /// Drive, prestress, and the load on top of the step, which is returned.
+    fn drive(&mut self) -> Load {
+        let (plan, u, force) = (self.plan, &self.displacement_m, &mut self.force_n);
         let moved_s = plan.grid.time_s(self.step.min(self.hold_step));
         let point_m = Wide::product(plan.drive.velocity_m_per_s, moved_s);
         let mut total_n = 0.0;
@@ -202,30 +165,56 @@ impl<'a> Exact<'a> {
             force[spring.block] = force[spring.block] + pull;
             total_n += pull.high;
         }
+        for (force, prestress) in force.iter_mut().zip(&plan.prestress_n) {
+            *force = *force + (*prestress).into();
+        }
         let load = Load::in_step(plan, self.step, self.hold_step);
         if StopForce::of(plan, self.hold_step).is_some_and(|stop| total_n >= stop.under_n(load)) {
             self.hold_step = self.step;
         }
+        let lattice = plan.elastic.as_lattice();
+        let normal = (lattice.axes() - 1) * lattice.nodes();
         for (node, load_n) in lattice.top_row().zip(&plan.top_load_n) {
-            force[nodes + node] = force[nodes + node] - load.scaled_n(*load_n).into();
+            force[normal + node] = force[normal + node] - load.scaled_n(*load_n).into();
         }
+        load
+    }
+
+    /// What contacts bear, and their friction.
+    fn rub(&mut self, load: Load) {
+        let (plan, force) = (self.plan, &mut self.force_n);
+        let lattice = plan.elastic.as_lattice();
+        let normal = (lattice.axes() - 1) * lattice.nodes();
+        let has_foundation = plan.elastic.has_foundation();
         for n in 0..plan.blocks {
-            let rise = u[nodes + n];
-            let bears = if rise.high < 0.0 { rise * -lattice.foundation_n_per_m } else { Wide::ZERO };
-            let before = v[n].high;
+            let before = self.velocity_m_per_s[n].high;
             self.direction[n] = if before == 0.0 { 0.0 } else { before.signum() };
             self.tangential_force_n[n] = force[n];
-            self.normal_load_n[n] = bears;
-            let friction = if self.start.slip[n] != 0.0 {
-                bears * (-plan.friction.dynamic_coefficients[n] * self.direction[n])
+            let sliding_friction = if has_foundation {
+                let rise = self.displacement_m[normal + n];
+                let bears = if rise.high < 0.0 { rise * -lattice.foundation_n_per_m } else { Wide::ZERO };
+                self.normal_load_n[n] = bears;
+                force[normal + n] = force[normal + n] + bears;
+                bears * plan.friction.dynamic_coefficients[n]
             } else {
-                (u[n] - self.start.stick_position_m[n].into()) * -plan.friction.interfacial_stiffness_n_per_m
+                Wide::from(load.scaled_n(plan.friction.dynamic_friction_n[n]))
+            };
+            let friction = if self.start.slip[n] != 0.0 {
+                sliding_friction * -self.direction[n]
+            } else if plan.friction.law.holds() {
+                -force[n]
+            } else {
+                (self.displacement_m[n] - self.start.stick_position_m[n].into())
+                    * -plan.friction.interfacial_stiffness_n_per_m
             };
             force[n] = force[n] + friction;
-            force[nodes + n] = force[nodes + n] + bears;
         }
-        let dt = plan.grid.step_s();
-        let by_force = dt / plan.block_mass_kg;
+    }
+
+    /// Euler-Cromer, of all freedoms.
+    fn advance(&mut self) {
+        let dt = self.plan.grid.step_s();
+        let by_force = dt / self.plan.block_mass_kg;
         let moving = self.velocity_m_per_s.iter_mut().zip(&mut self.displacement_m);
         for ((v, u), force) in moving.zip(&self.force_n) {
             *v = *v + *force * by_force;
@@ -241,7 +230,7 @@ impl<'a> Exact<'a> {
         if self.start.slip[n] == 0.0 {
             let tau = self.tangential_force_n[n];
             let size = if tau.high < 0.0 { -tau } else { tau };
-            if self.plan.elastic.lattice().is_some() {
+            if self.plan.elastic.has_foundation() {
                 let since_step = self.start.stuck_since_step.get(n).copied();
                 let coefficient = aged_coefficient(self.plan, n, since_step, self.step);
                 return (size - self.normal_load_n[n] * coefficient).high;
@@ -279,7 +268,7 @@ mod tests {
             let plan = Plan::new(&Scenario::resolve(&source).unwrap_or_else(|errors| panic!("{errors}")));
             let mut plain = Plain::new(plan.clone());
             while plain.step() + 20 < plan.steps {
-                let before = plain.snapshot();
+                let before = plain.state().clone();
                 let mut exact = Exact::at(&plan, &before);
                 for _ in 0..20 {
                     plain.take_step();
@@ -325,7 +314,7 @@ mod tests {
             let mut plain = Plain::new(plan.clone());
             let (mut compared, mut switches) = (0, 0);
             while plain.step() + 20 < plan.steps {
-                let before = plain.snapshot();
+                let before = plain.state().clone();
                 let mut exact = Exact::at(&plan, &before);
                 for _ in 0..20 {
                     plain.take_step();

@@ -23,15 +23,15 @@
 //! stored; there, what is missing when the residue is put together
 //! again is counted, and a jump is refused if that is more than rounding.
 
-use asperity_model::chain::{SteadyLoading, Stiffness};
 use asperity_model::Plan;
+use asperity_model::chain::{SteadyLoading, Stiffness};
 
-use crate::strength::{Ramp, StopForce, least_threshold_n};
 use crate::cost::{self, Costs, LONG_CHAIN};
 use crate::energy::Accounts;
 use crate::kept::Kept;
 use crate::modes::{Coordinates, Modes};
 use crate::state::SliderState;
+use crate::strength::{Ramp, StopForce, least_threshold_n};
 use crate::sweep::Sweeps;
 use crate::waves::{DEFECT_PER_BLOCK, Waves};
 use crate::window::norms::{Norms, ROUNDING, invariant};
@@ -117,8 +117,7 @@ impl Jump {
     /// Whether the run is long enough for the modes to be worth finding; never by a law
     /// that holds stuck blocks, where nothing vibrates while all blocks are stuck.
     pub(crate) fn may_pay(plan: &Plan) -> bool {
-        !plan.friction.law.holds()
-            && Costs::of(plan).all_modes_pay(plan.steps, plan.blocks <= LONG_CHAIN)
+        !plan.friction.law.holds() && Costs::of(plan).all_modes_pay(plan.steps, plan.blocks <= LONG_CHAIN)
     }
 
     /// `None` for chains whose modes do not tell all of their states.
@@ -338,26 +337,8 @@ impl Jump {
     /// The same for a sample, which leaves the jump open; samples must come in
     /// the order of time.
     pub(crate) fn sample(&mut self, into: u64, state: &mut SliderState) {
-        self.sample_to(into);
-        let sampled = std::mem::take(&mut self.sampled);
-        self.compose(into, &sampled, self.negligible, state);
-        self.sampled = sampled;
-    }
-
-    /// Only the displacement of block 1 of a sample.
-    pub(crate) fn sample_first_m(&mut self, into: u64) -> f64 {
-        self.sample_to(into);
-        self.position_m[0]
-            + (into as f64 * self.loading[usize::from(self.moves)].advance_m[0]
-                + match &self.basis {
-                    Basis::Stored(modes) => modes.first_displacement_m(&self.sampled),
-                    Basis::Waves(waves) => waves.first_displacement_m(&self.sampled),
-                })
-    }
-
-    /// Only samples go from one to the next, which rounds differently: where a jump
-    /// lands must not depend on what is recorded.
-    fn sample_to(&mut self, into: u64) {
+        // Only samples go from one to the next, which rounds differently: where a jump
+        // lands must not depend on what is recorded.
         let target = self.from_step + into;
         let steps = target - self.sampled_step;
         if self.cadence.0 != steps {
@@ -365,6 +346,9 @@ impl Jump {
         }
         self.sampled.grow_by(&self.cadence.1);
         self.sampled_step = target;
+        let sampled = std::mem::take(&mut self.sampled);
+        self.compose(into, &sampled, self.negligible, state);
+        self.sampled = sampled;
     }
 
     /// Adds to the energies what the steps up to a state did, to which they have just led.

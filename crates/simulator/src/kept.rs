@@ -98,7 +98,7 @@ mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
     use super::{Kept, MOST_BYTES};
-    use crate::fast::Fast;
+    use crate::fast::{ChainLeaps, Fast};
     use crate::modes::StoredModes;
     use crate::solver::Solver;
     use crate::step_map::StepMap;
@@ -188,7 +188,7 @@ mod tests {
     #[test]
     fn a_run_after_others_is_the_run_alone() {
         let run = |plan: &Plan| {
-            let mut solver = Fast::new(plan.clone());
+            let mut solver = Fast::<ChainLeaps>::new(Arc::new(plan.clone()), SWEEPS);
             let mut records = Vec::new();
             while let Some(record) = solver.next_record().unwrap() {
                 records.push(format!("{record:?}"));

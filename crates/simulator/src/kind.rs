@@ -49,3 +49,41 @@ impl SolverKind {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use asperity_model::{Plan, resolve};
+
+    use super::fast;
+    use crate::sweep::Sweeps;
+
+    #[test]
+    fn all_instruction_sets_give_the_same_records_to_the_bit() {
+        let slab = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7", "time.duration_s=0.26"];
+        for (scenario, set) in [
+            ("default", &["parameter_set=as-coded", "time.duration_s=0.25"][..]),
+            ("default", &["parameter_set=as-stated", "time.duration_s=0.25"]),
+            ("default", &["slider.blocks=300", "time.duration_s=0.06"]),
+            ("slab", &slab),
+        ] {
+            let scenario = resolve(scenario, set).unwrap_or_else(|error| panic!("{error}"));
+            let plan = Arc::new(Plan::new(&scenario));
+            let run = |sweeps| {
+                let mut solver = fast(Arc::clone(&plan), sweeps);
+                // Debug output tells doubles apart to the bit, but for the sign of zero.
+                let mut records = Vec::new();
+                while let Some(record) = solver.next_record().unwrap() {
+                    records.push(format!("{record:?}"));
+                }
+                (records, solver.counters())
+            };
+            let baseline = run(Sweeps::Baseline);
+            assert!(baseline.1.jumps > 1 && baseline.1.switches > 5, "{:?}", baseline.1);
+            for sweeps in Sweeps::available() {
+                assert!(run(sweeps) == baseline, "{set:?}, {sweeps:?}");
+            }
+        }
+    }
+}

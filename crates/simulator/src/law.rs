@@ -13,10 +13,6 @@ use crate::sweep::{After, Blocks, Moved, StepWork, Sweeps};
 
 /// The loops over the contacts of any body, with `D` tangential freedoms each.
 pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
-    /// [`ContactLaw::HOLDS`].
-    fn holds(&self) -> bool;
-    /// [`ContactLaw::drag_n`] of one contact.
-    fn drag_n(&self, sliding: &Sliding<D>) -> [f64; D];
     /// Friction of all contacts, which a body has gathered.
     fn rub(&self, contacts: &mut Rubbed<'_, D>);
     /// Sets the bit of every contact that switches in a step, or may where contacts age.
@@ -26,13 +22,7 @@ pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
 /// The loops over the nodes of a chain, each of which carries a contact.
 pub(crate) trait ChainLoops: ContactLoops<1> {
     /// One step; whether any contact may switch.
-    fn step(
-        &self,
-        sweeps: Sweeps,
-        new: (&mut [f64], &mut [f64]),
-        tau: &mut [f64],
-        old: &Blocks<'_>,
-    ) -> bool;
+    fn step(&self, sweeps: Sweeps, new: (&mut [f64], &mut [f64]), tau: &mut [f64], old: &Blocks<'_>) -> bool;
     /// What a step did.
     fn step_work(&self, sweeps: Sweeps, moved: &Moved<'_>) -> StepWork;
 }
@@ -58,14 +48,6 @@ pub(crate) struct Rubbed<'a, const D: usize> {
 pub(crate) struct Loops<L>(pub(crate) L);
 
 impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
-    fn holds(&self) -> bool {
-        L::HOLDS
-    }
-
-    fn drag_n(&self, sliding: &Sliding<D>) -> [f64; D] {
-        self.0.drag_n(sliding)
-    }
-
     fn rub(&self, contacts: &mut Rubbed<'_, D>) {
         let Rubbed { u, v, anchor, tau, slip, sliding_friction, kt, dt_over_m, friction } = contacts;
         for n in 0..slip.len() {

@@ -13,10 +13,10 @@
 //! ```
 //! use asperity_model::{Plan, Scenario, ScenarioSource};
 //! use asperity_record::{Direction, Record};
-//! use asperity_simulator::{Fast, Solver};
+//! use asperity_simulator::SolverKind;
 //!
 //! let source = ScenarioSource::new("ten blocks", "slider.blocks = 10\ntime.duration_s = 1");
-//! let mut solver = Fast::new(Plan::new(&Scenario::resolve(&source)?));
+//! let mut solver = SolverKind::Fast.start(Plan::new(&Scenario::resolve(&source)?));
 //! let first = loop {
 //!     match solver.next_record()?.expect("a block slips within a second") {
 //!         Record::Step(step) if !step.switches.is_empty() => break step,
@@ -92,8 +92,8 @@ pub use counters::Counters;
 pub use exact::Exact;
 pub use kind::SolverKind;
 pub use ledger::{Ledger, Span, Sum};
+pub use pace::{Pace, Snapshot};
 pub use plain::Plain;
 pub use solver::{SimulationError, Solver};
-pub use pace::{Pace, Snapshot};
 pub use state::SliderState;
 pub use stepper::Driving;

@@ -231,9 +231,6 @@ pub(crate) struct StoredModes {
     to_im: Vec<f64>,
     from_re: Vec<f64>,
     from_im: Vec<f64>,
-    /// The first row of the way back.
-    first_re: Vec<f64>,
-    first_im: Vec<f64>,
     /// Largest force on each block by each mode of size 1, mode by mode.
     force_n: Vec<f64>,
     /// Largest ratio of the norm `sqrt(I)` to that of numbers, between two states.
@@ -288,8 +285,6 @@ impl StoredModes {
             to_im: vec![0.0; pairs * 2 * blocks],
             from_re: Vec::with_capacity(count * 2 * blocks),
             from_im: Vec::with_capacity(pairs * 2 * blocks),
-            first_re: Vec::with_capacity(count),
-            first_im: Vec::with_capacity(pairs),
             force_n: Vec::with_capacity(count * blocks),
             spread: ((map.elastic.spectral_bound_n_per_m() + map.stiffest_drive_n_per_m)
                 / map.interfacial_stiffness_n_per_m
@@ -324,10 +319,8 @@ impl StoredModes {
             let velocity: Vec<Complex> = x.iter().map(|x| (*x * by_velocity).scaled(1.0 / dt)).collect();
             let state = || x.iter().copied().chain(velocity.iter().map(|v| v.scaled(unit_s)));
             modes.from_re.extend(state().map(|y| times * y.re));
-            modes.first_re.push(times * x[0].re);
             if e < pairs {
                 modes.from_im.extend(state().map(|y| -times * y.im));
-                modes.first_im.push(-times * x[0].im);
             }
             modes.force_n.extend((0..blocks).map(|n| {
                 let drive = x[n].scaled(-driven[n]);
@@ -353,12 +346,6 @@ impl StoredModes {
         (2 * self.blocks) as f64 * DEFECT * self.spread
     }
 
-    /// The displacement of block 1 in it.
-    pub(crate) fn first_displacement_m(&self, coordinates: &Coordinates) -> f64 {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        dot(&self.first_re, &coordinates.re) + dot(&self.first_im, &coordinates.im[..self.pairs])
-    }
-
     /// `(1 + z)^steps - 1` of every mode.
     pub(crate) fn growth(&self, steps: u64) -> Coordinates {
         self.powers.growth(steps)
@@ -368,7 +355,7 @@ impl StoredModes {
 impl Modes {
     pub(crate) fn new(stored: Arc<StoredModes>) -> Modes {
         Modes {
-            sizes: vec![0.0; stored.first_re.len()],
+            sizes: vec![0.0; stored.powers.0[0].re.len()],
             scratch: vec![0.0; 2 * stored.blocks],
             more_scratch: vec![0.0; 2 * stored.blocks],
             stored,

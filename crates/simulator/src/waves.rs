@@ -74,8 +74,7 @@ struct Wave {
     of_v: Complex,
     of_first_u: Complex,
     of_first_v: Complex,
-    /// `x` of the first block, and the largest force there by a wave of size 1.
-    first: Complex,
+    /// The largest force on the first block by a wave of size 1.
     first_force_n: f64,
     /// The largest force on the other blocks by a wave of size 1.
     force_n: f64,
@@ -198,7 +197,6 @@ impl Waves {
                 of_v: (Complex::ONE - project) / own,
                 of_first_u: (project_first - project * x0) / own,
                 of_first_v: (project * x0 - project_first) / own,
-                first: x0,
                 first_force_n: times * (pull * (x1 - x0) - held).size(),
                 force_n: times * (pull * shape + top_n_per_m.into()).size() * most,
                 shrinks: (0..CALMING_STEPS.ilog2()).fold(grown.size(), |size, _| size * size),
@@ -318,12 +316,6 @@ impl Waves {
         unreachable!("the steps grow up to the most of them")
     }
 
-    /// The displacement of block 1 in it.
-    pub(crate) fn first_displacement_m(&self, coordinates: &Coordinates) -> f64 {
-        let parts = self.waves.iter().zip(coordinates.re.iter().zip(&coordinates.im));
-        parts.map(|(wave, (re, im))| wave.times * (re * wave.first.re - im * wave.first.im)).sum()
-    }
-
     /// `(1 + z)^steps - 1` of every mode.
     pub(crate) fn growth(&self, steps: u64) -> Coordinates {
         self.powers.growth(steps)
@@ -406,8 +398,6 @@ mod tests {
             waves.compose(&by_waves, &mut first);
             modes.compose(&by_modes, &mut second);
             close(&first, &second, "12345 steps on");
-            let u1 = waves.first_displacement_m(&by_waves);
-            close(&[u1], &[first[0]], "block 1");
         }
     }
 

@@ -158,7 +158,13 @@ impl Window {
 
 impl Window {
     /// Adds to the energies what the steps to the end of the window did, after it has landed.
-    pub(crate) fn account(&mut self, plan: &Plan, index: usize, state: &mut SliderState, accounts: &Accounts) {
+    pub(crate) fn account(
+        &mut self,
+        plan: &Plan,
+        index: usize,
+        state: &mut SliderState,
+        accounts: &Accounts,
+    ) {
         let length = &self.expansion.basis.lengths[index];
         let (steps, coefficients) = (length.steps, length.triple_sum);
         self.add_up(plan, steps, &coefficients, state, accounts);
@@ -231,7 +237,7 @@ mod tests {
         plan.friction.static_threshold_n.fill(1e9);
         plan.friction.dynamic_friction_n.fill(0.1);
         let mut plain = Plain::new(plan.clone());
-        let mut state = plain.snapshot();
+        let mut state = plain.state().clone();
         for n in 0..plan.blocks {
             // Waves of all lengths.
             let pattern = ((n * n * 7919) % 101) as f64 / 101.0;
@@ -243,7 +249,7 @@ mod tests {
                 state.detached += 1;
             }
         }
-        plain.restore(&state);
+        plain.restore(&state.clone().into());
         (plan, plain)
     }
 
@@ -255,7 +261,7 @@ mod tests {
             let lengths = window.expansion.basis.lengths.len();
             let mut compared = 0;
             for opened in 0..lengths {
-                let state = start.snapshot();
+                let state = start.state().clone();
                 assert!(window.expansion.start(&plan, &state));
                 window.expansion.scale_springs(&plan);
                 window.expansion.take_terms(&plan, 0, window.expansion.basis.lengths[opened].terms);
@@ -307,7 +313,7 @@ mod tests {
                 let mut counts = Vec::new();
                 for agitation in [1e-12, 1e-6, 1.0] {
                     // All slide along, by the drive's side, and ring a little.
-                    let mut state = start.snapshot();
+                    let mut state = start.state().clone();
                     state.step = (1e-3 / (plan.drive.velocity_m_per_s * plan.grid.step_s())) as u64;
                     for n in 0..plan.blocks {
                         let pattern = ((n * n * 7919) % 101) as f64 / 101.0;
@@ -325,7 +331,7 @@ mod tests {
                     counts.push(window.expansion.terms);
 
                     let mut plain = start.clone();
-                    plain.restore(&state);
+                    plain.restore(&state.clone().into());
                     while plain.step() < state.step + window.steps(index) {
                         plain.take_step();
                         assert!(plain.switched().is_empty());

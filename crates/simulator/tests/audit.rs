@@ -2,7 +2,7 @@
 
 use asperity_model::Plan;
 use asperity_record::{Energy, Record, RunStatus, StepRecord};
-use asperity_simulator::{Fast, MOST_SCHEME_SHARE, Plain, SimulationError, Solver};
+use asperity_simulator::{MOST_SCHEME_SHARE, Plain, SimulationError, Solver, SolverKind};
 
 /// A scenario as stated, with a time step of about that share of the longest stable one.
 fn plan(name: &str, share: f64, sets: &[&str]) -> Plan {
@@ -57,7 +57,7 @@ fn near_the_longest_step_runs_are_stopped_or_count_as_with_a_short_one() {
     ] {
         // The top drive slips once, behind 7 s.
         let duration = if name == "top-driven" { "time.duration_s=8" } else { "time.duration_s=2" };
-        let short = run(Fast::new(plan(name, 0.1, &[duration])));
+        let short = run(SolverKind::Fast.start(plan(name, 0.1, &[duration])));
         assert_eq!(short.error, None, "{name}");
         assert!(short.events > 0, "{name}");
         for share in [0.8, 0.9, 0.95, 0.99] {
@@ -67,7 +67,7 @@ fn near_the_longest_step_runs_are_stopped_or_count_as_with_a_short_one() {
                 "{}",
                 (plan.grid.step_s() / plan.longest_stable_step_s)
             );
-            let Ended { error, events, .. } = run(Fast::new(plan));
+            let Ended { error, events, .. } = run(SolverKind::Fast.start(plan));
             match error {
                 Some(SimulationError::Energy { .. }) => stopped.push((name, share)),
                 Some(other) => panic!("{name} at {share}: {other}"),
@@ -103,7 +103,7 @@ fn steps_that_are_advised_are_not_stopped() {
             let step_s = duration_s / (duration_s / (share * known.longest_stable_step_s)).ceil();
             let plan =
                 asperity_testkit::plan(name, &[&sets[..], &[format!("time.step_s={step_s:e}")]].concat());
-            let ended = run(Fast::new(plan));
+            let ended = run(SolverKind::Fast.start(plan));
             assert_eq!(ended.error, None, "{name} at {share}");
             let energy = ended.energy();
             let found = energy.scheme_work_j.abs() / energy.prestress_work_j;
@@ -134,8 +134,8 @@ fn the_step_in_which_a_run_stops_is_its_own() {
             }
             ref other => panic!("{name}: {other:?}"),
         };
-        let fast = step(&run(Fast::new(plan(&[]))));
-        assert_eq!(fast, step(&run(Fast::new(plan(&often)))), "{name}");
+        let fast = step(&run(SolverKind::Fast.start(plan(&[]))));
+        assert_eq!(fast, step(&run(SolverKind::Fast.start(plan(&often)))), "{name}");
         assert_eq!(fast, step(&run(Plain::new(plan(&[])))), "{name}");
         assert_eq!(fast, step(&run(Plain::new(plan(&often)))), "{name}");
     }
@@ -146,7 +146,7 @@ fn the_step_in_which_a_run_stops_is_its_own() {
 fn no_run_goes_on_behind_its_stop() {
     let sets = ["parameter_set=as-stated", "slider.blocks=24", "time.step_s=2.5e-6"];
     let plan = asperity_testkit::plan("rigid-contacts", &sets);
-    let mut solver = Fast::new(plan);
+    let mut solver = SolverKind::Fast.start(plan);
     let error = loop {
         match solver.next_record() {
             Ok(Some(_)) => {}
@@ -167,7 +167,7 @@ fn what_is_not_finite_is_named_and_never_recorded() {
     plan.drive.velocity_m_per_s = 1e156;
     plan.friction.static_threshold_n.fill(1e158);
     plan.friction.dynamic_friction_n.fill(1e158);
-    for ended in [run(Fast::new(plan.clone())), run(Plain::new(plan))] {
+    for ended in [run(SolverKind::Fast.start(plan.clone())), run(Plain::new(plan))] {
         let Some(error @ SimulationError::NotFinite { .. }) = ended.error else {
             panic!("{:?}", ended.error)
         };

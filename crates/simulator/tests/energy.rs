@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use asperity_model::Plan;
 use asperity_record::{Energy, Record, StepRecord};
-use asperity_simulator::{Fast, Plain, Solver};
+use asperity_simulator::{Plain, Solver, SolverKind};
 
 fn steps(mut solver: impl Solver) -> Vec<StepRecord> {
     let mut steps = Vec::new();
@@ -74,7 +74,8 @@ fn both_solvers_tell_the_same_energies() {
     for (name, sets) in scenarios() {
         let plan = plan(name, &sets);
         let name = format!("{name} {sets:?}");
-        let (plain, fast) = (steps(Plain::new(Arc::clone(&plan))), steps(Fast::new(Arc::clone(&plan))));
+        let (plain, fast) =
+            (steps(Plain::new(Arc::clone(&plan))), steps(SolverKind::Fast.start(Arc::clone(&plan))));
         assert_eq!(plain.len(), fast.len(), "{name}");
         let first = plain[0].energy.unwrap();
         let last = plain.last().unwrap().energy.unwrap();

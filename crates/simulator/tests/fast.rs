@@ -4,7 +4,7 @@
 use asperity_model::Plan;
 use asperity_record::{Direction, FieldRecord, Record, StepRecord};
 use asperity_simulator::equality::{self, Disagreement};
-use asperity_simulator::{Counters, Fast, Plain, SimulationError, Solver};
+use asperity_simulator::{Counters, Plain, SimulationError, Solver, SolverKind};
 use asperity_testkit::{Random, plan};
 
 /// Numbers agree within this share of the largest of their kind in the run.
@@ -89,7 +89,7 @@ fn nudged(plan: &Plan, nudge: f64) -> Vec<Record> {
         nudged.take_step();
     }
     let mut state = nudged.snapshot();
-    for velocity in &mut state.velocity_m_per_s {
+    for velocity in &mut state.slider.velocity_m_per_s {
         *velocity *= 1.0 + nudge;
     }
     nudged.restore(&state);
@@ -123,7 +123,7 @@ struct Compared {
 /// [`equality::compare`], which admits no difference but by rounding. A run may part only if
 /// its chain is chaotic, and no earlier than one that is nudged.
 fn compare(name: &str, plan: &Plan, tolerance: f64) -> Compared {
-    let (mut fast, counters) = run(Fast::new(plan.clone()));
+    let (mut fast, counters) = run(SolverKind::Fast.start(plan.clone()));
     let (mut plain, plain_counters) = run(Plain::new(plan.clone()));
     let whole = entries(&fast) == entries(&plain);
     match equality::compare(plan, |_, _| {}, |_| {}) {
@@ -248,7 +248,7 @@ fn random_scenarios_give_the_same_switches() {
     for seed in 0..160 {
         let set = random_scenario(seed);
         let plan = plan("default", &set);
-        if let Some(error) = error(Fast::new(plan.clone())) {
+        if let Some(error) = error(SolverKind::Fast.start(plan.clone())) {
             let SimulationError::Energy { step, .. } = error else { panic!("seed {seed} {set:?}: {error}") };
             let same = |other| matches!(other, Some(SimulationError::Energy { step: at, .. }) if at == step);
             assert!(same(self::error(Plain::new(plan))), "seed {seed} {set:?}: {error}");
@@ -384,7 +384,7 @@ fn a_chain_without_modes_takes_windows() {
     let Compared { counters, horizon_step, .. } = compare("ring-down", &plan, TOLERANCE);
     assert_eq!(horizon_step, plan.steps, "all of it");
     assert!(counters.jumps == 0 && counters.window_steps > 15_000, "{counters:?}");
-    assert_eq!(Fast::new(plan).fallbacks().len(), 1);
+    assert_eq!(SolverKind::Fast.start(plan).fallbacks().len(), 1);
 }
 
 #[test]
@@ -392,7 +392,7 @@ fn cadences_never_change_a_bit_of_the_run() {
     let switches = |set: &[&str]| {
         let mut all = vec!["time.duration_s=0.3".to_owned()];
         all.extend(set.iter().map(|assignment| (*assignment).to_owned()));
-        let (records, _) = run(Fast::new(plan("default", &all)));
+        let (records, _) = run(SolverKind::Fast.start(plan("default", &all)));
         steps(&records).into_iter().filter(|record| !record.switches.is_empty()).cloned().collect::<Vec<_>>()
     };
     let usual = switches(&[]);
@@ -433,7 +433,7 @@ fn a_jump_as_long_as_the_sample_cadence_lands_on_the_same_bits() {
             "recording.fields_s=2e-4".to_owned(),
             "friction.interfacial_stiffness_ratio=0.01".to_owned(),
         ];
-        let (records, counters) = run(Fast::new(plan("ring-down", &set)));
+        let (records, counters) = run(SolverKind::Fast.start(plan("ring-down", &set)));
         assert_eq!(counters.jumps, 1);
         fields(&records).last().map(|record| (*record).clone())
     };
@@ -444,7 +444,7 @@ fn a_jump_as_long_as_the_sample_cadence_lands_on_the_same_bits() {
 #[test]
 fn dense_samples_are_handed_out_one_by_one() {
     // A queue of them all would hold the run's whole length in memory.
-    let mut solver = Fast::new(plan("ring-down", &["recording.sample_s=1e-8".to_owned()]));
+    let mut solver = SolverKind::Fast.start(plan("ring-down", &["recording.sample_s=1e-8".to_owned()]));
     let mut last = 0;
     while let Some(record) = solver.next_record().unwrap() {
         assert!(solver.step() <= record.step(), "the state waits for its samples");
@@ -494,8 +494,8 @@ fn a_restored_state_continues_to_the_bit() {
     ];
     for set in cases {
         let plan = plan("default", set);
-        let (whole, _) = run(Fast::new(plan.clone()));
-        let mut solver = Fast::new(plan.clone());
+        let (whole, _) = run(SolverKind::Fast.start(plan.clone()));
+        let mut solver = SolverKind::Fast.start(plan.clone());
         for part in 1..12 {
             for _ in 0..whole.len() / 12 {
                 solver.next_record().unwrap();
@@ -504,12 +504,12 @@ fn a_restored_state_continues_to_the_bit() {
                 solver.next_record().unwrap();
             }
             let snapshot = solver.snapshot();
-            let mut other = Fast::new(plan.clone());
+            let mut other = SolverKind::Fast.start(plan.clone());
             other.restore(&snapshot);
             let rest: Vec<Record> = std::iter::from_fn(|| other.next_record().unwrap()).collect();
             let expected: Vec<&Record> =
-                whole.iter().filter(|record| record.step() > snapshot.step).collect();
-            assert!(rest.iter().eq(expected), "{set:?}, part {part}, from step {}", snapshot.step);
+                whole.iter().filter(|record| record.step() > snapshot.slider.step).collect();
+            assert!(rest.iter().eq(expected), "{set:?}, part {part}, from step {}", snapshot.slider.step);
         }
     }
 }
@@ -518,7 +518,7 @@ fn a_restored_state_continues_to_the_bit() {
 #[test]
 fn windows_that_do_not_pay_are_hardly_tried() {
     let set = ["parameter_set=as-stated", "friction.interfacial_stiffness_ratio=1e3", "time.duration_s=0.01"];
-    let (_, counters) = run(Fast::new(plan("default", &set)));
+    let (_, counters) = run(SolverKind::Fast.start(plan("default", &set)));
     assert!(counters.windows > 0 && counters.applications < counters.steps() / 20, "{counters:?}");
 }
 
@@ -526,7 +526,7 @@ fn windows_that_do_not_pay_are_hardly_tried() {
 #[test]
 fn creeping_blocks_take_windows_of_the_length_that_is_certified() {
     let set = ["friction.interfacial_stiffness_ratio=10", "time.duration_s=0.05"];
-    let (_, counters) = run(Fast::new(plan("first-precursor", &set)));
+    let (_, counters) = run(SolverKind::Fast.start(plan("first-precursor", &set)));
     assert!(counters.window_steps > 500_000, "{counters:?}");
     assert!(counters.plain_steps < counters.window_steps / 4, "{counters:?}");
     assert!(counters.applications < counters.window_steps / 2, "{counters:?}");

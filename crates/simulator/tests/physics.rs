@@ -3,7 +3,7 @@
 
 use asperity_model::{Plan, analytic};
 use asperity_record::{Direction, Record, WindowRecord};
-use asperity_simulator::{Fast, Plain, Solver};
+use asperity_simulator::{Plain, Solver, SolverKind};
 use asperity_testkit::plan;
 
 fn records(plan: Plan) -> Vec<Record> {
@@ -203,8 +203,8 @@ fn a_sliding_block_at_zero_velocity_feels_no_friction_and_stays_finite() {
     let plan = plan("ten-blocks", &["drive.velocity_m_per_s=0"]);
     let mut solver = Plain::new(plan);
     let mut state = solver.snapshot();
-    state.slip[4] = 1.0;
-    state.detached = 1;
+    state.slider.slip[4] = 1.0;
+    state.slider.detached = 1;
     solver.restore(&state);
     solver.take_step();
     assert_eq!(solver.state().displacement_m, vec![0.0; 10]);
@@ -217,9 +217,9 @@ fn the_two_rules_differ_for_a_block_that_slides_backwards() {
     let after_one_step = |rule: &str| {
         let mut solver = Plain::new(plan("ten-blocks", &[&format!("friction.reattach={rule}")]));
         let mut state = solver.snapshot();
-        state.slip[4] = 1.0;
-        state.detached = 1;
-        state.velocity_m_per_s[4] = -1e-3;
+        state.slider.slip[4] = 1.0;
+        state.slider.detached = 1;
+        state.slider.velocity_m_per_s[4] = -1e-3;
         solver.restore(&state);
         solver.take_step();
         solver.state().slip[4]
@@ -242,7 +242,7 @@ fn a_restored_state_continues_to_the_bit() {
     let mut other = Plain::new(plan);
     other.restore(&snapshot);
     let rest: Vec<Record> = std::iter::from_fn(|| other.next_record().unwrap()).collect();
-    let expected: Vec<Record> = whole.into_iter().filter(|record| record.step() > snapshot.step).collect();
+    let expected: Vec<Record> = whole.into_iter().filter(|record| record.step() > snapshot.slider.step).collect();
     assert!(expected.len() > 1000);
     assert_eq!(rest, expected);
 }
@@ -335,7 +335,7 @@ fn ruptures_are_recorded_while_they_are_large() {
     let with = plan(&ruptures);
     for (plain, dense) in [
         (records(bare.clone()), records(with.clone())),
-        (records_of(Fast::new(bare)), records_of(Fast::new(with))),
+        (records_of(SolverKind::Fast.start(bare)), records_of(SolverKind::Fast.start(with))),
     ] {
         assert_eq!(windows(&dense, 0).len(), expected.len());
         for (found, expected) in windows(&dense, 0).iter().zip(&expected) {
@@ -397,7 +397,7 @@ fn front_arrivals_s(tau: f64) -> (Plan, Vec<f64>) {
     // Few digits, so that the duration is a whole number of steps.
     let dt: f64 = format!("{dt:.2e}").parse().unwrap();
     let plan = plan("default", &sets(dt));
-    let mut solver = Fast::new(plan.clone());
+    let mut solver = SolverKind::Fast.start(plan.clone());
     let mut arrivals_s = vec![f64::NAN; BLOCKS];
     let mut left = BLOCKS;
     while left > 0 {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use asperity_model::lattice::Bond;
 use asperity_model::{Lattice, Plan, resolve};
 use asperity_record::{Direction, Record, StepRecord};
-use asperity_simulator::{ChainState, Plain, Solver, SolverKind};
+use asperity_simulator::{Plain, SliderState, Solver, SolverKind};
 use asperity_testkit::SMALL_SLAB;
 
 fn plan(sets: &[&str]) -> Plan {
@@ -262,9 +262,10 @@ fn a_restored_slab_goes_on_to_the_bit() {
         other.take_step();
     }
     assert_eq!(other.snapshot(), whole.snapshot());
-    let short = ChainState { displacement_m: state.displacement_m[..9].to_vec(), ..state.clone() };
+    let state = state.slider;
+    let short = SliderState { displacement_m: state.displacement_m[..9].to_vec(), ..state.clone() };
     assert!(!short.fits(&plan), "a state of the contacts alone is none");
-    let lifted = ChainState { normal_load_n: vec![-1.0; 9], ..state };
+    let lifted = SliderState { normal_load_n: vec![-1.0; 9], ..state };
     assert!(!lifted.fits(&plan), "the foundation does not pull");
 }
 
@@ -281,17 +282,17 @@ fn a_run_too_short_for_modes_is_stepped_openly() {
 }
 
 /// A step from a state with one contact as it is given, and what happened to it.
-fn step_from(change: impl Fn(&mut ChainState, usize)) -> (ChainState, ChainState, Vec<usize>) {
+fn step_from(change: impl Fn(&mut SliderState, usize)) -> (SliderState, SliderState, Vec<usize>) {
     let mut plain = Plain::new(plan(&[]));
     for _ in 0..100 {
         plain.take_step();
     }
-    let mut before = plain.snapshot();
+    let mut before = plain.state().clone();
     change(&mut before, 45);
     before.detached = before.slip.iter().filter(|slip| **slip != 0.0).count() as u32;
-    plain.restore(&before);
+    plain.restore(&before.clone().into());
     plain.take_step();
-    (before, plain.snapshot(), plain.switched().to_vec())
+    (before, plain.state().clone(), plain.switched().to_vec())
 }
 
 const AT: usize = 3;
@@ -331,9 +332,9 @@ fn a_contact_may_detach_backwards_and_sticks_again_by_the_one_way_rule() {
     assert!(switched.contains(&AT) && after.slip[AT] == 1.0);
     assert!(after.tangential_force_n[AT] <= -0.4 * after.normal_load_n[AT]);
     let mut plain = Plain::new(plan(&[]));
-    plain.restore(&after);
+    plain.restore(&after.into());
     plain.take_step();
-    let next = plain.snapshot();
+    let next = plain.state();
     assert!(next.velocity_m_per_s[AT] <= 0.0 && next.slip[AT] == 0.0 && plain.switched().contains(&AT));
     let kt = plan(&[]).friction.interfacial_stiffness_n_per_m;
     assert_eq!(next.stick_position_m[AT], next.displacement_m[AT] - next.tangential_force_n[AT] / kt);

@@ -6,7 +6,7 @@
 use asperity_model::Plan;
 use asperity_record::Record;
 use asperity_simulator::equality::{self, Agreement};
-use asperity_simulator::{Counters, Fast, Plain, Solver};
+use asperity_simulator::{Counters, Plain, Solver, SolverKind};
 use asperity_testkit::plan;
 
 /// Long chains have waves instead of stored modes, and no windows where these cannot pay.
@@ -42,7 +42,7 @@ fn compared(plan: &Plan) -> (Agreement, Vec<(u64, u32)>) {
 }
 
 fn counters(plan: &Plan) -> Counters {
-    let mut solver = Fast::new(plan.clone());
+    let mut solver = SolverKind::Fast.start(plan.clone());
     while solver.next_record().unwrap().is_some() {}
     solver.counters()
 }

@@ -1,4 +1,4 @@
-//! The same work on many jobs, on several threads, with the results in the order of the jobs.
+//! Runs jobs in parallel and returns their results in the order of the jobs.
 
 use std::num::NonZeroUsize;
 use std::panic;
@@ -6,9 +6,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// Does `work` on every job, on this many threads at once (one per core if not said), and
-/// returns the results in the order of the jobs. Jobs are begun in their order, each as soon
-/// as a thread is free.
+/// Runs `work` on every job, on this many threads (None for one per core), and returns the results
+/// in the order of the jobs. Jobs start in their order, each as soon as a thread is free.
 ///
 /// ```
 /// let squares = asperity_stream::at_once(&[1, 2, 3], None, |n| Ok::<_, String>(n * n));
@@ -16,7 +15,7 @@ use std::thread;
 /// ```
 ///
 /// # Errors
-/// The first failure, in the order of the jobs. After a failure no further job is begun.
+/// The first failure in the order of the jobs. No job starts after a failure.
 pub fn at_once<Job: Sync, Done: Send, Error: Send>(
     jobs: &[Job],
     workers: Option<NonZeroUsize>,
@@ -37,7 +36,7 @@ pub fn at_once<Job: Sync, Done: Send, Error: Send>(
         }
     };
     thread::scope(|scope| {
-        // Where the system gives no more threads, fewer do the same; the last resort is this one.
+        // If the system grants fewer threads, those do all jobs; without any, this thread does.
         let spawn = |_| thread::Builder::new().spawn_scoped(scope, take_jobs).ok();
         let threads: Vec<_> = (0..workers.min(jobs.len())).map_while(spawn).collect();
         if threads.is_empty() {

@@ -1,18 +1,17 @@
-//! Carries records from a source through the detectors to a sink, each on a
-//! thread of its own, over bounded channels.
+//! Passes records from a source through detectors to a sink, each on a thread of its own, over
+//! bounded channels.
 //!
 //! ```text
 //! source --records--> detectors --records and their events--> sink
 //! ```
 //!
-//! It is a line, not a fan: the detectors pass every record on and put the
-//! events that it gave rise to right after it. So the sink sees one sequence,
-//! and that sequence depends on the source alone, never on scheduling. A slow
-//! sink fills the channels and slows the source; memory stays flat. Whoever
-//! fails stops the others, and its error is the one that is reported.
+//! A pipeline, not a fan-out: the detectors forward every record, followed by the events it gave
+//! rise to. The sink therefore receives one sequence that depends on the source alone, never on
+//! scheduling. A slow sink fills the channels and so slows the source, in constant memory. A
+//! failing stage stops the others, and its error is reported.
 //!
-//! Where every core has a stream of its own, threads within one only get in each other's way:
-//! [`run_in_turn`] gives the sink the same sequence on the calling thread.
+//! Where every core runs a stream of its own, further threads only compete: [`run_in_turn`] passes
+//! the same sequence to the sink on the calling thread.
 //!
 //! A live run and a replay differ in their source only.
 //!
@@ -47,8 +46,7 @@
 //! # Ok::<(), asperity_stream::StreamError<Infallible, Infallible>>(())
 //! ```
 //!
-//! Beside the line there is [`at_once`], for work on many runs: several jobs at a time, with
-//! the results in the order of the jobs.
+//! [`at_once`] runs several jobs in parallel, with the results in the order of the jobs.
 
 mod at_once;
 
@@ -60,7 +58,7 @@ use crossbeam_channel::{Receiver, Sender, bounded};
 
 pub use at_once::at_once;
 
-/// What a source gives.
+/// The output of a source.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Given {
     /// For the detectors and the sink.
@@ -69,14 +67,14 @@ pub enum Given {
     Checkpoint(Checkpoint),
 }
 
-/// What reaches the sink.
+/// The input of the sink.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Item {
-    /// A record, as the source gave it.
+    /// A record of the source.
     Record(Record),
-    /// An event, right after the record that made it certain.
+    /// An event, right after the record that completed it.
     Event(Event),
-    /// A checkpoint, after the records that it stands on and their events.
+    /// A checkpoint, after the records that it includes and their events.
     Checkpoint(Checkpoint),
 }
 
@@ -89,23 +87,22 @@ pub enum StreamError<Source, Sink> {
     /// The sink failed.
     #[error(transparent)]
     Sink(Sink),
-    /// The system gives no further thread, or no memory for one.
+    /// The system cannot start a thread, or lacks memory for one.
     #[error("failed to start a thread: {0}")]
     Thread(String),
 }
 
-/// Records under way between two threads: enough to ride out a pause of the
-/// disk. The two channels full of fields take half a megabyte for 100 blocks,
-/// 50 MB for 10,000 and 500 MB for 100,000, the largest chain there may be.
+/// Capacity of a channel in records: enough to bridge a pause of the disk. Two channels full of
+/// fields take half a megabyte for 100 blocks, 50 MB for 10,000 and 500 MB for 100,000, the longest
+/// chain.
 const CHANNEL_CAPACITY: usize = 64;
 
-/// Runs a stream to its end: everything `source` gives goes through `detectors`
-/// and, with their events, into `sink`, which runs on the calling thread.
+/// Runs a stream to its end: everything from `source` passes through `detectors` and, with their
+/// events, into `sink`, which runs on the calling thread.
 ///
 /// # Errors
-/// The first failure of source or sink, or that there is no thread to be had. After a failure the detectors are not
-/// told that the run is over, so no event is closed that a whole run would not
-/// have closed.
+/// The first failure of source, sink or thread creation. After a failure the detectors are not
+/// finished, so that they end no event that a whole run would not have ended.
 pub fn run<SourceError, SinkError>(
     mut source: impl FnMut() -> Result<Option<Given>, SourceError> + Send,
     mut detectors: Vec<Box<dyn Detector>>,
@@ -118,7 +115,7 @@ where
         let (to_detectors, records) = bounded(CHANNEL_CAPACITY);
         let (to_sink, items) = bounded(CHANNEL_CAPACITY);
         let no_thread = |error: std::io::Error| StreamError::Thread(error.to_string());
-        // Without the second, the first finds nobody to send to, and ends.
+        // If the second thread fails to start, the first finds its channel closed and ends.
         let source_thread = thread::Builder::new()
             .spawn_scoped(scope, move || feed(&mut source, &to_detectors))
             .map_err(no_thread)?;
@@ -127,7 +124,7 @@ where
             .map_err(no_thread)?;
 
         let drained = items.iter().try_for_each(&mut sink);
-        // With the receiver gone, whoever still sends finds out and stops.
+        // Senders stop when the receiver is gone.
         drop(items);
         if let Err(panic) = detector_thread.join() {
             std::panic::resume_unwind(panic);
@@ -138,10 +135,10 @@ where
     })
 }
 
-/// Does the same as [`run`] on the calling thread, one record after the other.
+/// Does what [`run`] does on the calling thread, one record after the other.
 ///
 /// # Errors
-/// The first failure of source or sink, after which the detectors are not told that the run is over.
+/// The first failure of source or sink; the detectors are then not finished.
 pub fn run_in_turn<SourceError, SinkError>(
     mut source: impl FnMut() -> Result<Option<Given>, SourceError>,
     mut detectors: Vec<Box<dyn Detector>>,
@@ -158,10 +155,10 @@ pub fn run_in_turn<SourceError, SinkError>(
     }
 }
 
-/// What goes to the detectors.
+/// The input of the detectors.
 enum Fed {
     Given(Given),
-    /// The source is exhausted, and did not fail.
+    /// The source is exhausted and did not fail.
     End,
 }
 
@@ -189,8 +186,8 @@ fn detect(detectors: &mut [Box<dyn Detector>], records: &Receiver<Fed>, to_sink:
     }
 }
 
-/// Gives the sink what was fed, and the events that the detectors make of it. `events` is room to
-/// work in.
+/// Passes an input to the sink, with the events that the detectors find in it. `events` is a reused
+/// buffer.
 fn pass_on<E>(
     fed: Fed,
     detectors: &mut [Box<dyn Detector>],

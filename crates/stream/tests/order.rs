@@ -1,4 +1,4 @@
-//! Order, backpressure and failures of a stream, whatever the scheduling.
+//! Order, backpressure and failures of a stream under any scheduling.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -12,7 +12,7 @@ fn step(step: u64) -> Record {
     Record::Step(quiet_step(step, step as f64, 0.0))
 }
 
-/// Emits an event for every tenth record, and one when the run is over.
+/// Emits an event for every tenth record, and one at the end of the run.
 struct Tenth(u64);
 
 impl Detector for Tenth {

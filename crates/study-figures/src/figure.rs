@@ -4,7 +4,6 @@ use asperity_model::Scenario;
 use asperity_model::analytic::{LengthLaw, LengthLawParameters, LoadCurve};
 use asperity_model::front::Front;
 use asperity_model::plan::Plan;
-use asperity_record::unit_of;
 use serde::{Deserialize, Serialize};
 
 use crate::axes::Place;
@@ -108,13 +107,6 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// The energies that it shows: as what, and which. Runs that record none have none.
-    pub fn energies(&self) -> impl Iterator<Item = (&'static str, &str)> {
-        let quantities = [("x", Some(&self.x)), ("y", Some(&self.y)), ("colour", self.colour.as_ref())];
-        let columns = quantities.into_iter().filter_map(|(what, of)| Some((what, of?.column.as_str())));
-        columns.filter(|(_, column)| unit_of(column) == Some("J"))
-    }
-
     /// What its kind is called where it is written.
     pub fn word(&self) -> &'static str {
         match self.kind {

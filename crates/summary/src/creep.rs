@@ -1,11 +1,11 @@
-//! How far creep has come, when.
+//! The progress of the creep front.
 
-/// The farthest block for which it and all before it have slid, as time goes on.
+/// The creep front over time: the farthest block such that it and all blocks before it have slid.
 #[derive(Debug, Clone)]
 pub(crate) struct CreepFront {
     slid: Vec<bool>,
-    /// The first step by which it had come to a block, for each block to which it came: no more
-    /// entries than blocks.
+    /// The first step by which the front had reached a block, for each block it reached; at most as
+    /// many entries as blocks.
     came: Vec<(u64, u32)>,
 }
 
@@ -14,7 +14,7 @@ impl CreepFront {
         CreepFront { slid: vec![false; blocks as usize], came: Vec::new() }
     }
 
-    /// Takes the news that a block begins to slide in a step.
+    /// Records that a block begins to slide in a step.
     pub(crate) fn slides(&mut self, block: u32, step: u64) {
         let index = block as usize - 1;
         if std::mem::replace(&mut self.slid[index], true) {
@@ -27,7 +27,7 @@ impl CreepFront {
         }
     }
 
-    /// Where it was before a step; without one, where it is.
+    /// The front before a step, or the present one for None.
     pub(crate) fn before(&self, step: Option<u64>) -> Option<u32> {
         let until = step.map_or(self.came.len(), |step| self.came.partition_point(|(came, _)| *came < step));
         self.came[..until].last().map(|(_, block)| *block)

@@ -1,44 +1,47 @@
-//! The ruptures that grow from block 1, in whatever order they become known.
+//! Selects the growing ruptures from block 1, in whatever order they become known.
 
-use asperity_record::Rupture;
+use asperity_record::Reach;
 
-/// Keeps the ruptures that include block 1 and reach farther than all before them that do: the
-/// precursors, and the first slip of the whole slider, which ends them.
+/// Keeps of the ruptures that include block 1 and reach farther than all before them that do what
+/// somebody wants of them: of the precursors, and of the first slip of the whole slider, which ends
+/// them.
 ///
 /// Ruptures are known once nothing can join them any more, which need not be in the order in which
 /// they began. No more than one for each block is kept.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Growth {
+#[derive(Debug, Clone)]
+pub struct Growth<T> {
     /// By onset, each farther than the one before it.
-    farthest: Vec<Rupture>,
+    farthest: Vec<Grown<T>>,
 }
 
-impl Growth {
-    /// Takes the next rupture.
-    pub(crate) fn take(&mut self, rupture: &Rupture) {
-        if rupture.first_block != 1 {
-            return;
-        }
-        let place = self.farthest.partition_point(|known| starts(known) <= starts(rupture));
-        if place > 0 && self.farthest[place - 1].last_block >= rupture.last_block {
-            return;
-        }
-        let shorter = self.farthest[place..].partition_point(|later| later.last_block <= rupture.last_block);
-        self.farthest.splice(place..place + shorter, [rupture.clone()]);
-    }
+#[derive(Debug, Clone)]
+struct Grown<T> {
+    starts: (u64, u64),
+    to: u32,
+    kept: T,
+}
 
-    /// The precursors, by onset.
-    pub(crate) fn precursors(&self) -> impl Iterator<Item = &Rupture> {
-        self.farthest.iter().filter(|rupture| !rupture.reached_every_block)
-    }
-
-    /// The first of those that span this many blocks or more.
-    pub(crate) fn first_over(&self, blocks: u32) -> Option<&Rupture> {
-        self.farthest.iter().find(|rupture| rupture.last_block >= blocks)
+impl<T> Default for Growth<T> {
+    fn default() -> Growth<T> {
+        Growth { farthest: Vec::new() }
     }
 }
 
-/// Of two that begin in one step, the one that was known first.
-fn starts(rupture: &Rupture) -> (u64, u64) {
-    (rupture.onset_step, rupture.rupture)
+impl<T> Growth<T> {
+    /// Takes the next rupture, by the step of its onset and its number: of two that begin in one
+    /// step, the one that was known first comes first.
+    pub fn take(&mut self, starts: (u64, u64), reach: Reach, keep: impl FnOnce() -> T) {
+        let place = self.farthest.partition_point(|known| known.starts <= starts);
+        let before = self.farthest[..place].last().map_or(0, |known| known.to);
+        if reach.extends(before) {
+            let shorter = self.farthest[place..].partition_point(|later| later.to <= reach.last);
+            let new = Grown { starts, to: reach.last, kept: keep() };
+            self.farthest.splice(place..place + shorter, [new]);
+        }
+    }
+
+    /// By onset, the block that each reached and what is kept of it.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, &T)> {
+        self.farthest.iter().map(|grown| (grown.to, &grown.kept))
+    }
 }

@@ -1,5 +1,5 @@
-//! What a key of a summary holds, said once: for JSON and its schema, for tables, for the page that
-//! explains the keys.
+//! The keys of a summary, declared once for JSON, its schema, tables and the page that explains
+//! them.
 
 use asperity_record::{Column, ColumnKind};
 use serde_json::Value;
@@ -7,14 +7,14 @@ use serde_json::Value;
 /// A key of a summary.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Key {
-    /// What it is about, as a heading.
+    /// Its topic, as a heading.
     pub group: &'static str,
-    /// Its name, what it holds, unit and meaning.
+    /// Its name, type, unit and meaning.
     pub column: Column,
 }
 
 impl Key {
-    /// Its name for people: `first global rupture onset` is `first_global_rupture_onset_s`.
+    /// Its readable name: `first global rupture onset` for `first_global_rupture_onset_s`.
     pub fn label(&self) -> String {
         let name: &str = &self.column.name;
         let unit = match self.column.unit {
@@ -29,16 +29,16 @@ impl Key {
     }
 }
 
-/// What stands under a key.
-pub(crate) trait Held {
+/// A type of values in a summary.
+pub(crate) trait FieldValue {
     const KIND: ColumnKind;
 
     fn value(&self) -> Value;
 }
 
-macro_rules! held {
+macro_rules! field_values {
     ($($type:ty: $kind:ident),+) => {
-        $(impl Held for $type {
+        $(impl FieldValue for $type {
             const KIND: ColumnKind = ColumnKind::$kind;
 
             fn value(&self) -> Value {
@@ -48,9 +48,9 @@ macro_rules! held {
     };
 }
 
-held!(u32: Count, u64: Step, f64: Number, bool: Flag, String: Word);
+field_values!(u32: Count, u64: Step, f64: Number, bool: Flag, String: Word);
 
-impl<T: Held> Held for Option<T> {
+impl<T: FieldValue> FieldValue for Option<T> {
     const KIND: ColumnKind = T::KIND;
 
     fn value(&self) -> Value {
@@ -58,10 +58,10 @@ impl<T: Held> Held for Option<T> {
     }
 }
 
-/// Declares a summary: the struct, its form as JSON with a schema, and its keys, all from one list.
+/// Declares a summary: generates the struct, its JSON form with a schema, and its keys.
 ///
 /// The doc comment of a field is the meaning of its key on every page. The name of a number ends in
-/// its unit; one without says `[unit = "1"]` after its type.
+/// its unit; a number without unit has `[unit = "1"]` after its type.
 macro_rules! summary {
     (
         $(#[doc = $about:tt])*
@@ -87,7 +87,7 @@ macro_rules! summary {
         }
 
         impl $name {
-            /// The keys, in the order in which one reads them.
+            /// The keys in their order on pages.
             pub const KEYS: &'static [$crate::Key] = &[
                 $($($crate::Key {
                     group: $group,
@@ -97,17 +97,17 @@ macro_rules! summary {
                 },)+)+
             ];
 
-            /// What stands under each key, in the same order; null where the run does not say.
+            /// The value of each key, in the same order; null where the run does not determine it.
             pub fn values(&self) -> Vec<::serde_json::Value> {
-                vec![$($($crate::key::Held::value(&self.$field),)+)+]
+                vec![$($($crate::key::FieldValue::value(&self.$field),)+)+]
             }
         }
     };
     (@column $name:expr, $type:ty, $about:expr) => {
-        ::asperity_record::Column::new($name, <$type as $crate::key::Held>::KIND, $about)
+        ::asperity_record::Column::new($name, <$type as $crate::key::FieldValue>::KIND, $about)
     };
     (@column $name:expr, $type:ty, $about:expr, $unit:literal) => {
-        ::asperity_record::Column::with_unit($name, <$type as $crate::key::Held>::KIND, $unit, $about)
+        ::asperity_record::Column::with_unit($name, <$type as $crate::key::FieldValue>::KIND, $unit, $about)
     };
 }
 

@@ -1,10 +1,9 @@
-//! The numbers of a run that a physicist asks for first: when it slipped, how far its precursors
-//! came, how fast its fronts ran, what became of the work.
+//! The key numbers of a run: when it slipped, how far its precursors reached, the speed of its
+//! fronts, its energy balance.
 //!
-//! A [`Summarizer`] is told of a run as it goes by, live or out of a log, and gives a [`Summary`].
-//! [`Summary::KEYS`] says of every number what it means and in which unit; the page that explains
-//! them, the tables and [`Summary::schema`] are made from it. [`text`] lays summaries out for a
-//! terminal.
+//! A [`Summarizer`] receives a run live or from a log, and returns a [`Summary`]. [`Summary::KEYS`]
+//! defines the meaning and unit of every number; the page that explains them, the tables and
+//! [`Summary::schema`] are generated from it. [`text`] formats summaries for a terminal.
 //!
 //! ```
 //! use asperity_record::RunHeader;
@@ -20,6 +19,7 @@
 //!     parameter_set: "as-coded".to_owned(),
 //!     solver: "fast".to_owned(),
 //!     blocks: 10,
+//!     rows: 1,
 //!     time_step_s: 1e-7,
 //!     longest_stable_step_s: None,
 //!     steps: 20_000_000,
@@ -44,6 +44,7 @@ mod summary;
 pub mod text;
 mod unloaded;
 
+pub use growth::Growth;
 pub use key::Key;
 pub use measures::{WIDE_BLOCKS, front_speed_m_per_s};
 pub use statistics::median;

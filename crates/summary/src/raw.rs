@@ -1,26 +1,26 @@
-//! Raw slip events, and whether they tell what happened.
+//! Raw slip events, and whether they misrepresent the ruptures.
 
 use asperity_record::{Rupture, SlipEvent};
 
 use crate::measures::{WIDE_BLOCKS, crossing_s};
 
-/// A raw slip event lasts a few times as long as its front takes to come to the end, since blocks
-/// slide on behind it: up to six in the scenarios of the thesis. One that creep keeps going lasts a
-/// hundred times as long.
+/// Ratio of the duration of a raw slip event to the crossing time of a front that is too long.
+/// Blocks slide on behind a front, for up to six crossings in the scenarios of the thesis; creep
+/// sustains events a hundred times as long.
 const MISLEADING_CROSSINGS: f64 = 20.0;
 
-/// Share of the wide raw slip events that hold several wide ruptures, from which on they say less
-/// of ruptures than of what happened to slide at the same time.
+/// Share of the wide raw slip events with several wide ruptures above which they describe
+/// coincidences rather than ruptures.
 const MISLEADING_JOINED: f64 = 0.25;
 
-/// Where a raw slip event begins.
+/// The beginning of a raw slip event.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Start {
     pub(crate) onset_s: f64,
     pub(crate) ft_fn: f64,
 }
 
-/// What is kept of raw slip events.
+/// The accumulated data of raw slip events.
 #[derive(Debug, Clone)]
 pub(crate) struct RawEvents {
     blocks: u32,
@@ -28,14 +28,14 @@ pub(crate) struct RawEvents {
     first_global: Option<Start>,
     count: u64,
     global: u64,
-    /// Of those that ended.
+    /// Of completed events.
     longest_s: Option<f64>,
-    /// Onset of one that did not.
+    /// Onset of the event in progress.
     open_s: Option<f64>,
-    /// Onset and end, s, of those that began before the earliest known global rupture.
+    /// Onset and end, s, of events that began before the earliest known global rupture.
     spans: Vec<(f64, Option<f64>)>,
     earliest_global_s: Option<f64>,
-    /// First step, and the first step after the last, of the wide ones.
+    /// First step, and the step after the last, of wide events.
     wide: Vec<(u64, u64)>,
     /// First steps of wide ruptures.
     wide_ruptures: Vec<u64>,
@@ -60,7 +60,7 @@ impl RawEvents {
         }
     }
 
-    /// Takes the next one.
+    /// Adds a raw slip event.
     pub(crate) fn take(&mut self, slip: &SlipEvent) {
         let start = Start { onset_s: slip.onset_s, ft_fn: slip.ft_fn_onset };
         self.count += 1;
@@ -84,13 +84,13 @@ impl RawEvents {
         }
     }
 
-    /// Takes the next wide rupture.
+    /// Adds a wide rupture.
     pub(crate) fn wide_rupture(&mut self, rupture: &Rupture) {
         self.wide_ruptures.push(rupture.onset_step);
         self.longest_crossing_s = self.longest_crossing_s.max(crossing_s(rupture));
     }
 
-    /// Takes the next rupture that reached every block.
+    /// Adds a rupture that reached every block.
     pub(crate) fn global_rupture(&mut self, rupture: &Rupture) {
         let onset_s = self.earliest_global_s.map_or(rupture.onset_s, |known| known.min(rupture.onset_s));
         self.earliest_global_s = Some(onset_s);
@@ -117,13 +117,13 @@ impl RawEvents {
         self.wide.len() as u64
     }
 
-    /// How long the longest lasted in a run that ended then.
+    /// The duration of the longest event in a run that ended at that time.
     pub(crate) fn longest_s(&self, run_end_s: f64) -> Option<f64> {
         let open_s = self.open_s.map(|onset_s| run_end_s - onset_s);
         self.longest_s.into_iter().chain(open_s).max_by(f64::total_cmp)
     }
 
-    /// Share of the time up to `until_s`, or else up to the end of the run, in which some block slid.
+    /// Share of the time up to `until_s`, or to the end of the run, in which some block slid.
     pub(crate) fn sliding_time_ratio(&self, until_s: Option<f64>, run_end_s: f64) -> Option<f64> {
         let until_s = until_s.unwrap_or(run_end_s);
         let slid = |(onset_s, end_s): &(f64, Option<f64>)| {
@@ -133,7 +133,7 @@ impl RawEvents {
         (until_s > 0.0).then(|| slid_s / until_s)
     }
 
-    /// How many wide ones hold the beginning of more than one wide rupture.
+    /// Number of wide events that contain the beginnings of more than one wide rupture.
     pub(crate) fn joined_count(&self) -> u64 {
         let mut began = vec![0_u64; self.wide.len()];
         for step in &self.wide_ruptures {
@@ -147,7 +147,7 @@ impl RawEvents {
         began.iter().filter(|count| **count > 1).count() as u64
     }
 
-    /// Whether they mislead, in a slider along which a wave takes `wave_s`.
+    /// Whether they are misleading, given the time `wave_s` of a wave along the slider.
     pub(crate) fn mislead(&self, wave_s: Option<f64>, run_end_s: f64) -> bool {
         let crossing_s = self.longest_crossing_s.max(wave_s.unwrap_or(0.0));
         let outlast =

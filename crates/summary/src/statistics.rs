@@ -1,4 +1,4 @@
-//! Means, medians and lines through points; of nothing there is none.
+//! Means, medians and regression lines; None for empty input.
 
 /// The mean.
 pub(crate) fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
@@ -6,7 +6,7 @@ pub(crate) fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     (count > 0).then(|| sum / count as f64)
 }
 
-/// The median: of an even number of values, the mean of the two in the middle.
+/// The median; the mean of the middle two of an even number of values.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
     values.sort_by(f64::total_cmp);
@@ -23,8 +23,7 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// The line with the least squares of differences in `y`; none through fewer than three
-    /// points, or points at one `x`.
+    /// The least-squares line in `y`; None through fewer than three points, or points at one `x`.
     pub(crate) fn through(points: &[(f64, f64)]) -> Option<Line> {
         if points.len() < 3 {
             return None;

@@ -1,4 +1,4 @@
-//! A run goes by, and what its summary needs of it is kept.
+//! Accumulates the summary of a run from its records and events.
 
 use asperity_record::{
     Direction, Energy, Event, EventPayload, RunEnd, RunHeader, Rupture, Scales, SlipEvent, StepRecord,
@@ -16,42 +16,42 @@ use crate::unloaded::Unloaded;
 /// A creep front counts from this share of the slider on.
 const CREEP_SHARE: f64 = 0.1;
 
-/// Fewest times between global ruptures of which the second half tells how the slider settled.
+/// Fewest intervals between global ruptures whose second half shows the steady state.
 const FEWEST_INTERVALS: usize = 4;
 
-/// The version of the log from which on the solver counts the steps of contacts in the air.
+/// The log version from which on the solver counts steps of contacts in the air.
 const COUNTS_AIR_SINCE: u32 = 6;
 
-/// What a scenario says of a slider, besides the header of its run.
+/// Properties of a slider beyond the header of its run.
 #[derive(Default)]
 pub struct Slider {
-    /// The scales of its elements, where the header of the run does not have them.
+    /// The scales of its elements, for headers without them.
     pub scales: Option<Scales>,
-    /// The law of precursor lengths that the scenario calls for.
+    /// The law of precursor lengths for the scenario.
     pub length_law: Option<LengthLaw>,
 }
 
 /// A prediction of `F_T / F_N` for a precursor of length `L_p / L`.
 pub struct LengthLaw {
-    /// What a table calls it.
+    /// Its name in tables.
     pub name: String,
     /// The prediction.
     pub load_ratio: Box<dyn Fn(f64) -> f64 + Send + Sync>,
 }
 
-/// Where the ruptures of a run are from.
+/// The origin of a run's ruptures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RupturesFrom {
     /// Its log.
     Log,
-    /// Its step records, for the summary alone.
+    /// Its step records, searched for this summary.
     Steps,
-    /// Nobody looked for any.
+    /// They were not searched for.
     None,
 }
 
 impl RupturesFrom {
-    /// As a summary says it.
+    /// The word in a summary.
     pub fn word(self) -> &'static str {
         match self {
             RupturesFrom::Log => "log",
@@ -61,28 +61,28 @@ impl RupturesFrom {
     }
 }
 
-/// Is told of a run in the order in which it happened, and gives its [`Summary`].
+/// Receives a run in its order, and returns its [`Summary`].
 ///
-/// It keeps the global ruptures, no more precursors than blocks, when wide ruptures and wide raw
-/// events began, and, until the first global rupture is known, when raw events slid.
+/// Stores the global ruptures, at most one precursor per block, the beginnings of wide ruptures and
+/// wide raw events, and, until the first global rupture is known, the times of raw events.
 pub struct Summarizer {
     name: String,
     header: RunHeader,
     slider: Slider,
     grid: TimeGrid,
-    /// Of the last record.
+    /// The step of the last record.
     last_step: u64,
     energy: Option<Energy>,
     records: u64,
     switches: u64,
     detachments: u64,
     largest_ft_fn: Option<f64>,
-    /// Whether the drive pulls both ways, so that `F_T` is a difference that says little.
+    /// Whether the drive pulls both ways, so that `F_T` is a difference with little meaning.
     pulls_both_ways: bool,
     creep: CreepFront,
     raw: RawEvents,
     unloaded: Unloaded,
-    growth: Growth,
+    growth: Growth<Rupture>,
     global: Vec<Rupture>,
     ruptures: u64,
     wide: u64,
@@ -92,7 +92,7 @@ pub struct Summarizer {
 }
 
 impl Summarizer {
-    /// For a run of this name.
+    /// A summarizer for the run of this name.
     pub fn new(name: &str, header: &RunHeader, slider: Slider) -> Summarizer {
         Summarizer {
             name: name.to_owned(),
@@ -119,7 +119,7 @@ impl Summarizer {
         }
     }
 
-    /// Takes the next step record.
+    /// Adds a step record.
     pub fn record(&mut self, record: &StepRecord) {
         self.last_step = record.step;
         self.energy = record.energy.or(self.energy);
@@ -134,10 +134,10 @@ impl Summarizer {
         }
     }
 
-    /// Takes the next event; one of another kind than raw slip events and ruptures says nothing.
+    /// Adds an event; ignores events other than raw slip events and ruptures.
     ///
     /// # Errors
-    /// If it is not what its topic promises.
+    /// If its payload does not match its topic.
     pub fn event(&mut self, event: &Event) -> Result<(), serde_json::Error> {
         match event.topic.as_str() {
             SlipEvent::TOPIC => self.slip_event(&serde_json::from_str(&event.payload)?),
@@ -147,18 +147,19 @@ impl Summarizer {
         Ok(())
     }
 
-    /// Takes the next raw slip event.
+    /// Adds a raw slip event.
     pub fn slip_event(&mut self, slip: &SlipEvent) {
         self.raw.take(slip);
     }
 
-    /// Takes the next rupture.
+    /// Adds a rupture.
     pub fn rupture(&mut self, rupture: &Rupture) {
         self.ruptures += 1;
         self.overlapping += u64::from(rupture.overlapping);
         self.open += u64::from(rupture.open);
         self.largest_slip_m = largest(self.largest_slip_m, rupture.largest_slip_m);
-        self.growth.take(rupture);
+        let starts = (rupture.onset_step, rupture.rupture);
+        self.growth.take(starts, rupture.reach(), || rupture.clone());
         if measures::is_wide(rupture) {
             self.wide += 1;
             self.raw.wide_rupture(rupture);
@@ -170,7 +171,7 @@ impl Summarizer {
         }
     }
 
-    /// Takes the news that the run is over, and how, if that is known.
+    /// Ends the run, with its status if known.
     pub fn finish(self, ruptures_from: RupturesFrom, end: Option<&RunEnd>) -> Summary {
         let Summarizer { header, slider, grid, growth, global, raw, unloaded, .. } = self;
         let is_known = ruptures_from != RupturesFrom::None;
@@ -179,9 +180,10 @@ impl Summarizer {
         let ratio = |value: Option<f64>| value.and_then(finite).filter(|_| pulls_one_way);
         let last_step = end.map_or(self.last_step, |end| end.last_step);
         let simulated_s = grid.time_s(last_step);
-        let length_ratio = |rupture: &Rupture| f64::from(rupture.last_block) / f64::from(header.blocks);
+        let length_ratio = |rupture: &Rupture| rupture.reach().length_ratio(header.blocks);
 
-        let precursors: Vec<&Rupture> = growth.precursors().collect();
+        let farthest = || growth.iter().map(|(_, rupture)| rupture);
+        let precursors: Vec<&Rupture> = farthest().filter(|rupture| !rupture.reached_every_block).collect();
         let global: Vec<&Rupture> = global.iter().collect();
         let growing: Vec<&Rupture> = precursors.iter().chain(&global).copied().collect();
         let first_global = global.first().copied();
@@ -198,13 +200,13 @@ impl Summarizer {
         let lengths: Vec<f64> = precursors.iter().map(|rupture| length_ratio(rupture)).collect();
         let growths = lengths.windows(2).map(|pair| pair[1] - pair[0]);
 
-        let front = growth.first_over(WIDE_BLOCKS);
+        let front = farthest().find(|rupture| measures::is_wide(rupture));
         let creep_front_block = self.creep.before(front.map(|front| front.onset_step));
         let creeps = creep_front_block.is_some_and(|block| {
             block >= WIDE_BLOCKS && f64::from(block) >= CREEP_SHARE * f64::from(header.blocks)
         });
         let scales = header.scales.or(slider.scales);
-        // Of a log of before version 6 the scenario has it.
+        // Before version 6 only the scenario has it.
         let modulus_n_per_m =
             [header.scales, slider.scales].into_iter().flatten().find_map(|scales| scales.modulus_n_per_m);
         let wave_speed_m_per_s = scales.map(|scales| scales.wave_speed_m_per_s());
@@ -213,7 +215,7 @@ impl Summarizer {
         let solver = |name: &str| end.and_then(|end| end.solver.counts.get(name).copied());
         let energy = self.energy.as_ref();
         let [unloaded_contact_count, unloaded_detachment_count, unloaded_event_count] = unloaded.counts();
-        // Who counts them says nothing of none.
+        // A log that counts them omits a count of zero.
         let none_in_air = (end.is_some() && header.record_schema_version >= COUNTS_AIR_SINCE).then_some(0);
 
         Summary {
@@ -312,7 +314,7 @@ impl Summarizer {
     }
 }
 
-/// JSON has no number for what is not finite, as `F_T / F_N` without a normal load.
+/// JSON has no numbers that are not finite, such as `F_T / F_N` without a normal load.
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
@@ -340,7 +342,8 @@ fn intervals_s(global: &[&Rupture]) -> Vec<f64> {
     global.windows(2).map(|pair| pair[1].onset_s - pair[0].onset_s).collect()
 }
 
-/// Over a quarter and not the first time alone: a slip of the whole slider may be followed at once by another.
+/// Over a quarter of the intervals instead of the first only: another slip of the whole slider may
+/// follow one at once.
 fn transient_s(global: &[&Rupture]) -> Option<f64> {
     let intervals = intervals_s(global);
     let quarter = intervals.len().div_ceil(4);

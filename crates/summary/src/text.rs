@@ -1,4 +1,4 @@
-//! Summaries laid out for a terminal.
+//! Formats summaries for a terminal.
 
 use std::fmt::Write as _;
 
@@ -7,10 +7,10 @@ use serde_json::Value;
 
 use crate::summary::Summary;
 
-/// Stands where a run does not say.
+/// Replaces a missing value.
 const NOTHING: &str = "-";
 
-/// One summary: a line for each key, below headings.
+/// Formats one summary: a line per key, under headings.
 pub fn of_one(summary: &Summary) -> String {
     let values = summary.values();
     let lines: Vec<(String, String)> = Summary::KEYS
@@ -32,7 +32,7 @@ pub fn of_one(summary: &Summary) -> String {
     text
 }
 
-/// The columns of [`of_several`]: what stands above each, in two lines, and its key.
+/// The columns of [`of_several`]: two lines of heading, and the key.
 const COLUMNS: [(&str, &str, &str); 10] = [
     ("", "run", "run"),
     ("", "precursors", "precursor_count"),
@@ -46,7 +46,7 @@ const COLUMNS: [(&str, &str, &str); 10] = [
     ("they", "mislead", "raw_events_mislead"),
 ];
 
-/// Several summaries: a row for each, of the numbers that matter most.
+/// Formats several summaries: a row each, with the most important numbers.
 pub fn of_several<'a>(summaries: impl IntoIterator<Item = &'a Summary>) -> String {
     let mut rows: Vec<Vec<String>> = vec![
         COLUMNS.iter().map(|(above, ..)| (*above).to_owned()).collect(),
@@ -81,19 +81,19 @@ fn with_unit(value: &Value, unit: Option<&str>) -> String {
     }
 }
 
-/// A value for people: six digits of a number, a word for what is so or not.
+/// Formats a value for people: six digits of a number, words for flags.
 fn spelled(value: &Value) -> String {
     match value {
         Value::Null => NOTHING.to_owned(),
         Value::Bool(flag) => if *flag { "yes" } else { "no" }.to_owned(),
-        // Names are what others gave.
+        // Names come from users.
         Value::String(text) => printable(text).into_owned(),
         Value::Number(number) if number.is_f64() => rounded(number.as_f64().unwrap_or_default()),
         other => other.to_string(),
     }
 }
 
-/// Significant digits of a number in a text; JSON and CSV have all of them.
+/// Significant digits of a number in text; JSON and CSV have all of them.
 const DIGITS: usize = 6;
 
 fn rounded(number: f64) -> String {

@@ -1,4 +1,4 @@
-//! Contacts without load, counted apart from what slips.
+//! Counts events of contacts without load, which are not slip.
 
 use std::collections::BTreeSet;
 
@@ -6,22 +6,22 @@ use asperity_record::{Direction, StepRecord};
 
 /// Follows the detachments of contacts without load.
 ///
-/// A contact that bears nothing, as one of a slab that has lifted off, has a threshold of 0. It
-/// detaches in every step in which it sticks, and moves without friction: by the rules that is a slip
-/// event, and rubs on nothing.
+/// A contact without load, such as one of a slab that has lifted off, has a threshold of 0. It
+/// detaches in every step in which it sticks, and moves without friction: formally a slip event,
+/// but without rubbing.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Unloaded {
     contacts: BTreeSet<u32>,
     detachments: u64,
     events: u64,
-    /// Whether a contact with load has detached in the slip event that goes on; none if none does.
+    /// Whether a contact with load has detached in the current slip event; None without an event.
     bears: Option<bool>,
     /// Whether a contact slid in the last record.
     slides: bool,
 }
 
 impl Unloaded {
-    /// Takes the next record.
+    /// Adds a record.
     pub(crate) fn take(&mut self, record: &StepRecord) {
         self.slides = record.sliding > 0;
         if !self.slides {
@@ -41,9 +41,9 @@ impl Unloaded {
         self.events += u64::from(self.bears.take() == Some(false));
     }
 
-    /// How many contacts, detachments and raw slip events were without load, in a run that is over.
+    /// The numbers of contacts, detachments and raw slip events without load in a finished run.
     pub(crate) fn counts(mut self) -> [u64; 3] {
-        // Who detached in the last step has not slid.
+        // What detached in the last step has not slid.
         if self.slides {
             self.end_event();
         }
@@ -75,10 +75,10 @@ mod tests {
         use Direction::{Attach, Detach};
         let mut unloaded = Unloaded::default();
         for record in [
-            // Block 2 is in the air, alone.
+            // Block 2 alone is in the air.
             record(1, 0, &[(2, Detach, 0.0)]),
             record(2, 1, &[(2, Attach, 0.0)]),
-            // Again, with block 3, which bears.
+            // Again, together with block 3, which carries load.
             record(3, 0, &[(2, Detach, 0.0)]),
             record(4, 1, &[(3, Detach, 1.5)]),
             record(5, 2, &[(2, Attach, 0.0), (3, Attach, 1.5)]),
@@ -90,7 +90,7 @@ mod tests {
             unloaded.take(&record);
         }
         assert_eq!(unloaded.clone().counts(), [2, 3, 2]);
-        // Behind its last step there is no event.
+        // After its last step there is no event.
         unloaded.take(&record(9, 1, &[(1, Attach, 0.0)]));
         unloaded.take(&record(10, 0, &[(1, Detach, 0.0)]));
         assert_eq!(unloaded.counts(), [2, 4, 2]);

@@ -1,4 +1,4 @@
-//! Runs made up so that every number of their summaries can be had by hand.
+//! Synthetic runs whose summaries can be computed by hand.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,6 +21,7 @@ fn header() -> RunHeader {
         parameter_set: "as-coded".to_owned(),
         solver: "fast".to_owned(),
         blocks: 10,
+        rows: 1,
         time_step_s: 1e-3,
         longest_stable_step_s: None,
         steps: 10_000,
@@ -51,8 +52,8 @@ fn seconds(step: u64) -> f64 {
     step as f64 / 1000.0
 }
 
-/// A rupture that begins at block 1 and runs to another, in milliseconds; its load falls by a
-/// hundredth, its blocks slip 2 mm in the mean.
+/// A rupture from block 1 to another block, with times in milliseconds; its load drops by a
+/// hundredth, its mean slip is 2 mm.
 fn rupture(number: u64, onset: u64, arrival: u64, end: u64, last_block: u32, ft_fn: f64) -> Rupture {
     let wide = last_block >= 4;
     Rupture {
@@ -111,7 +112,7 @@ fn slip(number: u64, onset: u64, end: Option<u64>, blocks: u32) -> SlipEvent {
     }
 }
 
-/// In this step, blocks detach.
+/// A record of blocks that detach in a step.
 fn detach(step: u64, blocks: &[u32]) -> StepRecord {
     StepRecord {
         switches: blocks.iter().map(|&block| switch(block, Direction::Detach)).collect(),
@@ -127,8 +128,8 @@ fn assert_near(found: Option<f64>, expected: f64) {
 #[test]
 fn precursors_grow_from_block_1_and_the_whole_slider_is_none_of_them() {
     let mut run = summarizer();
-    // Known in another order than that in which they began: 2 comes after 5, is shorter, and is
-    // no precursor; 3 does not include block 1.
+    // Not in the order of onsets: 2 comes after 5, is shorter, and is no precursor; 3 does not
+    // include block 1.
     let ruptures = [
         rupture(0, 1000, 1010, 1020, 2, 0.10),
         rupture(1, 3000, 3040, 3100, 8, 0.45),
@@ -216,7 +217,7 @@ fn creep_comes_to_the_blocks_that_slid_before_a_front_did() {
     assert_near(found.sliding_time_ratio, 0.8);
     assert_eq!(found.detachment_count, 6);
 
-    // The same without the two blocks in the middle.
+    // As above without the two blocks in the middle.
     let mut run = summarizer();
     run.record(&detach(99, &[1, 5]));
     run.rupture(&rupture(0, 1000, 1080, 1200, 10, 0.4));
@@ -240,7 +241,7 @@ fn raw_events_mislead_where_they_outlast_fronts_or_join_them() {
     let found = of(&[slip(0, 1000, Some(13_001), 10)], &crossing);
     assert_eq!(found.raw_events_mislead, Some(true));
     assert_eq!((found.first_global_event_onset_s, found.global_event_count), (Some(1.0), 1));
-    // One that did not end lasts up to the end of the run.
+    // An event in progress lasts up to the end of the run.
     let found = of(&[slip(0, 1000, None, 10)], &crossing);
     assert_eq!((found.raw_events_mislead, found.longest_event_s), (Some(true), Some(29.0)));
     // Without fronts, ten seconds are twenty times what a wave takes.

@@ -1,4 +1,4 @@
-//! What a sweep varies: one key, or several that change together, and the values they take.
+//! The axes of a sweep: one key, or several that change together, and their values.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -17,24 +17,24 @@ pub const MOST_RUNS: u64 = 1_000_000;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Value {
-    /// Of a key that is on or off.
+    /// A flag.
     Flag(bool),
     /// A whole number.
     Whole(i64),
-    /// Any other number.
+    /// Any other finite number.
     Number(f64),
     /// A word or text.
     Text(String),
 }
 
-/// As it is written in a scenario.
+/// Formats the value as in a scenario.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Value::Flag(flag) => write!(f, "{flag}"),
             Value::Whole(number) => write!(f, "{number}"),
             Value::Number(number) => {
-                // Both are TOML.
+                // Both are valid TOML.
                 let (plain, short) = (toml::Value::Float(*number).to_string(), format!("{number:e}"));
                 f.write_str(if short.len() < plain.len() { &short } else { &plain })
             }
@@ -44,7 +44,7 @@ impl fmt::Display for Value {
 }
 
 impl Value {
-    /// Whether they are the same value, however written.
+    /// Whether the values are equal, however they are written.
     pub(crate) fn same(&self, other: &Value) -> bool {
         match (self, other) {
             (Value::Whole(a), Value::Number(b)) | (Value::Number(b), Value::Whole(a)) => *a as f64 == *b,
@@ -53,7 +53,7 @@ impl Value {
     }
 }
 
-/// An axis, as written: `key` with `values` or with a range; `keys` with `rows`; a table `csv`; or
+/// An axis as written: `key` with `values` or a range; `keys` with `rows`; a table `csv`; or
 /// `count` draws from `ranges`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -72,28 +72,28 @@ pub struct Written {
     seed: Option<u32>,
 }
 
-/// How values lie in a range.
+/// The spacing of the values of a range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Spacing {
-    /// As far from one another.
+    /// Equal differences.
     #[default]
     Linear,
-    /// By the same factor.
+    /// Equal ratios.
     Log,
 }
 
-/// How points are drawn.
+/// The method of sampling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Method {
-    /// Each on its own.
+    /// Independent draws.
     Random,
-    /// So that each of as many equal parts of every range has one.
+    /// One draw in each of as many equal parts of every range.
     LatinHypercube,
 }
 
-/// What a key is drawn from.
+/// The distribution of a sampled key.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Range {
@@ -104,28 +104,28 @@ struct Range {
     spacing: Spacing,
 }
 
-/// An axis: keys, and a row of values for each of its points.
+/// An axis: keys, and a row of values for each point.
 #[derive(Debug, Clone)]
 pub struct Axis {
-    /// The keys of the scenario that it sets.
+    /// The scenario keys that it sets.
     pub keys: Vec<&'static Key>,
     /// The values of the keys, point by point.
     pub rows: Vec<Vec<Value>>,
-    /// Which of the keys are spaced by factors.
+    /// Which of the keys have equal ratios.
     pub log: Vec<bool>,
-    /// Whether its points follow one another, as those of a list or a range.
+    /// Whether its points form a sequence, as those of a list or a range.
     pub joined: bool,
 }
 
-/// The ways of writing an axis, for errors.
+/// The forms of an axis, for errors.
 const ACCEPTED: &str = "key with values, or with from, to and count; keys with rows; csv; or sample with count \
                         and ranges";
 
 impl Written {
-    /// What it stands for. A table is read from its file, a path from the folder of the sweep.
+    /// Expands an axis. Tables are read from files relative to the folder of the sweep.
     ///
     /// # Errors
-    /// In words, with the key and what is accepted.
+    /// A message with the key and what is accepted.
     pub(crate) fn read(&self, folder: &Path) -> Result<Axis, String> {
         let Written { key, values, from, to, spacing, keys, rows, csv, sample, ranges, count, seed } = self;
         let range = from.is_some() || to.is_some();
@@ -222,7 +222,7 @@ impl Axis {
         Ok(())
     }
 
-    /// What figures ask of it.
+    /// The axis as figures need it.
     pub(crate) fn for_figures(&self) -> study_figures::Axis<'_> {
         let key = |n: usize| {
             let mut seen = BTreeSet::new();
@@ -243,7 +243,7 @@ impl Axis {
     }
 }
 
-/// The column of a key in a table of a study.
+/// The column of a key in the tables of a study.
 pub(crate) fn column(key: &Key) -> Column {
     let kind = match key.kind {
         Kind::Number(..) => ColumnKind::Number,
@@ -259,7 +259,7 @@ pub(crate) fn column(key: &Key) -> Column {
     }
 }
 
-/// Where a value stands in a figure.
+/// The position of a value in a figure.
 fn place(value: &Value) -> Place {
     match value {
         Value::Flag(flag) => Place::Word(flag.to_string()),
@@ -269,11 +269,11 @@ fn place(value: &Value) -> Place {
     }
 }
 
-/// Puts equal values beside each other.
+/// A sort key under which equal values are adjacent.
 fn sortable(value: &Value) -> (u8, u64, String) {
     match value {
         Value::Flag(flag) => (0, u64::from(*flag), String::new()),
-        // Of -0 and 0, which are the same number, the same.
+        // -0 and 0 are equal and get one key.
         Value::Whole(number) => (1, (*number as f64 + 0.0).to_bits(), String::new()),
         Value::Number(number) => (1, (number + 0.0).to_bits(), String::new()),
         Value::Text(text) => (2, 0, text.clone()),
@@ -332,8 +332,8 @@ impl Range {
         Ok(key)
     }
 
-    /// The value at a share of the way, to twelve digits, so that a sixth of the way from 0 to 0.6
-    /// is 0.1; the ends are as written.
+    /// The value at a share of the range, rounded to twelve digits, so that a sixth of the way from
+    /// 0 to 0.6 is 0.1; the ends are as written.
     fn at(&self, key: &Key, share: f64) -> Value {
         let (from, to) = (self.from, self.to);
         let value = match self.spacing {
@@ -353,7 +353,7 @@ fn twelve_digits(value: f64) -> f64 {
     format!("{value:.11e}").parse().expect("a number as it was just printed")
 }
 
-/// A table of values, with the keys as its heading.
+/// Reads a table of values with the keys as its heading.
 fn table(path: &Path) -> Result<Axis, String> {
     let name = path.display();
     let bytes = text::read(path).map_err(|error| format!("csv {name}: {error} (accepted: a CSV file)"))?;
@@ -396,7 +396,7 @@ fn drawn(method: Method, ranges: &[Range], count: u64, seed: u64) -> Result<Axis
                 Method::Random => (0..count).map(|_| draws.share()).collect(),
                 Method::LatinHypercube => {
                     let mut parts: Vec<u64> = (0..count).collect();
-                    // Fisher and Yates.
+                    // Fisher-Yates shuffle.
                     for last in (1..parts.len()).rev() {
                         parts.swap(last, draws.below(last as u64 + 1) as usize);
                     }
@@ -417,8 +417,8 @@ fn drawn(method: Method, ranges: &[Range], count: u64, seed: u64) -> Result<Axis
     })
 }
 
-/// Numbers without pattern: SplitMix64's output function of seed, stream and number, the same on
-/// every machine.
+/// Pseudo-random numbers, the same on every machine: SplitMix64's output function of seed, stream
+/// and number.
 struct Draws {
     seed: u64,
     stream: u64,
@@ -431,7 +431,7 @@ impl Draws {
         mixed(self.seed << 32 ^ self.stream << 24 ^ self.next)
     }
 
-    /// From 0 up to 1, without 1.
+    /// Uniform from 0 to 1, excluding 1.
     fn share(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }

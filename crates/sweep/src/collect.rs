@@ -1,8 +1,8 @@
-//! The tables of a study: one of its runs, one of their slip events, one of their ruptures, each
-//! with a column for every key that varies.
+//! Writes the tables of a study: its runs, their slip events and their ruptures, each with a column
+//! for every key that varies.
 //!
-//! Rows stand in the order of the runs, in groups of a fixed number, so that the files are the same
-//! whatever the way the results were made. What is held in memory is a group of each table.
+//! Rows are in the order of the runs, in groups of a fixed number, so that the files do not depend
+//! on how the results were made. Memory is bounded by one group per table.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -23,10 +23,10 @@ use crate::plan::{Plan, Row};
 use crate::results::{Counts, Fault, Results, Spot, State, WHAT_TO_DO};
 use crate::stored::{Stored, kept_events, reason};
 
-/// Rows of a group.
+/// Rows per group.
 const GROUP_ROWS: usize = 20_000;
 
-/// A table that cannot be made.
+/// Why tables cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum CollectError {
     /// Results contradict the plan or each other.
@@ -35,27 +35,27 @@ pub enum CollectError {
     /// A segment cannot be read.
     #[error("{spot}: run {run}: {error}")]
     Io {
-        /// Where.
+        /// Its position.
         spot: Spot,
-        /// The result of which run.
+        /// The run of the result.
         run: u64,
-        /// What reading it gave.
+        /// The error.
         error: io::Error,
     },
     /// A file cannot be written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// Its format cannot hold it.
+    /// The format cannot represent it.
     #[error("{}: {error}", path.display())]
     Format {
         /// The table.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         error: FormatError,
     },
 }
 
-/// A line for each, and what to do.
+/// Formats a line per fault, and what to do.
 struct Faults<'a>(&'a [Fault]);
 
 impl fmt::Display for Faults<'_> {
@@ -65,30 +65,31 @@ impl fmt::Display for Faults<'_> {
     }
 }
 
-/// Who sees the rows of the tables as they are made: those of a run's events, then that of the run.
-pub trait Watch {
-    /// A table begins: `runs`, `events` or `ruptures`.
+/// Observes the rows of the tables as they are made: those of a run's events, then that of the run.
+pub trait Observer {
+    /// The start of a table: `runs`, `events` or `ruptures`.
     fn begin(&mut self, table: &'static str, columns: &[Column]);
 
     /// A row of it.
     fn row(&mut self, table: &'static str, cells: &[Cell]);
 }
 
-/// What the table of runs is called.
+/// The name of the table of runs.
 pub const RUNS: &str = "runs";
 
-/// Writes the tables into a folder, as files of a set, in these formats; there may be none, and
-/// then `watch` alone sees the rows.
+/// Writes the tables into a folder, as files of a set, in these formats; without formats only
+/// `observer` receives the rows.
 ///
 /// # Errors
-/// If results contradict the plan or each other, a result cannot be read, or a table cannot be written.
+/// If results contradict the plan or each other, a result cannot be read, or a table cannot be
+/// written.
 pub fn collect(
     plan: &Plan,
     results: &Results,
     files: &FileSet,
     folder: &Path,
     formats: &[&dyn Format],
-    watch: &mut dyn Watch,
+    observer: &mut dyn Observer,
 ) -> Result<(Counts, Vec<PathBuf>), CollectError> {
     if !results.faults.is_empty() {
         return Err(CollectError::Faults(results.faults.clone()));
@@ -115,13 +116,13 @@ pub fn collect(
         Column::new("ended", ColumnKind::Word, "How the run ended, see `status` of a summary."),
     ]);
     columns.extend(summary_columns.iter().map(|n| Summary::KEYS[*n].column.clone()));
-    watch.begin(RUNS, &columns);
+    observer.begin(RUNS, &columns);
     let mut runs = Tables::begin(files, folder, RUNS, columns, formats)?;
     let mut of_events = Vec::new();
     for kind in kept.iter().map(|events| &events.kind) {
         let mut columns = common_columns.clone();
         columns.extend(kind.columns.iter().cloned());
-        watch.begin(kind.table, &columns);
+        observer.begin(kind.table, &columns);
         of_events.push((kind, Tables::begin(files, folder, kind.table, columns, formats)?));
     }
     let mut words = Words::default();
@@ -150,7 +151,7 @@ pub fn collect(
                     let (kind, tables) = &mut of_events[index];
                     let mut cells = common.clone();
                     cells.extend(of_event);
-                    watch.row(kind.table, &cells);
+                    observer.row(kind.table, &cells);
                     tables.push(&cells)?;
                 }
                 summary = Some((stored.summary, stored.values));
@@ -171,7 +172,7 @@ pub fn collect(
             let value = summary.as_ref().map_or(&serde_json::Value::Null, |(_, values)| &values[*n]);
             cell(value, Summary::KEYS[*n].column.kind, &mut words)
         }));
-        watch.row(RUNS, &cells);
+        observer.row(RUNS, &cells);
         runs.push(&cells)?;
     }
     let about = [
@@ -214,7 +215,7 @@ fn cell(value: &serde_json::Value, kind: ColumnKind, words: &mut Words) -> Cell 
     }
 }
 
-/// Words of cells, which must last as long as the program; each is kept once.
+/// Interned words of cells, which live as long as the program.
 #[derive(Debug, Default)]
 struct Words(BTreeSet<&'static str>);
 
@@ -229,7 +230,7 @@ impl Words {
     }
 }
 
-/// A table that is being written, in every format.
+/// A table in progress, in every format.
 struct Tables {
     batch: Batch,
     writers: Vec<(PathBuf, Box<dyn TableWriter>)>,

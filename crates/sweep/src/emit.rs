@@ -1,7 +1,7 @@
-//! Scripts for the engines that clusters already run: they name runs, and `asperity` does the rest.
+//! Scripts for the schedulers of clusters: they list runs, and `asperity` makes them.
 //!
-//! Paths stand in them as [`Word`]s, which every shell reads as the very path; one for which there is
-//! no such word is refused.
+//! Paths are written as [`Word`]s, which every shell reads literally; paths without such a form are
+//! refused.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -9,17 +9,17 @@ use std::fmt::{self, Write};
 
 use crate::results::ranges;
 
-/// A word of a shell: a text on one line, quoted so that sh and bash read it as it is. In single
-/// quotes no character means anything but the single quote itself, which stands outside of them.
+/// A literal word for sh and bash: a single-line text in single quotes. Only the single quote
+/// itself is special there, and is written outside of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Word(String);
 
 impl Word {
-    /// The word for a path or an argument; `what` says which.
+    /// Quotes a path or an argument; `what` names it in errors.
     ///
     /// # Errors
-    /// In words, if it is not UTF-8, or has characters that act instead of standing there, as line
-    /// breaks, at which a list of commands goes on with the next one.
+    /// A message, if it is not UTF-8 or contains control characters, such as line breaks, which
+    /// would end a command in a list.
     pub fn of(what: &str, text: &OsStr) -> Result<Word, String> {
         let refused = |why: &str| {
             format!("{what} {text:?} {why} (accepted: UTF-8 on one line, without control characters)")
@@ -32,8 +32,7 @@ impl Word {
         }
     }
 
-    /// Makes sure that it has none of the characters that an engine replaces by something else before a
-    /// shell sees them.
+    /// Refuses characters that a scheduler replaces before a shell sees them.
     fn without(&self, what: &str, engine: &str, replaced: &[char]) -> Result<(), String> {
         match self.0.contains(replaced) {
             false => Ok(()),
@@ -58,27 +57,26 @@ impl fmt::Display for Word {
     }
 }
 
-/// How many parts runs are cut into where nobody says: as many as fit one Slurm array unless somebody
-/// changed its limit, which is 1001.
+/// Default number of parts: the largest Slurm array under Slurm's default limit of 1001.
 pub const USUAL_TASKS: u64 = 1000;
 
-/// Most tasks of one array, however many a cluster allows: their numbers are an argument of a
-/// command, which may have 128 KiB.
+/// Most tasks of one array, whatever a cluster allows: their numbers are one argument of a command,
+/// which may have 128 KiB.
 const MOST_TASKS: usize = 10_000;
 
-/// A job array, which makes some of the parts.
+/// A job array for some of the parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Array {
-    /// To be added to an index, for the number of its part.
+    /// Added to an index, gives the number of its part.
     pub offset: u64,
     /// Its indices, as in `3,7-9`.
     pub tasks: String,
 }
 
-/// The arrays that make missing runs, if all are cut into so many parts and every index is to be
-/// below `size`.
+/// The arrays that make the missing runs, if all runs are divided into this many parts and every
+/// index must be below `size`.
 pub fn arrays(missing: impl Iterator<Item = u64>, parts: u64, size: u64) -> Vec<Array> {
-    // Run `parts` is of the last part, as in `Job`.
+    // Run number `parts` is in the last part, as in `Job`.
     let parts: BTreeSet<u64> = missing.map(|run| (run - 1) % parts + 1).collect();
     let mut arrays: Vec<(u64, Vec<u64>)> = Vec::new();
     for part in parts {
@@ -91,33 +89,33 @@ pub fn arrays(missing: impl Iterator<Item = u64>, parts: u64, size: u64) -> Vec<
     arrays.into_iter().map(|(offset, tasks)| Array { offset, tasks: ranges(tasks) }).collect()
 }
 
-/// What scripts need to know.
+/// The parameters of scripts.
 #[derive(Debug, Clone)]
 pub struct Job {
     /// The path of the program.
     pub program: Word,
     /// The folder of the plan.
     pub folder: Word,
-    /// How many parts the runs are cut into.
+    /// Number of parts of the runs.
     pub tasks: u64,
     /// Cores of a task.
     pub cores: u64,
-    /// Time of a task, as Slurm writes it.
+    /// Time limit of a task, in Slurm's format.
     pub time: Word,
 }
 
 impl Job {
-    /// A script for Slurm: it submits job arrays of what is missing, and a job behind them that makes
-    /// the tables of what there is.
+    /// A Slurm script that submits job arrays for the missing runs, and a job after them that makes
+    /// the tables.
     ///
     /// # Errors
-    /// If Slurm takes the name of the folder for something else.
+    /// If Slurm would replace characters in the folder's name.
     pub fn slurm(&self) -> Result<String, String> {
         let Job { program, folder, tasks, cores, time } = self;
-        // In names of files, Slurm replaces what follows a percent sign, of which two are one, but not
-        // where there is a backslash.
+        // In file names Slurm replaces what follows a percent sign, and two of them by one, except
+        // in names with a backslash.
         folder.without("the folder", "Slurm", &['\\'])?;
-        // A shell reads it twice: here, and in the script that `sbatch` makes of it.
+        // Read by two shells: this one, and that of the script which `sbatch` generates.
         let collect = Word(format!("exec {program} sweep collect {folder}"));
         Ok(format!(
             "#!/bin/bash\n\
@@ -153,7 +151,7 @@ impl Job {
         ))
     }
 
-    /// One command a line, for GNU parallel, HyperQueue and the like.
+    /// One command per line, for GNU parallel, HyperQueue and similar tools.
     pub fn list(&self) -> String {
         let Job { program, folder, tasks, cores, .. } = self;
         let mut text = String::new();
@@ -164,10 +162,10 @@ impl Job {
         text
     }
 
-    /// A workflow for `row`: a folder of its workspace for each part.
+    /// A workflow for `row`: a folder of its workspace per part.
     ///
     /// # Errors
-    /// If row takes a part of a path for something that it is to put there.
+    /// If row would replace a part of a path.
     pub fn row(&self) -> Result<String, String> {
         let Job { program, folder, tasks, cores, .. } = self;
         program.without("the program", "row", &['{', '}'])?;
@@ -211,7 +209,7 @@ mod tests {
         assert_eq!(of(1..=1001, 1001, 1001), [word(0, "1-1000"), word(1000, "1")]);
         assert_eq!(of([2, 9, 23, 24].into_iter(), 12, 6), [word(0, "2"), word(5, "4"), word(10, "1-2")]);
         assert_eq!(of(std::iter::empty(), 12, 6), []);
-        // Every other one of many: no argument gets too long.
+        // Every second run of many: no argument becomes too long.
         let many = of((1..=400_000).step_by(2), 400_000, 4_000_001);
         assert!(many.len() == 20 && many.iter().all(|(_, tasks)| tasks.len() < 100_000));
     }

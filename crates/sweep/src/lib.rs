@@ -1,10 +1,10 @@
-//! Parameter studies: many runs of one scenario, made on one machine or on many, and their tables.
+//! Parameter studies: many runs of one scenario, on one machine or many, and their tables.
 //!
 //! ```text
 //! sweep (TOML) -> plan -> results in segments, by any number of workers -> tables
 //! ```
 //!
-//! Which runs there are, and what they vary:
+//! The runs, and what they vary:
 //!
 //! ```
 //! use asperity_sweep::{Plan, Sweep};
@@ -31,17 +31,16 @@
 //!
 //! In reading order:
 //!
-//! - [`axis`]: what varies; [`Sweep`]: the file that says so.
-//! - [`Plan`]: every run with its values and its id, made once and never changed.
-//! - [`work`]: one run, from its row to what is kept of it; [`staging`]: where those stand that
-//!   take long.
-//! - [`stored`]: what is kept of a run, packed and read; [`segment`]: where a worker puts it;
-//!   [`Results`]: what there is in all of them, and what contradicts the plan or itself.
+//! - [`axis`]: what varies; [`Sweep`]: the file that defines it.
+//! - [`Plan`]: every run with its values and its id; never changed once made.
+//! - [`work`]: makes one run and packs its result; [`staging`]: unfinished logs of long runs.
+//! - [`stored`]: the packed result of a run; [`segment`]: the file of a worker's results;
+//!   [`Results`]: all results, and contradictions among them or with the plan.
 //! - [`collect()`]: the tables.
 //! - [`emit`]: scripts for clusters.
 //!
-//! What comes out depends on the plan alone: not on the order of the runs, how many workers there
-//! were, or how often they were killed.
+//! The tables depend on the plan alone: not on the order of the runs, the number of workers, or how
+//! often they were killed.
 
 pub mod axis;
 mod collect;
@@ -55,7 +54,7 @@ pub mod stored;
 mod sweep;
 pub mod work;
 
-pub use collect::{CollectError, RUNS, Watch, collect};
+pub use collect::{CollectError, Observer, RUNS, collect};
 pub use plan::{Plan, PlanError};
 pub use results::Results;
 pub use sweep::{Keep, Sweep, SweepError};

@@ -1,9 +1,9 @@
-//! Lines that are read one at a time, each of at most a stated length: neither a file without an end
-//! nor a few bytes that unpack to gigabytes take more memory than one line may.
+//! Reads lines of bounded length one at a time, so that neither an endless file nor a few bytes
+//! that decompress to gigabytes take more memory than one line.
 
 use std::io::{self, BufRead, Read};
 
-/// See the head of this file.
+/// A reader of bounded lines.
 #[derive(Debug)]
 pub(crate) struct Lines<R> {
     source: R,
@@ -16,15 +16,15 @@ impl<R: BufRead> Lines<R> {
         Lines { source, line: Vec::new(), number: 0 }
     }
 
-    /// The number of the line that was read last, from 1.
+    /// The number of the line read last, from 1.
     pub(crate) fn number(&self) -> u64 {
         self.number
     }
 
-    /// The next line without its break; `None` at the end.
+    /// Returns the next line without its break; `None` at the end.
     ///
     /// # Errors
-    /// If it is longer, is no text, or the file ends within it.
+    /// If it is too long or not UTF-8, or the file ends within it.
     pub(crate) fn next(&mut self, longest_bytes: usize) -> io::Result<Option<&str>> {
         self.line.clear();
         self.number += 1;
@@ -46,13 +46,13 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
-    /// What the lines are read from.
+    /// The underlying reader.
     pub(crate) fn source(&mut self) -> &mut R {
         &mut self.source
     }
 }
 
-/// What is wrong with a line of JSON, without the line that the parser counts, which is always 1.
+/// The message of a JSON error, without the line number, which is always 1.
 pub(crate) fn problem_of(error: &serde_json::Error) -> String {
     let words = error.to_string();
     match words.rsplit_once(" at line ") {

@@ -1,8 +1,8 @@
-//! What a sweep will run: made once, and never changed.
+//! The plan of a sweep: made once, and never changed.
 //!
-//! A plan is a file of JSON lines: what all runs have in common, a line for each run, and last a
-//! BLAKE3 hash over all of it, by which an edited plan is known. It is read line by line, and every
-//! value is compared with what its key accepts: a hash is easily made right.
+//! A plan is a file of JSON lines: what all runs share, a line per run, and finally a BLAKE3 hash
+//! of it all, which detects edits. It is read line by line, and every value is checked against its
+//! key, since anybody can compute a hash.
 
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use asperity_files::{Existing, FileError, FileSet, Inputs};
 use asperity_model::keys::Key;
-use asperity_model::{Energies, Scenario, ScenarioSource};
+use asperity_model::{Scenario, ScenarioSource};
 use asperity_record::bounds::LONGEST_TOML_BYTES;
 use asperity_record::{RECORD_SCHEMA_VERSION, RunHeader};
 use asperity_run::{CODE_VERSION, Task, at_once};
@@ -22,44 +22,44 @@ use crate::axis::{MOST_RUNS, Value, check_value, key_of, names};
 use crate::lines::{Lines, problem_of};
 use crate::sweep::{Keep, Sweep};
 
-/// What a plan is called in its folder.
+/// The file name of a plan.
 pub const FILE: &str = "plan.ndjson";
 
-/// The version of the form of plans.
+/// The version of the plan format.
 const FORMAT: u32 = 1;
 
-/// The longest first line of a plan: the texts of a scenario and of a sweep, in which JSON writes line
+/// The longest first line: the texts of a scenario and of a sweep, in which JSON escapes line
 /// breaks and quotation marks as two bytes.
 pub const LONGEST_COMMON_BYTES: usize = 4 * LONGEST_TOML_BYTES;
 
-/// The longest line of a run. Only what its scenario says where it refuses its values may be long.
+/// The longest line of a run; only the error of a refused scenario can be long.
 pub const LONGEST_ROW_BYTES: usize = 1 << 20;
 
 /// Characters of an id.
 const ID_LENGTH: usize = 64;
 
-/// What all runs have in common.
+/// The common part of all runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Common {
     format: u32,
-    /// What the sweep is about.
+    /// The title of the sweep.
     pub title: String,
     /// The scenario's name or path when the plan was made.
     pub scenario: String,
-    /// Its text then, which is what is run.
+    /// The scenario's text at that time, which is used.
     pub scenario_toml: String,
     /// Overrides in all runs.
     pub set: Vec<String>,
-    /// What is kept of each run.
+    /// What is stored of each run.
     pub keep: Vec<Keep>,
     /// The keys that vary.
     pub keys: Vec<String>,
     /// The version of step records and events.
     pub record_schema_version: u32,
-    /// The code that the plan was made by and that runs it.
+    /// The code version that made the plan and must make the runs.
     pub code_version: String,
-    /// What is drawn of its tables.
+    /// The figures of its tables.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub figures: Vec<Figure>,
 }
@@ -72,13 +72,13 @@ pub struct Row {
     pub run: u64,
     /// The values of the keys that vary.
     pub values: Vec<Value>,
-    /// What it is called in logs: a hash of scenario, record schema and code.
+    /// Its id in logs: a hash of scenario, record schema and code.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
     /// Why the scenario refuses these values, if it does; such a run is recorded and not made.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
-    /// What is accepted and may surprise, when the plan is made; it is not kept.
+    /// Warnings of the scenario when the plan is made; not stored.
     #[serde(skip)]
     pub warnings: Vec<String>,
 }
@@ -90,30 +90,30 @@ struct End {
     blake3: String,
 }
 
-/// A plan, read or made.
+/// A plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// What all runs have in common.
+    /// The common part of all runs.
     pub common: Common,
-    /// The runs; run `n` stands at `n - 1`.
+    /// The runs; run `n` is at index `n - 1`.
     pub rows: Vec<Row>,
-    /// A hash of all of it.
+    /// A hash of the plan.
     pub hash: String,
 }
 
-/// A plan that cannot be made, read or followed.
+/// Why a plan cannot be made, read or followed.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
-    /// Scenarios refuse some of the combinations, or a figure asks for what no run has.
+    /// Scenarios refuse some of the combinations, or a figure needs what no run has.
     #[error("{problem}")]
     Refused {
         /// Which, why, and what is accepted.
         problem: String,
     },
-    /// There is none, or it is none.
+    /// No valid plan was found.
     #[error("{}: {problem}", path.display())]
     NoPlan {
-        /// Where it was looked for.
+        /// Its path.
         path: PathBuf,
         /// What was found, and what is accepted.
         problem: String,
@@ -123,21 +123,18 @@ pub enum PlanError {
     File(#[from] FileError),
 }
 
-/// The key by which runs have energies or not.
-const ENERGIES: &str = "recording.energies";
-
 /// The key by which a scenario names a file.
 const FILE_KEY: &str = "profile_csv";
 
-/// Most refused runs that are told one by one.
+/// Most refused runs that are listed.
 const MOST_TOLD: usize = 5;
 
 impl Plan {
-    /// The plan of a sweep, on several threads. Combinations that the scenario refuses are an error,
-    /// or recorded as such if they are to be skipped.
+    /// Plans a sweep, on several threads. Combinations that the scenario refuses are an error, or
+    /// recorded as refused with `skip_refused`.
     ///
     /// # Errors
-    /// If the scenario refuses combinations, or all of them, or a figure shows energies that no run has.
+    /// If the scenario refuses combinations, or all of them.
     pub fn of(sweep: &Sweep, skip_refused: bool, jobs: Option<NonZeroUsize>) -> Result<Plan, PlanError> {
         let common = Common {
             format: FORMAT,
@@ -192,37 +189,13 @@ impl Plan {
                 return Err(PlanError::Refused { problem });
             }
         }
-        let plan = Plan { hash: blake3::hash(text.as_bytes()).to_hex().to_string(), common, rows };
-        match plan.energy_of_none(&plan.common.figures) {
-            Some(problem) => Err(PlanError::Refused { problem }),
-            None => Ok(plan),
-        }
+        Ok(Plan { hash: blake3::hash(text.as_bytes()).to_hex().to_string(), common, rows })
     }
 
-    /// Which of some figures shows energies although no run of the plan has any, if one does, in words.
-    pub fn energy_of_none(&self, figures: &[Figure]) -> Option<String> {
-        let energies = figures.iter().filter_map(|figure| Some((figure, figure.energies().next()?)));
-        let (figure, (what, energy)) = energies.into_iter().next()?;
-        let most = if self.common.keys.iter().any(|key| key == ENERGIES) { self.rows.len() } else { 1 };
-        let mut made = self.rows.iter().filter(|row| row.refused.is_none()).take(most);
-        let has_any = made.any(|row| {
-            let scenario = self.common.resolve(&row.values);
-            scenario.is_ok_and(|scenario| scenario.recording.energies == Energies::EveryRecord)
-        });
-        (!has_any).then(|| {
-            format!(
-                "figure.{} {:?}: {what} = {energy:?} is an energy, and by {ENERGIES} = \"none\" no run has any \
-                 (accepted: another number, or {ENERGIES} = \"every-record\")",
-                figure.word(),
-                figure.file
-            )
-        })
-    }
-
-    /// Writes it into a folder that holds none.
+    /// Writes the plan into a folder without one.
     ///
     /// # Errors
-    /// If there is one, or the system refuses.
+    /// If the folder has one, or the system refuses.
     pub fn write(&self, folder: &Path, inputs: Inputs) -> Result<(), PlanError> {
         let mut text = lines(&self.common, &self.rows);
         let end = End { rows: self.rows.len() as u64, blake3: self.hash.clone() };
@@ -233,7 +206,7 @@ impl Plan {
     /// Reads the plan of a folder.
     ///
     /// # Errors
-    /// If there is none, or it is not as it was written.
+    /// If there is none, or it is invalid or edited.
     pub fn read(folder: &Path) -> Result<Plan, PlanError> {
         let path = folder.join(FILE);
         let no_plan = |problem: String| PlanError::NoPlan { path: path.clone(), problem };
@@ -243,18 +216,17 @@ impl Plan {
         Plan::parse(BufReader::new(file)).map_err(no_plan)
     }
 
-    /// Reads the lines of a plan.
+    /// Parses the lines of a plan.
     ///
     /// # Errors
-    /// In words, with line, key, value and what is accepted, if they are not as they were written, or
-    /// hold what no plan does.
+    /// A message with line, key, value and what is accepted, if the plan is invalid or edited.
     pub fn parse(source: impl BufRead) -> Result<Plan, String> {
         let edited =
             |why: String| format!("{why}it is not as it was written (accepted: a plan nobody edited)");
         let mut lines = Lines::of(source);
         let mut reading = Reading::default();
         let mut hasher = blake3::Hasher::new();
-        // The last line is not a run; which one is the last is known once there is no other.
+        // The last line is the hash; only the end reveals which one is last.
         let mut before: Option<String> = None;
         let mut longest_bytes = LONGEST_COMMON_BYTES;
         loop {
@@ -289,10 +261,10 @@ impl Plan {
         }
     }
 
-    /// Makes sure that this program makes the runs as they are planned.
+    /// Checks that this program is the one that the runs were planned for.
     ///
     /// # Errors
-    /// If the plan was made by other code.
+    /// If another code version made the plan.
     pub fn check_code(&self, folder: &Path) -> Result<(), PlanError> {
         if self.common.code_version == CODE_VERSION {
             return Ok(());
@@ -307,12 +279,12 @@ impl Plan {
         })
     }
 
-    /// Makes sure, on all cores, that the values of every run are those by which it got its id. It takes
-    /// as long as planning them, and says nothing of plans by other code, whose ids are other
-    /// ones, nor where scenarios name files, which may have changed since.
+    /// Checks, on all cores, that the values of every run give its id. Takes as long as planning.
+    /// Plans by another code version, whose ids differ, and scenarios that name files, which may
+    /// have changed, are not checked.
     ///
     /// # Errors
-    /// If they are not.
+    /// If an id is wrong.
     pub fn check_ids(&self, folder: &Path) -> Result<(), PlanError> {
         let Common { code_version, scenario_toml, set, keys, .. } = &self.common;
         let names_file = |text: &String| text.contains(FILE_KEY);
@@ -334,10 +306,11 @@ impl Plan {
         at_once(&self.rows, None, check).map(drop)
     }
 
-    /// The scenario of a run, and what the run says of itself.
+    /// The scenario and the header of a run.
     ///
     /// # Errors
-    /// If it is not what was planned, as when a file that the scenario names has changed.
+    /// If they are not those planned, for example because a file that the scenario names has
+    /// changed.
     pub fn scenario(&self, row: &Row) -> Result<(Scenario, RunHeader), String> {
         let scenario = self.common.resolve(&row.values)?;
         let header = Task::new(&scenario).header();
@@ -351,14 +324,14 @@ impl Plan {
     }
 }
 
-/// A plan as far as it was read.
+/// The part of a plan read so far.
 #[derive(Default)]
 struct Reading {
     common: Option<Common>,
     keys: Vec<&'static Key>,
     rows: Vec<Row>,
-    /// What is wrong with the first line with which something is. Whether somebody edited the plan is
-    /// known at its end, and is said rather than this.
+    /// The error of the first invalid line. If the hash at the end reveals an edit, that is
+    /// reported instead.
     problem: Option<String>,
 }
 
@@ -424,12 +397,12 @@ impl Common {
         Ok((common, keys))
     }
 
-    /// What a run sets, as `key=value`.
+    /// The overrides of a run, as `key=value`.
     pub fn assignments(&self, values: &[Value]) -> Vec<String> {
         self.keys.iter().zip(values).map(|(key, value)| format!("{key}={value}")).collect()
     }
 
-    /// The scenario with these values, as this program understands it.
+    /// The scenario with these values, resolved by this program.
     ///
     /// # Errors
     /// If it refuses them.

@@ -1,8 +1,8 @@
-//! What has come of the runs of a plan so far, read off all segments in one pass.
+//! The results of a plan's runs so far, read from all segments in one pass.
 //!
-//! A run gives one result, whoever makes it and however often. So two results of it that differ, or
-//! one that stands under the number of another run, are the sign of a node that computes or stores
-//! something else: such results are [`Fault`]s, and no tables are made beside them.
+//! A run has one result, wherever and however often it is made. Two different results of a run, or
+//! a result under the number of another run, indicate a node that computes or stores wrongly: these
+//! are [`Fault`]s, and prevent tables.
 
 use std::fmt;
 use std::io::{self, BufRead};
@@ -12,10 +12,10 @@ use crate::plan::{Plan, Row};
 use crate::segment::{self, Frame, Kind, Owner, Reader};
 use crate::stored::{KeptEvents, Stored, kept_events, reason};
 
-/// A run that took its process with it so often is not tried again.
+/// A run whose process died this often is not tried again.
 pub const MOST_DEATHS: u32 = 3;
 
-/// Most faults that are kept: enough to see which files they are in.
+/// Most faults that are stored: enough to identify the files.
 const MOST_FAULTS: usize = 100;
 
 /// What to do about a [`Fault`].
@@ -23,7 +23,7 @@ pub const WHAT_TO_DO: &str = "a run gives one result, wherever it is made: remov
                               (its name begins with the node's), or all of these files, and `asperity sweep run` \
                               makes their runs again";
 
-/// Where a result stands.
+/// The position of a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     segment: u32,
@@ -31,12 +31,12 @@ pub struct Place {
     length: u64,
 }
 
-/// A place for people: which byte of which file.
+/// The position of a result in readable form: file and byte.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Spot {
     /// The segment.
     pub path: PathBuf,
-    /// Where the content of the result begins.
+    /// The offset of the result's content.
     pub at: u64,
 }
 
@@ -49,49 +49,49 @@ impl fmt::Display for Spot {
 /// A result that contradicts the plan or another result.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Fault {
-    /// One that is none of the run under whose number it stands.
+    /// A result that is not of the run of its number.
     #[error("{spot}: run {run}: {problem}")]
     Stray {
-        /// Where it stands.
+        /// Its position.
         spot: Spot,
-        /// Under which number.
+        /// Its number.
         run: u64,
-        /// What it is, and what is accepted.
+        /// What is wrong, and what is accepted.
         problem: String,
     },
-    /// Two of one run.
+    /// Two different results of one run.
     #[error("run {run} has two results that differ: {difference}, in {first} and {second}")]
     Differ {
         /// The run.
         run: u64,
-        /// Where the one stands.
+        /// The position of one.
         first: Spot,
-        /// Where the other stands.
+        /// The position of the other.
         second: Spot,
         /// The first number that differs.
         difference: String,
     },
 }
 
-/// What has come of a run.
+/// The state of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
-    /// Nothing yet; its process died so many times.
+    /// No result yet; its process died this many times.
     Missing(u32),
-    /// It is done.
+    /// It has a result.
     Done(Place),
     /// It failed.
     Failed(Place),
-    /// Its process died so often that it is not tried again.
+    /// Its process died too often to try again.
     Quarantined,
-    /// Its scenario refuses its values.
+    /// The scenario refuses its values.
     Refused,
-    /// It has two results that differ.
+    /// It has two different results.
     Contradicted,
 }
 
 impl State {
-    /// In a word, as in tables.
+    /// The word in tables.
     pub fn word(self) -> &'static str {
         match self {
             State::Missing(_) => "missing",
@@ -103,13 +103,13 @@ impl State {
         }
     }
 
-    /// Whether the run is still to be made.
+    /// Whether the run must still be made.
     pub fn is_missing(self) -> bool {
         matches!(self, State::Missing(_))
     }
 }
 
-/// How many runs are in which state.
+/// Numbers of runs by state.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Done.
@@ -120,20 +120,20 @@ pub struct Counts {
     pub quarantined: u64,
     /// Refused.
     pub refused: u64,
-    /// With two results that differ.
+    /// With two different results.
     pub contradicted: u64,
-    /// Still to be made.
+    /// To be made.
     pub missing: u64,
 }
 
-/// What there is of the runs of a plan.
+/// The results of a plan's runs.
 #[derive(Debug)]
 pub struct Results {
     states: Vec<State>,
     segments: Vec<PathBuf>,
-    /// Segments with an end that is of no whole result, and how many bytes that is.
+    /// Segments that end in an incomplete frame, and its bytes.
     pub torn: Vec<(PathBuf, u64)>,
-    /// Files that are no segments of this plan.
+    /// Files that are not segments of this plan.
     pub foreign: Vec<PathBuf>,
     /// Results that contradict the plan or each other.
     pub faults: Vec<Fault>,
@@ -183,8 +183,8 @@ impl Results {
         Ok(results)
     }
 
-    /// A result of a run whose process died before counts, and the first of several. Whether these are
-    /// the same is still to be seen.
+    /// Adds a result: the first of a run counts, and replaces deaths. Returns further ones, which
+    /// must be compared with it.
     fn take(&mut self, row: &Row, frame: &Frame, place: Place) -> Option<Doubt> {
         let state = &mut self.states[row.run as usize - 1];
         let known = match *state {
@@ -200,12 +200,12 @@ impl Results {
             (state, _) => state,
         };
         let known = known.filter(|_| frame.kind != Kind::Died);
-        // Of a result that does not say so itself, whose it is must be read.
+        // A result without an owner line must be read to identify its run.
         let is_unowned = frame.owner.is_none() && frame.kind == Kind::Done;
         (known.is_some() || is_unowned).then_some(Doubt { run: row.run, known, new: (frame.kind, place) })
     }
 
-    /// Finds out whether a result is what it must be.
+    /// Checks a doubtful result.
     fn settle(
         &mut self,
         plan: &Plan,
@@ -215,7 +215,7 @@ impl Results {
         let row = &plan.rows[run as usize - 1];
         let stray = |results: &mut Results, place: Place, problem: String| {
             let spot = results.spot(place);
-            // Of a run that has nothing else, nothing is left.
+            // Without another result the run is missing again.
             let state = &mut results.states[run as usize - 1];
             if matches!(*state, State::Done(known) | State::Failed(known) if known == place) {
                 *state = State::Missing(0);
@@ -290,23 +290,23 @@ impl Results {
         }
     }
 
-    /// What has come of a run, counted from 1.
+    /// The state of a run, counted from 1.
     pub fn state(&self, run: u64) -> State {
         self.states[run as usize - 1]
     }
 
-    /// Whether a run of the plan is still to be made.
+    /// Whether a run of the plan must still be made.
     pub fn is_missing(&self, run: u64) -> bool {
         let index = run.checked_sub(1).and_then(|index| usize::try_from(index).ok());
         index.and_then(|index| self.states.get(index)).is_some_and(|state| state.is_missing())
     }
 
-    /// How many runs are in which state.
+    /// Counts all runs by state.
     pub fn counts(&self) -> Counts {
         self.counts_of(|_| true)
     }
 
-    /// The same of some runs alone.
+    /// Counts some of the runs by state.
     pub fn counts_of(&self, is_counted: impl Fn(&u64) -> bool) -> Counts {
         let mut counts = Counts::default();
         for (_, state) in (1..).zip(&self.states).filter(|(run, _)| is_counted(run)) {
@@ -322,12 +322,12 @@ impl Results {
         counts
     }
 
-    /// The runs that are still to be made, in order.
+    /// The runs to be made, in order.
     pub fn missing(&self) -> impl Iterator<Item = u64> {
         (1..).zip(&self.states).filter(|(_, state)| state.is_missing()).map(|(run, _)| run)
     }
 
-    /// The content of a result.
+    /// Opens the content of a result.
     ///
     /// # Errors
     /// If its segment cannot be read.
@@ -335,21 +335,20 @@ impl Results {
         segment::content(&self.segments[place.segment as usize], place.at, place.length)
     }
 
-    /// Where a result stands, for people.
+    /// The position of a result in readable form.
     pub(crate) fn spot(&self, place: Place) -> Spot {
         Spot { path: self.segments[place.segment as usize].clone(), at: place.at }
     }
 }
 
-/// A result of which it is still to be seen whether it is the same as one that is known of its run, or
-/// of this run at all.
+/// A result to be compared with the known one of its run, or whose run must be verified.
 struct Doubt {
     run: u64,
     known: Option<(Kind, Place)>,
     new: (Kind, Place),
 }
 
-/// The run of a result, if that is its own.
+/// The run of a result, if its owner line agrees.
 fn of_run<'a>(plan: &'a Plan, frame: &Frame) -> Result<&'a Row, String> {
     let index = frame.run.checked_sub(1).and_then(|index| usize::try_from(index).ok());
     let row = index.and_then(|index| plan.rows.get(index));
@@ -371,7 +370,7 @@ fn of_run<'a>(plan: &'a Plan, frame: &Frame) -> Result<&'a Row, String> {
     }
 }
 
-/// Runs as batch systems name them: `3,7-9`.
+/// Formats runs as batch systems do: `3,7-9`.
 pub fn ranges(runs: impl IntoIterator<Item = u64>) -> String {
     let mut ranges: Vec<(u64, u64)> = Vec::new();
     for run in runs {
@@ -386,10 +385,10 @@ pub fn ranges(runs: impl IntoIterator<Item = u64>) -> String {
     ranges.into_iter().map(word).collect::<Vec<_>>().join(",")
 }
 
-/// The runs that `3,7-9` names.
+/// Parses runs such as `3,7-9`.
 ///
 /// # Errors
-/// In words, if it names none.
+/// A message, if there are none.
 pub fn parse_ranges(text: &str, most: u64) -> Result<Vec<u64>, String> {
     let refused = || format!("{text} (accepted: runs from 1 to {most}, as in 3,7-9)");
     let mut runs = Vec::new();

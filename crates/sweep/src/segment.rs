@@ -1,8 +1,7 @@
-//! Where workers put what came of their runs: each into a file of its own, one result after the
-//! other, so that a hundred thousand runs are a handful of files.
+//! Segments: each worker appends the results of its runs to a file of its own, so that a hundred
+//! thousand runs take a handful of files.
 //!
-//! A segment begins with a line that names its version and its plan. A result follows the other as a
-//! *frame*:
+//! A segment begins with a line of its version and its plan. Each result is a *frame*:
 //!
 //! | bytes | what |
 //! |---|---|
@@ -12,39 +11,39 @@
 //! | 4 | CRC-32 of all the others |
 //! | length | a line of JSON with number and id of the run; then, done: zstd, see [`stored`](crate::stored); failed: text |
 //!
-//! all numbers with the least byte first. In version 1, the line with number and id is missing. What
-//! follows a frame that is not whole is as if it had not been written.
+//! with the least significant byte first. Version 1 has no line with number and id. Everything
+//! after an incomplete frame is ignored.
 
 use std::fs::{self, DirEntry, File};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use asperity_files::{FileError, Held, create_folder};
+use asperity_files::{FileError, LockedFile, create_folder};
 use serde::{Deserialize, Serialize};
 
 use crate::plan::Row;
 
-/// The folder of the segments, in that of the plan.
+/// The folder of the segments, within that of the plan.
 pub const FOLDER: &str = "segments";
 
-/// Least time from one sync to the next: what a power cut may cost.
+/// Time between syncs: the work that a power failure may lose.
 const SYNC_INTERVAL: Duration = Duration::from_secs(1);
 
 const HEAD: usize = 17;
 
-/// The versions that are read; the last one is written.
+/// The supported versions; the last one is written.
 const VERSIONS: [u32; 2] = [1, 2];
 
-/// The longest line that says whose a result is.
+/// The longest owner line.
 const LONGEST_OWNER_BYTES: usize = 256;
 
-/// What came of a run.
+/// The kind of a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// It is done.
+    /// The run succeeded.
     Done,
-    /// It failed, by itself and always.
+    /// The run failed, and would always fail.
     Failed,
     /// The process that made it died.
     Died,
@@ -68,7 +67,7 @@ fn first_line(version: u32, plan: &str) -> String {
     format!("asperity sweep segment {version} {plan}\n")
 }
 
-/// Whose a result is, as its content says itself.
+/// The owner of a result, according to its content.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Owner {
@@ -90,15 +89,15 @@ impl Owner {
     }
 }
 
-/// A segment that is being written.
+/// A segment in progress.
 #[derive(Debug)]
 pub struct Writer {
-    held: Held,
+    locked: LockedFile,
     synced: Instant,
 }
 
 impl Writer {
-    /// A new segment of a plan, which is named by its hash.
+    /// Creates a segment of the plan with that hash.
     ///
     /// # Errors
     /// If the system refuses.
@@ -106,7 +105,7 @@ impl Writer {
         let folder = folder.join(FOLDER);
         create_folder(&folder)?;
         let process = std::process::id();
-        // On other machines processes have the same numbers.
+        // Process ids repeat on other machines.
         let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
         let host: String = host.chars().filter(|c| c.is_ascii_alphanumeric() || *c == '-').collect();
         for number in 1.. {
@@ -114,13 +113,13 @@ impl Writer {
             if path.exists() {
                 continue;
             }
-            match Held::create(&path) {
-                Ok(held) if held.file().metadata().is_ok_and(|file| file.len() == 0) => {
-                    let written = held.file().write_all(first_line(VERSIONS[1], plan).as_bytes());
+            match LockedFile::create(&path) {
+                Ok(locked) if locked.file().metadata().is_ok_and(|file| file.len() == 0) => {
+                    let written = locked.file().write_all(first_line(VERSIONS[1], plan).as_bytes());
                     written.map_err(|error| FileError::Io { path, error })?;
-                    return Ok(Writer { held, synced: Instant::now() });
+                    return Ok(Writer { locked, synced: Instant::now() });
                 }
-                // Another began it just now.
+                // Another process has just begun it.
                 Ok(_) | Err(FileError::Busy(_)) => {}
                 Err(error) => return Err(error),
             }
@@ -128,7 +127,7 @@ impl Writer {
         unreachable!("numbers do not end")
     }
 
-    /// Adds a result.
+    /// Appends a result.
     ///
     /// # Errors
     /// If the system refuses.
@@ -144,41 +143,39 @@ impl Writer {
         frame.extend(hasher.finalize().to_le_bytes());
         frame.extend(owner.as_bytes());
         frame.extend(content);
-        self.held.file().write_all(&frame)?;
+        self.locked.file().write_all(&frame)?;
         if self.synced.elapsed() >= SYNC_INTERVAL {
             self.sync()?;
         }
         Ok(())
     }
 
-    /// Makes sure that all results outlast a power cut.
+    /// Syncs all results to disk.
     ///
     /// # Errors
     /// If the system refuses.
     pub fn sync(&mut self) -> io::Result<()> {
         self.synced = Instant::now();
-        self.held.file().sync_data()
+        self.locked.file().sync_data()
     }
 }
 
 /// A result in a segment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Frame {
-    /// What came of the run.
+    /// The kind of the result.
     pub kind: Kind,
     /// The run's number, from 1.
     pub run: u64,
-    /// Whose the content says it is, or what is wrong with that line; `None` of version 1, which has
-    /// none.
+    /// The owner line, or what is wrong with it; `None` in version 1, which has none.
     pub owner: Option<Result<Owner, String>>,
-    /// Where the content begins, behind that line.
+    /// The offset of the content after that line.
     pub at: u64,
-    /// How many bytes it has.
+    /// The length of the content.
     pub length: u64,
 }
 
-/// A segment that is read: its frames, as far as they are whole. Of their contents nothing is kept in
-/// memory.
+/// Reads a segment: its whole frames, without storing their contents.
 #[derive(Debug)]
 pub struct Reader {
     file: BufReader<File>,
@@ -187,7 +184,7 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Opens a segment; `None` if it is of another plan, or no segment.
+    /// Opens a segment; `None` if it is of another plan or not a segment.
     ///
     /// # Errors
     /// If it cannot be read.
@@ -202,7 +199,7 @@ impl Reader {
         Ok(version.map(|version| Reader { file, has_owners: version > 1, at }))
     }
 
-    /// The next result; `None` at the end, or where a frame is not whole.
+    /// Returns the next result; `None` at the end or an incomplete frame.
     ///
     /// # Errors
     /// If the file cannot be read.
@@ -247,7 +244,7 @@ impl Reader {
         Ok(Some(Frame { kind, run, owner, at: begins + of_owner, length: length - of_owner }))
     }
 
-    /// How many bytes at its end are of no whole frame.
+    /// Number of bytes after the last whole frame.
     ///
     /// # Errors
     /// If the file cannot be read.
@@ -256,7 +253,7 @@ impl Reader {
     }
 }
 
-/// The content of a result, from where a [`Frame`] says that it begins.
+/// Opens the content of a result at the position in its [`Frame`].
 ///
 /// # Errors
 /// If the segment cannot be read.
@@ -274,7 +271,7 @@ fn whole(read: io::Result<()>) -> io::Result<bool> {
     }
 }
 
-/// The segments in the folder of a plan, in the order of their names.
+/// The segments in the folder of a plan, sorted by name.
 ///
 /// # Errors
 /// If the folder cannot be read.
@@ -290,7 +287,7 @@ pub fn all(folder: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// What is in a folder, which need not be there.
+/// The entries of a folder; none if it does not exist.
 pub(crate) fn entries(folder: &Path) -> io::Result<Vec<DirEntry>> {
     match fs::read_dir(folder) {
         Ok(entries) => entries.collect(),

@@ -1,31 +1,30 @@
-//! Where runs stand that are under way: the unfinished logs of those that take long, so that a run
-//! that was killed goes on from there when it is made again, and logs that are to be kept, until
-//! they are whole.
+//! Logs of runs in progress: unfinished logs of long runs, from which a killed run resumes, and
+//! logs to be kept until they are whole.
 //!
-//! What stands here is a saving of time. Without it, a run is made from its beginning.
+//! They only save time. Without them, a run is made from its beginning.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use asperity_files::{Existing, FileError, Held, create_folder};
+use asperity_files::{Existing, FileError, LockedFile, create_folder};
 use asperity_runlog::{Unfinished, WriteError, partial_path};
 
 use crate::segment::entries;
 
-/// The folder of what is under way, in that of the plan.
+/// The folder of logs in progress, within that of the plan.
 pub const FOLDER: &str = "staging";
 
-/// The folder of run logs that are kept, in that of the plan.
+/// The folder of logs that are kept, within that of the plan.
 pub const LOGS: &str = "logs";
 
-/// Where the log of a run gets whole, in the folder of a plan.
+/// The path of a run's log in progress, in the folder of a plan.
 pub fn log(folder: &Path, run: u64) -> PathBuf {
     folder.join(FOLDER).join(name(run))
 }
 
-/// Where the log of a run is kept, in the folder of a plan.
+/// The path of a kept log, in the folder of a plan.
 pub fn kept_log(folder: &Path, run: u64) -> PathBuf {
     folder.join(LOGS).join(name(run))
 }
@@ -34,7 +33,7 @@ fn name(run: u64) -> String {
     format!("{run}.mcap")
 }
 
-/// Brings the whole log of a run to where it is kept, in place of what is there.
+/// Moves the whole log of a run to the kept ones, replacing an existing one.
 ///
 /// # Errors
 /// If the system refuses.
@@ -42,20 +41,20 @@ pub(crate) fn keep(folder: &Path, run: u64) -> Result<(), FileError> {
     create_folder(&folder.join(LOGS))?;
     let path = log(folder, run);
     let kept = kept_log(folder, run);
-    match Held::open(&path)? {
-        Some(mut held) => held.rename(&kept, Existing::Replace),
-        // Another process made the same run meanwhile, and cleared this log.
+    match LockedFile::open(&path)? {
+        Some(mut locked) => locked.rename(&kept, Existing::Replace),
+        // Another process made the run in the meantime, and cleared this log.
         None if kept.exists() => Ok(()),
         None => Err(FileError::Lost(path)),
     }
 }
 
-/// Removes the whole log of a run that was not brought to where it would be kept.
+/// Removes the whole log of a run that was not kept.
 ///
 /// # Errors
 /// If the system refuses.
 pub(crate) fn discard(folder: &Path, run: u64) -> Result<(), FileError> {
-    Held::open(&log(folder, run))?.map_or(Ok(()), |held| held.remove())
+    LockedFile::open(&log(folder, run))?.map_or(Ok(()), |locked| locked.remove())
 }
 
 /// Whether there is an unfinished log of a run.
@@ -63,11 +62,11 @@ pub fn is_begun(folder: &Path, run: u64) -> bool {
     partial_path(&log(folder, run)).exists()
 }
 
-/// Removes what there is of the log of a run, unfinished or whole, of which there is a result on the
-/// disk. What another process holds is left to that, which clears it when it lets go.
+/// Removes the log of a run, unfinished or whole, whose result is on disk. Leaves a log that
+/// another process has locked; that process clears it.
 ///
 /// # Errors
-/// If the system refuses, or it is no run log.
+/// If the system refuses, or it is not a run log.
 pub fn clear(folder: &Path, run: u64) -> Result<(), WriteError> {
     let unfinished =
         Unfinished::of(&log(folder, run)).and_then(|left| left.map_or(Ok(()), Unfinished::remove));
@@ -80,7 +79,7 @@ pub fn clear(folder: &Path, run: u64) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// The runs of which there is a log, unfinished or whole, in order.
+/// The runs that have a log in progress, unfinished or whole, in order.
 ///
 /// # Errors
 /// If the folder cannot be read.
@@ -89,7 +88,7 @@ pub fn left(folder: &Path) -> io::Result<BTreeSet<u64>> {
     Ok(entries(&folder.join(FOLDER))?.iter().filter_map(|entry| run(&entry.file_name())).collect())
 }
 
-/// The runs that have an unfinished log, in order, and how many bytes that is.
+/// The runs that have an unfinished log, in order, with its bytes.
 ///
 /// # Errors
 /// If the folder cannot be read.
@@ -101,7 +100,7 @@ pub fn begun(folder: &Path) -> io::Result<Vec<(u64, u64)>> {
         let Some(run) = run.filter(|run| partial_path(&log(folder, *run)) == entry.path()) else { continue };
         match entry.metadata() {
             Ok(file) => begun.push((run, file.len())),
-            // Its run is over by now.
+            // Its run has finished in the meantime.
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
             Err(error) => return Err(error),
         }

@@ -1,8 +1,8 @@
-//! What is kept of a run that is done, packed by zstd: a line with its summary as JSON, and one for each
-//! of its events, with its topic and a tab before it.
+//! The stored result of a run, compressed by zstd: a line with its summary as JSON, and a line per
+//! event, with its topic and a tab before it.
 //!
-//! It is read line by line, whatever a few bytes unpack to, and what it says is compared with the
-//! plan: it must be of the run under whose number it stands, and be what such a run gives.
+//! It is read line by line, however much it decompresses to, and checked against the plan: it must
+//! be of the run under its number, and possible for that run.
 
 use std::cell::RefCell;
 use std::io::{self, BufRead, BufReader};
@@ -19,34 +19,33 @@ use crate::lines::{Lines, problem_of};
 use crate::plan::{Common, Row};
 use crate::sweep::Keep;
 
-/// The longest line. A summary has some three thousand bytes, an event some hundred.
+/// The longest line. A summary takes some three thousand bytes, an event some hundred.
 pub const LONGEST_LINE_BYTES: usize = 1 << 20;
 
-/// The longest reason for which a run fails.
+/// The longest reason of a failed run.
 pub const LONGEST_REASON_BYTES: usize = 1 << 16;
 
-/// The level of compression: higher ones take more time than a short run.
+/// The level of compression: higher ones take longer than a short run.
 const LEVEL: i32 = 1;
 
-/// The most memory that unpacking looks back over, as a power of two. [`LEVEL`] looks back over less
-/// than a megabyte.
+/// The largest window for decompression, as a power of two. [`LEVEL`] uses less than a megabyte.
 const WINDOW_LOG: u32 = 23;
 
-/// A kind of events that a study keeps, and what its tables must hold.
+/// A kind of events in a study, and how to check them.
 #[derive(Debug)]
 pub(crate) struct KeptEvents {
     pub(crate) kind: EventKind,
-    /// The column of the number in the run, from 0.
+    /// The column of the event's number in the run, from 0.
     number: usize,
-    /// Columns of blocks, which are numbered from 1.
+    /// Columns of blocks, numbered from 1.
     blocks: Vec<usize>,
-    /// Columns of steps, up to the last one of the run.
+    /// Columns of steps, bounded by the last one of the run.
     steps: Vec<usize>,
-    /// What the summary says of how many there are.
+    /// The number of events according to the summary.
     count: fn(&Summary) -> Option<u64>,
 }
 
-/// The kinds of events that are kept of each run.
+/// The kinds of events stored for each run.
 pub(crate) fn kept_events(keep: &[Keep]) -> Vec<KeptEvents> {
     let of = |kind: EventKind, number: &str, count| {
         let where_name = |fits: &dyn Fn(&Column) -> bool| {
@@ -80,7 +79,7 @@ pub(crate) fn pack(summary: &Summary, lines: &str) -> io::Result<Vec<u8>> {
     text.push('\n');
     text.push_str(lines);
     thread_local! {
-        /// Its tables take longer to make than a short run's results to pack.
+        /// Its tables take longer to build than a short result to compress.
         static PACKER: RefCell<Option<Compressor<'static>>> = const { RefCell::new(None) };
     }
     PACKER.with_borrow_mut(|packer| {
@@ -92,12 +91,12 @@ pub(crate) fn pack(summary: &Summary, lines: &str) -> io::Result<Vec<u8>> {
     })
 }
 
-/// The reason for which a run failed, as far as it is kept.
+/// The stored part of a reason.
 pub fn reason_kept(reason: &str) -> &str {
     &reason[..reason.floor_char_boundary(LONGEST_REASON_BYTES)]
 }
 
-/// The reason for which a run failed, read.
+/// Reads the reason of a failed run.
 pub(crate) fn reason(content: impl BufRead) -> Result<String, String> {
     let mut bytes = Vec::new();
     let most = LONGEST_REASON_BYTES as u64 + 1;
@@ -108,20 +107,20 @@ pub(crate) fn reason(content: impl BufRead) -> Result<String, String> {
     String::from_utf8(bytes).map_err(|_| "a reason that is not UTF-8 (accepted: text)".to_owned())
 }
 
-/// A result that is read: first its summary, then its events one after the other.
+/// Reads a result: first its summary, then its events one after the other.
 pub(crate) struct Stored<'a, R: BufRead> {
     lines: Lines<BufReader<Decoder<'static, R>>>,
     kept: &'a [KeptEvents],
-    /// How many events of each kind there were so far.
+    /// Number of events of each kind read so far.
     counts: Vec<u64>,
     pub(crate) summary: Summary,
-    /// What stands under each of [`Summary::KEYS`]; null where the program that made the run did not
+    /// The value of each of [`Summary::KEYS`]; null where the program that made the run did not
     /// know the key.
     pub(crate) values: Vec<Json>,
 }
 
-/// A summary and what stands under its keys. One by other code may have keys that are gone, and lack
-/// those that have come since.
+/// Parses a summary and the values of its keys. Another code version may have further keys, and
+/// lack some.
 fn summary_of(line: &str, is_own: bool) -> serde_json::Result<(Summary, Vec<Json>)> {
     if is_own {
         let summary: Summary = serde_json::from_str(line)?;
@@ -134,7 +133,7 @@ fn summary_of(line: &str, is_own: bool) -> serde_json::Result<(Summary, Vec<Json
     map.retain(|key, _| keys().any(|(name, _)| name == key));
     for ((name, kind), _) in keys().zip(&lacks).filter(|(_, lacks)| **lacks) {
         let value = match kind {
-            // What is counted need not be null; its value is not used.
+            // Counts are not null; the value is not used.
             ColumnKind::Count | ColumnKind::Step => Json::from(0),
             _ => Json::Null,
         };
@@ -150,7 +149,7 @@ impl<'a, R: BufRead> Stored<'a, R> {
     /// Opens the result of a run of a plan.
     ///
     /// # Errors
-    /// In words, with line, key, value and what is accepted, if it is not of this run.
+    /// A message with line, key, value and what is accepted, if it is not of this run.
     pub(crate) fn open(
         content: R,
         common: &Common,
@@ -183,10 +182,10 @@ impl<'a, R: BufRead> Stored<'a, R> {
         Ok(Stored { lines, kept, counts: vec![0; kept.len()], summary, values })
     }
 
-    /// The next event: which of the kinds that are kept it is of, and its row; `None` at the end.
+    /// Returns the next event: the index of its kind, and its row; `None` at the end.
     ///
     /// # Errors
-    /// In words, as for the summary, and if there are not as many events as the summary says.
+    /// A message, if an event is invalid, or their number contradicts the summary.
     pub(crate) fn next_event(&mut self) -> Result<Option<(usize, Vec<Cell>)>, String> {
         let Stored { lines, kept, counts, summary, .. } = self;
         let Some(line) = lines.next(LONGEST_LINE_BYTES).map_err(|error| error.to_string())? else {
@@ -237,7 +236,7 @@ impl<'a, R: BufRead> Stored<'a, R> {
         Ok(Some((index, cells)))
     }
 
-    /// Makes sure that nothing is missing and nothing follows.
+    /// Checks that nothing is missing and nothing follows.
     fn end(&mut self) -> Result<(), String> {
         for (events, count) in self.kept.iter().zip(&self.counts) {
             if let Some(said) = (events.count)(&self.summary)
@@ -247,7 +246,7 @@ impl<'a, R: BufRead> Stored<'a, R> {
                 return Err(format!("{count} events of {topic} (accepted: {said}, as its summary says)"));
             }
         }
-        // Behind the lines, the decoder, and what it reads from.
+        // Neither the decoder nor its source may have further bytes.
         match self.lines.source().get_mut().get_mut().fill_buf() {
             Ok([]) => Ok(()),
             Ok(_) => Err("more follows (accepted: one zstd frame)".to_owned()),
@@ -255,7 +254,7 @@ impl<'a, R: BufRead> Stored<'a, R> {
         }
     }
 
-    /// Where two results of one run differ, if they do: the first number that is another one.
+    /// The first difference between two results of one run, if any.
     ///
     /// # Errors
     /// If one of them cannot be read.
@@ -264,7 +263,7 @@ impl<'a, R: BufRead> Stored<'a, R> {
         mut other: Stored<'_, S>,
     ) -> Result<Option<String>, [Option<String>; 2]> {
         for (key, (a, b)) in Summary::KEYS.iter().zip(self.values.iter().zip(&other.values)) {
-            // As they are written: the two zeros are two numbers in a table.
+            // Compared as written: 0 and -0 differ in a table.
             let (a, b) = (a.to_string(), b.to_string());
             if a != b {
                 return Ok(Some(format!("{} is {a} and {b}", key.column.name)));

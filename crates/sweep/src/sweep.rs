@@ -1,4 +1,4 @@
-//! A sweep as written: a scenario, what varies, and what is kept of each run.
+//! A sweep as written: a scenario, what varies, and what is stored of each run.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::axis::{Axis, MOST_RUNS, Value, Written};
 
-/// What is kept of each run.
+/// What is stored of each run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Keep {
@@ -18,11 +18,11 @@ pub enum Keep {
     Events,
     /// Its ruptures.
     Ruptures,
-    /// Its summary; always kept.
+    /// Its summary; always stored.
     Summary,
     /// Its run log, a file of its own.
     Log,
-    /// The same, of runs that fail alone.
+    /// Its run log, if the run fails.
     LogOfFailed,
 }
 
@@ -50,24 +50,24 @@ struct File {
 /// Many runs of one scenario.
 #[derive(Debug, Clone)]
 pub struct Sweep {
-    /// What it is about, for headings.
+    /// Its title, for headings.
     pub title: String,
-    /// The name or path of the scenario that all runs are made of.
+    /// The name or path of the scenario of all runs.
     pub scenario: String,
     /// The text of that scenario.
     pub scenario_toml: String,
     /// Overrides in all runs, `key=value`.
     pub set: Vec<String>,
-    /// What is kept of each run.
+    /// What is stored of each run.
     pub keep: Vec<Keep>,
-    /// What varies. Every point of each is combined with all points of the others; the last one
-    /// changes from run to run.
+    /// What varies. Every point of each axis is combined with all points of the others; the last
+    /// axis varies fastest.
     pub axes: Vec<Axis>,
-    /// What is drawn of its tables.
+    /// The figures of its tables.
     pub figures: Vec<Figure>,
 }
 
-/// A sweep that cannot be read.
+/// Why a sweep cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}: {problem}")]
 pub struct SweepError {
@@ -76,11 +76,11 @@ pub struct SweepError {
 }
 
 impl Sweep {
-    /// Reads a sweep. Files that it names are looked for from its own folder, but for the names of
-    /// scenarios, which are tried first.
+    /// Reads a sweep. Files are looked up relative to its folder, scenarios first among the
+    /// built-in ones.
     ///
     /// # Errors
-    /// In words, with file, key, value and what is accepted.
+    /// A message with file, key, value and what is accepted.
     pub fn read(path: &Path) -> Result<Sweep, SweepError> {
         let refused = |problem: String| SweepError { file: path.display().to_string(), problem };
         let text = text::read(path)
@@ -147,7 +147,7 @@ impl Sweep {
         (runs <= MOST_RUNS).then_some(runs)
     }
 
-    /// How many runs it has.
+    /// The number of its runs.
     pub fn count(&self) -> u64 {
         self.runs().expect("a sweep is read only if it has not too many runs")
     }

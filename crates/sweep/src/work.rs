@@ -1,4 +1,4 @@
-//! A run of a plan, made: from its row to what is kept of it.
+//! Makes a run of a plan and packs its result.
 
 use std::error::Error;
 use std::path::Path;
@@ -6,7 +6,9 @@ use std::time::Duration;
 
 use asperity_model::Scenario;
 use asperity_record::{Event, EventPayload, Record, RunEnd, RunHeader, Rupture, SlipEvent, SolverReport};
-use asperity_run::{Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Outcome, RunError, Task, Watch, run};
+use asperity_run::{
+    Begin, CHECKPOINT_INTERVAL, KeepLog, LogTo, Notice, Observer, Outcome, RunError, Task, run,
+};
 use asperity_runlog::{Existing, WriteError};
 use asperity_summary::{RupturesFrom, Slider, Summarizer};
 
@@ -15,48 +17,48 @@ use crate::staging;
 use crate::stored::{line_of, pack};
 use crate::sweep::Keep;
 
-/// Work of a run from which on it keeps its unfinished log, and is gone on with instead of made
-/// again: what a kill may cost, against what a log costs.
+/// Computing time from which on a run keeps its unfinished log, to be resumed instead of repeated:
+/// balances what a kill may cost against the cost of a log.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
-/// What became of a run.
+/// The outcome of a run.
 #[derive(Debug)]
 pub enum Made {
     /// It is done.
     Done {
-        /// What is kept of it, packed.
+        /// Its packed result.
         content: Vec<u8>,
-        /// How many slip events it had.
+        /// The number of its slip events.
         events: u64,
     },
     /// It cannot be made, now or later, and why.
     Failed(String),
-    /// It was stopped from outside.
+    /// The caller stopped it.
     Stopped,
-    /// Another process has been making it for so long that it is left to that one.
+    /// Another process is still making it after a long time.
     ByAnother,
 }
 
 /// How runs are made.
 #[derive(Clone, Copy)]
 pub struct Ways<'a> {
-    /// The folder of the plan, with [`staging`] in it.
+    /// The folder of the plan, which contains [`staging`].
     pub folder: &'a Path,
-    /// What the summary needs to know of a scenario.
+    /// Computes the properties of a slider for the summary.
     pub slider: fn(&Scenario) -> Slider,
-    /// Work of a run from which on it keeps its unfinished log, see [`PATIENCE`].
+    /// Computing time from which on a run keeps its unfinished log, see [`PATIENCE`].
     pub patience: Duration,
     /// Whether to stop.
     pub stop: &'a (dyn Fn() -> bool + Sync),
-    /// Is told that a run goes on, instead of from its beginning.
+    /// Called when a run resumes instead of starting from its beginning.
     pub tell: &'a dyn Fn(Notice<'_>),
 }
 
-/// Makes a run, or goes on with what was begun of it. Once the result is on the disk, what is left
-/// of it in [`staging`] is to be [cleared](staging::clear).
+/// Makes a run, or resumes it. Once the result is on disk, [clear](staging::clear) its log in
+/// [`staging`].
 ///
 /// # Errors
-/// If the system refuses something, which says nothing of the run.
+/// If the system refuses something, independent of the run.
 pub fn make(plan: &Plan, row: &Row, ways: Ways<'_>) -> Result<Made, String> {
     let (scenario, header) = match plan.scenario(row) {
         Ok(planned) => planned,
@@ -65,7 +67,7 @@ pub fn make(plan: &Plan, row: &Row, ways: Ways<'_>) -> Result<Made, String> {
     let failed = |error: &dyn Error| format!("run {}: {error}", row.run);
     let path = staging::log(ways.folder, row.run);
     let mut made = make_from(Begin::GoOn, plan, row, (&scenario, &header), &path, ways);
-    // What nobody can go on with, or is whole without having been noted down, is made again.
+    // A run that cannot be resumed, or whose whole log has no recorded result, is repeated.
     if matches!(made.0, Err(RunError::Left(_)) | Ok(Outcome { has_run: false, .. })) {
         staging::discard(ways.folder, row.run).map_err(|error| failed(&error))?;
         made = make_from(Begin::Anew, plan, row, (&scenario, &header), &path, ways);
@@ -120,7 +122,7 @@ fn make_from<'a>(
             () if keeps(Keep::LogOfFailed) => KeepLog::IfStopped,
             () => KeepLog::Never,
         },
-        // One that is kept anyway need not wait.
+        // A log that is kept anyway is started at once.
         after: if keeps(Keep::Log) { Duration::ZERO } else { ways.patience },
         ..LogTo::new(path)
     };
@@ -132,7 +134,7 @@ fn make_from<'a>(
     (run(task, begin, ways.stop, &mut kept), kept)
 }
 
-/// Looks on at a run, for what is kept of it.
+/// Collects the result of a run from its records and events.
 struct Kept<'a> {
     tell: &'a dyn Fn(Notice<'_>),
     events: bool,
@@ -141,7 +143,7 @@ struct Kept<'a> {
     lines: String,
 }
 
-impl Watch for Kept<'_> {
+impl Observer for Kept<'_> {
     fn record(&mut self, record: &Record) {
         if let Record::Step(record) = record {
             self.summarizer.record(record);

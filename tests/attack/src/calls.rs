@@ -91,7 +91,7 @@ impl<'a> Call<'a> {
         Call::by_shell(program, folder, &limit, arguments, "")
     }
 
-    /// The same behind a line of shell, such as a `ulimit`, and with redirections.
+    /// Calls the command from a shell, after a line such as `ulimit`, and with redirections.
     pub(crate) fn by_shell(
         program: &Path,
         folder: &'a Path,

@@ -40,7 +40,7 @@ pub(crate) fn try_all(
     try_by(ground, module, part, cases, workers, attempt)
 }
 
-/// The same with so many at once: one, where a case itself starts several processes.
+/// Tries cases, `workers` of them in parallel: one, where a case itself starts several processes.
 pub(crate) fn try_by(
     ground: &Ground,
     module: &'static str,
@@ -140,7 +140,7 @@ impl<'a> Case<'a> {
         Ok(fs::write(self.path(name), bytes)?)
     }
 
-    /// Takes down that something does not hold.
+    /// Records a broken promise.
     pub(crate) fn broke(&mut self, kind: impl Into<String>, detail: impl Into<String>) {
         let kind = kind.into();
         if self.broken.iter().all(|(known, _)| *known != kind) {
@@ -163,7 +163,7 @@ impl<'a> Case<'a> {
         Ok(outcome)
     }
 
-    /// Takes down a call that was made, without judging it.
+    /// Records a call without judging it.
     pub(crate) fn note(&mut self, outcome: &Outcome) {
         self.calls += &format!("{}    # {}\n", outcome.call, outcome.ending());
     }

@@ -19,8 +19,8 @@ struct Target {
     what: String,
     bytes: Vec<u8>,
     regions: Vec<(String, Vec<Range<usize>>)>,
-    /// For an unfinished one: what was said of it untouched, and from where on nothing vouches
-    /// for its bytes.
+    /// For an unfinished log: the verdict on it untouched, and the offset after which no seal
+    /// covers its bytes.
     unfinished: Option<(String, usize)>,
 }
 
@@ -135,8 +135,8 @@ fn stopped(ground: &Ground, signal: &str, from_bytes: u64) -> Result<Option<Targ
     Ok(Some(Target { what, regions: regions(&bytes), bytes, unfinished }))
 }
 
-/// The log that a run of the default scenario leaves when it is stopped as its log has so many
-/// bytes; nothing if it was done before.
+/// The log that a run of the default scenario leaves when it is stopped once its log has this many
+/// bytes; None if it finished before.
 pub(crate) fn stopped_log(
     ground: &Ground,
     signal: &str,

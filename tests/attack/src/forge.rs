@@ -1,6 +1,5 @@
-//! A log taken apart and put together again as its writer would have done it: chunks, indexes,
-//! statistics, counts, digests and every checksum are made anew, so that what was changed in
-//! between is all that is wrong with it.
+//! Takes a log apart and reassembles it as its writer would: chunks, indexes, statistics, counts,
+//! digests and every checksum are recomputed, so that only the changes in between are wrong.
 
 use std::collections::BTreeMap;
 
@@ -183,7 +182,7 @@ impl Records {
         let records = file::records(bytes);
         let end = records.iter().position(|record| record.opcode == op::DATA_END);
         let data = &records[..end.unwrap_or(records.len())];
-        // Metadata `chunk` too: what vouches for something else than what stands there.
+        // Metadata `chunk` too, which would seal other bytes.
         let parts = data.iter().map(|record| (record.part(bytes), true)).collect();
         Records { parts, closed: end.is_some() }
     }

@@ -33,8 +33,7 @@ const WITHOUT_MEANING: [(&str, &str); 9] = [
     ("metadata run_end new key", "a key of a later program; who does not know it passes over it"),
 ];
 
-/// The same of what the run alone tells, so that only `check --again`, which repeats the run, can see
-/// it; and there it must be seen.
+/// Forgeries that only `check --again` can detect, which repeats the run; it must.
 const ONLY_AGAIN: [(&str, &str); 5] = [
     ("message /fields *", "a state of the blocks"),
     ("message /window *", "a state of some blocks"),
@@ -43,7 +42,7 @@ const ONLY_AGAIN: [(&str, &str); 5] = [
     ("metadata run_end status", "whether the load was reached that stops the drive"),
 ];
 
-/// The same of what no command can tell.
+/// Forgeries that no command can detect.
 const NEVER: [(&str, &str); 2] = [
     ("metadata run_end solver*", "what the solver did; it is counted anew in every run, and may differ"),
     ("metadata run solver", "both solvers give the same messages"),
@@ -166,7 +165,7 @@ fn said(random: &mut Random, log: &Log) -> Result<Option<Forgery>, Error> {
     Ok(Some((format!("{kind} {field}"), what, log.bytes()?)))
 }
 
-/// A record that vouches for others made to say something else; those behind it are right.
+/// Changes a record `chunk`; the following ones are right.
 fn chained(random: &mut Random, log: &Log, kind: &str) -> Result<Option<Forgery>, Error> {
     let mut records = log.packed()?;
     records.chain();

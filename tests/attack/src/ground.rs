@@ -110,7 +110,7 @@ pub(crate) struct Ground {
 /// A run that takes a twentieth of a second and has everything that a run may have.
 pub(crate) const SMALL: [&str; 4] = ["--set", "time.step_s=1e-7", "--set", "time.duration_s=1"];
 
-/// The same run with most of its log in states of all blocks, so that there are several chunks.
+/// The run with most of its log in states of all blocks, so that there are several chunks.
 pub(crate) const DENSE: [&str; 6] =
     ["--set", "time.step_s=1e-7", "--set", "time.duration_s=0.4", "--set", "recording.fields_s=0.0005"];
 
@@ -154,7 +154,7 @@ impl Ground {
         logs_in(&self.logs.join("chapter5/runs"))
     }
 
-    /// Some of so many cases, by chance; of a full attack all of them.
+    /// A random choice of `some` cases; all of them in a full attack.
     pub(crate) fn some_of(&self, cases: usize, some: usize) -> Vec<usize> {
         let mut left: Vec<usize> = (0..cases).collect();
         let mut random = Random::new(self.seed);

@@ -299,7 +299,7 @@ fn schema(number: usize) -> Part {
     Part::new(op::SCHEMA, body)
 }
 
-/// The log with so many more records before its messages.
+/// The log with that many more records before its messages.
 fn many(log: &Log, count: usize, each: &dyn Fn(usize) -> Part) -> Result<Vec<u8>, Error> {
     let mut log = log.clone();
     let first = log.items.iter().position(|item| matches!(item, Item::Chunk { .. }));
@@ -331,8 +331,8 @@ fn packed(log: &Log) -> Result<Vec<u8>, Error> {
     with_chunks(log, &records, 8)
 }
 
-/// The log with a chunk of these records so many times behind its last one, each followed by
-/// what vouches for chunks, if the format has that.
+/// The log with `times` chunks of these records after its last one, each followed by its seal if
+/// the format has one.
 fn with_chunks(log: &Log, records: &[u8], times: usize) -> Result<Vec<u8>, Error> {
     let packed = zstd::bulk::compress(records, 1)?;
     let crc = crc32fast::hash(records);

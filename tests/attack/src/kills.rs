@@ -131,14 +131,14 @@ fn stopped(case: &mut Case<'_>, writer: &Writer) -> Result<(), Error> {
             compared(writer, &now.written)
         });
     }
-    // The same call again; over a complete set only with force.
+    // The call is repeated, over a complete set only with force.
     let again = writers::call(case.ground, &folder, writer, 0)?.run()?;
     case.must_end_well(&again);
-    // What is there is not replaced without being told to; not all of these commands can be told.
+    // Existing files are only replaced on request, which not all of these commands accept.
     let can_force = name.starts_with("export") || name == "diff";
     let there = if can_force { complete } else { !now.written.is_empty() };
     let refused = again.code == Some(2) && there && !writer.over_former;
-    // A run that was begun is gone on with.
+    // A run that was begun is resumed.
     let to_resume = name == "run" && now.temporary.iter().any(|path| path == "run.mcap.partial");
     let mut arguments = writer.arguments(0).to_vec();
     arguments.push(if name == "run" { "--resume" } else { "--force" });

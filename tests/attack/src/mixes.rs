@@ -15,8 +15,7 @@ use crate::ground::{DENSE, Error, Genuine, Ground, OTHER};
 use crate::random::Random;
 use crate::verdict::Verdict;
 
-/// A log and its chunks, each with what belongs to it: indexes, and the record that vouches
-/// for it where the format has one.
+/// A log and its chunks, each with its indexes, and with its seal where the format has one.
 struct Run {
     log: Genuine,
     blocks: Vec<Range<usize>>,
@@ -86,7 +85,7 @@ fn mix(random: &mut Random, ours: &Run, other: &Run) -> (&'static str, Mix) {
             ("a chunk of another run", Mix { what, bytes, lost: vec![i] })
         }
         1 => {
-            // The chunk alone: what vouches for the one that stood there stays.
+            // The chunk alone: the seal of the replaced one stays.
             let foreign = &other.log.chunks[j].at;
             let own = &ours.log.chunks[i].at;
             let bytes = [&a[..own.start], &b[foreign.clone()], &a[own.end..]].concat();

@@ -84,7 +84,7 @@ impl Thrift {
     }
 }
 
-/// A table of so many equal events.
+/// A table of that many equal events.
 pub(crate) fn equal_rows(rows: u32) -> Vec<u8> {
     let rows = i64::from(rows);
     let mut out = b"PAR1".to_vec();

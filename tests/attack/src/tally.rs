@@ -6,7 +6,7 @@ use std::fmt;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-/// Of a kind of failure, so many cases are kept with their files.
+/// Number of cases per kind of failure whose files are kept.
 const KEPT: usize = 3;
 
 /// All attacks of a call.

@@ -87,7 +87,7 @@ impl Case<'_> {
         Ok(judged)
     }
 
-    /// The same, and it must be that verdict.
+    /// Checks a log, which must have that verdict.
     pub(crate) fn must_be(&mut self, what: &str, file: &str, expected: Verdict) -> Result<(), Error> {
         let judged = self.check(file)?;
         self.hold(

@@ -22,8 +22,8 @@ pub(crate) struct Writer {
     pub(crate) takes: Duration,
 }
 
-/// The files under their final names, by path; each told by a digest. A log is told by its
-/// messages, since where chunks end is by chance.
+/// The files under their final names, by path, each with a digest. The digest of a log covers its
+/// messages, since the ends of its chunks depend on timing.
 pub(crate) type Written = BTreeMap<String, String>;
 
 /// The file of a set that says what the others hold: written last, removed first.

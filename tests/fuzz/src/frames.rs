@@ -68,7 +68,7 @@ impl Segment {
         Segment { first_line, frames }
     }
 
-    /// The same results for another plan.
+    /// The segment with these results for another plan.
     pub fn of_plan(&self, plan: &str) -> Segment {
         let version = self.first_line.get(23).copied().map_or('2', char::from);
         let first_line = format!("asperity sweep segment {version} {}\n", hash_of(plan)).into_bytes();

@@ -249,7 +249,7 @@ pub fn results(text: &[u8]) {
 /// Sees rows of tables and does nothing.
 struct Unseen;
 
-impl asperity_sweep::Watch for Unseen {
+impl asperity_sweep::Observer for Unseen {
     fn begin(&mut self, _: &'static str, _: &[asperity_record::Column]) {}
 
     fn row(&mut self, _: &'static str, _: &[asperity_record::Cell]) {}

@@ -34,7 +34,7 @@ pub fn put_together(parts: &[Part], packing: Packing) -> Vec<u8> {
     out
 }
 
-/// The same records, those that belong there in chunks of so many.
+/// Packs the records that belong there into chunks of `per_chunk`.
 fn chunked(parts: &[Part], per_chunk: usize) -> Vec<Part> {
     let belongs = |part: &Part| matches!(part.opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE);
     let mut all = Vec::new();

@@ -78,7 +78,7 @@ impl Part {
         Part::chunk_of(records.len() as u64, crc, "", records.len() as u64, &records)
     }
 
-    /// A chunk that says what it is told to say.
+    /// A chunk with the given header.
     pub fn chunk_of(uncompressed: u64, crc: u32, compression: &str, compressed: u64, records: &[u8]) -> Part {
         let mut body = vec![0; 16];
         body.extend(uncompressed.to_le_bytes());
@@ -138,7 +138,7 @@ impl Part {
         self.body.get(MESSAGE_HEAD..).filter(|_| self.opcode == op::MESSAGE)
     }
 
-    /// The same record with another payload.
+    /// The record with another payload.
     #[must_use]
     pub fn with_payload(&self, payload: &[u8]) -> Part {
         Part::new(self.opcode, [&self.body[..MESSAGE_HEAD], payload].concat())
@@ -183,7 +183,7 @@ pub fn take_apart(bytes: &[u8]) -> Vec<Part> {
             LinearReadEvent::Record { opcode: op::DATA_END, .. } => return parts,
             LinearReadEvent::Record { opcode: op::MESSAGE_INDEX, .. } => {}
             LinearReadEvent::Record { opcode, data } => {
-                // What a log says of its chunks is said anew when it is put together.
+                // Statements about chunks are recomputed when the log is assembled.
                 let part = Part::new(opcode, data);
                 if part.opcode != op::METADATA || part.name() != Some("chunk") {
                     parts.push(part);
@@ -239,8 +239,8 @@ pub fn correct_end(parts: &mut [Part]) {
     }
 }
 
-/// The beginning of a log as a log of its own, whole: up to the first step from which all
-/// blocks stick after so many messages. None if it has no such step.
+/// The beginning of a log as a whole log: up to the first step after that many messages from which
+/// all blocks stick. None if it has no such step.
 pub fn beginning(parts: &[Part], messages: usize) -> Option<Vec<Part>> {
     let topics: BTreeMap<u16, &str> = parts
         .iter()

@@ -1,6 +1,6 @@
-//! What a log of versions 3 to 6 says of itself beside its records: the records `chunk`, indexes and
-//! summary, all of them true, however wrong the rest is. Written from the description of the
-//! format and not with the code of `crates/runlog`, so that one holds the other to account.
+//! Everything that a log of versions 3 to 6 has besides its records: the records `chunk`, indexes
+//! and summary, all of them right, however wrong the rest is. Written from the description of the
+//! format, independently of `crates/runlog`, so that each checks the other.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
-//! Forged logs of this very program: those that their own scenario gives away, and those of which only
-//! the run, made again, tells that it was another.
+//! Forged logs of this code version: those that contradict their own scenario, and those that only
+//! a repetition of the run detects.
 
 use std::collections::BTreeMap;
 

@@ -22,7 +22,7 @@ pub(crate) struct Arrest {
     title: String,
 }
 
-/// Marks are drawn for every so many blocks, so that they stay apart.
+/// Blocks between marks, which keeps them apart.
 const BETWEEN_MARKS: usize = 12;
 
 impl Figure for Arrest {

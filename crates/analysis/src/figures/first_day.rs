@@ -26,7 +26,7 @@ fn examples() -> Figures {
 fn with_records(mut run: RunData) -> RunData {
     let blocks = run.plan.blocks;
     let rest = || vec![0.0; blocks];
-    let loads_n = if run.plan.elastic.lattice().is_some() { rest() } else { Vec::new() };
+    let loads_n = if run.plan.elastic.has_foundation() { rest() } else { Vec::new() };
     let state = FieldRecord {
         step: 0,
         time_s: 0.0,
@@ -49,8 +49,9 @@ fn with_records(mut run: RunData) -> RunData {
         tangential_force_n: rest(),
     };
     run.windows = vec![record];
-    if let Some(lattice) = run.plan.elastic.lattice() {
-        run.nodes = vec![NodeField { step: 0, time_s: 0.0, displacement_m: vec![0.0; 2 * lattice.nodes()] }];
+    let elastic = &run.plan.elastic;
+    if elastic.has_inside() {
+        run.nodes = vec![NodeField { step: 0, time_s: 0.0, displacement_m: vec![0.0; elastic.freedoms()] }];
     }
     run
 }

@@ -83,8 +83,8 @@ impl FrontProfile {
             items.push(Item::Line(gaps.collect(), Dash::DotDashed, GREEN));
             rows.push((Sample::Line(Dash::DotDashed, GREEN), "theory, rigid contacts".to_owned()));
         }
-        // Of a slab, that of its shear waves.
-        let c = if run.plan.elastic.lattice().is_some() { "c_S" } else { "c" };
+        // Where there are shear waves, theirs.
+        let c = if run.plan.elastic.longitudinal_over_shear().is_some() { "c_S" } else { "c" };
         rows.push((Sample::Line(Dash::Dashed, GREY), format!("{c} = {c_m_per_s:.1} m/s")));
         let nucleation = Item::Line(vec![(beginning, 0.0), (beginning, to)], Dash::Dotted, BLUE);
         rows.push((Sample::Line(Dash::Dotted, BLUE), "nucleation".to_owned()));
@@ -148,8 +148,7 @@ fn theory(run: &RunData, rupture: &Rupture) -> Vec<(f64, f64)> {
         }
         None => relative_prestress(plan, n).filter(|_| Front::of(plan, n).is_some()),
     };
-    // Fronts of slabs have no theory here.
-    if plan.elastic.lattice().is_some() {
+    if !plan.elastic.has_theory() {
         return Vec::new();
     }
     let k = plan.elastic.stiffness_n_per_m();

@@ -72,8 +72,7 @@ impl Figure for FrontStress {
             marks: over_stress(run, self.from_blocks, self.across.max(1)),
             coefficients: [friction.static_coefficient, friction.dynamic_coefficient],
             wave_m_per_s: run.plan.scales.wave_speed_m_per_s(),
-            // Long waves of a lattice: the root of 1.5 over that of 0.5.
-            longitudinal: run.plan.elastic.lattice().map(|_| 3f64.sqrt()),
+            longitudinal: run.plan.elastic.longitudinal_over_shear(),
         })
     }
 
@@ -108,7 +107,7 @@ impl Figure for FrontStress {
                 if points.is_empty() {
                     continue;
                 }
-                // What a global slip passes is filled, so that both can be told in grey.
+                // Marks of a global slip are filled, to be distinguishable in grey.
                 if filled {
                     own.push(Item::Discs(points, DISC, color));
                 } else {
@@ -118,15 +117,14 @@ impl Figure for FrontStress {
             rows.push((Sample::Marks(marker, color), (*label).to_owned()));
         }
         items.append(&mut own);
-        // Both are told apart where there are both.
+        // The legend distinguishes them where there are both.
         let has = |global: usize| all.iter().any(|(_, part)| part.marks[global].iter().any(|p| shown(&p)));
         rows.extend(has(0).then(|| (Sample::Nothing, "open: precursors".to_owned())));
         rows.extend(has(1).then(|| (Sample::Nothing, "discs: first global slip".to_owned())));
         rows.push((Sample::Nothing, format!("over {} spacings", self.across.max(1))));
         rows.push((Sample::Line(Dash::Dashed, BLUE), "μ_s".to_owned()));
         rows.push((Sample::Line(Dash::DotDashed, RED), "μ_d".to_owned()));
-        let is_slab = first.longitudinal.is_some();
-        let name = if is_slab { "c_S" } else { "c" };
+        let name = if first.longitudinal.is_some() { "c_S" } else { "c" };
         rows.push((Sample::Line(Dash::Dashed, GREY), format!("{name} = {:.0} m/s", first.wave_m_per_s)));
         if let Some(ratio) = first.longitudinal.filter(|ratio| *ratio <= self.to_speed) {
             items.insert(0, level(ratio, Dash::Dotted));

@@ -24,7 +24,7 @@ const MARKED: usize = 6;
 pub(crate) struct Part {
     /// That of (5.50); through all contacts of a slab.
     line: Vec<(f64, f64)>,
-    is_slab: bool,
+    is_pressed: bool,
     shear: Vec<(f64, f64)>,
 }
 
@@ -48,10 +48,10 @@ impl Figure for InitialShear {
         let x = |n: usize| n as f64 * run.plan.spacing_m / run.plan.length_m;
         let shear = fields.tangential_force_n.iter().zip(&run.plan.normal_load_n).enumerate();
         let shear: Vec<(f64, f64)> = shear.map(|(n, (tau, p))| (x(n), tau / p)).collect();
-        let (beta, is_slab) = (run.scenario.initial_shear.beta, run.scenario.slider.is_slab());
+        let (beta, is_pressed) = (run.scenario.initial_shear.beta, run.plan.elastic.has_foundation());
         Ok(Part {
-            line: if is_slab { shear.clone() } else { vec![(0.0, -beta), (1.0, beta)] },
-            is_slab,
+            line: if is_pressed { shear.clone() } else { vec![(0.0, -beta), (1.0, beta)] },
+            is_pressed,
             shear: shear.into_iter().step_by(MARKED).collect(),
         })
     }
@@ -61,10 +61,10 @@ impl Figure for InitialShear {
         let mut largest: f64 = 0.1;
         let (mut slabs, mut chains) = (false, false);
         for (index, labelled) in self.series.iter().enumerate() {
-            let Part { line, is_slab, shear } = labelled.find(&parts)?;
+            let Part { line, is_pressed, shear } = labelled.find(&parts)?;
             let (marker, dash, color) = nth(index);
             largest = line.iter().fold(largest, |largest, (_, ratio)| largest.max(ratio.abs()));
-            (slabs, chains) = (slabs || *is_slab, chains || !is_slab);
+            (slabs, chains) = (slabs || *is_pressed, chains || !is_pressed);
             series.push(Series {
                 label: labelled.label.clone(),
                 points: line.clone(),

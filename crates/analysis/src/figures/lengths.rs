@@ -64,7 +64,7 @@ impl Figure for Lengths {
             let shares = (0..=400).map(|i| f64::from(i) / 400.0);
             shares.map(|x| (law.load_ratio(&parameters, x), x)).collect()
         };
-        let law = self.law.filter(|_| !run.scenario.slider.is_slab()).map_or_else(Vec::new, line);
+        let law = self.law.filter(|_| run.plan.elastic.has_theory()).map_or_else(Vec::new, line);
         let points: Vec<(f64, f64)> = precursors::find(run, &PrecursorRules::default())
             .iter()
             .map(|found| (found.start.ft_fn_onset, found.length_ratio(run.header.blocks)))

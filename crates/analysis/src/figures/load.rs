@@ -27,8 +27,8 @@ pub(crate) struct Load {
     sliding: bool,
 }
 
-/// Events after the first slip of the whole slider are shown as lines where they fall into so many of
-/// these parts of the time at most; otherwise they are dots.
+/// Events after the first slip of the whole slider are drawn as lines if they fall into at most
+/// this many parts of the time, otherwise as dots.
 const PARTS: f64 = 600.0;
 const MOST_LINES: usize = 40;
 
@@ -73,8 +73,8 @@ impl Figure for Load {
         if !self.sliding {
             return Ok(Sheet::Single(Box::new(upper)));
         }
-        // A line for each event. Those after the first slip of the whole slider may be so many that lines
-        // would be one black surface.
+        // A line for each event. After the first slip of the whole slider there may be too many for
+        // separate lines.
         let peaks = peaks(run.loads());
         let global = run.first_global_slip().and_then(|slip| slip.end_step).unwrap_or(u64::MAX);
         let later = peaks.iter().filter(|(step, _)| *step > global);

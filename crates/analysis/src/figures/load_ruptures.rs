@@ -42,7 +42,7 @@ impl Figure for LoadRuptures {
     }
 }
 
-/// Across the panel there is room for so many points of the curve, and so many numbers side by side.
+/// Points of the curve, and numbers side by side, that fit across the panel.
 const POINTS: usize = 1500;
 const NUMBERS: f64 = 36.0;
 

@@ -1,8 +1,8 @@
-//! Figures of a parameter study, drawn of the rows of its tables as they pass.
+//! Figures of a parameter study, drawn from the rows of its tables as they pass.
 //!
-//! What is kept of a run are the few numbers that its figures show, and no more points of precursor
-//! lengths than can be told apart on paper. So memory grows by some tens of bytes with each run,
-//! whatever the number of its events.
+//! Each run contributes only the numbers that its figures show, and no more points of precursor
+//! lengths than paper resolves. Memory therefore grows by some tens of bytes per run, whatever the
+//! number of its events.
 
 pub(super) mod colours;
 mod curves;
@@ -98,7 +98,7 @@ impl Drawer {
     }
 }
 
-/// What a figure says of itself.
+/// The metadata of a figure.
 fn about(figure: &Figure, paper: &Paper, origins: &Origins, provenance: bool) -> About {
     let (x, y) = (plain(&paper.x.label()), plain(&paper.y.label()));
     let what = match figure.kind {

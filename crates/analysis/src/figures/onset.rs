@@ -25,7 +25,7 @@ pub(crate) struct Onset {
     panel: Vec<Labelled>,
 }
 
-/// The least force that can be told from zero on a linear axis, over that on block 1.
+/// The least force that is visible on a linear axis, over that on block 1.
 const SEEN: f64 = 0.005;
 
 /// How many blocks are shown on it, over those that bear such a force.
@@ -93,7 +93,7 @@ impl Onset {
             look: Look::Marks(Marker::Circle, INK),
         }];
         // Slabs screen a force otherwise than chains do.
-        if run.plan.elastic.lattice().is_none() {
+        if run.plan.elastic.has_theory() {
             let theory = [
                 Series {
                     label: "eq. (5.45)".to_owned(),

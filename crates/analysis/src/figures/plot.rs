@@ -1,7 +1,6 @@
-//! Sheets of panels: axes, curves, marks and legends in one hand for all figures.
+//! Sheets of panels: axes, curves, marks and legends for all figures.
 //!
-//! Curves are told apart by dash and marks by shape, so that a grey print keeps
-//! what colours say.
+//! Curves differ by dash and marks by shape, so that a grey print shows what colours do.
 
 use std::sync::Arc;
 

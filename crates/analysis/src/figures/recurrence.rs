@@ -64,7 +64,7 @@ impl Figure for Recurrence {
 
 pub(super) fn part(run: &RunData, from_blocks: Option<u32>) -> Result<Part, String> {
     let counts = |rupture: &asperity_record::Rupture| match from_blocks {
-        Some(from_blocks) => rupture.last_block - rupture.first_block + 1 >= from_blocks,
+        Some(from_blocks) => rupture.reach().count() >= from_blocks,
         None => rupture.reached_every_block,
     };
     let ruptures = sorted(run)?;

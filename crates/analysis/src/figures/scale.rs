@@ -37,8 +37,8 @@ pub(super) fn ends(from: f64, to: f64) -> (f64, f64) {
 /// Least length of a logarithmic axis, in powers of ten.
 const LEAST_POWERS: f64 = 1e-6;
 
-/// The same of a logarithmic axis, whose ends are given as decimal logarithms: those that are too close
-/// move apart by half a power of ten to either side.
+/// The ends of a logarithmic axis as decimal logarithms: ends that are too close move apart by half
+/// a decade to either side.
 pub(super) fn powers(from: f64, to: f64) -> (f64, f64) {
     let bounded = |power: f64| power.clamp(LEAST.log10(), LARGEST.log10());
     match ascending(from, to).map(|(from, to)| (bounded(from), bounded(to))) {
@@ -95,7 +95,7 @@ impl Scale {
         scale.in_whole_numbers(whole)
     }
 
-    /// The same, from zero where that leaves no more than half of it empty.
+    /// Extends the axis to zero, unless more than half of it would be empty.
     pub(crate) fn down_to_zero(mut self, lowest: f64) -> Scale {
         if !self.log && lowest >= 0.0 && lowest <= 0.5 * self.to {
             self.from = 0.0;
@@ -115,7 +115,7 @@ impl Scale {
         Scale { label: label.to_owned(), from, to, log: false, words: Vec::new(), whole: false }
     }
 
-    /// The same with only whole numbers labelled, if that is wanted.
+    /// Labels only whole numbers, if `whole`.
     pub(super) fn in_whole_numbers(self, whole: bool) -> Scale {
         Scale { whole, ..self }
     }
@@ -132,8 +132,8 @@ impl Scale {
         self
     }
 
-    /// The same with zero in its middle, if it has values of both signs: one that is a millionth of the
-    /// other is rounding.
+    /// A scale with zero in its middle, if it has values of both signs: one that is a millionth of
+    /// the other is rounding.
     pub(crate) fn about_zero(&self) -> Option<Scale> {
         let (low, high) = (-self.from, self.to);
         let is_signed = !self.log && self.words.is_empty() && low.min(high) > 1e-6 * low.max(high);
@@ -200,7 +200,7 @@ impl Scale {
         self.ticks_at_most(MOST_TICKS)
     }
 
-    /// The same, with about as many between the ends as there is room for.
+    /// The ticks of the axis, at most about as many between the ends as there is room for.
     pub(crate) fn ticks_at_most(&self, most: f64) -> Vec<Tick> {
         if !self.words.is_empty() {
             let tick = |(n, word): (usize, &String)| Tick { at: n as f64, label: word.clone() };

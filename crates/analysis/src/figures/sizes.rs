@@ -73,12 +73,11 @@ impl Figure for Sizes {
 
 pub(super) fn part(run: &RunData, from_blocks: u32) -> Result<Part, String> {
     let ruptures = sorted(run)?;
-    let size = |rupture: &asperity_record::Rupture| rupture.last_block - rupture.first_block + 1;
     let first_global = before_first_global_slip(&ruptures);
     let (before, after) = ruptures.split_at(first_global.unwrap_or(0));
     let of = |ruptures: &[(&asperity_record::Rupture, Sort)]| -> Vec<u32> {
         let others = ruptures.iter().filter(|(_, sort)| *sort != Sort::GlobalSlip);
-        others.map(|(rupture, _)| size(rupture)).filter(|size| *size >= from_blocks).collect()
+        others.map(|(rupture, _)| rupture.reach().count()).filter(|size| *size >= from_blocks).collect()
     };
     Ok(Part {
         sizes: of(after),

@@ -77,9 +77,13 @@ impl Figure for SlabField {
                 self.left_out
             ));
         }
-        let lattice = run.plan.elastic.lattice().ok_or_else(|| {
-            format!("run {} is of a chain, which has no inside (accepted: a run of a slab)", run.name)
-        })?;
+        if !run.plan.elastic.has_inside() {
+            return Err(format!(
+                "run {} is of a chain, which has no inside (accepted: a run of a slab)",
+                run.name
+            ));
+        }
+        let lattice = run.plan.elastic.as_lattice();
         let spacing_mm = run.plan.spacing_m * 1e3;
         let mut maps = Vec::new();
         for at_s in &self.at_s {
@@ -128,7 +132,7 @@ impl Figure for SlabField {
 impl SlabField {
     /// A number for each square of four nodes, row by row from the bottom.
     fn values(&self, run: &RunData, nodes: &NodeField) -> Vec<f64> {
-        let lattice = run.plan.elastic.lattice().expect("a slab has a lattice");
+        let lattice = run.plan.elastic.as_lattice();
         let (columns, count) = (lattice.columns, lattice.nodes());
         let (u, rest) = (&nodes.displacement_m, &run.plan.initial.displacement_m);
         let modulus_pa = run.scenario.slider.youngs_modulus_pa;

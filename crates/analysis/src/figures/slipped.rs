@@ -46,8 +46,8 @@ impl Figure for Slipped {
     }
 
     fn part(&self, run: &RunData) -> Result<Part, String> {
-        let is_chain = !run.scenario.slider.is_slab();
-        let dynamic_coefficient = is_chain.then_some(run.plan.friction.dynamic_coefficient);
+        let has_theory = run.plan.elastic.has_theory();
+        let dynamic_coefficient = has_theory.then_some(run.plan.friction.dynamic_coefficient);
         Ok(Part { points: growing_slips(run), dynamic_coefficient })
     }
 

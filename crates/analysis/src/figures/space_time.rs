@@ -64,13 +64,13 @@ impl Figure for SpaceTime {
     }
 }
 
-/// How many patches can be told apart across.
+/// Number of patches that are distinguishable across.
 const ACROSS: f64 = 1400.0;
 
-/// A front is drawn if it takes at least so many of them.
+/// A front is drawn if it takes at least this many of them.
 const FRONT_ACROSS: f64 = 14.0;
 
-/// Velocities are drawn at so many instants at most, in so many colours.
+/// Most instants at which velocities are drawn, and number of colours.
 const INSTANTS: usize = 300;
 const SHADES: f64 = 32.0;
 

@@ -74,7 +74,7 @@ impl Figure for Spread {
         let stated = || self.panel.iter().map(|case| case.stated_s);
         let low = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
         let high = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::NEG_INFINITY, f64::max);
-        // The same axes for all cases.
+        // All cases share their axes.
         let x = Axis::decades(
             "Δt (s)",
             low(&mut all.iter().map(|(step, _)| *step)) - 0.3,

@@ -100,9 +100,9 @@ pub(super) fn picked(
             None => Err(format!("run {} has no global slip", run.name)),
         },
         Some(Which::Widest) => {
-            let blocks = |rupture: &Rupture| rupture.last_block - rupture.first_block;
             // Of several `max_by_key` would take the last.
-            let widest = all.iter().rev().map(|(rupture, _)| *rupture).max_by_key(|rupture| blocks(rupture));
+            let widest =
+                all.iter().rev().map(|(rupture, _)| *rupture).max_by_key(|rupture| rupture.reach().count());
             widest.map(Some).ok_or_else(|| format!("run {} has no ruptures", run.name))
         }
         // Each reaches farther than all before.

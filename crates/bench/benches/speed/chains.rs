@@ -1,17 +1,15 @@
 //! Long chains: what a block switch costs in them, and how far the study of resolution goes.
 
 use asperity_model::Plan;
-use asperity_simulator::Fast;
+use asperity_simulator::SolverKind;
 
 use crate::{fast_s, median, plain_ns, plan, seconds};
 
 /// How many times the fast solver makes each run; the median counts.
 const ROUNDS: usize = 3;
 
-/// Blocks, and seconds in which the first of them have slipped a few hundred times: with energies, and
-/// without, where the longest chains run for as long as those of 1,000 blocks.
-const CHAINS: [(usize, [f64; 2]); 5] =
-    [(100, [0.5; 2]), (300, [0.15; 2]), (1_000, [0.06; 2]), (3_000, [0.03, 0.06]), (10_000, [0.01, 0.06])];
+/// Blocks, and seconds in which the first of them have slipped a few hundred times.
+const CHAINS: [(usize, f64); 5] = [(100, 0.5), (300, 0.15), (1_000, 0.06), (3_000, 0.03), (10_000, 0.01)];
 
 /// Time steps, as shares of the longest stable one; 0 stands for that of the thesis.
 const SHARES: [f64; 4] = [0.5, 0.1, 0.01, 0.0];
@@ -32,20 +30,14 @@ pub(crate) fn switches() {
          The cost of a switch is without that of setting the solver up, the speed-up with it.\n"
     );
     println!(
-        "| parameter set | energies | dt | N | time step, s | switches | steps per switch | setting up, ms | \
+        "| parameter set | dt | N | time step, s | switches | steps per switch | setting up, ms | \
          cost of a switch, us | the same in steps of the plain solver | speed-up over the plain solver |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|"
+         |---|---|---|---|---|---|---|---|---|---|"
     );
-    let kinds = ["as-coded", "as-stated"].map(|set| ["every-record", "none"].map(|energies| (set, energies)));
-    for (set, energies) in kinds.into_iter().flatten() {
+    for set in ["as-coded", "as-stated"] {
         for share in SHARES {
-            for (blocks, [with_energies_s, without_s]) in CHAINS {
-                let duration_s = if energies == "none" { without_s } else { with_energies_s };
-                let set = [
-                    format!("parameter_set={set}"),
-                    format!("slider.blocks={blocks}"),
-                    format!("recording.energies={energies}"),
-                ];
+            for (blocks, duration_s) in CHAINS {
+                let set = [format!("parameter_set={set}"), format!("slider.blocks={blocks}")];
                 let longest_s = longest_step_s(&set);
                 let step_s = if share > 0.0 { share * longest_s } else { THESIS_STEP_S };
                 if step_s > 0.6 * longest_s {
@@ -61,7 +53,7 @@ pub(crate) fn switches() {
                 let steps = plan.steps as f64;
                 let share = if share > 0.0 { format!("{share}") } else { "thesis".to_owned() };
                 println!(
-                    "| {} | {energies} | {share} | {blocks} | {:.3e} | {switches} | {:.0} | {:.1} | {:.1} | {:.0} | {:.0} |",
+                    "| {} | {share} | {blocks} | {:.3e} | {switches} | {:.0} | {:.1} | {:.1} | {:.0} | {:.0} |",
                     &set[0]["parameter_set=".len()..],
                     plan.grid.step_s(),
                     steps / switches,
@@ -105,7 +97,7 @@ pub(crate) fn resolution() {
 }
 
 fn setting_up_s(plan: &Plan) -> f64 {
-    seconds(|| drop(std::hint::black_box(Fast::new(plan.clone()))))
+    seconds(|| drop(std::hint::black_box(SolverKind::Fast.start(plan.clone()))))
 }
 
 fn longest_step_s(set: &[String]) -> f64 {

@@ -45,7 +45,7 @@ pub(crate) fn tables() {
     println!();
 }
 
-/// The same table for the same arguments, event by event.
+/// A table of events, generated one by one, and equal for equal arguments.
 fn table(count: u64, pause: Pause, is_new: bool) -> impl Iterator<Item = SlipEvent> {
     let mut step = 0;
     (0..count).flat_map(move |n| {

@@ -2,16 +2,14 @@
 //!
 //! Random scenarios over all laws, drives, loads and starts, with time steps from a hundredth of the
 //! longest stable one to most of it, so that blocks switch rarely in some and in every other step
-//! in others. Both solvers run each of them in turn, with energies and without: the plain solver
-//! adds energies up in every step, which a plain loop would not. A run that its energies stop, as
-//! some time steps do within a few steps, is over before there is anything to compare; it is made
-//! without energies only.
+//! in others. Both solvers run each of them in turn. A run that its energies stop, as some time steps
+//! do within a few steps, is over before there is anything to compare; it is left out.
 
 use std::fs;
 use std::time::Instant;
 
 use asperity_model::Plan;
-use asperity_simulator::{Counters, Fast, Plain, Solver};
+use asperity_simulator::{Counters, Plain, Solver, SolverKind};
 use asperity_testkit::Random;
 
 /// How many scenarios.
@@ -62,9 +60,8 @@ const FIRST: &str = "time.duration_s=0.3";
 struct Case {
     name: String,
     plain_s: f64,
-    /// Time of the plain solver over that of the fast one: with energies, if they do not stop the
-    /// run, and without.
-    ratios: [Option<f64>; 2],
+    /// Time of the plain solver over that of the fast one; none of a run that its energies stop.
+    ratio: Option<f64>,
     counters: Counters,
 }
 
@@ -85,26 +82,22 @@ pub(crate) fn pays() {
         .collect();
     table(&mut hard);
     let mut random: Vec<Case> = random.into_iter().map(|(name, plan)| Case::of(name, &plan)).collect();
-    let mut plain_s: Vec<f64> = random.iter().map(|case| case.plain_s).collect();
+    let compared = || random.iter().filter(|case| case.ratio.is_some());
+    let mut plain_s: Vec<f64> = compared().map(|case| case.plain_s).collect();
     plain_s.sort_by(f64::total_cmp);
     println!(
         "{SCENARIOS} random scenarios; the plain solver takes {:.2} to {:.2} s.\n",
         plain_s[0],
         plain_s[plain_s.len() - 1]
     );
-    println!("| | least | 5 % | 10 % | half | most |\n|---|---|---|---|---|---|");
-    for (at, name) in ["with energies", "without"].iter().enumerate() {
-        let mut ratios: Vec<f64> = random.iter().filter_map(|case| case.ratios[at]).collect();
-        ratios.sort_by(f64::total_cmp);
-        let [least, twentieth, tenth, half, most] =
-            [0, 5, 10, 50, 100].map(|percent| ratios[(ratios.len() - 1) * percent / 100]);
-        let runs = ratios.len();
-        println!(
-            "| {name}, {runs} runs | {least:.2} | {twentieth:.2} | {tenth:.2} | {half:.1} | {most:.0} |"
-        );
-    }
+    let mut ratios: Vec<f64> = compared().filter_map(|case| case.ratio).collect();
+    ratios.sort_by(f64::total_cmp);
+    let [least, twentieth, tenth, half, most] =
+        [0, 5, 10, 50, 100].map(|percent| ratios[(ratios.len() - 1) * percent / 100]);
+    println!("| runs | least | 5 % | 10 % | half | most |\n|---|---|---|---|---|---|");
+    println!("| {} | {least:.2} | {twentieth:.2} | {tenth:.2} | {half:.1} | {most:.0} |", ratios.len());
     println!("\nThe worst of them:\n");
-    random.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
+    random.sort_by(|a, b| a.order().total_cmp(&b.order()));
     table(&mut random[..WORST]);
 }
 
@@ -112,17 +105,16 @@ pub(crate) fn pays() {
 const QUIET: [&str; 3] = ["recording.sample_s=0", "recording.fields_s=0", "recording.event_fields=false"];
 
 fn table(cases: &mut [Case]) {
-    cases.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
+    cases.sort_by(|a, b| a.order().total_cmp(&b.order()));
     println!(
-        "| scenario | plain solver, s | with energies | without | switches per step | one by one | steps of a window | terms per step |\n\
-         |---|---|---|---|---|---|---|---|"
+        "| scenario | plain solver, s | ratio | switches per step | one by one | steps of a window | terms per step |\n\
+         |---|---|---|---|---|---|---|"
     );
-    for Case { name, plain_s, ratios: [with, without], counters } in cases {
+    for Case { name, plain_s, ratio, counters } in cases {
         let steps = counters.steps() as f64;
-        let [with, without] =
-            [with, without].map(|ratio| ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}")));
+        let ratio = ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
         println!(
-            "| {name} | {plain_s:.2} | {with} | {without} | {:.1e} | {:.3} | {} | {:.2} |",
+            "| {name} | {plain_s:.2} | {ratio} | {:.1e} | {:.3} | {} | {:.2} |",
             counters.switches as f64 / steps,
             counters.plain_steps as f64 / steps,
             counters.window_steps.checked_div(counters.windows).unwrap_or(0),
@@ -136,48 +128,41 @@ impl Case {
     fn of(name: String, plan: &Plan) -> Case {
         let mut plain_s = 0.0;
         let mut counters = Counters::default();
-        let ratios = [true, false].map(|energies| {
-            let mut ratios = Vec::new();
-            for pair in 0..MORE_PAIRS {
-                if pair == PAIRS && crate::median(ratios.clone()) >= 1.0 {
-                    break;
-                }
-                let mut plan = plan.clone();
-                plan.drive.velocity_m_per_s *= 1.0 + pair as f64 * APART;
-                let mut seconds = [0.0; 2];
-                let mut is_whole = true;
-                for is_fast in if pair % 2 == 0 { [false, true] } else { [true, false] } {
-                    seconds[usize::from(is_fast)] = if is_fast {
-                        cpu_s(|| (counters, is_whole) = whole(Fast::new(plan.clone()), energies))
-                    } else {
-                        cpu_s(|| {
-                            whole(Plain::new(plan.clone()), energies);
-                        })
-                    };
-                }
-                if energies && !is_whole {
-                    return None;
-                }
-                plain_s = seconds[0];
-                ratios.push(seconds[0] / seconds[1]);
+        let mut ratios = Vec::new();
+        for pair in 0..MORE_PAIRS {
+            if pair == PAIRS && crate::median(ratios.clone()) >= 1.0 {
+                break;
             }
-            Some(crate::median(ratios))
-        });
-        Case { name, plain_s, ratios, counters }
+            let mut plan = plan.clone();
+            plan.drive.velocity_m_per_s *= 1.0 + pair as f64 * APART;
+            let mut seconds = [0.0; 2];
+            let mut is_whole = true;
+            for is_fast in if pair % 2 == 0 { [false, true] } else { [true, false] } {
+                seconds[usize::from(is_fast)] = if is_fast {
+                    cpu_s(|| (counters, is_whole) = whole(SolverKind::Fast.start(plan.clone())))
+                } else {
+                    cpu_s(|| {
+                        whole(Plain::new(plan.clone()));
+                    })
+                };
+            }
+            plain_s = seconds[0];
+            if !is_whole {
+                return Case { name, plain_s, ratio: None, counters };
+            }
+            ratios.push(seconds[0] / seconds[1]);
+        }
+        Case { name, plain_s, ratio: Some(crate::median(ratios)), counters }
     }
 
-    fn worst(&self) -> f64 {
-        self.ratios.iter().flatten().copied().fold(f64::INFINITY, f64::min)
+    /// The worst first, what is not compared last.
+    fn order(&self) -> f64 {
+        self.ratio.unwrap_or(f64::INFINITY)
     }
 }
 
-/// Takes a run, with energies or without; and whether it came to its end.
-fn whole(mut solver: impl Solver, energies: bool) -> (Counters, bool) {
-    if !energies {
-        let mut state = solver.snapshot();
-        state.energy = None;
-        solver.restore(&state);
-    }
+/// Takes a run; and whether it came to its end.
+fn whole(mut solver: impl Solver) -> (Counters, bool) {
     loop {
         match solver.next_record() {
             Ok(Some(record)) => drop(std::hint::black_box(record)),
@@ -201,7 +186,7 @@ fn cpu_s(work: impl FnOnce()) -> f64 {
     }
 }
 
-/// The same for the same number.
+/// Overrides of a random scenario, equal for equal numbers.
 fn random_scenario(number: u64) -> Vec<String> {
     let mut noise = Random::new((SEED * 1000 + number).wrapping_mul(0x9e37_79b9_7f4a_7c15) + 1);
     let blocks = noise.log_uniform(2.0, 700.0) as u32;

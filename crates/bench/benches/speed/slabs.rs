@@ -33,7 +33,7 @@ fn plan(sets: &[String]) -> Plan {
     Plan::new(&resolve("slab", sets).unwrap_or_else(|error| panic!("{error}")))
 }
 
-/// Nanoseconds of a single step, and where the driven node is after so many.
+/// Nanoseconds of a single step, and the position of the driven node after all steps.
 fn plain_ns(plan: &Plan) -> (f64, f64) {
     let mut plain = Plain::new(plan.clone());
     let elapsed_s = seconds(|| {
@@ -83,7 +83,7 @@ pub(crate) fn slabs() {
     println!();
 }
 
-/// The same slab from the same state: what a program looks like that goes from node to node.
+/// Compares with a C program that steps node by node, on an equal slab from an equal state.
 fn against_c() {
     println!("## Single steps of the default slab, beside a plain loop in C at -O2\n");
     let folder = tempfile::tempdir().expect("a temporary folder can be made");

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use asperity_record::Reach;
+
 use crate::column::Value;
 use crate::report::{CellChange, Class, Counts, Extent, Finding};
 
@@ -22,9 +24,11 @@ pub(super) fn told(finding: &Finding) -> String {
     };
     let place = |events: &[Extent]| {
         let [first, ..] = events else { return String::new() };
-        let low = events.iter().map(|event| event.first_block).min().unwrap_or(0);
-        let high = events.iter().map(|event| event.last_block).max().unwrap_or(0);
-        let blocks = if low == high { format!("block {low}") } else { format!("blocks {low}-{high}") };
+        let reach = Reach::over(events.iter().map(Extent::reach)).unwrap_or(first.reach());
+        let blocks = match reach {
+            Reach { first, last } if first == last => format!("block {first}"),
+            Reach { first, last } => format!("blocks {first}-{last}"),
+        };
         format!("{blocks} at {} s", seconds(first.onset_s))
     };
     let (old, new) = (numbers(&finding.old), numbers(&finding.new));

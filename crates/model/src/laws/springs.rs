@@ -4,7 +4,7 @@
 use std::hint::select_unpredictable;
 
 use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn};
-use crate::words::Reattach;
+use crate::choices::Reattach;
 
 /// The law of the thesis.
 #[derive(Debug, Clone, Copy, PartialEq)]

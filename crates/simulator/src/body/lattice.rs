@@ -246,7 +246,8 @@ pub(crate) fn stored_j(plan: &Plan, lattice: &Lattice, state: &SliderState) -> (
     let square: f64 = v.iter().map(|v| v * v).sum();
     let mut elastic_j = 0.0;
     lattice.over_bonds(|Bond { from, to, along, stiffness_n_per_m }| {
-        let stretch_m = along[0] * (u[to] - u[from]) + along[1] * (u[nodes + to] - u[nodes + from]);
+        let part_m = |(axis, along): (usize, &f64)| along * (u[axis * nodes + to] - u[axis * nodes + from]);
+        let stretch_m: f64 = along.iter().take(lattice.axes()).enumerate().map(part_m).sum();
         elastic_j += 0.5 * stiffness_n_per_m * stretch_m * stretch_m;
     });
     let (kt, kf) = (plan.friction.interfacial_stiffness_n_per_m, lattice.foundation_n_per_m);

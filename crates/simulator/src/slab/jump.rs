@@ -28,13 +28,13 @@ use std::sync::Arc;
 use asperity_model::Plan;
 
 use crate::complex::Complex;
-use crate::strength::{Ramp, StopForce, static_coefficient};
 use crate::ledger::Ledger;
 use crate::modes::Coordinates;
 use crate::slab::ground::Ground;
 use crate::slab::modes::sizes;
 use crate::slab::norms::invariant;
 use crate::state::SliderState;
+use crate::strength::{Ramp, StopForce, static_coefficient};
 use crate::window::norms::ROUNDING;
 
 /// Below this many steps a jump is not worth it.
@@ -92,7 +92,7 @@ pub(crate) struct Jump {
     /// Static coefficients where it begins.
     coefficients: Vec<f64>,
     /// Energies where it begins.
-    start: Option<Start>,
+    start: Start,
     u: Vec<f64>,
     w: Vec<f64>,
     stiff: Vec<f64>,
@@ -100,7 +100,7 @@ pub(crate) struct Jump {
     scratch: Vec<f64>,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Start {
     ledger: Ledger,
     here: Worth,
@@ -108,7 +108,7 @@ struct Start {
 
 /// What a state is worth: kinetic and elastic energy, the function whose differences are the work of
 /// the scheme, and the part of it that a ledger leaves to the state.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Worth {
     kinetic_j: f64,
     elastic_j: f64,
@@ -138,7 +138,7 @@ impl Jump {
             ramp: Ramp::FLAT,
             hold_step: u64::MAX,
             coefficients: Vec::new(),
-            start: None,
+            start: Start::default(),
             u: zeros(),
             w: zeros(),
             stiff: zeros(),
@@ -198,7 +198,7 @@ impl Jump {
         if steps < SHORTEST {
             return refused;
         }
-        self.start = Some(Start { ledger: state.energy, here: self.worth(plan, state, 0) });
+        self.start = Start { ledger: state.energy, here: self.worth(plan, state, 0) };
         Attempt::Jump(steps)
     }
 
@@ -470,12 +470,11 @@ impl Jump {
     /// The sums over the steps of what drive and load do are geometric. The work of the scheme is a
     /// difference of [`Worth`], and the viscous loss what is missing in the balance.
     pub(crate) fn account(&mut self, plan: &Plan, into: u64, state: &mut SliderState) {
-        let Some(Start { ledger, here: start }) = self.start else { return };
+        let Start { mut ledger, here: start } = self.start;
         let here = self.worth(plan, state, into);
         let (drive_j, load_j) = (self.drive_work_j(plan, into), self.load_work_j(plan, into));
         let scheme_j = here.scheme_j - start.scheme_j;
         let stored_j = (here.kinetic_j - start.kinetic_j) + (here.elastic_j - start.elastic_j);
-        let mut ledger = ledger;
         ledger.drive_work_j.add(drive_j);
         ledger.load_work_j.add(load_j);
         ledger.viscous_loss_j.add((drive_j + load_j) + scheme_j - stored_j);

@@ -89,11 +89,10 @@ mod tests {
     fn all_instruction_sets_move_a_lattice_the_same_to_the_bit() {
         for (columns, rows) in [(2, 2), (3, 5), (9, 2), (18, 7), (57, 4)] {
             let lattice = Lattice {
-                columns,
-                rows,
                 stiffness_n_per_m: 3.7,
                 damping_kg_per_s: 0.9,
                 foundation_n_per_m: 1.0,
+                ..Lattice::slab(columns, rows)
             };
             let freedoms = lattice.freedoms();
             let numbers = |seed: u64| -> Vec<f64> {

@@ -129,8 +129,7 @@ fn switching<const D: usize, L: ContactLaw<D>>(marks: &mut [u64], after: &After<
         for n in 0..slip.len() {
             let slides = slip[n] != 0.0;
             let at = |along: [&[f64]; D]| along.map(|along| along[n]);
-            let rests =
-                law.re_attaches(&Turn { velocity_m_per_s: at(v), new_velocity_m_per_s: at(v_new) });
+            let rests = law.re_attaches(&Turn { velocity_m_per_s: at(v), new_velocity_m_per_s: at(v_new) });
             let detaches = magnitude(at(tau)) >= threshold[n];
             bits |= u64::from((slides & rests) | (!slides & detaches)) << n;
         }
@@ -146,9 +145,14 @@ pub(super) fn sign(velocity: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use asperity_model::elastic::{Chain, Elastic};
+    use std::sync::Arc;
 
-    use super::{After, Blocks, Constants, Sweeps};
+    use asperity_model::elastic::Chain;
+    use asperity_model::laws::FrictionLaw;
+    use asperity_model::{Scenario, ScenarioSource};
+
+    use super::{After, Blocks, Sweeps};
+    use crate::law::{ChainLoops, loops};
 
     /// Numbers without pattern, the same on every machine.
     fn noise(seed: u64, count: usize) -> Vec<f64> {
@@ -161,57 +165,57 @@ mod tests {
             .collect()
     }
 
+    /// The loops of all registered laws, by every rule of re-attachment.
+    fn all_laws() -> Vec<Arc<dyn ChainLoops>> {
+        let rules = ["", "friction.reattach = \"two-way\"\n"];
+        let texts = rules.iter().flat_map(|rule| {
+            FrictionLaw::ALL.iter().map(move |law| format!("{rule}friction.law = {:?}\n", law.word()))
+        });
+        let scenarios = texts.map(|text| Scenario::resolve(&ScenarioSource::new("test", &text)).unwrap());
+        scenarios.map(|scenario| loops(scenario.friction.contact_law())).collect()
+    }
+
     #[test]
     fn all_instruction_sets_give_the_same_bits() {
-        for blocks in [2, 3, 7, 8, 9, 64, 101] {
-            let elastic =
-                Elastic::Chain(Chain { nodes: blocks, stiffness_n_per_m: 3.7, damping_kg_per_s: 0.9 });
-            for two_way in [false, true] {
-                let run = |sweeps: Sweeps| {
-                    let mut u = noise(1, blocks);
-                    let mut v = noise(2, blocks);
-                    let (mut tau, mut u_new, mut v_new) =
-                        (vec![0.0; blocks], vec![0.0; blocks], vec![0.0; blocks]);
-                    let (u_stick, sliding_friction) = (noise(3, blocks), noise(4, blocks));
-                    let slip: Vec<f64> =
-                        noise(5, blocks).iter().map(|x| f64::from(u8::from(*x > 0.0))).collect();
-                    let threshold = vec![1e9; blocks];
-                    let mut any = Vec::new();
-                    for step in 0..50 {
-                        let old = Blocks {
-                            elastic: &elastic,
-                            u: &u,
-                            v: &v,
-                            u_stick: &u_stick,
-                            slip: &slip,
-                            threshold: &threshold,
-                            sliding_friction: &sliding_friction,
-                            outer_force: &noise(6 + step, blocks),
-                        };
-                        let constants = Constants {
-                            dt: 0.01,
-                            dt_over_m: 0.013,
-                            kt: 2.1,
-                            two_way,
-                            weakening: 0.7,
-                            radiation: 0.3,
-                        };
-                        let take = match step % 3 {
-                            0 => Sweeps::step,
-                            1 => Sweeps::step_driven_everywhere,
-                            _ => Sweeps::rigid_step,
-                        };
-                        any.push(take(sweeps, &mut u_new, &mut v_new, &mut tau, &old, &constants));
-                        std::mem::swap(&mut u, &mut u_new);
-                        std::mem::swap(&mut v, &mut v_new);
-                    }
-                    let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-                    (bits(&u), bits(&v), bits(&tau), any)
-                };
-                let baseline = run(Sweeps::Baseline);
-                for sweeps in Sweeps::available() {
-                    assert_eq!(run(sweeps), baseline, "{sweeps:?}, {blocks} blocks");
+        for (blocks, law) in [2, 3, 7, 8, 9, 64, 101]
+            .into_iter()
+            .flat_map(|blocks| all_laws().into_iter().map(move |law| (blocks, law)))
+        {
+            let chain = Chain { nodes: blocks, stiffness_n_per_m: 3.7, damping_kg_per_s: 0.9 };
+            let run = |sweeps: Sweeps| {
+                let mut u = noise(1, blocks);
+                let mut v = noise(2, blocks);
+                let (mut tau, mut u_new, mut v_new) =
+                    (vec![0.0; blocks], vec![0.0; blocks], vec![0.0; blocks]);
+                let (u_stick, sliding_friction) = (noise(3, blocks), noise(4, blocks));
+                let slip: Vec<f64> = noise(5, blocks).iter().map(|x| f64::from(u8::from(*x > 0.0))).collect();
+                let threshold = vec![1e9; blocks];
+                let mut any = Vec::new();
+                for step in 0..50 {
+                    let old = Blocks {
+                        chain: &chain,
+                        u: &u,
+                        v: &v,
+                        outer_force: &noise(6 + step, blocks),
+                        is_pulled_inside: step % 2 == 0,
+                        u_stick: &u_stick,
+                        slip: &slip,
+                        threshold: &threshold,
+                        sliding_friction: &sliding_friction,
+                        dt: 0.01,
+                        dt_over_m: 0.013,
+                        kt: 2.1,
+                    };
+                    any.push(law.step(sweeps, (&mut u_new, &mut v_new), &mut tau, &old));
+                    std::mem::swap(&mut u, &mut u_new);
+                    std::mem::swap(&mut v, &mut v_new);
                 }
+                let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                (bits(&u), bits(&v), bits(&tau), any)
+            };
+            let baseline = run(Sweeps::Baseline);
+            for sweeps in Sweeps::available() {
+                assert_eq!(run(sweeps), baseline, "{sweeps:?}, {blocks} blocks, {law:?}");
             }
         }
     }
@@ -223,12 +227,9 @@ mod tests {
         let tiny = f64::MIN_POSITIVE * f64::EPSILON;
         let numbers = [0.0, tiny, 1e-200, 0.5, 1.0 - f64::EPSILON / 2.0, 1.0, 1.0 + f64::EPSILON];
         let signed = || numbers.into_iter().flat_map(|x| [x, -x]);
+        let chain = Chain { nodes: BLOCKS, stiffness_n_per_m: 0.0, damping_kg_per_s: 0.0 };
         let (mut switches, mut quiet) = (0, 0);
-        for (take, rigid, two_way) in [
-            (Sweeps::step_driven_everywhere as StepSweep, false, false),
-            (Sweeps::step_driven_everywhere, false, true),
-            (Sweeps::rigid_step, true, true),
-        ] {
+        for law in all_laws() {
             for (slip, v, force) in [0.0, 1.0]
                 .into_iter()
                 .flat_map(|s| signed().flat_map(move |v| signed().map(move |f| (s, v, f))))
@@ -237,36 +238,32 @@ mod tests {
                 let alone = |x: f64| std::array::from_fn::<f64, BLOCKS, _>(|n| if n == AT { x } else { 0.0 });
                 let (slip, v) = (alone(slip), alone(v));
                 let old = Blocks {
-                    elastic: &Elastic::Chain(Chain {
-                        nodes: BLOCKS,
-                        stiffness_n_per_m: 0.0,
-                        damping_kg_per_s: 0.0,
-                    }),
+                    chain: &chain,
                     u: &alone(0.0),
                     v: &v,
+                    outer_force: &alone(force),
+                    is_pulled_inside: true,
                     u_stick: &alone(0.0),
                     slip: &slip,
                     threshold: &[1.0; BLOCKS],
                     sliding_friction: &[0.0; BLOCKS],
-                    outer_force: &alone(force),
+                    dt: 1.0,
+                    dt_over_m: 1.0,
+                    kt: 0.0,
                 };
-                let constants =
-                    Constants { dt: 1.0, dt_over_m: 1.0, kt: 0.0, two_way, weakening: 0.0, radiation: 0.0 };
                 for sweeps in Sweeps::available() {
                     let (mut u_new, mut v_new, mut tau) = ([0.0; BLOCKS], [0.0; BLOCKS], [0.0; BLOCKS]);
-                    let hint = take(sweeps, &mut u_new, &mut v_new, &mut tau, &old, &constants);
+                    let hint = law.step(sweeps, (&mut u_new, &mut v_new), &mut tau, &old);
                     let after = After {
                         slip: &slip,
-                        v: &v,
-                        v_new: &v_new,
-                        tau: &tau,
+                        v: [&v],
+                        v_new: [&v_new],
+                        tau: [&tau],
                         threshold: old.threshold,
-                        two_way,
-                        rigid,
                     };
                     let mut marks = [0];
-                    sweeps.switching(&mut marks, &after);
-                    assert!(hint || marks == [0], "{slip:?} {v:?} {force} {two_way} {rigid} {sweeps:?}");
+                    law.switching(sweeps, &mut marks, &after);
+                    assert!(hint || marks == [0], "{slip:?} {v:?} {force} {law:?} {sweeps:?}");
                     switches += usize::from(marks != [0]);
                     quiet += usize::from(!hint);
                 }
@@ -274,6 +271,4 @@ mod tests {
         }
         assert!(switches > 100 && quiet > 100, "{switches} {quiet}");
     }
-
-    type StepSweep = fn(Sweeps, &mut [f64], &mut [f64], &mut [f64], &Blocks<'_>, &Constants) -> bool;
 }

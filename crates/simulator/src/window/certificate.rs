@@ -16,8 +16,8 @@ use std::cell::Cell;
 use asperity_model::Plan;
 
 use crate::basis::{MOST_STEPS, MOST_TERMS};
-use crate::strength::StopForce;
 use crate::state::SliderState;
+use crate::strength::StopForce;
 use crate::sweep::{Course, Reserve, margin};
 use crate::window::expansion::{Expansion, Sizes};
 use crate::window::norms::{Norms, ROUNDING};

@@ -13,13 +13,13 @@
 
 use std::sync::Arc;
 
-use asperity_model::elastic::Chain;
 use asperity_model::Plan;
+use asperity_model::elastic::Chain;
 
 use crate::basis::{Basis, MOST_TERMS};
-use crate::strength::{Ramp, Strength};
 use crate::kept::Kept;
 use crate::state::SliderState;
+use crate::strength::{Ramp, Strength};
 use crate::sweep::{Guarded, Held, Second, Sweeps, TermChain, Terms};
 use crate::window::rows::Rows;
 

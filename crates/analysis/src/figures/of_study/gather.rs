@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use asperity_model::Scenario;
-use asperity_record::{Cell, Column};
+use asperity_record::{Cell, Column, Reach};
 use asperity_study_figures::{Figure, Kind, Place, Quantity};
+use asperity_summary::Growth;
 
 /// Gives the scenario of a run by its number, for theories.
 pub type ScenarioOf<'a> = &'a dyn Fn(u64) -> Result<Scenario, String>;
@@ -94,7 +95,7 @@ struct Columns {
     at: Vec<(usize, Place)>,
 }
 
-/// The same of a row of the table of ruptures.
+/// The parts of a figure taken from a row of the table of ruptures.
 #[derive(Debug, Default)]
 struct RuptureColumns {
     onset_step: usize,
@@ -108,8 +109,6 @@ struct RuptureColumns {
 /// A rupture from block 1 that reaches farther than all before it.
 #[derive(Debug, Clone, Copy)]
 struct Farther {
-    starts: (u64, u64),
-    last_block: u32,
     reached_every_block: bool,
     ft_fn_onset: f64,
 }
@@ -132,8 +131,8 @@ pub(super) struct Gathered {
     pub(super) figure: Figure,
     columns: Columns,
     of_ruptures: RuptureColumns,
-    /// Of the run that comes next, by onset.
-    farther: Vec<Farther>,
+    /// Of the run that comes next.
+    farther: Growth<Farther>,
     pub(super) samples: Vec<Sample>,
     pub(super) panels: Values,
     pub(super) colours: Values,
@@ -152,7 +151,7 @@ impl Gathered {
             figure,
             columns: Columns::default(),
             of_ruptures: RuptureColumns::default(),
-            farther: Vec::new(),
+            farther: Growth::default(),
             samples: Vec::new(),
             panels: Values::default(),
             colours: Values::default(),
@@ -204,8 +203,8 @@ impl Gathered {
         let of = &self.of_ruptures;
         let cell = |at: usize| cells.get(at).copied().unwrap_or(Cell::Empty);
         let (
-            Cell::Count(1),
-            Cell::Count(last_block),
+            Cell::Count(first),
+            Cell::Count(last),
             Cell::Flag(reached_every_block),
             Cell::Number(ft_fn_onset),
             Cell::Step(onset_step),
@@ -221,14 +220,8 @@ impl Gathered {
         else {
             return;
         };
-        let starts = (onset_step, rupture);
-        let place = self.farther.partition_point(|known| known.starts <= starts);
-        if place > 0 && self.farther[place - 1].last_block >= last_block {
-            return;
-        }
-        let shorter = self.farther[place..].partition_point(|later| later.last_block <= last_block);
-        let new = Farther { starts, last_block, reached_every_block, ft_fn_onset };
-        self.farther.splice(place..place + shorter, [new]);
+        let new = || Farther { reached_every_block, ft_fn_onset };
+        self.farther.take((onset_step, rupture), Reach { first, last }, new);
     }
 
     /// Takes a run.
@@ -269,13 +262,15 @@ impl Gathered {
         }
     }
 
-    fn lengths(&mut self, farther: &[Farther], (panel, colour): (usize, usize), blocks: f64) {
-        let precursors = || farther.iter().filter(|rupture| !rupture.reached_every_block);
+    fn lengths(&mut self, farther: &Growth<Farther>, (panel, colour): (usize, usize), blocks: f64) {
+        // The length of each, and the load.
+        let precursors = || {
+            let alone = farther.iter().filter(|(_, rupture)| !rupture.reached_every_block);
+            alone.map(|(to, rupture)| (f64::from(to) / blocks, rupture.ft_fn_onset))
+        };
         if !self.figure.is_spread {
-            self.marks.extend(precursors().map(|rupture| {
-                let length = f64::from(rupture.last_block) / blocks;
-                (panel, colour, coarse(rupture.ft_fn_onset), coarse(length))
-            }));
+            let marks = precursors().map(|(length, ft_fn)| (panel, colour, coarse(ft_fn), coarse(length)));
+            self.marks.extend(marks);
             return;
         }
         let none = || Loads { runs: 0, at_levels: vec![Vec::new(); LEVELS] };
@@ -283,8 +278,8 @@ impl Gathered {
         loads.runs += 1;
         for (n, loads) in loads.at_levels.iter_mut().enumerate() {
             let level = (n + 1) as f64 / LEVELS as f64;
-            let come = precursors().find(|rupture| f64::from(rupture.last_block) / blocks >= level - 1e-12);
-            loads.extend(come.map(|rupture| rupture.ft_fn_onset));
+            let come = precursors().find(|(length, _)| *length >= level - 1e-12);
+            loads.extend(come.map(|(_, ft_fn)| ft_fn));
         }
     }
 }

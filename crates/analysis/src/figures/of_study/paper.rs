@@ -73,9 +73,9 @@ pub(crate) enum Sample {
 /// Where the key stands in the rectangle of a sheet.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Key {
-    /// At the right, with so many pixels.
+    /// At the right, with this width in pixels.
     Beside(i32),
-    /// At the foot, with room for so many rows, without a colour bar.
+    /// At the foot, with room for this many rows, without a colour bar.
     Below(i32),
 }
 

@@ -1,4 +1,4 @@
-//! What a figure says of itself: in its files, and in a line at its foot.
+//! The metadata of a figure: in its files, and in a line at its foot.
 
 use std::collections::BTreeSet;
 
@@ -26,7 +26,7 @@ impl Origins {
         }
     }
 
-    /// The same, of runs that differ in these keys of the scenario.
+    /// Adds the scenario keys in which the runs differ.
     #[must_use]
     pub fn varying<S: Into<String>>(mut self, keys: impl IntoIterator<Item = S>) -> Origins {
         self.varies.extend(keys.into_iter().map(Into::into));
@@ -55,7 +55,7 @@ const MOST_NAMED: usize = 3;
 /// How much of a code version stands at the foot.
 const SHORT: usize = 12;
 
-/// What a figure says of itself.
+/// The metadata of a figure.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct About {
     pub(crate) title: String,

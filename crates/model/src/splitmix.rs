@@ -1,7 +1,7 @@
-//! Numbers without pattern, the same on every machine.
+//! Pseudo-random numbers that are the same on every machine.
 
-/// The output function of SplitMix64 (Steele, Lea and Flood 2014): one number without pattern for
-/// another.
+/// The output function of SplitMix64 (Steele, Lea and Flood 2014): maps a number to a pseudo-random
+/// one.
 pub fn mixed(number: u64) -> u64 {
     let mut z = number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,49 +1,49 @@
-//! What a caller sees of a run or a replay while it goes on.
+//! What a caller observes of a run or a replay in progress.
 
 use std::fmt;
 
 use asperity_record::{Event, Record};
 
-/// Looks on. All calls come from the thread that called, in the order of the log.
+/// Observes a run. All calls are made on the calling thread, in the order of the log.
 ///
-/// Every method does nothing unless it is written anew, and `()` looks at nothing.
-pub trait Watch {
+/// All methods default to no-ops; `()` ignores everything.
+pub trait Observer {
     /// A record: a step, the state of all blocks, or that of a dense window.
     fn record(&mut self, _record: &Record) {}
 
-    /// An event, after the record that made it certain.
+    /// An event, after the record that completed it.
     fn event(&mut self, _event: &Event) {}
 
-    /// The last step that records have come up to; for progress.
+    /// The last step that the records have reached; for progress.
     fn reached(&mut self, _step: u64) {}
 
-    /// Something that a user should know, and that is no error.
+    /// A note for the user that is not an error.
     fn notice(&mut self, _notice: Notice<'_>) {}
 }
 
-impl Watch for () {}
+impl Observer for () {}
 
-/// Something that a user should know of a run, in words by [`Display`](fmt::Display).
+/// A note for the user about a run; [`Display`](fmt::Display) formats it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Notice<'a> {
-    /// The run goes on from a checkpoint.
+    /// The run resumes from a checkpoint.
     GoesOn {
-        /// The last step that had been taken.
+        /// The last step before.
         step: u64,
         /// Its time, s.
         time_s: f64,
     },
-    /// The unfinished log lacked only its final name, and has it now.
+    /// The unfinished log was complete except for its final name, which it now has.
     LackedItsName,
-    /// What is accepted in its scenario and may surprise, see
+    /// A warning about the scenario, see
     /// [`Scenario::warnings`](asperity_model::Scenario::warnings).
     Warning(&'a str),
-    /// The load at which the drive was to stop was never reached.
+    /// The load at which the drive would stop was never reached.
     LoadNotReached {
         /// That load, `F_T / F_N`.
         ratio: f64,
     },
-    /// A shortcut that the solver could not take in this run, and what it did instead.
+    /// A shortcut that the solver could not use in this run, and what it used instead.
     Fallback(&'a str),
 }
 

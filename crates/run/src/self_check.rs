@@ -1,6 +1,6 @@
-//! What the header and the topics of a log of this very program must be by its own scenario, and its
-//! records, where the run is made again: only of this version of the code is it certain what a scenario
-//! means, and what is announced and recorded of it.
+//! Verifies a log of this code version against its embedded scenario: the header, the topics and,
+//! if the run is repeated, the records. Other code versions may interpret or record a scenario
+//! otherwise.
 
 use std::sync::Arc;
 
@@ -11,26 +11,26 @@ use asperity_simulator::{Solver, SolverKind};
 
 use crate::header::header;
 
-/// Where a log is not what its own scenario, or any run, makes.
+/// How a log contradicts its own scenario, or what every run has.
 #[derive(Debug, thiserror::Error)]
-pub enum OwnProblem {
-    /// A scenario that means nothing.
+pub enum SelfCheckProblem {
+    /// The scenario is invalid.
     #[error("scenario.toml cannot be read: {0}")]
     Scenario(ScenarioErrors),
-    /// A scenario that is not that of the header.
+    /// The scenario is not that of the header.
     #[error("scenario.toml is of a run with {key} {expected}, metadata `run` says {found}")]
     OtherScenario {
-        /// What differs.
+        /// The name of what differs.
         key: &'static str,
-        /// What the header says.
+        /// Its value in the header.
         found: String,
-        /// What follows from the scenario.
+        /// Its value according to the scenario.
         expected: String,
     },
-    /// A scenario in other words than this program's.
+    /// The scenario's text is not that which this program writes.
     #[error("scenario.toml does not say what this program writes of that scenario")]
     Text,
-    /// A topic that is not announced as it must be.
+    /// A topic is announced wrongly.
     #[error("{topic} {what}")]
     Topic {
         /// The topic.
@@ -38,23 +38,23 @@ pub enum OwnProblem {
         /// What is wrong with it.
         what: &'static str,
     },
-    /// Not the run that the same scenario gives now.
+    /// The repeated run differs.
     #[error("step {step}: the run, made again, {what}")]
-    MadeAgain {
+    Rerun {
         /// The step.
         step: u64,
-        /// What the run does there.
+        /// What the repeated run does there.
         what: String,
     },
 }
 
-/// A log's scenario, which must be that of its header.
+/// Derives the plan from a log's scenario, which must agree with the header.
 ///
 /// # Errors
-/// If it means nothing, or another run.
-pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnProblem> {
+/// If the scenario is invalid or of another run.
+pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, SelfCheckProblem> {
     let source = ScenarioSource::logged("scenario.toml", scenario_toml);
-    let scenario = Scenario::resolve(&source).map_err(OwnProblem::Scenario)?;
+    let scenario = Scenario::resolve(&source).map_err(SelfCheckProblem::Scenario)?;
     let plan = Plan::new(&scenario);
     let solver = SolverKind::named(&logged.solver).unwrap_or_default();
     let of = header(&scenario, &plan, solver.name());
@@ -65,6 +65,7 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnP
             ("parameter_set", header.parameter_set.clone()),
             ("solver", header.solver.clone()),
             ("blocks", header.blocks.to_string()),
+            ("rows", header.rows.to_string()),
             ("time_step_s", format!("{:e}", header.time_step_s)),
             (
                 "longest_stable_step_s",
@@ -77,17 +78,17 @@ pub(crate) fn plan(logged: &RunHeader, scenario_toml: &str) -> Result<Plan, OwnP
     };
     for ((key, expected), (_, found)) in values(&of).into_iter().zip(values(logged)) {
         if found != expected {
-            return Err(OwnProblem::OtherScenario { key, found, expected });
+            return Err(SelfCheckProblem::OtherScenario { key, found, expected });
         }
     }
-    // Its keys agree; so must what follows from them, as what was drawn at random.
+    // The keys agree; what is derived from them, such as random offsets, must agree as well.
     if scenario.to_commented_toml() != scenario_toml {
-        return Err(OwnProblem::Text);
+        return Err(SelfCheckProblem::Text);
     }
     Ok(plan)
 }
 
-/// As the metadata `run` says them.
+/// Formats scales as metadata `run` does.
 fn scales(scales: Scales) -> String {
     let said = scales.parts().map(|(name, value)| match value {
         Some(value) => format!("{name} = {value:e}"),
@@ -96,17 +97,17 @@ fn scales(scales: Scales) -> String {
     said.join(", ")
 }
 
-/// The topics that a log announces: of this very program as it announces them, of any other in
-/// agreement with themselves; and none that no run has.
+/// Checks the topics that a log announces: those of this code version must be exactly as it
+/// announces them, others must be consistent and known to runs.
 ///
 /// # Errors
-/// If one is not so.
+/// If a topic is wrong.
 pub(crate) fn topics(
     logged: impl Iterator<Item = Announced>,
     blocks: u32,
     kinds: &[EventKind],
     is_ours: bool,
-) -> Result<(), OwnProblem> {
+) -> Result<(), SelfCheckProblem> {
     let ours = if is_ours { announcements(blocks, kinds) } else { Vec::new() };
     let mut missing: Vec<&str> = ours.iter().map(|ours| &*ours.topic).collect();
     for logged in logged {
@@ -124,35 +125,36 @@ pub(crate) fn topics(
             None if !logged.agrees_with_itself() => "has other units than its schema names, or no schema",
             None => continue,
         };
-        return Err(OwnProblem::Topic { topic: logged.topic, what });
+        return Err(SelfCheckProblem::Topic { topic: logged.topic, what });
     }
-    // Of events that are missing it is told by which detectors.
+    // Missing topics of events are reported with the detectors.
     match missing.into_iter().find(|topic| !topic.starts_with("/events/")) {
-        Some(topic) => Err(OwnProblem::Topic { topic: topic.to_owned(), what: "is not announced" }),
+        Some(topic) => Err(SelfCheckProblem::Topic { topic: topic.to_owned(), what: "is not announced" }),
         None => Ok(()),
     }
 }
 
-/// The run of a log, made again beside its records.
-pub(crate) struct MadeAgain {
+/// Repeats the run of a log in parallel with its records.
+pub(crate) struct Rerun {
     plan: Arc<Plan>,
     solver: Box<dyn Solver>,
     is_salvaged: bool,
 }
 
-impl MadeAgain {
-    /// Of a log with that header, by the solver that it names.
-    pub(crate) fn new(plan: Plan, logged: &RunHeader, is_salvaged: bool) -> MadeAgain {
+impl Rerun {
+    /// Starts the run of a log with that header, by the solver named there.
+    pub(crate) fn new(plan: Plan, logged: &RunHeader, is_salvaged: bool) -> Rerun {
         let plan = Arc::new(plan);
         let solver = SolverKind::named(&logged.solver).unwrap_or_default().start(Arc::clone(&plan));
-        MadeAgain { plan, solver, is_salvaged }
+        Rerun { plan, solver, is_salvaged }
     }
 
-    /// That the run gives this record next; of a salvaged log, behind some that it lacks.
+    /// Checks that the run yields this record next; in a salvaged log, records before it may be
+    /// missing.
     ///
     /// # Errors
     /// If it does not.
-    pub(crate) fn record(&mut self, record: &Record) -> Result<(), OwnProblem> {
+    pub(crate) fn record(&mut self, record: &Record) -> Result<(), SelfCheckProblem> {
         while let Ok(Some(made)) = self.solver.next_record() {
             if made == *record {
                 return Ok(());
@@ -161,18 +163,18 @@ impl MadeAgain {
                 break;
             }
         }
-        Err(OwnProblem::MadeAgain { step: record.step(), what: "gives another record".to_owned() })
+        Err(SelfCheckProblem::Rerun { step: record.step(), what: "gives another record".to_owned() })
     }
 
-    /// That the run ends here, with that status and, if it was `stopped`, for that reason.
+    /// Checks that the run ends here with that status and, if it was `stopped`, for that reason.
     ///
     /// # Errors
     /// If it does not.
-    pub(crate) fn finish(mut self, status: RunStatus, stopped: Option<&str>) -> Result<(), OwnProblem> {
+    pub(crate) fn finish(mut self, status: RunStatus, stopped: Option<&str>) -> Result<(), SelfCheckProblem> {
         let what = match self.solver.next_record() {
             Ok(Some(more)) => {
                 let what = "gives a record more".to_owned();
-                return Err(OwnProblem::MadeAgain { step: more.step(), what });
+                return Err(SelfCheckProblem::Rerun { step: more.step(), what });
             }
             Ok(None) if stopped.is_some() => "is not stopped".to_owned(),
             Ok(None) => match ending(&self.plan, &*self.solver) {
@@ -183,11 +185,11 @@ impl MadeAgain {
             Err(error) if error.status() == status && stopped == Some(&error.to_string()) => return Ok(()),
             Err(error) => format!("is stopped: {error}"),
         };
-        Err(OwnProblem::MadeAgain { step: self.solver.step(), what })
+        Err(SelfCheckProblem::Rerun { step: self.solver.step(), what })
     }
 }
 
-/// How a run ends that has taken all its steps.
+/// The final status of a run that has taken all its steps.
 pub(crate) fn ending(plan: &Plan, solver: &dyn Solver) -> RunStatus {
     match plan.drive.until_load_ratio {
         Some(_) if solver.snapshot().slider.hold_step == u64::MAX => RunStatus::LoadNotReached,
@@ -195,7 +197,7 @@ pub(crate) fn ending(plan: &Plan, solver: &dyn Solver) -> RunStatus {
     }
 }
 
-/// Where a record stands among those of a run.
+/// The sort key of a record within a run.
 fn place(record: &Record) -> (u64, u32) {
     match record {
         Record::Step(record) => (record.step, 0),

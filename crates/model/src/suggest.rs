@@ -1,12 +1,12 @@
 //! Suggestions for a name that does not exist.
 //!
-//! A key is looked for by its symbol in the thesis (`mu_s`), by its last part without the
-//! table (`tilt`), by a word of that (`duration`), and at last by spelling; a scenario by
-//! spelling alone.
+//! Keys are matched by their symbol in the thesis (`mu_s`), then by the last part of their path
+//! (`tilt`), then by a word of that part (`duration`), and finally by spelling; scenarios by
+//! spelling only.
 
 use crate::keys::Key;
 
-/// Longer names, in bytes, get no suggestion: no key is nearly as long.
+/// Names longer than this, in bytes, get no suggestion: no key is nearly as long.
 const LONGEST: usize = 100;
 
 /// One letter in this many may be wrong.
@@ -18,13 +18,13 @@ const MOST_WRONG: usize = 3;
 /// Most keys to suggest.
 const MOST_SUGGESTED: usize = 3;
 
-/// Shorter words are not looked for inside keys: there they are units.
+/// Shorter words are not searched for inside keys, where they would match units.
 const SHORTEST_PART: usize = 3;
 
 /// Symbols in use for keys besides those of the thesis' text.
 const OTHER_SYMBOLS: &[(&str, &str)] = &[("mu_k", "friction.dynamic_coefficient"), ("L", "slider.length_m")];
 
-/// The known name whose spelling is nearest to what was written, if any is near.
+/// Returns the known name spelt most like `written`, if one is close enough to be a slip.
 pub(crate) fn name<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
         .into_iter()
@@ -33,7 +33,7 @@ pub(crate) fn name<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) 
         .map(|(_, name)| name)
 }
 
-/// The keys that an unknown dotted path may mean, in the order of the table.
+/// Returns the keys that an unknown dotted path may mean, in the order of the table.
 pub(crate) fn keys(written: &str, known: &[Key]) -> Vec<&'static str> {
     if written.len() > LONGEST {
         return Vec::new();
@@ -41,7 +41,7 @@ pub(crate) fn keys(written: &str, known: &[Key]) -> Vec<&'static str> {
     let (table, last) = split(written);
     let paths = |is_meant: &dyn Fn(&Key) -> bool| -> Vec<&'static str> {
         let all: Vec<&str> = known.iter().filter(|key| is_meant(key)).map(|key| key.path).collect();
-        // If a table was written, keys of that table come before all others.
+        // Where a table was written, keys of that table take precedence.
         let is_inside = |path: &&str| wrong_letters(table, split(path).0).is_some();
         let inside: Vec<&str> = all.iter().copied().filter(is_inside).collect();
         if inside.is_empty() || table.is_empty() { all } else { inside }
@@ -64,7 +64,7 @@ pub(crate) fn keys(written: &str, known: &[Key]) -> Vec<&'static str> {
     found
 }
 
-/// `; did you mean ...?` to put behind a problem, or nothing.
+/// Formats `; did you mean ...?`, to append to an error message; empty without names.
 pub(crate) fn did_you_mean<T: AsRef<str>>(names: &[T]) -> String {
     match names {
         [] => String::new(),
@@ -75,12 +75,12 @@ pub(crate) fn did_you_mean<T: AsRef<str>>(names: &[T]) -> String {
     }
 }
 
-/// The tables of a path, and its last part.
+/// Splits a path into its tables and its last part.
 fn split(path: &str) -> (&str, &str) {
     path.rsplit_once('.').unwrap_or(("", path))
 }
 
-/// Whether it is the symbol of a key, or the numerator of a symbol that is a ratio.
+/// Whether `written` is the symbol of a key, or the numerator of a symbol that is a ratio.
 fn stands_for(written: &str, key: &Key) -> bool {
     let without_spaces = |text: &str| text.replace(' ', "");
     let (written, symbol) = (without_spaces(written), without_spaces(key.symbol));
@@ -89,8 +89,8 @@ fn stands_for(written: &str, key: &Key) -> bool {
         && (written == symbol || written == numerator || OTHER_SYMBOLS.contains(&(&written, key.path)))
 }
 
-/// How many letters are missing, added, changed or swapped with their neighbour, if few
-/// enough for a slip.
+/// Counts letters that are missing, added, changed or swapped with their neighbour; `None` if there
+/// are too many for a slip.
 fn wrong_letters(written: &str, meant: &str) -> Option<usize> {
     if written.len() > LONGEST {
         return None;

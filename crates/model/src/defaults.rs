@@ -1,14 +1,13 @@
-//! From values as written to a scenario: each checked against its key, and defaults for what
-//! nobody wrote.
+//! Checks every written value against its key and fills in defaults for the rest.
 
 use std::collections::BTreeMap;
 
 use crate::keys::{self, DRAWN_KEYS, KEYS, Key, Kind, LEAST_MAGNITUDE, MOST_MAGNITUDE};
-use crate::near;
 use crate::source::{Entries, Entry, ScenarioError, Written};
+use crate::suggest;
 use crate::window_keys::{WINDOW, WINDOW_KEYS};
 
-/// Checks what is written against the key table and adds the defaults.
+/// Checks the written values against the key table and adds the defaults.
 pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> toml::Table {
     unknown_keys(&entries.values, [KEYS, DRAWN_KEYS], "", errors);
     for (key, entry) in DRAWN_KEYS.iter().filter_map(|key| Some((key, entries.values.get(key.path)?))) {
@@ -59,7 +58,7 @@ pub(crate) fn fill_in(entries: &Entries, errors: &mut Vec<ScenarioError>) -> tom
     table
 }
 
-/// Unknown keys that get a suggestion; the search for one takes time.
+/// At most this many unknown keys get a suggestion, since each search takes time.
 const MOST_GUESSED: usize = 100;
 
 fn unknown_keys(
@@ -71,18 +70,18 @@ fn unknown_keys(
     let is_known = |path: &str| known.into_iter().flatten().any(|key| key.path == path);
     let unknown = values.iter().filter(|(path, _)| !is_known(path));
     for (index, (path, entry)) in unknown.enumerate() {
-        let meant = if index < MOST_GUESSED { near::keys(path, known[0]) } else { Vec::new() };
+        let meant = if index < MOST_GUESSED { suggest::keys(path, known[0]) } else { Vec::new() };
         let meant: Vec<String> = meant.into_iter().map(|key| format!("{prefix}{key}")).collect();
         errors.push(ScenarioError {
             place: Some(entry.place.clone()),
             key: Some(format!("{prefix}{path}")),
-            problem: format!("unknown key, set to {}{}", entry.value, near::did_you_mean(&meant)),
+            problem: format!("unknown key, set to {}{}", entry.value, suggest::did_you_mean(&meant)),
             accepted: Some("the keys of `asperity scenario show default`".to_owned()),
         });
     }
 }
 
-/// Holds one written value against its key.
+/// Checks one written value against its key; pushes an error if it does not fit.
 fn checked(key: &Key, path: &str, entry: &Entry, errors: &mut Vec<ScenarioError>) -> Option<toml::Value> {
     let good = match (&entry.value, key.kind) {
         (Written::Number(value), Kind::Number(..)) if key.kind.accepts_number(*value) => {
@@ -148,7 +147,7 @@ fn is_number(kind: Kind) -> bool {
     matches!(kind, Kind::Number(..) | Kind::Numbers(..))
 }
 
-/// Puts a value under a dotted key.
+/// Inserts a value under a dotted key.
 pub(crate) fn insert(table: &mut toml::Table, path: &str, value: toml::Value) {
     match path.split_once('.') {
         None => {
@@ -172,8 +171,8 @@ mod tests {
 
     #[test]
     fn key_table_and_fields_agree() {
-        // A table of every key has every field, and nothing else: what is missing and what is
-        // unknown would be refused alike. Windows are filled in the same way.
+        // A table with a value for every key deserialises; missing and unknown keys would both
+        // fail. Windows are filled in the same way.
         let entries = ScenarioSource::new(
             "test.toml",
             "[[recording.window]]\nfrom_s = 0\nto_s = 1\nevery_s = 0.5\nfirst_block = 1\nlast_block = 2\n",

@@ -1,5 +1,4 @@
-//! Files that have a name while they are written, for others to find, and that one process at a
-//! time writes.
+//! Files that other processes can find by name while one process at a time writes them.
 
 use std::fs::{self, File};
 use std::io;
@@ -11,21 +10,21 @@ use crate::lock::{Lock, try_lock};
 use crate::place::is_taken;
 use crate::rename::{Existing, rename, sync_folder_of};
 
-/// A file under a name of its own that no other process writes, for as long as this lives. What
-/// it holds is up to whoever holds it, and nothing of it is removed when it is let go.
+/// A file with a name of its own, locked against other processes while this value lives. Its
+/// contents are up to the owner; dropping it removes nothing.
 #[derive(Debug)]
-pub struct Held {
+pub struct LockedFile {
     path: PathBuf,
     file: File,
     identity: Identity,
 }
 
-impl Held {
-    /// Takes hold of the file of that name, if there is one.
+impl LockedFile {
+    /// Opens and locks the file of that name, if it exists.
     ///
     /// # Errors
-    /// If another process holds it, it is a link or no file, or the system refuses.
-    pub fn open(path: &Path) -> Result<Option<Held>, FileError> {
+    /// If another process has locked it, it is a link or not a file, or the system refuses.
+    pub fn open(path: &Path) -> Result<Option<LockedFile>, FileError> {
         let no_file = |what| FileError::NoFile { path: path.to_owned(), what };
         match fs::symlink_metadata(path) {
             Ok(there) if there.is_symlink() => return Err(no_file("a link")),
@@ -33,44 +32,45 @@ impl Held {
             _ => {}
         }
         match File::options().read(true).write(true).open(path) {
-            Ok(file) => Held::locked(path, file).map(Some),
+            Ok(file) => LockedFile::lock(path, file).map(Some),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(FileError::io(path)(error)),
         }
     }
 
-    /// Takes hold of the file of that name, which is made if there is none. What it holds stays.
+    /// Opens and locks the file of that name, and creates it if it does not exist. Keeps its
+    /// contents.
     ///
     /// # Errors
-    /// As [`Held::open`].
-    pub fn create(path: &Path) -> Result<Held, FileError> {
+    /// As [`LockedFile::open`].
+    pub fn create(path: &Path) -> Result<LockedFile, FileError> {
         loop {
             match File::options().read(true).write(true).create_new(true).open(path) {
-                Ok(file) => return Held::locked(path, file),
+                Ok(file) => return LockedFile::lock(path, file),
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(FileError::io(path)(error)),
             }
-            // It may be gone again by now.
-            if let Some(held) = Held::open(path)? {
-                return Ok(held);
+            // It may have been removed in the meantime.
+            if let Some(locked) = LockedFile::open(path)? {
+                return Ok(locked);
             }
         }
     }
 
-    fn locked(path: &Path, file: File) -> Result<Held, FileError> {
+    fn lock(path: &Path, file: File) -> Result<LockedFile, FileError> {
         let identity = Identity::of_file(&file).map_err(FileError::io(path))?;
-        let held = Held { path: path.to_owned(), file, identity };
-        if try_lock(&held.file) == Lock::Busy {
-            return Err(FileError::Busy(held.path));
+        let locked = LockedFile { path: path.to_owned(), file, identity };
+        if try_lock(&locked.file) == Lock::Busy {
+            return Err(FileError::Busy(locked.path));
         }
-        // Whoever held the lock until now may have given the file another name.
-        match held.check() {
+        // The previous owner of the lock may have renamed the file.
+        match locked.check() {
             Err(FileError::Lost(path)) => Err(FileError::Busy(path)),
-            checked => checked.map(|()| held),
+            checked => checked.map(|()| locked),
         }
     }
 
-    /// Where it stands.
+    /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -80,10 +80,10 @@ impl Held {
         &self.file
     }
 
-    /// Makes sure that the name is still that of this file.
+    /// Checks that the name still belongs to this file.
     ///
     /// # Errors
-    /// If the file was removed or another stands in its place, or the system refuses.
+    /// If the file was removed or replaced, or the system refuses.
     pub fn check(&self) -> Result<(), FileError> {
         match Identity::of_entry(&self.path) {
             Ok(there) if there == self.identity => Ok(()),
@@ -92,10 +92,10 @@ impl Held {
         }
     }
 
-    /// Gives it another name, and goes on holding it there.
+    /// Renames the file and keeps it locked.
     ///
     /// # Errors
-    /// If it lost its own name, the other is taken, or the system refuses.
+    /// If its own name no longer belongs to it, the new one is taken, or the system refuses.
     pub fn rename(&mut self, to: &Path, existing: Existing) -> Result<(), FileError> {
         self.check()?;
         rename(&self.path, to, existing)?;
@@ -103,36 +103,36 @@ impl Held {
         sync_folder_of(to)
     }
 
-    /// Removes it.
+    /// Removes the file.
     ///
     /// # Errors
-    /// If it lost its name, which another file may have now, or the system refuses.
+    /// If its name no longer belongs to it, or the system refuses.
     pub fn remove(&self) -> Result<(), FileError> {
         self.check()?;
         fs::remove_file(&self.path).map_err(FileError::io(&self.path))
     }
 }
 
-/// The name of the file by which a folder is locked.
+/// The name of the file that locks a folder.
 const LOCK: &str = ".asperity.lock";
 
-/// A folder that one process at a time writes into, for as long as this lives.
+/// A folder that one process at a time writes into, while this value lives.
 #[derive(Debug)]
 pub struct FolderLock {
-    held: Option<Held>,
+    locked: Option<LockedFile>,
 }
 
 impl FolderLock {
-    /// Locks a folder that is there.
+    /// Locks an existing folder.
     ///
     /// # Errors
     /// If another process has locked it, or the system refuses.
     pub fn take(folder: &Path) -> Result<FolderLock, FileError> {
         let path = folder.join(LOCK);
         loop {
-            match Held::create(&path) {
-                Ok(held) => return Ok(FolderLock { held: Some(held) }),
-                // Whoever had it removed it while we asked.
+            match LockedFile::create(&path) {
+                Ok(locked) => return Ok(FolderLock { locked: Some(locked) }),
+                // The other process removed its lock file after the attempt.
                 Err(FileError::Busy(_)) if !is_taken(&path) => {}
                 Err(FileError::Busy(_)) => return Err(FileError::Busy(folder.to_owned())),
                 Err(error) => return Err(error),
@@ -143,11 +143,11 @@ impl FolderLock {
 
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        // One with something in it is none of ours.
-        let is_empty = |held: &Held| held.file.metadata().is_ok_and(|file| file.len() == 0);
-        if let Some(held) = self.held.take().filter(is_empty) {
-            // Left behind, it is in nobody's way.
-            held.remove().ok();
+        // A file with contents is not a lock file of ours.
+        let is_empty = |locked: &LockedFile| locked.file.metadata().is_ok_and(|file| file.len() == 0);
+        if let Some(locked) = self.locked.take().filter(is_empty) {
+            // A leftover lock file does no harm.
+            locked.remove().ok();
         }
     }
 }
@@ -156,32 +156,32 @@ impl Drop for FolderLock {
 mod tests {
     use std::fs;
 
-    use super::{FolderLock, Held};
+    use super::{FolderLock, LockedFile};
     use crate::{Existing, FileError};
 
     #[test]
     fn one_at_a_time_holds_a_file() {
         let folder = tempfile::tempdir().unwrap();
         let [path, name] = ["run.partial", "run"].map(|name| folder.path().join(name));
-        assert!(Held::open(&path).unwrap().is_none());
-        let mut held = Held::create(&path).unwrap();
-        assert!(matches!(Held::create(&path), Err(FileError::Busy(busy)) if busy == path));
-        held.rename(&name, Existing::Refuse).unwrap();
-        assert!(matches!(Held::open(&name), Err(FileError::Busy(_))));
-        drop(held);
-        assert!(Held::open(&name).unwrap().is_some());
+        assert!(LockedFile::open(&path).unwrap().is_none());
+        let mut locked = LockedFile::create(&path).unwrap();
+        assert!(matches!(LockedFile::create(&path), Err(FileError::Busy(busy)) if busy == path));
+        locked.rename(&name, Existing::Refuse).unwrap();
+        assert!(matches!(LockedFile::open(&name), Err(FileError::Busy(_))));
+        drop(locked);
+        assert!(LockedFile::open(&name).unwrap().is_some());
     }
 
     #[test]
     fn what_took_its_place_is_neither_renamed_nor_removed() {
         let folder = tempfile::tempdir().unwrap();
         let [path, name] = ["run.partial", "run"].map(|name| folder.path().join(name));
-        let mut held = Held::create(&path).unwrap();
+        let mut locked = LockedFile::create(&path).unwrap();
         fs::remove_file(&path).unwrap();
-        assert!(matches!(held.rename(&name, Existing::Replace), Err(FileError::Lost(_))));
+        assert!(matches!(locked.rename(&name, Existing::Replace), Err(FileError::Lost(_))));
         fs::write(&path, "another's").unwrap();
-        assert!(matches!(held.rename(&name, Existing::Replace), Err(FileError::Lost(_))));
-        assert!(matches!(held.remove(), Err(FileError::Lost(_))));
+        assert!(matches!(locked.rename(&name, Existing::Replace), Err(FileError::Lost(_))));
+        assert!(matches!(locked.remove(), Err(FileError::Lost(_))));
         assert_eq!(fs::read_to_string(&path).unwrap(), "another's");
         assert!(!name.exists());
     }
@@ -191,10 +191,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let [path, name] = ["run.partial", "run"].map(|name| folder.path().join(name));
         fs::write(&name, "old").unwrap();
-        let mut held = Held::create(&path).unwrap();
-        assert!(matches!(held.rename(&name, Existing::Refuse), Err(FileError::Exists(_))));
+        let mut locked = LockedFile::create(&path).unwrap();
+        assert!(matches!(locked.rename(&name, Existing::Refuse), Err(FileError::Exists(_))));
         assert!(path.exists() && fs::read_to_string(&name).unwrap() == "old");
-        held.rename(&name, Existing::Replace).unwrap();
+        locked.rename(&name, Existing::Replace).unwrap();
         assert!(!path.exists() && fs::read_to_string(&name).unwrap().is_empty());
     }
 
@@ -207,7 +207,7 @@ mod tests {
         std::os::unix::fs::symlink(&file, &link).unwrap();
         std::os::unix::fs::symlink(folder.path().join("nowhere"), &dangling).unwrap();
         for link in [&link, &dangling] {
-            assert!(matches!(Held::create(link), Err(FileError::NoFile { what: "a link", .. })));
+            assert!(matches!(LockedFile::create(link), Err(FileError::NoFile { what: "a link", .. })));
         }
         assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
         assert!(!folder.path().join("nowhere").exists());
@@ -223,7 +223,7 @@ mod tests {
         drop(lock);
         drop(FolderLock::take(folder.path()).unwrap());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-        // What somebody else calls so is kept.
+        // A user's file of that name is kept.
         let mine = folder.path().join(super::LOCK);
         fs::write(&mine, "mine").unwrap();
         drop(FolderLock::take(folder.path()).unwrap());

@@ -1,5 +1,5 @@
-//! What the commands that read logs do with one that is not whole: they ask `asperity_run::check`
-//! what it is worth before they write anything, and say so in its words.
+//! Converts verdicts on logs to exits: commands check a log before they write anything, and report
+//! its verdict.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -9,13 +9,12 @@ use asperity_run::{Checked, Verdict, check};
 use crate::exit::Failure;
 use crate::progress::Board;
 
-/// The failure that a log's verdict is for a command that needs more.
+/// The failure for a log whose verdict is worse than the command accepts.
 pub(crate) fn failure(run: &Path, checked: &Checked) -> Failure {
     Failure::Log(checked.verdict, format!("{}: {checked}", run.display()))
 }
 
-/// Why a log cannot be read by a command that has judged it: what it is worth, or else that it has
-/// changed since.
+/// The failure for a log that cannot be read after the check: its verdict, or that it has changed.
 pub(crate) fn unreadable(run: &Path, verdict: Verdict, problem: impl Display) -> Failure {
     if verdict.holds_all() {
         return Failure::Failed(format!("{}: {problem}", run.display()));
@@ -23,16 +22,16 @@ pub(crate) fn unreadable(run: &Path, verdict: Verdict, problem: impl Display) ->
     Failure::Log(verdict, format!("{}: {verdict}: {problem}", run.display()))
 }
 
-/// A log that is to be read as far as it is sound.
+/// Checks a log that is read as far as it is sound.
 ///
 /// # Errors
-/// If there is none.
+/// If it is not a run log.
 pub(crate) fn readable(run: &Path) -> Result<Checked, Failure> {
     let checked = check(run);
     if checked.verdict == Verdict::NoRunLog { Err(failure(run, &checked)) } else { Ok(checked) }
 }
 
-/// A log that must hold all of its run.
+/// Checks a log that must hold all of its run.
 ///
 /// # Errors
 /// If it does not.
@@ -41,12 +40,12 @@ pub(crate) fn holds_all(run: &Path) -> Result<Checked, Failure> {
     if checked.verdict.holds_all() { Ok(checked) } else { Err(failure(run, &checked)) }
 }
 
-/// What a command says once it has given what there is of a log: a note on one by other code or
-/// detectors, which is no failure.
+/// Ends a command that has used the sound part of a log; prints a note if the log is by another
+/// code version or other detectors.
 ///
 /// # Errors
 /// If the log does not hold all of its run.
-pub(crate) fn tell(run: &Path, checked: &Checked, board: &Board) -> Result<(), Failure> {
+pub(crate) fn finish(run: &Path, checked: &Checked, board: &Board) -> Result<(), Failure> {
     match checked.verdict {
         Verdict::Whole => Ok(()),
         Verdict::OtherCode => {

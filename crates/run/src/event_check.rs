@@ -1,8 +1,8 @@
-//! Events as a log holds them, compared with events as detectors find them now.
+//! Compares the events in a log with the events that detectors find now.
 //!
-//! A log may have been written with other detectors, more of them or fewer. Then what both have
-//! is compared, and which topics only one has is told beside it. What a later version of the log
-//! has put into an event, or defines otherwise, is left out of the comparison with an older one.
+//! A log may have been written with other detectors, more of them or fewer. The topics of both are
+//! compared, and topics of only one are listed. Fields that a later log version added or redefined
+//! are ignored in older logs.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::fmt;
@@ -11,25 +11,25 @@ use asperity_detect::Detector;
 use asperity_record::{Event, EventPayload, RunHeader, Rupture};
 use serde_json::{Map, Value};
 
-/// Fields of events that a version of the log was the first to have, or to have as they are now.
+/// Fields of events by the log version that added or redefined them.
 const SINCE: [(u32, &str, &[&str]); 1] =
     [(6, Rupture::TOPIC, &["moment_n_m", "anchor_change_j", "elastic_change_j"])];
 
-/// How much more of one than of the other is kept: far more than records and events ever are
-/// apart in a log that a run wrote.
+/// Most bytes that one side may be ahead of the other; far more than records and events are ever
+/// apart in the log of a run.
 const MOST_AHEAD_BYTES: usize = 64 << 20;
 
-/// Topics of events that only one has: the log, or the detectors that look now.
+/// Topics of events of only one side: the log, or the present detectors.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct OtherDetectors {
-    /// Topics in the log that no detector emits now.
+    /// Topics in the log that no present detector emits.
     pub only_logged: Vec<String>,
-    /// Topics that detectors emit now, and the log has not.
+    /// Topics of the present detectors that the log lacks.
     pub only_found: Vec<String>,
 }
 
 impl OtherDetectors {
-    /// Whether there are none: the log was written with the detectors that look now.
+    /// Whether there are none: the log was written with the present detectors.
     pub fn is_none(&self) -> bool {
         self.only_logged.is_empty() && self.only_found.is_empty()
     }
@@ -48,44 +48,44 @@ impl fmt::Display for OtherDetectors {
     }
 }
 
-/// Logged and found events that are still to be compared.
+/// Logged and found events that have not been compared yet.
 #[derive(Debug, Default)]
-pub(crate) struct Agreement {
-    /// What the detectors emit that look now.
+pub(crate) struct EventCheck {
+    /// Topics of the present detectors.
     emitted: BTreeSet<String>,
-    /// What was announced in the log, once that is known.
+    /// Topics that the log announces, once known.
     announced: Option<BTreeSet<String>>,
-    /// The version of the log.
+    /// The log's version of the record schema.
     version: u32,
-    /// What is kept of both.
+    /// Size of both queues.
     bytes: usize,
-    /// Where they part, once that is known.
+    /// The first difference, once found.
     parted: Option<Difference>,
     logged: VecDeque<Event>,
     found: VecDeque<Event>,
     agreed: usize,
 }
 
-/// Where they part.
+/// The first difference between logged and found events.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("other events from number {number} on\n  logged:   {logged}\n  found:    {found}")]
 pub struct Difference {
-    /// How many agree before.
+    /// Number of equal events before.
     pub number: usize,
-    /// What the log holds there.
+    /// The logged event.
     pub logged: String,
-    /// What the detectors find there.
+    /// The found event.
     pub found: String,
 }
 
-impl Agreement {
-    /// Of a log with that header with what these detectors find.
-    pub(crate) fn with(detectors: &[Box<dyn Detector>], header: &RunHeader) -> Agreement {
+impl EventCheck {
+    /// Starts the comparison for a log with that header.
+    pub(crate) fn with(detectors: &[Box<dyn Detector>], header: &RunHeader) -> EventCheck {
         let emitted = detectors.iter().map(|detector| detector.emits().topic.to_owned()).collect();
-        Agreement { emitted, version: header.record_schema_version, ..Agreement::default() }
+        EventCheck { emitted, version: header.record_schema_version, ..EventCheck::default() }
     }
 
-    /// An event without what the log's version does not have, or has otherwise.
+    /// Removes the fields that the log's version lacks or defines otherwise.
     fn comparable(&self, mut event: Event) -> Event {
         let later = SINCE.iter().filter(|(since, topic, _)| self.version < *since && event.topic == *topic);
         for (_, _, fields) in later {
@@ -97,8 +97,8 @@ impl Agreement {
         event
     }
 
-    /// Takes note of what the log announced, which must be known before the first event is found;
-    /// whether that is new.
+    /// Records the topics that the log announces, which must be known before the first event is
+    /// found. Returns whether they are new.
     pub(crate) fn announced(&mut self, topics: impl Iterator<Item = String>) -> bool {
         let is_new = self.announced.is_none();
         if is_new {
@@ -107,7 +107,7 @@ impl Agreement {
         is_new
     }
 
-    /// Which topics only one has.
+    /// The topics of only one side.
     pub(crate) fn other_detectors(&self) -> OtherDetectors {
         let none = BTreeSet::new();
         let announced = self.announced.as_ref().unwrap_or(&none);
@@ -118,7 +118,7 @@ impl Agreement {
         }
     }
 
-    /// Takes an event out of the log.
+    /// Adds an event of the log.
     pub(crate) fn logged(&mut self, event: Event) {
         if !self.emitted.contains(&event.topic) {
             return;
@@ -127,7 +127,7 @@ impl Agreement {
         self.keep(size(&event), |both| both.logged.push_back(event));
     }
 
-    /// Takes an event that a detector found.
+    /// Adds an event that a detector found.
     pub(crate) fn found(&mut self, event: Event) {
         if !self.announced.as_ref().is_some_and(|announced| announced.contains(&event.topic)) {
             return;
@@ -136,9 +136,9 @@ impl Agreement {
         self.keep(size(&event), |both| both.found.push_back(event));
     }
 
-    /// Keeps an event until its counterpart comes. Nothing is kept once the two have parted; they
-    /// part as well if one is too far ahead of the other.
-    fn keep(&mut self, bytes: usize, push: impl FnOnce(&mut Agreement)) {
+    /// Queues an event until its counterpart arrives. Nothing is queued after the first difference;
+    /// too large a distance between the sides is a difference as well.
+    fn keep(&mut self, bytes: usize, push: impl FnOnce(&mut EventCheck)) {
         if self.parted.is_some() {
             return;
         }
@@ -152,7 +152,7 @@ impl Agreement {
         }
     }
 
-    /// Lets go of those that agree; where they part, that is known from then on.
+    /// Drops pairs of equal events from the queues, and records the first difference.
     pub(crate) fn let_go(&mut self) {
         while let (Some(logged), Some(found)) = (self.logged.front(), self.found.front()) {
             if logged != found {
@@ -166,13 +166,13 @@ impl Agreement {
         }
     }
 
-    /// Whether they agree as far as both have come.
+    /// Reports the first difference among the events that both sides have so far.
     pub(crate) fn compare(&mut self) -> Result<(), Difference> {
         self.let_go();
         self.parted.clone().map_or(Ok(()), Err)
     }
 
-    /// The same, where no more are to come.
+    /// Reports the first difference after the last event of both sides.
     pub(crate) fn finish(mut self) -> Result<(), Difference> {
         self.compare()?;
         if self.logged.is_empty() && self.found.is_empty() { Ok(()) } else { Err(self.difference()) }
@@ -203,7 +203,7 @@ mod tests {
 
     use asperity_record::Event;
 
-    use super::{Agreement, OtherDetectors};
+    use super::{EventCheck, OtherDetectors};
 
     fn event(topic: &str, payload: &str) -> Event {
         Event { topic: topic.to_owned(), payload: payload.to_owned() }
@@ -213,24 +213,24 @@ mod tests {
         topics.iter().map(|&topic| topic.to_owned()).collect()
     }
 
-    fn between(emitted: &[&str], announced: &[&str]) -> Agreement {
+    fn between(emitted: &[&str], announced: &[&str]) -> EventCheck {
         let version = asperity_record::RECORD_SCHEMA_VERSION;
-        Agreement {
+        EventCheck {
             emitted: topics(emitted),
             announced: Some(topics(announced)),
             version,
-            ..Agreement::default()
+            ..EventCheck::default()
         }
     }
 
-    /// An older log has no moment and another anchor change; what else it has must agree.
+    /// An older log has no moment and another anchor change; the other fields must agree.
     #[test]
     fn what_a_later_version_says_is_not_compared_with_an_older_log() {
         let logged = r#"{"rupture":0,"anchor_change_j":1.0,"elastic_change_j":2.0,"drive_work_j":3.0}"#;
         let found = r#"{"rupture":0,"moment_n_m":5.0,"anchor_change_j":-1.0,"elastic_change_j":0.0,"drive_work_j":3.0}"#;
         let compare = |version: u32, found: &str| {
             let topic = "/events/rupture";
-            let mut both = Agreement { version, ..between(&[topic], &[topic]) };
+            let mut both = EventCheck { version, ..between(&[topic], &[topic]) };
             both.logged(event(topic, logged));
             both.found(event(topic, found));
             both.finish().is_ok()
@@ -270,7 +270,7 @@ mod tests {
         assert!(between(&["/a"], &["/a"]).other_detectors().is_none());
     }
 
-    /// A log of nothing but events, which a chunk of a few bytes can unpack to, filled the
+    /// A log of events only, which a chunk of a few bytes can decompress to, once filled the
     /// memory.
     #[test]
     fn events_without_steps_are_not_kept_for_ever() {

@@ -1,4 +1,4 @@
-//! The words that a scenario chooses from.
+//! Enumerations of the words that scenario keys accept.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,16 +6,15 @@ use crate::keys;
 
 /// The two readings of the source thesis.
 ///
-/// Its program kept positions in mm, stiffness in N/mm and mass in kg, and so
-/// lost a factor 1000 in `v += F dt / m`. In SI terms it computed a slider of
-/// 12 kg with `eta = sqrt(10) sqrt(k m)`, not one of 0.012 kg with
-/// `eta = sqrt(0.01) sqrt(k m)`. The slip lives only in these values.
+/// Its program kept positions in mm, stiffness in N/mm and mass in kg, and so lost a factor of 1000
+/// in `v += F dt / m`. In SI units it computed a slider of 12 kg with `eta = sqrt(10) sqrt(k m)`
+/// instead of 0.012 kg with `eta = sqrt(0.01) sqrt(k m)`. The slip is confined to these two values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ParameterSet {
-    /// What the thesis' program computed; its figures come from this.
+    /// The values that the thesis' program computed with; its figures come from them.
     AsCoded,
-    /// What the thesis' text says; the physical one.
+    /// The values that the thesis' text states; physically consistent.
     AsStated,
 }
 
@@ -29,7 +28,7 @@ impl ParameterSet {
     }
 }
 
-/// Where the drive pulls.
+/// The points that the drive acts on.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DriveKind {
@@ -42,7 +41,7 @@ pub enum DriveKind {
     LeftRight,
 }
 
-/// What the times of a load schedule count from.
+/// The origin of the times of a load schedule.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ScheduleFrom {
@@ -53,34 +52,34 @@ pub enum ScheduleFrom {
     Hold,
 }
 
-/// Where a run begins.
+/// The state in which a run begins.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
-    /// At time 0, at rest.
+    /// At rest at time 0.
     #[default]
     AtRest,
-    /// Just before the first block would detach.
+    /// Just before the first detachment.
     Loaded,
 }
 
-/// Which records have the energies of the slider.
+/// Which records had the energies of the slider in older versions of the program.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Energies {
-    /// That of every step that is recorded.
+    /// That of every step that is recorded, as now in any case.
     #[default]
     EveryRecord,
     /// None.
     None,
 }
 
-/// When a sliding block re-attaches.
+/// The condition for a sliding block to re-attach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reattach {
-    /// At a new velocity `<= 0`: the rule of the thesis' program.
+    /// New velocity `<= 0`: the rule of the thesis' program.
     OneWay,
-    /// Where the velocity changes sign or vanishes, `v_new v_old <= 0`.
+    /// The velocity changes sign or vanishes: `v_new v_old <= 0`.
     TwoWay,
 }

@@ -1,18 +1,18 @@
-//! What was drawn at random stands in the texts of scenarios, so that another program need not draw
-//! it again. It follows from other keys, so a text cannot say anything else.
+//! Scenario texts list the random offsets of friction, so that other programs need no generator.
+//! The offsets follow from other keys, so any other list is refused.
 
 use crate::derive::drawn_offsets;
 use crate::keys::DRAWN_KEYS;
 use crate::scenario::Scenario;
 use crate::source::{Entries, LayerKind, ScenarioError, Written};
 
-/// The keys that each list follows from.
+/// The keys that determine each list.
 const FOLLOWS_FROM: [[&str; 3]; 2] = [
     ["slider.blocks", "friction.spread_seed", "friction.static_spread"],
     ["slider.blocks", "friction.spread_seed", "friction.dynamic_spread"],
 ];
 
-/// Refuses lists that are not what is drawn, unless an override has others drawn.
+/// Refuses lists that differ from the drawn offsets, unless an override changes what is drawn.
 pub(crate) fn check(scenario: &Scenario, entries: &Entries, errors: &mut Vec<ScenarioError>) {
     let spreads = [scenario.friction.static_spread, scenario.friction.dynamic_spread];
     for (index, drawn) in drawn_offsets(scenario).iter().enumerate() {
@@ -63,7 +63,7 @@ mod tests {
         resolve(&ScenarioSource::new("mine.toml", text)).unwrap()
     }
 
-    /// The lists of a shown scenario, as another program reads them.
+    /// The lists of a shown scenario, parsed as another program would parse them.
     fn lists(shown: &str) -> toml::Table {
         let table: toml::Table = shown.parse().unwrap();
         table.get("drawn").map_or(toml::Table::new(), |drawn| drawn.as_table().unwrap().clone())
@@ -123,7 +123,7 @@ mod tests {
             assert_ne!(anew.hash(), scattered().hash());
             assert_ne!(lists(&anew.to_commented_toml()), lists(&shown));
         }
-        // The other coefficient, or another time, changes nothing of it.
+        // The other coefficient and the duration leave the list unchanged.
         let source = ScenarioSource::logged("run.mcap", &shown).with_override("friction.dynamic_spread=0.01");
         let both = lists(&resolve(&source).unwrap().to_commented_toml());
         assert_eq!(both["static_offsets"], lists(&shown)["static_offsets"]);

@@ -1,43 +1,43 @@
-//! Reading the records `chunk`: of a log of version 3 or later every piece is followed by one,
-//! which must be true in every respect. Nothing else may stand in such a log than what is
-//! written there, so that a bit which turns a record into one of another kind is noticed.
+//! Verifies the records `chunk`: in a log of version 3 or later one follows every piece and must be
+//! correct in every field. Nothing else is allowed in such a log, so that a flipped bit that turns
+//! a record into one of another kind is detected.
 
 use crc32fast::Hasher;
 use mcap::records::Record;
 
+use super::record::Seal;
 use crate::format::{
     CHECKPOINT, CHUNK, CHUNK_SINCE, MAGIC, RECORD_HEAD_BYTES, RUN, RUN_END, SALVAGE, SCENARIO,
 };
 use crate::index::{Index, Place};
-use crate::link::Link;
 use crate::metadata;
 use crate::parse::fills;
 use crate::problem::LogProblem;
 
-/// Follows the records of a file, and holds them against what is said of them.
+/// Verifies the records of a file against its seals.
 #[derive(Debug)]
-pub(crate) struct Proof {
-    /// The checksum of what has been read.
+pub(crate) struct Verifier {
+    /// The checksum of everything read.
     crc: Hasher,
-    /// The version of the format, once it is known.
+    /// The version of the format, once known.
     version: Option<u32>,
     run_id: String,
-    /// How many records there were outside chunks.
+    /// Number of records outside chunks.
     records: u64,
     next: u64,
     before_crc: u32,
-    /// The checksum of a piece for which nothing has vouched yet.
+    /// The checksum of a piece that is not sealed yet.
     piece: Option<u32>,
     has_end: bool,
     data_ended: bool,
     index: Index,
 }
 
-impl Default for Proof {
-    fn default() -> Proof {
+impl Default for Verifier {
+    fn default() -> Verifier {
         let mut crc = Hasher::new();
         crc.update(MAGIC);
-        Proof {
+        Verifier {
             crc,
             version: None,
             run_id: String::new(),
@@ -52,29 +52,29 @@ impl Default for Proof {
     }
 }
 
-impl Proof {
-    /// Whether the log is of a version that proves itself.
+impl Verifier {
+    /// Whether the version of the log has seals.
     fn is_strict(&self) -> bool {
         self.version.is_some_and(|version| version >= CHUNK_SINCE)
     }
 
-    /// The run that the log says it is of, if it is one that proves itself.
+    /// The run id of the log, if its version has seals.
     pub(crate) fn run_id(&self) -> Option<&str> {
         self.is_strict().then_some(self.run_id.as_str())
     }
 
-    /// Takes a record of a chunk, which begins there in it.
+    /// Checks a record of a chunk; `offset` is its position there.
     ///
     /// # Errors
-    /// If it may not be there.
+    /// If it is not allowed there.
     pub(crate) fn take_inner(&mut self, record: &Record<'_>, offset: u64) -> Result<(), LogProblem> {
         if self.is_strict() { self.index.in_chunk(record, offset) } else { Ok(()) }
     }
 
-    /// Takes a record that is in no chunk, with the bytes after its length.
+    /// Checks a record outside chunks; `body` excludes its length.
     ///
     /// # Errors
-    /// If it is not what the log says of it, or what it says of the log is not so.
+    /// If it contradicts the log, or a seal is wrong.
     pub(crate) fn take(&mut self, place: Place, record: &Record<'_>, body: &[u8]) -> Result<(), LogProblem> {
         if let Record::Metadata(run) = record
             && run.name == RUN
@@ -88,7 +88,7 @@ impl Proof {
         }
         self.records += 1;
         match (self.version, record) {
-            // What stands before the version is vouched for as well.
+            // Bytes before the version are covered by seals as well.
             (None, _) => {
                 self.hash(record.opcode(), body);
                 return Ok(());
@@ -122,7 +122,7 @@ impl Proof {
         }
         let piece = match record {
             Record::Metadata(metadata) if metadata.name == CHUNK => {
-                return self.link(at, &Link::from_map(&metadata.metadata)?);
+                return self.seal(at, &Seal::from_map(&metadata.metadata)?);
             }
             Record::Metadata(metadata) if metadata.name == RUN => return Ok(()),
             Record::Metadata(metadata) if [RUN_END, SALVAGE].contains(&metadata.name.as_str()) => {
@@ -134,7 +134,7 @@ impl Proof {
                 if ![SCENARIO, CHECKPOINT].contains(&header.name.as_str()) {
                     return wrong("an attachment of a name that no run log has");
                 }
-                // 0 stands for a checksum that was not made; logs have all of theirs.
+                // 0 means that there is no checksum; attachments of run logs have one.
                 if *crc != crc32fast::hash(&body[..body.len() - 4]) {
                     return wrong("an attachment without its checksum");
                 }
@@ -143,7 +143,7 @@ impl Proof {
             Record::Chunk { header, .. } => header.uncompressed_crc,
             Record::MessageIndex(_) => return Ok(()),
             Record::DataEnd(end) => {
-                // A writer that is dropped, as in a panic, closes the file as well as it can.
+                // A writer that is dropped, as in a panic, finishes the file as far as it can.
                 if self.piece.is_some() && self.has_end {
                     return wrong("the record before it is not followed by metadata `chunk`");
                 }
@@ -161,21 +161,21 @@ impl Proof {
         }
     }
 
-    fn link(&mut self, at: u64, link: &Link) -> Result<(), LogProblem> {
+    fn seal(&mut self, at: u64, seal: &Seal) -> Result<(), LogProblem> {
         let wrong = |what| Err(LogProblem::Unsound { at, what });
-        if link.run_id != self.run_id {
+        if seal.run_id != self.run_id {
             return wrong("metadata `chunk` of another run");
         }
-        if self.piece.take() != Some(link.crc) {
+        if self.piece.take() != Some(seal.crc) {
             return wrong("metadata `chunk` that does not follow what it vouches for");
         }
-        if (link.number, link.before_crc) != (self.next, self.before_crc) {
+        if (seal.number, seal.before_crc) != (self.next, self.before_crc) {
             return wrong("metadata `chunk` out of order: what stood before it is missing or was moved");
         }
-        if (link.bytes, link.bytes_crc) != (at, self.crc.clone().finalize()) {
+        if (seal.bytes, seal.bytes_crc) != (at, self.crc.clone().finalize()) {
             return wrong("metadata `chunk` vouches for other bytes than stand before it");
         }
-        (self.next, self.before_crc) = (link.number + 1, link.crc);
+        (self.next, self.before_crc) = (seal.number + 1, seal.crc);
         Ok(())
     }
 }

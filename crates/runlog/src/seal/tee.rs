@@ -1,6 +1,5 @@
-//! What goes past into a file while it is written, so that the records `chunk` can say it: how
-//! many bytes, their checksum, and the checksum of the last piece. The MCAP library keeps all
-//! of it to itself.
+//! Observes the bytes written to a file, for the records `chunk`: their number, their checksum, and
+//! the checksum of the last piece. The MCAP library does not expose these.
 
 use std::io::{self, Seek, SeekFrom, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,18 +9,18 @@ use mcap::McapResult;
 use mcap::Writer;
 use mcap::records::{Metadata, op};
 
+use super::record::Seal;
 use crate::format::{CHUNK, MAGIC, RECORD_HEAD_BYTES};
-use crate::link::Link;
 
-/// A file and what was written to it.
-pub(crate) struct Followed<W> {
+/// A file that records what is written to it.
+pub(crate) struct Tee<W> {
     file: W,
     seen: Arc<Mutex<Seen>>,
 }
 
-impl<W> Followed<W> {
-    pub(crate) fn new(file: W) -> Followed<W> {
-        Followed { file, seen: Arc::default() }
+impl<W> Tee<W> {
+    pub(crate) fn new(file: W) -> Tee<W> {
+        Tee { file, seen: Arc::default() }
     }
 
     pub(crate) fn into_inner(self) -> W {
@@ -29,7 +28,7 @@ impl<W> Followed<W> {
     }
 }
 
-impl<W: Write> Write for Followed<W> {
+impl<W: Write> Write for Tee<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.file.write(bytes)?;
         lock(&self.seen).take(&bytes[..written]);
@@ -41,41 +40,40 @@ impl<W: Write> Write for Followed<W> {
     }
 }
 
-/// Only to tell where it is: the library is told not to go back.
-impl<W: Seek> Seek for Followed<W> {
+/// Only to report the position: the library is configured not to seek.
+impl<W: Seek> Seek for Tee<W> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.file.seek(to)
     }
 }
 
 fn lock(seen: &Mutex<Seen>) -> MutexGuard<'_, Seen> {
-    // Nothing in here panics half-way.
+    // No code panics while it has the lock.
     seen.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Writes the records `chunk` of a log.
-pub(crate) struct Chain {
+pub(crate) struct Sealer {
     seen: Arc<Mutex<Seen>>,
     run_id: String,
     next: u64,
     before_crc: u32,
 }
 
-impl Chain {
-    pub(crate) fn new<W>(file: &Followed<W>, run_id: &str) -> Chain {
-        Chain { seen: Arc::clone(&file.seen), run_id: run_id.to_owned(), next: 0, before_crc: 0 }
+impl Sealer {
+    pub(crate) fn new<W>(file: &Tee<W>, run_id: &str) -> Sealer {
+        Sealer { seen: Arc::clone(&file.seen), run_id: run_id.to_owned(), next: 0, before_crc: 0 }
     }
 
-    /// Closes the piece that was written last, a chunk or what stands between chunks, and hands
-    /// it to the system together with the record that vouches for it.
+    /// Ends the piece written last, writes its record `chunk`, and flushes both.
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub(crate) fn close<W: Write + Seek>(&mut self, writer: &mut Writer<Followed<W>>) -> McapResult<()> {
+    pub(crate) fn close<W: Write + Seek>(&mut self, writer: &mut Writer<Tee<W>>) -> McapResult<()> {
         writer.flush()?;
-        let link = {
+        let seal = {
             let seen = lock(&self.seen);
-            Link {
+            Seal {
                 run_id: self.run_id.clone(),
                 number: self.next,
                 crc: seen.piece_crc,
@@ -84,29 +82,29 @@ impl Chain {
                 bytes_crc: seen.crc.clone().finalize(),
             }
         };
-        writer.write_metadata(&Metadata { name: CHUNK.to_owned(), metadata: link.to_map() })?;
+        writer.write_metadata(&Metadata { name: CHUNK.to_owned(), metadata: seal.to_map() })?;
         writer.flush()?;
-        (self.next, self.before_crc) = (link.number + 1, link.crc);
+        (self.next, self.before_crc) = (seal.number + 1, seal.crc);
         Ok(())
     }
 }
 
-/// Where in a chunk its checksum is: after its two times and its size.
+/// Offset of the checksum in a chunk: after two times and the size.
 const CHUNK_CRC_AT: u64 = 8 + 8 + 8;
 
-/// The records of a file as they are written.
+/// Parses the records of a file as they are written.
 struct Seen {
     bytes: u64,
     crc: Hasher,
     /// The checksum of the last chunk, attachment or metadata record.
     piece_crc: u32,
-    /// The head of the record that is being written, as far as it is there.
+    /// The head of the current record, as far as it has been written.
     head: [u8; RECORD_HEAD_BYTES],
     head_bytes: usize,
-    /// How much of its body there is, and is to be.
+    /// Bytes of its body written so far, and in total.
     body_bytes: u64,
     length: u64,
-    /// The checksum that stands in it, and one of its body.
+    /// The checksum inside the record, and one over its body.
     inner_crc: [u8; 4],
     body_crc: Hasher,
 }
@@ -163,7 +161,7 @@ impl Seen {
     fn body(&mut self, bytes: &[u8]) {
         let crc_at = match self.head[0] {
             op::CHUNK => CHUNK_CRC_AT,
-            // Last.
+            // The checksum is last.
             op::ATTACHMENT => self.length.saturating_sub(4),
             op::METADATA => {
                 self.body_crc.update(bytes);

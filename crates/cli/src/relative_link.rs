@@ -4,23 +4,23 @@ use std::path::{Component, Path, PathBuf};
 
 use asperity_report::encoded;
 
-/// The way from a page to a path beside or below it, or anywhere else, as a link has it; that to a
-/// folder ends in a slash.
-pub(crate) fn way(page: &Path, to: &Path) -> String {
+/// The relative, encoded link from a page to a path; links to folders end in a slash.
+pub(crate) fn relative_link(page: &Path, to: &Path) -> String {
     let (from, to) = (whole(page.parent().unwrap_or(Path::new(""))), whole(to));
     let (from, parts): (Vec<Component<'_>>, Vec<Component<'_>>) =
         (from.components().collect(), to.components().collect());
     let shared = from.iter().zip(&parts).take_while(|(a, b)| a == b).count();
     let up = std::iter::repeat_n("..".to_owned(), from.len() - shared);
     let down = parts[shared..].iter().map(|part| encoded(part.as_os_str().as_encoded_bytes()));
-    let mut way = up.chain(down).collect::<Vec<_>>().join("/");
-    if to.is_dir() && !way.is_empty() {
-        way.push('/');
+    let mut link = up.chain(down).collect::<Vec<_>>().join("/");
+    if to.is_dir() && !link.is_empty() {
+        link.push('/');
     }
-    way
+    link
 }
 
-/// A path from the root, by its names alone: browsers follow no symbolic links on the way up.
+/// The absolute path without `.` and `..`, resolved by names alone, since browsers do not follow
+/// symbolic links upwards.
 fn whole(path: &Path) -> PathBuf {
     let there = if path.as_os_str().is_empty() { Path::new(".") } else { path };
     let mut whole = PathBuf::new();
@@ -38,7 +38,7 @@ fn whole(path: &Path) -> PathBuf {
 mod tests {
     use std::fs;
 
-    use super::way;
+    use super::relative_link;
 
     #[test]
     fn links_lead_from_the_page_to_the_file() {
@@ -48,14 +48,17 @@ mod tests {
         fs::create_dir_all(path.join("pages")).unwrap();
         fs::write(path.join("a b/runs/x.mcap"), "").unwrap();
         let page = path.join("pages/page.html");
-        assert_eq!(way(&page, &path.join("a b")), "../a%20b/");
-        assert_eq!(way(&page, &path.join("a b/runs/x.mcap")), "../a%20b/runs/x.mcap");
-        assert_eq!(way(&path.join("a b/report.html"), &path.join("a b")), "");
-        assert_eq!(way(&path.join("pages/../a b/report.html"), &path.join("a b/runs/x.mcap")), "runs/x.mcap");
+        assert_eq!(relative_link(&page, &path.join("a b")), "../a%20b/");
+        assert_eq!(relative_link(&page, &path.join("a b/runs/x.mcap")), "../a%20b/runs/x.mcap");
+        assert_eq!(relative_link(&path.join("a b/report.html"), &path.join("a b")), "");
+        assert_eq!(
+            relative_link(&path.join("pages/../a b/report.html"), &path.join("a b/runs/x.mcap")),
+            "runs/x.mcap"
+        );
         #[cfg(unix)]
         {
             std::os::unix::fs::symlink("../a b", path.join("pages/in")).unwrap();
-            assert_eq!(way(&page, &path.join("pages/in/runs/x.mcap")), "in/runs/x.mcap");
+            assert_eq!(relative_link(&page, &path.join("pages/in/runs/x.mcap")), "in/runs/x.mcap");
         }
     }
 }

@@ -1,0 +1,230 @@
+//! What a body is made of: tables of bonds, and of the axes along which its nodes move.
+//!
+//! A node has a place `(x, y, z)` in whole spacings: `x` along the sliding direction, `y` across it,
+//! `z` upwards. A bond to the node at an offset `o` is a spring of stiffness `r k`, which pulls along
+//! itself, and a dashpot `eta` beside it, which sees the whole difference of velocity. Of two nodes so
+//! joined the one pulls the other along axis `a`, per displacement along axis `b`, with
+//!
+//! ```text
+//! k r o_a o_b / (o . o)
+//! ```
+//!
+//! From that everything else follows but the largest eigenvalues, which each table has with a
+//! derivation: by plane waves in an endless lattice, whose phases from node to node are `q_x`, `q_y`,
+//! `q_z`, with `c_a = cos q_a`, `s_a = sin q_a` and a unit vector `e`. A lattice with edges is one of
+//! which bonds are missing, each of which stores and takes up no less than nothing; so its eigenvalues
+//! are no larger.
+
+/// A place or an offset of nodes: along the sliding direction, across it, upwards.
+pub type Offset = [isize; 3];
+
+/// Bonds that are alike but for their direction.
+#[derive(Debug, PartialEq)]
+pub struct BondKind {
+    /// From a node to those that it is joined with, one of each two opposite ones: a single one, or
+    /// two that are each other's mirror images. Each step is -1, 0 or 1.
+    pub offsets: &'static [Offset],
+    /// Stiffness of the springs over `k`.
+    pub stiffness_ratio: f64,
+}
+
+impl BondKind {
+    /// The square of the length of a bond, in spacings.
+    fn square(&self) -> f64 {
+        self.offsets[0].iter().map(|step| step * step).sum::<isize>() as f64
+    }
+
+    /// Of a unit vector along a bond that goes so many spacings along an axis, the part along it.
+    pub(super) fn part(&self, step: isize) -> f64 {
+        // The root of 1/2 rounds once, 1 over the root of 2 twice.
+        (1.0 / self.square()).sqrt() * step as f64
+    }
+
+    /// What one end pulls the other with along an axis, over `k`, if they are one spacing apart along
+    /// another: with the sign left out, that of every one of these bonds.
+    pub fn share(&self) -> f64 {
+        self.stiffness_ratio / self.square()
+    }
+}
+
+/// Kinds of bonds, and the axes along which nodes move.
+#[derive(Debug, PartialEq)]
+pub struct Table {
+    /// What a body made by it is called.
+    pub name: &'static str,
+    /// The axes along which nodes move, ascending: 0 is `x`, 1 `y`, 2 `z`.
+    pub axes: &'static [usize],
+    /// How nodes are joined.
+    pub bonds: &'static [BondKind],
+    /// No eigenvalue of the springs' stiffness is larger than this times `k`.
+    pub largest_eigenvalue: f64,
+    /// No eigenvalue of the dashpots' damping is larger than this times `eta`.
+    pub largest_damping_eigenvalue: f64,
+    /// Whether its bonds are those of the two axes of `plane.rs`.
+    pub(super) is_plane: bool,
+}
+
+/// A chain: one row of nodes that move along it. `2 k (1 - c_x) <= 4 k`, dashpots likewise.
+pub const CHAIN: Table = Table {
+    name: "chain",
+    axes: &[0],
+    bonds: &[BondKind { offsets: &[[1, 0, 0]], stiffness_ratio: 1.0 }],
+    largest_eigenvalue: 4.0,
+    largest_damping_eigenvalue: 4.0,
+    is_plane: false,
+};
+
+/// A slab: a plane that stands on its bottom row. Springs along its axes with `k`, along diagonals with
+/// `k / 2` are an isotropic sheet in plane stress with Young's modulus `E = 4 k / (3 B)` for a thickness
+/// `B`, and Poisson's ratio 1/3.
+///
+/// Its springs hold `k / 2` times
+///
+/// ```text
+/// 2 e_x^2 (1 - c_x) + 2 e_z^2 (1 - c_z) + 1 - c_x c_z + 2 e_x e_z s_x s_z
+///     <= e_x^2 (4 - (1 + c_x)^2) + e_z^2 (4 - (1 + c_z)^2) + 1 - c_x c_z <= 4 + 2
+/// ```
+///
+/// since `2 a b s t <= a^2 s^2 + b^2 t^2`; at `q_x = pi`, `q_z = 0` it is 6. The dashpots do
+/// `eta (8 - 2 c_x - 2 c_z - 4 c_x c_z)`, which is linear in each cosine, so largest where they are
+/// -1 and 1: 12.
+pub const SLAB: Table = Table {
+    name: "slab",
+    axes: &[0, 2],
+    bonds: &[
+        BondKind { offsets: &[[1, 0, 0]], stiffness_ratio: 1.0 },
+        BondKind { offsets: &[[0, 0, 1]], stiffness_ratio: 1.0 },
+        BondKind { offsets: &[[1, 0, 1], [-1, 0, 1]], stiffness_ratio: 0.5 },
+    ],
+    largest_eigenvalue: 6.0,
+    largest_damping_eigenvalue: 12.0,
+    is_plane: true,
+};
+
+/// A sheet: the plane of a slab laid flat, so that all of its nodes rub.
+pub const SHEET: Table = Table {
+    name: "sheet",
+    axes: &[0, 1],
+    bonds: &[
+        BondKind { offsets: &[[1, 0, 0]], stiffness_ratio: 1.0 },
+        BondKind { offsets: &[[0, 1, 0]], stiffness_ratio: 1.0 },
+        BondKind { offsets: &[[1, 1, 0], [-1, 1, 0]], stiffness_ratio: 0.5 },
+    ],
+    largest_eigenvalue: SLAB.largest_eigenvalue,
+    largest_damping_eigenvalue: SLAB.largest_damping_eigenvalue,
+    is_plane: true,
+};
+
+/// A block: a cubic lattice with springs along its axes and along the diagonals of its faces, all with
+/// `k`, 18 at a node. With stiffnesses `k_1`, `k_2` of the two and a spacing `a` the elastic constants
+/// are `C_11 = (k_1 + 2 k_2) / a` and `C_12 = C_44 = k_2 / a`: isotropic where `k_1 = k_2`, with
+/// Poisson's ratio 1/4 and `E = 5 k / (2 a)`.
+///
+/// Its springs hold, with `a b s t <= (a^2 + b^2) (s^2 + t^2) / 4` in each plane of two axes `i`, `j`,
+///
+/// ```text
+/// k (sum_i 2 e_i^2 (1 - c_i) + sum_ij (2 (e_i^2 + e_j^2) (1 - c_i c_j) + 4 e_i e_j s_i s_j))
+///     <= k sum_i e_i^2 (2 (1 - c_i) + sum_j (4 - (c_i + c_j)^2)) <= k (4 + 2 x 4)
+/// ```
+///
+/// and at `q_x = pi`, the others 0, it is 12. The dashpots do
+/// `eta (2 sum_i (1 - c_i) + 4 sum_ij (1 - c_i c_j))`, linear in each cosine: largest at
+/// `q_x = q_y = pi`, `q_z = 0`, where it is `8 + 16`.
+pub const BLOCK: Table = Table {
+    name: "block",
+    axes: &[0, 1, 2],
+    bonds: &[
+        BondKind { offsets: &[[1, 0, 0]], stiffness_ratio: 1.0 },
+        BondKind { offsets: &[[0, 1, 0]], stiffness_ratio: 1.0 },
+        BondKind { offsets: &[[0, 0, 1]], stiffness_ratio: 1.0 },
+        BondKind { offsets: &[[1, 1, 0], [-1, 1, 0]], stiffness_ratio: 1.0 },
+        BondKind { offsets: &[[1, 0, 1], [-1, 0, 1]], stiffness_ratio: 1.0 },
+        BondKind { offsets: &[[0, 1, 1], [0, -1, 1]], stiffness_ratio: 1.0 },
+    ],
+    largest_eigenvalue: 12.0,
+    largest_damping_eigenvalue: 24.0,
+    is_plane: false,
+};
+
+/// What the bonds of a node that lacks none add to a row of the stiffness, over `k`, or of the damping,
+/// over `eta`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RowOf {
+    /// On the diagonal.
+    pub diagonal: f64,
+    /// The sum of magnitudes. Without a bond a row has no larger one: the diagonal lacks what it had from it,
+    /// the neighbour's numbers are missing, and what the bond's opposite leaves between the axes of the
+    /// node itself is no more than that.
+    pub magnitudes: f64,
+    /// The sum of squares.
+    pub squares: f64,
+}
+
+impl Table {
+    /// Which freedom of a node an axis is, in the order of arrays; `None` along which none moves.
+    pub fn freedom(&self, axis: usize) -> Option<usize> {
+        self.axes.iter().position(|known| *known == axis)
+    }
+
+    /// The axis upwards as a freedom: of bodies that stand on a foundation.
+    pub fn upward(&self) -> Option<usize> {
+        self.freedom(2)
+    }
+
+    /// All bonds of a node that lacks none, as offset and kind: from each node to one side, then to the
+    /// other.
+    pub fn around(&self) -> impl Iterator<Item = (Offset, &'static BondKind)> + use<> {
+        self.bonds.iter().flat_map(|kind| {
+            let both = |offset: &Offset| [*offset, offset.map(|step| -step)];
+            kind.offsets.iter().flat_map(both).map(move |offset| (offset, kind))
+        })
+    }
+
+    /// A row of the stiffness along an axis, over `k`, of a node with all bonds, or with all but those
+    /// downwards, as at the bottom.
+    pub fn stiffness_row(&self, axis: usize, at_bottom: bool) -> RowOf {
+        let mut row = RowOf { diagonal: 0.0, magnitudes: 0.0, squares: 0.0 };
+        for (offset, kind) in self.around().filter(|(offset, _)| !(at_bottom && offset[2] < 0)) {
+            let along = |other: usize| kind.share() * (offset[axis] * offset[other]).abs() as f64;
+            row.diagonal += along(axis);
+            for other in self.axes {
+                row.magnitudes += along(*other);
+                row.squares += along(*other) * along(*other);
+            }
+        }
+        row.with_diagonal()
+    }
+
+    /// A row of the damping, over `eta`, of a node with all bonds.
+    pub fn damping_row(&self) -> RowOf {
+        let bonds = self.around().count() as f64;
+        RowOf { diagonal: bonds, magnitudes: bonds, squares: bonds }.with_diagonal()
+    }
+
+    /// The squares of the speeds of long waves along `x`, over `k a^2 / m`: of those that swing along
+    /// `x`, and of those that swing across.
+    pub fn long_waves(&self) -> LongWaves {
+        let along = |axis: usize| {
+            let part = |offset: &Offset| (offset[0] * offset[0] * offset[axis] * offset[axis]) as f64;
+            self.bonds.iter().flat_map(|kind| kind.offsets.iter().map(|o| kind.share() * part(o))).sum()
+        };
+        LongWaves { longitudinal: along(0), shear: self.axes.get(1).map(|axis| along(*axis)) }
+    }
+}
+
+impl RowOf {
+    /// With the diagonal among the magnitudes and squares.
+    fn with_diagonal(self) -> RowOf {
+        let RowOf { diagonal, magnitudes, squares } = self;
+        RowOf { diagonal, magnitudes: magnitudes + diagonal, squares: squares + diagonal * diagonal }
+    }
+}
+
+/// Squares of the speeds of long waves, over `k a^2 / m`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LongWaves {
+    /// Of longitudinal ones.
+    pub longitudinal: f64,
+    /// Of shear waves; `None` where nodes move along `x` alone.
+    pub shear: Option<f64>,
+}

@@ -242,11 +242,20 @@ impl RuptureTracker {
     }
 
     fn detach(&mut self, record: &StepRecord, switch: &Switch, farthest_before: Option<u32>) {
-        let near = self.contacts.around(switch.block).filter_map(|block| self.last[block as usize - 1]);
-        let mut linked: Vec<Id> =
-            near.filter(|last| self.links(last.step, record.step)).map(|last| last.of).collect();
+        // Of a contact and its neighbours, nine at most over an area.
+        let mut linked = [0; 9];
+        let mut count = 0;
+        self.contacts.around(switch.block).for_each(|block| {
+            if let Some(last) = self.last[block as usize - 1]
+                && self.links(last.step, record.step)
+            {
+                linked[count] = last.of;
+                count += 1;
+            }
+        });
+        let linked = &mut linked[..count];
         linked.sort_unstable();
-        linked.dedup();
+        let linked = linked.chunk_by(|a, b| a == b).map(|same| same[0]);
         let passage = Passage {
             arrival_step: record.step + 1,
             ft_fn_arrival: record.load_ratio(),
@@ -255,7 +264,7 @@ impl RuptureTracker {
             detachments: 1,
             stop: None,
         };
-        let id = match linked.into_iter().reduce(|a, b| self.unite(a, b)) {
+        let id = match linked.reduce(|a, b| self.unite(a, b)) {
             Some(id) => id,
             None => {
                 let id = self.next;

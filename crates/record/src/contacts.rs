@@ -70,12 +70,13 @@ impl Contacts {
 
     /// A contact and its neighbours, the lowest number first.
     pub fn around(self, contact: u32) -> impl Iterator<Item = u32> {
-        let (column, row) = (self.column(contact), self.row(contact));
-        let (first, last) = (column.max(2) - 1, (column + 1).min(self.columns));
-        let rows = row.max(2) - 1..=(row + 1).min(self.rows);
+        // Column and row counted from 0.
+        let (column, row) = ((contact - 1) % self.columns, (contact - 1) / self.columns);
+        let columns = column.saturating_sub(1)..(column + 2).min(self.columns);
+        let rows = row.saturating_sub(1)..(row + 2).min(self.rows);
         rows.flat_map(move |row| {
-            let before = (row - 1) * self.columns;
-            before + first..=before + last
+            let first = row * self.columns + 1;
+            first + columns.start..first + columns.end
         })
     }
 }

@@ -23,7 +23,7 @@ pub(super) struct ByTable {
 }
 
 /// Nodes of a line that are computed at once.
-const GROUP: usize = 8;
+const GROUP: usize = 4;
 
 /// Nodes one behind the other in a line: the line, the first column, how many.
 #[derive(Clone, Copy)]

@@ -1,15 +1,16 @@
 //! The pull on the nodes of any lattice, by its table of bonds.
 //!
-//! A bond kind and the offset `o` of one of its directions have the second difference
-//! `D y = (y(+o) + y(-o)) - 2 y` of a quantity `y` at a node; a neighbour that is missing has no bond:
-//! it stands where the node itself does. Springs pull along axis `a` with `k r / (o . o)` times
-//! `o_a sum_b o_b D u_b`, dashpots with `eta D v_a`. What comes from bonds that are each other's mirror
-//! images is summed first, and of two numbers in either order; so a mirrored lattice gives mirrored
-//! forces, to the bit.
+//! Of a quantity `y` at a node, the bonds along an offset `o` and against it have the second difference
+//! `D y = (y(+o) + y(-o)) - 2 y`; a neighbour that is missing has no bond: it stands where the node itself
+//! does. Springs pull along axis `a` with `k r / (o . o)` times `o_a sum_b o_b D u_b`, dashpots with
+//! `eta D v_a`. What comes from two offsets that are each other's mirror images is summed first, in an
+//! order that does not matter; so a mirrored lattice gives mirrored forces, to the bit.
+//!
+//! Kinds of bonds are added one after the other to the forces on a line of nodes, which stay in the
+//! nearest cache. How many offsets a kind has, and along how many axes they go, is known to the compiler
+//! in the innermost loops.
 
-use std::array;
-
-use super::table::{Offset, Table};
+use super::table::{BondKind, Offset, Table};
 
 /// A lattice as its table has it.
 #[derive(Debug, Clone, Copy)]
@@ -21,134 +22,224 @@ pub(super) struct ByTable {
     pub(super) damping_kg_per_s: f64,
 }
 
-/// Nodes of a line that are computed at once. The last group of a line ends with it, and computes again
-/// what the one before it did.
-const GROUP: usize = 8;
+/// Nodes of a line that are computed at once.
+const GROUP: usize = 4;
 
-/// Most freedoms of a node.
-const AXES: usize = 3;
+/// Nodes one behind the other in a line: the line, the first column, how many.
+#[derive(Clone, Copy)]
+struct Stretch {
+    line: usize,
+    column: usize,
+    count: usize,
+}
 
-/// Where the lines of nodes begin that a kind of bonds leads to: ahead and behind.
-type Lines = [Option<usize>; 2];
+/// The first of some nodes, and of those ahead of and behind them along an offset.
+type Firsts = [usize; 3];
+
+/// A quantity at these nodes.
+#[derive(Clone, Copy, Default)]
+struct Around<'a> {
+    here: &'a [f64],
+    ahead: &'a [f64],
+    behind: &'a [f64],
+}
+
+impl<'a> Around<'a> {
+    #[inline(always)]
+    fn of(freedom: &'a [f64], [here, ahead, behind]: Firsts, count: usize) -> Around<'a> {
+        Around {
+            here: &freedom[here..][..count],
+            ahead: &freedom[ahead..][..count],
+            behind: &freedom[behind..][..count],
+        }
+    }
+
+    /// The second difference at some nodes from one on.
+    #[inline(always)]
+    fn second_difference<const N: usize>(&self, at: usize) -> [f64; N] {
+        let (here, ahead, behind) = (&self.here[at..][..N], &self.ahead[at..][..N], &self.behind[at..][..N]);
+        let mut second = [0.0; N];
+        for n in 0..N {
+            second[n] = (ahead[n] + behind[n]) - 2.0 * here[n];
+        }
+        second
+    }
+}
 
 impl ByTable {
     /// What springs, and what dashpots, between nodes pull with on all freedoms.
     #[inline(always)]
     pub(super) fn pull(&self, springs_n: &mut [f64], dashpots_n: &mut [f64], u: &[f64], v: &[f64]) {
         let [columns, lanes, rows] = self.counts;
+        springs_n.fill(0.0);
+        dashpots_n.fill(0.0);
         for line in 0..lanes * rows {
-            for edge in [0, columns - 1] {
-                self.pull_group::<1>(springs_n, dashpots_n, u, v, line, edge);
-            }
-            let inside = 1..columns - 1;
-            if inside.len() < GROUP {
-                for column in inside {
-                    self.pull_group::<1>(springs_n, dashpots_n, u, v, line, column);
+            for kind in self.table.bonds {
+                // The ends of a line have neighbours on one side alone.
+                for (column, count) in [(0, 1), (1, columns - 2), (columns - 1, 1)] {
+                    let nodes = Stretch { line, column, count };
+                    match kind.offsets {
+                        [one] => self.add_kind(springs_n, dashpots_n, u, v, nodes, kind, [one]),
+                        [one, other] => self.add_kind(springs_n, dashpots_n, u, v, nodes, kind, [one, other]),
+                        _ => unreachable!("one offset or two that are each other's mirror images"),
+                    }
                 }
-                continue;
             }
-            for column in inside.step_by(GROUP) {
-                let column = column.min(columns - 1 - GROUP);
-                self.pull_group::<GROUP>(springs_n, dashpots_n, u, v, line, column);
-            }
+        }
+        for force_n in dashpots_n {
+            *force_n *= self.damping_kg_per_s;
         }
     }
 
-    /// Some nodes of a line, one behind the other: of the first and the last column one alone.
+    /// Adds what bonds of a kind pull some nodes with.
     #[inline(always)]
-    fn pull_group<const N: usize>(
+    #[expect(clippy::too_many_arguments, reason = "forces, state, where and what")]
+    fn add_kind<const K: usize>(
         &self,
         springs_n: &mut [f64],
         dashpots_n: &mut [f64],
         u: &[f64],
         v: &[f64],
-        line: usize,
-        column: usize,
+        nodes: Stretch,
+        kind: &BondKind,
+        offsets: [&Offset; K],
     ) {
-        let [columns, lanes, rows] = self.counts;
-        let nodes = columns * lanes * rows;
-        let axes = self.table.axes;
-        let (mut springs, mut dashpots) = ([[0.0; N]; AXES], [[0.0; N]; AXES]);
-        for kind in self.table.bonds {
-            let (mut along, mut across) = ([[0.0; N]; AXES], [[0.0; N]; AXES]);
-            for offset in kind.offsets {
-                let lines = self.lines(line, offset);
-                let change = |of: &[f64], freedom: usize| {
-                    second_difference::<N>(
-                        &of[freedom * nodes..][..nodes],
-                        columns,
-                        line,
-                        lines,
-                        offset[0],
-                        column,
-                    )
-                };
-                let mut stretch = [0.0; N];
-                for (freedom, axis) in axes.iter().enumerate() {
-                    let step = offset[*axis] as f64;
-                    if step != 0.0 {
-                        let change = change(u, freedom);
-                        for n in 0..N {
-                            stretch[n] += step * change[n];
-                        }
-                    }
-                    let change = change(v, freedom);
-                    for n in 0..N {
-                        across[freedom][n] += change[n];
-                    }
-                }
-                for (freedom, axis) in axes.iter().enumerate() {
-                    let step = offset[*axis] as f64;
-                    for n in 0..N {
-                        along[freedom][n] += step * stretch[n];
-                    }
-                }
+        let all = self.counts[0] * self.counts[1] * self.counts[2];
+        let mut firsts = [[0; 3]; K];
+        for k in 0..K {
+            firsts[k] = self.firsts(nodes, offsets[k]);
+        }
+        let (mut freedoms, mut count) = ([0; 3], 0);
+        for (freedom, axis) in self.table.axes.iter().enumerate() {
+            let mut around = [Around::default(); K];
+            for k in 0..K {
+                around[k] = Around::of(&v[freedom * all..][..all], firsts[k], nodes.count);
             }
-            let share_n_per_m = kind.share() * self.stiffness_n_per_m;
-            for freedom in 0..axes.len() {
-                for n in 0..N {
-                    springs[freedom][n] += share_n_per_m * along[freedom][n];
-                    dashpots[freedom][n] += across[freedom][n];
-                }
+            add_dashpots(&mut dashpots_n[freedom * all + firsts[0][0]..][..nodes.count], &around);
+            if offsets[0][*axis] != 0 {
+                freedoms[count] = freedom;
+                count += 1;
             }
         }
-        for freedom in 0..axes.len() {
-            let first = freedom * nodes + line * columns + column;
-            springs_n[first..][..N].copy_from_slice(&springs[freedom]);
-            dashpots_n[first..][..N]
-                .copy_from_slice(&dashpots[freedom].map(|sum| self.damping_kg_per_s * sum));
+        let share_n_per_m = kind.share() * self.stiffness_n_per_m;
+        let [a, b, c] = freedoms;
+        match count {
+            1 => self.add_springs(springs_n, u, nodes, share_n_per_m, offsets, firsts, [a]),
+            2 => self.add_springs(springs_n, u, nodes, share_n_per_m, offsets, firsts, [a, b]),
+            3 => self.add_springs(springs_n, u, nodes, share_n_per_m, offsets, firsts, [a, b, c]),
+            // Along axes along which no node moves.
+            _ => {}
         }
     }
 
-    /// The lines that bonds lead to from one, ahead and behind; `None` beyond an edge.
+    /// Adds what springs along so many axes pull some nodes with.
     #[inline(always)]
-    fn lines(&self, line: usize, offset: &Offset) -> Lines {
-        let [_, lanes, rows] = self.counts;
-        let (row, lane) = (line / lanes, line % lanes);
-        [1, -1].map(|way| {
-            let lane = lane.checked_add_signed(way * offset[1]).filter(|lane| *lane < lanes)?;
-            let row = row.checked_add_signed(way * offset[2]).filter(|row| *row < rows)?;
-            Some(row * lanes + lane)
-        })
+    #[expect(clippy::too_many_arguments, reason = "forces, state, where and what")]
+    fn add_springs<const K: usize, const A: usize>(
+        &self,
+        springs_n: &mut [f64],
+        u: &[f64],
+        nodes: Stretch,
+        share_n_per_m: f64,
+        offsets: [&Offset; K],
+        firsts: [Firsts; K],
+        freedoms: [usize; A],
+    ) {
+        let all = self.counts[0] * self.counts[1] * self.counts[2];
+        let (mut around, mut steps, mut first) = ([[Around::default(); A]; K], [[0.0; A]; K], [0; A]);
+        for a in 0..A {
+            first[a] = freedoms[a] * all + firsts[0][0];
+            for k in 0..K {
+                around[k][a] = Around::of(&u[freedoms[a] * all..][..all], firsts[k], nodes.count);
+                steps[k][a] = offsets[k][self.table.axes[freedoms[a]]] as f64;
+            }
+        }
+        let whole = nodes.count / GROUP * GROUP;
+        for at in (0..whole).step_by(GROUP) {
+            add_springs_at::<GROUP, K, A>(springs_n, first, &around, &steps, share_n_per_m, at);
+        }
+        for at in whole..nodes.count {
+            add_springs_at::<1, K, A>(springs_n, first, &around, &steps, share_n_per_m, at);
+        }
+    }
+
+    /// Some nodes, and those along an offset: of which they have either all or none, and then they are
+    /// their own neighbours.
+    #[inline(always)]
+    fn firsts(&self, nodes: Stretch, offset: &Offset) -> Firsts {
+        let [columns, lanes, rows] = self.counts;
+        let (row, lane) = (nodes.line / lanes, nodes.line % lanes);
+        let here = nodes.line * columns + nodes.column;
+        let mut firsts = [here; 3];
+        for (first, way) in firsts[1..].iter_mut().zip([1, -1]) {
+            // Below 0 they wrap, and are beyond the other end too.
+            let column = nodes.column.wrapping_add_signed(way * offset[0]);
+            let lane = lane.wrapping_add_signed(way * offset[1]);
+            let row = row.wrapping_add_signed(way * offset[2]);
+            if column < columns && column + nodes.count <= columns && lane < lanes && row < rows {
+                *first = (row * lanes + lane) * columns + column;
+            }
+        }
+        firsts
     }
 }
 
-/// `(y(+o) + y(-o)) - 2 y` of nodes of a line, from those of all nodes.
+/// Adds what springs pull with to the forces on `N` nodes.
 #[inline(always)]
-fn second_difference<const N: usize>(
-    y: &[f64],
-    columns: usize,
-    line: usize,
-    [ahead, behind]: Lines,
-    along: isize,
-    column: usize,
-) -> [f64; N] {
-    let whole = |line: usize| &y[line * columns..][..columns];
-    let here: [f64; N] = *whole(line)[column..].first_chunk().expect("columns of the line");
-    let shifted = |line: Option<usize>, along: isize| -> [f64; N] {
-        let from = || whole(line?).get(column.checked_add_signed(along)?..)?.first_chunk().copied();
-        from().unwrap_or(here)
-    };
-    let (ahead, behind) = (shifted(ahead, along), shifted(behind, -along));
-    array::from_fn(|n| (ahead[n] + behind[n]) - 2.0 * here[n])
+fn add_springs_at<const N: usize, const K: usize, const A: usize>(
+    springs_n: &mut [f64],
+    first: [usize; A],
+    around: &[[Around<'_>; A]; K],
+    steps: &[[f64; A]; K],
+    share_n_per_m: f64,
+    at: usize,
+) {
+    let mut pulled = [[0.0; N]; A];
+    for k in 0..K {
+        let mut stretch = [0.0; N];
+        for a in 0..A {
+            let change = around[k][a].second_difference::<N>(at);
+            for n in 0..N {
+                stretch[n] += steps[k][a] * change[n];
+            }
+        }
+        for a in 0..A {
+            for n in 0..N {
+                pulled[a][n] += steps[k][a] * stretch[n];
+            }
+        }
+    }
+    for a in 0..A {
+        let springs_n = &mut springs_n[first[a] + at..][..N];
+        for n in 0..N {
+            springs_n[n] += share_n_per_m * pulled[a][n];
+        }
+    }
+}
+
+/// Adds the second differences that dashpots pull with.
+#[inline(always)]
+fn add_dashpots<const K: usize>(sums: &mut [f64], around: &[Around<'_>; K]) {
+    let whole = sums.len() / GROUP * GROUP;
+    for at in (0..whole).step_by(GROUP) {
+        add_dashpots_at::<GROUP, K>(sums, around, at);
+    }
+    for at in whole..sums.len() {
+        add_dashpots_at::<1, K>(sums, around, at);
+    }
+}
+
+#[inline(always)]
+fn add_dashpots_at<const N: usize, const K: usize>(sums: &mut [f64], around: &[Around<'_>; K], at: usize) {
+    let mut all = [0.0; N];
+    for around in around {
+        let change = around.second_difference::<N>(at);
+        for n in 0..N {
+            all[n] += change[n];
+        }
+    }
+    let sums = &mut sums[at..][..N];
+    for n in 0..N {
+        sums[n] += all[n];
+    }
 }

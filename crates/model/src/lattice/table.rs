@@ -30,6 +30,7 @@ pub struct BondKind {
 
 impl BondKind {
     /// The square of the length of a bond, in spacings.
+    #[inline(always)]
     fn square(&self) -> f64 {
         self.offsets[0].iter().map(|step| step * step).sum::<isize>() as f64
     }
@@ -42,6 +43,7 @@ impl BondKind {
 
     /// What one end pulls the other with along an axis, over `k`, if they are one spacing apart along
     /// another: with the sign left out, that of every one of these bonds.
+    #[inline(always)]
     pub fn share(&self) -> f64 {
         self.stiffness_ratio / self.square()
     }

@@ -214,13 +214,13 @@ fn poissons_ratio_is_a_third_in_planes_and_a_quarter_in_blocks() {
         let force =
             pull(lattice, &by_place(lattice, |axis, place| strain(axis) * place[axis]), &still(lattice));
         let last = [lattice.columns, lattice.lanes, lattice.rows].map(|count| count - 1);
-        for n in 0..lattice.freedoms() {
+        for (n, force) in force.iter().enumerate() {
             let (axis, place) = (lattice.table.axes[n / lattice.nodes()], lattice.place(n % lattice.nodes()));
             // Of nodes on edges half of the bonds would do.
             let others = || lattice.table.axes.iter().filter(|other| **other != axis);
             let is_on_face = others().all(|other| (1..last[*other]).contains(&place[*other]));
             if axis != 0 && is_on_face {
-                assert!(force[n].abs() < 1e-14, "{}, {n}: {}", lattice.table.name, force[n]);
+                assert!(force.abs() < 1e-14, "{}, {n}: {force}", lattice.table.name);
             }
         }
     }
@@ -433,8 +433,8 @@ fn no_plane_wave_is_beyond_the_bounds() {
             [0, 1].map(|which| {
                 let (mut e, mut found) = ([1.0, 0.61, -0.37], 0.0);
                 for _ in 0..20 {
-                    for axis in 0..3 {
-                        e[axis] = if table.freedom(axis).is_some() { e[axis] } else { 0.0 };
+                    for (axis, part) in e.iter_mut().enumerate() {
+                        *part = if table.freedom(axis).is_some() { *part } else { 0.0 };
                     }
                     let length = product(&e, &e).sqrt();
                     e = if length > 0.0 { e.map(|part| part / length) } else { e };

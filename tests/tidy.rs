@@ -267,11 +267,14 @@ fn writes(source: &str) -> impl Iterator<Item = (usize, &'static str)> {
     let own = source.split("#[cfg(test)]").next().unwrap_or_default();
     let lines = (1..).zip(own.lines()).filter(|(_, line)| !line.trim_start().starts_with("//"));
     lines.flat_map(|(number, line)| {
-        // `MatchFile::create` is another word.
-        let begins = |at: usize| !line[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
-        let is_there = move |word: &&str| line.match_indices(*word).any(|(at, _)| begins(at));
-        WRITERS.into_iter().filter(is_there).map(move |word| (number, word))
+        WRITERS.into_iter().filter(|word| has_word(line, word)).map(move |word| (number, word))
     })
+}
+
+/// Whether a line has a word, and not only as the end of a longer one, such as `MatchFile::create`.
+fn has_word(line: &str, word: &str) -> bool {
+    let begins = |at: usize| !line[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+    line.match_indices(word).any(|(at, _)| begins(at))
 }
 
 /// Whoever writes past `crates/files` has no lock, and may write over what somebody reads.
@@ -314,7 +317,7 @@ fn files_of_others_are_opened_in_one_place() {
         let own = source.split("#[cfg(test)]").next().unwrap_or_default();
         let code = (1..).zip(own.lines()).filter(|(_, line)| !line.trim_start().starts_with("//"));
         for (number, line) in code.filter(|(_, line)| !is_own(&name, line)) {
-            for word in READERS.into_iter().filter(|word| line.contains(word)) {
+            for word in READERS.into_iter().filter(|word| has_word(line, word)) {
                 found += &format!("{name}:{number} uses {word}\n");
             }
         }

@@ -572,7 +572,7 @@ fn no_odd_phrases_in_the_help() {
     let mut seen = 0;
     for command in commands.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help") {
         let help = binary::succeed(&[command, "--help"]);
-        let flowing = help.split_whitespace().collect::<Vec<_>>().join(" ").to_lowercase();
+        let flowing = flowing(&help);
         for odd in ODD {
             assert!(!flowing.contains(odd), "asperity {command} --help: {odd:?}");
         }

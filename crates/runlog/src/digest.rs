@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-/// Bytes hashed at once. BLAKE3 hashes long inputs several times as fast as single messages, so
+/// Bytes hashed at once. BLAKE3 hashes long inputs several times faster than single messages, so
 /// that the batch pays for the second digest.
 const BATCH_BYTES: usize = 1 << 16;
 

@@ -322,10 +322,10 @@ fn a_forged_checkpoint_is_refused_or_seen_by_making_the_run_again() {
         }
         // Contacts that are not as their switches left them, in numbers that agree.
         let mut forged = state.clone();
-        let slip = forged.pointer("/chain/slip").and_then(Value::as_array).expect("it has contacts");
+        let slip = forged.pointer("/solver/slider/slip").and_then(Value::as_array).expect("it has contacts");
         let turned: Vec<f64> = slip.iter().map(|slip| 1.0 - slip.as_f64().expect("a number")).collect();
-        forged["chain"]["detached"] = Value::from(turned.iter().filter(|slip| **slip == 1.0).count());
-        forged["chain"]["slip"] = Value::from(turned);
+        forged["solver"]["slider"]["detached"] = Value::from(turned.iter().filter(|slip| **slip == 1.0).count());
+        forged["solver"]["slider"]["slip"] = Value::from(turned);
         forgeries.push(("slip".to_owned(), forged));
         for (place, forged) in forgeries {
             let (code, err) = goes_on(&forged);

@@ -1,6 +1,8 @@
-//! A detector is a crate and a line: the guide of `docs/extending.md` is followed in a copy of
-//! the workspace, with the crate of `fixtures/detector-template`. What it emits is in logs,
-//! tables and exports, and logs from before are read as what they are.
+//! A detector is a crate and a line, a contact law a file and a line: the guide of `docs/extending.md`
+//! is followed in a copy of the workspace, with the crate of `fixtures/detector-template` and the file
+//! of `fixtures/law-template`. What the detector emits is in logs, tables and exports, and logs from
+//! before are read as what they are. By the law chains and slabs run with both solvers, resume and are
+//! checked.
 //!
 //! The copy stays in the target folder, so that only what changed is compiled again, and starts
 //! with the dependencies that the tests were built with.
@@ -20,12 +22,13 @@ use crate::support::clients::{file, said};
 use crate::support::{seed, small};
 
 const TEMPLATE: &str = "fixtures/detector-template";
+const LAW: &str = "fixtures/law-template/viscous.rs";
 const TOPIC: &str = "/events/longest";
 const COLUMNS: &str = "event,onset_s,duration_s,duration_ratio,blocks_slipped";
 
 /// What the guide says is to be changed: the file, the line behind which a new one goes, and that.
-/// The list of detectors is the one place of code.
-const CHANGES: [(&str, &str, &str); 3] = [
+/// The lists of detectors and of laws are the places of code.
+const CHANGES: [(&str, &str, &str); 4] = [
     (
         "Cargo.toml",
         "asperity-detect-rupture = { path = \"crates/detect-rupture\" }\n",
@@ -41,9 +44,14 @@ const CHANGES: [(&str, &str, &str); 3] = [
         "(\"arrival\", |run| boxed(asperity_detect_rupture::ArrivalDetector::new(run.blocks, run.links?))),\n",
         "    (\"longest\", |run| boxed(asperity_detect_longest::LongestDetector::new(run.blocks, run.rules))),\n",
     ),
+    (
+        "crates/model/src/laws.rs",
+        "    InterfacialSprings in springs: \"interfacial-springs\", \"Amontons-Coulomb with a spring that holds a stuck block (5.12-5.15)\";\n",
+        "    Viscous in viscous: \"viscous\", \"springs, and sliding friction that grows with speed\";\n",
+    ),
 ];
 
-/// The workspace with one more detector.
+/// The workspace with one more detector and one more law.
 struct Copy {
     folder: PathBuf,
 }
@@ -57,6 +65,7 @@ impl Copy {
             copy.take(&file(part), Path::new(part), &mut written);
         }
         copy.take(&file(TEMPLATE), Path::new("crates/detect-longest"), &mut written);
+        copy.take(&file(LAW), Path::new("crates/model/src/laws/viscous.rs"), &mut written);
         for (path, _, _) in CHANGES {
             assert!(guide.contains(&format!("`{path}`")), "docs/extending.md does not speak of {path}");
         }
@@ -139,10 +148,128 @@ fn code_version(log: &Path) -> String {
     reader.header().code_version.clone()
 }
 
+/// Columns of a table that was exported, by name.
+fn column(table: &Path, name: &str) -> Vec<f64> {
+    let text = fs::read_to_string(table).expect("the table can be read");
+    let mut lines = text.lines();
+    let names = lines.next().expect("it has a head").split(',');
+    let at = names.enumerate().find(|(_, column)| *column == name).expect("it has the column").0;
+    let cell = |line: &str| line.split(',').nth(at).and_then(|cell| cell.parse().ok()).expect("a number");
+    lines.map(cell).collect()
+}
+
+/// What a run of the law gives: the folder of its exported tables.
+fn exported(asperity: &Path, scenario: &[&str], log: &Path) -> PathBuf {
+    succeed(asperity, &[&["run"], scenario, &["--checkpoint-s", "0", "--out", text(log)]].concat());
+    let tables = log.with_extension("tables");
+    succeed(asperity, &["export", text(log), "--to", "csv", "--out", text(&tables)]);
+    tables
+}
+
+fn table(tables: &Path, name: &str) -> PathBuf {
+    let found = files(tables).into_iter().find(|path| text(path).ends_with(name));
+    found.unwrap_or_else(|| panic!("no {name} in {}", tables.display()))
+}
+
+/// Under a constant force, that of the prestress, sliding blocks approach the velocity at which
+/// viscosity takes what friction leaves of it: `(tau_p - mu_d p) / E`.
+fn blocks_approach_the_terminal_velocity(asperity: &Path, folder: &Path) {
+    let scenario = [
+        "ten-blocks",
+        "--set",
+        "friction.law=viscous",
+        "--set",
+        "friction.radiation_kg_per_s=70",
+        "--set",
+        "prestress.ratio=0.8",
+        "--set",
+        "drive.velocity_m_per_s=0",
+        "--set",
+        "drive.stiffness_n_per_m=1e-9",
+        "--set",
+        "time.step_s=1e-6",
+        "--set",
+        "time.duration_s=1",
+        "--set",
+        "recording.fields_s=1",
+    ];
+    for solver in ["fast", "plain"] {
+        let log = folder.join(format!("terminal-{solver}.mcap"));
+        let tables = exported(asperity, &[&scenario[..], &["--solver", solver]].concat(), &log);
+        let velocities = column(&table(&tables, "fields.csv"), "velocity_m_per_s");
+        let terminal_m_per_s = (0.8 - 0.45) * 40.0 / 70.0;
+        assert!(velocities.len() >= 20, "{}", velocities.len());
+        for velocity in &velocities[velocities.len() - 10..] {
+            assert!((velocity / terminal_m_per_s - 1.0).abs() < 1e-9, "{solver}: {velocity}");
+        }
+    }
+}
+
+/// Chains and slabs slip by the law, the same with both solvers, are resumed and checked; without
+/// viscosity they are those of the law that it adds to.
+fn chains_and_slabs_run_by_the_law(asperity: &Path, folder: &Path) {
+    let chain = ["ten-blocks", "--set", "time.step_s=1e-6", "--set", "time.duration_s=0.6"];
+    let slab = [
+        "slab",
+        "--set",
+        "slider.blocks=5",
+        "--set",
+        "slider.rows=3",
+        "--set",
+        "slider.height_m=0.07",
+        "--set",
+        "slider.mass_kg=2",
+        "--set",
+        "drive.height_m=0.035",
+        "--set",
+        "drive.velocity_m_per_s=2e-2",
+        "--set",
+        "time.step_s=1e-5",
+        "--set",
+        "time.duration_s=0.1",
+        "--set",
+        "recording.fields_s=0",
+    ];
+    for (body, scenario) in [("chain", &chain[..]), ("slab", &slab)] {
+        let run = |name: &str, law: &str, solver: &str| {
+            let mut all = scenario.to_vec();
+            all.extend(law.split_whitespace().flat_map(|set| ["--set", set]));
+            let log = folder.join(format!("{body}-{name}.mcap"));
+            (exported(asperity, &[&all[..], &["--solver", solver]].concat(), &log), all, log)
+        };
+        let viscous = "friction.law=viscous friction.radiation_kg_per_s=20";
+        let (fast, arguments, log) = run("fast", viscous, "fast");
+        let (plain, ..) = run("plain", viscous, "plain");
+        let steps = |tables: &Path| column(&table(tables, "switch.csv"), "step");
+        assert!(steps(&fast).len() > 10, "{body}: {:?}", steps(&fast));
+        assert_eq!(steps(&fast), steps(&plain), "{body}");
+        let (without, ..) = run("without", "friction.law=viscous", "fast");
+        let (springs, ..) = run("springs", "friction.law=interfacial-springs", "fast");
+        let switches = |tables: &Path| fs::read(table(tables, "switch.csv")).expect("it can be read");
+        assert_eq!(switches(&without), switches(&springs), "{body}");
+        assert_ne!(steps(&without), steps(&fast), "{body}: viscosity changes the run");
+
+        succeed(asperity, &["check", "--again", text(&log)]);
+        // Half of it is resumed to the same log.
+        let digest = run_end(&log).digest;
+        let bytes = fs::read(&log).expect("the log can be read");
+        let half = folder.join(format!("{body}-half.mcap"));
+        fs::write(asperity_runlog::partial_path(&half), &bytes[..bytes.len() / 2]).expect("it can be written");
+        let said = succeed(
+            asperity,
+            &[&["run"], &arguments[..], &["--solver", "fast", "--resume", "--out", text(&half)]].concat(),
+        );
+        assert!(said.contains("goes on from"), "{body}: {said}");
+        assert_eq!(run_end(&half).digest, digest, "{body}");
+    }
+}
+
 #[test]
-fn the_guide_gives_a_detector_that_logs_tables_and_exports_have() {
+fn the_guide_gives_a_detector_and_a_law_that_runs_and_logs_have() {
     let asperity = Copy::make().build();
     let scratch = folder();
+    blocks_approach_the_terminal_velocity(&asperity, scratch.path());
+    chains_and_slabs_run_by_the_law(&asperity, scratch.path());
     let [old, new] = ["old.mcap", "new.mcap"].map(|name| scratch.path().join(name));
     small::run(&old);
     succeed(&asperity, &[&["run"], &small::SCENARIO[..], &["--out", text(&new)]].concat());

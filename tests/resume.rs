@@ -263,7 +263,7 @@ fn interrupted_a_run_goes_on_from_where_it_was() {
     let state: serde_json::Value =
         serde_json::from_str(reader.checkpoint().expect("closed with one")).unwrap();
     // Nothing is done twice but what a leap had recorded ahead.
-    assert!(state["chain"]["step"].as_u64().unwrap() + 2_000_000 > last_step);
+    assert!(state["solver"]["slider"]["step"].as_u64().unwrap() + 2_000_000 > last_step);
     assert!(finish(&run).contains("goes on from"));
 }
 

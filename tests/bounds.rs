@@ -324,7 +324,8 @@ fn a_forged_checkpoint_is_refused_or_seen_by_making_the_run_again() {
         let mut forged = state.clone();
         let slip = forged.pointer("/solver/slider/slip").and_then(Value::as_array).expect("it has contacts");
         let turned: Vec<f64> = slip.iter().map(|slip| 1.0 - slip.as_f64().expect("a number")).collect();
-        forged["solver"]["slider"]["detached"] = Value::from(turned.iter().filter(|slip| **slip == 1.0).count());
+        forged["solver"]["slider"]["detached"] =
+            Value::from(turned.iter().filter(|slip| **slip == 1.0).count());
         forged["solver"]["slider"]["slip"] = Value::from(turned);
         forgeries.push(("slip".to_owned(), forged));
         for (place, forged) in forgeries {

@@ -254,7 +254,8 @@ fn chains_and_slabs_run_by_the_law(asperity: &Path, folder: &Path) {
         let digest = run_end(&log).digest;
         let bytes = fs::read(&log).expect("the log can be read");
         let half = folder.join(format!("{body}-half.mcap"));
-        fs::write(asperity_runlog::partial_path(&half), &bytes[..bytes.len() / 2]).expect("it can be written");
+        fs::write(asperity_runlog::partial_path(&half), &bytes[..bytes.len() / 2])
+            .expect("it can be written");
         let said = succeed(
             asperity,
             &[&["run"], &arguments[..], &["--solver", "fast", "--resume", "--out", text(&half)]].concat(),

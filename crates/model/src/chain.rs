@@ -1,16 +1,14 @@
 //! The stuck chain in static equilibrium or in steady motion.
 
+use crate::elastic::Chain;
 pub use crate::elastic::Stiffness;
 use crate::plan::Plan;
 
 impl Stiffness {
     /// The stiffness of a plan's chain with every contact stuck by a friction spring.
-    ///
-    /// # Panics
-    /// If it is of another body.
-    pub fn of(plan: &Plan) -> Stiffness {
+    pub fn of(plan: &Plan, chain: &Chain) -> Stiffness {
         let drive_n_per_m = plan.drive.stiffness_n_per_m(plan.blocks);
-        plan.elastic.chain().stuck(plan.friction.interfacial_stiffness_n_per_m, &drive_n_per_m)
+        chain.stuck(plan.friction.interfacial_stiffness_n_per_m, &drive_n_per_m)
     }
 }
 

@@ -97,7 +97,9 @@ const LOADED: f64 = 0.999;
 /// drive in steady motion, lag by damping included; this is the part of the stick phase that does
 /// not depend on how it began.
 pub(crate) fn start_loaded(plan: &mut Plan) {
-    let stiffness = Stiffness::of(plan);
+    // Other bodies begin at rest.
+    let Some(chain) = plan.elastic.as_chain() else { return };
+    let stiffness = Stiffness::of(plan, chain);
     let steady = SteadyLoading::of(plan, &stiffness, true);
     let anchors = plan.initial.stick_position_m.clone();
     let mut position_m = vec![0.0; plan.blocks];

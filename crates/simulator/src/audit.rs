@@ -28,10 +28,7 @@
 use asperity_model::Plan;
 use asperity_record::StepRecord;
 
-use crate::energy::{stored_j, stored_of};
 use crate::solver::SimulationError;
-use crate::state::SliderState;
-use crate::sweep::Sweeps;
 
 /// Most work of the scheme, as a share of the energy that was put in.
 pub const MOST_SCHEME_SHARE: f64 = 0.3;
@@ -45,20 +42,8 @@ pub(crate) struct Audit {
 }
 
 impl Audit {
-    /// Of the runs of a plan.
-    pub(crate) fn of(plan: &Plan) -> Audit {
-        let state = SliderState::initial(plan);
-        let is_slab = plan.elastic.lattice().is_some();
-        let initial_j = match is_slab {
-            // It is at rest, and what its load has pressed into it stays there.
-            true => 0.0,
-            false => {
-                let stored = stored_of(plan, &state);
-                let (kinetic_j, elastic_j) =
-                    stored_j(Sweeps::detect(), plan, &stored, state.step, state.hold_step);
-                kinetic_j + elastic_j
-            }
-        };
+    /// Of the runs of a plan, which begin with this energy.
+    pub(crate) fn of(plan: &Plan, initial_j: f64) -> Audit {
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let drive = plan.drive.stiffness_n_per_m(plan.elastic.nodes());
         let thresholds = plan.friction.static_threshold_n.iter().zip(drive).enumerate();

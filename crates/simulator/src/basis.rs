@@ -207,7 +207,7 @@ type Point = (f64, f64);
 fn spectrum(map: &StepMap) -> Vec<Point> {
     const ALONG: u32 = 64;
     let (dt, m) = (map.step_s, map.block_mass_kg);
-    let chain = map.elastic.chain();
+    let chain = &map.chain;
     let held = map.interfacial_stiffness_n_per_m + map.stiffest_drive_n_per_m;
     let mut points = Vec::new();
     for share in [0.0, 0.25, 0.5, 0.75, 1.0] {

@@ -53,6 +53,9 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
     /// Ends the step; `is_last` where a contact switched in it, or the drive stopped.
     fn end_step(&mut self, _plan: &Plan, _state: &mut SliderState, _is_last: bool) {}
 
+    /// Energy at the start that may set the body in motion.
+    fn initial_j(&self) -> f64;
+
     /// Energies at the end of the last step.
     fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy;
 
@@ -62,8 +65,17 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
 
 /// A body that a plan can ask for.
 pub(crate) trait OfPlan: Body {
+    /// How the model gives its nodes and bonds.
+    type Elastic: Clone + Debug;
+
     /// The body at the start of a plan.
-    fn of_plan(plan: &Plan, state: &SliderState, sweeps: Sweeps, keeping: Bookkeeping) -> Self;
+    fn of_plan(
+        plan: &Plan,
+        elastic: &Self::Elastic,
+        state: &SliderState,
+        sweeps: Sweeps,
+        keeping: Bookkeeping,
+    ) -> Self;
 }
 
 /// What is to be compiled for each body.
@@ -71,13 +83,13 @@ pub(crate) trait WithBody {
     /// What it gives.
     type Output;
     /// The work, for the body.
-    fn with<B: OfPlan>(self) -> Self::Output;
+    fn with<B: OfPlan>(self, elastic: &B::Elastic) -> Self::Output;
 }
 
 /// Does what is compiled for each body with that of a plan.
 pub(crate) fn with_body<W: WithBody>(plan: &Arc<Plan>, what: W) -> W::Output {
-    match plan.elastic {
-        Elastic::Chain(_) => what.with::<ChainBody>(),
-        Elastic::Lattice(_) => what.with::<LatticeBody>(),
+    match &plan.elastic {
+        Elastic::Chain(chain) => what.with::<ChainBody>(chain),
+        Elastic::Lattice(lattice) => what.with::<LatticeBody>(lattice),
     }
 }

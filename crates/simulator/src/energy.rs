@@ -115,13 +115,19 @@ struct Map {
 }
 
 impl Accounts {
-    pub(crate) fn new(plan: &Plan, state: &SliderState, sweeps: Sweeps, keeping: Bookkeeping) -> Accounts {
+    pub(crate) fn new(
+        plan: &Plan,
+        chain: Chain,
+        state: &SliderState,
+        sweeps: Sweeps,
+        keeping: Bookkeeping,
+    ) -> Accounts {
         let orders = orders(plan);
         let zeros = || vec![0.0; plan.blocks];
         let advance_m = plan.drive.velocity_m_per_s * plan.grid.step_s();
         let all_n_per_m: f64 = plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum();
         let mut accounts = Accounts {
-            chain: *plan.elastic.chain(),
+            chain,
             sweeps,
             by_steps: keeping == Bookkeeping::EveryStep || plan.friction.law.holds() || orders > MOST_ORDERS,
             balances: keeping == Bookkeeping::Spans,
@@ -336,8 +342,30 @@ impl Accounts {
             - (energy.elastic_j - self.initial_elastic_j);
     }
 
+    /// Energy at the start.
+    pub(crate) fn initial_j(&self) -> f64 {
+        self.initial_kinetic_j + self.initial_elastic_j
+    }
+
+    /// Kinetic and elastic energy of a state after a step.
     fn stored_j(&self, plan: &Plan, state: &SliderState) -> (f64, f64) {
-        stored_j(self.sweeps, plan, &stored_of(plan, state), state.step, state.hold_step)
+        let stored = self.sweeps.stored(&Stored {
+            chain: &self.chain,
+            u: &state.displacement_m,
+            v: &state.velocity_m_per_s,
+            u_stick: &state.stick_position_m,
+            slip: &state.slip,
+            kt: plan.friction.interfacial_stiffness_n_per_m,
+        });
+        let point_m = plan.drive_point_m(state.step, state.hold_step);
+        let springs = plan.drive.springs.iter();
+        let drive_j: f64 = springs
+            .map(|spring| {
+                let stretch_m = spring.direction * point_m - state.displacement_m[spring.block];
+                0.5 * spring.stiffness_n_per_m * stretch_m * stretch_m
+            })
+            .sum();
+        (0.5 * plan.block_mass_kg * stored.square, stored.elastic_j + drive_j)
     }
 
     fn set_map(&mut self, plan: &Plan, state: &SliderState, from_step: u64) {
@@ -455,38 +483,6 @@ impl Accounts {
         };
         Potential { heat_j, scheme_j }
     }
-}
-
-/// A state, for its energies.
-pub(crate) fn stored_of<'a>(plan: &'a Plan, state: &'a SliderState) -> Stored<'a> {
-    Stored {
-        chain: plan.elastic.chain(),
-        u: &state.displacement_m,
-        v: &state.velocity_m_per_s,
-        u_stick: &state.stick_position_m,
-        slip: &state.slip,
-        kt: plan.friction.interfacial_stiffness_n_per_m,
-    }
-}
-
-/// Kinetic and elastic energy of a state after a step.
-pub(crate) fn stored_j(
-    sweeps: Sweeps,
-    plan: &Plan,
-    state: &Stored<'_>,
-    step: u64,
-    hold_step: u64,
-) -> (f64, f64) {
-    let stored = sweeps.stored(state);
-    let point_m = plan.drive_point_m(step, hold_step);
-    let springs = plan.drive.springs.iter();
-    let drive_j: f64 = springs
-        .map(|spring| {
-            let stretch_m = spring.direction * point_m - state.u[spring.block];
-            0.5 * spring.stiffness_n_per_m * stretch_m * stretch_m
-        })
-        .sum();
-    (0.5 * plan.block_mass_kg * stored.square, stored.elastic_j + drive_j)
 }
 
 /// Work of the prestress up to a state.

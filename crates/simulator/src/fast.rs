@@ -39,7 +39,7 @@ pub(crate) trait Leaps: Clone + Debug + Send + 'static {
     type Leap: Copy + Debug + Send;
 
     /// For the runs of a plan.
-    fn of(plan: &Plan, sweeps: Sweeps) -> Self;
+    fn of(plan: &Plan, elastic: &<Self::Body as OfPlan>::Elastic, sweeps: Sweeps) -> Self;
 
     /// Opens a leap of at most `most_steps` steps, if one is certified, or says how many steps are best
     /// taken one by one before it is tried again.
@@ -120,11 +120,11 @@ pub(crate) const NAME: &str = "fast";
 
 impl<L: Leaps> Fast<L> {
     /// A solver at the start of a plan, with kernels for a certain instruction set.
-    pub(crate) fn new(plan: Arc<Plan>, sweeps: Sweeps) -> Fast<L> {
-        let stepper = Stepper::new(Arc::clone(&plan), sweeps, Bookkeeping::Spans);
+    pub(crate) fn new(plan: Arc<Plan>, elastic: &<L::Body as OfPlan>::Elastic, sweeps: Sweeps) -> Fast<L> {
+        let stepper = Stepper::new(Arc::clone(&plan), elastic, sweeps, Bookkeeping::Spans);
         Fast {
-            recorder: Recorder::new(&plan, stepper.state()),
-            leaps: L::of(&plan, sweeps),
+            recorder: Recorder::new(&plan, &stepper),
+            leaps: L::of(&plan, elastic, sweeps),
             aside: stepper.clone(),
             aside_steps: 0,
             is_inside: false,

@@ -25,6 +25,7 @@
 
 use asperity_model::Plan;
 use asperity_model::chain::{SteadyLoading, Stiffness};
+use asperity_model::elastic::Chain;
 
 use crate::cost::{self, Costs, LONG_CHAIN};
 use crate::energy::Accounts;
@@ -61,11 +62,11 @@ enum Basis {
 }
 
 impl Basis {
-    fn of(plan: &Plan, sweeps: Sweeps) -> Option<Basis> {
+    fn of(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Option<Basis> {
         if plan.blocks <= LONG_CHAIN {
-            Kept::HERE.modes(plan, sweeps).map(|stored| Basis::Stored(Modes::new(stored)))
+            Kept::HERE.modes(plan, chain, sweeps).map(|stored| Basis::Stored(Modes::new(stored)))
         } else {
-            Waves::of(plan, sweeps).map(|waves| Basis::Waves(Box::new(waves)))
+            Waves::of(plan, chain, sweeps).map(|waves| Basis::Waves(Box::new(waves)))
         }
     }
 
@@ -80,6 +81,7 @@ impl Basis {
 /// The stuck chain's modes, and the quasi-static state and residue of one jump.
 #[derive(Debug, Clone)]
 pub(crate) struct Jump {
+    chain: Chain,
     sweeps: Sweeps,
     norms: Norms,
     basis: Basis,
@@ -121,11 +123,12 @@ impl Jump {
     }
 
     /// `None` for chains whose modes do not tell all of their states.
-    pub(crate) fn new(plan: &Plan, sweeps: Sweeps) -> Option<Jump> {
+    pub(crate) fn new(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Option<Jump> {
         let blocks = plan.blocks;
-        let basis = Basis::of(plan, sweeps)?;
-        let stiffness = Stiffness::of(plan);
+        let basis = Basis::of(plan, chain, sweeps)?;
+        let stiffness = Stiffness::of(plan, chain);
         Some(Jump {
+            chain: *chain,
             sweeps,
             norms: Norms::of(plan),
             cadence: (0, basis.growth(0)),
@@ -206,7 +209,7 @@ impl Jump {
             u[n] = state.displacement_m[n] - self.position_m[n];
             v[n] = state.velocity_m_per_s[n] - velocity_m_per_s[n];
         }
-        let norm = invariant(plan, self.sweeps, &self.spring, u, v).sqrt();
+        let norm = invariant(plan, &self.chain, self.sweeps, &self.spring, [u, v]).sqrt();
         let sweeps = self.sweeps;
         let (u_scale, v_scale) =
             (sweeps.largest(&state.displacement_m), sweeps.largest(&state.velocity_m_per_s));

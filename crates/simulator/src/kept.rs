@@ -9,6 +9,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use asperity_model::Plan;
+use asperity_model::elastic::Chain;
 
 use crate::basis::Basis;
 use crate::modes::StoredModes;
@@ -52,16 +53,16 @@ impl Kept {
     }
 
     /// The polynomials of windows.
-    pub(crate) fn basis(&self, plan: &Plan, sweeps: Sweeps) -> Arc<Basis> {
-        let found = self.of(StepMap::of(plan), sweeps);
+    pub(crate) fn basis(&self, plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Arc<Basis> {
+        let found = self.of(StepMap::of(plan, chain), sweeps);
         let basis = Arc::clone(found.basis.get_or_init(|| Arc::new(Basis::of(&found.map, sweeps))));
         self.forget_oldest();
         basis
     }
 
     /// The modes of the stuck chain, if they span its states well enough.
-    pub(crate) fn modes(&self, plan: &Plan, sweeps: Sweeps) -> Option<Arc<StoredModes>> {
-        let found = self.of(StepMap::of(plan), sweeps);
+    pub(crate) fn modes(&self, plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Option<Arc<StoredModes>> {
+        let found = self.of(StepMap::of(plan, chain), sweeps);
         let modes = found.modes.get_or_init(|| StoredModes::of(&found.map, sweeps)).clone();
         self.forget_oldest();
         modes
@@ -98,6 +99,7 @@ mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
     use super::{Kept, MOST_BYTES};
+    use crate::basis::Basis;
     use crate::fast::{ChainLeaps, Fast};
     use crate::modes::StoredModes;
     use crate::solver::Solver;
@@ -112,10 +114,18 @@ mod tests {
 
     const SWEEPS: Sweeps = Sweeps::Baseline;
 
+    fn basis(kept: &Kept, plan: &Plan) -> Arc<Basis> {
+        kept.basis(plan, plan.elastic.chain(), SWEEPS)
+    }
+
+    fn modes(kept: &Kept, plan: &Plan) -> Option<Arc<StoredModes>> {
+        kept.modes(plan, plan.elastic.chain(), SWEEPS)
+    }
+
     #[test]
     fn what_no_map_depends_on_is_found_once_and_all_else_anew() {
         let kept = Kept::nothing();
-        let first = (kept.basis(&plan(&[]), SWEEPS), kept.modes(&plan(&[]), SWEEPS).unwrap());
+        let first = (basis(&kept, &plan(&[])), modes(&kept, &plan(&[])).unwrap());
         for set in [
             "normal_load.tilt=0.5",
             "friction.static_coefficient=0.9",
@@ -123,7 +133,7 @@ mod tests {
             "time.duration_s=0.2",
             "drive.velocity_m_per_s=1e-3",
         ] {
-            let again = (kept.basis(&plan(&[set]), SWEEPS), kept.modes(&plan(&[set]), SWEEPS).unwrap());
+            let again = (basis(&kept, &plan(&[set])), modes(&kept, &plan(&[set])).unwrap());
             assert!(Arc::ptr_eq(&again.0, &first.0) && Arc::ptr_eq(&again.1, &first.1), "{set}");
         }
         for set in [
@@ -136,19 +146,20 @@ mod tests {
             "drive.kind=top",
         ] {
             let other = plan(&[set]);
-            let found = (kept.basis(&other, SWEEPS), kept.modes(&other, SWEEPS).unwrap());
+            let found = (basis(&kept, &other), modes(&kept, &other).unwrap());
             assert!(!Arc::ptr_eq(&found.0, &first.0) && !Arc::ptr_eq(&found.1, &first.1), "{set}");
             // What is kept is what would be found, to the bit but for the sign of zero.
-            let alone = StoredModes::of(&StepMap::of(&other), SWEEPS).unwrap();
+            let alone = StoredModes::of(&StepMap::of(&other, other.elastic.chain()), SWEEPS).unwrap();
             assert_eq!(format!("{:?}", found.1), format!("{alone:?}"), "{set}");
         }
-        let again = kept.modes(&plan(&[]), SWEEPS).unwrap();
+        let again = modes(&kept, &plan(&[])).unwrap();
         assert!(Arc::ptr_eq(&again, &first.1), "it was used, and there is room");
     }
 
     #[test]
     fn a_map_that_differs_in_one_bit_of_anything_is_another() {
-        let map = StepMap::of(&plan(&[]));
+        let plan = plan(&[]);
+        let map = StepMap::of(&plan, plan.elastic.chain());
         let bits = map.bits();
         // The nodes, the numbers, and a spring for each of 10 blocks.
         assert_eq!(bits.len(), 1 + 6 + 10);
@@ -172,12 +183,12 @@ mod tests {
         let kept = Kept::nothing();
         let bytes = || kept.0.lock().unwrap().iter().map(|found| found.bytes()).sum::<usize>();
         let of = |blocks: usize| plan(&[&format!("slider.blocks={blocks}")]);
-        let used = Arc::downgrade(&kept.basis(&of(2), SWEEPS));
-        let unused = Arc::downgrade(&kept.basis(&of(3), SWEEPS));
+        let used = Arc::downgrade(&basis(&kept, &of(2)));
+        let unused = Arc::downgrade(&basis(&kept, &of(3)));
         let mut largest = 0;
         for blocks in 4..70 {
-            drop(kept.basis(&of(2), SWEEPS));
-            drop(kept.basis(&of(blocks), SWEEPS));
+            drop(basis(&kept, &of(2)));
+            drop(basis(&kept, &of(blocks)));
             largest = largest.max(bytes());
             assert!(bytes() <= MOST_BYTES, "{blocks}: {}", bytes());
         }
@@ -188,7 +199,7 @@ mod tests {
     #[test]
     fn a_run_after_others_is_the_run_alone() {
         let run = |plan: &Plan| {
-            let mut solver = Fast::<ChainLeaps>::new(Arc::new(plan.clone()), SWEEPS);
+            let mut solver = Fast::<ChainLeaps>::new(Arc::new(plan.clone()), plan.elastic.chain(), SWEEPS);
             let mut records = Vec::new();
             while let Some(record) = solver.next_record().unwrap() {
                 records.push(format!("{record:?}"));

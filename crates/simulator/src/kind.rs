@@ -12,8 +12,8 @@ use crate::sweep::Sweeps;
 /// The fast solver of a plan: which leaps the body has is registered here.
 pub(crate) fn fast(plan: Arc<Plan>, sweeps: Sweeps) -> Box<dyn Solver> {
     match plan.elastic {
-        Elastic::Chain(_) => Box::new(Fast::<ChainLeaps>::new(plan, sweeps)),
-        Elastic::Lattice(_) => Box::new(Fast::<LatticeLeaps>::new(plan, sweeps)),
+        Elastic::Chain(chain) => Box::new(Fast::<ChainLeaps>::new(plan, &chain, sweeps)),
+        Elastic::Lattice(lattice) => Box::new(Fast::<LatticeLeaps>::new(plan, &lattice, sweeps)),
     }
 }
 

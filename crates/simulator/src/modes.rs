@@ -52,9 +52,9 @@ struct Pencil {
 
 impl Pencil {
     fn of(map: &StepMap) -> Pencil {
-        let StepMap { step_s: dt, block_mass_kg: m, elastic, drive_n_per_m: drive, .. } = map;
+        let StepMap { step_s: dt, block_mass_kg: m, chain, drive_n_per_m: drive, .. } = map;
         let (by_stiffness, by_damping) = (dt * dt / m, dt / m);
-        let chain = elastic.chain();
+        let elastic = map.elastic();
         let held = |n: usize| map.interfacial_stiffness_n_per_m + drive[n];
         Pencil {
             stiffness: (0..map.blocks())
@@ -274,7 +274,7 @@ impl StoredModes {
         let count = values.len();
         let dt = map.step_s;
         let unit_s = (map.block_mass_kg
-            / (map.elastic.spectral_bound_n_per_m() + map.interfacial_stiffness_n_per_m))
+            / (map.elastic().spectral_bound_n_per_m() + map.interfacial_stiffness_n_per_m))
             .sqrt();
         let mut modes = StoredModes {
             sweeps,
@@ -286,7 +286,7 @@ impl StoredModes {
             from_re: Vec::with_capacity(count * 2 * blocks),
             from_im: Vec::with_capacity(pairs * 2 * blocks),
             force_n: Vec::with_capacity(count * blocks),
-            spread: ((map.elastic.spectral_bound_n_per_m() + map.stiffest_drive_n_per_m)
+            spread: ((map.elastic().spectral_bound_n_per_m() + map.stiffest_drive_n_per_m)
                 / map.interfacial_stiffness_n_per_m
                 + 1.0)
                 .sqrt(),
@@ -324,7 +324,7 @@ impl StoredModes {
             }
             modes.force_n.extend((0..blocks).map(|n| {
                 let drive = x[n].scaled(-driven[n]);
-                times * (map.elastic.pull_n(&x, &velocity, n) + drive).size()
+                times * (map.elastic().pull_n(&x, &velocity, n) + drive).size()
             }));
         }
         let none_grows = modes.powers.none_grows();

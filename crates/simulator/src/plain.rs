@@ -65,14 +65,14 @@ impl Plain {
         struct Start<'a>(&'a Arc<Plan>);
         impl WithBody for Start<'_> {
             type Output = Box<dyn AnyStepper>;
-            fn with<B: OfPlan>(self) -> Box<dyn AnyStepper> {
+            fn with<B: OfPlan>(self, elastic: &B::Elastic) -> Box<dyn AnyStepper> {
                 let plan = Arc::clone(self.0);
-                Box::new(Stepper::<B>::new(plan, Sweeps::detect(), Bookkeeping::EveryStep))
+                Box::new(Stepper::<B>::new(plan, elastic, Sweeps::detect(), Bookkeeping::EveryStep))
             }
         }
         let plan = plan.into();
         let stepper = with_body(&plan, Start(&plan));
-        Plain { recorder: Recorder::new(&plan, stepper.state()), stepper, plan }
+        Plain { recorder: Recorder::new(&plan, &*stepper), stepper, plan }
     }
 
     /// The state after the last step taken.

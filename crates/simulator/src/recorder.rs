@@ -21,6 +21,8 @@ pub(crate) trait SingleSteps {
     fn switched(&self) -> &[usize];
     /// Energies at its end.
     fn energy(&mut self) -> Energy;
+    /// Energy at the start that may set the slider in motion.
+    fn initial_j(&self) -> f64;
 }
 
 impl<B: Body> SingleSteps for Stepper<B> {
@@ -34,6 +36,10 @@ impl<B: Body> SingleSteps for Stepper<B> {
 
     fn energy(&mut self) -> Energy {
         self.energy()
+    }
+
+    fn initial_j(&self) -> f64 {
+        self.body().initial_j()
     }
 }
 
@@ -50,13 +56,14 @@ pub(crate) struct Recorder {
 
 impl Recorder {
     /// A recorder at the start of a run, with the initial fields ready.
-    pub(crate) fn new(plan: &Plan, initial: &SliderState) -> Recorder {
+    pub(crate) fn new(plan: &Plan, stepper: &(impl SingleSteps + ?Sized)) -> Recorder {
+        let initial = stepper.state();
         let stop = state_not_finite(initial);
         let first = Record::Fields(fields(plan, initial));
         Recorder {
             due_step: next_due(plan, initial.step, initial.detached),
             ready: if stop.is_none() { VecDeque::from([first]) } else { VecDeque::new() },
-            audit: Audit::of(plan),
+            audit: Audit::of(plan, stepper.initial_j()),
             stop,
         }
     }

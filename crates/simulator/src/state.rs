@@ -1,6 +1,6 @@
 //! The state of a slider between two steps.
 
-use asperity_model::{Plan, slab};
+use asperity_model::Plan;
 use serde::{Deserialize, Serialize};
 
 use crate::ledger::Ledger;
@@ -62,22 +62,21 @@ impl SliderState {
         let u = &initial.displacement_m;
         let hold_step = plan.drive.hold_from_step.unwrap_or(u64::MAX);
         let point_m = plan.drive_point_m(initial.step, hold_step);
-        let tangential_force_n = match plan.elastic.lattice() {
-            // Its driving springs are relaxed.
-            Some(_) => slab::tangential_force_n(plan),
-            None => {
-                let v = &initial.velocity_m_per_s;
-                let mut tau_n: Vec<f64> = (0..plan.blocks).map(|n| plan.elastic.pull_n(u, v, n)).collect();
-                for spring in &plan.drive.springs {
-                    tau_n[spring.block] += spring.force_n(point_m, u[spring.block]);
-                }
-                for (tau, prestress) in tau_n.iter_mut().zip(&plan.prestress_n) {
-                    *tau += prestress;
-                }
-                tau_n
+        let v = &initial.velocity_m_per_s;
+        let mut tangential_force_n = plan.elastic.tangential_force_n(u);
+        for (n, tau) in tangential_force_n.iter_mut().enumerate() {
+            *tau += plan.elastic.damping_force_n(v, n);
+        }
+        for spring in &plan.drive.springs {
+            // Of a lattice other nodes than contacts may be driven.
+            if let Some(tau) = tangential_force_n.get_mut(spring.block) {
+                *tau += spring.force_n(point_m, u[spring.block]);
             }
-        };
-        let is_slab = plan.elastic.lattice().is_some();
+        }
+        for (tau, prestress) in tangential_force_n.iter_mut().zip(&plan.prestress_n) {
+            *tau += prestress;
+        }
+        let is_given = !plan.elastic.has_foundation();
         let ages = plan.friction.ageing.is_some();
         SliderState {
             step: initial.step,
@@ -87,12 +86,12 @@ impl SliderState {
             slip: vec![0.0; plan.blocks],
             detached: 0,
             tangential_force_n,
-            normal_load_n: if is_slab { plan.normal_load_n.clone() } else { Vec::new() },
+            normal_load_n: if is_given { Vec::new() } else { plan.normal_load_n.clone() },
             sliding: 0,
             hold_step,
             energy: Ledger::default(),
             stuck_since_step: if ages { vec![initial.step; plan.blocks] } else { Vec::new() },
-            aged_threshold_n: if ages && !is_slab {
+            aged_threshold_n: if ages && is_given {
                 plan.friction.static_threshold_n.clone()
             } else {
                 Vec::new()
@@ -112,7 +111,7 @@ impl SliderState {
             |values: &[f64], count| values.len() == count && values.iter().all(|x| x.is_finite());
         let finite = |values: &[f64]| are_finite(values, plan.blocks);
         let freedoms = plan.elastic.freedoms();
-        let ages = plan.friction.ageing.is_some();
+        let (ages, is_given) = (plan.friction.ageing.is_some(), !plan.elastic.has_foundation());
         let slipping = self.slip.iter().filter(|&&slip| slip == 1.0).count();
         let sticking = self.slip.iter().filter(|&&slip| slip == 0.0).count();
         (plan.initial.step..=plan.steps).contains(&self.step)
@@ -132,14 +131,8 @@ impl SliderState {
             && self.energy.span.is_none_or(|span| span.from_step <= self.step)
             && self.stuck_since_step.len() == if ages { plan.blocks } else { 0 }
             && self.stuck_since_step.iter().all(|&step| step <= self.step)
-            && match plan.elastic.lattice() {
-                Some(_) => {
-                    finite(&self.normal_load_n)
-                        && self.normal_load_n.iter().all(|load_n| *load_n >= 0.0)
-                        && self.aged_threshold_n.is_empty()
-                }
-                None if ages => finite(&self.aged_threshold_n) && self.normal_load_n.is_empty(),
-                None => self.aged_threshold_n.is_empty() && self.normal_load_n.is_empty(),
-            }
+            && self.normal_load_n.len() == if is_given { 0 } else { plan.blocks }
+            && self.normal_load_n.iter().all(|load_n| load_n.is_finite() && *load_n >= 0.0)
+            && are_finite(&self.aged_threshold_n, if ages && is_given { plan.blocks } else { 0 })
     }
 }

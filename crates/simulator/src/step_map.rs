@@ -13,7 +13,7 @@ use asperity_model::elastic::{Chain, Elastic};
 pub(crate) struct StepMap {
     pub(crate) step_s: f64,
     pub(crate) block_mass_kg: f64,
-    pub(crate) elastic: Elastic,
+    pub(crate) chain: Chain,
     /// Of the friction spring of a stuck block.
     pub(crate) interfacial_stiffness_n_per_m: f64,
     /// `K_n` of every block.
@@ -23,15 +23,20 @@ pub(crate) struct StepMap {
 }
 
 impl StepMap {
-    pub(crate) fn of(plan: &Plan) -> StepMap {
+    pub(crate) fn of(plan: &Plan, chain: &Chain) -> StepMap {
         StepMap {
             step_s: plan.grid.step_s(),
             block_mass_kg: plan.block_mass_kg,
-            elastic: plan.elastic.clone(),
+            chain: *chain,
             interfacial_stiffness_n_per_m: plan.friction.interfacial_stiffness_n_per_m,
             drive_n_per_m: plan.drive.stiffness_n_per_m(plan.blocks),
             stiffest_drive_n_per_m: plan.drive.stiffest_n_per_m(),
         }
+    }
+
+    /// The chain as any body.
+    pub(crate) fn elastic(&self) -> Elastic {
+        Elastic::Chain(self.chain)
     }
 
     pub(crate) fn blocks(&self) -> usize {
@@ -43,12 +48,12 @@ impl StepMap {
         let StepMap {
             step_s,
             block_mass_kg,
-            elastic,
+            chain,
             interfacial_stiffness_n_per_m,
             drive_n_per_m,
             stiffest_drive_n_per_m,
         } = self;
-        let Chain { nodes, stiffness_n_per_m, damping_kg_per_s } = elastic.chain();
+        let Chain { nodes, stiffness_n_per_m, damping_kg_per_s } = chain;
         let numbers = [
             step_s,
             block_mass_kg,

@@ -57,9 +57,14 @@ pub struct Driving {
 
 impl<B: OfPlan> Stepper<B> {
     /// The slider at the start of a plan, with sweeps for a certain instruction set.
-    pub(crate) fn new(plan: Arc<Plan>, sweeps: Sweeps, keeping: Bookkeeping) -> Stepper<B> {
+    pub(crate) fn new(
+        plan: Arc<Plan>,
+        elastic: &B::Elastic,
+        sweeps: Sweeps,
+        keeping: Bookkeeping,
+    ) -> Stepper<B> {
         let state = SliderState::initial(&plan);
-        let body = B::of_plan(&plan, &state, sweeps, keeping);
+        let body = B::of_plan(&plan, elastic, &state, sweeps, keeping);
         Stepper::of(plan, state, body)
     }
 }

@@ -29,6 +29,7 @@
 use std::sync::Arc;
 
 use asperity_model::Plan;
+use asperity_model::elastic::Chain;
 
 use crate::complex::Complex;
 use crate::cosines::Cosines;
@@ -147,11 +148,10 @@ impl Constants {
 
 impl Waves {
     /// The waves of a plan's stuck chain; `None` if not all are found, or one grows.
-    pub(crate) fn of(plan: &Plan, sweeps: Sweeps) -> Option<Waves> {
+    pub(crate) fn of(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Option<Waves> {
         let blocks = plan.blocks;
         let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
         let (side_n_per_m, top_n_per_m) = driving(plan)?;
-        let chain = plan.elastic.chain();
         let constants = Constants {
             s: dt * dt / m * (plan.friction.interfacial_stiffness_n_per_m + top_n_per_m),
             kappa: dt * dt / m * chain.stiffness_n_per_m,
@@ -364,9 +364,9 @@ mod tests {
             let source = set.iter().fold(source, |source, value| source.with_override(value));
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
             let blocks = plan.blocks;
-            let mut waves =
-                Waves::of(&plan, Sweeps::Baseline).unwrap_or_else(|| panic!("{set:?}: the chain has waves"));
-            let stored = StoredModes::of(&StepMap::of(&plan), Sweeps::Baseline);
+            let mut waves = Waves::of(&plan, plan.elastic.chain(), Sweeps::Baseline)
+                .unwrap_or_else(|| panic!("{set:?}: the chain has waves"));
+            let stored = StoredModes::of(&StepMap::of(&plan, plan.elastic.chain()), Sweeps::Baseline);
             let mut modes = Modes::new(stored.expect("the chain has modes"));
             // Of block 7's displacement and the last one's velocity, all waves have a part.
             let mut state = vec![0.0; 2 * blocks];
@@ -407,7 +407,10 @@ mod tests {
             .with_override("slider.blocks=17")
             .with_override("drive.stiffness_n_per_m=4e9");
         let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-        assert!(Waves::of(&plan, Sweeps::Baseline).is_none());
-        assert!(StoredModes::of(&StepMap::of(&plan), Sweeps::Baseline).is_some(), "unlike stored modes");
+        assert!(Waves::of(&plan, plan.elastic.chain(), Sweeps::Baseline).is_none());
+        assert!(
+            StoredModes::of(&StepMap::of(&plan, plan.elastic.chain()), Sweeps::Baseline).is_some(),
+            "unlike stored modes"
+        );
     }
 }

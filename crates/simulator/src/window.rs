@@ -11,6 +11,7 @@ pub(crate) mod norms;
 mod rows;
 
 use asperity_model::Plan;
+use asperity_model::elastic::Chain;
 
 use crate::basis::{GRID_STEPS, Length, MOST_TERMS};
 use crate::cost::{self, LONG_CHAIN, Work};
@@ -36,8 +37,8 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    pub(crate) fn new(plan: &Plan, sweeps: Sweeps) -> Window {
-        let expansion = Expansion::new(plan, sweeps);
+    pub(crate) fn new(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Window {
+        let expansion = Expansion::new(plan, chain, sweeps);
         let lengths = &expansion.basis.lengths;
         let work = |terms| Work { terms, places: 0 };
         let pays = |length: &Length| length.steps > cost::least_window_steps(work(length.terms as u64));
@@ -257,7 +258,7 @@ mod tests {
     fn windows_of_every_length_land_where_single_steps_do() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated", "slider.relative_damping=0"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, Sweeps::Baseline);
+            let mut window = Window::new(&plan, plan.elastic.chain(), Sweeps::Baseline);
             let lengths = window.expansion.basis.lengths.len();
             let mut compared = 0;
             for opened in 0..lengths {
@@ -307,7 +308,7 @@ mod tests {
     fn calm_states_take_fewer_terms_and_land_as_exactly() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, Sweeps::Baseline);
+            let mut window = Window::new(&plan, plan.elastic.chain(), Sweeps::Baseline);
             let (mut fewer, lengths) = (0, window.expansion.basis.lengths.len());
             for index in 0..lengths {
                 let mut counts = Vec::new();

@@ -242,7 +242,8 @@ fn a_restored_state_continues_to_the_bit() {
     let mut other = Plain::new(plan);
     other.restore(&snapshot);
     let rest: Vec<Record> = std::iter::from_fn(|| other.next_record().unwrap()).collect();
-    let expected: Vec<Record> = whole.into_iter().filter(|record| record.step() > snapshot.slider.step).collect();
+    let expected: Vec<Record> =
+        whole.into_iter().filter(|record| record.step() > snapshot.slider.step).collect();
     assert!(expected.len() > 1000);
     assert_eq!(rest, expected);
 }

@@ -320,7 +320,9 @@ fn random_slabs_give_the_same_switches() {
                 assert!(is_whole || !agreement.near_ties.is_empty(), "seed {seed} {set:?}");
             }
             // It decides, and what it decides is not made up for.
-            Err(Disagreement::Missed { step, .. }) if plan.friction.law.affine() == Some(Affine { forward_only: false }) => {
+            Err(Disagreement::Missed { step, .. })
+                if plan.friction.law.affine() == Some(Affine { forward_only: false }) =>
+            {
                 parted.push((seed, step));
             }
             Err(error) => panic!("seed {seed} {set:?}: {error}"),

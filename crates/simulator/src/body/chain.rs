@@ -63,8 +63,15 @@ impl ChainBody {
 }
 
 impl OfPlan for ChainBody {
-    fn of_plan(plan: &Plan, state: &SliderState, sweeps: Sweeps, keeping: Bookkeeping) -> ChainBody {
-        let chain = *plan.elastic.chain();
+    type Elastic = Chain;
+
+    fn of_plan(
+        plan: &Plan,
+        &chain: &Chain,
+        state: &SliderState,
+        sweeps: Sweeps,
+        keeping: Bookkeeping,
+    ) -> ChainBody {
         let zeros = || vec![0.0; chain.nodes];
         ChainBody {
             law: loops(plan.friction.law),
@@ -77,7 +84,7 @@ impl OfPlan for ChainBody {
                 || !plan.prestress_n.is_empty()
                 || plan.friction.law.holds(),
             strength: Strength::new(plan),
-            accounts: Accounts::new(plan, state, sweeps, keeping),
+            accounts: Accounts::new(plan, chain, state, sweeps, keeping),
             adds_alone: true,
             sweeps,
             chain,
@@ -170,6 +177,10 @@ impl Body for ChainBody {
         if !self.adds_alone {
             self.accounts.pass(plan, state, is_last);
         }
+    }
+
+    fn initial_j(&self) -> f64 {
+        self.accounts.initial_j()
     }
 
     fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy {

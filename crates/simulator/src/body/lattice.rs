@@ -51,9 +51,16 @@ pub(crate) struct LatticeBody<const D: usize = 1> {
 }
 
 impl OfPlan for LatticeBody {
-    fn of_plan(plan: &Plan, _: &SliderState, sweeps: Sweeps, _: Bookkeeping) -> LatticeBody {
-        let lattice = *plan.elastic.lattice().expect("`with_body` takes it for a lattice");
-        LatticeBody::new(lattice, sweeps, loops(plan.friction.law))
+    type Elastic = Lattice;
+
+    fn of_plan(
+        plan: &Plan,
+        lattice: &Lattice,
+        _: &SliderState,
+        sweeps: Sweeps,
+        _: Bookkeeping,
+    ) -> LatticeBody {
+        LatticeBody::new(*lattice, sweeps, loops(plan.friction.law))
     }
 }
 
@@ -207,6 +214,11 @@ impl<const D: usize> Body for LatticeBody<D> {
         ledger.friction_heat_j.add(heat_j);
         ledger.viscous_loss_j.add(-dt * work.dashpots);
         ledger.scheme_work_j.add(0.5 * dt * work.springs - 0.5 * plan.block_mass_kg * work.square + bent_j);
+    }
+
+    /// It is at rest, and what its load has pressed into it stays there.
+    fn initial_j(&self) -> f64 {
+        0.0
     }
 
     fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy {

@@ -2,6 +2,7 @@
 //! stuck ([`crate::jump`]), and rests where a law holds stuck blocks still ([`crate::rest`]).
 
 use asperity_model::Plan;
+use asperity_model::elastic::Chain;
 use asperity_record::Energy;
 
 use crate::body::{Body, ChainBody};
@@ -86,10 +87,10 @@ impl Leaps for ChainLeaps {
     type Body = ChainBody;
     type Leap = Leap;
 
-    fn of(plan: &Plan, sweeps: Sweeps) -> ChainLeaps {
+    fn of(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> ChainLeaps {
         ChainLeaps {
-            window: Window::new(plan, sweeps),
-            jump: if Jump::may_pay(plan) { Jump::new(plan, sweeps) } else { None },
+            window: Window::new(plan, chain, sweeps),
+            jump: if Jump::may_pay(plan) { Jump::new(plan, chain, sweeps) } else { None },
             costs: Costs::of(plan),
         }
     }

@@ -42,6 +42,7 @@ const NO_MODES: &str =
 /// What leaps over the steps of a lattice.
 #[derive(Debug, Clone)]
 pub(crate) struct LatticeLeaps {
+    lattice: Lattice,
     sweeps: Sweeps,
     jumps: Jumps,
 }
@@ -59,7 +60,7 @@ impl LatticeLeaps {
     /// Finds the modes where a jump is tried first.
     fn made(&mut self, plan: &Plan) -> Option<&mut Jump> {
         if let Jumps::Unmade = self.jumps {
-            let stuck = StuckSlab::of(plan, self.sweeps);
+            let stuck = StuckSlab::of(plan, self.lattice, self.sweeps);
             let ground = stuck.and_then(|stuck| {
                 let iterations = iterations(&stuck.lattice);
                 Ground::of(plan, stuck, iterations)
@@ -89,8 +90,7 @@ impl Leaps for LatticeLeaps {
     /// Steps of a jump.
     type Leap = u64;
 
-    fn of(plan: &Plan, sweeps: Sweeps) -> LatticeLeaps {
-        let lattice = plan.elastic.lattice().expect("the body is a lattice");
+    fn of(plan: &Plan, lattice: &Lattice, sweeps: Sweeps) -> LatticeLeaps {
         let jumps = if numbers(lattice) > MOST_NUMBERS {
             Jumps::None(TOO_LARGE)
         } else if RUNS_OF_MODES * modes_steps(lattice) > plan.steps {
@@ -98,7 +98,7 @@ impl Leaps for LatticeLeaps {
         } else {
             Jumps::Unmade
         };
-        LatticeLeaps { sweeps, jumps }
+        LatticeLeaps { lattice: *lattice, sweeps, jumps }
     }
 
     fn open(&mut self, solver: &mut Open<'_, LatticeBody>, most_steps: u64) -> Result<u64, u64> {

@@ -351,7 +351,8 @@ mod tests {
     fn modes_are_multiplied_in_every_step() {
         let sets = ["slider.blocks=9", "slider.rows=5", "slider.height_m=0.07", "drive.height_m=0.0175"];
         let plan = Plan::new(&resolve("slab", &sets).unwrap_or_else(|error| panic!("{error}")));
-        let stuck = StuckSlab::of(&plan, Sweeps::detect()).expect("it is positive");
+        let stuck =
+            StuckSlab::of(&plan, *plan.elastic.lattice().unwrap(), Sweeps::detect()).expect("it is positive");
         let freedoms = stuck.freedoms();
         let modes = SlowModes::of(&stuck, 60).expect("there are modes");
         let count = modes.rates.len();

@@ -31,8 +31,7 @@ impl StuckSlab {
     }
 
     /// `None` if the stiffness is not positive by its numbers.
-    pub(crate) fn of(plan: &Plan, sweeps: Sweeps) -> Option<StuckSlab> {
-        let lattice = *plan.elastic.lattice()?;
+    pub(crate) fn of(plan: &Plan, lattice: Lattice, sweeps: Sweeps) -> Option<StuckSlab> {
         let (nodes, width) = (lattice.nodes(), width(&lattice));
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let friction = lattice.row(0).map(|n| (n, kt));
@@ -123,7 +122,8 @@ mod tests {
             &["slider.blocks=4", "slider.rows=9", "slider.height_m=0.37333333333333335", "time.step_s=1e-8"],
         ] {
             let plan = Plan::new(&resolve("slab", sets).unwrap_or_else(|error| panic!("{error}")));
-            let stuck = StuckSlab::of(&plan, Sweeps::detect()).expect("it is positive");
+            let stuck = StuckSlab::of(&plan, *plan.elastic.lattice().unwrap(), Sweeps::detect())
+                .expect("it is positive");
             let freedoms = stuck.freedoms();
             let numbers = |n: usize| mixed(n as u64) as f64 / u64::MAX as f64 - 0.5;
             let u: Vec<f64> = (0..freedoms).map(numbers).collect();

@@ -346,7 +346,7 @@ mod tests {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
             let source = ScenarioSource::new("test", "").with_override(set);
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-            let expansion = Expansion::new(&plan, Sweeps::Baseline);
+            let expansion = Expansion::new(&plan, plan.elastic.chain(), Sweeps::Baseline);
             let lengths = &expansion.basis.lengths;
             let longest = lengths.len() - 1;
             let steps = lengths[longest].steps as f64;

@@ -50,6 +50,7 @@ impl Sizes {
 /// A state, its first two differences and the terms that follow from them.
 #[derive(Debug, Clone)]
 pub(super) struct Expansion {
+    chain: Chain,
     pub(super) blocks: usize,
     pub(super) sweeps: Sweeps,
     pub(super) basis: Arc<Basis>,
@@ -83,15 +84,16 @@ pub(super) struct Expansion {
 }
 
 impl Expansion {
-    pub(super) fn new(plan: &Plan, sweeps: Sweeps) -> Expansion {
+    pub(super) fn new(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Expansion {
         let basis = match plan.friction.law.affine() {
-            Some(_) => Kept::HERE.basis(plan, sweeps),
+            Some(_) => Kept::HERE.basis(plan, chain, sweeps),
             None => Arc::new(Basis::none()),
         };
         let blocks = plan.blocks;
         let several = |times: usize| vec![0.0; blocks * times];
         let rows = || Rows::new(blocks, MOST_TERMS + 1);
         Expansion {
+            chain: *chain,
             blocks,
             sweeps,
             basis,
@@ -143,7 +145,7 @@ impl Expansion {
         let (guard, d_guard) = self.first_guard.both_mut(blocks);
         now_u.copy_from_slice(u);
         now_v.copy_from_slice(v);
-        self.sweeps.pull(guard, u, v, plan.elastic.chain());
+        self.sweeps.pull(guard, u, v, &self.chain);
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
         for spring in &plan.drive.springs {
             guard[spring.block] += spring.force_n(point_m, u[spring.block]);
@@ -166,7 +168,7 @@ impl Expansion {
             hold_stuck(&self.sigma, d_u, d_v);
         }
         // The second difference, with the steady advance of drive and load.
-        self.sweeps.pull(d_guard, d_u, d_v, plan.elastic.chain());
+        self.sweeps.pull(d_guard, d_u, d_v, &self.chain);
         let advance_m = if state.hold_step > state.step + 1 { plan.drive.velocity_m_per_s * dt } else { 0.0 };
         for spring in &plan.drive.springs {
             d_guard[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
@@ -264,7 +266,7 @@ impl Expansion {
         let blocks = self.blocks;
         let Basis { centre, focus, sigma, .. } = *self.basis;
         let (by, unit) = (2.0 / focus, self.unit_of_terms(plan));
-        let chain = plan.elastic.chain();
+        let chain = &self.chain;
         let springs = Chain {
             stiffness_n_per_m: unit * chain.stiffness_n_per_m,
             damping_kg_per_s: unit * chain.damping_kg_per_s / plan.grid.step_s(),

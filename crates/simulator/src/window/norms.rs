@@ -25,6 +25,7 @@
 //! plain stepper's own forms differ by 4e-11 N.
 
 use asperity_model::Plan;
+use asperity_model::elastic::Chain;
 
 use crate::sweep::Sweeps;
 
@@ -113,12 +114,18 @@ impl Norms {
 }
 
 /// `I(u, v)` of a residue of a chain with these friction springs.
-pub(crate) fn invariant(plan: &Plan, sweeps: Sweeps, spring: &[f64], u: &[f64], v: &[f64]) -> f64 {
+pub(crate) fn invariant(
+    plan: &Plan,
+    chain: &Chain,
+    sweeps: Sweeps,
+    spring: &[f64],
+    [u, v]: [&[f64]; 2],
+) -> f64 {
     let dt = plan.grid.step_s();
     let driven = plan.drive.springs.iter();
     let drive: f64 = driven
         .map(|spring| spring.stiffness_n_per_m * u[spring.block] * (u[spring.block] - dt * v[spring.block]))
         .sum();
-    let slider = sweeps.invariant(spring, u, v, plan.elastic.chain(), plan.block_mass_kg, dt);
+    let slider = sweeps.invariant(spring, u, v, chain, plan.block_mass_kg, dt);
     (slider + drive).max(0.0)
 }

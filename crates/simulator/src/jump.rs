@@ -27,6 +27,7 @@ use asperity_model::Plan;
 use asperity_model::chain::{SteadyLoading, Stiffness};
 use asperity_model::elastic::Chain;
 
+use crate::clearance::Clearance;
 use crate::cost::{self, Costs, LONG_CHAIN};
 use crate::energy::Accounts;
 use crate::kept::Kept;
@@ -290,24 +291,17 @@ impl Jump {
         let advance_m = &self.loading[usize::from(self.moves)].advance_m;
         let thresholds = least_threshold_n(plan, state);
         let ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
-        let mut least = f64::INFINITY;
+        let mut clearance = Clearance::ENDLESS;
         for n in 0..plan.blocks {
             let threshold = ramp.load.scaled_n(thresholds[n]);
             let room = threshold - ROUNDING * threshold - reserve - swing[n];
             let (force, rate) = (kt * (self.position_m[n] - state.stick_position_m[n]), kt * advance_m[n]);
-            // Written so that what is not a number certifies nothing.
-            let stays = force.abs() < room;
-            if !stays {
+            // The threshold may come down to meet the force.
+            if !clearance.stays_between(force, rate, room, -ramp.change_n(thresholds[n])) {
                 return 0;
             }
-            // Towards either side; the threshold may come down to meet the force.
-            let fall = -ramp.change_n(thresholds[n]);
-            for (way, closing) in [(room - force, rate + fall), (room + force, fall - rate)] {
-                least = if closing > 0.0 { least.min(way / closing) } else { least };
-            }
         }
-        // Casting saturates: without a rate there is no end.
-        least as u64
+        clearance.steps()
     }
 
     /// Steps until the quasi-static driving force and the swing around it reach the load that
@@ -319,15 +313,9 @@ impl Jump {
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
         let force = plan.drive.total_force_n(point_m, &self.position_m);
         let rate = plan.drive.total_force_n(plan.drive.velocity_m_per_s * plan.grid.step_s(), advance_m);
-        let room = stop.under_n(ramp.load) * (1.0 - ROUNDING) - swing - force;
-        let closing = rate - stop.change_n(ramp);
-        if room <= 0.0 {
-            0
-        } else if closing > 0.0 {
-            (room / closing) as u64
-        } else {
-            u64::MAX
-        }
+        let mut clearance = Clearance::ENDLESS;
+        let stays = clearance.stays_below_stop(stop, (ramp.load, ramp), (force, rate), [swing, 0.0]);
+        if stays { clearance.steps() } else { 0 }
     }
 
     /// Writes displacements and velocities after `into` steps of the jump.

@@ -57,6 +57,7 @@
 mod audit;
 mod basis;
 mod body;
+mod clearance;
 mod complex;
 
 mod cosines;

@@ -3,6 +3,7 @@
 
 use asperity_model::Plan;
 
+use crate::clearance::Clearance;
 use crate::energy::Accounts;
 use crate::state::SliderState;
 use crate::strength::{Ramp, StopForce};
@@ -26,31 +27,22 @@ pub(crate) fn rest_steps(plan: &Plan, state: &SliderState) -> u64 {
         forces[spring.block] += spring.stiffness_n_per_m * stretch_m;
         rates[spring.block] = spring.force_n(advance_m, 0.0);
     }
-    let mut least = f64::INFINITY;
+    let mut clearance = Clearance::ENDLESS;
     for n in 0..plan.blocks {
         let threshold = plan.friction.static_threshold_n[n];
         let room = ramp.load.scaled_n(threshold) * (1.0 - ROUNDING);
-        let stays = forces[n].abs() < room;
-        if !stays {
+        if !clearance.stays_between(forces[n], rates[n], room, -ramp.change_n(threshold)) {
             return 0;
-        }
-        let fall = -ramp.change_n(threshold);
-        for (way, closing) in [(room - forces[n], fall + rates[n]), (room + forces[n], fall - rates[n])] {
-            least = if closing > 0.0 { least.min(way / closing) } else { least };
         }
     }
     if let Some(stop) = StopForce::of(plan, hold_step) {
-        let goal = stop.under_n(ramp.load) * (1.0 - ROUNDING);
         let force = plan.drive.total_force_n(point_m, &state.displacement_m);
         let rate = plan.drive.total_force_n(advance_m, &vec![0.0; plan.blocks]);
-        let closing = rate - stop.change_n(ramp);
-        if force >= goal {
+        if !clearance.stays_below_stop(stop, (ramp.load, ramp), (force, rate), [0.0; 2]) {
             return 0;
         }
-        least = if closing > 0.0 { least.min((goal - force) / closing) } else { least };
     }
-    // Casting saturates: what does not change stays.
-    least as u64
+    clearance.steps()
 }
 
 /// Takes steps in which nothing moves but the drive point.

@@ -281,3 +281,148 @@ pub(crate) fn stored_j(plan: &Plan, lattice: &Lattice, state: &SliderState) -> (
     }
     (0.5 * plan.block_mass_kg * square, elastic_j)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use asperity_model::law::{ContactLaw, LawKeys, Sliding, Turn, magnitude};
+    use asperity_model::plan::{DriveSpring, InitialState};
+    use asperity_model::{Elastic, Lattice, Plan, resolve};
+
+    use super::LatticeBody;
+    use crate::law::Loops;
+    use crate::state::SliderState;
+    use crate::stepper::Stepper;
+    use crate::sweep::Sweeps;
+
+    /// Amontons-Coulomb over an area: a sliding contact is resisted by `mu_d p` against its velocity, and
+    /// re-attaches where that turns by more than a right angle.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    struct AlongVelocity;
+
+    impl ContactLaw<2> for AlongVelocity {
+        const KEYS: &'static [&'static str] = &[];
+
+        fn of(_: &LawKeys) -> AlongVelocity {
+            AlongVelocity
+        }
+
+        fn drag_n(&self, sliding: &Sliding<2>) -> [f64; 2] {
+            let speed = magnitude(sliding.velocity_m_per_s);
+            let along = |v| if speed == 0.0 { 0.0 } else { sliding.friction_n * v / speed };
+            sliding.velocity_m_per_s.map(along)
+        }
+
+        fn re_attaches(&self, turn: &Turn<2>) -> bool {
+            let ([x, y], [new_x, new_y]) = (turn.velocity_m_per_s, turn.new_velocity_m_per_s);
+            x * new_x + y * new_y <= 0.0
+        }
+    }
+
+    const COUNTS: [usize; 3] = [4, 4, 3];
+
+    /// A cubic block whose top layer is pressed down and pulled along `x` and along `y` at these
+    /// velocities, from where it is relaxed.
+    fn block(velocities: [f64; 2]) -> (Arc<Plan>, Stepper<LatticeBody<2>>) {
+        let scenario = resolve("slab", &["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7"]).unwrap();
+        let mut plan = Plan::new(&scenario);
+        let [columns, lanes, rows] = COUNTS;
+        let lattice = Lattice {
+            stiffness_n_per_m: 1e6,
+            damping_kg_per_s: 20.0,
+            foundation_n_per_m: 8e5,
+            ..Lattice::block(columns, lanes, rows)
+        };
+        let (nodes, contacts) = (lattice.nodes(), lattice.contacts());
+        plan.elastic = Elastic::Lattice(lattice);
+        plan.blocks = contacts;
+        plan.block_mass_kg = 1e-3;
+        plan.top_load_n = vec![20.0; contacts];
+        plan.normal_load_n = vec![20.0; contacts];
+        plan.prestress_n = Vec::new();
+        let friction = &mut plan.friction;
+        friction.interfacial_stiffness_n_per_m = 1e6;
+        friction.static_coefficients = vec![0.4; contacts];
+        friction.dynamic_coefficients = vec![0.2; contacts];
+        friction.static_threshold_n = vec![8.0; contacts];
+        friction.dynamic_friction_n = vec![4.0; contacts];
+        plan.drive.velocity_m_per_s = 0.5;
+        let top = lattice.top_row();
+        let springs = [0, 1].into_iter().flat_map(|axis| top.clone().map(move |node| (axis, node)));
+        plan.drive.springs = springs
+            .filter(|(axis, _)| velocities[*axis] != 0.0)
+            .map(|(axis, node)| DriveSpring {
+                block: axis * nodes + node,
+                stiffness_n_per_m: 1e5,
+                rest_m: 0.0,
+                direction: velocities[axis],
+            })
+            .collect();
+        plan.initial = InitialState {
+            step: 0,
+            displacement_m: vec![0.0; 3 * nodes],
+            velocity_m_per_s: vec![0.0; 3 * nodes],
+            stick_position_m: vec![0.0; 2 * contacts],
+        };
+        let plan = Arc::new(plan);
+        let mut state = SliderState::initial(&plan);
+        state.tangential_force_n.resize(2 * contacts, 0.0);
+        let body = LatticeBody::new(lattice, Sweeps::detect(), Arc::new(Loops(AlongVelocity)));
+        (Arc::clone(&plan), Stepper::of(plan, state, body))
+    }
+
+    #[test]
+    fn a_block_slips_along_the_vector_that_pulls_it_and_its_energies_balance() {
+        let (plan, mut stepper) = block([1.0, 1.0]);
+        let (nodes, contacts) = (plan.elastic.nodes(), plan.blocks);
+        let mut switches = 0;
+        for _ in 0..20_000 {
+            stepper.take_step(u64::MAX);
+            let state = stepper.state();
+            for n in stepper.switched() {
+                switches += 1;
+                let tau = magnitude([state.tangential_force_n[*n], state.tangential_force_n[contacts + n]]);
+                let detaches = state.slip[*n] != 0.0;
+                assert!(!detaches || tau >= 0.4 * state.normal_load_n[*n], "{tau}");
+            }
+            // Columns and lanes are as many, so `x` and `y` may be exchanged.
+            let [columns, lanes, _] = COUNTS;
+            for node in 0..nodes {
+                let (layer, at) = (node / (columns * lanes), node % (columns * lanes));
+                let other = layer * columns * lanes + at % columns * lanes + at / columns;
+                let [x, y] = [state.displacement_m[node], state.displacement_m[nodes + other]];
+                assert!((x - y).abs() <= 1e-12, "node {node}: {x} {y}");
+            }
+        }
+        let energy = stepper.energy();
+        let ways = &stepper.state().displacement_m[..contacts];
+        assert!(switches > 2 * contacts && ways.iter().all(|x| *x > 1e-4), "{switches} {ways:?}");
+        let put_in_j = energy.drive_work_j + energy.prestress_work_j;
+        let missing_j = put_in_j + energy.anchor_change_j + energy.scheme_work_j
+            - energy.friction_heat_j
+            - energy.viscous_loss_j
+            - energy.kinetic_j
+            - energy.elastic_j;
+        assert!(energy.friction_heat_j > 0.1 * put_in_j, "{energy:?}");
+        assert!(missing_j.abs() < 1e-11 * put_in_j, "{missing_j} of {put_in_j} J: {energy:?}");
+    }
+
+    #[test]
+    fn pulled_along_one_axis_a_block_keeps_its_mirror_symmetry() {
+        let (plan, mut stepper) = block([1.0, 0.0]);
+        let (nodes, [columns, lanes, _]) = (plan.elastic.nodes(), COUNTS);
+        for _ in 0..20_000 {
+            stepper.take_step(u64::MAX);
+        }
+        let (u, mut slipped) = (&stepper.state().displacement_m, 0.0);
+        for node in 0..nodes {
+            let (layer, at) = (node / (columns * lanes), node % (columns * lanes));
+            let mirrored = layer * columns * lanes + (lanes - 1 - at / columns) * columns + at % columns;
+            assert_eq!(u[node], u[mirrored], "along x, node {node}");
+            assert_eq!(u[nodes + node], -u[nodes + mirrored], "along y, node {node}");
+            slipped += u[node];
+        }
+        assert!(slipped > 1e-4 * nodes as f64, "{slipped}");
+    }
+}

@@ -27,6 +27,7 @@ use std::sync::Arc;
 
 use asperity_model::Plan;
 
+use crate::clearance::Clearance;
 use crate::complex::Complex;
 use crate::ledger::Ledger;
 use crate::modes::Coordinates;
@@ -331,39 +332,27 @@ impl Jump {
         reserves: [f64; 3],
     ) -> u64 {
         let [of_force, of_load, of_drive] = reserves;
-        let mut least = f64::INFINITY;
+        let mut clearance = Clearance::ENDLESS;
         for n in 0..plan.blocks {
             let [force, rate, load, load_rate] = self.forced_contact(plan, state, n, from as f64);
             let mu = self.coefficients[n];
             let bears = load - swing.load_n[n] - of_load;
             let room = mu * bears * (1.0 - ROUNDING) - swing.force_n[n] - of_force;
-            // Written so that what is not a number certifies nothing.
-            let stays = bears > 0.0 && force.abs() < room;
+            let stays = clearance.stays_above(bears, -load_rate)
+                && clearance.stays_between(force, rate, room, -mu * load_rate);
             if !stays {
                 return from;
-            }
-            let fall = -mu * load_rate;
-            for (way, closing) in
-                [(room - force, rate + fall), (room + force, fall - rate), (bears, -load_rate)]
-            {
-                least = if closing > 0.0 { least.min(way / closing) } else { least };
             }
         }
         if let Some(stop) = StopForce::of(plan, state.hold_step) {
-            let (force, rate) = self.forced_drive(plan, state, from as f64);
-            let room = stop.under_n(self.ramp.ahead(from as f64)) * (1.0 - ROUNDING)
-                - swing.drive_n
-                - of_drive
-                - force;
-            let stays = room > 0.0;
-            if !stays {
+            let forced = self.forced_drive(plan, state, from as f64);
+            let reserves = [swing.drive_n, of_drive];
+            let load = (self.ramp.ahead(from as f64), self.ramp);
+            if !clearance.stays_below_stop(stop, load, forced, reserves) {
                 return from;
             }
-            let closing = rate - stop.change_n(self.ramp);
-            least = if closing > 0.0 { least.min(room / closing) } else { least };
         }
-        // Casting saturates: without a rate there is no end.
-        from.saturating_add(least as u64)
+        from.saturating_add(clearance.steps())
     }
 
     /// Force and load on a contact by the forced part so many steps into the jump, and what they

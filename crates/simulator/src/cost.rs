@@ -10,15 +10,15 @@
 //!
 //! Costs are counted in what is done, never in time: a run is cut up, and rounds, in the same way
 //! on every machine. What each costs was measured on one with 512-bit vectors, for chains of 2 to
-//! 1000 blocks. There a single step takes 34 ns and 0.75 ns for every block, and other sweeps over
+//! 1000 blocks. There a single step takes 34 ns and 0.75 ns for every block, and other loops over
 //! the blocks stand to it as told below.
 
 use asperity_model::Plan;
 
-use crate::basis::GRID_STEPS;
+use crate::chebyshev::GRID_STEPS;
 
 /// Chains of more blocks are long: their modes are not stored, which would take memory as the square
-/// of the blocks, and whatever takes sweeps over all blocks in vain is not even tried.
+/// of the blocks, and whatever loops over all blocks in vain is not even tried.
 pub(crate) const LONG_CHAIN: usize = 256;
 
 /// Steps that leaps have saved are remembered up to so many: some milliseconds. More would be

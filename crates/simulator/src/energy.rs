@@ -13,7 +13,7 @@
 //!   springs: springs pull all the way as at its beginning, and velocities change at its beginning.
 //!
 //! The balance of these and of the changes of kinetic and elastic energy is an identity. The plain
-//! solver adds all of it up in every step ([`StepWork`](crate::sweep)).
+//! solver adds all of it up in every step ([`StepWork`](crate::kernels)).
 //!
 //! **Spans.** The fast solver does not see every step. In a *span* of steps nothing switches, and
 //! the outer forces `G` (drive, prestress, anchors, sliding friction) change by the same `g` in
@@ -39,11 +39,11 @@ use asperity_model::{Elastic, Plan};
 use asperity_record::Energy;
 
 use crate::cost::span_steps;
+use crate::kernels::{Changing, Forms, Held, Moved, Simd, Stored};
 use crate::law::ChainLoops;
 use crate::ledger::{Ledger, Span};
 use crate::state::SliderState;
 use crate::strength::Ramp;
-use crate::sweep::{Changing, Forms, Held, Moved, Stored, Sweeps};
 
 /// Share of the viscous loss that the orders of a span may leave out of the scheme's work.
 const NEGLIGIBLE: f64 = 1e-10;
@@ -74,7 +74,7 @@ struct Potential {
 #[derive(Debug, Clone)]
 pub(crate) struct Accounts {
     chain: Chain,
-    sweeps: Sweeps,
+    simd: Simd,
     /// Whether single steps add up what they do.
     by_steps: bool,
     /// Whether the viscous loss is told by the balance.
@@ -119,7 +119,7 @@ impl Accounts {
         plan: &Plan,
         chain: Chain,
         state: &SliderState,
-        sweeps: Sweeps,
+        simd: Simd,
         keeping: Bookkeeping,
     ) -> Accounts {
         let orders = orders(plan);
@@ -128,7 +128,7 @@ impl Accounts {
         let all_n_per_m: f64 = plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum();
         let mut accounts = Accounts {
             chain,
-            sweeps,
+            simd,
             by_steps: keeping == Bookkeeping::EveryStep || plan.friction.law.holds() || orders > MOST_ORDERS,
             balances: keeping == Bookkeeping::Spans,
             orders,
@@ -237,7 +237,7 @@ impl Accounts {
             dt,
             mass: plan.block_mass_kg,
         };
-        let work = law.step_work(self.sweeps, &moved);
+        let work = law.step_work(self.simd, &moved);
         let driven: f64 = plan
             .drive
             .springs
@@ -296,7 +296,7 @@ impl Accounts {
     pub(crate) fn fade(&self, plan: &Plan, ledger: &mut Ledger, displacement_m: &[f64], times: f64) {
         if self.fades() {
             let friction_n = &plan.friction.dynamic_friction_n;
-            let way_j = self.sweeps.directed(&self.map.sigma, friction_n, displacement_m);
+            let way_j = self.simd.directed(&self.map.sigma, friction_n, displacement_m);
             ledger.friction_heat_j.add(-times * self.map.ramp.change_n(way_j));
         }
     }
@@ -349,7 +349,7 @@ impl Accounts {
 
     /// Kinetic and elastic energy of a state after a step.
     fn stored_j(&self, plan: &Plan, state: &SliderState) -> (f64, f64) {
-        let stored = self.sweeps.stored(&Stored {
+        let stored = self.simd.stored(&Stored {
             chain: &self.chain,
             u: &state.displacement_m,
             v: &state.velocity_m_per_s,
@@ -379,7 +379,7 @@ impl Accounts {
             map.ramp = Ramp::from_step(plan, from_step + 1, state.hold_step);
         }
         map.slides = state.detached > 0;
-        map.is_directed = self.sweeps.sort(
+        map.is_directed = self.simd.sort(
             &mut map.sigma,
             &mut map.spring,
             &state.velocity_m_per_s,
@@ -390,7 +390,7 @@ impl Accounts {
 
     /// The functions of the state whose differences over the span are heat and work.
     fn potential(&mut self, plan: &Plan, state: &SliderState) -> Potential {
-        let Accounts { chain, sweeps, map, force_n, zeros, now, next, orders, advance_m, .. } = self;
+        let Accounts { chain, simd, map, force_n, zeros, now, next, orders, advance_m, .. } = self;
         let (dt, mass) = (plan.grid.step_s(), plan.block_mass_kg);
         let dt_over_m = dt / mass;
         let rigid = plan.friction.law.holds();
@@ -406,7 +406,7 @@ impl Accounts {
         let hold_step = if map.moves { u64::MAX } else { state.hold_step };
         let point_m = plan.drive_point_m(state.step + 1, hold_step);
         let advance_m = if map.moves { *advance_m } else { 0.0 };
-        sweeps.pull(force_n, u, v, chain);
+        simd.pull(force_n, u, v, chain);
         for spring in &plan.drive.springs {
             force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
@@ -424,7 +424,7 @@ impl Accounts {
             dt_over_m,
         };
         let [d_u, d_v] = now;
-        sweeps.first_difference(d_u, d_v, force_n, &held);
+        simd.first_difference(d_u, d_v, force_n, &held);
         if rigid {
             hold_stuck(&map.sigma, [d_u, d_v]);
         }
@@ -437,17 +437,17 @@ impl Accounts {
                 .map(|spring| spring.force_n(advance_m, 0.0) * x[spring.block])
                 .sum();
             let load = match map.slides && !map.ramp.is_flat() {
-                true => map.ramp.change_n(sweeps.directed(&map.sigma, friction_n, x)),
+                true => map.ramp.change_n(simd.directed(&map.sigma, friction_n, x)),
                 false => 0.0,
             };
             drive - load
         };
-        let Forms { mixed, loss, .. } = sweeps.forms(&Changing { chain, u, v, d_v, spring: &map.spring });
+        let Forms { mixed, loss, .. } = simd.forms(&Changing { chain, u, v, d_v, spring: &map.spring });
         let mut scheme_j = -0.5 * mass * mixed - 0.25 * dt * loss + 0.5 * steady_j(u);
         let mut share = 0.25;
         for order in 1..=*orders {
             let [d_u, d_v] = &*now;
-            sweeps.pull(force_n, d_u, d_v, chain);
+            simd.pull(force_n, d_u, d_v, chain);
             let advance_m = if order == 1 { advance_m } else { 0.0 };
             for spring in &plan.drive.springs {
                 force_n[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
@@ -459,12 +459,12 @@ impl Accounts {
             }
             let held = Held { u: d_u, v: d_v, anchor: zeros, drag: zeros, ..held };
             let [next_u, next_v] = next;
-            sweeps.first_difference(next_u, next_v, force_n, &held);
+            simd.first_difference(next_u, next_v, force_n, &held);
             if rigid {
                 hold_stuck(&map.sigma, [next_u, next_v]);
             }
             let Forms { square, mixed, loss, elastic: strain_j } =
-                sweeps.forms(&Changing { chain, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
+                simd.forms(&Changing { chain, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
             let drive_j: f64 = plan
                 .drive
                 .springs
@@ -478,7 +478,7 @@ impl Accounts {
             std::mem::swap(now, next);
         }
         let heat_j = match map.slides {
-            true => load.scaled_n(sweeps.directed(&map.sigma, friction_n, u)),
+            true => load.scaled_n(simd.directed(&map.sigma, friction_n, u)),
             false => 0.0,
         };
         Potential { heat_j, scheme_j }

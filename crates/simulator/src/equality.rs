@@ -23,13 +23,13 @@ use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord};
 use serde::{Deserialize, Serialize};
 
 use crate::exact::Exact;
+use crate::kernels::Simd;
 use crate::kind;
 use crate::ledger::Ledger;
 use crate::plain::Plain;
 use crate::recorder::{fields, is_on_cadence};
 use crate::solver::{SimulationError, Solver};
 use crate::state::SliderState;
-use crate::sweep::Sweeps;
 use crate::window::norms::Norms;
 
 /// Numbers agree within this share of the largest of their kind in the run.
@@ -154,7 +154,7 @@ pub fn compare(
 ) -> Result<Agreement, Disagreement> {
     let plan = Arc::new(bare(plan));
     let plain = Plain::new(Arc::clone(&plan));
-    hold(&plan, plain, kind::fast(Arc::clone(&plan), Sweeps::detect()), each, progress)
+    hold(&plan, plain, kind::fast(Arc::clone(&plan), Simd::detect()), each, progress)
 }
 
 /// The same with solvers at the start.

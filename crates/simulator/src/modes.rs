@@ -25,8 +25,8 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use crate::complex::Complex;
-use crate::step_map::StepMap;
-use crate::sweep::Sweeps;
+use crate::kernels::Simd;
+use crate::propagator::Propagator;
 
 /// Largest deviation of modes times coordinates from the identity.
 const DEFECT: f64 = 1e-11;
@@ -51,8 +51,8 @@ struct Pencil {
 }
 
 impl Pencil {
-    fn of(map: &StepMap) -> Pencil {
-        let StepMap { step_s: dt, block_mass_kg: m, chain, drive_n_per_m: drive, .. } = map;
+    fn of(map: &Propagator) -> Pencil {
+        let Propagator { step_s: dt, block_mass_kg: m, chain, drive_n_per_m: drive, .. } = map;
         let (by_stiffness, by_damping) = (dt * dt / m, dt / m);
         let elastic = map.elastic();
         let held = |n: usize| map.interfacial_stiffness_n_per_m + drive[n];
@@ -220,7 +220,7 @@ impl Pencil {
 /// them stand for a mode and its conjugate, those behind them are real.
 #[derive(Debug)]
 pub(crate) struct StoredModes {
-    sweeps: Sweeps,
+    simd: Simd,
     blocks: usize,
     pairs: usize,
     /// Unit of time in which velocities count as much as displacements.
@@ -264,7 +264,7 @@ pub(crate) struct Coordinates {
 
 impl StoredModes {
     /// The modes of the stuck chain; `None` if they do not span its states well enough.
-    pub(crate) fn of(map: &StepMap, sweeps: Sweeps) -> Option<Arc<StoredModes>> {
+    pub(crate) fn of(map: &Propagator, simd: Simd) -> Option<Arc<StoredModes>> {
         let blocks = map.blocks();
         let pencil = Pencil::of(map);
         let (complex, real) = pencil.eigenvalues()?;
@@ -277,7 +277,7 @@ impl StoredModes {
             / (map.elastic().spectral_bound_n_per_m() + map.interfacial_stiffness_n_per_m))
             .sqrt();
         let mut modes = StoredModes {
-            sweeps,
+            simd,
             blocks,
             pairs,
             unit_s,
@@ -391,8 +391,8 @@ impl Modes {
         }
         coordinates.re.resize(sizes.len(), 0.0);
         coordinates.im.resize(sizes.len(), 0.0);
-        stored.sweeps.multiply(&mut coordinates.re, &stored.to_re, scratch);
-        stored.sweeps.multiply(&mut coordinates.im[..stored.pairs], &stored.to_im, scratch);
+        stored.simd.multiply(&mut coordinates.re, &stored.to_re, scratch);
+        stored.simd.multiply(&mut coordinates.im[..stored.pairs], &stored.to_im, scratch);
     }
 
     /// The state with these coordinates.
@@ -413,8 +413,8 @@ impl Modes {
         let (size, pairs) = (state.len(), modes.min(stored.pairs));
         let blocks = size / 2;
         let (re, im) = (&coordinates.re[..modes], &coordinates.im[..pairs]);
-        stored.sweeps.multiply(scratch, &stored.from_re[..modes * size], re);
-        stored.sweeps.multiply(more_scratch, &stored.from_im[..pairs * size], im);
+        stored.simd.multiply(scratch, &stored.from_re[..modes * size], re);
+        stored.simd.multiply(more_scratch, &stored.from_im[..pairs * size], im);
         for ((y, re), im) in state.iter_mut().zip(scratch).zip(more_scratch) {
             *y = *re + *im;
         }
@@ -429,7 +429,7 @@ impl Modes {
         for ((size, re), im) in self.sizes.iter_mut().zip(&coordinates.re).zip(&coordinates.im) {
             *size = (re * re + im * im).sqrt();
         }
-        self.stored.sweeps.multiply(swing, &self.stored.force_n, &self.sizes);
+        self.stored.simd.multiply(swing, &self.stored.force_n, &self.sizes);
     }
 }
 

@@ -9,12 +9,12 @@ use asperity_record::Record;
 use crate::body::{OfPlan, WithBody, with_body};
 use crate::counters::Counters;
 use crate::energy::Bookkeeping;
+use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::{Recorder, SingleSteps};
 use crate::solver::{SimulationError, Solver};
 use crate::state::SliderState;
 use crate::stepper::{Driving, Stepper};
-use crate::sweep::Sweeps;
 
 /// The solver that takes every step.
 #[derive(Debug, Clone)]
@@ -67,7 +67,7 @@ impl Plain {
             type Output = Box<dyn AnyStepper>;
             fn with<B: OfPlan>(self, elastic: &B::Elastic) -> Box<dyn AnyStepper> {
                 let plan = Arc::clone(self.0);
-                Box::new(Stepper::<B>::new(plan, elastic, Sweeps::detect(), Bookkeeping::EveryStep))
+                Box::new(Stepper::<B>::new(plan, elastic, Simd::detect(), Bookkeeping::EveryStep))
             }
         }
         let plan = plan.into();

@@ -6,8 +6,8 @@ use std::collections::VecDeque;
 use asperity_model::{Plan, WindowPlan};
 use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord, Switch, WindowRecord};
 
-use crate::audit::Audit;
 use crate::body::Body;
+use crate::instability_stop::InstabilityStop;
 use crate::solver::SimulationError;
 use crate::state::SliderState;
 use crate::stepper::{Driving, Stepper};
@@ -49,7 +49,7 @@ impl<B: Body> SingleSteps for Stepper<B> {
 pub(crate) struct Recorder {
     due_step: u64,
     ready: VecDeque<Record>,
-    audit: Audit,
+    instability: InstabilityStop,
     /// Why the run ends behind what is ready.
     stop: Option<SimulationError>,
 }
@@ -63,7 +63,7 @@ impl Recorder {
         Recorder {
             due_step: next_due(plan, initial.step, initial.detached),
             ready: if stop.is_none() { VecDeque::from([first]) } else { VecDeque::new() },
-            audit: Audit::of(plan, stepper.initial_j()),
+            instability: InstabilityStop::of(plan, stepper.initial_j()),
             stop,
         }
     }
@@ -138,7 +138,7 @@ impl Recorder {
         let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
         let record = load(plan, state, driving, energy, switches);
         self.is_finite(state_not_finite(state).or_else(|| not_finite(&record, step, state)))?;
-        self.stop = self.audit.stops(&record);
+        self.stop = self.instability.stops(&record);
         self.ready.push_back(Record::Step(record));
         self.states(plan, state, edge);
         self.due_step = next_due(plan, step, state.detached);

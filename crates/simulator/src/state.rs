@@ -8,7 +8,7 @@ use crate::ledger::Ledger;
 /// Everything that the next step depends on, and the last step's forces.
 ///
 /// Structure of arrays, one value per freedom of a node or per contact, which are the same blocks
-/// in a chain: the sweeps over them are what a run spends its time in, and compilers vectorise them
+/// in a chain: loops over them are what a run spends its time in, and compilers vectorise them
 /// in this form. The first freedoms of a slab are those of its contacts along the sliding direction
 /// ([`asperity_model::lattice`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,7 +24,7 @@ pub struct SliderState {
     /// Anchor `u_stick,n` of each contact's friction spring; stale while it slides.
     pub stick_position_m: Vec<f64>,
     /// 1 for a contact that enters the next step detached, 0 for one that is
-    /// stuck: as numbers, so that a sweep can choose without branching.
+    /// stuck: as numbers, so that a loop can choose without branching.
     pub slip: Vec<f64>,
     /// How many contacts enter the next step detached.
     pub detached: u32,

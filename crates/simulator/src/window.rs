@@ -13,11 +13,11 @@ mod rows;
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
-use crate::basis::{GRID_STEPS, Length, MOST_TERMS};
+use crate::chebyshev::{GRID_STEPS, Length, MOST_TERMS};
 use crate::cost::{self, LONG_CHAIN, Work};
 use crate::energy::Accounts;
+use crate::kernels::Simd;
 use crate::state::SliderState;
-use crate::sweep::Sweeps;
 use crate::window::certificate::Certificate;
 use crate::window::expansion::Expansion;
 
@@ -37,8 +37,8 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    pub(crate) fn new(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Window {
-        let expansion = Expansion::new(plan, chain, sweeps);
+    pub(crate) fn new(plan: &Plan, chain: &Chain, simd: Simd) -> Window {
+        let expansion = Expansion::new(plan, chain, simd);
         let lengths = &expansion.basis.lengths;
         let work = |terms| Work { terms, places: 0 };
         let pays = |length: &Length| length.steps > cost::least_window_steps(work(length.terms as u64));
@@ -226,9 +226,9 @@ mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
     use super::Window;
+    use crate::kernels::Simd;
     use crate::plain::Plain;
     use crate::solver::Solver;
-    use crate::sweep::Sweeps;
 
     /// A chain in which no block switches for long: thresholds out of reach, some
     /// blocks that slide fast, others that stick.
@@ -258,7 +258,7 @@ mod tests {
     fn windows_of_every_length_land_where_single_steps_do() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated", "slider.relative_damping=0"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, plan.elastic.chain(), Sweeps::Baseline);
+            let mut window = Window::new(&plan, plan.elastic.chain(), Simd::Baseline);
             let lengths = window.expansion.basis.lengths.len();
             let mut compared = 0;
             for opened in 0..lengths {
@@ -272,9 +272,7 @@ mod tests {
                     [window.expansion.terms - 1, window.expansion.terms]
                         .iter()
                         .zip(factors)
-                        .map(|(&j, factor)| {
-                            factor * window.expansion.sweeps.largest(window.expansion.v.row(j))
-                        })
+                        .map(|(&j, factor)| factor * window.expansion.simd.largest(window.expansion.v.row(j)))
                         .sum::<f64>()
                 };
                 let mut plain = start.clone();
@@ -308,7 +306,7 @@ mod tests {
     fn calm_states_take_fewer_terms_and_land_as_exactly() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, plan.elastic.chain(), Sweeps::Baseline);
+            let mut window = Window::new(&plan, plan.elastic.chain(), Simd::Baseline);
             let (mut fewer, lengths) = (0, window.expansion.basis.lengths.len());
             for index in 0..lengths {
                 let mut counts = Vec::new();

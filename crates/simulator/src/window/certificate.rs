@@ -15,10 +15,10 @@ use std::cell::Cell;
 
 use asperity_model::Plan;
 
-use crate::basis::{MOST_STEPS, MOST_TERMS};
+use crate::chebyshev::{MOST_STEPS, MOST_TERMS};
+use crate::kernels::{Course, Reserve, margin};
 use crate::state::SliderState;
 use crate::strength::StopForce;
-use crate::sweep::{Course, Reserve, margin};
 use crate::window::expansion::{Expansion, Sizes};
 use crate::window::norms::{Norms, ROUNDING};
 
@@ -153,10 +153,10 @@ impl Certificate {
         index: usize,
         reserve: &Reserve,
     ) -> Option<usize> {
-        let &Expansion { blocks, sweeps, terms, .. } = expansion;
+        let &Expansion { blocks, simd, terms, .. } = expansion;
         let length = &expansion.basis.lengths[index];
         let (now, rate) = expansion.first_guard.both(blocks);
-        sweeps.follow(
+        simd.follow(
             &mut self.end,
             &mut self.bend,
             expansion.guard.all(),
@@ -178,7 +178,7 @@ impl Certificate {
             reserve,
         };
         self.doubtful.clear();
-        if sweeps.margins(&mut self.margin, &course) {
+        if simd.margins(&mut self.margin, &course) {
             for (n, margin) in self.margin.iter().enumerate() {
                 let stays = *margin > 0.0;
                 if !stays {
@@ -282,7 +282,7 @@ fn certified_alone(expansion: &Expansion, alone: &Alone<'_>, longest: usize) -> 
 fn place(expansion: &Expansion, alone: &Alone<'_>, index: usize) -> Place {
     alone.places.set(alone.places.get() + 1);
     let length = &expansion.basis.lengths[index];
-    let [sum, bend] = expansion.sweeps.products(alone.terms, &length.double_sum, &length.whole);
+    let [sum, bend] = expansion.simd.products(alone.terms, &length.double_sum, &length.whole);
     let guard = alone.now + length.steps as f64 * alone.rate + alone.unit * sum;
     Place { index: Some(index), steps: length.steps, guard, bend: alone.unit * bend }
 }
@@ -311,7 +311,7 @@ fn stays_clear(
     if between.is_empty() {
         // One length from the next: the sharper bound between these two.
         let length = &expansion.basis.lengths[next];
-        let [_, bend] = expansion.sweeps.products(alone.terms, &length.double_sum, &length.last);
+        let [_, bend] = expansion.simd.products(alone.terms, &length.double_sum, &length.last);
         return if stays(unit * bend) { Ok(()) } else { Err(from.index) };
     }
     let middle_steps = from.steps + (to.steps - from.steps) / 2;
@@ -328,8 +328,8 @@ mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
     use super::{Alone, certified_alone};
-    use crate::basis::GRID_STEPS;
-    use crate::sweep::{Reserve, Sweeps, margin};
+    use crate::chebyshev::GRID_STEPS;
+    use crate::kernels::{Reserve, Simd, margin};
     use crate::window::expansion::Expansion;
 
     #[test]
@@ -346,7 +346,7 @@ mod tests {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
             let source = ScenarioSource::new("test", "").with_override(set);
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-            let expansion = Expansion::new(&plan, plan.elastic.chain(), Sweeps::Baseline);
+            let expansion = Expansion::new(&plan, plan.elastic.chain(), Simd::Baseline);
             let lengths = &expansion.basis.lengths;
             let longest = lengths.len() - 1;
             let steps = lengths[longest].steps as f64;

@@ -9,18 +9,18 @@
 //! y(s + i) = y(s) + i D_1 + S_i D_2,    S_i = sum_{l<i-1} (i - 1 - l) A^l,
 //! ```
 //!
-//! with `S_i D_2` a sum of the terms of [`crate::basis`].
+//! with `S_i D_2` a sum of the terms of [`crate::chebyshev`].
 
 use std::sync::Arc;
 
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
-use crate::basis::{Basis, MOST_TERMS};
-use crate::kept::Kept;
+use crate::chebyshev::{Chebyshev, MOST_TERMS};
+use crate::kernels::{Guarded, Held, Second, Simd, TermChain, Terms};
+use crate::operator_cache::OperatorCache;
 use crate::state::SliderState;
 use crate::strength::{Ramp, Strength};
-use crate::sweep::{Guarded, Held, Second, Sweeps, TermChain, Terms};
 use crate::window::rows::Rows;
 
 /// Fewest terms that a window takes.
@@ -52,8 +52,8 @@ impl Sizes {
 pub(super) struct Expansion {
     chain: Chain,
     pub(super) blocks: usize,
-    pub(super) sweeps: Sweeps,
-    pub(super) basis: Arc<Basis>,
+    pub(super) simd: Simd,
+    pub(super) basis: Arc<Chebyshev>,
     /// Friction spring of each block: `k_t` while stuck, 0 while sliding.
     spring: Vec<f64>,
     /// The same with the drive's, in the units of terms.
@@ -84,10 +84,10 @@ pub(super) struct Expansion {
 }
 
 impl Expansion {
-    pub(super) fn new(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Expansion {
+    pub(super) fn new(plan: &Plan, chain: &Chain, simd: Simd) -> Expansion {
         let basis = match plan.friction.law.affine() {
-            Some(_) => Kept::HERE.basis(plan, chain, sweeps),
-            None => Arc::new(Basis::none()),
+            Some(_) => OperatorCache::HERE.basis(plan, chain, simd),
+            None => Arc::new(Chebyshev::none()),
         };
         let blocks = plan.blocks;
         let several = |times: usize| vec![0.0; blocks * times];
@@ -95,7 +95,7 @@ impl Expansion {
         Expansion {
             chain: *chain,
             blocks,
-            sweeps,
+            simd,
             basis,
             spring: several(1),
             scaled_spring: several(1),
@@ -130,7 +130,7 @@ impl Expansion {
             self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
             self.strength.follow(plan, state, self.ramp.load);
         }
-        let directed = self.sweeps.sort(
+        let directed = self.simd.sort(
             &mut self.sigma,
             &mut self.spring,
             v,
@@ -145,7 +145,7 @@ impl Expansion {
         let (guard, d_guard) = self.first_guard.both_mut(blocks);
         now_u.copy_from_slice(u);
         now_v.copy_from_slice(v);
-        self.sweeps.pull(guard, u, v, &self.chain);
+        self.simd.pull(guard, u, v, &self.chain);
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
         for spring in &plan.drive.springs {
             guard[spring.block] += spring.force_n(point_m, u[spring.block]);
@@ -163,12 +163,12 @@ impl Expansion {
             dt,
             dt_over_m,
         };
-        self.sweeps.first_difference(d_u, d_v, guard, &held);
+        self.simd.first_difference(d_u, d_v, guard, &held);
         if rigid {
             hold_stuck(&self.sigma, d_u, d_v);
         }
         // The second difference, with the steady advance of drive and load.
-        self.sweeps.pull(d_guard, d_u, d_v, &self.chain);
+        self.simd.pull(d_guard, d_u, d_v, &self.chain);
         let advance_m = if state.hold_step > state.step + 1 { plan.drive.velocity_m_per_s * dt } else { 0.0 };
         for spring in &plan.drive.springs {
             d_guard[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
@@ -182,7 +182,7 @@ impl Expansion {
         }
         let second = Second { u: d_u, v: d_v, spring: &self.spring, sigma: &self.sigma, dt, dt_over_m };
         let (first_u, first_v) = (&mut self.u.row_mut(0)[..blocks], &mut self.v.row_mut(0)[..blocks]);
-        self.sweeps.second_difference(first_u, first_v, d_guard, &second);
+        self.simd.second_difference(first_u, first_v, d_guard, &second);
         if rigid {
             hold_stuck(&self.sigma, first_u, first_v);
         }
@@ -202,11 +202,11 @@ impl Expansion {
             limit: &self.strength.threshold_n[..blocks],
             decline: self.ramp.fall(),
         };
-        self.sweeps.first_crossing(&guarded)
+        self.simd.first_crossing(&guarded)
     }
 
     pub(super) fn sizes(&self, plan: &Plan) -> Sizes {
-        let size = |values: &[f64]| self.sweeps.largest(values);
+        let size = |values: &[f64]| self.simd.largest(values);
         let now = [size(self.first_u.row(0)), size(self.first_v.row(0))];
         Sizes {
             now,
@@ -217,7 +217,7 @@ impl Expansion {
     }
 
     fn size_of_term(&self, term: usize) -> [f64; 2] {
-        [&self.u, &self.v].map(|rows| self.sweeps.largest(rows.row(term)))
+        [&self.u, &self.v].map(|rows| self.simd.largest(rows.row(term)))
     }
 
     /// As many terms as leave out of a window of this length what is negligible, at most as
@@ -248,7 +248,7 @@ impl Expansion {
     pub(super) fn scale_springs(&mut self, plan: &Plan) {
         let unit = self.unit_of_terms(plan);
         self.scaled_spring.copy_from_slice(&self.spring);
-        self.sweeps.scale(&mut self.scaled_spring, unit);
+        self.simd.scale(&mut self.scaled_spring, unit);
         for ((n, drive), spring) in self.driven.iter_mut().zip(&plan.drive.springs) {
             *drive = unit * spring.stiffness_n_per_m;
             self.scaled_spring[*n] += *drive;
@@ -264,7 +264,7 @@ impl Expansion {
     /// The terms behind `w_from` up to `w_to`, and the guards of all but the last.
     pub(super) fn take_terms(&mut self, plan: &Plan, from: usize, to: usize) {
         let blocks = self.blocks;
-        let Basis { centre, focus, sigma, .. } = *self.basis;
+        let Chebyshev { centre, focus, sigma, .. } = *self.basis;
         let (by, unit) = (2.0 / focus, self.unit_of_terms(plan));
         let chain = &self.chain;
         let springs = Chain {
@@ -285,7 +285,7 @@ impl Expansion {
         };
         let pitch = self.u.pitch;
         let rows = Terms { u: self.u.all_mut(), v: self.v.all_mut(), guard: self.guard.all_mut(), pitch };
-        self.sweeps.terms(rows, [first.with_image(blocks), second.with_image(blocks)], &chain, from..to);
+        self.simd.terms(rows, [first.with_image(blocks), second.with_image(blocks)], &chain, from..to);
         self.terms = to;
         self.applications += (to - from) as u64;
     }
@@ -308,7 +308,7 @@ impl Expansion {
 
     /// The same of all blocks.
     pub(super) fn displacement_sums_m(&self, sums_m: &mut [f64], steps: u64, coefficients: &[f64]) {
-        self.sweeps.combine(sums_m, self.u.all(), self.u.pitch, coefficients);
+        self.simd.combine(sums_m, self.u.all(), self.u.pitch, coefficients);
         let (now, rate) = self.first_u.both(self.blocks);
         let count = steps as f64;
         for ((sum, now), rate) in sums_m.iter_mut().zip(now).zip(rate) {
@@ -324,9 +324,9 @@ impl Expansion {
             (&mut state.velocity_m_per_s, &self.first_v, &self.v, 1.0 / plan.grid.step_s()),
         ];
         for (values, first, terms, unit) in parts {
-            self.sweeps.combine(values, terms.all(), terms.pitch, coefficients);
+            self.simd.combine(values, terms.all(), terms.pitch, coefficients);
             let (now, rate) = first.both(self.blocks);
-            self.sweeps.add_course(values, now, rate, steps as f64, unit);
+            self.simd.add_course(values, now, rate, steps as f64, unit);
         }
     }
 }

@@ -19,7 +19,7 @@
 //! real ones. A drive of all blocks by equal springs holds them all alike, with `s + sigma` for `s`;
 //! then `c = 0`, and `q = pi j / N` it is.
 //!
-//! No wave is stored: sums over blocks and over waves are taken by [`crate::cosines`], in a time
+//! No wave is stored: sums over blocks and over waves are taken by [`crate::nonuniform_cosines`], in a time
 //! that grows as `N log N`. Those of one wave alone are closed, as
 //! `2 sin q sum_p cos 2q (p + 1/2) = sin 2qP` over `P` blocks.
 //!
@@ -32,9 +32,9 @@ use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
 use crate::complex::Complex;
-use crate::cosines::Cosines;
+use crate::kernels::Simd;
 use crate::modes::{Coordinates, Powers};
-use crate::sweep::Sweeps;
+use crate::nonuniform_cosines::Cosines;
 
 /// Largest deviation of a state that is put together again, per block: rounding adds
 /// up along a wave.
@@ -51,7 +51,7 @@ const MOST_ROUNDS: usize = 60;
 /// The standing waves of a stuck chain; those of complex `z` stand for their conjugates
 /// too.
 #[derive(Debug, Clone)]
-pub(crate) struct Waves {
+pub(crate) struct StandingWaves {
     blocks: usize,
     dt: f64,
     cosines: Cosines,
@@ -146,9 +146,9 @@ impl Constants {
     }
 }
 
-impl Waves {
+impl StandingWaves {
     /// The waves of a plan's stuck chain; `None` if not all are found, or one grows.
-    pub(crate) fn of(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Option<Waves> {
+    pub(crate) fn of(plan: &Plan, chain: &Chain, simd: Simd) -> Option<StandingWaves> {
         let blocks = plan.blocks;
         let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
         let (side_n_per_m, top_n_per_m) = driving(plan)?;
@@ -173,7 +173,7 @@ impl Waves {
         if !powers.none_grows() {
             return None;
         }
-        let cosines = Cosines::of(found.iter().map(|(q, ..)| *q), blocks, sweeps)?;
+        let cosines = Cosines::of(found.iter().map(|(q, ..)| *q), blocks, simd)?;
         let wave = |&(q, z, times): &(Complex, Complex, f64)| {
             let x = |n: usize| q.scaled(blocks as f64 - n as f64 - 0.5).sin_cos().1;
             let (x0, x1, square) = (x(0), x(1), square_of_others(q, blocks));
@@ -204,7 +204,7 @@ impl Waves {
         };
         let waves: Arc<[Wave]> = found.iter().map(wave).collect();
         let (scratch, sums) = (vec![0.0; blocks], vec![[0.0; 4]; waves.len()]);
-        let mut waves = Waves { blocks, dt, cosines, waves, powers, scratch, sums };
+        let mut waves = StandingWaves { blocks, dt, cosines, waves, powers, scratch, sums };
         waves.tell_all(plan).then_some(waves)
     }
 
@@ -232,7 +232,7 @@ impl Waves {
 
     /// A state's coordinates; displacements, then velocities.
     pub(crate) fn project(&mut self, state: &[f64], coordinates: &mut Coordinates) {
-        let Waves { blocks, dt, cosines, waves, scratch, sums, .. } = self;
+        let StandingWaves { blocks, dt, cosines, waves, scratch, sums, .. } = self;
         let (u, velocity) = state.split_at(*blocks);
         for (v, velocity) in scratch.iter_mut().zip(velocity) {
             *v = velocity * *dt;
@@ -254,7 +254,7 @@ impl Waves {
 
     /// The state with these coordinates, but for waves of at most the size `least`.
     pub(crate) fn compose_above(&mut self, coordinates: &Coordinates, least: f64, state: &mut [f64]) {
-        let Waves { blocks, dt, cosines, waves, sums, .. } = self;
+        let StandingWaves { blocks, dt, cosines, waves, sums, .. } = self;
         // What each wave adds to displacements and velocities.
         for ((wave, sums), (&re, &im)) in
             waves.iter().zip(&mut *sums).zip(coordinates.re.iter().zip(&coordinates.im))
@@ -346,10 +346,10 @@ fn square_of_others(q: Complex, blocks: usize) -> Complex {
 mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
-    use super::Waves;
+    use super::StandingWaves;
+    use crate::kernels::Simd;
     use crate::modes::{Coordinates, Modes, StoredModes};
-    use crate::step_map::StepMap;
-    use crate::sweep::Sweeps;
+    use crate::propagator::Propagator;
 
     #[test]
     fn waves_tell_all_of_a_state_and_do_what_stored_modes_do() {
@@ -364,9 +364,9 @@ mod tests {
             let source = set.iter().fold(source, |source, value| source.with_override(value));
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
             let blocks = plan.blocks;
-            let mut waves = Waves::of(&plan, plan.elastic.chain(), Sweeps::Baseline)
+            let mut waves = StandingWaves::of(&plan, plan.elastic.chain(), Simd::Baseline)
                 .unwrap_or_else(|| panic!("{set:?}: the chain has waves"));
-            let stored = StoredModes::of(&StepMap::of(&plan, plan.elastic.chain()), Sweeps::Baseline);
+            let stored = StoredModes::of(&Propagator::of(&plan, plan.elastic.chain()), Simd::Baseline);
             let mut modes = Modes::new(stored.expect("the chain has modes"));
             // Of block 7's displacement and the last one's velocity, all waves have a part.
             let mut state = vec![0.0; 2 * blocks];
@@ -407,9 +407,9 @@ mod tests {
             .with_override("slider.blocks=17")
             .with_override("drive.stiffness_n_per_m=4e9");
         let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-        assert!(Waves::of(&plan, plan.elastic.chain(), Sweeps::Baseline).is_none());
+        assert!(StandingWaves::of(&plan, plan.elastic.chain(), Simd::Baseline).is_none());
         assert!(
-            StoredModes::of(&StepMap::of(&plan, plan.elastic.chain()), Sweeps::Baseline).is_some(),
+            StoredModes::of(&Propagator::of(&plan, plan.elastic.chain()), Simd::Baseline).is_some(),
             "unlike stored modes"
         );
     }

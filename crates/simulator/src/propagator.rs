@@ -1,16 +1,16 @@
 //! What the map of a step depends on, as far as it is linear in the state: neither thresholds nor
 //! loads, nor where the drive point is.
 //!
-//! The polynomials of windows ([`crate::basis`]) and the modes of the stuck chain
+//! The polynomials of windows ([`crate::chebyshev`]) and the modes of the stuck chain
 //! ([`crate::modes`]) are made of this and of nothing else, so runs that have it in common can have
-//! them in common ([`crate::kept`]).
+//! them in common ([`crate::operator_cache`]).
 
 use asperity_model::Plan;
 use asperity_model::elastic::{Chain, Elastic};
 
 /// The linear part of a plan's steps.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct StepMap {
+pub(crate) struct Propagator {
     pub(crate) step_s: f64,
     pub(crate) block_mass_kg: f64,
     pub(crate) chain: Chain,
@@ -22,9 +22,9 @@ pub(crate) struct StepMap {
     pub(crate) stiffest_drive_n_per_m: f64,
 }
 
-impl StepMap {
-    pub(crate) fn of(plan: &Plan, chain: &Chain) -> StepMap {
-        StepMap {
+impl Propagator {
+    pub(crate) fn of(plan: &Plan, chain: &Chain) -> Propagator {
+        Propagator {
             step_s: plan.grid.step_s(),
             block_mass_kg: plan.block_mass_kg,
             chain: *chain,
@@ -45,7 +45,7 @@ impl StepMap {
 
     /// All of it, to the bit.
     pub(crate) fn bits(&self) -> Vec<u64> {
-        let StepMap {
+        let Propagator {
             step_s,
             block_mass_kg,
             chain,

@@ -35,8 +35,8 @@
 
 use asperity_model::elastic::Chain;
 
-use crate::step_map::StepMap;
-use crate::sweep::{Coefficients, FOLLOWED, Sweeps};
+use crate::kernels::{Coefficients, FOLLOWED, Simd};
+use crate::propagator::Propagator;
 
 /// Most terms of a window. Of the coefficients, some more are followed: those behind the terms are
 /// known to be small.
@@ -102,7 +102,7 @@ impl Length {
 
 /// The basis for a step's map, and its coefficients.
 #[derive(Debug, Clone)]
-pub(crate) struct Basis {
+pub(crate) struct Chebyshev {
     pub(crate) centre: f64,
     pub(crate) focus: f64,
     pub(crate) sigma: f64,
@@ -114,10 +114,10 @@ pub(crate) struct Basis {
     triple_sums: Vec<[f64; MOST_TERMS]>,
 }
 
-impl Basis {
-    pub(crate) fn of(map: &StepMap, sweeps: Sweeps) -> Basis {
+impl Chebyshev {
+    pub(crate) fn of(map: &Propagator, simd: Simd) -> Chebyshev {
         let (ellipse, longest) = Ellipse::best(&spectrum(map));
-        let mut basis = Basis {
+        let mut basis = Chebyshev {
             centre: ellipse.centre,
             focus: ellipse.focus,
             sigma: ellipse.sigma,
@@ -132,13 +132,13 @@ impl Basis {
             next = (next / RATIO).floor().min(next - 1.0);
         }
         steps.reverse();
-        basis.tabulate(&steps, &ellipse, sweeps);
+        basis.tabulate(&steps, &ellipse, simd);
         basis
     }
 
     /// No basis, for maps that are not affine.
-    pub(crate) fn none() -> Basis {
-        Basis {
+    pub(crate) fn none() -> Chebyshev {
+        Chebyshev {
             centre: 0.0,
             focus: 0.0,
             sigma: 1.0,
@@ -164,7 +164,7 @@ impl Basis {
     }
 
     /// Follows the coefficients from step to step, and notes what the lengths need.
-    fn tabulate(&mut self, lengths: &[u64], ellipse: &Ellipse, sweeps: Sweeps) {
+    fn tabulate(&mut self, lengths: &[u64], ellipse: &Ellipse, simd: Simd) {
         let mut c = Coefficients::of_no_step(self.centre, self.focus, self.sigma);
         let mut done = 0;
         for i in 0..=lengths.last().copied().unwrap_or(0) {
@@ -173,7 +173,7 @@ impl Basis {
                 self.double_sums.push(first_of(&c.double));
                 self.triple_sums.push(first_of(&c.triple));
             }
-            sweeps.note_largest(&mut c);
+            simd.note_largest(&mut c);
             if lengths.get(done) == Some(&i) {
                 let terms = ellipse.terms(i as f64).min(MOST_TERMS);
                 let half = self.focus / 2.0;
@@ -190,7 +190,7 @@ impl Basis {
                 c.last = c.now.map(f64::abs);
                 done += 1;
             }
-            sweeps.next_coefficients(&mut c);
+            simd.next_coefficients(&mut c);
         }
     }
 }
@@ -204,7 +204,7 @@ fn first_of(coefficients: &[f64; FOLLOWED]) -> [f64; MOST_TERMS] {
 type Point = (f64, f64);
 
 /// Points of `B`'s spectrum (upper half), closely enough.
-fn spectrum(map: &StepMap) -> Vec<Point> {
+fn spectrum(map: &Propagator) -> Vec<Point> {
     const ALONG: u32 = 64;
     let (dt, m) = (map.step_s, map.block_mass_kg);
     let chain = &map.chain;

@@ -1,8 +1,8 @@
-//! The instruction sets that sweeps are compiled for, and which of them a machine runs.
+//! The instruction sets that kernels are compiled for, and which of them a machine runs.
 
-/// The sweeps, in the version that this machine runs fastest.
+/// The version of the kernels that this machine runs fastest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Sweeps {
+pub(crate) enum Simd {
     /// What every machine has.
     Baseline,
     /// 256-bit vectors.
@@ -13,7 +13,7 @@ pub(crate) enum Sweeps {
     Avx512,
 }
 
-/// Writes the dispatcher of a sweep, and its compilation for each instruction set; `where` names the
+/// Writes the dispatcher of a kernel, and its compilation for each instruction set; `where` names the
 /// parameters that it is compiled for besides.
 macro_rules! dispatch {
     (
@@ -42,11 +42,11 @@ macro_rules! dispatch {
                 expect(unsafe_code, reason = "only constructed by `available`, which asked the processor")
             )]
             match self {
-                Sweeps::Baseline => baseline($($argument),*),
+                Simd::Baseline => baseline($($argument),*),
                 #[cfg(target_arch = "x86_64")]
-                Sweeps::Avx2 => unsafe { avx2($($argument),*) },
+                Simd::Avx2 => unsafe { avx2($($argument),*) },
                 #[cfg(target_arch = "x86_64")]
-                Sweeps::Avx512 => unsafe { avx512($($argument),*) },
+                Simd::Avx512 => unsafe { avx512($($argument),*) },
             }
         }
     };
@@ -54,27 +54,27 @@ macro_rules! dispatch {
 
 pub(super) use dispatch;
 
-impl Sweeps {
+impl Simd {
     /// All versions that this machine can run, the fastest last.
-    pub(crate) fn available() -> Vec<Sweeps> {
-        let mut versions = vec![Sweeps::Baseline];
+    pub(crate) fn available() -> Vec<Simd> {
+        let mut versions = vec![Simd::Baseline];
         #[cfg(target_arch = "x86_64")]
         {
             if std::arch::is_x86_feature_detected!("avx2") {
-                versions.push(Sweeps::Avx2);
+                versions.push(Simd::Avx2);
             }
             if std::arch::is_x86_feature_detected!("avx512f")
                 && std::arch::is_x86_feature_detected!("avx512vl")
                 && std::arch::is_x86_feature_detected!("avx512dq")
             {
-                versions.push(Sweeps::Avx512);
+                versions.push(Simd::Avx512);
             }
         }
         versions
     }
 
     /// The fastest version that this machine can run.
-    pub(crate) fn detect() -> Sweeps {
-        *Sweeps::available().last().expect("every machine can run the baseline")
+    pub(crate) fn detect() -> Simd {
+        *Simd::available().last().expect("every machine can run the baseline")
     }
 }

@@ -1,13 +1,13 @@
 //! What holds the slider together: how its nodes pull at each other, and the invariant of that.
 //!
 //! The stencil itself stands in [`asperity_model::elastic`]; here it is compiled for every
-//! instruction set. These sweeps, and all that are made of them, are of chains.
+//! instruction set. These kernels, and all that are made of them, are of chains.
 
 use asperity_model::elastic::Chain;
 
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
 
-impl Sweeps {
+impl Simd {
     dispatch! {
         /// The pull of springs and dashpots on every node (5.6, 5.7), without drive and friction.
         pull(tau: &mut [f64], u: &[f64], v: &[f64], chain: &Chain)

@@ -1,8 +1,8 @@
 //! Sums, products and sizes.
 
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
 
-impl Sweeps {
+impl Simd {
     dispatch! {
         /// Multiplies by a number.
         scale(values: &mut [f64], by: f64)
@@ -96,7 +96,7 @@ fn combine(sum: &mut [f64], terms: &[f64], pitch: usize, coefficients: &[f64]) {
     }
 }
 
-/// The values and bounds of [`Sweeps::follow`] for `LANES` blocks from `at` on.
+/// The values and bounds of [`Simd::follow`] for `LANES` blocks from `at` on.
 #[inline(always)]
 fn followed<const LANES: usize>(
     values: &mut [f64],

@@ -6,10 +6,10 @@ use std::ops::Range;
 
 use asperity_model::elastic::Chain;
 
-use crate::sweep::step::sign;
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
+use crate::kernels::step::sign;
 
-impl Sweeps {
+impl Simd {
     dispatch! {
         /// Direction of each sliding block, friction spring of each stuck one, with
         /// `k_t` and whether sliding is one-way; whether every sliding block has a
@@ -73,11 +73,11 @@ impl Sweeps {
         #[cfg(target_arch = "x86_64")]
         #[expect(unsafe_code, reason = "only constructed by `available`, which asked the processor")]
         match self {
-            Sweeps::Baseline => {}
-            Sweeps::Avx2 => {
+            Simd::Baseline => {}
+            Simd::Avx2 => {
                 return unsafe { version!(#[target_feature(enable = "avx2")])(rows, strains, chain, behind) };
             }
-            Sweeps::Avx512 => {
+            Simd::Avx512 => {
                 return unsafe {
                     version!(#[target_feature(enable = "avx512f,avx512vl,avx512dq")])(
                         rows, strains, chain, behind,

@@ -1,11 +1,11 @@
 //! Fourier sums, and what leads from their grid to wave numbers beside it and back.
 
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
 
 /// Grid points around a wave number that its values are made of.
 pub(crate) const NEAR: usize = 16;
 
-impl Sweeps {
+impl Simd {
     dispatch! {
         /// `y_k = sum_j x_j exp(-2 pi i j k / size)`, in place, of a power of two.
         fourier(values: Parts<'_>, scratch: Parts<'_>, turns: [&[f64]; 2])
@@ -23,7 +23,7 @@ impl Sweeps {
     }
 }
 
-impl Sweeps {
+impl Simd {
     dispatch! {
         /// The Bessel function `I_0(2 sqrt(z))` of complex numbers, by its power series `sum z^k / k!^2`.
         bessel(re: &mut [f64; NEAR], im: &mut [f64; NEAR])
@@ -190,7 +190,7 @@ fn total(lanes: &[f64; 8]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Parts, Sweeps};
+    use super::{Parts, Simd};
 
     #[test]
     fn fourier_sums_are_what_they_say_on_every_instruction_set() {
@@ -203,10 +203,10 @@ mod tests {
             };
             let (re, im) = (pattern(3), pattern(17));
             let mut first = None;
-            for sweeps in Sweeps::available() {
+            for simd in Simd::available() {
                 let (mut to_re, mut to_im) = (re.clone(), im.clone());
                 let (mut a, mut b) = (vec![0.0; size], vec![0.0; size]);
-                sweeps.fourier(Parts(&mut to_re, &mut to_im), Parts(&mut a, &mut b), [&cos, &sin]);
+                simd.fourier(Parts(&mut to_re, &mut to_im), Parts(&mut a, &mut b), [&cos, &sin]);
                 for k in 0..size {
                     let (mut x, mut y) = (0.0, 0.0);
                     for j in 0..size {
@@ -217,7 +217,7 @@ mod tests {
                     assert!((x - to_re[k]).abs() < 1e-12 && (y - to_im[k]).abs() < 1e-12, "{size}, {k}");
                 }
                 let found = (to_re, to_im);
-                assert!(first.get_or_insert_with(|| found.clone()) == &found, "{sweeps:?}");
+                assert!(first.get_or_insert_with(|| found.clone()) == &found, "{simd:?}");
             }
         }
     }

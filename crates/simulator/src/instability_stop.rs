@@ -20,9 +20,9 @@
 //!
 //! What was stored at the start may be in motion at once, where the slider is released there. Then the
 //! `dt v F / 2` from above counts itself: for a swing on `K` it is at most `dt / dt_max` of the energy
-//! in motion, and that much is allowed of it ([`Audit::stops`]).
+//! in motion, and that much is allowed of it ([`InstabilityStop::stops`]).
 //!
-//! The audit looks at steps in which a block switches, which are recorded whatever the cadences: a
+//! It looks at steps in which a block switches, which are recorded whatever the cadences: a
 //! run ends in the same step however it is sampled, and what it is judged by is in its log.
 
 use asperity_model::Plan;
@@ -35,15 +35,15 @@ pub const MOST_SCHEME_SHARE: f64 = 0.3;
 
 /// Holds the work of the scheme against what was put in.
 #[derive(Debug, Clone)]
-pub(crate) struct Audit {
+pub(crate) struct InstabilityStop {
     step_share: f64,
     initial_j: f64,
     threshold_j: f64,
 }
 
-impl Audit {
+impl InstabilityStop {
     /// Of the runs of a plan, which begin with this energy.
-    pub(crate) fn of(plan: &Plan, initial_j: f64) -> Audit {
+    pub(crate) fn of(plan: &Plan, initial_j: f64) -> InstabilityStop {
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let drive = plan.drive.stiffness_n_per_m(plan.elastic.nodes());
         let thresholds = plan.friction.static_threshold_n.iter().zip(drive).enumerate();
@@ -51,7 +51,7 @@ impl Audit {
             let held_by_n_per_m = plan.elastic.diagonal_n_per_m(n) + kt + drive_n_per_m;
             0.5 * threshold_n * threshold_n / held_by_n_per_m
         });
-        Audit { step_share: plan.step_share(), initial_j, threshold_j: parts_j.sum() }
+        InstabilityStop { step_share: plan.step_share(), initial_j, threshold_j: parts_j.sum() }
     }
 
     /// Whether a run is stopped in the step of a record.

@@ -1,11 +1,11 @@
-//! The coefficients of terms ([`crate::basis`]), from step to step.
+//! The coefficients of terms ([`crate::chebyshev`]), from step to step.
 
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
 
 /// How many of them are followed.
 pub(crate) const FOLLOWED: usize = 64;
 
-impl Sweeps {
+impl Simd {
     dispatch! {
         /// Takes note of the largest up to now.
         note_largest(c: &mut Coefficients)

@@ -7,9 +7,9 @@ use std::hint::select_unpredictable;
 use asperity_model::elastic::Chain;
 use asperity_model::law::{ContactLaw, Sliding};
 
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
 
-impl Sweeps {
+impl Simd {
     dispatch! {
         /// What one step did; by a law that holds stuck blocks, after they have stopped.
         step_work(moved: &Moved<'_>, law: &L) -> StepWork where [L: ContactLaw]

@@ -6,12 +6,12 @@ use std::hint::select_unpredictable;
 use asperity_model::elastic::Chain;
 use asperity_model::law::{ContactLaw, Sliding, Turn, magnitude};
 
-use crate::sweep::elastic::pull;
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::elastic::pull;
+use crate::kernels::simd::{Simd, dispatch};
 
-impl Sweeps {
+impl Simd {
     dispatch! {
-        /// One step of a chain: `tau` as [`Sweeps::pull`] has it and the outer forces, friction, new
+        /// One step of a chain: `tau` as [`Simd::pull`] has it and the outer forces, friction, new
         /// velocities and positions (4.13, 4.14); whether any contact may switch.
         step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, law: &L) -> bool
         where [L: ContactLaw]
@@ -151,7 +151,7 @@ mod tests {
     use asperity_model::laws::FrictionLaw;
     use asperity_model::{Scenario, ScenarioSource};
 
-    use super::{After, Blocks, Sweeps};
+    use super::{After, Blocks, Simd};
     use crate::law::{ChainLoops, loops};
 
     /// Numbers without pattern, the same on every machine.
@@ -182,7 +182,7 @@ mod tests {
             .flat_map(|blocks| all_laws().into_iter().map(move |law| (blocks, law)))
         {
             let chain = Chain { nodes: blocks, stiffness_n_per_m: 3.7, damping_kg_per_s: 0.9 };
-            let run = |sweeps: Sweeps| {
+            let run = |simd: Simd| {
                 let mut u = noise(1, blocks);
                 let mut v = noise(2, blocks);
                 let (mut tau, mut u_new, mut v_new) =
@@ -206,16 +206,16 @@ mod tests {
                         dt_over_m: 0.013,
                         kt: 2.1,
                     };
-                    any.push(law.step(sweeps, (&mut u_new, &mut v_new), &mut tau, &old));
+                    any.push(law.step(simd, (&mut u_new, &mut v_new), &mut tau, &old));
                     std::mem::swap(&mut u, &mut u_new);
                     std::mem::swap(&mut v, &mut v_new);
                 }
                 let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
                 (bits(&u), bits(&v), bits(&tau), any)
             };
-            let baseline = run(Sweeps::Baseline);
-            for sweeps in Sweeps::available() {
-                assert_eq!(run(sweeps), baseline, "{sweeps:?}, {blocks} blocks, {law:?}");
+            let baseline = run(Simd::Baseline);
+            for simd in Simd::available() {
+                assert_eq!(run(simd), baseline, "{simd:?}, {blocks} blocks, {law:?}");
             }
         }
     }
@@ -251,9 +251,9 @@ mod tests {
                     dt_over_m: 1.0,
                     kt: 0.0,
                 };
-                for sweeps in Sweeps::available() {
+                for simd in Simd::available() {
                     let (mut u_new, mut v_new, mut tau) = ([0.0; BLOCKS], [0.0; BLOCKS], [0.0; BLOCKS]);
-                    let hint = law.step(sweeps, (&mut u_new, &mut v_new), &mut tau, &old);
+                    let hint = law.step(simd, (&mut u_new, &mut v_new), &mut tau, &old);
                     let after = After {
                         slip: &slip,
                         v: [&v],
@@ -262,8 +262,8 @@ mod tests {
                         threshold: old.threshold,
                     };
                     let mut marks = [0];
-                    law.switching(sweeps, &mut marks, &after);
-                    assert!(hint || marks == [0], "{slip:?} {v:?} {force} {law:?} {sweeps:?}");
+                    law.switching(simd, &mut marks, &after);
+                    assert!(hint || marks == [0], "{slip:?} {v:?} {force} {law:?} {simd:?}");
                     switches += usize::from(marks != [0]);
                     quiet += usize::from(!hint);
                 }

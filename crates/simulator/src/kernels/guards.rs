@@ -2,10 +2,10 @@
 
 use std::hint::select_unpredictable;
 
-use crate::sweep::step::sign;
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
+use crate::kernels::step::sign;
 
-impl Sweeps {
+impl Simd {
     dispatch! {
         /// How far each block stays from switching over a window; whether any does
         /// not, by the bounds.
@@ -31,7 +31,7 @@ pub(crate) struct Reserve {
     /// Added to second differences.
     pub(crate) stuck_bend: f64,
     pub(crate) sliding_bend: f64,
-    /// Kept from the limit.
+    /// OperatorCache from the limit.
     pub(crate) stuck: f64,
     pub(crate) sliding: f64,
     /// Share of a threshold that counts.

@@ -9,7 +9,7 @@ use crate::kernels::Simd;
 use crate::plain::Plain;
 use crate::solver::Solver;
 
-/// The fast solver of a plan: which leaps the body has is registered here.
+/// The fast solver of a plan; the leaps of each body are registered here.
 pub(crate) fn fast(plan: Arc<Plan>, simd: Simd) -> Box<dyn Solver> {
     match plan.elastic {
         Elastic::Chain(chain) => Box::new(Fast::<ChainLeaps>::new(plan, &chain, simd)),
@@ -17,10 +17,10 @@ pub(crate) fn fast(plan: Arc<Plan>, simd: Simd) -> Box<dyn Solver> {
     }
 }
 
-/// Which solver is to take the steps.
+/// The solvers by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolverKind {
-    /// The one whose cost follows the switches, and leaps over the steps between them.
+    /// [`crate::fast`], whose cost depends on the number of switches, not of steps.
     #[default]
     Fast,
     /// [`Plain`], which takes every step.
@@ -72,7 +72,7 @@ mod tests {
             let plan = Arc::new(Plan::new(&scenario));
             let run = |simd| {
                 let mut solver = fast(Arc::clone(&plan), simd);
-                // Debug output tells doubles apart to the bit, but for the sign of zero.
+                // Debug output distinguishes finite doubles to the bit.
                 let mut records = Vec::new();
                 while let Some(record) = solver.next_record().unwrap() {
                     records.push(format!("{record:?}"));

@@ -1,5 +1,5 @@
-//! What the modes of a slab are found and put together with: products with the columns of a matrix,
-//! and Cholesky's factor of a band.
+//! Dense and banded linear algebra for the modes of a slab: products with the columns of a matrix, and
+//! Cholesky's factor of a band.
 
 use crate::kernels::simd::{Simd, dispatch};
 
@@ -10,19 +10,19 @@ impl Simd {
     }
 
     dispatch! {
-        /// Adds the columns of a matrix, each so many times, in ascending order.
+        /// Adds multiples of the columns of a matrix, in ascending order.
         add_columns(sum: &mut [f64], columns: &[f64], times: &[f64])
     }
 
     dispatch! {
-        /// Turns the lower band of a symmetric matrix, row by row, each of `width` numbers up to its
-        /// diagonal, into Cholesky's factor with the diagonal inverted; `false` if the matrix is not
+        /// Replaces the lower band of a symmetric matrix, stored by rows of `width` numbers up to the
+        /// diagonal, by its Cholesky factor with the diagonal inverted; `false` if the matrix is not
         /// positive.
         factor_band(band: &mut [f64], width: usize) -> bool
     }
 
     dispatch! {
-        /// Solves with such a factor.
+        /// Solves a system by that factor.
         solve_band(x: &mut [f64], band: &[f64], width: usize)
     }
 }
@@ -30,7 +30,7 @@ impl Simd {
 /// Lanes of a sum: its order is the same on every machine.
 const LANES: usize = 8;
 
-/// Columns that are gone over at once.
+/// Columns that are processed at once.
 const COLUMNS: usize = 4;
 
 #[inline(always)]
@@ -118,7 +118,7 @@ fn factor_band(band: &mut [f64], width: usize) -> bool {
         for j in first..i {
             let row = &before[j * width..][..width];
             let from = first.max(j.saturating_sub(beside));
-            // Column k of row i stands at k + beside - i.
+            // Column k of row i is stored at k + beside - i.
             let (of_own, of_row) = (from + beside - i, from + beside - j);
             let done = dot(&own[of_own..][..j - from], &row[of_row..][..j - from]);
             let at = j + beside - i;
@@ -126,7 +126,7 @@ fn factor_band(band: &mut [f64], width: usize) -> bool {
         }
         let of_own = &own[first + beside - i..beside];
         let square = own[beside] - dot(of_own, of_own);
-        // Written so that what is not a number is refused.
+        // Written so that NaN is refused.
         let is_positive = square > 0.0;
         if !is_positive {
             return false;

@@ -1,4 +1,4 @@
-//! The loops over the nodes of a slab: the pull between them, and how they move.
+//! The loops over the nodes of a lattice: the pull between them, and their motion.
 
 use asperity_model::Lattice;
 
@@ -6,7 +6,7 @@ use crate::kernels::simd::{Simd, dispatch};
 
 impl Simd {
     dispatch! {
-        /// What springs, and what dashpots, between nodes pull with on all freedoms.
+        /// The pulls of springs and of dashpots between nodes on all freedoms.
         lattice_pull(springs: &mut [f64], dashpots: &mut [f64], u: &[f64], v: &[f64], lattice: &Lattice)
     }
 
@@ -16,7 +16,7 @@ impl Simd {
     }
 }
 
-/// The forces on all freedoms, and what they move.
+/// The forces on all freedoms, and the constants of the step.
 pub(crate) struct Forces<'a> {
     pub(crate) springs: &'a [f64],
     pub(crate) dashpots: &'a [f64],
@@ -26,8 +26,8 @@ pub(crate) struct Forces<'a> {
     pub(crate) dt_over_m: f64,
 }
 
-/// What the forces did in a step, in terms of its last velocities `v'` and the change of velocity
-/// `d = v' - v`.
+/// The work of the forces in a step, in terms of its last velocities `v'` and the change of velocity `d
+/// = v' - v`.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct MovedWork {
     /// The sum of springs times `d`.

@@ -1,9 +1,9 @@
-//! The instruction sets that kernels are compiled for, and which of them a machine runs.
+//! The instruction sets for which kernels are compiled, and the choice among them at run time.
 
 /// The version of the kernels that this machine runs fastest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Simd {
-    /// What every machine has.
+    /// Supported by every machine.
     Baseline,
     /// 256-bit vectors.
     #[cfg(target_arch = "x86_64")]
@@ -13,8 +13,8 @@ pub(crate) enum Simd {
     Avx512,
 }
 
-/// Writes the dispatcher of a kernel, and its compilation for each instruction set; `where` names the
-/// parameters that it is compiled for besides.
+/// Defines a kernel's dispatcher, and its compilation for each instruction set; `where` lists its
+/// generic parameters.
 macro_rules! dispatch {
     (
         $(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?
@@ -22,7 +22,8 @@ macro_rules! dispatch {
     ) => {
         $(#[$doc])*
         pub(crate) fn $name$(<$($parameters)*>)?(self, $($argument: $type),*) $(-> $result)? {
-            // A function of its own: inlined, it would crowd the registers of who calls another.
+            // Not inlined, since it would increase the register pressure of callers that use several
+            // kernels.
             #[inline(never)]
             fn baseline$(<$($parameters)*>)?($($argument: $type),*) $(-> $result)? {
                 $name($($argument),*)

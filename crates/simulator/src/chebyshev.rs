@@ -8,8 +8,8 @@
 //! ```
 //!
 //! These are Chebyshev polynomials of an ellipse that contains the eigenvalues of `B`. Its foci are
-//! `centre +- focus` on the real axis (`sigma = 1`, where damping dominates the spectrum) or `centre +-
-//! i focus` (`sigma = -1`, where vibration does; powers of `i` are absorbed, so that all numbers are
+//! `centre +- focus` on the real axis (`sigma = 1`, where damping dominates the spectrum) or
+//! `centre +- i focus` (`sigma = -1`, where vibration does; powers of `i` are absorbed, so that all numbers are
 //! real). A term costs as much as a power of `B`, and far fewer are needed for as many steps.
 //!
 //! **Where the eigenvalues lie.** For an eigenvector `x` of unit length let

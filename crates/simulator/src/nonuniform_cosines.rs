@@ -1,15 +1,16 @@
-//! Sums over standing waves of any wave numbers, in a time that grows as `N log N`.
+//! Nonuniform cosine transforms: sums over standing waves of arbitrary wave numbers, in a time that
+//! grows as `N log N`.
 //!
-//! Taking a state apart into waves, and putting it together again, is
+//! Projecting a state onto waves, and composing it from them, are
 //!
 //! ```text
 //! F(q_m) = sum_p f_p cos q_m (p + 1/2),    g_p = Re sum_m a_m cos q_m (p + 1/2),    p = 0 ... N - 1,
 //! ```
 //!
-//! for wave numbers `q_m` between 0 and `pi` that lie where they like, close to the real axis. On a
-//! grid `h = pi / G` of wave numbers both are cosine transforms. Between its points a cosine is
-//! made of those of the [`NEAR`] nearest, with a kernel `K` of that width (Kaiser and Bessel's; the
-//! error of such sums: Fessler and Sutton 2003, Barnett 2019):
+//! for wave numbers `q_m` at arbitrary places between 0 and `pi`, close to the real axis. On a grid
+//! `h = pi / G` of wave numbers both are cosine transforms. Between its points a cosine is interpolated
+//! from the [`NEAR`] nearest, with a kernel `K` of that width (Kaiser and Bessel's; for the error of
+//! such sums see Fessler and Sutton 2003, Barnett 2019):
 //!
 //! ```text
 //! cos q y = sum_g K(q / h - g) cos(g h y) / psi(y) + the same at y + 2 G, y - 2 G, ...,
@@ -36,7 +37,7 @@ const BEYOND: usize = NEAR / 2;
 /// The largest imaginary part of a wave number, in points of the grid.
 const LARGEST_IMAGINARY: f64 = 1.0;
 
-/// What turns numbers of blocks into those of waves, and back.
+/// Transforms between values at blocks and coefficients of waves.
 #[derive(Debug, Clone)]
 pub(crate) struct Cosines {
     simd: Simd,
@@ -49,15 +50,15 @@ pub(crate) struct Cosines {
     /// `1 / psi` of every block.
     part: Arc<[f64]>,
     kernels: Kernels,
-    /// Two kinds of numbers on the grid, with room for what kernels reach beyond it.
+    /// Two quantities on the grid, padded by what kernels reach beyond its ends.
     grid: [Vec<f64>; 2],
     values: [Vec<f64>; 2],
     scratch: [Vec<f64>; 2],
 }
 
 impl Cosines {
-    /// For these wave numbers of a chain; `None` if one of them lies too far from the real axis, or
-    /// beyond 0 and `pi`.
+    /// The transform for these wave numbers of a chain; `None` if one of them is too far from the real
+    /// axis, or not between 0 and `pi`.
     pub(crate) fn of(
         wave_numbers: impl Iterator<Item = Complex>,
         blocks: usize,
@@ -90,8 +91,8 @@ impl Cosines {
         })
     }
 
-    /// Of each wave, `sum_n u_n x_n` and `sum_n v_n x_n` with `x_n = cos q (N - n - 1/2)`: real and
-    /// imaginary part of the one and of the other.
+    /// For each wave, `sum_n u_n x_n` and `sum_n v_n x_n` with `x_n = cos q (N - n - 1/2)`, each by its
+    /// real and imaginary part.
     pub(crate) fn project(&mut self, u: &[f64], v: &[f64], sums: &mut Vec<[f64; 4]>) {
         let (blocks, size) = (self.blocks, self.size);
         let balance = balance(self.simd.largest(u), self.simd.largest(v));
@@ -125,8 +126,8 @@ impl Cosines {
         }
     }
 
-    /// Writes the real parts of sums over all waves, each with two complex coordinates, of which those
-    /// of the second kind are scaled on the way.
+    /// Writes the real parts of sums over all waves into `u` and `v`, from two complex coordinates per
+    /// wave. Scales the second coordinates in place.
     pub(crate) fn compose(&mut self, coordinates: &mut [[f64; 4]], u: &mut [f64], v: &mut [f64]) {
         let (blocks, size) = (self.blocks, self.size);
         let largest = coordinates.iter().fold([0.0, 0.0], |[u, v]: [f64; 2], of| {
@@ -145,10 +146,10 @@ impl Cosines {
                 grid[BEYOND + beyond] += grid[BEYOND - beyond];
                 grid[BEYOND + size - beyond] -= grid[BEYOND + size + beyond];
             }
-            // There all cosines are 0.
+            // All cosines are 0 there.
             grid[BEYOND + size] = 0.0;
         }
-        // What `project` does, transposed: `W_k = w_k (D_k + i D_{G-k}) / 2`.
+        // The transpose of `project`: `W_k = w_k (D_k + i D_{G-k}) / 2`.
         let ([d_u, d_v], [cos, sin]) = (&self.grid, &self.quarter_turns);
         let [re, im] = &mut self.values;
         (re[0], im[0]) = (d_u[BEYOND], d_v[BEYOND]);
@@ -174,16 +175,15 @@ impl Cosines {
     }
 }
 
-/// Where a number stands in the Fourier transform that a cosine transform is made of (Makhoul
-/// 1980): the even ones in front, the odd ones behind in reverse.
+/// Index of a number in the Fourier transform that computes a cosine transform (Makhoul 1980): even ones
+/// first, then odd ones in reverse.
 #[inline]
 fn place(p: usize, size: usize) -> usize {
     if p.is_multiple_of(2) { p / 2 } else { size - 1 - p / 2 }
 }
 
-/// What the second of two kinds of numbers is multiplied with so that they are of the same size: both
-/// pass through one transform, and each rounds as the larger does. A power of two, which rounds
-/// nothing.
+/// Factor that brings the second of two quantities to the size of the first. Both pass through one
+/// transform, which rounds each relative to the larger. A power of two, so that scaling is exact.
 fn balance(first: f64, second: f64) -> f64 {
     const BIAS: i64 = 1023;
     const MOST: i64 = 500;
@@ -192,12 +192,12 @@ fn balance(first: f64, second: f64) -> f64 {
     f64::from_bits(((BIAS + between.clamp(-MOST, MOST)) as u64) << 52)
 }
 
-/// As large as `w h y` of the nearest images.
+/// The largest `w h y` of the nearest images.
 fn beta() -> f64 {
     HALF_WIDTH * 1.5 * std::f64::consts::PI
 }
 
-/// What passes numbers between a grid and the wave numbers beside it.
+/// Interpolation between a grid and the wave numbers beside it.
 #[derive(Debug, Clone)]
 struct Kernels {
     first: Arc<[u32]>,
@@ -206,8 +206,8 @@ struct Kernels {
 }
 
 impl Kernels {
-    /// On a grid of `size` from 0 to `pi`; `None` if a wave number lies too far from the real axis, or
-    /// beyond 0 and `pi`.
+    /// On a grid of `size` points from 0 to `pi`; `None` if a wave number is too far from the real axis,
+    /// or not between 0 and `pi`.
     fn of(wave_numbers: impl Iterator<Item = Complex>, size: usize, simd: Simd) -> Option<Kernels> {
         let spacing = std::f64::consts::PI / size as f64;
         let (mut first, mut re, mut im) = (Vec::new(), Vec::new(), Vec::new());
@@ -251,7 +251,7 @@ mod tests {
     use crate::complex::Complex;
     use crate::kernels::Simd;
 
-    /// Of velocities, where displacements are of size 1.
+    /// Size of velocities, for displacements of size 1.
     const V_SIZE: f64 = 1e-9;
 
     #[test]

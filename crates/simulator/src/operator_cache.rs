@@ -1,9 +1,9 @@
-//! What was found for a step's map, kept for the next run that has the same.
+//! Polynomials and modes of recent propagators, reused by the next run with the same one.
 //!
-//! Polynomials and modes take milliseconds to find, as long as all the rest of a short run. The runs
-//! of a study mostly differ in friction, load or start, of which neither knows. So a process keeps
-//! those that it used last: for the same map to the bit, so that a run is the same whichever runs
-//! went before it, and up to [`MOST_BYTES`].
+//! Computing them takes milliseconds, as long as the rest of a short run. The runs of a study mostly
+//! differ in friction, load or start, on which neither depends. So a process caches the most recently
+//! used ones, up to [`MOST_BYTES`]. A cached result is used only for a propagator with the same bits, so
+//! that a run does not depend on the runs before it.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -16,21 +16,21 @@ use crate::kernels::Simd;
 use crate::modes::StoredModes;
 use crate::propagator::Propagator;
 
-/// What is kept takes no more memory than this: some 20 chains of 100 blocks, or four of 256.
+/// Bound on the memory of the cache: some 20 chains of 100 blocks, or four of 256.
 const MOST_BYTES: usize = 48 << 20;
 
-/// The maps that were used last, the latest first.
+/// Cached results, the most recently used first.
 #[derive(Debug)]
 pub(crate) struct OperatorCache(Mutex<VecDeque<Arc<Found>>>);
 
-/// What was found for one.
+/// Results for one propagator.
 #[derive(Debug)]
 struct Found {
     map: Propagator,
     bits: Vec<u64>,
     simd: Simd,
     basis: OnceLock<Arc<Chebyshev>>,
-    /// `None` where they do not span the states.
+    /// `None` where the modes do not span the states.
     modes: OnceLock<Option<Arc<StoredModes>>>,
 }
 
@@ -42,7 +42,7 @@ impl Found {
 }
 
 impl OperatorCache {
-    /// What this process keeps.
+    /// The cache of this process.
     pub(crate) const HERE: &'static OperatorCache = {
         static HERE: OperatorCache = OperatorCache::nothing();
         &HERE
@@ -68,8 +68,8 @@ impl OperatorCache {
         modes
     }
 
-    /// Where what is found for a map belongs. It is found while no lock is held, so that other maps
-    /// need not wait; who needs the same waits for who began.
+    /// The entry of a propagator. Results are computed without holding the lock, so that other
+    /// propagators need not wait; a second user of the same one waits for the first.
     fn of(&self, map: Propagator, simd: Simd) -> Arc<Found> {
         let bits = map.bits();
         let mut cache = self.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -148,7 +148,7 @@ mod tests {
             let other = plan(&[set]);
             let found = (basis(&cache, &other), modes(&cache, &other).unwrap());
             assert!(!Arc::ptr_eq(&found.0, &first.0) && !Arc::ptr_eq(&found.1, &first.1), "{set}");
-            // What is kept is what would be found, to the bit but for the sign of zero.
+            // Cached results are those that would be computed, to the bit but for the sign of zero.
             let alone = StoredModes::of(&Propagator::of(&other, other.elastic.chain()), SIMD).unwrap();
             assert_eq!(format!("{:?}", found.1), format!("{alone:?}"), "{set}");
         }
@@ -161,7 +161,7 @@ mod tests {
         let plan = plan(&[]);
         let map = Propagator::of(&plan, plan.elastic.chain());
         let bits = map.bits();
-        // The nodes, the numbers, and a spring for each of 10 blocks.
+        // The number of nodes, the scalars, and a drive spring for each of 10 blocks.
         assert_eq!(bits.len(), 1 + 6 + 10);
         let up = |number: &mut f64| *number = number.next_up();
         let changes: [&dyn Fn(&mut Propagator); 5] = [

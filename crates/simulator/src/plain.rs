@@ -1,4 +1,4 @@
-//! The solver that takes every step: the oracle that the fast solver is compared with.
+//! The solver that takes every step: the reference for the fast solver.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use crate::solver::{SimulationError, Solver};
 use crate::state::SliderState;
 use crate::stepper::{Driving, Stepper};
 
-/// The solver that takes every step.
+/// Takes every step singly.
 #[derive(Debug, Clone)]
 pub struct Plain {
     plan: Arc<Plan>,

@@ -1,9 +1,8 @@
-//! What the map of a step depends on, as far as it is linear in the state: neither thresholds nor
-//! loads, nor where the drive point is.
+//! The linear part of a step as a map of the state. It depends neither on thresholds and loads nor on
+//! the position of the drive point.
 //!
-//! The polynomials of windows ([`crate::chebyshev`]) and the modes of the stuck chain
-//! ([`crate::modes`]) are made of this and of nothing else, so runs that have it in common can have
-//! them in common ([`crate::operator_cache`]).
+//! The polynomials of windows ([`crate::chebyshev`]) and the modes of the stuck chain ([`crate::modes`])
+//! depend on this alone, so runs with the same propagator share them ([`crate::operator_cache`]).
 
 use asperity_model::Plan;
 use asperity_model::elastic::{Chain, Elastic};
@@ -14,7 +13,7 @@ pub(crate) struct Propagator {
     pub(crate) step_s: f64,
     pub(crate) block_mass_kg: f64,
     pub(crate) chain: Chain,
-    /// Of the friction spring of a stuck block.
+    /// Stiffness of the friction spring of a stuck block.
     pub(crate) interfacial_stiffness_n_per_m: f64,
     /// `K_n` of every block.
     pub(crate) drive_n_per_m: Vec<f64>,
@@ -34,7 +33,7 @@ impl Propagator {
         }
     }
 
-    /// The chain as any body.
+    /// The chain as an [`Elastic`].
     pub(crate) fn elastic(&self) -> Elastic {
         Elastic::Chain(self.chain)
     }
@@ -43,7 +42,7 @@ impl Propagator {
         self.drive_n_per_m.len()
     }
 
-    /// All of it, to the bit.
+    /// All numbers, as bits.
     pub(crate) fn bits(&self) -> Vec<u64> {
         let Propagator {
             step_s,

@@ -26,8 +26,8 @@ pub(crate) struct Forces<'a> {
     pub(crate) dt_over_m: f64,
 }
 
-/// The work of the forces in a step, in terms of its last velocities `v'` and the change of velocity `d
-/// = v' - v`.
+/// The work of the forces in a step, in terms of its last velocities `v'` and the change of velocity
+/// `d = v' - v`.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct MovedWork {
     /// The sum of springs times `d`.

@@ -463,7 +463,7 @@ mod tests {
             let both = 2.0 * length * CHAIN.damping_kg_per_s / CHAIN.stiffness_n_per_m;
             assert!(both <= elastic.row_length_kg_per_s(step_s) * (1.0 + 1e-15), "node {n}");
         }
-        // The steepest mode of so many blocks, `(-1)^n sin(...)`, comes close to the bound.
+        // The steepest mode of this chain, `(-1)^n sin(...)`, comes close to the bound.
         let steepest: Vec<f64> = (0..CHAIN.nodes)
             .map(|n| libm::cos(std::f64::consts::PI * 6.0 * (n as f64 + 0.5) / 7.0))
             .collect();

@@ -117,7 +117,7 @@ pub enum Disagreement {
         /// Name of the solver that has it.
         by: &'static str,
     },
-    /// The same switches, but another number of sliding blocks, or no record.
+    /// Equal switches, but another number of sliding blocks, or no record.
     #[error("step {step}: the records differ without a switch that explains it")]
     Records {
         /// The step.

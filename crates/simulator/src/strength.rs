@@ -160,7 +160,7 @@ pub(crate) fn static_coefficient(plan: &Plan, state: &SliderState, n: usize) -> 
     aged_coefficient(plan, n, state.stuck_since_step.get(n).copied(), state.step)
 }
 
-/// The same of a contact that has stuck since a step, where contacts age.
+/// The static coefficient of a contact that has stuck since `since_step`, where contacts age.
 pub(crate) fn aged_coefficient(plan: &Plan, n: usize, since_step: Option<u64>, step: u64) -> f64 {
     let young = plan.friction.static_coefficients[n];
     match (&plan.friction.ageing, since_step) {

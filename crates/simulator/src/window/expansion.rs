@@ -56,7 +56,7 @@ pub(super) struct Expansion {
     pub(super) basis: Arc<Chebyshev>,
     /// Friction spring of each block: `k_t` while stuck, 0 while sliding.
     spring: Vec<f64>,
-    /// The same springs with those of the drive, in the units of terms.
+    /// Friction springs with those of the drive, in the units of terms.
     scaled_spring: Vec<f64>,
     /// The drive's part of these springs.
     driven: Vec<(usize, f64)>,

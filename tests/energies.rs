@@ -77,7 +77,7 @@ fn a_log_without_energies_is_read_by_all_and_what_is_missing_is_said() {
     assert!(code == Some(0) && said.contains(SAID), "{said}");
     assert!(said.contains("drive work                             -"), "{said}");
 
-    // The same switches as with energies.
+    // Its switches are those of a run with energies.
     let with = out("with.mcap");
     let sets = ["slider.blocks=600", "time.duration_s=0.03", "recording.fields_s=0"];
     let more = ["recording.event_fields=false", "recording.sample_s=0.003"];

@@ -31,7 +31,7 @@ pub struct ExtentDetector {
 }
 
 impl ExtentDetector {
-    /// A detector for blocks that lie so.
+    /// A detector for these contacts.
     pub fn new(blocks: impl Into<Contacts>, rules: SlipRules) -> ExtentDetector {
         ExtentDetector { tracker: SlipTracker::new(blocks, rules) }
     }

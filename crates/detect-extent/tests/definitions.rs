@@ -1,5 +1,5 @@
-//! The pinned definitions of slip events, on records made by hand, through all
-//! that a detector may see: the same cases serve onsets and global slips.
+//! The definitions of slip events, on made-up records, through the detectors of extents, onsets and
+//! global slips.
 
 use asperity_detect::{Detector, SlipRules, detect_all};
 use asperity_detect_extent::ExtentDetector;
@@ -138,10 +138,10 @@ fn events_no_farther_apart_than_the_gap_are_one() {
     assert_eq!(seen(&gap(1.99)), [merged, (1, 38, None, 1, 1)]);
     let all = gap(2.01);
     assert_eq!(seen(&all), [(0, 11, None, 4, 2)]);
-    // Onset, nucleation and extrema are those of all its parts; the loads between count not.
+    // Onset, nucleation and extrema are those of all its parts; loads between the parts are ignored.
     assert_eq!((all[0].nucleation_block, all[0].ft_fn_onset, all[0].open), (1, 0.31, true));
     assert_eq!((all[0].ft_fn_min, all[0].ft_fn_max), (0.30, 0.35));
-    // Whether an event goes on is settled by time, so that samples in between change nothing.
+    // Whether an event continues depends on time alone, so samples in between change nothing.
     let mut sampled = three();
     sampled.insert(3, record(13, 0, 0.2, &[]));
     sampled.insert(4, record(14, 0, 0.9, &[]));
@@ -161,7 +161,7 @@ fn small_events_are_left_out_after_merging() {
     assert_eq!(rules(0.0, 3), []);
     assert_eq!(rules(0.51, 3), [(0, 11, 3)]);
     assert_eq!(rules(2.01, 4), [(0, 11, 4)]);
-    // Numbers count what is left.
+    // Numbers count the remaining events.
     let mut later = three();
     later.splice(..3, []);
     later.push(record(39, 1, 0.36, &[1]));

@@ -40,7 +40,7 @@ struct Globals {
 }
 
 impl GlobalDetector {
-    /// A detector for blocks that lie so.
+    /// A detector for these contacts.
     pub fn new(blocks: impl Into<Contacts>, rules: SlipRules) -> GlobalDetector {
         GlobalDetector { tracker: SlipTracker::new(blocks, rules), globals: Globals::default() }
     }

@@ -24,15 +24,15 @@
 use asperity_detect::{Change, Detector, SlipRules, SlipTracker};
 use asperity_record::{Contacts, Event, EventKind, Onset, StepRecord};
 
-/// Emits an [`Onset`] for every slip event, as soon as it is certain that it counts: in its
-/// first step, unless small events are left out.
+/// Emits an [`Onset`] for every slip event as soon as it counts: in its first step, unless small events
+/// are left out.
 #[derive(Debug, Clone)]
 pub struct OnsetDetector {
     tracker: SlipTracker,
 }
 
 impl OnsetDetector {
-    /// A detector for blocks that lie so.
+    /// A detector for these contacts.
     pub fn new(blocks: impl Into<Contacts>, rules: SlipRules) -> OnsetDetector {
         OnsetDetector { tracker: SlipTracker::new(blocks, rules) }
     }

@@ -3,16 +3,15 @@
 /// Fewest blocks, that of nucleation included, over which a front has a speed.
 const FEWEST_BLOCKS: usize = 4;
 
-/// Most blocks that are compared with each other; of a longer front, every second, third, ...
-/// block counts.
+/// Most blocks that are compared with each other; of a longer front, only every second, third, ... block
+/// is used.
 const MOST_BLOCKS: usize = 256;
 
-/// The speed of a front over blocks one after the other, by the time at which it came to each,
-/// by the method of Theil and Sen: the median over all pairs of blocks of the time from the one
-/// to the other over the way between them is the slowness. A few blocks that were early or late
-/// do not move it.
+/// The speed of a front over consecutive blocks, from its arrival times, by the method of Theil and Sen:
+/// the slowness is the median, over all pairs of blocks, of the time between them divided by their
+/// distance. A few early or late blocks do not affect it.
 ///
-/// None over fewer than four blocks, or where the front had no direction.
+/// `None` over fewer than four blocks, or where the front has no direction.
 pub(crate) fn speed_m_per_s(arrivals_s: &[f64], spacing_m: f64) -> Option<f64> {
     if arrivals_s.len() < FEWEST_BLOCKS {
         return None;

@@ -1,10 +1,9 @@
 //! Finds ruptures: detachments that are connected in space and time.
 //!
-//! A slip event ends when no block slides anywhere. So creep joins all that happens beside it,
-//! and two fronts far apart are one event if they run at the same time. A rupture is what a
-//! front makes: two detachments are linked if their blocks are the same or neighbours
-//! ([`Contacts::around`]) and no more than `t_link` lies between them, and a rupture is a set of detachments that are
-//! connected by links.
+//! A slip event ends when no block slides anywhere. So creep merges everything that happens during it,
+//! and two distant fronts are one event if they run at the same time. A rupture is the work of one
+//! front: two detachments are linked if their blocks are the same or neighbours ([`Contacts::around`])
+//! and at most `t_link` lies between them, and a rupture is a set of detachments connected by links.
 //!
 //! ```
 //! use asperity_detect::{Detector, detect_all};
@@ -53,7 +52,7 @@ pub use tracker::{Passage, RuptureTracker, Slipped, Stop};
 use asperity_detect::Detector;
 use asperity_record::{Arrival, Contacts, Energy, Event, EventKind, Reach, Rupture, StepRecord, TimeGrid};
 
-/// What links detachments, and what turns blocks and steps into lengths and times.
+/// The link time, and the scales that convert blocks and steps to lengths and times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Links {
     /// Most time between two detachments that are linked, s.
@@ -62,9 +61,9 @@ pub struct Links {
     pub time_grid: TimeGrid,
     /// Length of a block, m.
     pub spacing_m: f64,
-    /// Elastic modulus times width, N/m: what makes a moment of slip; none if nobody knows it.
+    /// Elastic modulus times width, N/m, for the moment of a rupture; `None` if unknown.
     pub modulus_n_per_m: Option<f64>,
-    /// Stiffness of a friction spring, N/m, by which an anchor holds energy; none likewise.
+    /// Stiffness of a friction spring, N/m, for the energy of its stretch; `None` if unknown.
     pub interfacial_stiffness_n_per_m: Option<f64>,
 }
 
@@ -74,7 +73,7 @@ impl Links {
     }
 }
 
-/// Emits a [`Rupture`] once it is certain that nothing belongs to it any more.
+/// Emits a [`Rupture`] once nothing can join it any more.
 #[derive(Debug, Clone)]
 pub struct RuptureDetector {
     tracker: RuptureTracker,
@@ -83,7 +82,7 @@ pub struct RuptureDetector {
 }
 
 impl RuptureDetector {
-    /// A detector for blocks that lie so.
+    /// A detector for these contacts.
     pub fn new(blocks: impl Into<Contacts>, links: Links) -> RuptureDetector {
         let contacts = blocks.into();
         RuptureDetector { tracker: links.tracker(contacts), links, contacts }
@@ -106,7 +105,7 @@ impl Detector for RuptureDetector {
     }
 }
 
-/// Emits an [`Arrival`] for every block of every rupture, when the rupture is certain.
+/// Emits an [`Arrival`] for every block of a rupture, once nothing can join the rupture any more.
 #[derive(Debug, Clone)]
 pub struct ArrivalDetector {
     tracker: RuptureTracker,
@@ -115,7 +114,7 @@ pub struct ArrivalDetector {
 }
 
 impl ArrivalDetector {
-    /// A detector for blocks that lie so.
+    /// A detector for these contacts.
     pub fn new(blocks: impl Into<Contacts>, links: Links) -> ArrivalDetector {
         let contacts = blocks.into();
         ArrivalDetector { tracker: links.tracker(contacts), links, contacts }
@@ -150,7 +149,7 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
     let up: Vec<f64> = passages.range(nucleation_block..).map(|(_, passage)| arrival_s(passage)).collect();
     let down: Vec<f64> =
         passages.range(..=nucleation_block).rev().map(|(_, passage)| arrival_s(passage)).collect();
-    // Numbers of blocks are places along a front in one row alone.
+    // Block numbers are positions along a front only in a single row.
     let speed_m_per_s = |arrivals_s: &[f64]| match contacts.rows() {
         1 => front::speed_m_per_s(arrivals_s, spacing_m),
         _ => None,
@@ -164,13 +163,13 @@ fn rupture(slipped: &Slipped, links: &Links, contacts: Contacts) -> Rupture {
     let count = passages.len() as f64;
     let potency_m2 = slips.as_ref().map(|slips| sum(slips) * spacing_m);
     let change = |of: fn(&Energy) -> f64| slipped.energies.map(|[before, after]| of(&after) - of(&before));
-    // Plus 0, since -0 is no answer of a law without friction springs.
+    // Adds 0 to avoid -0 for laws without friction springs.
     let anchor_change_j = slipped
         .anchored_m2
         .zip(interfacial_stiffness_n_per_m)
         .map(|(anchored_m2, stiffness)| 0.5 * stiffness * anchored_m2 + 0.0);
-    // Records have the springs as they are after the switches of their step. So what switches change
-    // of them is taken out of both records, and what the rupture's own changed is put in.
+    // Records have the energies of springs after the switches of their step. The energy changed by
+    // switches is therefore removed from both records, and that of the rupture's own switches is added.
     let in_steps_j = change(|energy| energy.elastic_j - energy.anchor_change_j);
     Rupture {
         rupture: slipped.rupture,
@@ -217,7 +216,7 @@ fn arrivals(slipped: &Slipped, links: &Links, contacts: Contacts, emit: &mut dyn
             std::cmp::Ordering::Greater => Some(block - 1),
         };
         let arrival_s = time_grid.time_s(passage.arrival_step);
-        // As for a whole front, in one row alone.
+        // As for a whole front, only in a single row.
         let took_s = towards
             .filter(|_| contacts.rows() == 1)
             .map(|towards| arrival_s - time_grid.time_s(slipped.blocks[&towards].arrival_step));

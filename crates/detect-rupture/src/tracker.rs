@@ -1,34 +1,33 @@
-//! Which detachments are connected, as the records come in.
+//! Connects detachments to ruptures as records arrive.
 //!
-//! Only the last detachment of each block can link to what comes: an earlier one that is near
-//! enough in time is near enough to the last one as well. A rupture is certain once `t_link`
-//! has passed since its last detachment and all of its blocks are stuck again. So what is kept
-//! are the blocks and the ruptures that are not certain yet.
+//! Only the last detachment of each block can link to later ones: if an earlier one is close enough in
+//! time, so is the last one. A rupture is certain once `t_link` has passed since its last detachment and
+//! all of its blocks are stuck again. So only blocks and uncertain ruptures are stored.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use asperity_record::{Contacts, Direction, Energy, Extent, StepRecord, Switch};
 
-/// Follows step records and gathers ruptures.
+/// Derives ruptures from step records.
 #[derive(Debug, Clone)]
 pub struct RuptureTracker {
     contacts: Contacts,
     /// Most steps between detachments that are linked.
     link_steps: u64,
-    /// By block, from block 1 on.
+    /// The last detachment of each block.
     last: Vec<Option<Detachment>>,
     open: BTreeMap<Id, Slipping>,
-    /// Those to which a detachment may still link, by the step of their last one.
+    /// Ruptures that a detachment may still join, by the step of their last one.
     growing: BTreeSet<(u64, Id)>,
     next: Id,
-    /// From when to when ruptures slid that may have slid beside one that is open.
+    /// Slip intervals of certain ruptures that may overlap with one that is open.
     certain: Vec<(u64, u64)>,
     /// The farthest column in which a block has slid.
     farthest: Option<u32>,
     ruptures: u64,
 }
 
-/// Names a rupture that is not certain yet.
+/// Identifies a rupture that is not certain yet.
 type Id = u64;
 
 /// The last detachment of a block.
@@ -72,9 +71,9 @@ impl Attachment {
 /// A rupture, as far as it is known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slipped {
-    /// Its number in the run, counted from 0.
+    /// Number of the rupture in its run, counted from 0.
     pub rupture: u64,
-    /// How it passed its blocks, by block; in one row they are numbered without a gap.
+    /// Passages by block; in one row, block numbers have no gap.
     pub blocks: BTreeMap<u32, Passage>,
     /// The block that slid first.
     pub nucleation_block: u32,
@@ -84,20 +83,20 @@ pub struct Slipped {
     pub ft_fn_onset: f64,
     /// First step after it, and `F_T / F_N` in the step before; none while a block slides.
     pub end: Option<(u64, f64)>,
-    /// How many detachments it has.
+    /// Number of detachments.
     pub detachments: u64,
     /// The farthest column in which a block had slid before: in one row, the highest-numbered block.
     pub farthest_before: Option<u32>,
     /// Whether another rupture slid at the same time.
     pub overlapping: bool,
-    /// Whether the run was over before it was certain.
+    /// Whether the run ended before it was certain.
     pub open: bool,
-    /// The run's energies in the step before the first one in which a block slides, after the
-    /// detachments of that step, and in the last one; none where what lies between is not this
-    /// rupture's alone, or not known.
+    /// The run's energies after the detachments of the step before its first sliding one, and after its
+    /// last sliding step; `None` if other ruptures contribute to the difference, or energies are
+    /// unknown.
     pub energies: Option<[Energy; 2]>,
-    /// Squares of the stretch of friction springs, summed over its re-attachments less its
-    /// detachments, m2; none in a run without energies.
+    /// Squared stretch of friction springs, summed over its re-attachments less its detachments, m2;
+    /// `None` in a run without energies.
     pub anchored_m2: Option<f64>,
 }
 
@@ -112,7 +111,7 @@ pub struct Passage {
     pub displacement_detach_m: f64,
     /// Tangential force without friction there, N.
     pub force_detach_n: f64,
-    /// How many times it detached.
+    /// Number of detachments.
     pub detachments: u32,
     /// The last re-attachment; none while the block slides.
     pub stop: Option<Stop>,
@@ -129,14 +128,14 @@ pub struct Stop {
     pub force_n: f64,
 }
 
-/// Square of the stretch with which a friction spring lets go, or takes hold, m2.
+/// Squared stretch of a friction spring at detachment or re-attachment, m2.
 fn stretch_m2(switch: &Switch) -> f64 {
     let stretch_m = switch.displacement_m - switch.stick_position_m;
     stretch_m * stretch_m
 }
 
 impl Slipped {
-    /// Its blocks as a set, of blocks that lie so.
+    /// Its blocks as a set.
     pub fn extent(&self, contacts: Contacts) -> Extent {
         Extent::with(contacts, self.blocks.keys().copied())
     }
@@ -148,11 +147,11 @@ impl Passage {
         self.stop.map(|stop| stop.displacement_m - self.displacement_detach_m)
     }
 
-    /// The same block in two ruptures that turn out to be one.
+    /// Merges the passages of a block in two ruptures that are united.
     fn join(self, other: Passage) -> Passage {
         let (first, later) =
             if self.arrival_step <= other.arrival_step { (self, other) } else { (other, self) };
-        // A block that slides detached after all of its re-attachments.
+        // If the block slides, it detached after all of its re-attachments.
         let stop = match (first.stop, later.stop) {
             (Some(a), Some(b)) => Some(if a.step >= b.step { a } else { b }),
             _ => None,
@@ -161,7 +160,7 @@ impl Passage {
     }
 }
 
-/// The largest number of steps that take no longer than `time_s`, as doubles are multiplied.
+/// The largest number of steps whose product with `step_s`, in double precision, is at most `time_s`.
 fn most_steps_within(time_s: f64, step_s: f64) -> u64 {
     let near = time_s / step_s;
     if near >= MOST_EXACT_STEPS {
@@ -173,11 +172,11 @@ fn most_steps_within(time_s: f64, step_s: f64) -> u64 {
     (near.saturating_sub(1)..=near + 1).rev().find(within).unwrap_or(0)
 }
 
-/// From here on doubles are no longer exact whole numbers; no run takes so many steps.
+/// Largest whole number up to which doubles are exact; no run has more steps.
 const MOST_EXACT_STEPS: f64 = (1u64 << 53) as f64;
 
 impl RuptureTracker {
-    /// A tracker for blocks that lie so, all stuck, in time steps of `step_s` seconds.
+    /// A tracker for these contacts, all stuck, with time steps of `step_s` seconds.
     pub fn new(blocks: impl Into<Contacts>, step_s: f64, t_link_s: f64) -> RuptureTracker {
         let contacts = blocks.into();
         RuptureTracker {
@@ -193,7 +192,7 @@ impl RuptureTracker {
         }
     }
 
-    /// Takes the next record, and tells `tell` the ruptures that it makes certain.
+    /// Processes the next record, and passes the ruptures that it makes certain to `tell`.
     pub fn observe(&mut self, record: &StepRecord, tell: &mut dyn FnMut(&Slipped)) {
         let mut ended = Vec::new();
         while let Some(&(step, id)) = self.growing.first()
@@ -204,7 +203,7 @@ impl RuptureTracker {
                 ended.push(id);
             }
         }
-        // In whichever order the switches of a step stand.
+        // Independent of the order of switches within a step.
         let farthest_before = self.farthest;
         for switch in &record.switches {
             match switch.direction {
@@ -212,7 +211,7 @@ impl RuptureTracker {
                 Direction::Attach => ended.extend(self.attach(record, switch)),
             }
         }
-        // In the order in which they became certain, however many steps are between two records.
+        // In the order in which they became certain, whatever the distance between records.
         ended.sort_by_key(|id| (self.certain_step(&self.open[id]), self.open[id].nucleation));
         for id in ended {
             let slipped = self.close(id, false);
@@ -220,7 +219,7 @@ impl RuptureTracker {
         }
     }
 
-    /// Takes the news that the run is over, after the given step.
+    /// Ends the run after the given step.
     pub fn finish(&mut self, tell: &mut dyn FnMut(&Slipped)) {
         let mut left: Vec<Id> = self.open.keys().copied().collect();
         left.sort_by_key(|id| self.open[id].nucleation);
@@ -230,19 +229,19 @@ impl RuptureTracker {
         }
     }
 
-    /// Whether detachments in these steps are near enough to be linked.
+    /// Whether detachments in these steps are close enough to be linked.
     fn links(&self, earlier: u64, later: u64) -> bool {
         later - earlier <= self.link_steps
     }
 
-    /// The first step after which nothing can join a rupture any more.
+    /// The first step after which nothing can join a rupture.
     fn certain_step(&self, slipping: &Slipping) -> u64 {
         let linked_no_more = slipping.last_detachment.saturating_add(self.link_steps).saturating_add(1);
         slipping.last_attachment.step.max(linked_no_more)
     }
 
     fn detach(&mut self, record: &StepRecord, switch: &Switch, farthest_before: Option<u32>) {
-        // Of a contact and its neighbours, nine at most over an area.
+        // Ruptures of a contact and its neighbours, nine at most over an area.
         let mut linked = [0; 9];
         let mut count = 0;
         self.contacts.around(switch.block).for_each(|block| {
@@ -299,7 +298,7 @@ impl RuptureTracker {
         self.farthest = self.farthest.max(Some(self.contacts.column(switch.block)));
     }
 
-    /// The rupture of the block, if this was all that it waited for.
+    /// The rupture of the block, if this makes it certain.
     fn attach(&mut self, record: &StepRecord, switch: &Switch) -> Option<Id> {
         let Detachment { of: id, .. } = self.last[switch.block as usize - 1]?;
         let slipping = self.open.get_mut(&id)?;
@@ -316,7 +315,7 @@ impl RuptureTracker {
         (slipping.sliding == 0 && !waits).then_some(id)
     }
 
-    /// Makes one of two ruptures, the smaller joining the larger.
+    /// Merges two ruptures, the smaller into the larger.
     fn unite(&mut self, a: Id, b: Id) -> Id {
         let (small, large) =
             if self.open[&a].blocks.len() < self.open[&b].blocks.len() { (a, b) } else { (b, a) };
@@ -355,8 +354,8 @@ impl RuptureTracker {
         let onset_step = step + 1;
         let end = (slipping.sliding == 0).then_some(slipping.last_attachment);
         let end_step = end.map_or(u64::MAX, |end| end.step + 1);
-        // Those that are open have not ended, or detached after this one began: else they would
-        // have become certain before.
+        // An open rupture that began before this one's end overlaps with it: if it had ended before this
+        // one began, it would have become certain first.
         let overlapping = self.open.values().any(|other| other.nucleation.0 + 1 < end_step)
             || self.certain.iter().any(|&(from, to)| from < end_step && onset_step < to);
         self.certain.push((onset_step, end_step));

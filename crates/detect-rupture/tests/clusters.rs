@@ -33,14 +33,14 @@ struct Slide {
     attach: Option<u64>,
 }
 
-/// A switch at which a friction spring of 2 N/m holds `b^2` J for block `b` that lets go, `4 b^2` J for
-/// one that takes hold.
+/// A switch at which the friction spring, of 2 N/m, of block `b` has the energy `b^2` J if it detaches,
+/// `4 b^2` J if it re-attaches.
 fn stretched(block: u32, direction: Direction) -> Switch {
     let times = if direction == Direction::Attach { 2.0 } else { 1.0 };
     Switch { stick_position_m: times * f64::from(block), ..switch(block, direction) }
 }
 
-/// What that adds up to over slides.
+/// The anchor change of these slides.
 fn anchored_j(slides: &[Slide]) -> f64 {
     let of = |slide: &Slide| f64::from(slide.block).powi(2) * if slide.attach.is_some() { 3.0 } else { -1.0 };
     slides.iter().map(of).sum()
@@ -69,7 +69,7 @@ fn records(slides: &[Slide], steps: u64, random: &mut Random) -> Vec<StepRecord>
     records
 }
 
-/// The energies of a run whose totals tell the step.
+/// Energies that are a function of the step.
 fn energy(step: u64) -> Energy {
     let step = step as f64;
     Energy {
@@ -84,7 +84,7 @@ fn energy(step: u64) -> Energy {
     }
 }
 
-/// What a rupture says of energies, in the order in which [`energy`] makes them.
+/// The energies of a rupture, in the order of the fields of [`energy`].
 fn energies(rupture: &Rupture) -> [Option<f64>; 8] {
     [
         rupture.drive_work_j,
@@ -98,7 +98,7 @@ fn energies(rupture: &Rupture) -> [Option<f64>; 8] {
     ]
 }
 
-/// Slides of blocks without pattern, no block twice at once.
+/// Pseudo-random slides, no block twice at once.
 fn slides(random: &mut Random, blocks: u32, steps: u64, count: u64) -> Vec<Slide> {
     let mut free_from = vec![1; blocks as usize];
     let mut slides = Vec::new();
@@ -151,7 +151,7 @@ fn arrivals(records: &[StepRecord], blocks: u32) -> Vec<Arrival> {
     decode(&detect_all(&mut detectors, records))
 }
 
-/// What a rupture is made of, for comparison with a component.
+/// The numbers of a rupture that identify its component.
 type Signature = (u64, Option<u64>, u32, u32, u32, u64);
 
 fn signature_of(rupture: &Rupture) -> Signature {
@@ -205,8 +205,8 @@ fn ruptures_are_the_connected_sets_of_detachments() {
             assert_eq!(one.overlapping, overlapping, "seed {seed}, rupture {}", one.rupture);
             overlaps += u64::from(overlapping);
 
-            // Energies from the step before the onset to the last in which it slid, if they are
-            // its own; the anchor change is that of its own switches in any case.
+            // Energies from the step before the onset to the last sliding step, if no other rupture
+            // overlaps; the anchor change always comes from its own switches.
             let component =
                 expected.iter().find(|other| signature(other) == signature_of(one)).expect("it is there");
             let anchor_j = anchored_j(component);

@@ -1,5 +1,4 @@
-//! Ruptures over an area of 6 columns and 4 rows: neighbours are those of the area, not those of the
-//! numbers.
+//! Ruptures over an area of 6 columns and 4 rows, where neighbours lie in two directions.
 
 use std::collections::BTreeSet;
 
@@ -50,7 +49,7 @@ fn diagonals_link_and_the_ends_of_rows_do_not() {
     // 6 ends the first row, 7 begins the second; 12 and 13 likewise.
     assert_eq!(members(&[(1, 6), (1, 7), (1, 13)]), [vec![6], vec![7, 13]].into());
     assert_eq!(members(&[(1, 12), (1, 13)]), [vec![12], vec![13]].into());
-    // A contact between two ruptures makes one of them.
+    // A contact between two ruptures unites them.
     assert_eq!(members(&[(1, 1), (1, 15), (2, 8)]), [vec![1, 8, 15]].into());
     assert_eq!(members(&[(1, 1), (4, 8)]), [vec![1], vec![8]].into());
 }

@@ -1,10 +1,10 @@
-//! The contract between a stream of step records and what looks for events in
-//! it, and the bookkeeping that detectors of slip share.
+//! The interface between a stream of step records and event detectors, and the bookkeeping that
+//! detectors of slip share.
 //!
-//! A detector sees step records and nothing else, so a live run and a replayed
-//! log go through the same code and give the same events.
+//! A detector depends on step records alone, so a live run and a replayed log use the same code and give
+//! the same events.
 //!
-//! A detector of one's own:
+//! A new detector:
 //!
 //! ```
 //! use asperity_detect::{Detector, detect_all};
@@ -70,26 +70,24 @@ pub use slip::{Change, Slip, SlipEnd, SlipRules, SlipTracker};
 
 use asperity_record::{Event, EventKind, StepRecord};
 
-/// Looks for events in step records, given one by one in order of time.
+/// Finds events in step records, which come one by one in order of time.
 ///
-/// To add one: a crate of its own that implements this trait, with a payload declared by
-/// [`payload!`](asperity_record::payload), and a line in the list of detectors. Log, replay,
-/// tables and export follow from what the payload says of itself. `fixtures/detector-template`
-/// is such a crate to start from.
+/// A new detector is a crate that implements this trait, with a payload declared by
+/// [`payload!`](asperity_record::payload), and a line in the list of detectors. Log, replay, tables and
+/// export follow from the description of the payload. `fixtures/detector-template` is such a crate to
+/// start from.
 pub trait Detector: Send {
-    /// What it emits.
+    /// The kind of its events.
     fn emits(&self) -> EventKind;
 
-    /// Takes the next record, and hands events that are now certain to `emit`.
+    /// Processes the next record, and passes events that are now certain to `emit`.
     fn observe(&mut self, record: &StepRecord, emit: &mut dyn FnMut(Event));
 
-    /// Takes the news that the run is over, and hands what is still open to
-    /// `emit`, flagged as such.
+    /// Ends the run: passes events that are still open to `emit`, flagged as such.
     fn finish(&mut self, emit: &mut dyn FnMut(Event));
 }
 
-/// Runs detectors over records that are at hand, in the order in which the
-/// stream would: for tests, and for analyses in memory.
+/// Runs detectors over records in memory, in the order of the stream: for tests and analyses.
 pub fn detect_all<'a>(
     detectors: &mut [Box<dyn Detector>],
     records: impl IntoIterator<Item = &'a StepRecord>,

@@ -1,49 +1,47 @@
 //! Which blocks slide, and where slip events begin and end.
 //!
-//! The definitions are pinned, because tables are compared to the digit. A block
-//! slides in step `s` if it entered `s` detached. A slip event is a maximal run
-//! of consecutive steps in which at least one block slides. There is a record of
-//! the first step of every event, of the first step after it, and of every step
-//! at whose end a block switches: between two records the set of sliding blocks
-//! is that which the earlier one left.
+//! The definitions are exact, because tables are compared to the digit. A block slides in step `s` if it
+//! entered `s` detached. A slip event is a maximal run of consecutive steps in which at least one block
+//! slides. The first step of every event, the first step after it, and every step at whose end a block
+//! switches have a record; so between two records the set of sliding blocks is constant.
 //!
-//! [`SlipRules`] may take events that follow closely for one, and leave out small ones. A
-//! live run never does: its log holds what happened, and whoever wants fewer events replays it.
+//! [`SlipRules`] may merge events that follow closely, and leave out small ones. A live run never does:
+//! its log has all events, and replays may select from them.
 
 use asperity_record::{Contacts, Direction, Extent, StepRecord, Switch};
 
-/// Which runs of sliding steps count as a slip event of their own.
+/// Which slip events are merged and which are left out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlipRules {
-    /// Events no farther apart than this, from the end of one to the onset of the next, are
-    /// one event; 0 merges none.
+    /// Events separated by at most this, from the end of one to the onset of the next, are merged; 0
+    /// merges none.
     pub merge_gap_s: f64,
     /// Fewest distinct blocks that an event must have slid, after merging; 1 leaves out none.
     pub min_blocks: u32,
 }
 
 impl SlipRules {
-    /// Every run of sliding steps is an event: the rules of a live run.
+    /// Every run of sliding steps is an event: the rules of live runs.
     pub const EVERY_SLIP: SlipRules = SlipRules { merge_gap_s: 0.0, min_blocks: 1 };
 }
 
-/// Follows step records and gathers slip events.
+/// Derives slip events from step records.
 #[derive(Debug, Clone)]
 pub struct SlipTracker {
     rules: SlipRules,
     /// Blocks that enter the next step detached.
     detached: Extent,
-    /// The last record's switches and load: what starts an event stands there.
+    /// Switches and load of the last record, at which an event may start.
     last_switches: Vec<Switch>,
     last_load_ratio: f64,
-    /// The event that is going on, or that has ended and may turn out to go on.
+    /// The current event, or one that has ended and may yet be merged with the next.
     open: Option<Slip>,
-    /// Whether that event is known to count.
+    /// Whether that event already has enough blocks to count.
     counts: bool,
     events: u64,
 }
 
-/// A slip event as far as it has come.
+/// A slip event up to now.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slip {
     /// Number of the event in its run, counted from 0.
@@ -69,7 +67,7 @@ pub struct Slip {
     pub min_load_ratio: f64,
     /// Largest `F_T / F_N` over the same records.
     pub max_load_ratio: f64,
-    /// The first step after it, once that has come.
+    /// The first step after it; `None` until then.
     pub end: Option<SlipEnd>,
 }
 
@@ -86,17 +84,17 @@ pub struct SlipEnd {
     pub load_ratio: f64,
 }
 
-/// What is now certain of a slip event.
+/// A change in the knowledge of slip events.
 #[derive(Debug)]
 pub enum Change<'a> {
-    /// It has begun, and counts.
+    /// It has begun, and has enough blocks to count.
     Begins(&'a Slip),
-    /// It is over; without an [`end`](Slip::end) the run was over first.
+    /// It is over; without an [`end`](Slip::end) the run ended first.
     Ended(&'a Slip),
 }
 
 impl SlipTracker {
-    /// A tracker for blocks that lie so, all stuck.
+    /// A tracker for these contacts, all stuck at the start.
     pub fn new(blocks: impl Into<Contacts>, rules: SlipRules) -> SlipTracker {
         SlipTracker {
             rules,
@@ -109,7 +107,7 @@ impl SlipTracker {
         }
     }
 
-    /// Takes the next record, and tells `tell` what it makes certain.
+    /// Processes the next record, and passes the resulting changes to `tell`.
     pub fn observe(&mut self, record: &StepRecord, tell: &mut dyn FnMut(Change<'_>)) {
         let ended = self.open.as_ref().and_then(|slip| slip.end);
         if let Some(end) = ended
@@ -122,7 +120,7 @@ impl SlipTracker {
                 let slip = self.begin(record);
                 self.open = Some(slip);
             }
-            // It goes on, by the rules.
+            // It continues by the merging rule.
             Some(slip) if record.sliding > 0 && slip.end.is_some() => {
                 slip.end = None;
                 slip.take_extrema(self.last_load_ratio);
@@ -143,7 +141,7 @@ impl SlipTracker {
                 if !record.switches.is_empty() {
                     slip.take_extrema(record.load_ratio());
                 }
-                // What detached at the last record has slid since.
+                // Blocks that detached at the last record have slid since.
                 let switches = self.last_switches.iter();
                 for switch in switches.filter(|switch| switch.direction == Direction::Detach) {
                     slip.extent.insert(switch.block);
@@ -164,12 +162,12 @@ impl SlipTracker {
         }
     }
 
-    /// Takes the news that the run is over.
+    /// Ends the run.
     pub fn finish(&mut self, tell: &mut dyn FnMut(Change<'_>)) {
         self.conclude(tell);
     }
 
-    /// Tells of the open event as soon as it is large enough to count.
+    /// Reports the open event once it is large enough to count.
     fn count(&mut self, tell: &mut dyn FnMut(Change<'_>)) {
         let Some(slip) = self.open.as_mut().filter(|_| !self.counts) else { return };
         if slip.extent.count() >= self.rules.min_blocks {

@@ -1,37 +1,35 @@
-//! What holds a slider together: springs and dashpots between *nodes*, chosen once per plan.
+//! Bodies: springs and dashpots between *nodes*.
 //!
-//! Nodes move, *contacts* rub. Contacts are numbered along the sliding direction. In a chain
-//! every node is a contact; in a slab, whose body is a [`Lattice`], only the nodes of its bottom row
-//! are. A *freedom* is one direction in which one node moves: a chain has one for each node, a
-//! slab two. Whoever need not know which body it is asks [`Elastic`] or its lattice.
+//! Nodes move, *contacts* rub. Contacts are numbered along the sliding direction. In a chain every node
+//! is a contact; in a slab, whose body is a [`Lattice`], only the nodes of its bottom row are. A
+//! *freedom* is one direction in which one node moves: a chain has one per node, a slab two. Code that
+//! works with any body uses [`Elastic`] or its lattice.
 //!
-//! Everything that follows from how nodes are joined stands here: the pull on a node, the
-//! diagonal of the stiffness, the bounds on which stability and certificates of windows rest,
-//! and the solution of the stuck slider. Friction springs and drive are not part of it; who
-//! needs them adds them.
+//! This module has everything that follows from the bonds between nodes: the pull on a node, the
+//! diagonal of the stiffness, the bounds for stability and for the certificates of windows, and the
+//! solution of the stuck slider. Friction springs and drive are added by callers.
 //!
-//! Rounding is part of the results, so there is one function for each order of summation, and
-//! what each computes is written out in its documentation. Multiplying by 2 or 4 rounds
-//! nothing.
+//! Rounding is part of the results, so each order of summation has a function of its own, whose
+//! documentation gives the expression. Multiplication by 2 or 4 is exact.
 
 use asperity_record::Contacts;
 
 use crate::lattice::{self, Lattice, Number};
 
-/// How the nodes of a slider hold each other.
+/// The body of a slider.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Elastic {
     /// A chain of blocks.
     Chain(Chain),
-    /// A lattice of nodes, of which the bottom row rubs: that of a slab.
+    /// A lattice of nodes, whose bottom row rubs: the body of a slab.
     Lattice(Lattice),
 }
 
 /// A chain with free ends: neighbours are joined by a spring `k` (5.5) and a dashpot `eta`
 /// (5.7).
 ///
-/// Its functions that a solver calls in every step are always inlined, so that they are
-/// compiled for the instruction set of their caller. Arrays hold one number per node.
+/// Functions that solvers call in every step are always inlined, so that they are compiled for the
+/// instruction set of their caller. Arrays have one number per node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chain {
     /// Number of nodes, at least 2.
@@ -43,8 +41,8 @@ pub struct Chain {
 }
 
 impl Elastic {
-    /// Its nodes and bonds, whatever body it is: a chain is a lattice of a single row, whose nodes move
-    /// along it alone.
+    /// The nodes and bonds of any body: a chain is a lattice of a single row, whose nodes move along it
+    /// only.
     #[inline]
     pub fn as_lattice(&self) -> Lattice {
         match self {
@@ -57,7 +55,7 @@ impl Elastic {
         }
     }
 
-    /// What it is called.
+    /// The name of the body.
     pub fn name(&self) -> &'static str {
         self.as_lattice().table.name
     }
@@ -73,7 +71,7 @@ impl Elastic {
         self.as_lattice().freedoms()
     }
 
-    /// Along how many axes each node moves.
+    /// Number of axes along which each node moves.
     pub fn freedoms_per_node(&self) -> usize {
         self.as_lattice().table.axes.len()
     }
@@ -83,25 +81,25 @@ impl Elastic {
         self.as_lattice().contacts()
     }
 
-    /// Whether there are nodes besides the contacts.
+    /// Whether some nodes are not contacts.
     pub fn has_inside(&self) -> bool {
         self.nodes() > self.contacts()
     }
 
-    /// Whether a foundation bears it, so that the normal load of a contact follows from how the body is
-    /// deformed, and so does the shear that it starts with. Otherwise normal loads are given.
+    /// Whether it lies on a foundation. Then normal loads and the initial shear follow from the
+    /// deformation of the body; otherwise normal loads are given.
     pub fn has_foundation(&self) -> bool {
         self.as_lattice().table.upward().is_some()
     }
 
-    /// Whether the theory of the thesis is about it, lengths of precursors, decay lengths and speeds of
-    /// fronts: where nodes move along the sliding direction alone, which is a chain.
+    /// Whether the theory of the thesis applies (lengths of precursors, decay lengths, speeds of
+    /// fronts): only to a chain, whose nodes move along the sliding direction only.
     pub fn has_theory(&self) -> bool {
         self.freedoms_per_node() == 1
     }
 
-    /// The speed of long longitudinal waves along the sliding direction over that of shear waves; `None`
-    /// where there are no shear waves.
+    /// The speed of long longitudinal waves along the sliding direction relative to that of shear waves;
+    /// `None` where there are no shear waves.
     pub fn longitudinal_over_shear(&self) -> Option<f64> {
         let waves = self.as_lattice().table.long_waves();
         waves.shear.map(|shear| (waves.longitudinal / shear).sqrt())
@@ -123,27 +121,9 @@ impl Elastic {
         }
     }
 
-    /// How its contacts lie: in one row, in a chain as in a slab.
+    /// The arrangement of its contacts: one row, in a chain as in a slab.
     pub fn layout(&self) -> Contacts {
         Contacts::from(self.contacts() as u32)
-    }
-
-    /// The chain, for whoever works with chains alone.
-    ///
-    /// # Panics
-    /// If it is none.
-    #[inline]
-    pub fn chain(&self) -> &Chain {
-        self.as_chain().expect("a slab is no chain")
-    }
-
-    /// The lattice, if it is not a chain.
-    #[inline]
-    pub fn lattice(&self) -> Option<&Lattice> {
-        match self {
-            Elastic::Chain(_) => None,
-            Elastic::Lattice(lattice) => Some(lattice),
-        }
     }
 
     /// Stiffness `k` of the spring between neighbours.
@@ -156,14 +136,13 @@ impl Elastic {
         self.as_lattice().damping_kg_per_s
     }
 
-    /// What springs and dashpots pull with at a freedom, counted from 0:
-    /// [`Elastic::spring_force_n`] plus [`Elastic::damping_force_n`].
+    /// The pull of springs and dashpots on a freedom, counted from 0: [`Elastic::spring_force_n`] plus
+    /// [`Elastic::damping_force_n`].
     pub fn pull_n<T: Number>(&self, displacement_m: &[T], velocity_m_per_s: &[T], n: usize) -> T {
         self.spring_force_n(displacement_m, n) + self.damping_force_n(velocity_m_per_s, n)
     }
 
-    /// What springs alone pull with at a freedom: in a chain
-    /// `((u_{n-1} - u_n) + (u_{n+1} - u_n)) k` (5.6).
+    /// The pull of springs on a freedom: in a chain `((u_{n-1} - u_n) + (u_{n+1} - u_n)) k` (5.6).
     pub fn spring_force_n<T: Number>(&self, displacement_m: &[T], n: usize) -> T {
         match self.as_chain() {
             Some(chain) => second_difference(displacement_m, n) * chain.stiffness_n_per_m,
@@ -171,8 +150,7 @@ impl Elastic {
         }
     }
 
-    /// What dashpots alone pull with at a freedom: in a chain
-    /// `((v_{n-1} - v_n) + (v_{n+1} - v_n)) eta` (5.7).
+    /// The pull of dashpots on a freedom: in a chain `((v_{n-1} - v_n) + (v_{n+1} - v_n)) eta` (5.7).
     pub fn damping_force_n<T: Number>(&self, velocity_m_per_s: &[T], n: usize) -> T {
         match self.as_chain() {
             Some(chain) => second_difference(velocity_m_per_s, n) * chain.damping_kg_per_s,
@@ -180,8 +158,8 @@ impl Elastic {
         }
     }
 
-    /// What springs pull each contact with along the sliding direction: in a chain
-    /// [`Elastic::spring_force_n`], in a lattice [`Lattice::pull`], which round otherwise.
+    /// The pull of springs on each contact along the sliding direction: in a chain
+    /// [`Elastic::spring_force_n`], in a lattice [`Lattice::pull`], which rounds differently.
     pub fn tangential_force_n(&self, displacement_m: &[f64]) -> Vec<f64> {
         if self.as_chain().is_some() {
             return (0..self.contacts()).map(|n| self.spring_force_n(displacement_m, n)).collect();
@@ -203,41 +181,41 @@ impl Elastic {
         self.as_lattice().damping_diagonal_kg_per_s(n)
     }
 
-    /// The largest of the stiffness' diagonal: of a chain `2 k`.
+    /// The largest diagonal element of the stiffness: `2 k` in a chain.
     pub fn largest_diagonal_n_per_m(&self) -> f64 {
         self.as_lattice().largest_diagonal_n_per_m()
     }
 
-    /// No sum of magnitudes in a row of the stiffness is larger: of a chain `4 k`. It bounds a force
-    /// by the largest displacement.
+    /// Bound on the sum of magnitudes in a row of the stiffness: `4 k` in a chain. It bounds forces by
+    /// the largest displacement.
     pub fn row_bound_n_per_m(&self) -> f64 {
         self.as_lattice().row_bound_n_per_m()
     }
 
-    /// No sum of magnitudes in a row of the damping is larger: of a chain `4 eta`.
+    /// Bound on the sum of magnitudes in a row of the damping: `4 eta` in a chain.
     pub fn damping_row_bound_kg_per_s(&self) -> f64 {
         self.as_lattice().damping_row_bound_kg_per_s()
     }
 
-    /// No eigenvalue of the stiffness between nodes is larger: of a chain `4 k`, of a slab `6 k`.
-    /// It bounds the frequencies.
+    /// Bound on the eigenvalues of the stiffness between nodes: `4 k` in a chain, `6 k` in a slab. It
+    /// bounds the frequencies.
     pub fn spectral_bound_n_per_m(&self) -> f64 {
         self.as_lattice().spectral_bound_n_per_m()
     }
 
-    /// No eigenvalue of the damping is larger: of a chain `4 eta`, of a slab `12 eta`.
+    /// Bound on the eigenvalues of the damping: `4 eta` in a chain, `12 eta` in a slab.
     pub fn damping_spectral_bound_kg_per_s(&self) -> f64 {
         self.as_lattice().damping_spectral_bound_kg_per_s()
     }
 
-    /// No row of the damping plus half a step times the stiffness between nodes is longer, as a vector:
-    /// of a chain `sqrt(6) (eta + dt k / 2)`.
+    /// Bound on the Euclidean length of a row of the damping plus half a step times the stiffness
+    /// between nodes: `sqrt(6) (eta + dt k / 2)` in a chain.
     pub fn row_length_kg_per_s(&self, step_s: f64) -> f64 {
         self.as_lattice().row_length_kg_per_s(step_s)
     }
 
-    /// No eigenvalue of the stiffness of springs, friction springs `k_t`, drive `K` and foundation is
-    /// larger: of a chain `4 k + k_t + K`, of a slab `6 k + max(k_t + K, k_f)`.
+    /// Bound on the eigenvalues of the stiffness of springs, friction springs `k_t`, drive `K` and
+    /// foundation: `4 k + k_t + K` in a chain, `6 k + max(k_t + K, k_f)` in a slab.
     pub fn stiffest_n_per_m(&self, interfacial_n_per_m: f64, drive_n_per_m: f64) -> f64 {
         self.as_lattice().stiffest_n_per_m(interfacial_n_per_m, drive_n_per_m)
     }
@@ -251,11 +229,11 @@ impl Elastic {
     /// circle if and only if `w^2 dt^2 + 2 g dt < 4`. The stiffest mode is bounded by
     /// `w^2 = (4 k + k_t + K) / m` and `g = (4 eta + E) / m`.
     ///
-    /// A lattice has no modes that damping leaves apart. But with any positive stiffness `M` and
-    /// damping `C` the invariant `I(u, v) = v (m - dt C / 2) v + u M u - dt v M u` never grows, and it
-    /// bounds the state if `m - dt C / 2 - dt^2 M / 4` is positive: the same condition, with
-    /// `w^2` from [`Elastic::stiffest_n_per_m`] and `g` from the bound of the dashpots. A foundation that
-    /// lets go only takes stiffness away.
+    /// In a lattice, damping couples the modes. But for any positive stiffness `M` and damping `C` the
+    /// invariant `I(u, v) = v (m - dt C / 2) v + u M u - dt v M u` never grows, and it bounds the state
+    /// if `m - dt C / 2 - dt^2 M / 4` is positive. That is the same condition, with `w^2` from
+    /// [`Elastic::stiffest_n_per_m`] and `g` from the bound on the dashpots. Contacts that lift off the
+    /// foundation only reduce the stiffness.
     pub fn longest_stable_step_s(
         &self,
         node_mass_kg: f64,
@@ -265,14 +243,14 @@ impl Elastic {
     ) -> f64 {
         let stiffest = self.stiffest_n_per_m(interfacial_n_per_m, drive_n_per_m) / node_mass_kg;
         let damping = (self.damping_spectral_bound_kg_per_s() + contact_damping_kg_per_s) / node_mass_kg;
-        // The positive root, in the form in which nothing cancels or overflows.
+        // The positive root, in a form without cancellation or overflow.
         4.0 / (damping + libm::hypot(damping, 2.0 * stiffest.sqrt()))
     }
 }
 
 impl Chain {
-    /// No eigenvalue of the negative second difference is larger: a mode of eigenvalue `l` has
-    /// stiffness `k l` and damping `eta l`, for any `l` from 0 to this.
+    /// Bound on the eigenvalues of the negative second difference. A mode of eigenvalue `l`, between 0
+    /// and this, has stiffness `k l` and damping `eta l`.
     pub const LARGEST_EIGENVALUE: f64 = lattice::CHAIN.largest_eigenvalue;
 
     /// Number of neighbours of node `n`, counted from 0.
@@ -300,14 +278,14 @@ impl Chain {
         tau[last] = k * (u[last - 1] - u[last]) + eta * (v[last - 1] - v[last]);
     }
 
-    /// `k u + eta v` of a node, of which [`Chain::pull_of_strains`] makes the pull.
+    /// `k u + eta v` of a node, the argument of [`Chain::pull_of_strains`].
     #[inline(always)]
     pub fn strain(&self, u: f64, v: f64) -> f64 {
         self.stiffness_n_per_m * u + self.damping_kg_per_s * v
     }
 
-    /// The strains of all nodes from the second place on, the first and the last of them again
-    /// beyond the ends, which makes the ends free.
+    /// The strains of all nodes, from the second place on. Those of the first and the last node are
+    /// repeated beyond the ends, which makes the ends free.
     #[inline(always)]
     pub fn strains(&self, strain: &mut [f64], u: &[f64], v: &[f64]) {
         let nodes = u.len();
@@ -318,7 +296,7 @@ impl Chain {
         Chain::free_ends(strain);
     }
 
-    /// Puts the strains of the first and the last node beyond the ends too: nothing pulls there.
+    /// Repeats the strains of the first and the last node beyond the ends, which makes the ends free.
     #[inline(always)]
     fn free_ends(strain: &mut [f64]) {
         let beyond = strain.len() - 1;
@@ -332,7 +310,7 @@ impl Chain {
         (right + left) - 2.0 * here
     }
 
-    /// What a spring with its dashpot adds to the invariant
+    /// Contribution of a spring with its dashpot to the invariant
     /// `I(u, v) = v (m - dt C / 2) v + u M u - dt v M u` of the scheme, from the differences of
     /// displacement and velocity between its ends: `k du (du - dt dv) - (dt / 2) eta dv^2`.
     #[inline(always)]
@@ -340,21 +318,21 @@ impl Chain {
         self.stiffness_n_per_m * du * (du - step_s * dv) - 0.5 * step_s * self.damping_kg_per_s * dv * dv
     }
 
-    /// What a spring holds, `k du^2 / 2`, from the difference of displacement between its ends.
+    /// The energy of a spring, `k du^2 / 2`, from the difference of displacement between its ends.
     #[inline(always)]
     pub fn bond_energy(&self, du: f64) -> f64 {
         0.5 * self.stiffness_n_per_m * du * du
     }
 
-    /// What a dashpot takes up at one difference of velocity between its ends, moving at another:
-    /// `eta dv dv'`.
+    /// The power of a dashpot, `eta dv dv'`, with its force from one difference of velocity between its
+    /// ends and its motion from another.
     #[inline(always)]
     pub fn bond_loss(&self, dv: f64, moving: f64) -> f64 {
         self.damping_kg_per_s * dv * moving
     }
 
-    /// The stiffness of a chain with every contact stuck by a friction spring and with the drive's
-    /// stiffness at every node, ready to be solved with.
+    /// The stiffness of a chain whose contacts are all stuck by friction springs, with the drive's
+    /// stiffness at every node, factored for [`Stiffness::solve`].
     pub fn stuck(&self, interfacial_n_per_m: f64, drive_n_per_m: &[f64]) -> Stiffness {
         let k = self.stiffness_n_per_m;
         let mut inverse: Vec<f64> = Vec::with_capacity(self.nodes);
@@ -366,8 +344,8 @@ impl Chain {
         Stiffness { factor: inverse.iter().map(|inverse| k * inverse).collect(), inverse }
     }
 
-    /// The displacements from `u_1 = 0` at which springs pull with these forces, of which the last takes
-    /// what the others leave.
+    /// The displacements, with `u_1 = 0`, at which springs pull with these forces. The last force is
+    /// ignored, since it follows from the others.
     pub fn displacements_m(&self, spring_force_n: &[f64]) -> Vec<f64> {
         let k = self.stiffness_n_per_m;
         let mut u = vec![0.0; self.nodes];
@@ -386,9 +364,8 @@ pub fn second_difference<T: Number>(y: &[T], n: usize) -> T {
     left + right
 }
 
-/// The stuck slider's stiffness `M`, of springs between nodes, friction springs and drive,
-/// ready to be solved with: tridiagonal and positive definite, so elimination without
-/// pivoting is stable.
+/// The stiffness `M` of the stuck slider, of springs between nodes, friction springs and drive,
+/// factored. It is tridiagonal and positive definite, so elimination without pivoting is stable.
 #[derive(Debug, Clone)]
 pub struct Stiffness {
     /// `k` over each pivot.
@@ -398,7 +375,7 @@ pub struct Stiffness {
 }
 
 impl Stiffness {
-    /// Turns `pull` into the `x` with `M x = pull`.
+    /// Replaces `pull` by the solution `x` of `M x = pull`.
     pub fn solve(&self, pull: &mut [f64]) {
         let last = pull.len() - 1;
         for n in 1..=last {
@@ -418,7 +395,7 @@ mod tests {
     const CHAIN: Chain = Chain { nodes: 7, stiffness_n_per_m: 3.0, damping_kg_per_s: 0.5 };
     const ELASTIC: Elastic = Elastic::Chain(CHAIN);
 
-    /// Numbers without pattern.
+    /// Pseudo-random numbers.
     fn numbers(seed: u64) -> Vec<f64> {
         let mut seed = seed;
         let mut next = || {
@@ -439,7 +416,7 @@ mod tests {
             let one = elastic.pull_n(&u, &v, n);
             let by_strains = Chain::pull_of_strains(strain[n], strain[n + 1], strain[n + 2]);
             assert!((one - all[n]).abs() < 1e-14 && (one - by_strains).abs() < 1e-14, "node {n}");
-            // Nothing pulls from outside.
+            // The forces between nodes sum to zero.
             assert!(all.iter().sum::<f64>().abs() < 1e-14);
         }
     }
@@ -468,7 +445,7 @@ mod tests {
             let both = 2.0 * length * CHAIN.damping_kg_per_s / CHAIN.stiffness_n_per_m;
             assert!(both <= elastic.row_length_kg_per_s(step_s) * (1.0 + 1e-15), "node {n}");
         }
-        // The steepest mode of so many blocks, `(-1)^n sin(...)`, comes close to the bound.
+        // The steepest mode of this chain, `(-1)^n sin(...)`, comes close to the bound.
         let steepest: Vec<f64> = (0..CHAIN.nodes)
             .map(|n| libm::cos(std::f64::consts::PI * 6.0 * (n as f64 + 0.5) / 7.0))
             .collect();
@@ -503,7 +480,7 @@ mod tests {
         }
     }
 
-    /// `I` of the whole is the sum over its bonds, and the inertia of its nodes.
+    /// The invariant is the sum over the bonds, and the inertia of the nodes.
     #[test]
     fn the_invariant_is_a_sum_over_bonds() {
         let (u, v, dt) = (numbers(5), numbers(6), 0.1);

@@ -1,14 +1,13 @@
 //! A lattice of nodes, given by a table of its bonds: the body of a slab, of a sheet, of a block.
 //!
-//! The table ([`Table`]) says which nodes are joined by what, and along which axes nodes move: along
-//! `x`, the sliding direction, along `y` across it, along `z` upwards. Nodes are counted from 0, along
-//! `x` first, then across, then upwards, so the first of them are those of the bottom row, which rub: the
-//! contacts. A *freedom* is one axis along which one node moves. Arrays over all freedoms have the `x` of
-//! all nodes first, then the next axis of all nodes: a line of nodes is contiguous in either, and that is
-//! what loops over it need.
+//! The table ([`Table`]) lists the bonds of a node, and the axes along which nodes move: `x`, the
+//! sliding direction, `y` across it, `z` upwards. Nodes are counted from 0, along `x` first, then
+//! across, then upwards, so the first of them are those of the bottom row, the contacts. A *freedom* is
+//! one axis along which one node moves. Arrays over all freedoms have the `x` of all nodes first, then
+//! the next axis of all nodes, so a line of nodes is contiguous for each axis, as loops over it require.
 //!
-//! Bonds at the edges count like those inside. If nodes move upwards, a foundation bears each node of the
-//! bottom row, only upwards, with the stiffness `k_f`.
+//! Bonds at the edges have the stiffness of those inside. If nodes move upwards, a foundation supports
+//! each node of the bottom row, with the stiffness `k_f`; it pushes upwards and never pulls.
 
 mod by_table;
 mod plane;
@@ -22,8 +21,8 @@ use by_table::ByTable;
 use plane::Plane;
 pub use table::{BLOCK, BondKind, CHAIN, LongWaves, Offset, RowOf, SHEET, SLAB, Table};
 
-/// What displacements and velocities are counted in: doubles, pairs of them, complex numbers.
-/// The default is zero.
+/// The types of displacements and velocities: doubles, pairs of them, complex numbers. The default is
+/// zero.
 pub trait Number: Copy + Default + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> {}
 
 impl<T> Number for T where T: Copy + Default + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T> {}
@@ -31,7 +30,7 @@ impl<T> Number for T where T: Copy + Default + Add<Output = T> + Sub<Output = T>
 /// A lattice of nodes, its dashpots, and the foundation below it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lattice {
-    /// How nodes are joined, and along which axes they move.
+    /// Bonds between nodes, and the axes along which they move.
     pub table: &'static Table,
     /// Nodes along the sliding direction, at least 2.
     pub columns: usize,
@@ -48,22 +47,23 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// A plane that stands on its bottom row, with springs of 1 N/m and nothing else.
+    /// A plane that stands on its bottom row, with springs of 1 N/m, no damping and no foundation.
     pub const fn slab(columns: usize, rows: usize) -> Lattice {
         Lattice::of(&SLAB, [columns, 1, rows])
     }
 
-    /// A plane all of whose nodes rub, likewise.
+    /// A plane all of whose nodes rub, with springs of 1 N/m, no damping and no foundation.
     pub const fn sheet(columns: usize, lanes: usize) -> Lattice {
         Lattice::of(&SHEET, [columns, lanes, 1])
     }
 
-    /// A cubic lattice that stands on its bottom row, likewise.
+    /// A cubic lattice that stands on its bottom row, with springs of 1 N/m, no damping and no
+    /// foundation.
     pub const fn block(columns: usize, lanes: usize, rows: usize) -> Lattice {
         Lattice::of(&BLOCK, [columns, lanes, rows])
     }
 
-    /// A lattice with this table, likewise.
+    /// A lattice with this table, with springs of 1 N/m, no damping and no foundation.
     pub const fn of(table: &'static Table, [columns, lanes, rows]: [usize; 3]) -> Lattice {
         Lattice {
             table,
@@ -81,7 +81,7 @@ impl Lattice {
         self.contacts() * self.rows
     }
 
-    /// Number of freedoms of a node; of a body on a foundation the last of them is along the normal.
+    /// Number of freedoms of a node; for a body on a foundation the last of them is along the normal.
     pub fn axes(&self) -> usize {
         self.table.axes.len()
     }
@@ -106,13 +106,13 @@ impl Lattice {
         self.row(self.rows - 1)
     }
 
-    /// Where a node is: column, lane and row, counted from 0.
+    /// Position of a node: column, lane and row, counted from 0.
     pub fn place(&self, node: usize) -> [usize; 3] {
         let line = node / self.columns;
         [node % self.columns, line % self.lanes, line / self.lanes]
     }
 
-    /// The node at an offset from a place; `None` beyond an edge.
+    /// The node at an offset from a position; `None` beyond an edge.
     fn at(&self, place: [usize; 3], offset: Offset) -> Option<usize> {
         let along = |axis: usize, count: usize| {
             place[axis].checked_add_signed(offset[axis]).filter(|place| *place < count)
@@ -121,14 +121,14 @@ impl Lattice {
         Some((row * self.lanes + lane) * self.columns + column)
     }
 
-    /// The bonds of a node: which node each leads to, its offset, and its kind.
+    /// The bonds of a node: the node at the other end, its offset, and the kind of bond.
     fn bonds_of(&self, node: usize) -> impl Iterator<Item = (usize, Offset, &'static BondKind)> + use<> {
         let (lattice, place) = (*self, self.place(node));
         let around = lattice.table.around();
         around.filter_map(move |(offset, kind)| Some((lattice.at(place, offset)?, offset, kind)))
     }
 
-    /// The contacts that bonds join a contact with, ascending.
+    /// The contacts bonded to a contact, in ascending order.
     pub fn neighbours_of_contact(&self, contact: usize) -> Vec<usize> {
         let joined = self.bonds_of(contact).map(|(node, ..)| node);
         let mut neighbours: Vec<usize> = joined.filter(|node| *node < self.contacts()).collect();
@@ -136,15 +136,14 @@ impl Lattice {
         neighbours
     }
 
-    /// What the foundation bears a node of the bottom row with, `p = -k_f u_z`, or 0 where the node
-    /// has lifted off: the normal load of its contact.
+    /// The force of the foundation on a node of the bottom row, `p = -k_f u_z`, or 0 where the node has
+    /// lifted off: the normal load of its contact.
     #[inline(always)]
     pub fn normal_load_n(&self, rise_m: f64) -> f64 {
         if rise_m < 0.0 { self.foundation_n_per_m * -rise_m } else { 0.0 }
     }
 
-    /// What springs, and what dashpots, between nodes pull with on all freedoms, without the
-    /// foundation.
+    /// The pulls of springs and of dashpots between nodes on all freedoms, without the foundation.
     ///
     /// Always inlined, so that it is compiled for the instruction set of its caller.
     #[inline(always)]
@@ -155,11 +154,11 @@ impl Lattice {
         }
     }
 
-    /// As the plane whose pull is written out; `None` of any other lattice.
+    /// The plane for the specialised code of `plane.rs`; `None` for any other lattice.
     #[inline(always)]
     fn plane(&self) -> Option<Plane> {
         let &Lattice { columns, stiffness_n_per_m, damping_kg_per_s, .. } = self;
-        // Of lanes and rows there are several along the second axis alone.
+        // Planes have several nodes along only one of the axes across and upwards.
         let rows = if self.table.upward().is_some() { self.rows } else { self.lanes };
         let is_plane = self.table.is_plane && rows >= 2 && rows == self.rows * self.lanes;
         is_plane.then_some(Plane { columns, rows, stiffness_n_per_m, damping_kg_per_s })
@@ -174,7 +173,7 @@ impl Lattice {
         }
     }
 
-    /// Goes over all bonds, each once, in the order of the node that it goes from, and of the table.
+    /// Visits all bonds once, in the order of the node from which they start, and of the table.
     pub fn over_bonds(&self, mut bond: impl FnMut(Bond)) {
         let one_way = |kind: &'static BondKind| kind.offsets.iter().map(move |offset| (*offset, kind));
         let bonds = self.table.bonds.iter().flat_map(one_way).map(|(offset, kind)| {
@@ -195,7 +194,7 @@ impl Lattice {
         }
     }
 
-    /// What springs pull one freedom with, bond by bond.
+    /// The pull of springs on one freedom, bond by bond.
     pub(crate) fn spring_force_n<T: Number>(&self, displacement_m: &[T], freedom: usize) -> T {
         let (nodes, axes) = (self.nodes(), self.table.axes);
         let (own, node) = (axes[freedom / nodes], freedom % nodes);
@@ -211,7 +210,7 @@ impl Lattice {
         force_n
     }
 
-    /// What dashpots pull one freedom with, likewise.
+    /// The pull of dashpots on one freedom, bond by bond.
     pub(crate) fn damping_force_n<T: Number>(&self, velocity_m_per_s: &[T], freedom: usize) -> T {
         let (nodes, here) = (self.nodes(), velocity_m_per_s[freedom]);
         let first = freedom / nodes * nodes;
@@ -219,7 +218,7 @@ impl Lattice {
         changes.fold(T::default(), |sum, change| sum + change) * self.damping_kg_per_s
     }
 
-    /// The stiffness' diagonal at a freedom, of springs between nodes.
+    /// The diagonal element of the springs' stiffness at a freedom.
     pub fn diagonal_n_per_m(&self, freedom: usize) -> f64 {
         let axis = self.table.axes[freedom / self.nodes()];
         let bonds = self.bonds_of(freedom % self.nodes());
@@ -227,19 +226,19 @@ impl Lattice {
         shares.sum::<f64>() * self.stiffness_n_per_m
     }
 
-    /// The damping's diagonal at a freedom.
+    /// The diagonal element of the damping at a freedom.
     pub fn damping_diagonal_kg_per_s(&self, freedom: usize) -> f64 {
         self.bonds_of(freedom % self.nodes()).count() as f64 * self.damping_kg_per_s
     }
 
-    /// The largest of the stiffness' diagonal: that inside, or at the bottom with the foundation; of a
-    /// slab `3 k` or `3 k / 2 + k_f`.
+    /// The largest diagonal element of the stiffness, inside or, with the foundation, at the bottom:
+    /// `3 k` or `3 k / 2 + k_f` in a slab.
     pub fn largest_diagonal_n_per_m(&self) -> f64 {
         self.largest_in_row_n_per_m(|row| row.diagonal)
     }
 
-    /// No sum of magnitudes in a row of the stiffness is larger: of a slab `7 k`, or with the foundation,
-    /// which bears nodes without bonds below them, `7 k / 2 + k_f`.
+    /// Bound on the sum of magnitudes in a row of the stiffness: `7 k` in a slab or, with the foundation
+    /// under nodes that have no bonds below, `7 k / 2 + k_f`.
     pub fn row_bound_n_per_m(&self) -> f64 {
         self.largest_in_row_n_per_m(|row| row.magnitudes)
     }
@@ -253,28 +252,29 @@ impl Lattice {
         at_bottom.map_or(inside_n_per_m, |share| inside_n_per_m.max(share * k + self.foundation_n_per_m))
     }
 
-    /// No sum of magnitudes in a row of the damping is larger: of a slab `16 eta`.
+    /// Bound on the sum of magnitudes in a row of the damping: `16 eta` in a slab.
     pub fn damping_row_bound_kg_per_s(&self) -> f64 {
         self.table.damping_row().magnitudes * self.damping_kg_per_s
     }
 
-    /// No row of the damping plus half a step times the stiffness between nodes is longer, as a vector: of
-    /// a slab `sqrt(72) eta + sqrt(23 / 2) dt k / 2`, since a row of its damping is 8 and eight times -1,
-    /// one of its stiffness 3, -1 along its axis and four times 1/4 along each.
+    /// Bound on the Euclidean length of a row of the damping plus half a step times the stiffness
+    /// between nodes. In a slab it is `sqrt(72) eta + sqrt(23 / 2) dt k / 2`: a row of the damping has 8
+    /// and eight times -1, one of the stiffness 3, -1 twice along its axis and four times 1/4 along
+    /// each.
     pub fn row_length_kg_per_s(&self, step_s: f64) -> f64 {
         let rows = self.table.axes.iter().map(|axis| self.table.stiffness_row(*axis, false).squares);
         let (springs, dashpots) = (rows.fold(0.0, f64::max), self.table.damping_row().squares);
         let half_step_kg_per_s = step_s * self.stiffness_n_per_m / 2.0;
-        // Of a chain both are one row, and are added before their length is taken.
+        // In a chain both rows are proportional, and are added before the length is taken.
         if springs == dashpots {
             return dashpots.sqrt() * (self.damping_kg_per_s + half_step_kg_per_s);
         }
         dashpots.sqrt() * self.damping_kg_per_s + springs.sqrt() * half_step_kg_per_s
     }
 
-    /// No eigenvalue of the stiffness of springs, friction springs `k_t`, drive `K` and foundation is
-    /// larger. Friction springs and drive pull along the surface and the foundation upwards, so of these
-    /// the larger counts.
+    /// Bound on the eigenvalues of the stiffness of springs, friction springs `k_t`, drive `K` and
+    /// foundation. Friction springs and drive pull along the surface and the foundation upwards, so the
+    /// larger of the two counts.
     pub fn stiffest_n_per_m(&self, interfacial_n_per_m: f64, drive_n_per_m: f64) -> f64 {
         let between_n_per_m = self.spectral_bound_n_per_m();
         match self.table.upward() {
@@ -283,12 +283,12 @@ impl Lattice {
         }
     }
 
-    /// No eigenvalue of the springs' stiffness is larger, the foundation left out: of a slab `6 k`.
+    /// Bound on the eigenvalues of the springs' stiffness without the foundation: `6 k` in a slab.
     pub fn spectral_bound_n_per_m(&self) -> f64 {
         self.table.largest_eigenvalue * self.stiffness_n_per_m
     }
 
-    /// No eigenvalue of the dashpots' damping is larger: of a slab `12 eta`.
+    /// Bound on the eigenvalues of the dashpots' damping: `12 eta` in a slab.
     pub fn damping_spectral_bound_kg_per_s(&self) -> f64 {
         self.table.largest_damping_eigenvalue * self.damping_kg_per_s
     }
@@ -297,11 +297,11 @@ impl Lattice {
 /// A spring with its dashpot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bond {
-    /// The nodes that it joins.
+    /// The node at one end.
     pub from: usize,
-    /// The other one.
+    /// The node at the other end.
     pub to: usize,
-    /// Unit vector from the one to the other, by the freedoms of a node; 0 of those that there are not.
+    /// Unit vector from one to the other, by the freedoms of a node; 0 for missing freedoms.
     pub along: [f64; 3],
     /// Stiffness of the spring.
     pub stiffness_n_per_m: f64,

@@ -5,8 +5,7 @@ use crate::laws::Law;
 use crate::load::LoadCourse;
 use asperity_record::{Scales, TimeGrid};
 
-/// Everything a solver needs to know. SI units; per-block arrays have length
-/// [`Plan::blocks`].
+/// All inputs of a solver, in SI units; per-block arrays have length [`Plan::blocks`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// Number of blocks `N`.
@@ -17,17 +16,17 @@ pub struct Plan {
     pub spacing_m: f64,
     /// Mass of a block `m = M / N`; of a slab, of a node.
     pub block_mass_kg: f64,
-    /// What holds the blocks together: springs `k` (5.5) and dashpots `eta` (5.7).
+    /// The bonds between blocks: springs `k` (5.5) and dashpots `eta` (5.7).
     pub elastic: Elastic,
     /// The friction law's numbers.
     pub friction: Friction,
     /// Total normal load `F_N` at the start.
     pub total_normal_load_n: f64,
-    /// Normal load per contact `p_n` at the start: (5.18); of a slab, that of its rest state.
+    /// Normal load per contact `p_n` at the start: (5.18); for a slab, that of its rest state.
     pub normal_load_n: Vec<f64>,
-    /// What presses each node of a slab's top row down at the start; empty in a chain.
+    /// Vertical load on each node of a slab's top row at the start; empty in a chain.
     pub top_load_n: Vec<f64>,
-    /// How the load changes with time, for all blocks alike.
+    /// Course of the load over time, for all blocks alike.
     pub load_course: LoadCourse,
     /// A constant force from outside on each block, besides the drive; empty for none.
     pub prestress_n: Vec<f64>,
@@ -41,17 +40,17 @@ pub struct Plan {
     pub longest_stable_step_s: f64,
     /// Number of steps to take.
     pub steps: u64,
-    /// What detectors make fronts of blocks and steps by.
+    /// Scales by which detectors convert blocks and steps to fronts.
     pub scales: Scales,
     /// What to record besides switches and event edges.
     pub recording: RecordingPlan,
 }
 
-/// The friction law and its numbers. What is proportional to the normal load is given at
-/// the load of the start.
+/// The friction law and its numbers; those proportional to the normal load are given at the load of the
+/// start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Friction {
-    /// How a block sticks and slides.
+    /// The rules of sticking and sliding.
     pub law: Law,
     /// `mu_s` without offsets.
     pub static_coefficient: f64,
@@ -90,9 +89,9 @@ pub struct Drive {
     pub springs: Vec<DriveSpring>,
     /// Velocity of the point, `V`.
     pub velocity_m_per_s: f64,
-    /// The step from which on the point stands still, where that is given.
+    /// The step from which on the point stands still, if given.
     pub hold_from_step: Option<u64>,
-    /// The load `F_T / F_N` that stops it, where one does.
+    /// The load `F_T / F_N` that stops it, if any.
     pub until_load_ratio: Option<f64>,
 }
 
@@ -103,16 +102,15 @@ pub struct DriveSpring {
     pub block: usize,
     /// `K_n`.
     pub stiffness_n_per_m: f64,
-    /// The displacement of the block at which the spring pulls with nothing at the start: 0 in a
-    /// chain.
+    /// The displacement of the block at which the spring is relaxed at the start: 0 in a chain.
     pub rest_m: f64,
     /// 1 where the point moves forward, -1 where it moves backward.
     pub direction: f64,
 }
 
 impl DriveSpring {
-    /// `K_n (V t - u_n)` (5.8) with the point at `point_m` from where it started, and `u_n` counted
-    /// from where the spring is relaxed.
+    /// `K_n (V t - u_n)` (5.8), with `point_m` the displacement of the point from its start, and `u_n`
+    /// counted from where the spring is relaxed.
     #[inline]
     pub fn force_n(&self, point_m: f64, displacement_m: f64) -> f64 {
         self.stiffness_n_per_m * (self.direction * point_m - (displacement_m - self.rest_m))
@@ -129,7 +127,7 @@ impl Drive {
         all
     }
 
-    /// The largest of them.
+    /// The largest `K_n`.
     pub fn stiffest_n_per_m(&self) -> f64 {
         self.springs.iter().fold(0.0, |most: f64, spring| most.max(spring.stiffness_n_per_m))
     }
@@ -147,7 +145,7 @@ impl Drive {
         self.springs.iter().any(|spring| spring.direction < 0.0)
     }
 
-    /// Whether it pulls any but the first and the last of so many blocks.
+    /// Whether it pulls any block but the first and the last.
     pub fn pulls_inside(&self, blocks: usize) -> bool {
         self.springs.iter().any(|spring| spring.block != 0 && spring.block != blocks - 1)
     }
@@ -162,7 +160,7 @@ impl Drive {
 /// all contacts are stuck. One value per freedom (`u`, `v`) or contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InitialState {
-    /// The step behind which the run begins: 0, or where it starts loaded.
+    /// The step after which the run begins: 0, or a later one for a loaded start.
     pub step: u64,
     /// `u_n`.
     pub displacement_m: Vec<f64>,
@@ -172,8 +170,8 @@ pub struct InitialState {
     pub stick_position_m: Vec<f64>,
 }
 
-/// When to record what nothing forces to be recorded. Cadences are in steps; 0
-/// means never. None of it influences the run.
+/// When to record what is not required. Cadences are in steps; 0 means never. None of it influences the
+/// run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordingPlan {
     /// Cadence of load samples.
@@ -188,23 +186,23 @@ pub struct RecordingPlan {
     pub rupture_fields: Option<RuptureFields>,
 }
 
-/// When to record all blocks because many slide at once: a window that the run itself opens. Its
-/// records have the number behind those of the dense windows.
+/// When to record all blocks because many slide at once. Such records form a window whose index follows
+/// those of the dense windows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RuptureFields {
-    /// Fewest blocks that slide in the step, 1 or more.
+    /// Fewest sliding blocks, 1 or more.
     pub from_blocks: u32,
-    /// Multiples of so many steps are recorded, 1 or more.
+    /// Cadence: multiples of this number of steps are recorded, 1 or more.
     pub every_steps: u64,
 }
 
 impl RuptureFields {
-    /// Whether they are recorded after a step in which so many blocks slid.
+    /// Whether they are recorded after a step in which `sliding` blocks slid.
     pub fn are_due(&self, step: u64, sliding: u32) -> bool {
         sliding >= self.from_blocks && step.is_multiple_of(self.every_steps)
     }
 
-    /// The next step after `step` after which they are recorded, if so many blocks go on sliding.
+    /// The next step after `step` after which they are recorded, if `detached` blocks keep sliding.
     pub fn next_due(&self, step: u64, detached: u32) -> Option<u64> {
         (detached >= self.from_blocks)
             .then(|| (step / self.every_steps).saturating_add(1).checked_mul(self.every_steps))?
@@ -225,8 +223,8 @@ pub struct WindowPlan {
 }
 
 impl Plan {
-    /// How far the drive point has moved by a step, if it stopped in `hold_step` (of a point
-    /// that has not, `u64::MAX`).
+    /// Displacement of the drive point at a step, if it stopped in `hold_step` (`u64::MAX` if it has
+    /// not).
     #[inline]
     pub fn drive_point_m(&self, step: u64, hold_step: u64) -> f64 {
         self.drive.velocity_m_per_s * self.grid.time_s(step.min(hold_step))
@@ -238,8 +236,8 @@ impl Plan {
         self.load_course.factor(step, hold_step)
     }
 
-    /// The last step up to which drive point and load go on as they do in the two steps
-    /// behind `step`; `u64::MAX` if they go on for ever.
+    /// The last step up to which drive point and load change at the rates of the two steps after `step`;
+    /// `u64::MAX` if they never change.
     pub fn steady_until_step(&self, step: u64, hold_step: u64) -> u64 {
         let stop = if hold_step > step + 1 { hold_step } else { u64::MAX };
         stop.min(self.load_course.next_knot(step + 1, hold_step))

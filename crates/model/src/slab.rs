@@ -3,23 +3,24 @@
 use crate::lattice::Lattice;
 use crate::plan::{Drive, InitialState, Plan};
 
-/// A residual that is rounding, over the load.
+/// Relative residual, over the load, at rounding level.
 const RESIDUAL: f64 = 1e-15;
 
-/// The load of a contact, over the mean, that is rounding, or pulls.
+/// Relative load of a contact, over the mean, at or below which it carries none or pulls.
 const BEARS_NOTHING: f64 = 1e-9;
 
-/// A force that is left over, over the load, as conjugate gradients leave it that came to no end.
+/// Relative residual force, over the load, at which conjugate gradients have not converged.
 const UNBALANCED: f64 = 1e-9;
 
-/// Most steps of conjugate gradients for each freedom; a few hundred in all are the rule.
+/// Most iterations of conjugate gradients per freedom; a few hundred in all are usual.
 const MOST_STEPS: usize = 10;
 
-/// The displacements in which a lattice is at rest under a load on every node of its top row, with
-/// every contact held by a spring whose anchor is where the contact is on the grid, and no drive.
+/// The displacements of a lattice at rest under a load on every node of its top row. Friction springs
+/// hold every contact, anchored at its position on the grid; there is no drive.
 ///
-/// The foundation is taken to bear every contact; without one nothing is displaced. The lattice would expand along the surface by Poisson's
-/// ratio; friction springs hold it, and that leaves a shear.
+/// The foundation is assumed to support every contact; without one nothing is displaced. The lattice
+/// would expand along the surface by Poisson's ratio; friction springs resist that, which leaves a
+/// shear.
 pub(crate) fn displacements_at_rest_m(
     lattice: &Lattice,
     interfacial_n_per_m: f64,
@@ -64,14 +65,14 @@ pub(crate) fn displacements_at_rest_m(
     at
 }
 
-/// The normal load of each contact in a state; none without a foundation.
+/// The normal load of each contact in a state; empty without a foundation.
 pub fn normal_load_n(lattice: &Lattice, displacement_m: &[f64]) -> Vec<f64> {
     let Some(upward) = lattice.table.upward() else { return Vec::new() };
     let rise_m = &displacement_m[upward * lattice.nodes()..];
     lattice.row(0).map(|n| lattice.normal_load_n(rise_m[n])).collect()
 }
 
-/// The state at the start, and the drive with its springs relaxed in it.
+/// The state at the start; also sets the relaxed positions of the drive's springs to it.
 pub(crate) fn at_rest(displacement_m: Vec<f64>, contacts: usize, drive: &mut Drive) -> InitialState {
     for spring in &mut drive.springs {
         spring.rest_m = displacement_m[spring.block];
@@ -84,8 +85,8 @@ pub(crate) fn at_rest(displacement_m: Vec<f64>, contacts: usize, drive: &mut Dri
     }
 }
 
-/// What is wrong with the state of rest of a plan whose body is pressed onto a foundation: that it is
-/// none, or that a contact bears no load in it.
+/// The reason why a body pressed onto a foundation has no valid state of rest: the iteration did not
+/// converge, or a contact has no load.
 pub(crate) fn problem_at_rest(plan: &Plan) -> Option<String> {
     if !plan.elastic.has_foundation() {
         return None;
@@ -103,8 +104,8 @@ pub(crate) fn problem_at_rest(plan: &Plan) -> Option<String> {
     (!(held && is_borne)).then(|| "the forces of the pressed slab do not balance".to_owned())
 }
 
-/// What springs pull each contact with along the sliding direction at the start, friction and drive left
-/// out.
+/// The pull of springs on each contact along the sliding direction at the start, without friction and
+/// drive.
 pub fn tangential_force_n(plan: &Plan) -> Vec<f64> {
     plan.elastic.tangential_force_n(&plan.initial.displacement_m)
 }
@@ -117,7 +118,7 @@ mod tests {
         Plan::new(&resolve("slab", sets).unwrap_or_else(|error| panic!("{error}")))
     }
 
-    /// What another program finds for the default slab and for a coarser one.
+    /// Results of another program for the default slab and for a coarser one.
     #[test]
     fn the_default_slab_rests_where_another_program_has_it() {
         let coarse = ["slider.blocks=29", "slider.rows=16", "time.step_s=4e-7"];
@@ -180,8 +181,8 @@ mod tests {
         assert!((plan.normal_load_n.iter().sum::<f64>() - 1920.0).abs() < 1e-9);
     }
 
-    /// What two other programs find for a block of 140 mm x 20 mm x 75 mm, by conjugate gradients and by
-    /// elimination.
+    /// Results of two other programs for a block of 140 mm x 20 mm x 75 mm, by conjugate gradients and
+    /// by elimination.
     #[test]
     fn a_block_rests_where_other_programs_have_it() {
         let k = 0.4 * 3e9 * 0.14 / 28.0;
@@ -195,7 +196,7 @@ mod tests {
         let u = super::displacements_at_rest_m(&block, kt, &vec![mean_n; contacts]);
         let p = super::normal_load_n(&block, &u);
         let held = |axis: usize, contact: usize| -kt * u[axis * block.nodes() + contact];
-        // On a stuck contact the friction spring balances what pulls it.
+        // On a stuck contact the friction spring balances the pull.
         let ratio = |axis: usize, contact: usize| -held(axis, contact) / p[contact];
         let size = |contact: usize| ratio(0, contact).hypot(ratio(1, contact));
         let is =

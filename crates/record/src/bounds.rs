@@ -1,22 +1,23 @@
-//! How long a TOML text may be: scenarios, pipelines, policies and settings, in files and in logs.
+//! Bounds on the length of TOML texts: scenarios, pipelines, policies and settings, in files and in
+//! logs.
 //!
-//! A parser takes some thirty bytes for each byte of comments, and some hundred for each value.
-//! So texts are measured before they are parsed.
+//! A parser uses some thirty bytes per byte of comments, and some hundred per value. So the length is
+//! checked before parsing.
 
-/// The longest TOML text, in bytes. The longest that is written, the scenario of a slider of
+/// The longest TOML text, in bytes. The longest generated one, the scenario of a slider of
 /// [`MOST_BLOCKS`](crate::MOST_BLOCKS) blocks with a profile and offsets for each, has five million.
 pub const LONGEST_TOML_BYTES: usize = 8 << 20;
 
-/// The most marks in a TOML text that begin or end a key, a value or a line: `,` `=` `.` `[` `{`
-/// and line breaks. That scenario has some four hundred thousand.
+/// Most marks in a TOML text that begin or end a key, a value or a line: `,` `=` `.` `[` `{` and line
+/// breaks. The scenario above has some four hundred thousand.
 pub const MOST_TOML_MARKS: usize = 1_000_000;
 
 /// A TOML text that is too long to be parsed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TooLong {
-    /// It has so many bytes.
+    /// The number of bytes is above [`LONGEST_TOML_BYTES`].
     Bytes(usize),
-    /// It has more marks than any text has a use for.
+    /// The number of marks is above [`MOST_TOML_MARKS`].
     Marks,
 }
 
@@ -38,7 +39,7 @@ impl std::fmt::Display for TooLong {
 
 impl std::error::Error for TooLong {}
 
-/// Whether a text may be parsed as TOML.
+/// Checks that a text is short enough to be parsed as TOML.
 ///
 /// # Errors
 /// If it is too long.

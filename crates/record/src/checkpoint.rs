@@ -1,14 +1,14 @@
-//! From where an unfinished run can go on.
+//! The point from which an unfinished run continues.
 
-/// The whole state of a solver, between two records: all records up to its step stand before
-/// it in the stream, and a solver that restores it gives those that are to follow.
+/// The state of a solver between two records: the stream has all records up to its step before it, and a
+/// solver that restores it yields those that follow.
 ///
-/// How often there is one depends on the wall clock, so none counts as a message of its run or
-/// enters its digest.
+/// Checkpoints are written by the wall clock, so they are not among the messages of a run, and do not
+/// enter its digest.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Checkpoint {
     /// The last step taken.
     pub step: u64,
-    /// The state, as one JSON object. Only the solver that wrote it knows what it means.
+    /// The state as a JSON object, in a format of the solver that wrote it.
     pub state: String,
 }

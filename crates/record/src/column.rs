@@ -1,5 +1,5 @@
-//! What the columns of a table hold: name, kind, unit and meaning, said once for every file that
-//! the table is written to and every page that describes it.
+//! The columns of tables: name, kind, unit and meaning, defined once for every file and page that has
+//! the table.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -22,7 +22,7 @@ pub enum ColumnKind {
 }
 
 impl ColumnKind {
-    /// As a page of documentation says it.
+    /// The kind in words, for pages of documentation.
     pub fn words(self) -> &'static str {
         match self {
             ColumnKind::Count => "whole number, 32 bits",
@@ -37,22 +37,21 @@ impl ColumnKind {
 /// A column of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// Its name, with the unit last; that of the field in the log.
+    /// Its name, that of the field in the log, with the unit last.
     pub name: Cow<'static, str>,
     /// What its cells hold.
     pub kind: ColumnKind,
     /// The unit, SI; `1` for ratios, none for what is counted or named.
     pub unit: Option<&'static str>,
-    /// What it says, in a sentence or two.
+    /// Its meaning, in a sentence or two.
     pub about: Cow<'static, str>,
 }
 
 impl Column {
-    /// A column with the unit that its name ends in, see [`unit_of`].
+    /// A column with the unit in which its name ends, see [`unit_of`].
     ///
-    /// # Panics
-    /// If it holds numbers and its name ends in no unit; in a constant, as in those that
-    /// [`payload!`](crate::payload) makes, that is an error of the compiler.
+    /// If it has numbers and its name ends in no unit. In a constant, as in those of
+    /// [`payload!`](crate::payload), this is a compile-time error.
     pub const fn new(name: &'static str, kind: ColumnKind, about: &'static str) -> Column {
         let unit = match kind {
             ColumnKind::Number => {
@@ -68,7 +67,7 @@ impl Column {
         Column { name: Cow::Borrowed(name), kind, unit, about: Cow::Borrowed(about.trim_ascii()) }
     }
 
-    /// A column whose unit does not stand in its name: a ratio, `1`.
+    /// A column whose name does not end in its unit: a ratio, `1`.
     pub const fn with_unit(
         name: &'static str,
         kind: ColumnKind,
@@ -80,7 +79,7 @@ impl Column {
     }
 }
 
-/// Ends of names, and the units that they stand for. An end that ends in another stands first.
+/// Suffixes of names and their units. A suffix that ends in another one comes before that.
 const UNITS: [(&str, &str); 25] = [
     ("_m_per_s2", "m/s2"),
     ("_n_per_m2", "N/m2"),
@@ -109,7 +108,7 @@ const UNITS: [(&str, &str); 25] = [
     ("_n", "N"),
 ];
 
-/// The unit that a name ends in; `1` for ratios, `ft_fn...` and `..._ratio`.
+/// The unit in which a name ends; `1` for ratios, `ft_fn...` and `..._ratio`.
 pub const fn unit_of(name: &str) -> Option<&'static str> {
     if starts_with(name.as_bytes(), b"ft_fn") {
         return Some("1");
@@ -147,7 +146,7 @@ const fn ends_with(text: &[u8], end: &[u8]) -> bool {
 /// One cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cell {
-    /// Nothing: the run ended before this could be known.
+    /// Empty: the run ended before the value was known.
     Empty,
     /// Of a [`ColumnKind::Count`].
     Count(u32),
@@ -161,8 +160,7 @@ pub enum Cell {
     Word(&'static str),
 }
 
-/// Numbers with as many digits as it takes to read the same double back, nothing for what is
-/// empty.
+/// Numbers with the fewest digits that give the same double back; an empty string for empty cells.
 impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -176,7 +174,7 @@ impl fmt::Display for Cell {
     }
 }
 
-/// As the value that it is; null for what is empty.
+/// The value itself; null for empty cells.
 impl Serialize for Cell {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
@@ -190,9 +188,9 @@ impl Serialize for Cell {
     }
 }
 
-/// A type that fills one cell: what fields of a [`payload!`](crate::payload) are.
+/// A type of cell values: that of a field of a [`payload!`](crate::payload).
 pub trait CellValue: Copy {
-    /// What a column of it holds.
+    /// The kind of its columns.
     const KIND: ColumnKind;
 
     /// The cell.
@@ -244,8 +242,8 @@ impl<T: CellValue> CellValue for Option<T> {
     }
 }
 
-/// Columns as a Markdown table, one row per column. The unit has a column of its own there and is
-/// left out of the meaning.
+/// Columns as a Markdown table, one row per column. The unit is a column there, and is removed from the
+/// meaning.
 pub fn markdown(columns: &[Column]) -> String {
     let mut table = String::from("| column | holds | unit | meaning |\n|---|---|---|---|\n");
     for Column { name, kind, unit, about } in columns {
@@ -276,7 +274,7 @@ mod tests {
         ] {
             assert_eq!(unit_of(name), unit, "{name}");
         }
-        // None hides behind a shorter one that stands before it.
+        // No suffix is hidden by a shorter one before it.
         for (end, unit) in UNITS {
             assert_eq!(unit_of(end), Some(unit), "{end}");
         }

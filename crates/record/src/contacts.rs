@@ -1,12 +1,12 @@
-//! How contacts lie, and which are neighbours.
+//! The arrangement of contacts, and their neighbours.
 
 use std::ops::RangeInclusive;
 
-/// Places of contacts: columns along the sliding direction, rows across it. Contacts are numbered
-/// from 1, row by row, so that in one row the number of a contact is its column.
+/// Positions of contacts: columns along the sliding direction, rows across it. Contacts are numbered
+/// from 1, row by row, so in a single row the number of a contact is its column.
 ///
-/// Neighbours are apart by no more than a column and a row: two in one row, eight over an area,
-/// where diagonals are bonds as well, so that a front that runs obliquely stays in one piece.
+/// Neighbours differ by at most one column and one row: two in a single row, eight over an area, where
+/// diagonals are bonds as well, so that an oblique front remains one rupture.
 ///
 /// ```
 /// use asperity_record::Contacts;
@@ -25,30 +25,30 @@ pub struct Contacts {
 }
 
 impl From<u32> for Contacts {
-    /// So many contacts in one row.
+    /// Contacts in a single row.
     fn from(columns: u32) -> Contacts {
         Contacts { columns, rows: 1 }
     }
 }
 
 impl Contacts {
-    /// So many contacts in rows of equal length; none if the rows do not come out even.
+    /// Contacts in rows of equal length; `None` if `count` is not a multiple of `rows`.
     pub fn in_rows(count: u32, rows: u32) -> Option<Contacts> {
         let columns = count.checked_div(rows)?;
         (columns * rows == count).then_some(Contacts { columns, rows })
     }
 
-    /// How many there are.
+    /// Number of contacts.
     pub fn count(self) -> u32 {
         self.columns * self.rows
     }
 
-    /// How many lie one behind the other, along the sliding direction.
+    /// Number of contacts along the sliding direction.
     pub fn columns(self) -> u32 {
         self.columns
     }
 
-    /// How many lie side by side.
+    /// Number of contacts across the sliding direction.
     pub fn rows(self) -> u32 {
         self.rows
     }
@@ -68,7 +68,7 @@ impl Contacts {
         (row - 1) * self.columns + 1..=row * self.columns
     }
 
-    /// A contact and its neighbours, the lowest number first.
+    /// A contact and its neighbours, in ascending order.
     pub fn around(self, contact: u32) -> impl Iterator<Item = u32> {
         // Column and row counted from 0.
         let (column, row) = ((contact - 1) % self.columns, (contact - 1) / self.columns);

@@ -1,4 +1,4 @@
-//! What became of the work that a run put into the slider.
+//! Energies of a run: what the work put into the slider became.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -35,7 +35,7 @@ impl Energy {
     /// How many there are.
     pub const COUNT: usize = 8;
 
-    /// Names and values of all of them, in the order of the fields.
+    /// Names and values of all energies, in the order of the fields.
     pub fn parts(&self) -> [(&'static str, f64); Energy::COUNT] {
         [
             ("drive_work_j", self.drive_work_j),
@@ -49,8 +49,8 @@ impl Energy {
         ]
     }
 
-    /// What came in less what went out and what is there now: the same in every step of a run, but
-    /// for rounding, and less than nothing by the energy at its start.
+    /// Energy put in less energy lost and stored: constant over a run except for rounding, and equal to
+    /// minus the energy at the start.
     pub fn balance_j(&self) -> f64 {
         (self.drive_work_j + self.prestress_work_j) + (self.anchor_change_j + self.scheme_work_j)
             - (self.friction_heat_j + self.viscous_loss_j)

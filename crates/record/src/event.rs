@@ -1,8 +1,7 @@
-//! What detectors emit.
+//! Events, as detectors emit them.
 //!
-//! An [`Event`] is an envelope: the topic and the payload as JSON. So
-//! a new detector brings its own payload type with it, and the stream, the run
-//! log and replay carry it without knowing it.
+//! An [`Event`] is an envelope of a topic and a payload in JSON. A new detector defines its own payload
+//! type, and stream, run log and replay transport it without knowing that type.
 
 use std::sync::OnceLock;
 
@@ -12,12 +11,12 @@ use serde::de::DeserializeOwned;
 
 use crate::column::{Cell, Column};
 
-/// A type that can travel as an [`Event`] and is a row of a table. [`payload!`](crate::payload) makes one.
+/// A type that can be sent as an [`Event`] and is a row of a table. [`payload!`](crate::payload) defines
+/// one.
 pub trait EventPayload: Serialize + DeserializeOwned + JsonSchema {
     /// The log topic, `/events/...`.
     const TOPIC: &'static str;
-    /// What a table of such events is called, after the name of its run: `events` in
-    /// `NAME.events.csv`.
+    /// Name of a table of such events, which follows the name of its run: `events` in `NAME.events.csv`.
     const TABLE: &'static str;
     /// The columns of its table, in order.
     const COLUMNS: &'static [Column];
@@ -26,19 +25,19 @@ pub trait EventPayload: Serialize + DeserializeOwned + JsonSchema {
     fn cells(&self) -> impl AsRef<[Cell]>;
 }
 
-/// What a detector emits, announced before the first event so that a log can name and describe
-/// its topics. Tables of the events follow from it alone.
+/// The description of a detector's events, announced before the first one, from which a log names and
+/// describes its topics, and tables are made.
 #[derive(Debug, Clone)]
 pub struct EventKind {
     /// The log topic.
     pub topic: &'static str,
-    /// What a table of such events is called.
+    /// Name of a table of such events.
     pub table: &'static str,
     /// Name of the payload's schema.
     pub schema_name: String,
     /// The columns of a table of such events.
     pub columns: &'static [Column],
-    /// Made when it is asked for: that takes longer than a short run.
+    /// Computed on first use, since that takes longer than a short run.
     schema: OnceLock<serde_json::Value>,
     make_schema: fn() -> serde_json::Value,
     cells: fn(&str) -> Result<Vec<Cell>, serde_json::Error>,
@@ -63,17 +62,17 @@ impl EventKind {
         self.schema.get_or_init(self.make_schema)
     }
 
-    /// The row of an event of this kind, read off its payload.
+    /// The row of an event of this kind, decoded from its payload.
     ///
     /// # Errors
-    /// If the payload is not what its topic promises.
+    /// If the payload does not match its topic.
     pub fn cells(&self, payload: &str) -> Result<Vec<Cell>, serde_json::Error> {
         (self.cells)(payload)
     }
 }
 
-/// One event on its way from a detector to the log. It belongs to the step of
-/// the record that made it certain, which it follows directly.
+/// One event on its way from a detector to the log. It belongs to the step of the record that made it
+/// certain, and follows that record directly.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Event {
     /// The log topic.
@@ -83,7 +82,7 @@ pub struct Event {
 }
 
 impl Event {
-    /// Puts a payload in its envelope.
+    /// Encodes a payload as an event.
     pub fn new<P: EventPayload>(payload: &P) -> Event {
         Event {
             topic: P::TOPIC.to_owned(),
@@ -92,10 +91,10 @@ impl Event {
         }
     }
 
-    /// Takes the payload out, or `None` if the event is of another topic.
+    /// Decodes the payload; `None` if the event has another topic.
     ///
     /// # Errors
-    /// If the payload is not what its topic promises.
+    /// If the payload does not match its topic.
     pub fn decode<P: EventPayload>(&self) -> Option<Result<P, serde_json::Error>> {
         (self.topic == P::TOPIC).then(|| serde_json::from_str(&self.payload))
     }

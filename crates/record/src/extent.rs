@@ -1,10 +1,10 @@
-//! Which contacts an event took, and from where to where it reached.
+//! The set of contacts of an event, and the range that it spans.
 
 use std::ops::RangeInclusive;
 
 use crate::Contacts;
 
-/// From which column to which an event reached, or from which row to which, both included.
+/// A range of columns or of rows, both ends included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Reach {
     /// The lowest.
@@ -14,49 +14,49 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// The smallest that includes all of these; none of nothing.
+    /// The smallest range that includes all of these; `None` for no ranges.
     pub fn over(all: impl IntoIterator<Item = Reach>) -> Option<Reach> {
         let join = |a: Reach, b: Reach| Reach { first: a.first.min(b.first), last: a.last.max(b.last) };
         all.into_iter().reduce(join)
     }
 
-    /// How many it includes; 1 at least, since tables of others may say whatever they like.
+    /// Length of the range; at least 1, since tables from other programs may have any numbers.
     pub fn count(self) -> u32 {
         self.last.saturating_sub(self.first).saturating_add(1)
     }
 
-    /// Whether it includes this one.
+    /// Whether the range includes a column or row.
     pub fn contains(self, place: u32) -> bool {
         (self.first..=self.last).contains(&place)
     }
 
-    /// How many it has in common with another.
+    /// Length of the overlap with another range.
     pub fn common(self, other: Reach) -> u32 {
         (self.last.min(other.last) + 1).saturating_sub(self.first.max(other.first))
     }
 
-    /// Whether it is one of a row of so many, in order.
+    /// Whether it is a valid range among `count` columns or rows.
     pub fn is_within(self, count: u32) -> bool {
         1 <= self.first && self.first <= self.last && self.last <= count
     }
 
-    /// Whether an event that reached so begins at the driven end and goes farther than those
-    /// before it, which came to `farthest`; 0 if there were none.
+    /// Whether an event with this range begins at the driven end and extends farther than `farthest`,
+    /// the farthest column of the events before it; 0 if there were none.
     pub fn extends(self, farthest: u32) -> bool {
         self.first == 1 && self.last > farthest
     }
 
-    /// How far it reaches over the length of the slider, `L_p / L` (5.17), among so many columns.
+    /// Length relative to that of the slider, `L_p / L` (5.17), for `columns` columns.
     pub fn length_ratio(self, columns: u32) -> f64 {
         f64::from(self.last) / f64::from(columns)
     }
 }
 
-/// A set of contacts: a bit for each, since many events take nearly all.
+/// A set of contacts, one bit each, since many events include nearly all.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Extent {
     of: Contacts,
-    /// Those of contacts 1 to 64 first; bits beyond the last contact are 0.
+    /// Contacts 1 to 64 first; bits beyond the last contact are 0.
     words: Vec<u64>,
     count: u32,
 }
@@ -68,35 +68,35 @@ impl Extent {
         Extent { of, words: vec![0; of.count().div_ceil(u64::BITS) as usize], count: 0 }
     }
 
-    /// A set of some contacts.
+    /// The set of these contacts.
     pub fn with(of: impl Into<Contacts>, contacts: impl IntoIterator<Item = u32>) -> Extent {
         let mut extent = Extent::none(of);
         contacts.into_iter().for_each(|contact| extent.insert(contact));
         extent
     }
 
-    /// Where the bit of a contact is: which word, and as what.
+    /// Word index and mask of a contact's bit.
     fn bit(&self, contact: u32) -> (usize, u64) {
         assert!((1..=self.of.count()).contains(&contact), "contact {contact} of {}", self.of.count());
         let index = contact - 1;
         ((index / u64::BITS) as usize, 1 << (index % u64::BITS))
     }
 
-    /// Takes a contact in.
+    /// Inserts a contact.
     pub fn insert(&mut self, contact: u32) {
         let (word, bit) = self.bit(contact);
         self.count += u32::from(self.words[word] & bit == 0);
         self.words[word] |= bit;
     }
 
-    /// Leaves a contact out.
+    /// Removes a contact.
     pub fn remove(&mut self, contact: u32) {
         let (word, bit) = self.bit(contact);
         self.count -= u32::from(self.words[word] & bit != 0);
         self.words[word] &= !bit;
     }
 
-    /// Takes in all contacts of another set.
+    /// Inserts all contacts of another set.
     pub fn add(&mut self, other: &Extent) {
         for (word, other) in self.words.iter_mut().zip(&other.words) {
             *word |= other;
@@ -104,23 +104,23 @@ impl Extent {
         self.count = self.words.iter().map(|word| word.count_ones()).sum();
     }
 
-    /// Whether a contact is among them.
+    /// Whether the set has a contact.
     pub fn contains(&self, contact: u32) -> bool {
         let (word, bit) = self.bit(contact);
         self.words[word] & bit != 0
     }
 
-    /// How many contacts there are.
+    /// Number of contacts in the set.
     pub fn count(&self) -> u32 {
         self.count
     }
 
-    /// Whether these are all contacts of the slider.
+    /// Whether the set has all contacts of the slider.
     pub fn is_whole(&self) -> bool {
         self.count == self.of.count()
     }
 
-    /// From which column to which they lie; none of an empty set.
+    /// The range of columns; `None` for an empty set.
     pub fn columns(&self) -> Option<Reach> {
         let of_row = |row: u32| {
             let Reach { first, last } = self.between(self.of.of_row(row))?;
@@ -129,13 +129,13 @@ impl Extent {
         Reach::over((1..=self.of.rows()).filter_map(of_row))
     }
 
-    /// From which row to which they lie; none of an empty set.
+    /// The range of rows; `None` for an empty set.
     pub fn rows(&self) -> Option<Reach> {
         let Reach { first, last } = self.between(1..=self.of.count())?;
         Some(Reach { first: self.of.row(first), last: self.of.row(last) })
     }
 
-    /// The first and the last of its contacts among those of these numbers.
+    /// The first and last contact of the set within a range of numbers.
     fn between(&self, numbers: RangeInclusive<u32>) -> Option<Reach> {
         let ((from, low), (to, high)) = (self.bit(*numbers.start()), self.bit(*numbers.end()));
         // The bits from `low` on, and those up to `high`.
@@ -161,7 +161,7 @@ mod tests {
     use super::{Extent, Reach};
     use crate::Contacts;
 
-    /// Numbers without pattern (Knuth's MMIX generator), below a bound.
+    /// Pseudo-random numbers (Knuth's MMIX generator), below a bound.
     fn below(state: &mut u64, bound: u32) -> u32 {
         *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((*state >> 33) % u64::from(bound)) as u32

@@ -1,4 +1,4 @@
-//! What a run says of itself before its first record and after its last.
+//! The description of a run before its first record and after its last.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -6,9 +6,8 @@ use std::collections::BTreeMap;
 
 use crate::{Contacts, Energy, Scales, TimeGrid};
 
-/// Version of the meaning and layout of records, events and header. A change to
-/// any of them raises it. Keys that are added to `run_end` do not: who does not know them
-/// passes over them.
+/// Version of the meaning and layout of records, events and header, raised with every change to them.
+/// Keys added to `run_end` do not raise it, since older readers ignore them.
 pub const RECORD_SCHEMA_VERSION: u32 = 6;
 
 /// What a run is, known before it starts.
@@ -57,10 +56,10 @@ fn is_one_row(rows: &u32) -> bool {
 }
 
 impl RunHeader {
-    /// How its blocks lie.
+    /// The arrangement of its blocks.
     ///
     /// # Panics
-    /// If rows of equal length do not give so many blocks. A log that says so is not read.
+    /// If the number of blocks is not a multiple of the number of rows. Readers refuse such logs.
     pub fn contacts(&self) -> Contacts {
         Contacts::in_rows(self.blocks, self.rows).expect("reading a log checks its rows")
     }
@@ -91,7 +90,7 @@ pub enum RunStatus {
 }
 
 impl RunStatus {
-    /// Whether the run was stopped because it could not go on: there is no more of it.
+    /// Whether the run was stopped because it could not continue.
     pub fn is_stopped(self) -> bool {
         matches!(self, RunStatus::StoppedEnergy | RunStatus::StoppedNotFinite)
     }
@@ -127,34 +126,34 @@ pub struct RunEnd {
     pub solver: SolverReport,
 }
 
-/// What two logs say alike, topic by topic.
+/// The topics that two logs have in common, and those that they do not.
 ///
-/// The messages of a topic are the same if their digests are. How messages of different topics
-/// follow one another is not compared: [`RunEnd::digest`] says that.
+/// Messages of a topic are equal if their digests are. The order of messages of different topics is not
+/// compared here; [`RunEnd::digest`] covers it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct TopicComparison {
-    /// Topics of both, with the same messages.
+    /// Topics of both logs with equal messages.
     pub same: Vec<String>,
-    /// Topics of both, with other messages.
+    /// Topics of both logs with different messages.
     pub different: Vec<String>,
-    /// Topics of both, with as many messages, of which one log has no digest.
+    /// Topics of both logs with equal numbers of messages, of which one log has no digest.
     pub unknown: Vec<String>,
-    /// Topics of the first log alone.
+    /// Topics of the first log only.
     pub only_first: Vec<String>,
-    /// Topics of the second log alone.
+    /// Topics of the second log only.
     pub only_second: Vec<String>,
 }
 
 impl TopicComparison {
-    /// Whether the messages of all topics that both logs have are known to be the same.
+    /// Whether the messages of all common topics are known to be equal.
     pub fn same_in_common(&self) -> bool {
         self.different.is_empty() && self.unknown.is_empty()
     }
 }
 
 impl RunEnd {
-    /// Compares the messages of two logs, topic by topic: of one with a detector more it tells
-    /// whether all else is as it was.
+    /// Compares the messages of two logs topic by topic. For a log with an additional detector it shows
+    /// whether all other topics are unchanged.
     pub fn compare_topics(&self, other: &RunEnd) -> TopicComparison {
         let mut found = TopicComparison::default();
         for (topic, count) in &self.message_counts {
@@ -164,7 +163,7 @@ impl RunEnd {
                 (Some(other_count), _) if other_count != count => &mut found.different,
                 (_, Some((ours, theirs))) if ours != theirs => &mut found.different,
                 (_, Some(_)) => &mut found.same,
-                // Before there were digests of topics there was that of all messages.
+                // Logs without digests of topics have one of all messages.
                 _ if self.digest == other.digest => &mut found.same,
                 _ => &mut found.unknown,
             };

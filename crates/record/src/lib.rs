@@ -1,15 +1,13 @@
-//! The vocabulary that every other crate speaks: what a solver yields
-//! ([`Record`]), what detectors emit ([`Event`]) and what describes a run
-//! ([`RunHeader`], [`RunEnd`]).
+//! The common types of all crates: the records of a solver ([`Record`]), the events of detectors
+//! ([`Event`]) and the description of a run ([`RunHeader`], [`RunEnd`]).
 //!
-//! These are plain data with serde and JSON schemas. They know nothing of the
-//! physics behind them, of files or of channels, so that a detector that reads
-//! a stored log a year from now needs this crate and no other.
+//! These are plain data with serde and JSON schemas, independent of physics, files and channels. So a
+//! detector that reads a stored log a year from now needs this crate and no other.
 //!
 //! Blocks are numbered from 1, as in the source thesis. Units stand last in
 //! names and are SI throughout.
 //!
-//! Events say of themselves what a table of them holds:
+//! Events describe the columns of their tables:
 //!
 //! ```
 //! use asperity_record::{Event, EventKind, GlobalSlip, markdown};
@@ -27,7 +25,7 @@
 //! assert_eq!(event.topic, "/events/global");
 //! assert_eq!(event.decode::<GlobalSlip>().unwrap()?, slip);
 //!
-//! // What reads events of any kind needs no more than what their detector announces.
+//! Code for events of any kind needs only what their detector announces.
 //! let kind = EventKind::of::<GlobalSlip>();
 //! for (column, cell) in kind.columns.iter().zip(kind.cells(&event.payload)?) {
 //!     println!("{} = {cell} {}", column.name, column.unit.unwrap_or_default());
@@ -36,7 +34,7 @@
 //! # Ok::<(), serde_json::Error>(())
 //! ```
 
-// Lets `payload!` name this crate by its own name, here as in crates that use it.
+// Lets `payload!` refer to this crate by its name, here as in other crates.
 extern crate self as asperity_record;
 
 pub mod bounds;
@@ -76,22 +74,22 @@ pub use time::TimeGrid;
 /// The most blocks that a scenario, and so a run log, may have.
 pub const MOST_BLOCKS: u64 = 100_000;
 
-/// Anything a solver yields, in the order in which it happened.
+/// A record of a solver, in the order in which they occur.
 ///
 /// Within one step the order is [`Record::Step`], [`Record::Fields`],
 /// [`Record::Window`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Record {
-    /// What detectors see.
+    /// The step record, the input of detectors.
     Step(StepRecord),
-    /// The state of the whole chain.
+    /// The state of all blocks.
     Fields(FieldRecord),
     /// The state of chosen blocks inside a dense window.
     Window(WindowRecord),
 }
 
 impl Record {
-    /// The step after which this record describes the chain.
+    /// The step whose end this record describes.
     pub fn step(&self) -> u64 {
         match self {
             Record::Step(record) => record.step,

@@ -1,16 +1,15 @@
-//! Payloads of events that say of themselves what their tables hold.
+//! Payloads of events, with a description of their tables.
 
 /// Declares the payload of a kind of events: the struct, its form in logs (JSON and a JSON
 /// schema), and the columns of its tables, all from one list of fields.
 ///
-/// A field is a `u32` (a count), a `u64` (a step or a number of events), an `f64`, a `bool`, or
-/// an `Option` of one of them; any other [`CellValue`](crate::CellValue) will do if it can be
-/// JSON. Its doc comment says on every page what the column means. The name of an `f64` ends in
-/// its unit ([`unit_of`](crate::unit_of)); a number without one says `[unit = "1"]` after its
-/// type.
+/// A field is a `u32` (a count), a `u64` (a step or a number of events), an `f64`, a `bool`, or an
+/// `Option` of one of them, or any other [`CellValue`](crate::CellValue) with a JSON form. Its doc
+/// comment is the meaning of the column on every page. The name of an `f64` ends in its unit
+/// ([`unit_of`](crate::unit_of)); a number without one has `[unit = "1"]` after its type.
 ///
-/// `topic` is where the events stand in a log, `table` what the table of a replay is called after
-/// the run: `NAME.longest.csv`.
+/// `topic` is the events' topic in a log, `table` the name of a table of a replay, after the run:
+/// `NAME.longest.csv`.
 ///
 /// ```
 /// use asperity_record::{Cell, Event, EventKind, EventPayload};
@@ -36,7 +35,7 @@
 /// assert_eq!(EventKind::of::<Longest>().columns[0].about, "Number of the slip event in its run, counted from 0.");
 /// ```
 ///
-/// A number whose unit is not known does not compile:
+/// A number without a known unit is a compile-time error:
 ///
 /// ```compile_fail
 /// asperity_record::payload! {
@@ -95,7 +94,7 @@ macro_rules! payload {
             }
         }
 
-        // Looked at here, so that what is wrong with them is told where they are declared.
+        // Evaluated here, so that the compiler reports errors at the declaration.
         const _: () = {
             assert!($crate::macros::is_event_topic($topic), "the topic of events must start with /events/");
             assert!(!<$name as $crate::EventPayload>::COLUMNS.is_empty());
@@ -109,13 +108,13 @@ macro_rules! payload {
     };
 }
 
-/// What [`payload!`] needs of other crates and of this one, wherever it is used.
+/// Items that [`payload!`] uses in any crate.
 #[doc(hidden)]
 pub mod macros {
     pub use schemars;
     pub use serde;
 
-    /// Whether a topic is one of events.
+    /// Whether a topic is that of an event.
     pub const fn is_event_topic(topic: &str) -> bool {
         crate::column::starts_with(topic.as_bytes(), b"/events/") && topic.len() > "/events/".len()
     }

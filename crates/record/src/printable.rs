@@ -1,16 +1,15 @@
-//! Text of others, in a line that is ours.
+//! Escapes text from outside for output in lines of this program.
 //!
-//! Names of files, runs and topics and the values in a log are whatever somebody wrote. Printed
-//! as they are, a line break in one begins a line that looks like ours, an escape sequence
-//! rewrites what stands on the terminal, and a mark of direction shows the letters in another
-//! order than that in which they stand.
+//! Names of files, runs and topics and the values in a log may be any text. Printed unchanged, a line
+//! break in one could fake a line of this program, an escape sequence could rewrite the terminal, and a
+//! direction mark could display letters in another order.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// A text with every character escaped that would do something else than appear in its place:
-/// the control characters (C0, DEL, C1), the separators of lines and paragraphs, and the marks
-/// that turn the direction of writing. They read as in a Rust literal, `\n` or `\u{202e}`.
+/// Escapes every character that does not simply appear in its place: control characters (C0, DEL, C1),
+/// separators of lines and paragraphs, and marks that change the direction of writing. They are written
+/// as in a Rust literal, `\n` or `\u{202e}`.
 ///
 /// ```
 /// use asperity_record::printable;
@@ -33,7 +32,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     out.into()
 }
 
-/// Whether a terminal or a page does something at a character instead of showing it.
+/// Whether a terminal or a page acts on a character instead of displaying it.
 fn acts(c: char) -> bool {
     c.is_control()
         || matches!(c,

@@ -1,5 +1,5 @@
-//! Ruptures, and how each passed the blocks. They are defined here and not beside the detectors
-//! that emit them, because the analysis does not link detectors.
+//! Ruptures, and how each passed the blocks. Defined here rather than beside the detectors that emit
+//! them, because the analysis does not link detectors.
 
 use crate::{Reach, payload};
 
@@ -96,7 +96,7 @@ payload! {
 }
 
 impl Rupture {
-    /// From which block to which it reached. In one row all between the two have slid.
+    /// The range of blocks of the rupture. In a single row all blocks of it have slid.
     pub fn reach(&self) -> Reach {
         Reach { first: self.first_block, last: self.last_block }
     }

@@ -26,17 +26,17 @@ pub struct Scales {
     pub interfacial_stiffness_n_per_m: Option<f64>,
 }
 
-/// Relative error of a front's speed over the time step, in times that a wave takes over a block:
-/// measured (docs/ruptures.md), of an error that is of first order.
+/// Relative error of a front's speed per time step, in units of the time that a wave takes over a block.
+/// Measured (docs/ruptures.md); the error is of first order.
 const FRONT_ERROR: f64 = 0.4;
 
 impl Scales {
-    /// Most time between two detachments that are linked, `t_link`, s.
+    /// Most time between two linked detachments, `t_link`, s.
     pub fn link_s(&self) -> f64 {
         self.link_time_ratio * self.block_time_s
     }
 
-    /// All numbers by the names under which a log has them.
+    /// All numbers with their names in logs.
     pub fn parts(&self) -> [(&'static str, Option<f64>); 5] {
         [
             ("block_length_m", Some(self.block_length_m)),
@@ -47,8 +47,7 @@ impl Scales {
         ]
     }
 
-    /// By how much the time step makes the speeds of fronts wrong, as a share of them; an estimate,
-    /// of either sign.
+    /// Estimated relative error of front speeds due to the time step, of either sign.
     pub fn front_error(&self, step_s: f64) -> f64 {
         FRONT_ERROR * step_s / self.block_time_s
     }

@@ -1,5 +1,5 @@
-//! The events of slip that tables are made of. They are defined here and not beside the
-//! detectors that emit them, because the analysis does not link detectors.
+//! The events of slip, from which tables are made. Defined here rather than beside the detectors that
+//! emit them, because the analysis does not link detectors.
 
 use crate::{Reach, payload};
 
@@ -69,7 +69,7 @@ payload! {
 }
 
 impl SlipEvent {
-    /// From which block to which it reached.
+    /// The range of blocks of the event.
     pub fn reach(&self) -> Reach {
         Reach { first: self.first_block, last: self.last_block }
     }

@@ -1,10 +1,9 @@
-//! The step record: the only thing a detector sees.
+//! The step record: the only input of a detector.
 //!
-//! Records exist for steps at which something can be known without stepping:
-//! steps at which a block switched between stick and slip, the first and the
-//! first-after step of every slip event, and the sampling instants. A solver
-//! that jumps from switch to switch yields the same ones as a solver that takes
-//! every step.
+//! Records exist for steps that a solver knows without taking every step: steps at which a block
+//! switched between stick and slip, the first step of every slip event and the first one after it, and
+//! the sampling instants. A solver that jumps from switch to switch yields the same records as one that
+//! takes every step.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -24,10 +23,10 @@ pub struct StepRecord {
     pub driving_force_n: f64,
     /// Total normal load `F_N` that this step's update used.
     pub normal_load_n: f64,
-    /// The driving forces on the first and the last block, N, where the drive pulls both ways
-    /// and their sum says little.
+    /// The driving forces on the first and the last block, N, where the drive pulls both ways, so that
+    /// their sum has little meaning.
     pub end_forces_n: Option<[f64; 2]>,
-    /// Energies up to the end of this step; none in records that were made before there were any.
+    /// Energies up to the end of this step; `None` in records of versions without energies.
     pub energy: Option<Energy>,
     /// How many blocks slid in this step, that is, entered it detached.
     pub sliding: u32,
@@ -56,8 +55,8 @@ pub struct Switch {
     pub velocity_m_per_s: f64,
     /// Tangential force without friction `tau_n` of this step.
     pub tangential_force_n: f64,
-    /// Anchor `u_stick,n` of the friction spring: the one left behind by a
-    /// block that detaches, the new one (5.15) of a block that re-attaches.
+    /// Anchor `u_stick,n` of the friction spring: the former one of a block that detaches, the new one
+    /// (5.15) of a block that re-attaches.
     pub stick_position_m: f64,
     /// Static friction threshold `mu_s p_n` of this step.
     pub threshold_n: f64,

@@ -1,24 +1,23 @@
-//! Integer steps are the time; seconds are derived from them in one place.
+//! The time grid: integer steps are the time, and seconds are derived from them here.
 
 /// The grid of time steps of a run.
 ///
-/// Most time steps are the reciprocal of a whole number (1e-8 s is a 100 MHz
-/// grid). There the time of a step is `step / rate`, which is the double nearest
-/// to the true value and prints as a person would write it; `step * dt` gives
-/// `0.056763560000000005` where `0.05676356` is meant.
+/// Most time steps are the reciprocal of a whole number (1e-8 s is a 100 MHz grid). Then the time of a
+/// step is `step / rate`, the double nearest to the true value, which prints with few digits;
+/// `step * dt` gives `0.056763560000000005` instead of `0.05676356`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimeGrid {
     step_s: f64,
     rate_hz: Option<f64>,
 }
 
-/// How far `1 / dt` may be from a whole number to be taken for one: a few
-/// rounding errors of the division.
+/// Largest distance of `1 / dt` from a whole number to be rounded to it: a few rounding errors of the
+/// division.
 const RATE_TOLERANCE: f64 = 1e-14;
 
-/// How far a duration divided by `dt` may be from a whole number to be taken
-/// for one. Decimal durations over decimal steps miss by a few rounding errors
-/// (up to about 1e-7 steps in 1e9); a mistaken duration misses by much more.
+/// Largest distance of a duration divided by `dt` from a whole number to be rounded to it. Decimal
+/// durations over decimal steps differ by a few rounding errors (up to about 1e-7 steps in 1e9); a wrong
+/// duration differs by much more.
 const STEP_COUNT_TOLERANCE: f64 = 1e-6;
 
 impl TimeGrid {
@@ -45,7 +44,7 @@ impl TimeGrid {
         }
     }
 
-    /// The number of steps in `duration_s`, if it is a whole one.
+    /// The number of steps in `duration_s`; `None` if it is not whole.
     pub fn whole_steps(&self, duration_s: f64) -> Option<u64> {
         let steps = duration_s / self.step_s;
         let whole = steps.round();
@@ -58,7 +57,7 @@ impl TimeGrid {
         (time_s / self.step_s).round() as u64
     }
 
-    /// The length of a step in whole nanoseconds, if it is a whole number.
+    /// The length of a step in nanoseconds, if that is a whole number.
     pub fn step_ns(&self) -> Option<u64> {
         let ns = self.step_s * 1e9;
         let whole = ns.round();
@@ -85,7 +84,7 @@ mod tests {
         assert_eq!(grid.time_s(5_676_356).to_string(), "0.05676356");
         assert_eq!(grid.time_ns(5_676_356), 56_763_560);
         assert_eq!(grid.step_ns(), Some(10));
-        // Multiplying gives the neighbouring double.
+        // Multiplication gives the neighbouring double.
         assert_ne!(5_676_356.0 * 1e-8, 0.056_763_56);
     }
 

@@ -19,9 +19,9 @@ use asperity_model::{Elastic, Plan};
 use asperity_record::Energy;
 
 use crate::energy::Bookkeeping;
+use crate::kernels::Simd;
 use crate::state::SliderState;
 use crate::strength::Load;
-use crate::sweep::Sweeps;
 
 /// The part of a step that depends on the body.
 pub(crate) trait Body: Clone + Debug + Send + 'static {
@@ -73,7 +73,7 @@ pub(crate) trait OfPlan: Body {
         plan: &Plan,
         elastic: &Self::Elastic,
         state: &SliderState,
-        sweeps: Sweeps,
+        simd: Simd,
         keeping: Bookkeeping,
     ) -> Self;
 }

@@ -1,4 +1,4 @@
-//! Complex numbers, of which the modes of a chain need a few operations.
+//! Complex numbers, with the few operations that the modes of a chain need.
 
 /// A complex number.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -11,7 +11,7 @@ impl Complex {
     pub(crate) const ZERO: Complex = Complex { re: 0.0, im: 0.0 };
     pub(crate) const ONE: Complex = Complex { re: 1.0, im: 0.0 };
 
-    /// The magnitude, from operations that are the same everywhere.
+    /// The magnitude, by operations that give the same bits on every machine.
     pub(crate) fn size(self) -> f64 {
         let largest = self.re.abs().max(self.im.abs());
         if largest == 0.0 {

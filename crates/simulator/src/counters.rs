@@ -1,4 +1,4 @@
-//! What the steps of a run were made of.
+//! Counts of how a solver took the steps of a run.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,22 +10,22 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Counters {
-    /// Steps taken one by one.
+    /// Steps taken singly.
     pub plain_steps: u64,
     /// Jumps over stick phases.
     pub jumps: u64,
-    /// Steps that they covered.
+    /// Steps covered by jumps.
     pub jump_steps: u64,
-    /// Times that all blocks were stuck, and no jump was long enough to be worth it.
+    /// Times that all blocks were stuck and no jump long enough to pay was certified.
     pub refused_jumps: u64,
     /// Windows taken.
     pub windows: u64,
-    /// Steps that they covered.
+    /// Steps covered by windows.
     pub window_steps: u64,
-    /// Times that no window was certified, or none worth it in sight.
+    /// Times that no window was certified, or none was expected to pay.
     pub refused_windows: u64,
-    /// Differences and terms that were taken for windows, those of refused ones
-    /// included; each costs less than a plain step.
+    /// Differences and terms computed for windows, refused ones included; each costs less than a plain
+    /// step.
     pub applications: u64,
     /// Block switches.
     pub switches: u64,
@@ -38,12 +38,12 @@ fn is_zero(count: &u64) -> bool {
     *count == 0
 }
 
-/// Most that a count of work may be that no number of steps bounds: sums of it stay numbers.
+/// Bound on those counts of work that no number of steps bounds, so that their sums do not overflow.
 const MOST_COUNTED: u64 = 1 << 48;
 
 impl Counters {
-    /// Whether these can be the counts of so many steps. What is read from a file is to be asked before
-    /// anything is added to it.
+    /// Whether these can be the counts of a run of `steps` steps. Counts from a file must pass before
+    /// anything is added to them.
     pub fn fit(&self, steps: u64) -> bool {
         let of_steps = [self.plain_steps, self.jump_steps, self.window_steps];
         let others = [
@@ -58,12 +58,12 @@ impl Counters {
             && others.into_iter().all(|count| count <= MOST_COUNTED)
     }
 
-    /// Steps that were covered.
+    /// Steps taken in all, singly or in leaps.
     pub fn steps(&self) -> u64 {
         self.plain_steps + self.jump_steps + self.window_steps
     }
 
-    /// All of them by name.
+    /// All counts by name.
     pub fn by_name(&self) -> BTreeMap<String, u64> {
         let Counters {
             plain_steps,

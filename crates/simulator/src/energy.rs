@@ -1,65 +1,65 @@
-//! What became of the work that the drive does: energies, computed beside the steps.
+//! Energies: what the work of the drive became, computed beside the steps.
 //!
-//! A step goes from `u, v` to `u' = u + w`, `v' = v + d` with `w = dt v'` and `m d = dt F`; `F` are
-//! the forces of the step, taken at the old nodes. Each force does the work `F_n w_n`, whatever
-//! becomes of it on the way:
+//! A step goes from `u, v` to `u' = u + w`, `v' = v + d` with `w = dt v'` and `m d = dt F`, where `F`
+//! are the forces of the step, taken at the old nodes. Each force does the work `F_n w_n`, split as
+//! follows:
 //!
 //! - *drive work* `dX sum_n (K_n (X - u_n) - K_n dX / 2)`, the point `X` of the step moved by `dX`
 //!   from that of the step before, the nodes held;
 //! - *prestress work* `P w`; *friction heat* `f w` over the sliding contacts; *viscous loss* `v C w`;
-//! - *anchor change*: what friction springs hold as they take hold again, less what they lose as they
-//!   let go;
-//! - *scheme work* `w M w / 2 - m d d / 2`, with `M` the stiffness of chain, drive and friction
-//!   springs: springs pull all the way as at its beginning, and velocities change at its beginning.
+//! - *anchor change*: energy of friction springs at re-attachment, less their energy at detachment;
+//! - *scheme work* `w M w / 2 - m d d / 2`, with `M` the stiffness of chain, drive and friction springs:
+//!   the error of the scheme, whose springs keep their initial pull for the whole step, and whose
+//!   velocities change at its beginning.
 //!
-//! The balance of these and of the changes of kinetic and elastic energy is an identity. The plain
-//! solver adds all of it up in every step ([`StepWork`](crate::sweep)).
+//! The balance of these and the changes of kinetic and elastic energy is an identity. The plain solver
+//! adds all terms in every step ([`StepWork`](crate::kernels)).
 //!
-//! **Spans.** The fast solver does not see every step. In a *span* of steps nothing switches, and
-//! the outer forces `G` (drive, prestress, anchors, sliding friction) change by the same `g` in
-//! every step. There heat is `f` times the way; where the load changes, it is summed by parts. With
-//! `D v` the difference of `v` between a step and the next, the work of the scheme from the state
-//! `a` to the state `b` is `S(b) - S(a)`,
+//! **Spans.** The fast solver does not take every step. In a *span* of steps nothing switches, and the
+//! outer forces `G` (drive, prestress, anchors, sliding friction) change by the same `g` in every step.
+//! The heat is then `f` times the displacement, summed by parts where the load changes. With `D v` the
+//! difference of `v` between a step and the next, the work of the scheme from the state `a` to the state
+//! `b` is `S(b) - S(a)`,
 //!
 //! ```text
 //! S = -m/2 v Dv - dt/4 v C v + g u / 2 - (R_1 + R_2 / 4 + R_3 / 16 + ...) / 4,
 //! R_p = [p = 1] g D u - m/2 |D^p v|^2 - D^p u M D^p u / 2 - m/2 D^p v D^(p+1) v - 3 dt/4 D^p v C D^p v.
 //! ```
 //!
-//! All but the last term follows from `m D v = dt (G - M u - C v)`, summed by parts; it leaves
-//! `-dt/4` times the sum of `Dv C Dv`. But differences obey the same scheme, with the force `g`, so
-//! that sum is their own viscous loss, to be had from their own balance, up to that of the second
-//! differences, and so on. Orders fall as `(dt w)^2 / 4` with `w` the highest rate of the chain:
-//! [`Accounts`] takes as many as leave out [`NEGLIGIBLE`] of the viscous loss. That itself is told
-//! by the balance. What the drive does needs the sum of the displacements that it pulls at over the
-//! steps: windows and jumps have it in closed form.
+//! All but the last term follows from `m D v = dt (G - M u - C v)` by summation by parts; what remains
+//! is `-dt/4` times the sum of `Dv C Dv`. Differences obey the same scheme with the force `g`, so that
+//! sum is their own viscous loss, which follows from their own balance up to that of the second
+//! differences, and so on. Orders decrease as `(dt w)^2 / 4` with `w` the highest rate of the chain:
+//! [`Accounts`] takes as many as leave out [`NEGLIGIBLE`] of the viscous loss. The viscous loss itself
+//! follows from the balance. The work of the drive needs sums, over the steps, of the displacements that
+//! it pulls at: windows and jumps have them in closed form.
 
 use asperity_model::elastic::Chain;
 use asperity_model::{Elastic, Plan};
 use asperity_record::Energy;
 
 use crate::cost::span_steps;
+use crate::kernels::{Changing, Forms, Held, Moved, Simd, Stored};
 use crate::law::ChainLoops;
 use crate::ledger::{Ledger, Span};
 use crate::state::SliderState;
 use crate::strength::Ramp;
-use crate::sweep::{Changing, Forms, Held, Moved, Stored, Sweeps};
 
 /// Share of the viscous loss that the orders of a span may leave out of the scheme's work.
 const NEGLIGIBLE: f64 = 1e-10;
 
-/// Most orders that are worth it beside adding up single steps.
+/// Most orders that cost less than adding up single steps.
 const MOST_ORDERS: usize = 4;
 
-/// Most orders of all, where steps are so long that they hardly fall.
+/// Most orders in any case, for steps so long that orders hardly decrease.
 const LAST_ORDER: usize = 40;
 
-/// Who adds up what single steps do.
+/// How the work of single steps is added up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Bookkeeping {
-    /// All of it is added up in every step.
+    /// All terms in every step.
     EveryStep,
-    /// Spans, where they pay; the viscous loss is told by the balance.
+    /// By spans where they pay; the viscous loss follows from the balance.
     Spans,
 }
 
@@ -74,13 +74,13 @@ struct Potential {
 #[derive(Debug, Clone)]
 pub(crate) struct Accounts {
     chain: Chain,
-    sweeps: Sweeps,
-    /// Whether single steps add up what they do.
+    simd: Simd,
+    /// Whether single steps add their terms one by one.
     by_steps: bool,
-    /// Whether the viscous loss is told by the balance.
+    /// Whether the viscous loss follows from the balance.
     balances: bool,
     orders: usize,
-    /// What spans have cost since it was asked for.
+    /// Cost of spans since [`Accounts::take_cost_steps`] was last called.
     cost_steps: u64,
     /// How far the drive point moves in a step, and how its pull changes in half a step.
     advance_m: f64,
@@ -95,12 +95,12 @@ pub(crate) struct Accounts {
     next: [Vec<f64>; 2],
 }
 
-/// What stays the same in the span that is open.
+/// What is constant in the open span.
 #[derive(Debug, Clone)]
 struct Map {
     from_step: u64,
     until_step: u64,
-    /// Whether the drive point goes on moving.
+    /// Whether the drive point keeps moving.
     moves: bool,
     ramp: Ramp,
     /// Sign of the velocity of each sliding block, 0 for stuck ones.
@@ -110,7 +110,7 @@ struct Map {
     /// Sliding friction in the next step.
     drag_n: Vec<f64>,
     slides: bool,
-    /// Whether each block slides the way that it will go on sliding.
+    /// Whether each sliding block moves in the direction in which it will keep sliding.
     is_directed: bool,
 }
 
@@ -119,7 +119,7 @@ impl Accounts {
         plan: &Plan,
         chain: Chain,
         state: &SliderState,
-        sweeps: Sweeps,
+        simd: Simd,
         keeping: Bookkeeping,
     ) -> Accounts {
         let orders = orders(plan);
@@ -128,7 +128,7 @@ impl Accounts {
         let all_n_per_m: f64 = plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum();
         let mut accounts = Accounts {
             chain,
-            sweeps,
+            simd,
             by_steps: keeping == Bookkeeping::EveryStep || plan.friction.law.holds() || orders > MOST_ORDERS,
             balances: keeping == Bookkeeping::Spans,
             orders,
@@ -157,35 +157,35 @@ impl Accounts {
         accounts
     }
 
-    /// Whether single steps add up what they do, and spans are for many steps at once alone.
+    /// Whether single steps add their terms one by one, and spans serve leaps alone.
     pub(crate) fn by_steps(&self) -> bool {
         self.by_steps
     }
 
-    /// What was spent on spans that have ended since this was last asked.
+    /// Returns the cost of the spans that ended since the last call.
     pub(crate) fn take_cost_steps(&mut self) -> u64 {
         std::mem::take(&mut self.cost_steps)
     }
 
-    /// Whether a span is not worth beginning where so many single steps follow for sure, in some of
-    /// which blocks may switch.
+    /// Whether to add up single steps rather than begin a span, when at least `steps_ahead` single steps
+    /// follow, in some of which blocks may switch.
     pub(crate) fn adds_single_steps(&self, state: &SliderState, steps_ahead: u64) -> bool {
         self.by_steps || (state.energy.span.is_none() && !self.adds_so_few(steps_ahead))
     }
 
-    /// Whether so few single steps take no longer to add up than both ends of a span.
+    /// Whether so few single steps cost no more than both ends of a span.
     pub(crate) fn adds_so_few(&self, steps: u64) -> bool {
         steps <= span_steps(self.orders)
     }
 
-    /// Goes on with the span that is open in a state which was not reached by the last step.
+    /// Continues the open span in a state that was not reached by the last step.
     pub(crate) fn follow(&mut self, plan: &Plan, state: &SliderState) {
         if let Some(span) = state.energy.span {
             self.set_map(plan, state, span.from_step);
         }
     }
 
-    /// Sees to it that a span is open that goes on up to `until_step`.
+    /// Ensures that a span up to `until_step` is open.
     pub(crate) fn begin(&mut self, plan: &Plan, state: &mut SliderState, until_step: u64) {
         if state.energy.span.is_some() {
             if until_step <= self.map.until_step {
@@ -217,7 +217,7 @@ impl Accounts {
         }
     }
 
-    /// Adds what a step did, of which `slip` is.
+    /// Adds the terms of a single step, with `slip` as it was in that step.
     pub(crate) fn add_step(
         &self,
         plan: &Plan,
@@ -237,7 +237,7 @@ impl Accounts {
             dt,
             mass: plan.block_mass_kg,
         };
-        let work = law.step_work(self.sweeps, &moved);
+        let work = law.step_work(self.simd, &moved);
         let driven: f64 = plan
             .drive
             .springs
@@ -253,7 +253,7 @@ impl Accounts {
         ledger.scheme_work_j.add(work.scheme_j + dt * dt * driven);
     }
 
-    /// Adds the work of the drive point in a single step, from what it pulls with along its way.
+    /// Adds the work of the drive point in a single step, from its pull along its way.
     #[inline]
     pub(crate) fn add_drive_step(&self, ledger: &mut Ledger, along_n: f64, moves: bool) {
         if moves {
@@ -261,9 +261,9 @@ impl Accounts {
         }
     }
 
-    /// Adds the work of the drive over so many steps behind `from_step`. `sum_m` gives the sum of a
-    /// block's displacements over the states from that step on, as many as there are steps,
-    /// `first_m` the first of them.
+    /// Adds the work of the drive over the `steps` steps after `from_step`. `sum_m` gives the sum of a
+    /// block's displacements over as many states, the first that of `from_step`; `first_m` gives the
+    /// first displacement.
     pub(crate) fn add_drive(
         &self,
         plan: &Plan,
@@ -280,7 +280,7 @@ impl Accounts {
         }
         let count = moving as f64;
         let point_m = plan.drive_point_m(from_step + 1, u64::MAX);
-        // Of the points of all steps, in the middle of their ways.
+        // Sum over the midpoints of the point's way in each step.
         let points_m = count * (point_m + 0.5 * advance_m * (count - 2.0));
         let mut force_n = 0.0;
         for spring in &plan.drive.springs {
@@ -291,23 +291,23 @@ impl Accounts {
         state.energy.drive_work_j.add(advance_m * force_n);
     }
 
-    /// Takes from the heat what the change of the load took from it in every step, over
-    /// displacements: those after each step, all in all.
+    /// Corrects the heat for the change of the load in each step. `displacement_m` is the sum of
+    /// displacements after each step.
     pub(crate) fn fade(&self, plan: &Plan, ledger: &mut Ledger, displacement_m: &[f64], times: f64) {
         if self.fades() {
             let friction_n = &plan.friction.dynamic_friction_n;
-            let way_j = self.sweeps.directed(&self.map.sigma, friction_n, displacement_m);
+            let way_j = self.simd.directed(&self.map.sigma, friction_n, displacement_m);
             ledger.friction_heat_j.add(-times * self.map.ramp.change_n(way_j));
         }
     }
 
-    /// Whether heat needs the sum of displacements over all steps: contacts slide under a load that
+    /// Whether heat needs the sum of displacements over all steps: contacts slide while the load
     /// changes.
     pub(crate) fn fades(&self) -> bool {
         self.map.slides && !self.map.ramp.is_flat()
     }
 
-    /// All of it, at the end of the last step.
+    /// All energies at the end of the last step.
     pub(crate) fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy {
         let ledger = state.energy;
         let (mut heat_j, mut scheme_j) = (ledger.friction_heat_j.value(), ledger.scheme_work_j.value());
@@ -333,7 +333,7 @@ impl Accounts {
         energy
     }
 
-    /// Gives the viscous loss what is missing in the balance.
+    /// Sets the viscous loss to what the balance lacks.
     fn balance(&self, energy: &mut Energy) {
         energy.viscous_loss_j = (energy.drive_work_j + energy.prestress_work_j)
             + (energy.anchor_change_j + energy.scheme_work_j)
@@ -349,7 +349,7 @@ impl Accounts {
 
     /// Kinetic and elastic energy of a state after a step.
     fn stored_j(&self, plan: &Plan, state: &SliderState) -> (f64, f64) {
-        let stored = self.sweeps.stored(&Stored {
+        let stored = self.simd.stored(&Stored {
             chain: &self.chain,
             u: &state.displacement_m,
             v: &state.velocity_m_per_s,
@@ -379,7 +379,7 @@ impl Accounts {
             map.ramp = Ramp::from_step(plan, from_step + 1, state.hold_step);
         }
         map.slides = state.detached > 0;
-        map.is_directed = self.sweeps.sort(
+        map.is_directed = self.simd.sort(
             &mut map.sigma,
             &mut map.spring,
             &state.velocity_m_per_s,
@@ -388,9 +388,9 @@ impl Accounts {
         );
     }
 
-    /// The functions of the state whose differences over the span are heat and work.
+    /// The functions of the state whose differences over the span are heat and scheme work.
     fn potential(&mut self, plan: &Plan, state: &SliderState) -> Potential {
-        let Accounts { chain, sweeps, map, force_n, zeros, now, next, orders, advance_m, .. } = self;
+        let Accounts { chain, simd, map, force_n, zeros, now, next, orders, advance_m, .. } = self;
         let (dt, mass) = (plan.grid.step_s(), plan.block_mass_kg);
         let dt_over_m = dt / mass;
         let rigid = plan.friction.law.holds();
@@ -402,11 +402,11 @@ impl Accounts {
                 *drag = load.scaled_n(*friction);
             }
         }
-        // The step that comes next, as if the span went on.
+        // The next step, as if the span continued.
         let hold_step = if map.moves { u64::MAX } else { state.hold_step };
         let point_m = plan.drive_point_m(state.step + 1, hold_step);
         let advance_m = if map.moves { *advance_m } else { 0.0 };
-        sweeps.pull(force_n, u, v, chain);
+        simd.pull(force_n, u, v, chain);
         for spring in &plan.drive.springs {
             force_n[spring.block] += spring.force_n(point_m, u[spring.block]);
         }
@@ -424,7 +424,7 @@ impl Accounts {
             dt_over_m,
         };
         let [d_u, d_v] = now;
-        sweeps.first_difference(d_u, d_v, force_n, &held);
+        simd.first_difference(d_u, d_v, force_n, &held);
         if rigid {
             hold_stuck(&map.sigma, [d_u, d_v]);
         }
@@ -437,17 +437,17 @@ impl Accounts {
                 .map(|spring| spring.force_n(advance_m, 0.0) * x[spring.block])
                 .sum();
             let load = match map.slides && !map.ramp.is_flat() {
-                true => map.ramp.change_n(sweeps.directed(&map.sigma, friction_n, x)),
+                true => map.ramp.change_n(simd.directed(&map.sigma, friction_n, x)),
                 false => 0.0,
             };
             drive - load
         };
-        let Forms { mixed, loss, .. } = sweeps.forms(&Changing { chain, u, v, d_v, spring: &map.spring });
+        let Forms { mixed, loss, .. } = simd.forms(&Changing { chain, u, v, d_v, spring: &map.spring });
         let mut scheme_j = -0.5 * mass * mixed - 0.25 * dt * loss + 0.5 * steady_j(u);
         let mut share = 0.25;
         for order in 1..=*orders {
             let [d_u, d_v] = &*now;
-            sweeps.pull(force_n, d_u, d_v, chain);
+            simd.pull(force_n, d_u, d_v, chain);
             let advance_m = if order == 1 { advance_m } else { 0.0 };
             for spring in &plan.drive.springs {
                 force_n[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
@@ -459,12 +459,12 @@ impl Accounts {
             }
             let held = Held { u: d_u, v: d_v, anchor: zeros, drag: zeros, ..held };
             let [next_u, next_v] = next;
-            sweeps.first_difference(next_u, next_v, force_n, &held);
+            simd.first_difference(next_u, next_v, force_n, &held);
             if rigid {
                 hold_stuck(&map.sigma, [next_u, next_v]);
             }
             let Forms { square, mixed, loss, elastic: strain_j } =
-                sweeps.forms(&Changing { chain, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
+                simd.forms(&Changing { chain, u: d_u, v: d_v, d_v: next_v, spring: &map.spring });
             let drive_j: f64 = plan
                 .drive
                 .springs
@@ -478,7 +478,7 @@ impl Accounts {
             std::mem::swap(now, next);
         }
         let heat_j = match map.slides {
-            true => load.scaled_n(sweeps.directed(&map.sigma, friction_n, u)),
+            true => load.scaled_n(simd.directed(&map.sigma, friction_n, u)),
             false => 0.0,
         };
         Potential { heat_j, scheme_j }
@@ -501,7 +501,7 @@ pub(crate) struct Velocities<'a> {
     pub(crate) sliding_friction_n: &'a [f64],
 }
 
-/// By the laws without friction springs: what is stuck does not move.
+/// Stops stuck contacts, for the laws without friction springs.
 fn hold_stuck(sigma: &[f64], [u, v]: [&mut Vec<f64>; 2]) {
     for (sigma, (u, v)) in sigma.iter().zip(u.iter_mut().zip(v)) {
         if *sigma == 0.0 {
@@ -510,8 +510,8 @@ fn hold_stuck(sigma: &[f64], [u, v]: [&mut Vec<f64>; 2]) {
     }
 }
 
-/// How many orders leave out what is negligible: a difference of the chain's fastest mode is at most
-/// `max(dt w, 4 eta dt / m + (dt w)^2)` of it, with `w` its frequency.
+/// Number of orders beyond which terms are negligible: a difference of the chain's fastest mode is at
+/// most `max(dt w, 4 eta dt / m + (dt w)^2)` of it, with `w` its frequency.
 fn orders(plan: &Plan) -> usize {
     let (elastic, dt, mass): (&Elastic, _, _) = (&plan.elastic, plan.grid.step_s(), plan.block_mass_kg);
     let stiffest = elastic.spectral_bound_n_per_m()

@@ -1,20 +1,17 @@
-//! Whether the fast solver does what the plain one does.
+//! Compares the fast solver with the plain one.
 //!
-//! Both run the same plan side by side. Equal means: the same steps in which blocks
-//! switch, the same blocks in the same direction, the same number sliding; and
-//! numbers within [`TOLERANCE`] of the run's largest of their kind, or, in a run that
-//! hardly moves, of what a block reaches as it starts to slip: its threshold, the
-//! stretch `mu_s p / k` of a spring that holds it and its energy, the velocity
-//! `(mu_s - mu_d) p / sqrt(k m)`. Energies are all of one kind.
-//! Where displacements are large, rounding reaches further than that: velocities may
-//! differ by `2 eps u / dt`, since a displacement that is rounded in every step moves
-//! no more steadily, and forces by [`rounding_reach`].
+//! Both run the same plan side by side. They are equal if the same blocks switch in the same direction
+//! in the same steps, equally many slide, and numbers agree within [`TOLERANCE`] of the run's largest of
+//! their kind. In a run that hardly moves, the scale is what a block reaches as it starts to slip: its
+//! threshold, the stretch `mu_s p / k` of a spring that holds it and the energy of that, the velocity
+//! `(mu_s - mu_d) p / sqrt(k m)`. Energies are all one kind. Where displacements are large, rounding
+//! exceeds that: velocities may differ by `2 eps u / dt`, since a displacement is rounded in every step,
+//! and forces by [`rounding_reach`].
 //!
-//! A difference is admitted as a near tie only if the step in question, computed
-//! without rounding ([`crate::Exact`]) from the last state before it that both agree on,
-//! leaves the block that one of them saw switching within the reach of rounding, and
-//! the other one sees the same switch within [`LATE_STEPS`]. The comparison then goes on
-//! from the plain solver's state.
+//! A difference is accepted as a near tie only under two conditions. The step, computed without rounding
+//! ([`crate::Exact`]) from the last common state, leaves the block that switched in one solver within
+//! the reach of rounding; and the other solver has that switch within [`LATE_STEPS`]. The comparison
+//! then continues from the plain solver's state.
 
 use std::sync::Arc;
 
@@ -23,43 +20,41 @@ use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord};
 use serde::{Deserialize, Serialize};
 
 use crate::exact::Exact;
+use crate::kernels::Simd;
 use crate::kind;
 use crate::ledger::Ledger;
 use crate::plain::Plain;
 use crate::recorder::{fields, is_on_cadence};
 use crate::solver::{SimulationError, Solver};
 use crate::state::SliderState;
-use crate::sweep::Sweeps;
 use crate::window::norms::Norms;
 
 /// Numbers agree within this share of the largest of their kind in the run.
 pub const TOLERANCE: f64 = 1e-9;
 
-/// Steps within which the other solver must see a switch that one of them sees.
+/// Steps within which the second solver must have a switch of the first.
 pub const LATE_STEPS: u64 = 1000;
 
 /// A switch that rounding decides.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NearTie {
-    /// The step in which one of the solvers saw it.
+    /// The step in which the first of the solvers has it.
     pub step: u64,
     /// The block, counted from 1.
     pub block: u32,
     /// Which way it switches.
     pub direction: Direction,
-    /// Whether the plain solver saw it in this step (the fast one did not), or the
-    /// other way round.
+    /// Whether the plain solver has it in this step and the fast one later, or the reverse.
     pub plain_switches: bool,
-    /// How many steps later the other one saw it.
+    /// Number of steps by which the other solver is later.
     pub late_steps: u64,
-    /// How far the exact step is beyond the switch: N of force for one that
-    /// detaches, m/s of velocity for one that attaches.
+    /// Distance of the exact step beyond the switch: N of force for detachment, m/s of velocity for
+    /// re-attachment.
     pub beyond: f64,
-    /// How far rounding reaches in a state of that size ([`rounding_reach`]), in the
-    /// same unit.
+    /// How far rounding reaches in a state of that size ([`rounding_reach`]), in the unit of `beyond`.
     pub reach: f64,
-    /// The last state that both agree on, as the plain solver has it.
+    /// The last common state, as the plain solver has it.
     pub before: SliderState,
 }
 
@@ -81,9 +76,9 @@ pub struct Agreement {
 pub struct Deviation {
     /// The kind.
     pub what: &'static str,
-    /// What counts as the largest magnitude of its kind, SI.
+    /// The scale: the largest magnitude of its kind, SI.
     pub largest: f64,
-    /// The largest difference, as a share of that.
+    /// The largest difference relative to that.
     pub share: f64,
 }
 
@@ -101,16 +96,16 @@ pub enum Disagreement {
         block: u32,
         /// "detaches" or "attaches".
         what: &'static str,
-        /// The name of the solver that saw it.
+        /// Name of the solver that has it.
         by: &'static str,
-        /// The last step that both agree on.
+        /// The last step in which both agree.
         from_step: u64,
         /// As in [`NearTie`].
         beyond: f64,
         /// As in [`NearTie`].
         reach: f64,
     },
-    /// A switch at rounding's reach that the other solver does not see soon after.
+    /// A switch within reach of rounding that the other solver does not have soon after.
     #[error(
         "step {step}, block {block}: switches by the {by} solver alone, and not within {LATE_STEPS} steps by the other"
     )]
@@ -119,10 +114,10 @@ pub enum Disagreement {
         step: u64,
         /// The block, counted from 1.
         block: u32,
-        /// The name of the solver that saw it.
+        /// Name of the solver that has it.
         by: &'static str,
     },
-    /// The same switches, but another number of sliding blocks, or no record.
+    /// Equal switches, but another number of sliding blocks, or no record.
     #[error("step {step}: the records differ without a switch that explains it")]
     Records {
         /// The step.
@@ -141,9 +136,9 @@ pub enum Disagreement {
     Simulation(#[from] SimulationError),
 }
 
-/// Runs a plan with both solvers and compares them; calls `each` with the plain and
-/// the fast solver's record of every step that is compared (at a near tie twice
-/// the plain one's), and `progress` with the last step.
+/// Runs a plan with both solvers and compares them. Calls `each` with the records of the plain and the
+/// fast solver of every compared step (at a near tie with the plain one's twice), and `progress` with
+/// the last step.
 ///
 /// # Errors
 /// If they disagree, or one of them fails.
@@ -154,10 +149,10 @@ pub fn compare(
 ) -> Result<Agreement, Disagreement> {
     let plan = Arc::new(bare(plan));
     let plain = Plain::new(Arc::clone(&plan));
-    hold(&plan, plain, kind::fast(Arc::clone(&plan), Sweeps::detect()), each, progress)
+    hold(&plan, plain, kind::fast(Arc::clone(&plan), Simd::detect()), each, progress)
 }
 
-/// The same with solvers at the start.
+/// Compares two solvers that stand at the start.
 fn hold(
     plan: &Plan,
     mut plain: Plain,
@@ -215,8 +210,8 @@ fn hold(
     }
 }
 
-/// The plan with nothing recorded but what must be, switches and the edges of slip
-/// events, and a hundred states between.
+/// The plan with only the required records, switches and the edges of slip events, and a hundred states
+/// in between.
 fn bare(plan: &Plan) -> Plan {
     let mut plan = plan.clone();
     plan.recording.sample_every_steps = 0;
@@ -242,7 +237,7 @@ fn next_step(plan: &Plan, solver: &mut dyn Solver) -> Result<Option<Next>, Simul
             (Some(Record::Step(record)), _) => {
                 let fields_follow = is_on_cadence(plan.recording.fields_every_steps, record.step);
                 if !fields_follow {
-                    // Recorded for its own sake: the solver stands just after it.
+                    // Recorded for a cadence: the solver stands just after it.
                     let fields = fields(plan, &solver.snapshot().slider);
                     return Ok(Some(Next { record, fields }));
                 }
@@ -254,10 +249,10 @@ fn next_step(plan: &Plan, solver: &mut dyn Solver) -> Result<Option<Next>, Simul
     }
 }
 
-/// A block that switches, and which way.
+/// A block and the direction in which it switches.
 type Turn = (u32, Direction);
 
-/// All of a record.
+/// All switches of a record.
 fn switches(record: Option<&StepRecord>) -> Vec<Turn> {
     record.map_or(Vec::new(), |record| record.switches.iter().map(|s| (s.block, s.direction)).collect())
 }
@@ -266,8 +261,7 @@ fn same(a: &StepRecord, b: &StepRecord) -> bool {
     a.step == b.step && a.sliding == b.sliding && switches(Some(a)) == switches(Some(b))
 }
 
-/// The switches that a solver, which stands behind `next`, sees from `step` on and
-/// within [`LATE_STEPS`].
+/// The switches of a solver that has advanced to `next`, from `step` on and within [`LATE_STEPS`].
 fn switches_to_come(
     plan: &Plan,
     solver: &dyn Solver,
@@ -284,8 +278,7 @@ fn switches_to_come(
     Ok(coming)
 }
 
-/// Proves the differences in a step to be near ties; the plain solver's state after
-/// it.
+/// Proves that the differences in a step are near ties; returns the plain solver's state after it.
 fn settle(
     plan: &Plan,
     plain: &SliderState,
@@ -297,7 +290,7 @@ fn settle(
         |of: usize| coming[of].iter().filter(|(at, _)| *at == step).map(|(_, s)| *s).collect::<Vec<_>>();
     let (by_plain, by_fast) = (here(0), here(1));
     if plan.friction.law.affine().is_none() {
-        // Only what both take plainly moves.
+        // Only a step that both solvers take singly can be settled.
         return Err(Disagreement::Records { step });
     }
     let mut again = Plain::new(plan.clone());
@@ -347,7 +340,7 @@ fn settle(
             late_steps: late - step,
             beyond,
             reach,
-            // The proof is of a switch.
+            // The proof concerns the switch alone.
             before: SliderState { energy: Ledger::default(), ..plain.clone() },
         });
     }
@@ -357,7 +350,7 @@ fn settle(
     Ok(after)
 }
 
-/// How far the rounding of a state of this size may move what decides a switch.
+/// How far the rounding of a state of this size may move the quantity that decides a switch.
 pub fn rounding_reach(plan: &Plan, state: &SliderState, direction: Direction) -> f64 {
     let largest = |values: &[f64]| values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let norms = Norms::of(plan);
@@ -368,8 +361,7 @@ pub fn rounding_reach(plan: &Plan, state: &SliderState, direction: Direction) ->
     }
 }
 
-/// Largest numbers and largest deviations, by kind, over the states of all blocks
-/// at every step that is compared.
+/// Largest numbers and largest differences, by kind, over all blocks at every compared step.
 #[derive(Debug)]
 struct Numbers([(f64, f64); 6]);
 
@@ -385,7 +377,7 @@ impl Numbers {
         let k = plan.elastic.stiffness_n_per_m();
         let stretch_m = force_n / k;
         let velocity_m_per_s = released_n / (k * plan.block_mass_kg).sqrt();
-        // What a spring between blocks holds at that.
+        // Energy of a spring between blocks at that stretch.
         let energy_j = 0.5 * force_n * stretch_m;
         let least = [force_n, stretch_m, velocity_m_per_s, force_n, stretch_m, energy_j];
         Numbers(least.map(|least| (least, 0.0)))
@@ -408,7 +400,7 @@ impl Numbers {
         }
     }
 
-    /// All energies by one measure: the largest of them.
+    /// Compares all energies relative to the largest of them.
     fn energies(&mut self, plain: Option<&Energy>, fast: Option<&Energy>) {
         let (Some(plain), Some(fast)) = (plain, fast) else { return };
         for ((_, plain), (_, fast)) in plain.parts().into_iter().zip(fast.parts()) {
@@ -420,7 +412,7 @@ impl Numbers {
         let (largest, deviation) = &mut self.0[kind];
         *largest = largest.max(plain.abs());
         let off = (plain - fast).abs();
-        // What is no number differs from everything.
+        // NaN differs from everything.
         *deviation = if off <= *deviation { *deviation } else { off };
     }
 
@@ -448,7 +440,8 @@ mod tests {
     use crate::{Exact, Plain, SolverKind};
 
     fn plan() -> Plan {
-        // Driven a hundred times as fast, for a first detachment within some 60,000 steps.
+        // A hundred times the drive velocity, so that the first detachment comes within some 60,000
+        // steps.
         let source = ScenarioSource::new("test", "time.duration_s = 0.0015\ndrive.velocity_m_per_s = 0.01");
         Plan::new(&Scenario::resolve(&source).unwrap())
     }
@@ -489,7 +482,7 @@ mod tests {
     fn a_solver_that_is_wrong_is_told_from_one_that_rounds() {
         let plan = bare(&plan());
         let (.., force_n) = first_detachment(&plan);
-        // Missed by a step: more than rounding does, less than an eye would see.
+        // Late by one step: far more than rounding, and invisible in a figure.
         let mut off = plan.clone();
         off.friction.static_threshold_n[0] = force_n * (1.0 + 1e-6);
         let outcome = hold(&plan, Plain::new(plan.clone()), SolverKind::Fast.start(off), |_, _| {}, |_| {});

@@ -1,11 +1,9 @@
-//! The stepper without rounding, for the few decisions that rounding makes.
+//! The stepper without rounding, for the few decisions that depend on rounding.
 //!
-//! A block may come so close to its threshold that two solvers, which round
-//! differently, see it switch one step apart. Neither is wrong if the step computed
-//! exactly from a state that they have in common leaves it closer to the threshold
-//! than their rounding reaches. [`Exact`] computes it in pairs of doubles, with 32
-//! digits (Dekker 1971, Knuth 1969): plain steps as in [`crate::Plain`], from the plan's
-//! own doubles, between switches.
+//! A block may come so close to its threshold that two solvers, which round differently, have it switch
+//! in neighbouring steps. Neither is wrong if the exact step from a common state leaves it closer to the
+//! threshold than rounding reaches. [`Exact`] computes that step in pairs of doubles, with 32 digits
+//! (Dekker 1971, Knuth 1969): the steps of [`crate::Plain`] from the plan's doubles, between switches.
 
 use asperity_model::Plan;
 
@@ -93,7 +91,7 @@ pub struct Exact<'a> {
     /// Sign of each block's velocity before the last step.
     direction: Vec<f64>,
     tangential_force_n: Vec<Wide>,
-    /// Of a slab, what each contact bears in the last step, and the forces on all freedoms.
+    /// For a slab, the normal load of each contact in the last step, and the forces on all freedoms.
     normal_load_n: Vec<Wide>,
     force_n: Vec<Wide>,
 }
@@ -139,7 +137,7 @@ impl<'a> Exact<'a> {
                 let [from, to] = ends(axis);
                 of[to] - of[from]
             };
-            // Along a diagonal, a share of the stiffness for each axis.
+            // Along a diagonal, the stiffness is shared between the axes.
             let parts = bond.along.iter().filter(|part| **part != 0.0).count();
             let stiffness = bond.stiffness_n_per_m / parts as f64;
             let part = |axis: usize| if bond.along[axis] == 0.0 { 0.0 } else { bond.along[axis].signum() };
@@ -153,7 +151,7 @@ impl<'a> Exact<'a> {
         });
     }
 
-    /// Drive, prestress, and the load on top of the step, which is returned.
+    /// Applies drive, prestress and the load of the step; returns the load.
     fn drive(&mut self) -> Load {
         let (plan, u, force) = (self.plan, &self.displacement_m, &mut self.force_n);
         let moved_s = plan.grid.time_s(self.step.min(self.hold_step));
@@ -180,7 +178,7 @@ impl<'a> Exact<'a> {
         load
     }
 
-    /// What contacts bear, and their friction.
+    /// Computes the normal load of contacts and their friction.
     fn rub(&mut self, load: Load) {
         let (plan, force) = (self.plan, &mut self.force_n);
         let lattice = plan.elastic.as_lattice();
@@ -222,10 +220,9 @@ impl<'a> Exact<'a> {
         }
     }
 
-    /// How far block `n` (counted from 0) is beyond its switch after the last step: of
-    /// a stuck block the force above its threshold; of a sliding one the velocity below
-    /// 0, or, by the two-way rule, against its direction before. What is not negative
-    /// switches.
+    /// How far block `n` (counted from 0) is beyond its switch after the last step. For a stuck block
+    /// this is the force above its threshold; for a sliding one the velocity below 0 or, by the two-way
+    /// rule, against its former direction. It switches if this is not negative.
     pub fn beyond_switch(&self, n: usize) -> f64 {
         if self.start.slip[n] == 0.0 {
             let tau = self.tangential_force_n[n];
@@ -255,7 +252,7 @@ mod tests {
 
     #[test]
     fn between_switches_it_does_what_the_plain_stepper_does() {
-        // The first of them slides forward, and detaches moving backwards too.
+        // The first of them slides forward, and detaches while it moves backwards too.
         let ringing = ["initial_velocity.amplitude_m_per_s=1", "initial_velocity.mode=1", "time.step_s=1e-6"];
         let (mut compared, mut switches, mut backwards) = (0, 0, 0);
         for (set, rule) in [("as-coded", "one-way"), ("as-stated", "one-way"), ("as-coded", "two-way")] {
@@ -342,7 +339,7 @@ mod tests {
     #[test]
     fn pairs_keep_twice_the_digits() {
         let third = Wide::from(1.0 / 3.0);
-        // What 1/3 as a double is off by, which doubles cannot tell.
+        // The rounding error of 1/3 as a double, which doubles cannot represent relative to 1.
         let off = third * 3.0 - Wide::from(1.0);
         assert_eq!(off.high, -(2f64.powi(-54)));
         let tiny = Wide::from(1.0) + Wide::from(1e-30);

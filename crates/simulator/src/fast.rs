@@ -25,11 +25,11 @@ use asperity_record::{Energy, Record};
 use crate::body::OfPlan;
 use crate::counters::Counters;
 use crate::energy::Bookkeeping;
+use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::Recorder;
 use crate::solver::{SimulationError, Solver};
 use crate::stepper::{Driving, Stepper};
-use crate::sweep::Sweeps;
 
 /// The many steps at once that a body allows.
 pub(crate) trait Leaps: Clone + Debug + Send + 'static {
@@ -39,7 +39,7 @@ pub(crate) trait Leaps: Clone + Debug + Send + 'static {
     type Leap: Copy + Debug + Send;
 
     /// For the runs of a plan.
-    fn of(plan: &Plan, elastic: &<Self::Body as OfPlan>::Elastic, sweeps: Sweeps) -> Self;
+    fn of(plan: &Plan, elastic: &<Self::Body as OfPlan>::Elastic, simd: Simd) -> Self;
 
     /// Opens a leap of at most `most_steps` steps, if one is certified, or says how many steps are best
     /// taken one by one before it is tried again.
@@ -120,11 +120,11 @@ pub(crate) const NAME: &str = "fast";
 
 impl<L: Leaps> Fast<L> {
     /// A solver at the start of a plan, with kernels for a certain instruction set.
-    pub(crate) fn new(plan: Arc<Plan>, elastic: &<L::Body as OfPlan>::Elastic, sweeps: Sweeps) -> Fast<L> {
-        let stepper = Stepper::new(Arc::clone(&plan), elastic, sweeps, Bookkeeping::Spans);
+    pub(crate) fn new(plan: Arc<Plan>, elastic: &<L::Body as OfPlan>::Elastic, simd: Simd) -> Fast<L> {
+        let stepper = Stepper::new(Arc::clone(&plan), elastic, simd, Bookkeeping::Spans);
         Fast {
             recorder: Recorder::new(&plan, &stepper),
-            leaps: L::of(&plan, elastic, sweeps),
+            leaps: L::of(&plan, elastic, simd),
             aside: stepper.clone(),
             aside_steps: 0,
             is_inside: false,

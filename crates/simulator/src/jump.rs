@@ -19,7 +19,7 @@
 //! of [`crate::window::norms`] and one for what the modes may miss of the residue, reaches any
 //! threshold.
 //!
-//! Chains too long for stored modes are taken apart into waves ([`crate::waves`]), of which none is
+//! Chains too long for stored modes are taken apart into waves ([`crate::standing_waves`]), of which none is
 //! stored; there, what is missing when the residue is put together
 //! again is counted, and a jump is refused if that is more than rounding.
 
@@ -30,12 +30,12 @@ use asperity_model::elastic::Chain;
 use crate::clearance::Clearance;
 use crate::cost::{self, Costs, LONG_CHAIN};
 use crate::energy::Accounts;
-use crate::kept::Kept;
+use crate::kernels::Simd;
 use crate::modes::{Coordinates, Modes};
+use crate::operator_cache::OperatorCache;
+use crate::standing_waves::{DEFECT_PER_BLOCK, StandingWaves};
 use crate::state::SliderState;
 use crate::strength::{Ramp, StopForce, least_threshold_n};
-use crate::sweep::Sweeps;
-use crate::waves::{DEFECT_PER_BLOCK, Waves};
 use crate::window::norms::{Norms, ROUNDING, invariant};
 
 /// Below this many steps windows are cheaper than a jump with stored modes.
@@ -59,15 +59,15 @@ const MISSED_OF_STATE: f64 = 4.0 * f64::EPSILON;
 #[derive(Debug, Clone)]
 enum Basis {
     Stored(Modes),
-    Waves(Box<Waves>),
+    Waves(Box<StandingWaves>),
 }
 
 impl Basis {
-    fn of(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Option<Basis> {
+    fn of(plan: &Plan, chain: &Chain, simd: Simd) -> Option<Basis> {
         if plan.blocks <= LONG_CHAIN {
-            Kept::HERE.modes(plan, chain, sweeps).map(|stored| Basis::Stored(Modes::new(stored)))
+            OperatorCache::HERE.modes(plan, chain, simd).map(|stored| Basis::Stored(Modes::new(stored)))
         } else {
-            Waves::of(plan, chain, sweeps).map(|waves| Basis::Waves(Box::new(waves)))
+            StandingWaves::of(plan, chain, simd).map(|waves| Basis::Waves(Box::new(waves)))
         }
     }
 
@@ -83,7 +83,7 @@ impl Basis {
 #[derive(Debug, Clone)]
 pub(crate) struct Jump {
     chain: Chain,
-    sweeps: Sweeps,
+    simd: Simd,
     norms: Norms,
     basis: Basis,
     stiffness: Stiffness,
@@ -124,13 +124,13 @@ impl Jump {
     }
 
     /// `None` for chains whose modes do not tell all of their states.
-    pub(crate) fn new(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Option<Jump> {
+    pub(crate) fn new(plan: &Plan, chain: &Chain, simd: Simd) -> Option<Jump> {
         let blocks = plan.blocks;
-        let basis = Basis::of(plan, chain, sweeps)?;
+        let basis = Basis::of(plan, chain, simd)?;
         let stiffness = Stiffness::of(plan, chain);
         Some(Jump {
             chain: *chain,
-            sweeps,
+            simd,
             norms: Norms::of(plan),
             cadence: (0, basis.growth(0)),
             basis,
@@ -210,10 +210,9 @@ impl Jump {
             u[n] = state.displacement_m[n] - self.position_m[n];
             v[n] = state.velocity_m_per_s[n] - velocity_m_per_s[n];
         }
-        let norm = invariant(plan, &self.chain, self.sweeps, &self.spring, [u, v]).sqrt();
-        let sweeps = self.sweeps;
-        let (u_scale, v_scale) =
-            (sweeps.largest(&state.displacement_m), sweeps.largest(&state.velocity_m_per_s));
+        let norm = invariant(plan, &self.chain, self.simd, &self.spring, [u, v]).sqrt();
+        let simd = self.simd;
+        let (u_scale, v_scale) = (simd.largest(&state.displacement_m), simd.largest(&state.velocity_m_per_s));
         let missed = match &mut self.basis {
             Basis::Stored(modes) => {
                 modes.project(&self.residue, &mut self.coordinates);
@@ -237,8 +236,8 @@ impl Jump {
                 }
                 let (u, v) = self.residue.split_at(blocks);
                 let defect = DEFECT_PER_BLOCK * blocks as f64;
-                let all_there = missed_u <= MISSED_OF_STATE * u_scale + defect * sweeps.largest(u)
-                    && missed_v <= MISSED_OF_STATE * v_scale + defect * sweeps.largest(v);
+                let all_there = missed_u <= MISSED_OF_STATE * u_scale + defect * simd.largest(u)
+                    && missed_v <= MISSED_OF_STATE * v_scale + defect * simd.largest(v);
                 if !all_there {
                     return 0;
                 }
@@ -246,8 +245,8 @@ impl Jump {
             }
         };
         // Displacements grow on the way.
-        let advance_m = sweeps.largest(&self.loading[usize::from(self.moves)].advance_m) * most_steps as f64;
-        let largest_m = sweeps.largest(&self.position_m);
+        let advance_m = simd.largest(&self.loading[usize::from(self.moves)].advance_m) * most_steps as f64;
+        let largest_m = simd.largest(&self.position_m);
         let rounding = self.norms.force_rounding(u_scale.max(largest_m) + advance_m, v_scale);
         self.from_step = state.step;
         self.negligible = NEGLIGIBLE / blocks as f64 * largest_m;

@@ -5,22 +5,22 @@ use std::sync::Arc;
 use asperity_model::{Elastic, Plan};
 
 use crate::fast::{self, ChainLeaps, Fast, LatticeLeaps};
+use crate::kernels::Simd;
 use crate::plain::Plain;
 use crate::solver::Solver;
-use crate::sweep::Sweeps;
 
-/// The fast solver of a plan: which leaps the body has is registered here.
-pub(crate) fn fast(plan: Arc<Plan>, sweeps: Sweeps) -> Box<dyn Solver> {
+/// The fast solver of a plan; the leaps of each body are registered here.
+pub(crate) fn fast(plan: Arc<Plan>, simd: Simd) -> Box<dyn Solver> {
     match plan.elastic {
-        Elastic::Chain(chain) => Box::new(Fast::<ChainLeaps>::new(plan, &chain, sweeps)),
-        Elastic::Lattice(lattice) => Box::new(Fast::<LatticeLeaps>::new(plan, &lattice, sweeps)),
+        Elastic::Chain(chain) => Box::new(Fast::<ChainLeaps>::new(plan, &chain, simd)),
+        Elastic::Lattice(lattice) => Box::new(Fast::<LatticeLeaps>::new(plan, &lattice, simd)),
     }
 }
 
-/// Which solver is to take the steps.
+/// The solvers by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolverKind {
-    /// The one whose cost follows the switches, and leaps over the steps between them.
+    /// [`crate::fast`], whose cost depends on the number of switches, not of steps.
     #[default]
     Fast,
     /// [`Plain`], which takes every step.
@@ -44,7 +44,7 @@ impl SolverKind {
     /// A solver of this kind at the start of a plan.
     pub fn start(self, plan: impl Into<Arc<Plan>>) -> Box<dyn Solver> {
         match self {
-            SolverKind::Fast => fast(plan.into(), Sweeps::detect()),
+            SolverKind::Fast => fast(plan.into(), Simd::detect()),
             SolverKind::Plain => Box::new(Plain::new(plan)),
         }
     }
@@ -57,7 +57,7 @@ mod tests {
     use asperity_model::{Plan, resolve};
 
     use super::fast;
-    use crate::sweep::Sweeps;
+    use crate::kernels::Simd;
 
     #[test]
     fn all_instruction_sets_give_the_same_records_to_the_bit() {
@@ -70,19 +70,19 @@ mod tests {
         ] {
             let scenario = resolve(scenario, set).unwrap_or_else(|error| panic!("{error}"));
             let plan = Arc::new(Plan::new(&scenario));
-            let run = |sweeps| {
-                let mut solver = fast(Arc::clone(&plan), sweeps);
-                // Debug output tells doubles apart to the bit, but for the sign of zero.
+            let run = |simd| {
+                let mut solver = fast(Arc::clone(&plan), simd);
+                // Debug output distinguishes finite doubles to the bit.
                 let mut records = Vec::new();
                 while let Some(record) = solver.next_record().unwrap() {
                     records.push(format!("{record:?}"));
                 }
                 (records, solver.counters())
             };
-            let baseline = run(Sweeps::Baseline);
+            let baseline = run(Simd::Baseline);
             assert!(baseline.1.jumps > 1 && baseline.1.switches > 5, "{:?}", baseline.1);
-            for sweeps in Sweeps::available() {
-                assert!(run(sweeps) == baseline, "{set:?}, {sweeps:?}");
+            for simd in Simd::available() {
+                assert!(run(simd) == baseline, "{set:?}, {simd:?}");
             }
         }
     }

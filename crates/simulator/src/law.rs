@@ -9,22 +9,22 @@ use std::sync::Arc;
 use asperity_model::law::{ContactLaw, Sliding, WithLaw};
 use asperity_model::laws::Law;
 
-use crate::sweep::{After, Blocks, Moved, StepWork, Sweeps};
+use crate::kernels::{After, Blocks, Moved, Simd, StepWork};
 
 /// The loops over the contacts of any body, with `D` tangential freedoms each.
 pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
     /// Friction of all contacts, which a body has gathered.
     fn rub(&self, contacts: &mut Rubbed<'_, D>);
     /// Sets the bit of every contact that switches in a step, or may where contacts age.
-    fn switching(&self, sweeps: Sweeps, marks: &mut [u64], after: &After<'_, D>);
+    fn switching(&self, simd: Simd, marks: &mut [u64], after: &After<'_, D>);
 }
 
 /// The loops over the nodes of a chain, each of which carries a contact.
 pub(crate) trait ChainLoops: ContactLoops<1> {
     /// One step; whether any contact may switch.
-    fn step(&self, sweeps: Sweeps, new: (&mut [f64], &mut [f64]), tau: &mut [f64], old: &Blocks<'_>) -> bool;
+    fn step(&self, simd: Simd, new: (&mut [f64], &mut [f64]), tau: &mut [f64], old: &Blocks<'_>) -> bool;
     /// What a step did.
-    fn step_work(&self, sweeps: Sweeps, moved: &Moved<'_>) -> StepWork;
+    fn step_work(&self, simd: Simd, moved: &Moved<'_>) -> StepWork;
 }
 
 /// Contacts before a step. Vectors have the numbers along each tangential freedom one after the other.
@@ -71,24 +71,24 @@ impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
         }
     }
 
-    fn switching(&self, sweeps: Sweeps, marks: &mut [u64], after: &After<'_, D>) {
-        sweeps.switching(marks, after, &self.0);
+    fn switching(&self, simd: Simd, marks: &mut [u64], after: &After<'_, D>) {
+        simd.switching(marks, after, &self.0);
     }
 }
 
 impl<L: ContactLaw> ChainLoops for Loops<L> {
     fn step(
         &self,
-        sweeps: Sweeps,
+        simd: Simd,
         (u_new, v_new): (&mut [f64], &mut [f64]),
         tau: &mut [f64],
         old: &Blocks<'_>,
     ) -> bool {
-        sweeps.step(u_new, v_new, tau, old, &self.0)
+        simd.step(u_new, v_new, tau, old, &self.0)
     }
 
-    fn step_work(&self, sweeps: Sweeps, moved: &Moved<'_>) -> StepWork {
-        sweeps.step_work(moved, &self.0)
+    fn step_work(&self, simd: Simd, moved: &Moved<'_>) -> StepWork {
+        simd.step_work(moved, &self.0)
     }
 }
 

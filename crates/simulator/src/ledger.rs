@@ -1,9 +1,9 @@
-//! Running totals of energies, as part of the state: what a resumed run goes on with.
+//! Running totals of energies, as part of the state: a resumed run continues them.
 
 use serde::{Deserialize, Serialize};
 
-/// Totals up to the last step, J, but for what the last states say by themselves. While a span of
-/// steps is open (`energy.rs`), heat and the work of the scheme are those up to its start.
+/// Totals up to the last step, J, except for parts that follow from the last states. While a span of
+/// steps is open (`energy.rs`), friction heat and scheme work are the totals at its start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ledger {
@@ -14,18 +14,19 @@ pub struct Ledger {
     pub load_work_j: Sum,
     /// Work against sliding friction.
     pub friction_heat_j: Sum,
-    /// What friction springs held as they took hold, less what they lost as they let go.
+    /// Energy of friction springs at re-attachment, less their energy at detachment.
     pub anchor_change_j: Sum,
-    /// Work of the dashpots; 0 where it is told by the balance.
+    /// Work of the dashpots; 0 where it follows from the balance.
     pub viscous_loss_j: Sum,
-    /// What the time step added; in a slab, but for a last part that its state says (`lattice.rs`).
+    /// Energy added by the time step; for a slab without the last part, which follows from its state
+    /// (`body/lattice.rs`).
     pub scheme_work_j: Sum,
-    /// The span that is open.
+    /// The open span.
     pub span: Option<Span>,
 }
 
-/// Steps between which nothing switches, and drive and load go on steadily: where it began, and
-/// what the two functions of a state were there whose differences are heat and work.
+/// A series of steps in which nothing switches and drive and load change linearly: where it began, and
+/// the values at its start of the two functions of the state whose differences are heat and work.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Span {
@@ -53,14 +54,14 @@ impl Ledger {
     }
 }
 
-/// A sum that keeps what each addition rounds away (Neumaier 1974): equal small parts, added to a
-/// large total, would all be rounded the same way, hundreds of millions of times.
+/// A sum that keeps its rounding errors (Neumaier 1974). Otherwise equal small parts, added hundreds of
+/// millions of times to a large total, would all be rounded in the same direction.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sum {
-    /// The sum as it rounds.
+    /// The rounded sum.
     pub total: f64,
-    /// What was rounded away.
+    /// The accumulated rounding error.
     pub rest: f64,
 }
 
@@ -77,7 +78,7 @@ impl Sum {
         self.total = total;
     }
 
-    /// Whether nothing has been added.
+    /// Whether nothing has been added yet.
     fn is_zero(&self) -> bool {
         self.total == 0.0 && self.rest == 0.0
     }

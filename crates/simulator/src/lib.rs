@@ -37,60 +37,62 @@
 //! In reading order:
 //!
 //! - [`solver`](Solver), `kind`: what a solver is, and which there are.
-//! - `state`, `contacts`: what a step depends on, and what contacts bear under the load of a step.
-//! - `stepper`: one step, equation by equation; `sweep` below it is that for all blocks at once.
+//! - `state`, `strength`: what a step depends on, and what contacts bear under the load of a step.
+//! - `pace`: a [`Snapshot`], the slider with the accounts of its solver.
+//! - `stepper`: one step, equation by equation, for any `body` (the chain, the lattice) and contact
+//!   law (`law`); `kernels` below it has the loops over all blocks.
 //! - `energy` and `ledger`: what became of the work of the drive.
-//! - `audit`: whether the time step does more of that work than an honest run can have.
-//! - `recorder`: what is recorded and when, for all solvers alike; `counters`: what the steps of
-//!   a run were made of.
-//! - `lattice`: the same steps of a slab, and its energies; `slab`, its fast solver.
-//! - `plain`: every step.
-//! - `fast`: which steps are taken how. `window` and `basis` take many while some blocks slide,
-//!   `jump` while all stick (by `modes` or, for long chains, by `waves`, with `complex` numbers),
-//!   `rest` where what sticks does not move at all; `cost` keeps accounts of whether that pays.
-//! - [`equality`] and `exact`: whether two solvers agree, and who is right where rounding decides.
+//! - `instability_stop`: ends a run whose time step itself adds too much energy.
+//! - `recorder`: what is recorded and when, for all solvers; `counters`: the statistics of a run.
+//! - `plain`: takes every step.
+//! - `fast`: the loop that alternates single steps with leaps. A chain leaps by `window` and
+//!   `chebyshev` while some blocks slide, by `jump` while all stick (with `modes` or, if it is long,
+//!   with `standing_waves` and `nonuniform_cosines`), and by `rest` where nothing moves; `clearance`
+//!   ends the certificates of both. A lattice
+//!   leaps by the jumps of `slab`. `cost` decides whether leaps pay.
+//! - `propagator`, `operator_cache`: the matrix of a step, and what is precomputed from it, shared by
+//!   the runs of a process.
+//! - [`equality`] and `exact`: compare two solvers, and settle what rounding decides.
 //!
 //! How nodes pull at each other stands in [`asperity_model::elastic`] alone. Nodes move, contacts
 //! rub; a slab has contacts at its bottom alone; in a chain every node carries one contact, and both
 //! are called *blocks* where the difference does not matter.
 
-mod audit;
-mod basis;
 mod body;
+mod chebyshev;
 mod clearance;
 mod complex;
-
-mod cosines;
 mod cost;
 mod counters;
 mod energy;
 pub mod equality;
 mod exact;
 mod fast;
+mod instability_stop;
 mod jump;
-mod kept;
+mod kernels;
 mod kind;
 mod law;
-
 mod ledger;
 mod modes;
+mod nonuniform_cosines;
+mod operator_cache;
 mod pace;
 mod plain;
+mod propagator;
 mod recorder;
 mod rest;
 mod slab;
 mod solver;
+mod standing_waves;
 mod state;
-mod step_map;
 mod stepper;
 mod strength;
-mod sweep;
-mod waves;
 mod window;
 
-pub use audit::MOST_SCHEME_SHARE;
 pub use counters::Counters;
 pub use exact::Exact;
+pub use instability_stop::MOST_SCHEME_SHARE;
 pub use kind::SolverKind;
 pub use ledger::{Ledger, Span, Sum};
 pub use pace::{Pace, Snapshot};

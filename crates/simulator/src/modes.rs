@@ -7,43 +7,42 @@
 //! [z^2 + z (dt / m) C + (1 + z)(dt^2 / m) M] x = 0,
 //! ```
 //!
-//! and its velocities, in units of `1 / dt`, are `z / (1 + z) x`. The matrix is symmetric,
-//! so the coordinate that belongs to the mode is told by `x` as well: it is
-//! `P u + (x - P) v dt` with `P = -(dt^2 / m) M x / z`, over its value on the mode itself.
+//! and its velocities, in units of `1 / dt`, are `z / (1 + z) x`. The matrix is symmetric, so `x` also
+//! determines the coordinate that belongs to the mode: it is `P u + (x - P) v dt` with
+//! `P = -(dt^2 / m) M x / z`, divided by its value on the mode itself.
 //!
-//! The matrix is tridiagonal besides, so its eigenvalues are found without ever
-//! forming it: Ehrlich and Aberth's iteration for all roots at once (Aberth 1973), with
-//! the determinant's logarithmic derivative from its pivots, and eigenvectors from
-//! pivots from both ends that meet where they fit worst (Parlett and Dhillon 1997).
+//! The matrix is also tridiagonal, so its eigenvalues are found without forming it: Ehrlich and Aberth's
+//! iteration for all roots at once (Aberth 1973), with the determinant's logarithmic derivative from its
+//! pivots, and eigenvectors from pivots from both ends that meet where they fit worst (Parlett and
+//! Dhillon 1997).
 //!
-//! What is found is checked: every eigenvalue by how far it would still move
-//! ([`SETTLED`]), and modes and coordinates by their product, which must be the
-//! identity to within [`DEFECT`]. A chain that fails is refused, as at critical damping,
-//! where two modes become one.
+//! The results are checked: every eigenvalue by how far it would still move ([`SETTLED`]), and modes and
+//! coordinates by their product, which must be the identity to within [`DEFECT`]. A chain that fails has
+//! no stored modes, as at critical damping, where two modes coincide.
 
 use std::ops::Deref;
 use std::sync::Arc;
 
 use crate::complex::Complex;
-use crate::step_map::StepMap;
-use crate::sweep::Sweeps;
+use crate::kernels::Simd;
+use crate::propagator::Propagator;
 
 /// Largest deviation of modes times coordinates from the identity.
 const DEFECT: f64 = 1e-11;
 
-/// How far an eigenvalue may still move, as a share of itself: over 10^8 steps, that
-/// turns a mode by no more than rounding turns it in the plain stepper.
+/// How far an eigenvalue may still move, relative to itself. Over 10^8 steps that changes a mode's phase
+/// no more than the rounding of the plain stepper does.
 const SETTLED: f64 = 1e-13;
 
 /// Most rounds of the iteration; some ten are usual.
 const MOST_ROUNDS: usize = 100;
 
-/// Most bits of a number of steps.
+/// Binary digits of a number of steps.
 const BITS: usize = 64;
 
 /// The tridiagonal matrix of a chain as a function of `z`.
 struct Pencil {
-    /// `(dt^2 / m) M` and `(dt / m) C` on the diagonal, and beside it without sign.
+    /// `(dt^2 / m) M` and `(dt / m) C` on the diagonal, and the magnitudes beside it.
     stiffness: Vec<f64>,
     damping: Vec<f64>,
     stiffness_beside: f64,
@@ -51,8 +50,8 @@ struct Pencil {
 }
 
 impl Pencil {
-    fn of(map: &StepMap) -> Pencil {
-        let StepMap { step_s: dt, block_mass_kg: m, chain, drive_n_per_m: drive, .. } = map;
+    fn of(map: &Propagator) -> Pencil {
+        let Propagator { step_s: dt, block_mass_kg: m, chain, drive_n_per_m: drive, .. } = map;
         let (by_stiffness, by_damping) = (dt * dt / m, dt / m);
         let elastic = map.elastic();
         let held = |n: usize| map.interfacial_stiffness_n_per_m + drive[n];
@@ -70,7 +69,7 @@ impl Pencil {
         z * z + z.scaled(self.damping[n] + self.stiffness[n]) + Complex { re: self.stiffness[n], im: 0.0 }
     }
 
-    /// How the diagonal changes with `z`.
+    /// Derivative of the diagonal with respect to `z`.
     fn diagonal_slope(&self, n: usize, z: Complex) -> Complex {
         z.scaled(2.0) + Complex { re: self.damping[n] + self.stiffness[n], im: 0.0 }
     }
@@ -97,7 +96,7 @@ impl Pencil {
         sum
     }
 
-    /// The vector that the matrix all but annihilates.
+    /// An approximate null vector of the matrix.
     fn null_vector(&self, z: Complex) -> Vec<Complex> {
         let blocks = self.stiffness.len();
         let beside = self.beside(z);
@@ -123,7 +122,7 @@ impl Pencil {
         x
     }
 
-    /// How far an eigenvalue would still move, by Rayleigh's quotient with its vector.
+    /// The distance that an eigenvalue would still move, from Rayleigh's quotient with its vector.
     fn correction(&self, z: Complex, x: &[Complex]) -> Complex {
         let beside = self.beside(z);
         let beside_slope = Complex::from(-self.damping_beside - self.stiffness_beside);
@@ -157,7 +156,7 @@ impl Pencil {
     fn eigenvalues(&self) -> Option<(Vec<Complex>, Vec<f64>)> {
         let blocks = self.stiffness.len();
         let mean = |values: &[f64]| values.iter().sum::<f64>() / blocks as f64;
-        // Starts: the free chain's own modes, all held alike.
+        // Initial guesses: the modes of a free chain whose blocks all have the same springs.
         let held =
             mean(&self.stiffness) - 2.0 * self.stiffness_beside * (blocks as f64 - 1.0) / blocks as f64;
         let mut roots = Vec::with_capacity(2 * blocks);
@@ -168,7 +167,7 @@ impl Pencil {
             let r = t + self.damping_beside * shape;
             let discriminant = r * r / 4.0 - t;
             let root = discriminant.abs().sqrt();
-            // Off the axis and off each other, so that they may go either way.
+            // Off the real axis and apart from each other, so that roots can become real or complex.
             let off = Complex { re: 0.0, im: 1e-3 * t.sqrt() };
             if discriminant.abs() < 0.01 * t {
                 roots.push(Complex { re: -r / 2.0 + root, im: 0.0 } + off);
@@ -193,12 +192,12 @@ impl Pencil {
                 let push = others.fold(Complex::ZERO, |sum, j| sum + Complex::ONE / (z - roots[j]));
                 let step = Complex::ONE / (self.log_slope(z) - push);
                 if !(step.re.is_finite() && step.im.is_finite()) {
-                    // On the root itself, the derivative has no value.
+                    // The derivative is undefined at the root itself.
                     settled[i] = true;
                     continue;
                 }
                 roots[i] = z - step;
-                // Converges cubically: what follows this step is below rounding.
+                // Convergence is cubic: the remaining error after this step is below rounding.
                 settled[i] = step.size() < 1e-9 * z.size();
                 moving |= !settled[i];
             }
@@ -216,29 +215,28 @@ impl Pencil {
     }
 }
 
-/// The modes of a stuck chain. Coordinates are complex; the first `pairs` of
-/// them stand for a mode and its conjugate, those behind them are real.
+/// The modes of a stuck chain. Coordinates are complex; the first `pairs` of them represent a mode and
+/// its conjugate, the others are real.
 #[derive(Debug)]
 pub(crate) struct StoredModes {
-    sweeps: Sweeps,
+    simd: Simd,
     blocks: usize,
     pairs: usize,
-    /// Unit of time in which velocities count as much as displacements.
+    /// Unit of time that makes velocities comparable with displacements.
     unit_s: f64,
-    /// From a state to real and imaginary parts of coordinates, and back: matrices,
-    /// column by column.
+    /// From a state to real and imaginary parts of coordinates, and back: matrices stored by columns.
     to_re: Vec<f64>,
     to_im: Vec<f64>,
     from_re: Vec<f64>,
     from_im: Vec<f64>,
-    /// Largest force on each block by each mode of size 1, mode by mode.
+    /// Largest force on each block by each mode of amplitude 1, stored by modes.
     force_n: Vec<f64>,
-    /// Largest ratio of the norm `sqrt(I)` to that of numbers, between two states.
+    /// Largest ratio of the norm `sqrt(I)` to the Euclidean norm, between two states.
     spread: f64,
     powers: Powers,
 }
 
-/// The same with room to work in: what one solver has of them.
+/// Stored modes with the work arrays of one solver.
 #[derive(Debug, Clone)]
 pub(crate) struct Modes {
     stored: Arc<StoredModes>,
@@ -264,7 +262,7 @@ pub(crate) struct Coordinates {
 
 impl StoredModes {
     /// The modes of the stuck chain; `None` if they do not span its states well enough.
-    pub(crate) fn of(map: &StepMap, sweeps: Sweeps) -> Option<Arc<StoredModes>> {
+    pub(crate) fn of(map: &Propagator, simd: Simd) -> Option<Arc<StoredModes>> {
         let blocks = map.blocks();
         let pencil = Pencil::of(map);
         let (complex, real) = pencil.eigenvalues()?;
@@ -277,7 +275,7 @@ impl StoredModes {
             / (map.elastic().spectral_bound_n_per_m() + map.interfacial_stiffness_n_per_m))
             .sqrt();
         let mut modes = StoredModes {
-            sweeps,
+            simd,
             blocks,
             pairs,
             unit_s,
@@ -314,7 +312,7 @@ impl StoredModes {
                     modes.to_im[(blocks + n) * pairs + e] = v.im;
                 }
             }
-            // A pair adds its coordinate's part and the conjugate of it: twice the real one.
+            // A pair adds its coordinate's part and the conjugate of that: twice the real part.
             let times = if e < pairs { 2.0 } else { 1.0 };
             let velocity: Vec<Complex> = x.iter().map(|x| (*x * by_velocity).scaled(1.0 / dt)).collect();
             let state = || x.iter().copied().chain(velocity.iter().map(|v| v.scaled(unit_s)));
@@ -332,7 +330,7 @@ impl StoredModes {
         (none_grows && Modes::new(Arc::clone(&stored)).span_states()).then_some(stored)
     }
 
-    /// What they take in memory.
+    /// Bytes of memory used.
     pub(crate) fn bytes(&self) -> usize {
         let StoredModes { to_re, to_im, from_re, from_im, force_n, powers, .. } = self;
         let numbers: usize =
@@ -340,8 +338,8 @@ impl StoredModes {
         (numbers + 2 * BITS * powers.0[0].re.len()) * size_of::<f64>()
     }
 
-    /// The largest share of a state, in the norm `sqrt(I)`, that its coordinates may
-    /// miss, by the largest deviation that was let through in each of them.
+    /// Bound on the share of a state, in the norm `sqrt(I)`, that its coordinates may miss, from the
+    /// largest accepted deviation of each.
     pub(crate) fn missed(&self) -> f64 {
         (2 * self.blocks) as f64 * DEFECT * self.spread
     }
@@ -362,7 +360,7 @@ impl Modes {
         }
     }
 
-    /// Whether modes times coordinates is the identity.
+    /// Whether modes times coordinates is the identity within [`DEFECT`].
     fn span_states(&mut self) -> bool {
         let size = self.scratch.len();
         let (blocks, unit_s) = (size / 2, self.unit_s);
@@ -370,7 +368,7 @@ impl Modes {
         let mut coordinates = Coordinates { re: vec![0.0; count], im: vec![0.0; count] };
         let mut back = vec![0.0; size];
         (0..size).all(|column| {
-            // The coordinates of a unit in one place are a column of the projection.
+            // The coordinates of a unit vector are a column of the projection.
             coordinates.re.copy_from_slice(&self.to_re[column * count..][..count]);
             coordinates.im[..pairs].copy_from_slice(&self.to_im[column * pairs..][..pairs]);
             self.compose(&coordinates, &mut back);
@@ -391,8 +389,8 @@ impl Modes {
         }
         coordinates.re.resize(sizes.len(), 0.0);
         coordinates.im.resize(sizes.len(), 0.0);
-        stored.sweeps.multiply(&mut coordinates.re, &stored.to_re, scratch);
-        stored.sweeps.multiply(&mut coordinates.im[..stored.pairs], &stored.to_im, scratch);
+        stored.simd.multiply(&mut coordinates.re, &stored.to_re, scratch);
+        stored.simd.multiply(&mut coordinates.im[..stored.pairs], &stored.to_im, scratch);
     }
 
     /// The state with these coordinates.
@@ -400,8 +398,8 @@ impl Modes {
         self.compose_first(coordinates, self.sizes.len(), state);
     }
 
-    /// The same without modes of at most that size, as far as they are the last: those of short
-    /// waves, which damping takes away first.
+    /// The state with these coordinates, without the last modes as long as they are no larger than
+    /// `size`: those of short waves, which damping removes first.
     pub(crate) fn compose_above(&mut self, coordinates: &Coordinates, size: f64, state: &mut [f64]) {
         let numbers = coordinates.re.iter().zip(&coordinates.im);
         let last = numbers.rev().position(|(re, im)| (re * re + im * im).sqrt() > size);
@@ -413,8 +411,8 @@ impl Modes {
         let (size, pairs) = (state.len(), modes.min(stored.pairs));
         let blocks = size / 2;
         let (re, im) = (&coordinates.re[..modes], &coordinates.im[..pairs]);
-        stored.sweeps.multiply(scratch, &stored.from_re[..modes * size], re);
-        stored.sweeps.multiply(more_scratch, &stored.from_im[..pairs * size], im);
+        stored.simd.multiply(scratch, &stored.from_re[..modes * size], re);
+        stored.simd.multiply(more_scratch, &stored.from_im[..pairs * size], im);
         for ((y, re), im) in state.iter_mut().zip(scratch).zip(more_scratch) {
             *y = *re + *im;
         }
@@ -423,13 +421,12 @@ impl Modes {
         }
     }
 
-    /// Writes into `swing` how large the force on each block may become from there
-    /// on.
+    /// Writes into `swing` how large the force on each block may become from now on.
     pub(crate) fn bound(&mut self, coordinates: &Coordinates, swing: &mut [f64]) {
         for ((size, re), im) in self.sizes.iter_mut().zip(&coordinates.re).zip(&coordinates.im) {
             *size = (re * re + im * im).sqrt();
         }
-        self.stored.sweeps.multiply(swing, &self.stored.force_n, &self.sizes);
+        self.stored.simd.multiply(swing, &self.stored.force_n, &self.sizes);
     }
 }
 
@@ -451,7 +448,7 @@ impl Powers {
         Powers(powers.collect())
     }
 
-    /// Whether no mode grows, but for rounding.
+    /// Whether no mode grows, within rounding.
     pub(crate) fn none_grows(&self) -> bool {
         let Coordinates { re, im } = &self.0[0];
         // |1 + z|^2 - 1
@@ -470,7 +467,8 @@ impl Powers {
 }
 
 impl Coordinates {
-    /// Of two growths one after the other: `(1 + a)(1 + b) - 1`, without adding to 1.
+    /// The growth over two intervals one after the other, `(1 + a)(1 + b) - 1`, computed without adding
+    /// to 1.
     fn compound(&mut self, growth: &Coordinates) {
         for e in 0..self.re.len() {
             let (re, im) = (self.re[e], self.im[e]);

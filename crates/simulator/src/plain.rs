@@ -1,4 +1,4 @@
-//! The solver that takes every step: the oracle that the fast solver is compared with.
+//! The solver that takes every step: the reference for the fast solver.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -9,14 +9,14 @@ use asperity_record::Record;
 use crate::body::{OfPlan, WithBody, with_body};
 use crate::counters::Counters;
 use crate::energy::Bookkeeping;
+use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::{Recorder, SingleSteps};
 use crate::solver::{SimulationError, Solver};
 use crate::state::SliderState;
 use crate::stepper::{Driving, Stepper};
-use crate::sweep::Sweeps;
 
-/// The solver that takes every step.
+/// Takes every step singly.
 #[derive(Debug, Clone)]
 pub struct Plain {
     plan: Arc<Plan>,
@@ -67,7 +67,7 @@ impl Plain {
             type Output = Box<dyn AnyStepper>;
             fn with<B: OfPlan>(self, elastic: &B::Elastic) -> Box<dyn AnyStepper> {
                 let plan = Arc::clone(self.0);
-                Box::new(Stepper::<B>::new(plan, elastic, Sweeps::detect(), Bookkeeping::EveryStep))
+                Box::new(Stepper::<B>::new(plan, elastic, Simd::detect(), Bookkeeping::EveryStep))
             }
         }
         let plan = plan.into();

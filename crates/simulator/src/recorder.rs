@@ -1,21 +1,20 @@
-//! What is recorded and when; shared by all solvers, so that they cannot differ
-//! in it.
+//! Which steps and states are recorded. All solvers use this recorder, so that their records agree.
 
 use std::collections::VecDeque;
 
 use asperity_model::{Plan, WindowPlan};
 use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord, Switch, WindowRecord};
 
-use crate::audit::Audit;
 use crate::body::Body;
+use crate::instability_stop::InstabilityStop;
 use crate::solver::SimulationError;
 use crate::state::SliderState;
 use crate::stepper::{Driving, Stepper};
 use crate::strength::{Load, threshold_n};
 
-/// What has taken a single step, whatever its body.
+/// A stepper after a single step, for any body.
 pub(crate) trait SingleSteps {
-    /// The state after it.
+    /// The state after that step.
     fn state(&self) -> &SliderState;
     /// The contacts that switched in it, counted from 0.
     fn switched(&self) -> &[usize];
@@ -43,14 +42,13 @@ impl<B: Body> SingleSteps for Stepper<B> {
     }
 }
 
-/// Turns states worth recording into records, and knows the next step at which
-/// a cadence asks for one.
+/// Turns states into records, and determines the next step at which a cadence requires one.
 #[derive(Debug, Clone)]
 pub(crate) struct Recorder {
     due_step: u64,
     ready: VecDeque<Record>,
-    audit: Audit,
-    /// Why the run ends behind what is ready.
+    instability: InstabilityStop,
+    /// The error to report once the queued records are handed out.
     stop: Option<SimulationError>,
 }
 
@@ -63,15 +61,15 @@ impl Recorder {
         Recorder {
             due_step: next_due(plan, initial.step, initial.detached),
             ready: if stop.is_none() { VecDeque::from([first]) } else { VecDeque::new() },
-            audit: Audit::of(plan, stepper.initial_j()),
+            instability: InstabilityStop::of(plan, stepper.initial_j()),
             stop,
         }
     }
 
-    /// The next record that is ready to be handed out.
+    /// The next queued record.
     ///
     /// # Errors
-    /// If none is, and the run cannot go on.
+    /// If none is queued and the run cannot continue.
     pub(crate) fn next(&mut self) -> Result<Option<Record>, SimulationError> {
         match (self.ready.pop_front(), &self.stop) {
             (None, Some(stop)) => Err(stop.clone()),
@@ -79,7 +77,7 @@ impl Recorder {
         }
     }
 
-    /// Whether nothing is ready, and nothing to be said but that.
+    /// Whether no record and no error is queued.
     pub(crate) fn is_empty(&self) -> bool {
         self.ready.is_empty() && self.stop.is_none()
     }
@@ -89,15 +87,15 @@ impl Recorder {
         self.due_step
     }
 
-    /// Forgets what is ready, and goes on behind a state.
+    /// Drops queued records, and continues after a state.
     pub(crate) fn continue_after(&mut self, plan: &Plan, state: &SliderState) {
         self.ready.clear();
         self.stop = None;
         self.due_step = next_due(plan, state.step, state.detached);
     }
 
-    /// Takes note of a single step: records it if a block switched in it, if it is
-    /// the onset or end of a slip event, or if a cadence asks for it.
+    /// Records a single step if a block switched in it, if it is the onset or end of a slip event, or if
+    /// a cadence requires it.
     pub(crate) fn observe(
         &mut self,
         plan: &Plan,
@@ -127,8 +125,8 @@ impl Recorder {
     ) -> Result<(), SimulationError> {
         let step = state.step;
         if !edge && switched.is_empty() && next_step_due(plan, step - 1) != step {
-            // Nothing but the state of a rupture is asked for. Where it is not finite, the next step
-            // record says so, as it does in a run without these states.
+            // Only the state of a rupture is due. If it is not finite, the next step record reports
+            // that, as in a run without these states.
             if state_not_finite(state).is_none() {
                 self.states(plan, state, false);
             }
@@ -138,14 +136,14 @@ impl Recorder {
         let switches = switched.iter().map(|&n| switch(plan, state, n)).collect();
         let record = load(plan, state, driving, energy, switches);
         self.is_finite(state_not_finite(state).or_else(|| not_finite(&record, step, state)))?;
-        self.stop = self.audit.stops(&record);
+        self.stop = self.instability.stops(&record);
         self.ready.push_back(Record::Step(record));
         self.states(plan, state, edge);
         self.due_step = next_due(plan, step, state.detached);
         Ok(())
     }
 
-    /// Records the states that are due behind a step.
+    /// Records the states that are due after a step.
     fn states(&mut self, plan: &Plan, state: &SliderState, edge: bool) {
         for due in due_states(plan, state.step, edge, state.sliding) {
             self.ready.push_back(match due {
@@ -155,7 +153,7 @@ impl Recorder {
         }
     }
 
-    /// That nothing was found which is not finite; or else the run ends here.
+    /// Ends the run with the error that was found, if any.
     fn is_finite(&mut self, found: Option<SimulationError>) -> Result<(), SimulationError> {
         self.stop = found;
         self.stop.clone().map_or(Ok(()), Err)
@@ -181,18 +179,18 @@ fn load(
     }
 }
 
-/// A state that is recorded behind a step.
+/// A state that is recorded after a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Due {
-    /// Of all blocks.
+    /// All blocks.
     Fields,
-    /// Of a dense window, by its number in the plan, or of a rupture, by the number behind those.
+    /// A dense window, by its index in the plan; the next index is that of ruptures.
     Window(usize),
 }
 
-/// What is recorded behind a step, in this order; `edge` tells whether the step is the onset or end of
-/// a slip event, `sliding` how many blocks slid in it. The state of a rupture may be all there is of a
-/// step, everything else follows the record of its step.
+/// States to be recorded after a step, in this order. `edge` marks the onset or end of a slip event,
+/// `sliding` is the number of blocks that slid. A step without a step record may have the state of a
+/// rupture; all other states follow the record of their step.
 fn due_states(plan: &Plan, step: u64, edge: bool, sliding: u32) -> impl Iterator<Item = Due> {
     let recording = &plan.recording;
     let fields = (edge && recording.event_fields) || is_on_cadence(recording.fields_every_steps, step);
@@ -208,14 +206,14 @@ pub(crate) fn is_on_cadence(every: u64, step: u64) -> bool {
     every > 0 && step.is_multiple_of(every)
 }
 
-/// The first step after `step` at which a cadence, a rupture or the end of the run asks for a record;
-/// behind the end there is none. `detached` blocks slide until then.
+/// The first step after `step` at which a cadence, a rupture or the end of the run requires a record;
+/// `u64::MAX` after the end. `detached` blocks slide until then.
 fn next_due(plan: &Plan, step: u64, detached: u32) -> u64 {
     let of_rupture = plan.recording.rupture_fields.and_then(|fields| fields.next_due(step, detached));
     next_step_due(plan, step).min(of_rupture.unwrap_or(u64::MAX))
 }
 
-/// The same of the records of steps, which states of ruptures do not have.
+/// The first step after `step` at which a step record is due, which the states of ruptures do not need.
 fn next_step_due(plan: &Plan, step: u64) -> u64 {
     if step >= plan.steps {
         return u64::MAX;
@@ -231,7 +229,7 @@ fn next_step_due(plan: &Plan, step: u64) -> u64 {
 fn next_in_window(window: &WindowPlan, step: u64) -> Option<u64> {
     let next = match step.checked_sub(window.from_step) {
         Some(into) => window.from_step + (into / window.every_steps + 1) * window.every_steps,
-        // A window from step 0 starts with the first step: 0 is no step.
+        // A window from step 0 starts with step 1, since step 0 is the initial state.
         None => window.from_step,
     };
     (next <= window.to_step).then_some(next)
@@ -249,7 +247,7 @@ fn switch(plan: &Plan, state: &SliderState, n: usize) -> Switch {
     }
 }
 
-/// The state of all blocks; of a slab, of its contacts.
+/// The state of all blocks; for a slab, of its contacts.
 pub(crate) fn fields(plan: &Plan, state: &SliderState) -> FieldRecord {
     FieldRecord {
         step: state.step,
@@ -263,7 +261,7 @@ pub(crate) fn fields(plan: &Plan, state: &SliderState) -> FieldRecord {
     }
 }
 
-/// The blocks of a dense window, or of a rupture, counted from 0.
+/// The blocks of a dense window, or of the states of ruptures, counted from 0.
 fn blocks_of(plan: &Plan, index: usize) -> std::ops::Range<usize> {
     plan.recording.windows.get(index).map_or(0..plan.blocks, |window| window.blocks.clone())
 }
@@ -282,7 +280,7 @@ fn window_record(plan: &Plan, state: &SliderState, index: usize) -> Record {
     })
 }
 
-/// The first block of a state of which something is not finite.
+/// The error for the first block whose state is not finite.
 fn state_not_finite(state: &SliderState) -> Option<SimulationError> {
     let kinds = [
         ("a displacement", &state.displacement_m),
@@ -297,7 +295,8 @@ fn state_not_finite(state: &SliderState) -> Option<SimulationError> {
     })
 }
 
-/// Whether all are: what is not gives no number times 0. In lanes, which compilers vectorise.
+/// Whether all values are finite, by `0 * x = 0`, which fails for infinities and NaN. In lanes, which
+/// compilers vectorise.
 fn are_finite(values: &[f64]) -> bool {
     let (groups, rest) = values.as_chunks::<8>();
     let mut lanes = [0.0; 8];
@@ -309,8 +308,8 @@ fn are_finite(values: &[f64]) -> bool {
     lanes.iter().sum::<f64>() == 0.0 && rest.iter().all(|value| value.is_finite())
 }
 
-/// What in the record of a step is not finite although the state is, if anything: of the whole slider
-/// that is said with the fastest block.
+/// The error if a number of a step record is not finite although the state is. A number of the whole
+/// slider is reported with the fastest block.
 fn not_finite(record: &StepRecord, step: u64, state: &SliderState) -> Option<SimulationError> {
     let ends_n = record.end_forces_n.into_iter().flatten();
     let driving_n = ends_n.chain([record.driving_force_n]).map(|force_n| ("the force of the drive", force_n));
@@ -326,7 +325,7 @@ fn at_block(what: &'static str, step: u64, state: &SliderState, n: usize) -> Sim
     SimulationError::NotFinite {
         step,
         what,
-        // Of a slab, the contact below the node.
+        // For a node of a slab, the contact below it.
         block: (n % state.slip.len()) as u32 + 1,
         displacement_m: state.displacement_m[n],
         velocity_m_per_s: state.velocity_m_per_s[n],

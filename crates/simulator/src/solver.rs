@@ -1,4 +1,4 @@
-//! What a solver is.
+//! The interface of solvers.
 
 use asperity_record::{Record, RunStatus};
 
@@ -10,38 +10,35 @@ pub trait Solver: Send {
     /// The solver's name in run headers and on the command line.
     fn name(&self) -> &'static str;
 
-    /// Advances to the next thing to be recorded; `None` once the run is over
-    /// and everything has been handed out.
+    /// Advances to the next record; `None` once the run is over and all records were returned.
     ///
     /// # Errors
-    /// If the run cannot go on, see [`SimulationError`]; it is said again whenever it is asked.
+    /// If the run cannot continue, see [`SimulationError`]; further calls return the error again.
     fn next_record(&mut self) -> Result<Option<Record>, SimulationError>;
 
     /// The last step taken.
     fn step(&self) -> u64;
 
-    /// Whether another solver can go on from a snapshot taken now: all records up to
-    /// [`Solver::step`] have been handed out.
+    /// Whether a snapshot taken now can be continued by another solver: all records up to
+    /// [`Solver::step`] were returned.
     fn is_between_records(&self) -> bool;
 
-    /// The whole state, to the bit where [`Solver::is_between_records`]: a solver of the same kind
-    /// that restores it yields the same switches, events and states from there on, whatever the
-    /// cadences.
+    /// The state, exact to the bit where [`Solver::is_between_records`]: a solver of the same kind that
+    /// restores it yields the same switches, events and states from there on, with any cadences.
     fn snapshot(&self) -> Snapshot;
 
-    /// What the steps up to now were made of.
+    /// Statistics of the steps up to now.
     fn counters(&self) -> Counters;
 
-    /// Shortcuts that this solver cannot take in this run at all, and what it does
-    /// instead.
+    /// Shortcuts that are unavailable in this run, and what the solver does instead.
     fn fallbacks(&self) -> Vec<&'static str> {
         Vec::new()
     }
 
-    /// A copy, which continues on its own.
+    /// An independent copy.
     fn fork(&self) -> Box<dyn Solver>;
 
-    /// Continues from a state. Records not yet handed out are dropped.
+    /// Continues from a snapshot, and drops records that were not yet returned.
     ///
     /// # Panics
     /// If the state is of a slider of another size.
@@ -89,7 +86,7 @@ impl<S: Solver + ?Sized> Solver for Box<S> {
 /// A run that cannot go on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SimulationError {
-    /// The time step had done more work than an honest run can have of it
+    /// The time step has done more work than in any accurate run
     /// ([`MOST_SCHEME_SHARE`](crate::MOST_SCHEME_SHARE)).
     #[error(
         "in step {step} the time step itself has done {scheme_work_j:.3e} J of work, more than {:.0} % of the \
@@ -97,29 +94,29 @@ pub enum SimulationError {
         share * 100.0
     )]
     Energy {
-        /// The step in which it was seen.
+        /// The step in which this was detected.
         step: u64,
         /// The work of the scheme up to it.
         scheme_work_j: f64,
-        /// Most that it may be, as a share of what it is held against.
+        /// Its bound, as a share of `put_in_j`.
         share: f64,
-        /// What it is held against.
+        /// The energy that it is compared with.
         put_in_j: f64,
-        /// What that is.
+        /// What kind of energy that is.
         put_in: &'static str,
     },
-    /// Something that was to be recorded overflowed or became no number.
+    /// A number to be recorded overflowed or became NaN.
     #[error(
         "in step {step} {what} is no longer finite: block {block} is at u = {displacement_m:.3e} m, \
          v = {velocity_m_per_s:.3e} m/s"
     )]
     NotFinite {
-        /// The step after which it was seen.
+        /// The step after which this was detected.
         step: u64,
-        /// What it is.
+        /// The quantity.
         what: &'static str,
-        /// The block, counted from 1: the first of which it is not finite, or the fastest where it
-        /// is of the whole slider.
+        /// The block, counted from 1: the first whose number is not finite, or the fastest for a number
+        /// of the whole slider.
         block: u32,
         /// Its displacement.
         displacement_m: f64,
@@ -129,7 +126,7 @@ pub enum SimulationError {
 }
 
 impl SimulationError {
-    /// How a run ends that it stops.
+    /// The status of a run that ends with this error.
     pub fn status(&self) -> RunStatus {
         match self {
             SimulationError::Energy { .. } => RunStatus::StoppedEnergy,

@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::ledger::Ledger;
 
-/// Everything that the next step depends on, and the last step's forces.
+/// Everything that the next step depends on, and the forces of the last step.
 ///
-/// Structure of arrays, one value per freedom of a node or per contact, which are the same blocks
-/// in a chain: the sweeps over them are what a run spends its time in, and compilers vectorise them
-/// in this form. The first freedoms of a slab are those of its contacts along the sliding direction
+/// Arrays have one value per freedom of a node, or per contact; in a chain these are the same blocks.
+/// Loops over them take most of a run's time, and this layout lets compilers vectorise them. The first
+/// freedoms of a slab are those of its contacts along the sliding direction
 /// ([`asperity_model::lattice`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -23,30 +23,29 @@ pub struct SliderState {
     pub velocity_m_per_s: Vec<f64>,
     /// Anchor `u_stick,n` of each contact's friction spring; stale while it slides.
     pub stick_position_m: Vec<f64>,
-    /// 1 for a contact that enters the next step detached, 0 for one that is
-    /// stuck: as numbers, so that a sweep can choose without branching.
+    /// 1 for a contact that enters the next step detached, 0 for a stuck one; numbers, so that loops
+    /// select without branches.
     pub slip: Vec<f64>,
     /// How many contacts enter the next step detached.
     pub detached: u32,
     /// Tangential force without friction `tau_n` on each contact in the last step.
     pub tangential_force_n: Vec<f64>,
-    /// Normal load `p_n` on each contact of a slab in the last step; empty in a chain, whose plan
-    /// gives it.
+    /// Normal load `p_n` on each contact of a slab in the last step; empty in a chain, where the plan
+    /// has it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub normal_load_n: Vec<f64>,
     /// How many contacts slid in the last step.
     pub sliding: u32,
-    /// The step in which the drive point stopped or will stop; `u64::MAX` for none that is
-    /// known.
+    /// The step in which the drive point stopped or will stop; `u64::MAX` if none is known.
     #[serde(default = "never")]
     pub hold_step: u64,
     /// Energies up to the last step.
     pub energy: Ledger,
-    /// Where contacts age, the step in which each stuck last.
+    /// The step in which each contact last began to stick, where contacts age.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stuck_since_step: Vec<u64>,
-    /// Where the contacts of a chain age, what the threshold of each stuck one is no less than, at
-    /// the load of the start.
+    /// Lower bound on the threshold of each stuck contact at the initial load, where the contacts of a
+    /// chain age.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub aged_threshold_n: Vec<f64>,
 }
@@ -68,7 +67,7 @@ impl SliderState {
             *tau += plan.elastic.damping_force_n(v, n);
         }
         for spring in &plan.drive.springs {
-            // Of a lattice other nodes than contacts may be driven.
+            // In a lattice, other nodes than contacts may be driven.
             if let Some(tau) = tangential_force_n.get_mut(spring.block) {
                 *tau += spring.force_n(point_m, u[spring.block]);
             }
@@ -99,7 +98,7 @@ impl SliderState {
         }
     }
 
-    /// Contacts that had lifted off in the last step.
+    /// Number of contacts that were lifted off in the last step.
     pub(crate) fn contacts_in_air(&self) -> u64 {
         self.normal_load_n.iter().filter(|load_n| **load_n == 0.0).count() as u64
     }

@@ -28,9 +28,9 @@ use asperity_record::Energy;
 use crate::body::{Body, OfPlan};
 use crate::counters::Counters;
 use crate::energy::Bookkeeping;
+use crate::kernels::Simd;
 use crate::state::SliderState;
 use crate::strength::{self, Load, StopForce};
-use crate::sweep::Sweeps;
 
 /// A slider, and how it gets from one step to the next.
 #[derive(Debug, Clone)]
@@ -56,15 +56,10 @@ pub struct Driving {
 }
 
 impl<B: OfPlan> Stepper<B> {
-    /// The slider at the start of a plan, with sweeps for a certain instruction set.
-    pub(crate) fn new(
-        plan: Arc<Plan>,
-        elastic: &B::Elastic,
-        sweeps: Sweeps,
-        keeping: Bookkeeping,
-    ) -> Stepper<B> {
+    /// The slider at the start of a plan, with kernels for a certain instruction set.
+    pub(crate) fn new(plan: Arc<Plan>, elastic: &B::Elastic, simd: Simd, keeping: Bookkeeping) -> Stepper<B> {
         let state = SliderState::initial(&plan);
-        let body = B::of_plan(&plan, elastic, &state, sweeps, keeping);
+        let body = B::of_plan(&plan, elastic, &state, simd, keeping);
         Stepper::of(plan, state, body)
     }
 }

@@ -1,16 +1,14 @@
-//! What contacts bear: how hard each may be pulled before it detaches, and how much it resists
-//! while it slides.
+//! The strength of contacts: the force at which a stuck one detaches, and the friction of a sliding one.
 //!
-//! Nodes move, contacts rub; in a chain every node carries one contact, of the same number.
-//! Whatever a contact of a chain bears is in proportion to the normal load of the step, and so is the
-//! driving force that stops a drive; a static threshold may also grow while its contact sticks. What
-//! a contact of a slab bears follows from its state.
+//! In a chain, where every node carries one contact, both are proportional to the normal load of the
+//! step, and so is the driving force that stops a drive; a static threshold may also grow while its
+//! contact sticks. In a slab, the normal load of a contact follows from its state.
 
 use asperity_model::Plan;
 
 use crate::state::SliderState;
 
-/// The normal load of a step over that of the start.
+/// The normal load of a step relative to that of the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Load(f64);
 
@@ -23,28 +21,28 @@ impl Load {
         Load(plan.load_factor(step, hold_step))
     }
 
-    /// What a force is under this load that is `at_start_n` under that of the start.
+    /// A force under this load that is proportional to it and equals `at_start_n` at the start.
     #[inline]
     pub(crate) fn scaled_n(self, at_start_n: f64) -> f64 {
         self.0 * at_start_n
     }
 
-    /// The share of itself by which the load falls from this to another.
+    /// The relative decrease from this load to another.
     pub(crate) fn fall_to(self, other: Load) -> f64 {
         1.0 - other.0 / self.0
     }
 }
 
-/// The normal load of a step, and how it goes on from there up to the next knot of its course.
+/// The normal load of a step, and its rate up to the next knot of its course.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ramp {
     pub(crate) load: Load,
-    /// By how much the factor on the load of the start changes in every step.
+    /// Change per step, relative to the load of the start.
     rate: f64,
 }
 
 impl Ramp {
-    /// A load that stays what it is at the start.
+    /// The constant load of the start.
     pub(crate) const FLAT: Ramp = Ramp { load: Load::OF_START, rate: 0.0 };
 
     /// From a step on, if the drive stopped in `hold_step`.
@@ -52,34 +50,34 @@ impl Ramp {
         Ramp { load: Load::in_step(plan, step, hold_step), rate: plan.load_course.rate(step, hold_step) }
     }
 
-    /// By how much a force changes in every step that is `at_start_n` under the load of the start.
+    /// Change per step of a force that is proportional to the load and equals `at_start_n` at the start.
     #[inline]
     pub(crate) fn change_n(self, at_start_n: f64) -> f64 {
         self.rate * at_start_n
     }
 
-    /// Whether the load stays as it is.
+    /// Whether the load is constant.
     pub(crate) fn is_flat(self) -> bool {
         self.rate == 0.0
     }
 
-    /// The load so many steps later.
+    /// The load `steps` steps later.
     pub(crate) fn ahead(self, steps: f64) -> Load {
         if self.is_flat() { self.load } else { Load(self.load.0 + self.rate * steps) }
     }
 
-    /// What the load is `steps` steps later, over what it is now.
+    /// The load `steps` steps later, relative to the present one.
     pub(crate) fn decline(self, steps: f64) -> f64 {
         if self.is_flat() { 1.0 } else { (self.load.0 + self.rate * steps) / self.load.0 }
     }
 
-    /// The share of itself by which it falls in every step.
+    /// The relative decrease per step.
     pub(crate) fn fall(self) -> f64 {
         -self.rate / self.load.0
     }
 }
 
-/// The sum of the driving forces at which the drive point stops, in proportion to the load.
+/// The sum of the driving forces at which the drive point stops, proportional to the load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StopForce {
     ratio: f64,
@@ -94,13 +92,13 @@ impl StopForce {
         Some(StopForce { ratio, normal_load_n: plan.total_normal_load_n })
     }
 
-    /// Under a load.
+    /// Its value under a load.
     #[inline]
     pub(crate) fn under_n(self, load: Load) -> f64 {
         self.ratio * load.scaled_n(self.normal_load_n)
     }
 
-    /// By how much it changes in every step.
+    /// Its change per step.
     pub(crate) fn change_n(self, ramp: Ramp) -> f64 {
         self.ratio * ramp.change_n(self.normal_load_n)
     }
@@ -109,10 +107,10 @@ impl StopForce {
 /// Thresholds and sliding friction of all contacts in one step.
 #[derive(Debug, Clone)]
 pub(crate) struct Strength {
-    /// What no threshold is below.
+    /// Lower bounds on the thresholds.
     pub(crate) threshold_n: Vec<f64>,
     pub(crate) sliding_friction_n: Vec<f64>,
-    /// What both are for.
+    /// The load to which both apply.
     pub(crate) load: Load,
     load_changes: bool,
     age: bool,
@@ -136,7 +134,7 @@ impl Strength {
         self.load_changes || self.age
     }
 
-    /// Brings them to the load of a step.
+    /// Updates them to the load of a step.
     pub(crate) fn follow(&mut self, plan: &Plan, state: &SliderState, load: Load) {
         if load == self.load && !self.age {
             return;
@@ -152,7 +150,7 @@ impl Strength {
     }
 }
 
-/// What no threshold of a stuck contact is below, at the load of the start.
+/// Lower bounds on the thresholds of stuck contacts, at the load of the start.
 pub(crate) fn least_threshold_n<'a>(plan: &'a Plan, state: &'a SliderState) -> &'a [f64] {
     if plan.friction.ageing.is_some() { &state.aged_threshold_n } else { &plan.friction.static_threshold_n }
 }
@@ -162,7 +160,7 @@ pub(crate) fn static_coefficient(plan: &Plan, state: &SliderState, n: usize) -> 
     aged_coefficient(plan, n, state.stuck_since_step.get(n).copied(), state.step)
 }
 
-/// The same of a contact that has stuck since a step, where contacts age.
+/// The static coefficient of a contact that has stuck since `since_step`, where contacts age.
 pub(crate) fn aged_coefficient(plan: &Plan, n: usize, since_step: Option<u64>, step: u64) -> f64 {
     let young = plan.friction.static_coefficients[n];
     match (&plan.friction.ageing, since_step) {
@@ -174,8 +172,8 @@ pub(crate) fn aged_coefficient(plan: &Plan, n: usize, since_step: Option<u64>, s
     }
 }
 
-/// The static threshold of contact `n` (counted from 0) in the step that led to a state, of a
-/// contact that has detached since that which it had reached.
+/// The static threshold of contact `n` (counted from 0) in the step that led to a state; for a contact
+/// that has detached since, the one that it had reached.
 pub(crate) fn threshold_n(plan: &Plan, state: &SliderState, n: usize) -> f64 {
     if let Some(normal_load_n) = state.normal_load_n.get(n) {
         return static_coefficient(plan, state, n) * normal_load_n;
@@ -184,16 +182,16 @@ pub(crate) fn threshold_n(plan: &Plan, state: &SliderState, n: usize) -> f64 {
     Load::in_step(plan, state.step, state.hold_step).scaled_n(aged_n)
 }
 
-/// Brings the thresholds that are known up to the step that comes next: none can be below in
-/// what follows.
+/// Raises the lower bounds on thresholds to their values at the next step: while contacts stick,
+/// thresholds only grow.
 pub(crate) fn age(plan: &Plan, state: &mut SliderState) {
     for n in 0..state.aged_threshold_n.len() {
         state.aged_threshold_n[n] = aged_threshold_n(plan, n, &state.stuck_since_step, state.step + 1);
     }
 }
 
-/// The static threshold of contact `n` in the step that led to a state; of a chain that ages it is
-/// noted that it is no less from now on.
+/// The static threshold of contact `n` in the step that led to a state. In a chain that ages it becomes
+/// the contact's lower bound.
 pub(crate) fn aged_up_to_now_n(plan: &Plan, state: &mut SliderState, n: usize) -> f64 {
     if !state.aged_threshold_n.is_empty() {
         state.aged_threshold_n[n] = aged_threshold_n(plan, n, &state.stuck_since_step, state.step);
@@ -201,7 +199,7 @@ pub(crate) fn aged_up_to_now_n(plan: &Plan, state: &mut SliderState, n: usize) -
     threshold_n(plan, state, n)
 }
 
-/// Contact `n` has just begun to stick: where contacts age, it does from now on.
+/// Resets the age of contact `n`, which has just begun to stick.
 pub(crate) fn become_young(plan: &Plan, state: &mut SliderState, n: usize) {
     if plan.friction.ageing.is_some() {
         state.stuck_since_step[n] = state.step;

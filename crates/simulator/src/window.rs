@@ -1,9 +1,8 @@
 //! Windows: many steps at once while no block switches.
 //!
-//! A state is expanded in terms ([`expansion`]), which give it after any number of steps, and a
-//! window is taken as far as a bound on each block's way certifies that it does not switch
-//! ([`certificate`]), what is left out and rounding included ([`norms`]). `rows` is how all that
-//! lies in memory.
+//! A state is expanded in terms ([`expansion`]), which give it after any number of steps. A window
+//! extends as far as bounds on each block's motion exclude a switch ([`certificate`]), truncation and
+//! rounding included ([`norms`]). `rows` has the layout in memory.
 
 mod certificate;
 mod expansion;
@@ -13,32 +12,32 @@ mod rows;
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
-use crate::basis::{GRID_STEPS, Length, MOST_TERMS};
+use crate::chebyshev::{GRID_STEPS, Length, MOST_TERMS};
 use crate::cost::{self, LONG_CHAIN, Work};
 use crate::energy::Accounts;
+use crate::kernels::Simd;
 use crate::state::SliderState;
-use crate::sweep::Sweeps;
 use crate::window::certificate::Certificate;
 use crate::window::expansion::Expansion;
 
-/// The window that is open, or the last one that was.
+/// The open window, or the last one.
 #[derive(Debug, Clone)]
 pub(crate) struct Window {
     expansion: Expansion,
     certificate: Certificate,
-    /// Steps until the first switch, as they were foreseen where it was opened.
+    /// Steps until the first switch, as predicted when it was opened.
     foreseen_steps: f64,
-    /// Terms that were taken for it.
+    /// Terms taken for it.
     terms_taken: usize,
-    /// Whether no length of them is worth its terms, in a long chain.
+    /// Whether windows of no length pay in this chain, which is long.
     never_pays: bool,
-    /// Sums of displacements over the states on the way.
+    /// Sums of displacements over the states inside the window.
     ways_m: Vec<f64>,
 }
 
 impl Window {
-    pub(crate) fn new(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Window {
-        let expansion = Expansion::new(plan, chain, sweeps);
+    pub(crate) fn new(plan: &Plan, chain: &Chain, simd: Simd) -> Window {
+        let expansion = Expansion::new(plan, chain, simd);
         let lengths = &expansion.basis.lengths;
         let work = |terms| Work { terms, places: 0 };
         let pays = |length: &Length| length.steps > cost::least_window_steps(work(length.terms as u64));
@@ -52,7 +51,7 @@ impl Window {
         }
     }
 
-    /// Steps of a window by the index of its length.
+    /// Steps of the window with this length index.
     pub(crate) fn steps(&self, index: usize) -> u64 {
         self.expansion.basis.lengths[index].steps
     }
@@ -65,30 +64,28 @@ impl Window {
         self.expansion.basis.lengths.first().map_or(u64::MAX, |length| length.steps)
     }
 
-    /// How many differences and terms have been taken, for the counters.
+    /// Number of differences and terms computed, for the counters.
     pub(crate) fn applications(&self) -> u64 {
         self.expansion.applications
     }
 
-    /// What opening the window took, or trying to.
+    /// Work of the last attempt to open a window.
     pub(crate) fn work(&self) -> Work {
         Work { terms: self.terms_taken as u64, places: self.certificate.places }
     }
 
-    /// Whether no window of a long chain is worth opening, and none is tried.
+    /// Whether no window of this long chain pays; then none is tried.
     pub(crate) fn never_pays(&self) -> bool {
         self.never_pays
     }
 
-    /// Steps until the first switch of a state, by the state alone, if forces and velocities went on
-    /// as they go now.
+    /// Predicts the steps until the first switch, by linear extrapolation of forces and velocities.
     pub(crate) fn foresee(&mut self, plan: &Plan, state: &SliderState) -> f64 {
         if self.expansion.start(plan, state) { self.expansion.foreseen_steps() } else { 0.0 }
     }
 
-    /// Opens a window of at most `most_steps` steps; the index of its length, if there
-    /// is one over which no block switches by the bounds, or else the steps that are
-    /// best taken one by one.
+    /// Opens a window of at most `most_steps` steps. Returns the index of its length if the bounds
+    /// exclude a switch of any block over that length, or else the number of steps to take singly.
     pub(crate) fn open(&mut self, plan: &Plan, state: &SliderState, most_steps: u64) -> Result<usize, u64> {
         let shortest = self.shortest();
         if shortest == u64::MAX {
@@ -125,15 +122,14 @@ impl Window {
         }
     }
 
-    /// The steps that are best taken one by one where a switch is foreseen so soon that no
-    /// window fits in front of it.
+    /// The number of steps to take singly if the predicted switch is nearer than the shortest window.
     pub(crate) fn refused_by(&self, foreseen_steps: f64) -> Option<u64> {
         let shortest = self.shortest();
         let refused = shortest < u64::MAX && foreseen_steps < shortest as f64;
         refused.then_some((foreseen_steps as u64).max(1))
     }
 
-    /// Whether that is to be expected at the end of the open window.
+    /// Whether a switch is predicted just after the end of the open window.
     pub(crate) fn ends_near_switch(&self, index: usize) -> bool {
         self.refused_by(self.foreseen_steps - self.steps(index) as f64).is_some()
     }
@@ -147,8 +143,8 @@ impl Window {
         state.sliding = state.detached;
     }
 
-    /// The same for a number of steps on the grid of [`GRID_STEPS`], as many as fit
-    /// into `steps`.
+    /// Writes the state after a number of steps on the grid of [`GRID_STEPS`], as many as fit into
+    /// `steps`.
     pub(crate) fn sample(&self, plan: &Plan, steps: u64, state: &mut SliderState) {
         let steps = steps / GRID_STEPS * GRID_STEPS;
         let Expansion { basis, terms, .. } = &self.expansion;
@@ -158,7 +154,7 @@ impl Window {
 }
 
 impl Window {
-    /// Adds to the energies what the steps to the end of the window did, after it has landed.
+    /// Adds the energies of the steps up to the end of the window, after [`Window::land`].
     pub(crate) fn account(
         &mut self,
         plan: &Plan,
@@ -171,7 +167,7 @@ impl Window {
         self.add_up(plan, steps, &coefficients, state, accounts);
     }
 
-    /// The same for a sample.
+    /// Adds the energies of the steps up to a sample.
     pub(crate) fn account_sample(
         &mut self,
         plan: &Plan,
@@ -204,21 +200,20 @@ impl Window {
         }
         expansion.displacement_sums_m(ways_m, steps, coefficients);
         accounts.add_drive(plan, state, from_step, steps, |n| ways_m[n], first_m);
-        // After each step: without the first state, with the last.
+        // Sum over the states after each step: without the first state, with the last.
         accounts.fade(plan, &mut state.energy, ways_m, 1.0);
         accounts.fade(plan, &mut state.energy, start_m, -1.0);
         accounts.fade(plan, &mut state.energy, &state.displacement_m, 1.0);
     }
 }
 
-/// Driving springs of which each is summed up on its own.
+/// Largest number of driving springs for which sums are computed separately.
 const FEW_SPRINGS: usize = 4;
 
-/// Single steps at a time where there are no windows: now and then a jump may be
-/// possible.
+/// Single steps at a time where there are no windows, after which a jump is tried again.
 const WITHOUT_WINDOWS: u64 = 1000;
 
-/// How much longer than foreseen a window may try to be.
+/// How much longer than the predicted switch a window may be.
 const FORESIGHT: f64 = 1.1;
 
 #[cfg(test)]
@@ -226,12 +221,12 @@ mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
     use super::Window;
+    use crate::kernels::Simd;
     use crate::plain::Plain;
     use crate::solver::Solver;
-    use crate::sweep::Sweeps;
 
-    /// A chain in which no block switches for long: thresholds out of reach, some
-    /// blocks that slide fast, others that stick.
+    /// A chain without switches for a long time: thresholds out of reach, some blocks slide fast, the
+    /// others stick.
     fn free_run(set: &str) -> (Plan, Plain) {
         let source = ScenarioSource::new("test", "time.duration_s = 1").with_override(set);
         let mut plan = Plan::new(&Scenario::resolve(&source).unwrap());
@@ -258,7 +253,7 @@ mod tests {
     fn windows_of_every_length_land_where_single_steps_do() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated", "slider.relative_damping=0"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, plan.elastic.chain(), Sweeps::Baseline);
+            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline);
             let lengths = window.expansion.basis.lengths.len();
             let mut compared = 0;
             for opened in 0..lengths {
@@ -272,9 +267,7 @@ mod tests {
                     [window.expansion.terms - 1, window.expansion.terms]
                         .iter()
                         .zip(factors)
-                        .map(|(&j, factor)| {
-                            factor * window.expansion.sweeps.largest(window.expansion.v.row(j))
-                        })
+                        .map(|(&j, factor)| factor * window.expansion.simd.largest(window.expansion.v.row(j)))
                         .sum::<f64>()
                 };
                 let mut plain = start.clone();
@@ -290,7 +283,7 @@ mod tests {
                     window.land(&plan, index, &mut landed);
                     let exact = plain.state();
                     assert_eq!(landed.step, exact.step);
-                    // In displacement per step, as left_out.
+                    // In displacement per step, as `left_out`.
                     let dt = plan.grid.step_s();
                     let allowed = 10.0 * left_out(index) + 1e-11 * dt;
                     for n in 0..plan.blocks {
@@ -308,12 +301,12 @@ mod tests {
     fn calm_states_take_fewer_terms_and_land_as_exactly() {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
             let (plan, start) = free_run(set);
-            let mut window = Window::new(&plan, plan.elastic.chain(), Sweeps::Baseline);
+            let mut window = Window::new(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline);
             let (mut fewer, lengths) = (0, window.expansion.basis.lengths.len());
             for index in 0..lengths {
                 let mut counts = Vec::new();
                 for agitation in [1e-12, 1e-6, 1.0] {
-                    // All slide along, by the drive's side, and ring a little.
+                    // All blocks slide towards the driven side, and vibrate a little.
                     let mut state = start.state().clone();
                     state.step = (1e-3 / (plan.drive.velocity_m_per_s * plan.grid.step_s())) as u64;
                     for n in 0..plan.blocks {

@@ -1,4 +1,4 @@
-//! Energies: their balance, and that both solvers tell the same.
+//! Energies: their balance, and the agreement of both solvers on them.
 
 use std::sync::Arc;
 
@@ -16,7 +16,8 @@ fn steps(mut solver: impl Solver) -> Vec<StepRecord> {
     steps
 }
 
-/// Scenarios of every kind, a tenth of a million steps or more, driven a hundred times as fast.
+/// Scenarios of every kind, with a hundred thousand steps or more and a hundred times the drive
+/// velocity.
 fn scenarios() -> Vec<(&'static str, Vec<&'static str>)> {
     vec![
         ("default", vec![]),
@@ -64,7 +65,7 @@ fn plan(name: &str, sets: &[&str]) -> Arc<Plan> {
     Arc::new(asperity_testkit::plan(name, &quick.iter().chain(sets).copied().collect::<Vec<_>>()))
 }
 
-/// What energies are measured by: what was put in, or was there.
+/// The scale of energies: the energy put in, and that at the start.
 fn scale_j(energy: &Energy, initial: &Energy) -> f64 {
     energy.drive_work_j + energy.prestress_work_j.abs() + initial.kinetic_j + initial.elastic_j
 }

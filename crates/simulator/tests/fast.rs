@@ -1,5 +1,5 @@
-//! The fast solver against the plain one: the same switches, in the same steps,
-//! the same events, and the same numbers within rounding.
+//! Compares the fast solver with the plain one: equal switches in equal steps, equal events, and equal
+//! numbers within rounding.
 
 use asperity_model::Plan;
 use asperity_record::{Direction, FieldRecord, Record, StepRecord};
@@ -10,8 +10,8 @@ use asperity_testkit::{Random, plan};
 /// Numbers agree within this share of the largest of their kind in the run.
 const TOLERANCE: f64 = 1e-9;
 
-/// The same where friction springs a thousand times stiffer or softer than the
-/// chain amplify the rounding of the plain stepper itself.
+/// Tolerance where friction springs a thousand times stiffer or softer than the chain amplify the
+/// rounding of the plain stepper itself.
 const EXTREME_TOLERANCE: f64 = 1e-6;
 
 fn run(mut solver: impl Solver) -> (Vec<Record>, Counters) {
@@ -19,7 +19,7 @@ fn run(mut solver: impl Solver) -> (Vec<Record>, Counters) {
     (records, solver.counters())
 }
 
-/// Why a run is stopped, if it is.
+/// The error that stops a run, if any.
 fn error(mut solver: impl Solver) -> Option<SimulationError> {
     loop {
         match solver.next_record() {
@@ -68,9 +68,8 @@ fn entries(records: &[Record]) -> Vec<Entry> {
         .collect()
 }
 
-/// The step at which the plain stepper parts from itself if its velocities are
-/// changed by one part in 10^13, or ten, early on: some chains are chaotic, and no two
-/// ways of rounding agree for ever.
+/// The step at which the plain stepper diverges from itself if its velocities are changed early on by
+/// one part in 10^13, or ten. Some chains are chaotic, so that no two ways of rounding agree for ever.
 fn horizon(plan: &Plan, plain: &[Record]) -> u64 {
     let plain = entries(plain);
     let from = plain.partition_point(|entry| entry.0 <= 100);
@@ -82,7 +81,7 @@ fn horizon(plan: &Plan, plain: &[Record]) -> u64 {
     [1e-13, -1e-13, 1e-12].into_iter().map(parts_at).min().unwrap_or(plan.steps)
 }
 
-/// The plain stepper's records behind step 100, with velocities that are changed by that share then.
+/// The plain stepper's records after step 100, with velocities changed by that share there.
 fn nudged(plan: &Plan, nudge: f64) -> Vec<Record> {
     let mut nudged = Plain::new(plan.clone());
     for _ in 0..100 {
@@ -96,8 +95,8 @@ fn nudged(plan: &Plan, nudge: f64) -> Vec<Record> {
     run(nudged).0
 }
 
-/// How far forces on blocks that switch are apart, over the largest, between the plain stepper and
-/// itself with velocities changed by a few rounding errors early on.
+/// Relative difference of forces on blocks that switch, between the plain stepper and itself with
+/// velocities changed early on by a few rounding errors.
 fn amplified(plan: &Plan, plain: &[Record]) -> f64 {
     let forces = |records: &[Record]| -> Vec<f64> {
         let late = steps(records).into_iter().filter(|record| record.step > 100);
@@ -108,20 +107,19 @@ fn amplified(plan: &Plan, plain: &[Record]) -> f64 {
     one.iter().zip(&other).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) / largest
 }
 
-/// How a comparison went.
+/// The result of a comparison.
 struct Compared {
-    /// Of the fast solver.
+    /// Counters of the fast solver.
     counters: Counters,
-    /// How many switches were compared.
+    /// Number of switches compared.
     switches: usize,
-    /// The last step in which all switches are the same; the last of the run, but for a chaotic
-    /// chain.
+    /// The last step up to which all switches are equal: the last of the run, except in a chaotic chain.
     horizon_step: u64,
 }
 
-/// Compares the two runs of one plan: record by record, those of cadences included, and by
-/// [`equality::compare`], which admits no difference but by rounding. A run may part only if
-/// its chain is chaotic, and no earlier than one that is nudged.
+/// Compares the two runs of one plan, record by record, those of cadences included, and by
+/// [`equality::compare`], which accepts differences only by rounding. A run may diverge only if its
+/// chain is chaotic, and no earlier than one with changed velocities.
 fn compare(name: &str, plan: &Plan, tolerance: f64) -> Compared {
     let (mut fast, counters) = run(SolverKind::Fast.start(plan.clone()));
     let (mut plain, plain_counters) = run(Plain::new(plan.clone()));
@@ -192,9 +190,8 @@ fn compare(name: &str, plan: &Plan, tolerance: f64) -> Compared {
     Compared { counters, switches, horizon_step }
 }
 
-/// A scenario of a few hundred thousand steps with parameters far apart: soft
-/// and stiff friction springs and drives, no damping to strong, exactly critical
-/// ones among them, ringing starts, both rules.
+/// A scenario of a few hundred thousand steps with widely different parameters: soft and stiff friction
+/// springs and drives, weak to strong damping including exactly critical, ringing starts, both rules.
 fn random_scenario(seed: u64) -> Vec<String> {
     let mut noise = Random::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) + 1);
     let blocks: u32 = noise.pick(&[2, 3, 5, 8, 13, 24, 40]);
@@ -264,11 +261,11 @@ fn random_scenarios_give_the_same_switches() {
             chaotic.push((seed, horizon_step));
         }
     }
-    // The comparison is worth little unless the shortcuts were taken past many switches, and
-    // unless nearly all of it is compared.
+    // The comparison is meaningful only if the shortcuts were used between many switches, and nearly all
+    // of it was compared.
     assert!(total.switches > 20_000, "{total:?}");
     assert!(total.jump_steps > 1_000_000 && total.window_steps > 1_000_000, "{total:?}");
-    // Of what was put in they have more than 30 % by the time step, the same with both solvers.
+    // In these runs the time step does more than 30 % of the work put in, with both solvers.
     assert_eq!(stopped, [15, 49, 87, 117]);
     assert!(chaotic.len() <= 2 && chaotic.iter().all(|(_, step)| *step > 50_000), "{chaotic:?}");
 }
@@ -288,7 +285,8 @@ fn long_chains_jump_by_waves() {
     for (set, drive, velocity_m_per_s, steps, tolerance) in [
         ("as-coded", "side", 4e-4, 3_000_000, TOLERANCE),
         ("as-stated", "side", 4e-4, 3_000_000, TOLERANCE),
-        // So fast that blocks come far: their velocities round as displacements over the step do.
+        // Blocks move so far that the rounding of displacements, over the step, dominates that of
+        // velocities.
         ("as-stated", "top", 3e-2, 1_000_000, 10.0 * TOLERANCE),
     ] {
         let set = [
@@ -307,8 +305,8 @@ fn long_chains_jump_by_waves() {
     }
 }
 
-/// A long chain near its first slips, and far beyond: in both parameter sets, driven from the side and
-/// from the top, with time steps from short to half the longest, even friction and scattered.
+/// A long chain near its first slips, and far beyond: with both parameter sets, driven from the side and
+/// from the top, with time steps from short to half the longest, with uniform friction and scattered.
 fn random_long_scenario(seed: u64) -> Vec<String> {
     let mut noise = Random::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) + 7);
     let blocks: u32 = noise.pick(&[257, 500, 1000, 1700, 3000]);
@@ -332,8 +330,8 @@ fn random_long_scenario(seed: u64) -> Vec<String> {
     let step_s = format!("{:.2e}", share * longest_s).parse::<f64>().unwrap();
     let largest_n = probe.friction.static_threshold_n.iter().fold(0.0, |most: f64, force| most.max(*force));
     let first_m = largest_n * (1.0 / stiffest_n_per_m + if from_side { 1.0 / kt } else { 0.0 });
-    // The drive goes some times as far as where the first block slips; one from the top brings all
-    // blocks there at once.
+    // The drive advances several times as far as the first slip needs; a top drive brings all blocks to
+    // it at once.
     let reach_m = first_m * if from_side { noise.log_uniform(1.5, 60.0) } else { noise.uniform(0.9, 1.3) };
     let own = [
         format!("drive.velocity_m_per_s={}", reach_m / (steps * step_s)),
@@ -345,7 +343,7 @@ fn random_long_scenario(seed: u64) -> Vec<String> {
     [base, own.to_vec()].concat()
 }
 
-/// Compares so many of them, and sees to it that shortcuts were taken past many switches.
+/// Compares a range of random long chains, and checks that shortcuts were used between many switches.
 fn compare_random_long(seeds: std::ops::Range<u64>) {
     let (mut total, mut chaotic) = (Counters::default(), Vec::new());
     for seed in seeds {
@@ -378,8 +376,8 @@ fn more_random_long_chains_give_the_same_switches() {
 
 #[test]
 fn a_chain_without_modes_takes_windows() {
-    // Nothing but the softest friction springs holds this one: doubles cannot tell its
-    // lowest mode from rest.
+    // Only the softest friction springs hold this chain: in double precision its lowest mode is
+    // indistinguishable from rest.
     let plan = plan::<&str>("ring-down", &[]);
     let Compared { counters, horizon_step, .. } = compare("ring-down", &plan, TOLERANCE);
     assert_eq!(horizon_step, plan.steps, "all of it");
@@ -423,8 +421,7 @@ fn cadences_never_change_a_bit_of_the_run() {
     }
 }
 
-/// Samples go from one to the next, and would round differently from a jump that lands
-/// where one is due.
+/// Samples are computed one from the other, and would round differently from a jump that ends at each.
 #[test]
 fn a_jump_as_long_as_the_sample_cadence_lands_on_the_same_bits() {
     let end = |sample_s: &str| {
@@ -443,7 +440,7 @@ fn a_jump_as_long_as_the_sample_cadence_lands_on_the_same_bits() {
 
 #[test]
 fn dense_samples_are_handed_out_one_by_one() {
-    // A queue of them all would hold the run's whole length in memory.
+    // A queue of all records would have the run's whole length in memory.
     let mut solver = SolverKind::Fast.start(plan("ring-down", &["recording.sample_s=1e-8".to_owned()]));
     let mut last = 0;
     while let Some(record) = solver.next_record().unwrap() {
@@ -474,22 +471,22 @@ fn a_restored_state_continues_to_the_bit() {
             "time.duration_s=0.02",
             "recording.sample_s=1e-5",
         ],
-        // States of ruptures, from inside of windows.
+        // States of ruptures, inside windows.
         &[
             "time.duration_s=0.15",
             "recording.rupture_fields_from_blocks=2",
             "recording.rupture_fields_s=1e-5",
         ],
-        // An unloaded block that chatters, until nothing is left of what leaps have saved.
+        // An unloaded block that chatters until the credit of saved steps is used up.
         &["normal_load.tilt=1", "time.step_s=1e-7", "time.duration_s=0.004"],
-        // Windows that cost what they save.
+        // Windows that cost as much as they save.
         &[
             "parameter_set=as-stated",
             "friction.interfacial_stiffness_ratio=1e3",
             "initial_velocity.amplitude_m_per_s=1e-3",
             "time.duration_s=0.002",
         ],
-        // Samples so dense that single steps lead from one to the next.
+        // Samples so dense that single steps connect them.
         &["time.duration_s=0.002", "recording.sample_s=1e-7"],
     ];
     for set in cases {
@@ -514,7 +511,7 @@ fn a_restored_state_continues_to_the_bit() {
     }
 }
 
-/// What is spent on windows is counted in terms, each of which takes about as long as a step.
+/// The cost of windows is counted in terms, each of which takes about as long as a step.
 #[test]
 fn windows_that_do_not_pay_are_hardly_tried() {
     let set = ["parameter_set=as-stated", "friction.interfacial_stiffness_ratio=1e3", "time.duration_s=0.01"];
@@ -522,7 +519,7 @@ fn windows_that_do_not_pay_are_hardly_tried() {
     assert!(counters.windows > 0 && counters.applications < counters.steps() / 20, "{counters:?}");
 }
 
-/// Here what cancels in the longest windows is far larger than the velocity of a block that creeps.
+/// Here the cancelling parts of the longest windows far exceed the velocity of a block that creeps.
 #[test]
 fn creeping_blocks_take_windows_of_the_length_that_is_certified() {
     let set = ["friction.interfacial_stiffness_ratio=10", "time.duration_s=0.05"];
@@ -532,7 +529,7 @@ fn creeping_blocks_take_windows_of_the_length_that_is_certified() {
     assert!(counters.applications < counters.window_steps / 2, "{counters:?}");
 }
 
-/// To put a sample together takes as long as many steps.
+/// Computing a sample takes as long as many steps.
 #[test]
 fn samples_close_to_each_other_are_those_of_the_plain_solver() {
     let set = ["recording.sample_s=3e-8", "time.duration_s=0.0005"];

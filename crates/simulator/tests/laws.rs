@@ -1,5 +1,5 @@
-//! Every drive, load, friction law and start: the fast solver against the plain one, and
-//! each against something that is known without either.
+//! Every drive, load, friction law and start: the fast solver is compared with the plain one, and each
+//! with independent results.
 
 use asperity_model::Plan;
 use asperity_record::{Record, StepRecord};
@@ -69,7 +69,7 @@ fn the_fast_solver_does_what_the_plain_one_does_by_every_law_and_drive() {
             "normal_load.schedule_s=[0,0.04,0.2]",
             "normal_load.schedule_n=[400,300,3]",
         ],
-        // A load that all but drops at once.
+        // A load that drops almost at once.
         &[HOLD, "normal_load.schedule_s=[0.08,0.0800001]", "normal_load.schedule_n=[400,60]"],
         &["friction.ageing_coefficient=0.02", "friction.ageing_time_s=1e-3"],
         &["friction.ageing_coefficient=0.02", "friction.ageing_time_s=1e-3", HOLD, UNLOAD_S, UNLOAD_N],
@@ -109,7 +109,7 @@ fn the_fast_solver_does_what_the_plain_one_does_by_every_law_and_drive() {
             assert!(fast.snapshot().fits(&plan), "{sets:?}, {parameters}");
             assert!(counters.fit(plan.steps - plan.initial.step), "{sets:?}, {parameters}: {counters}");
             // Friction that depends on velocity takes single steps while anything slides, and where
-            // blocks chatter nothing else pays.
+            // blocks chatter no shortcut pays.
             let few = plan.steps / if plan.friction.law.affine().is_some() { 2 } else { 1 };
             assert!(counters.plain_steps < few, "{sets:?}, {parameters}: {counters}");
             leaps += counters.jumps;
@@ -118,7 +118,7 @@ fn the_fast_solver_does_what_the_plain_one_does_by_every_law_and_drive() {
     assert!(all > 10_000 && leaps > 500, "{all} switches, {leaps} jumps");
 }
 
-/// Forces from outside on all blocks or on some, with everything that a contact or a drive can be.
+/// Forces from outside on all blocks or on some, with every kind of contact and drive.
 #[test]
 fn prestress_is_the_same_to_both_solvers_by_every_law_and_drive() {
     let profile =
@@ -137,7 +137,7 @@ fn prestress_is_the_same_to_both_solvers_by_every_law_and_drive() {
         &["drive.kind=side"],
         &["drive.kind=top", "drive.tilt=0.5"],
         &["drive.kind=top", "drive.decay_length_m=0.02"],
-        // As stated, blocks chatter under the two-way rule, and rounding grows.
+        // With `as-stated`, blocks chatter under the two-way rule, and rounding grows.
         &["drive.kind=left-right", TWO_WAY, "parameter_set=as-coded"],
         &["drive.kind=top", "drive.velocity_m_per_s=0", "drive.stiffness_n_per_m=1e8"],
     ];
@@ -157,8 +157,7 @@ fn prestress_is_the_same_to_both_solvers_by_every_law_and_drive() {
     assert!(switches > 3000, "{switches} switches");
 }
 
-/// Rounding of a load's rate, times all the steps of a jump, is more than bounds keep in
-/// reserve.
+/// The rounding of a load's rate, times all the steps of a jump, exceeds the reserve of the bounds.
 #[test]
 fn a_slow_ramp_does_not_drift_over_a_long_jump() {
     for law in ["interfacial-springs", "rigid"] {
@@ -178,8 +177,8 @@ fn a_slow_ramp_does_not_drift_over_a_long_jump() {
     }
 }
 
-/// Thresholds and sliding friction are those of the load in the step, whatever else is
-/// tested against each other here.
+/// Thresholds and sliding friction are those of the load in the step, independently of the comparison of
+/// solvers.
 #[test]
 fn friction_follows_the_load() {
     let plan = plan(&[HOLD, UNLOAD_S, UNLOAD_N]);
@@ -230,7 +229,7 @@ fn a_schedule_that_changes_nothing_changes_nothing() {
 #[test]
 fn ageing_at_no_rate_changes_nothing() {
     let young = switches(&records(Plain::new(plan(&[]))));
-    // A rate that thresholds cannot tell from none, by the way of one that they can.
+    // A rate indistinguishable from none, by the code for a rate above zero.
     assert_eq!(switches(&records(Plain::new(plan(&["friction.ageing_coefficient=1e-30"])))), young);
     assert_ne!(switches(&records(Plain::new(plan(&["friction.ageing_coefficient=1e-3"])))), young);
 }
@@ -259,8 +258,8 @@ fn a_contact_has_aged_by_the_logarithm_of_its_time_at_rest() {
     assert!(held > 50, "{held}");
 }
 
-/// Two blocks without springs to hold them: what the first must feel before it moves, and
-/// how it moves then, is a line of algebra.
+/// Two blocks without friction springs: the force at which the first moves, and its motion, follow in
+/// closed form.
 #[test]
 fn a_rigid_block_waits_for_its_threshold_and_slides_as_an_oscillator() {
     let sets = [
@@ -299,7 +298,7 @@ fn a_rigid_block_waits_for_its_threshold_and_slides_as_an_oscillator() {
     let expected = drop_m * (1.0 - (rate * t).cos()) + creep_m_per_s * (t - (rate * t).sin() / rate);
     let found = plain.state().displacement_m[0];
     assert!((found / expected - 1.0).abs() < 0.02, "{found} and {expected}");
-    // It stays where it was before the step that would have turned it round, at rest.
+    // It stays, at rest, where it was before the step that would have reversed it.
     let mut before = plain.snapshot();
     while plain.state().slip[0] != 0.0 {
         before = plain.snapshot();
@@ -310,8 +309,8 @@ fn a_rigid_block_waits_for_its_threshold_and_slides_as_an_oscillator() {
     assert_eq!(plain.state().displacement_m[0], before.slider.displacement_m[0]);
 }
 
-/// With friction springs ever stiffer, when and how far blocks first slip becomes what it is
-/// without them.
+/// With ever stiffer friction springs, the times and distances of first slips converge to those without
+/// springs.
 #[test]
 fn ever_stiffer_friction_springs_become_rigid() {
     let first = |sets: &[&str]| {
@@ -333,7 +332,7 @@ fn ever_stiffer_friction_springs_become_rigid() {
     assert!(last < 5e-3, "{last}");
 }
 
-/// (2.5, 2.6): what the drive puts in goes into motion, springs, radiation and friction.
+/// (2.5, 2.6): the work of the drive becomes motion, energy of springs, radiation and friction.
 #[test]
 fn burridge_and_knopoffs_energy_balance_holds() {
     let plan = plan(&[
@@ -384,7 +383,7 @@ fn an_even_top_drive_slips_all_at_once_at_the_static_coefficient() {
     let steps = steps(&records);
     let first = steps.iter().find(|record| !record.switches.is_empty()).expect("it slips");
     assert_eq!(first.switches.len(), plan.blocks);
-    // mu_s F_N = K V t, but for what the friction springs have given way.
+    // `mu_s F_N = K V t`, except for the displacement that friction springs allow.
     assert!((first.load_ratio() - 0.7).abs() < 1e-3, "{}", first.load_ratio());
     let stretched = 1.0 + 8e5 / 24.0 / plan.friction.interfacial_stiffness_n_per_m;
     let expected_s = 0.7 * 400.0 / (8e5 * 2e-3) * stretched;
@@ -441,8 +440,8 @@ fn the_drive_stops_where_its_load_is_reached_and_the_load_falls_from_there() {
     }
 }
 
-/// Section 7.3: started loaded, a run has the same first slips as one with its ramp, a little
-/// apart in time, because the ramp leaves the chain vibrating.
+/// Section 7.3: a run that starts loaded has the same first slips as one with its ramp, slightly shifted
+/// in time, because the ramp leaves the chain vibrating.
 #[test]
 fn a_loaded_start_slips_as_the_ramp_does() {
     let sets = ["slider.blocks=40", "drive.velocity_m_per_s=1e-4", "time.duration_s=0.6"];
@@ -471,14 +470,14 @@ fn a_loaded_start_slips_as_the_ramp_does() {
     }
 }
 
-/// What a restored run does must not depend on where it was cut, whatever the state holds.
+/// A restored run does not depend on where it was interrupted, for all parts of the state.
 #[test]
 fn a_restored_run_goes_on_to_the_bit() {
     for sets in [
         &["drive.until_load_ratio=0.1", "normal_load.schedule_from=hold", UNLOAD_S, UNLOAD_N][..],
         &["friction.ageing_coefficient=0.02", "friction.ageing_time_s=1e-3"],
         &["friction.law=rigid", HOLD, UNLOAD_S, UNLOAD_N],
-        // Cut inside windows and jumps as well, at whose start the state then stands.
+        // Interrupted inside windows and jumps as well, where the state is that of their start.
         &["recording.sample_s=1.3e-4", HOLD, UNLOAD_S, UNLOAD_N],
     ] {
         let plan = plan(&[sets, &["recording.fields_s=0"][..]].concat());
@@ -490,7 +489,7 @@ fn a_restored_run_goes_on_to_the_bit() {
             while first.step() < until && first.next_record().unwrap().is_some() {
                 cut += 1;
             }
-            // What the first part has handed out from inside a leap comes again.
+            // Records of the first part from inside a leap are yielded again.
             let at = first.step();
             assert!(cut > 0 && first.snapshot().fits(&plan), "{sets:?}, cut at {at}");
             let mut second = SolverKind::Fast.start(plan.clone());
@@ -502,7 +501,7 @@ fn a_restored_run_goes_on_to_the_bit() {
     }
 }
 
-/// What a solver cannot go on from, though it is of as many blocks and finite.
+/// Invalid states with the right number of blocks and finite values.
 #[test]
 fn a_state_of_no_step_of_a_run_does_not_fit() {
     let held = plan(&[HOLD]);
@@ -516,7 +515,7 @@ fn a_state_of_no_step_of_a_run_does_not_fit() {
         (&held, |state, _| state.hold_step -= 1),
         (&held, |state, _| state.energy.friction_heat_j.total = f64::INFINITY),
         (&loaded, |state, plan| state.step = plan.initial.step - 1),
-        // A load that stops the drive cannot do so in a step to come.
+        // A load that stops the drive cannot do so in a future step.
         (&waiting, |state, _| state.hold_step = state.step + 1),
     ];
     for (number, (plan, change)) in changes.into_iter().enumerate() {
@@ -539,11 +538,11 @@ fn step_of(record: &Record) -> u64 {
     }
 }
 
-/// To a slider that only slides forward, a force on each block in proportion to its normal load
-/// and a friction that is weaker by as much are the same.
+/// In a slider that only slides forward, a force on each block proportional to its normal load is
+/// equivalent to an equally large reduction of friction.
 #[test]
 fn an_even_prestress_is_weaker_friction() {
-    // Not to the bit: a block that starts from rest, or swings back, feels its friction in full.
+    // Not to the bit: a block that starts from rest, or moves back, has its full friction.
     let first_all_sliding = |extra: &[&str]| {
         let plan = plan(&[&["normal_load.tilt=0.5"], extra].concat());
         let records = records(SolverKind::Fast.start(plan.clone()));

@@ -1,5 +1,5 @@
-//! Laws that a run must obey whatever its parameters, tested on the plain
-//! stepper; small chains and short times, the same model.
+//! Physical laws that hold for any parameters, tested with the plain stepper on small chains and short
+//! times.
 
 use asperity_model::{Plan, analytic};
 use asperity_record::{Direction, Record, WindowRecord};
@@ -30,10 +30,9 @@ fn energy_j(plan: &Plan, solver: &Plain) -> f64 {
     kinetic + between + friction + 0.5 * plan.drive.stiffest_n_per_m() * drive_m * drive_m
 }
 
-/// Runs a scenario step by step and returns the drive's work and what is left of
-/// the energy balance: energy gained minus drive work plus losses, where the
-/// energy that a friction spring takes with it or brings along is counted at
-/// each switch.
+/// Runs a scenario step by step and returns the drive's work and the residual of the energy balance:
+/// energy gained minus drive work plus losses, including the energy that friction springs lose at
+/// detachment and gain at re-attachment.
 fn energy_balance_j(plan: &Plan) -> (f64, f64) {
     let mut solver = Plain::new(plan.clone());
     let dt = plan.grid.step_s();
@@ -77,7 +76,7 @@ fn energy_is_accounted_for_to_first_order_in_dt() {
         };
         let ((work_j, coarse_j), (_, fine_j)) = (balance("2e-7"), balance("5e-8"));
         assert!(coarse_j.abs() < 2e-3 * work_j, "{set}: {coarse_j} J of {work_j} J are lost");
-        // A quarter of the step: first order leaves a quarter, and no more.
+        // A quarter of the step: a first-order error falls to a quarter.
         assert!(fine_j.abs() < 0.35 * coarse_j.abs(), "{set}: {coarse_j} J and {fine_j} J");
     }
 }
@@ -139,7 +138,7 @@ fn force_in_a_stuck_chain_decays_by_the_discrete_factor() {
             let found = state.tangential_force_n[n + 1] / state.tangential_force_n[n];
             assert!((found / decay - 1.0).abs() < 0.02, "k_t/k {ratio}, block {}: {found} {decay}", n + 1);
         }
-        // The friction springs hold the drive, but for the vibration that its start left.
+        // The friction springs balance the drive, except for the vibration from its start.
         let held: f64 = (0..plan.blocks)
             .map(|n| {
                 plan.friction.interfacial_stiffness_n_per_m
@@ -237,7 +236,7 @@ fn a_restored_state_continues_to_the_bit() {
     for _ in 0..half {
         solver.next_record().unwrap();
     }
-    // Drain what belongs to the same step, then carry on elsewhere.
+    // Takes the remaining records of that step, then continues with another solver.
     let snapshot = solver.snapshot();
     let mut other = Plain::new(plan);
     other.restore(&snapshot);
@@ -293,7 +292,7 @@ fn records_hold_every_onset_and_end_and_the_cadences() {
     assert_eq!(samples, 900);
     assert_eq!(steps.last().unwrap().step, 9_000_000);
     assert!(steps.windows(2).all(|pair| pair[0].step < pair[1].step));
-    // Every detachment out of stillness is followed by a record of the next step.
+    // Every detachment from rest is followed by a record of the next step.
     for pair in steps.windows(2) {
         let detaches = pair[0].switches.iter().any(|switch| switch.direction == Direction::Detach);
         if pair[0].sliding == 0 && detaches {
@@ -311,8 +310,8 @@ fn records_hold_every_onset_and_end_and_the_cadences() {
     assert_eq!(windows, 11);
 }
 
-/// The states of ruptures are those of a window that is always open, where enough blocks slide; and
-/// nothing else is recorded otherwise, by either solver.
+/// The states of ruptures are those of an always open window, restricted to steps in which enough blocks
+/// slide; nothing else changes in the records of either solver.
 #[test]
 fn ruptures_are_recorded_while_they_are_large() {
     let windows = |records: &[Record], number: u32| -> Vec<WindowRecord> {
@@ -341,7 +340,7 @@ fn ruptures_are_recorded_while_they_are_large() {
         assert_eq!(windows(&dense, 0).len(), expected.len());
         for (found, expected) in windows(&dense, 0).iter().zip(&expected) {
             assert_eq!((found.step, found.sliding), (expected.step, expected.sliding));
-            // The fast solver rounds otherwise.
+            // The fast solver rounds differently.
             let close = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs().max(1e-6);
             let pairs = found.displacement_m.iter().zip(&expected.displacement_m);
             assert!(pairs.clone().all(|(a, b)| close(*a, *b)), "step {}", found.step);
@@ -368,9 +367,9 @@ fn a_run_that_overflows_says_where() {
     assert!(error.contains("in step 1 ") && error.contains("is no longer finite: block 1 is at"), "{error}");
 }
 
-/// Arrival times of a front in a chain of 600 blocks without damping or friction springs, whose
-/// blocks all bear the same constant force: (tau_0 - mu_d p) / (mu_s p - mu_d p) is `tau`. Block 1
-/// bears a hair more than it can.
+/// Arrival times of a front in a chain of 600 blocks without damping or friction springs, whose blocks
+/// all have the same constant force: `(tau_0 - mu_d p) / (mu_s p - mu_d p)` is `tau`. The force on block
+/// 1 slightly exceeds its threshold.
 fn front_arrivals_s(tau: f64) -> (Plan, Vec<f64>) {
     const BLOCKS: usize = 600;
     let (mu_s, mu_d) = (0.7, 0.45);

@@ -1,4 +1,4 @@
-//! Slabs, against a program that goes over bonds and contacts one by one, and against laws.
+//! Slabs, compared with an independent implementation bond by bond, and with physical laws.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ fn plan(sets: &[&str]) -> Plan {
 }
 
 fn lattice(plan: &Plan) -> Lattice {
-    *plan.elastic.lattice().expect("a slab")
+    plan.elastic.as_lattice()
 }
 
 fn steps(mut solver: Box<dyn Solver>) -> Vec<StepRecord> {
@@ -27,7 +27,7 @@ fn steps(mut solver: Box<dyn Solver>) -> Vec<StepRecord> {
     found
 }
 
-/// The page, word for word: no rows, no lanes, one bond and one contact after the other.
+/// The equations of docs/slab.md literally: one bond and one contact after the other.
 struct Page {
     plan: Plan,
     bonds: Vec<Bond>,
@@ -57,7 +57,8 @@ impl Page {
         }
     }
 
-    /// Takes a step; the contacts that switched and which way, and the sum of the drive's forces.
+    /// Takes a step; returns the contacts that switched with their direction, and the sum of the drive's
+    /// forces.
     fn step(&mut self) -> (Vec<(u32, Direction)>, f64) {
         let lattice = lattice(&self.plan);
         let (nodes, contacts) = (lattice.nodes(), lattice.columns);
@@ -134,7 +135,7 @@ fn near(a: f64, b: f64, largest: f64) -> bool {
     (a - b).abs() <= 1e-9 * largest
 }
 
-/// Over drives, loads and laws: the same switches in the same steps, and the same numbers.
+/// Over drives, loads and laws: equal switches in equal steps, and equal numbers.
 #[test]
 fn slabs_do_what_the_page_says() {
     for sets in [
@@ -218,7 +219,7 @@ fn energies_of_a_slab_close() {
     }
 }
 
-/// With half the step, half the work of the scheme: it is of first order.
+/// The work of the scheme is of first order: half the step halves it.
 #[test]
 fn the_scheme_does_less_work_in_shorter_steps() {
     let of = |step: &str| {
@@ -269,7 +270,8 @@ fn a_restored_slab_goes_on_to_the_bit() {
     assert!(!lifted.fits(&plan), "the foundation does not pull");
 }
 
-/// Where modes would take longer than the run, it says so, and the records are the same.
+/// Where computing modes would take longer than the run, the fallbacks report it, and the records are
+/// equal.
 #[test]
 fn a_run_too_short_for_modes_is_stepped_openly() {
     let plan = Arc::new(plan(&["time.duration_s=0.05"]));
@@ -281,7 +283,7 @@ fn a_run_too_short_for_modes_is_stepped_openly() {
     assert_eq!(steps(fast), steps(plain));
 }
 
-/// A step from a state with one contact as it is given, and what happened to it.
+/// A step from a state with one modified contact; returns the states before and after, and the switches.
 fn step_from(change: impl Fn(&mut SliderState, usize)) -> (SliderState, SliderState, Vec<usize>) {
     let mut plain = Plain::new(plan(&[]));
     for _ in 0..100 {
@@ -308,7 +310,7 @@ fn a_sliding_contact_at_rest_feels_no_friction() {
         (after.velocity_m_per_s[AT] - before.velocity_m_per_s[AT]) * plan.block_mass_kg / plan.grid.step_s();
     let tau_n = after.tangential_force_n[AT];
     assert!((force_n - tau_n).abs() < 1e-9 * tau_n.abs(), "{force_n} {tau_n}");
-    // Moving, it is held back by `mu_d p`, whichever way it moves.
+    // A moving contact is resisted by `mu_d p` in either direction.
     for v in [1e-3, -1e-3] {
         let (before, after, _) = step_from(|state, _| {
             state.slip[AT] = 1.0;
@@ -324,7 +326,7 @@ fn a_sliding_contact_at_rest_feels_no_friction() {
 #[test]
 fn a_contact_may_detach_backwards_and_sticks_again_by_the_one_way_rule() {
     let (_, after, switched) = step_from(|state, _| {
-        // Pulled back by its neighbours, and moving so.
+        // Pulled back by its neighbours, and moving back.
         state.displacement_m[AT] += 4e-5;
         state.stick_position_m[AT] += 4e-5;
         state.velocity_m_per_s[AT] = -1e-2;
@@ -346,7 +348,7 @@ fn a_contact_that_has_lifted_off_bears_nothing_and_does_not_hold() {
     let (before, after, switched) = step_from(|state, nodes| state.displacement_m[nodes + AT] = 1e-6);
     assert_eq!(after.normal_load_n[AT], 0.0);
     assert!(switched.contains(&AT) && after.slip[AT] == 1.0, "with a threshold of 0 it detaches");
-    // The others bear what they did, and nothing pulls the lifted one down but its neighbours.
+    // The others keep their load, and only its neighbours pull the lifted contact down.
     assert!(after.normal_load_n[AT + 2] > 0.0);
     let (lattice, nodes) = (lattice(&plan), 45);
     let (mut springs_n, mut dashpots_n) = (vec![0.0; 90], vec![0.0; 90]);
@@ -355,7 +357,7 @@ fn a_contact_that_has_lifted_off_bears_nothing_and_does_not_hold() {
     let change = after.velocity_m_per_s[nodes + AT] - before.velocity_m_per_s[nodes + AT];
     let force_n = change * plan.block_mass_kg / plan.grid.step_s();
     assert!((force_n - pull_n).abs() < 1e-9 * pull_n.abs(), "{force_n} {pull_n}");
-    // Sliding, it feels no friction.
+    // Sliding in the air, it has no friction.
     let (before, after, _) = step_from(|state, nodes| {
         state.displacement_m[nodes + AT] = 1e-6;
         state.slip[AT] = 1.0;

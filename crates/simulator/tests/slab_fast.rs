@@ -1,5 +1,5 @@
-//! The fast solver of slabs against single steps: the same switches in the same steps, and the same
-//! numbers within rounding.
+//! Compares the fast solver of slabs with single steps: equal switches in equal steps, and equal numbers
+//! within rounding.
 
 use asperity_model::Plan;
 use asperity_model::law::Affine;
@@ -74,7 +74,7 @@ fn random_slab(seed: u64) -> Vec<String> {
     sets
 }
 
-/// All records of a run, what its steps were made of, and why it was stopped, if it was.
+/// All records of a run, its counters, and the error that stopped it, if any.
 fn run(plan: &Plan, kind: SolverKind) -> (Vec<Record>, Counters, Option<SimulationError>) {
     let mut solver = kind.start(plan.clone());
     let mut records = Vec::new();
@@ -106,7 +106,7 @@ fn small(sets: &[&str]) -> Plan {
     plan("slab", &[&SMALL_SLAB, &longer[..], sets].concat())
 }
 
-/// All that is said of steps in which a contact switches, to the bit.
+/// All numbers of steps in which a contact switches, to the bit.
 fn switches(records: &[Record]) -> Vec<String> {
     let steps = records.iter().filter_map(|record| match record {
         Record::Step(step) if !step.switches.is_empty() => Some(format!("{step:?}")),
@@ -130,7 +130,7 @@ fn what_is_recorded_changes_nothing() {
     }
 }
 
-/// Samples inside jumps, states and energies, are those of single steps.
+/// Samples inside jumps, states and energies, equal those of single steps.
 #[test]
 fn samples_are_those_of_single_steps() {
     for sets in [
@@ -185,7 +185,7 @@ fn samples_are_those_of_single_steps() {
     }
 }
 
-/// Pulled at its top edge, the slab tilts, and its trailing contact lifts off and comes down again.
+/// Pulled at its top edge, the slab tilts, and its trailing contact lifts off and lands again.
 #[test]
 fn contacts_that_lift_off_are_followed() {
     let sets = ["drive.height_m=0.07", "drive.velocity_m_per_s=3e-3", "recording.fields_s=5e-3"];
@@ -205,7 +205,7 @@ fn contacts_that_lift_off_are_followed() {
     assert!(of_fast.len() > 5 && counters.jumps > 3, "{} {counters:?}", of_fast.len());
 }
 
-/// From a state that is saved between any two records a run goes on to the bit.
+/// A run that is resumed between any two records continues to the bit.
 #[test]
 fn a_run_that_is_resumed_is_the_run() {
     let plan = small(&["recording.sample_s=2e-2"]);
@@ -226,7 +226,7 @@ fn a_run_that_is_resumed_is_the_run() {
         inside += usize::from(state.slider.step < step);
         let mut again = SolverKind::Fast.start(plan.clone());
         again.restore(&state);
-        // A state inside a jump is that of its start: what has been recorded comes again.
+        // The state inside a jump is that of its start: later records are yielded again.
         let coming = std::iter::from_fn(|| again.next_record().expect("it goes on"));
         let coming: Vec<Record> = coming.filter(|record| record_step(record) > step).collect();
         let left: Vec<&Record> = whole[count..].iter().filter(|record| record_step(record) > step).collect();
@@ -246,8 +246,8 @@ fn record_step(record: &Record) -> u64 {
     }
 }
 
-/// Runs on from a state by both solvers; the steps in which contacts switch, which must be the same,
-/// and what the fast one's steps were made of.
+/// Continues a state with both solvers; returns the steps in which contacts switch, which must be equal,
+/// and the counters of the fast solver.
 fn from_state(plan: &Plan, state: &SliderState) -> (Vec<Entry>, Counters) {
     let run = |kind: SolverKind| {
         let mut solver = kind.start(plan.clone());
@@ -262,8 +262,8 @@ fn from_state(plan: &Plan, state: &SliderState) -> (Vec<Entry>, Counters) {
     (fast, counters)
 }
 
-/// The slab rings at its slowest, more and more until contacts detach or lift off by it at once, while
-/// the drive brings it to where they would later.
+/// The slab vibrates in its slowest mode with growing amplitude, until contacts detach or lift off by it
+/// at once, while the drive would bring them there later.
 #[test]
 fn vibration_just_below_and_beyond_its_thresholds_is_seen() {
     let sets = ["drive.velocity_m_per_s=1.5e-3", "time.duration_s=0.8", "recording.sample_s=0"];
@@ -280,7 +280,7 @@ fn vibration_just_below_and_beyond_its_thresholds_is_seen() {
                 let (row, column) = ((node / 9) as f64, (node % 9) as f64 - 4.0);
                 let v = 0.02 * f64::from(amplitude);
                 match shape {
-                    // It leans to the side, it is pressed down, it rocks.
+                    // A lean to the side, a compression, a rocking motion.
                     0 => state.velocity_m_per_s[node] = v * row / 4.0,
                     1 => state.velocity_m_per_s[nodes + node] = v * row / 4.0,
                     _ => state.velocity_m_per_s[nodes + node] = v * column / 4.0,
@@ -306,7 +306,7 @@ fn random_slabs_give_the_same_switches() {
         let (records, counters, error) = run(&plan, SolverKind::Fast);
         total = total + counters;
         if error.is_some() {
-            // Of what was put in more than 30 % was done by the time step, as single steps find too.
+            // The time step does more than 30 % of the work put in, as single steps find too.
             let (plain, _, of_plain) = run(&plan, SolverKind::Plain);
             assert_eq!(entries(&records), entries(&plain), "seed {seed} {set:?}");
             assert!(matches!(of_plain, Some(SimulationError::Energy { .. })), "{error:?} {of_plain:?}");
@@ -319,7 +319,7 @@ fn random_slabs_give_the_same_switches() {
                 let is_whole = agreement.switches == counters.switches;
                 assert!(is_whole || !agreement.near_ties.is_empty(), "seed {seed} {set:?}");
             }
-            // It decides, and what it decides is not made up for.
+            // Rounding decides, and the decision is permanent.
             Err(Disagreement::Missed { step, .. })
                 if plan.friction.law.affine() == Some(Affine { forward_only: false }) =>
             {
@@ -328,7 +328,7 @@ fn random_slabs_give_the_same_switches() {
             Err(error) => panic!("seed {seed} {set:?}: {error}"),
         }
     }
-    // The comparison is worth little unless jumps were taken past many switches.
+    // The comparison is meaningful only if jumps were used between many switches.
     assert!(total.switches > 20_000 && total.jump_steps > 4_000_000, "{total:?}");
     assert_eq!(stopped, [17]);
     // Rounding decides in a few that switch back and forth all the time.

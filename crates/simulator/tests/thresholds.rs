@@ -1,7 +1,7 @@
-//! Thresholds put where a solver that skips steps could be caught: between the forces that a block has
-//! in one step and in the next, for every step of a stretch longer than any window, so that switches
-//! fall on the first and last step of windows and right behind jumps; and a hair above or below what
-//! standing waves ever reach.
+//! Thresholds at the most difficult places for a solver that skips steps: between the forces on a block
+//! in one step and the next, for every step of a stretch longer than any window, so that switches fall
+//! on the first and last step of windows and just after jumps; and slightly above or below the largest
+//! amplitude of standing waves.
 
 use asperity_model::Plan;
 use asperity_record::Record;
@@ -9,7 +9,7 @@ use asperity_simulator::equality::{self, Agreement};
 use asperity_simulator::{Counters, Plain, Solver, SolverKind};
 use asperity_testkit::plan;
 
-/// Long chains have waves instead of stored modes, and no windows where these cannot pay.
+/// Long chains have standing waves instead of stored modes, and no windows where these cannot pay.
 const CHAINS: [(u32, &str, f64); 4] =
     [(100, "as-coded", 2e-8), (300, "as-coded", 5e-9), (300, "as-stated", 2e-8), (300, "as-stated", 9e-8)];
 
@@ -29,7 +29,7 @@ fn forces_n(plan: &Plan) -> Vec<Vec<f64>> {
     states.collect()
 }
 
-/// Compares both solvers; the steps in which blocks switch.
+/// Compares both solvers; returns the steps in which blocks switch.
 fn compared(plan: &Plan) -> (Agreement, Vec<(u64, u32)>) {
     let mut switches = Vec::new();
     let agreement = equality::compare(
@@ -47,7 +47,8 @@ fn counters(plan: &Plan) -> Counters {
     solver.counters()
 }
 
-/// Block `n` (counted from 0) is to detach in each of these steps in turn, others as they do.
+/// Block `n` (counted from 0) detaches in each of these steps in turn, the others at their own
+/// thresholds.
 fn detaches_in_each(plan: &Plan, n: usize, steps: std::ops::Range<usize>) {
     let mut free = plan.clone();
     free.friction.static_threshold_n[n] = FAR_N;
@@ -56,7 +57,7 @@ fn detaches_in_each(plan: &Plan, n: usize, steps: std::ops::Range<usize>) {
     for (step, here_n) in force_n.iter().enumerate().take(steps.end).skip(1) {
         let before_n = highest_n;
         highest_n = highest_n.max(*here_n);
-        // Only where it is higher than it ever was.
+        // Only where the force is higher than ever before.
         if step < steps.start || highest_n - before_n < 1e-9 * highest_n {
             continue;
         }
@@ -108,7 +109,8 @@ fn a_switch_may_fall_on_any_step() {
 fn standing_waves_just_below_thresholds_make_no_block_slip() {
     let mut jumps = 0;
     for (blocks, set, step_s) in CHAINS {
-        // Over-damped waves cost more energy in a time step than the solver lets pass.
+        // Over-damped waves cost more energy in a time step than
+        // [`asperity_simulator::MOST_SCHEME_SHARE`] admits.
         for mode in if set == "as-stated" { [1, 7, 40] } else { [1, 2, 3] } {
             let scenario = [
                 format!("slider.blocks={blocks}"),
@@ -144,7 +146,7 @@ fn standing_waves_just_below_thresholds_make_no_block_slip() {
                 if above == 1e-3 {
                     jumps += counters(&plan).jumps;
                 }
-                // And one of them does where its own is as much below.
+                // One of them does if its own threshold is as much below.
                 plan.friction.static_threshold_n[middle] = highest_n[middle] * (1.0 - above);
                 plan.steps = (highest(middle).0 as u64 + 300).min(whole);
                 let (_, switches) = compared(&plan);

@@ -1,18 +1,18 @@
 //! The pull on the nodes of any lattice, by its table of bonds.
 //!
 //! Of a quantity `y` at a node, the bonds along an offset `o` and against it have the second difference
-//! `D y = (y(+o) + y(-o)) - 2 y`; a neighbour that is missing has no bond: it stands where the node itself
-//! does. Springs pull along axis `a` with `k r / (o . o)` times `o_a sum_b o_b D u_b`, dashpots with
-//! `eta D v_a`. What comes from two offsets that are each other's mirror images is summed first, in an
-//! order that does not matter; so a mirrored lattice gives mirrored forces, to the bit.
+//! `D y = (y(+o) + y(-o)) - 2 y`; a missing neighbour is replaced by the node itself. Springs pull along
+//! axis `a` with `k r / (o . o)` times `o_a sum_b o_b D u_b`, dashpots with `eta D v_a`. Contributions
+//! of two mirror-image offsets are summed first, and that sum is commutative; so a mirrored lattice
+//! gives mirrored forces, to the bit.
 //!
 //! Kinds of bonds are added one after the other to the forces on a line of nodes, which stay in the
-//! nearest cache. How many offsets a kind has, and along how many axes they go, is known to the compiler
-//! in the innermost loops.
+//! nearest cache. The number of offsets of a kind and of their axes is a compile-time constant in the
+//! innermost loops.
 
 use super::table::{BondKind, Offset, Table};
 
-/// A lattice as its table has it.
+/// A lattice with its table.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ByTable {
     pub(super) table: &'static Table,
@@ -22,10 +22,10 @@ pub(super) struct ByTable {
     pub(super) damping_kg_per_s: f64,
 }
 
-/// Nodes of a line that are computed at once.
+/// Nodes of a line that are computed together.
 const GROUP: usize = 4;
 
-/// Nodes one behind the other in a line: the line, the first column, how many.
+/// Consecutive nodes of a line: the line, the first column, how many.
 #[derive(Clone, Copy)]
 struct Stretch {
     line: usize,
@@ -33,7 +33,7 @@ struct Stretch {
     count: usize,
 }
 
-/// The first of some nodes, and of those ahead of and behind them along an offset.
+/// Index of the first of some nodes, and of those ahead of and behind them along an offset.
 type Firsts = [usize; 3];
 
 /// A quantity at these nodes.
@@ -67,7 +67,7 @@ impl<'a> Around<'a> {
 }
 
 impl ByTable {
-    /// What springs, and what dashpots, between nodes pull with on all freedoms.
+    /// The pulls of springs and of dashpots between nodes on all freedoms.
     #[inline(always)]
     pub(super) fn pull(&self, springs_n: &mut [f64], dashpots_n: &mut [f64], u: &[f64], v: &[f64]) {
         let [columns, lanes, rows] = self.counts;
@@ -75,7 +75,7 @@ impl ByTable {
         dashpots_n.fill(0.0);
         for line in 0..lanes * rows {
             for kind in self.table.bonds {
-                // The ends of a line have neighbours on one side alone.
+                // The ends of a line have neighbours on one side only.
                 for (column, count) in [(0, 1), (1, columns - 2), (columns - 1, 1)] {
                     let nodes = Stretch { line, column, count };
                     match kind.offsets {
@@ -91,7 +91,7 @@ impl ByTable {
         }
     }
 
-    /// Adds what bonds of a kind pull some nodes with.
+    /// Adds the pull of one kind of bonds on some nodes.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "forces, state, where and what")]
     fn add_kind<const K: usize>(
@@ -127,12 +127,12 @@ impl ByTable {
             1 => self.add_springs(springs_n, u, nodes, share_n_per_m, offsets, firsts, [a]),
             2 => self.add_springs(springs_n, u, nodes, share_n_per_m, offsets, firsts, [a, b]),
             3 => self.add_springs(springs_n, u, nodes, share_n_per_m, offsets, firsts, [a, b, c]),
-            // Along axes along which no node moves.
+            // Axes along which no node moves.
             _ => {}
         }
     }
 
-    /// Adds what springs along so many axes pull some nodes with.
+    /// Adds the pull of springs along `A` axes on some nodes.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "forces, state, where and what")]
     fn add_springs<const K: usize, const A: usize>(
@@ -163,8 +163,8 @@ impl ByTable {
         }
     }
 
-    /// Some nodes, and those along an offset: of which they have either all or none, and then they are
-    /// their own neighbours.
+    /// Some nodes, and their neighbours along an offset. Either all of them have a neighbour or none;
+    /// then they are their own neighbours.
     #[inline(always)]
     fn firsts(&self, nodes: Stretch, offset: &Offset) -> Firsts {
         let [columns, lanes, rows] = self.counts;
@@ -172,7 +172,7 @@ impl ByTable {
         let here = nodes.line * columns + nodes.column;
         let mut firsts = [here; 3];
         for (first, way) in firsts[1..].iter_mut().zip([1, -1]) {
-            // Below 0 they wrap, and are beyond the other end too.
+            // Negative columns wrap to large ones, and are thus beyond the other end as well.
             let column = nodes.column.wrapping_add_signed(way * offset[0]);
             let lane = lane.wrapping_add_signed(way * offset[1]);
             let row = row.wrapping_add_signed(way * offset[2]);
@@ -184,7 +184,7 @@ impl ByTable {
     }
 }
 
-/// Adds what springs pull with to the forces on `N` nodes.
+/// Adds the pull of springs to the forces on `N` nodes.
 #[inline(always)]
 fn add_springs_at<const N: usize, const K: usize, const A: usize>(
     springs_n: &mut [f64],
@@ -217,7 +217,7 @@ fn add_springs_at<const N: usize, const K: usize, const A: usize>(
     }
 }
 
-/// Adds the second differences that dashpots pull with.
+/// Adds the pull of dashpots, from second differences.
 #[inline(always)]
 fn add_dashpots<const K: usize>(sums: &mut [f64], around: &[Around<'_>; K]) {
     let whole = sums.len() / GROUP * GROUP;

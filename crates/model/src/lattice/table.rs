@@ -1,28 +1,27 @@
-//! What a body is made of: tables of bonds, and of the axes along which its nodes move.
+//! Tables of bodies: bonds, and the axes along which nodes move.
 //!
-//! A node has a place `(x, y, z)` in whole spacings: `x` along the sliding direction, `y` across it,
+//! A node has a position `(x, y, z)` in whole spacings: `x` along the sliding direction, `y` across it,
 //! `z` upwards. A bond to the node at an offset `o` is a spring of stiffness `r k`, which pulls along
-//! itself, and a dashpot `eta` beside it, which sees the whole difference of velocity. Of two nodes so
-//! joined the one pulls the other along axis `a`, per displacement along axis `b`, with
+//! the bond, and a dashpot `eta`, which resists every component of the relative velocity. One end of a
+//! bond pulls the other along axis `a`, per displacement along axis `b`, with
 //!
 //! ```text
 //! k r o_a o_b / (o . o)
 //! ```
 //!
-//! From that everything else follows but the largest eigenvalues, which each table has with a
-//! derivation: by plane waves in an endless lattice, whose phases from node to node are `q_x`, `q_y`,
-//! `q_z`, with `c_a = cos q_a`, `s_a = sin q_a` and a unit vector `e`. A lattice with edges is one of
-//! which bonds are missing, each of which stores and takes up no less than nothing; so its eigenvalues
-//! are no larger.
+//! Everything else follows from that, except for the largest eigenvalues, which each table has with a
+//! derivation from plane waves in an infinite lattice. Their phases from node to node are `q_x`, `q_y`,
+//! `q_z`, with `c_a = cos q_a`, `s_a = sin q_a` and a unit vector `e`. A lattice with edges lacks some
+//! bonds, and no bond has negative energy or dissipation; so its eigenvalues are no larger.
 
 /// A place or an offset of nodes: along the sliding direction, across it, upwards.
 pub type Offset = [isize; 3];
 
-/// Bonds that are alike but for their direction.
+/// Bonds that differ only in direction.
 #[derive(Debug, PartialEq)]
 pub struct BondKind {
-    /// From a node to those that it is joined with, one of each two opposite ones: a single one, or
-    /// two that are each other's mirror images. Each step is -1, 0 or 1.
+    /// Offsets from a node to its neighbours, one of each opposite pair: a single one, or two that are
+    /// mirror images of each other. Each component is -1, 0 or 1.
     pub offsets: &'static [Offset],
     /// Stiffness of the springs over `k`.
     pub stiffness_ratio: f64,
@@ -35,14 +34,14 @@ impl BondKind {
         self.offsets[0].iter().map(|step| step * step).sum::<isize>() as f64
     }
 
-    /// Of a unit vector along a bond that goes so many spacings along an axis, the part along it.
+    /// Component, along an axis, of the unit vector along a bond that spans `step` spacings in it.
     pub(super) fn part(&self, step: isize) -> f64 {
         // The root of 1/2 rounds once, 1 over the root of 2 twice.
         (1.0 / self.square()).sqrt() * step as f64
     }
 
-    /// What one end pulls the other with along an axis, over `k`, if they are one spacing apart along
-    /// another: with the sign left out, that of every one of these bonds.
+    /// Magnitude of the pull of one end on the other along an axis, over `k`, for a displacement of one
+    /// spacing along another axis.
     #[inline(always)]
     pub fn share(&self) -> f64 {
         self.stiffness_ratio / self.square()
@@ -52,17 +51,17 @@ impl BondKind {
 /// Kinds of bonds, and the axes along which nodes move.
 #[derive(Debug, PartialEq)]
 pub struct Table {
-    /// What a body made by it is called.
+    /// The name of a body with this table.
     pub name: &'static str,
     /// The axes along which nodes move, ascending: 0 is `x`, 1 `y`, 2 `z`.
     pub axes: &'static [usize],
-    /// How nodes are joined.
+    /// The bonds of a node.
     pub bonds: &'static [BondKind],
-    /// No eigenvalue of the springs' stiffness is larger than this times `k`.
+    /// Bound on the eigenvalues of the springs' stiffness, over `k`.
     pub largest_eigenvalue: f64,
-    /// No eigenvalue of the dashpots' damping is larger than this times `eta`.
+    /// Bound on the eigenvalues of the dashpots' damping, over `eta`.
     pub largest_damping_eigenvalue: f64,
-    /// Whether its bonds are those of the two axes of `plane.rs`.
+    /// Whether its bonds are those of `plane.rs`, along two axes.
     pub(super) is_plane: bool,
 }
 

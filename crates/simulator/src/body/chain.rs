@@ -1,6 +1,6 @@
 //! The chain in steps: every node carries a contact.
 //!
-//! Its loops go over arrays of all blocks at once ([`crate::sweep`]); displacements and velocities of
+//! Its loops go over arrays of all blocks at once ([`crate::kernels`]); displacements and velocities of
 //! a step are written beside those of the step before.
 
 use std::sync::Arc;
@@ -11,16 +11,16 @@ use asperity_record::Energy;
 
 use crate::body::{Body, OfPlan};
 use crate::energy::{Accounts, Bookkeeping, Velocities};
+use crate::kernels::{After, Blocks, Simd, Steps};
 use crate::law::{ChainLoops, loops};
 use crate::state::SliderState;
 use crate::strength::{Load, Strength};
-use crate::sweep::{After, Blocks, Steps, Sweeps};
 
 /// A chain of blocks.
 #[derive(Debug, Clone)]
 pub(crate) struct ChainBody {
     chain: Chain,
-    sweeps: Sweeps,
+    simd: Simd,
     law: Arc<dyn ChainLoops>,
     /// Displacements, velocities and tangential forces before the step.
     former_displacement_m: Vec<f64>,
@@ -58,7 +58,7 @@ impl ChainBody {
         } else {
             0.0
         };
-        self.sweeps.crossing_ahead(&steps, &state.slip, &self.strength.threshold_n, decline)
+        self.simd.crossing_ahead(&steps, &state.slip, &self.strength.threshold_n, decline)
     }
 }
 
@@ -69,7 +69,7 @@ impl OfPlan for ChainBody {
         plan: &Plan,
         &chain: &Chain,
         state: &SliderState,
-        sweeps: Sweeps,
+        simd: Simd,
         keeping: Bookkeeping,
     ) -> ChainBody {
         let zeros = || vec![0.0; chain.nodes];
@@ -84,9 +84,9 @@ impl OfPlan for ChainBody {
                 || !plan.prestress_n.is_empty()
                 || plan.friction.law.holds(),
             strength: Strength::new(plan),
-            accounts: Accounts::new(plan, chain, state, sweeps, keeping),
+            accounts: Accounts::new(plan, chain, state, simd, keeping),
             adds_alone: true,
-            sweeps,
+            simd,
             chain,
         }
     }
@@ -137,7 +137,7 @@ impl Body for ChainBody {
             kt: plan.friction.interfacial_stiffness_n_per_m,
         };
         let new = (&mut self.former_displacement_m[..], &mut self.former_velocity_m_per_s[..]);
-        let may_switch = self.law.step(self.sweeps, new, &mut state.tangential_force_n, &old);
+        let may_switch = self.law.step(self.simd, new, &mut state.tangential_force_n, &old);
         // What was written is the new state, and the old one remains beside it.
         std::mem::swap(&mut state.displacement_m, &mut self.former_displacement_m);
         std::mem::swap(&mut state.velocity_m_per_s, &mut self.former_velocity_m_per_s);
@@ -152,7 +152,7 @@ impl Body for ChainBody {
             tau: [&state.tangential_force_n],
             threshold: &self.strength.threshold_n,
         };
-        self.law.switching(self.sweeps, marks, &after);
+        self.law.switching(self.simd, marks, &after);
     }
 
     fn former_displacement_m(&self, freedom: usize) -> f64 {

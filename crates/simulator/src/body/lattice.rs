@@ -4,7 +4,7 @@
 //! Springs and dashpots pull between nodes, `k e (e . (u_j - u_i)) + eta (v_j - v_i)`; the load of the
 //! new time presses on the top; the foundation bears contact `n` with `p_n = -k_f u_z` where
 //! `u_z < 0`, and with nothing where the node has lifted off, and friction is in proportion to this
-//! `p_n`. The loops over the nodes are in [`crate::sweep`], compiled for several instruction sets with
+//! `p_n`. The loops over the nodes are in [`crate::kernels`], compiled for several instruction sets with
 //! the same bits; the contacts are few, 57 of 1767 nodes in the default slab.
 //!
 //! **Energies.** Forces do the work `F w` on the way `w = dt v'` ([`crate::energy`]). Springs between
@@ -24,16 +24,16 @@ use asperity_record::Energy;
 
 use crate::body::{Body, OfPlan};
 use crate::energy::Bookkeeping;
+use crate::kernels::{After, Forces, MovedWork, Simd};
 use crate::law::{ContactLoops, Rubbed, loops};
 use crate::state::SliderState;
 use crate::strength::Load;
-use crate::sweep::{After, Forces, MovedWork, Sweeps};
 
 /// A lattice whose contacts have `D` tangential freedoms.
 #[derive(Debug, Clone)]
 pub(crate) struct LatticeBody<const D: usize = 1> {
     lattice: Lattice,
-    sweeps: Sweeps,
+    simd: Simd,
     law: Arc<dyn ContactLoops<D>>,
     /// Pull of the springs and of the dashpots between nodes, and forces from outside, on all
     /// freedoms in the last step.
@@ -53,20 +53,14 @@ pub(crate) struct LatticeBody<const D: usize = 1> {
 impl OfPlan for LatticeBody {
     type Elastic = Lattice;
 
-    fn of_plan(
-        plan: &Plan,
-        lattice: &Lattice,
-        _: &SliderState,
-        sweeps: Sweeps,
-        _: Bookkeeping,
-    ) -> LatticeBody {
-        LatticeBody::new(*lattice, sweeps, loops(plan.friction.law))
+    fn of_plan(plan: &Plan, lattice: &Lattice, _: &SliderState, simd: Simd, _: Bookkeeping) -> LatticeBody {
+        LatticeBody::new(*lattice, simd, loops(plan.friction.law))
     }
 }
 
 impl<const D: usize> LatticeBody<D> {
     /// A lattice at rest, whose contacts rub by this law.
-    pub(crate) fn new(lattice: Lattice, sweeps: Sweeps, law: Arc<dyn ContactLoops<D>>) -> LatticeBody<D> {
+    pub(crate) fn new(lattice: Lattice, simd: Simd, law: Arc<dyn ContactLoops<D>>) -> LatticeBody<D> {
         let (contacts, zeros) = (lattice.contacts(), || vec![0.0; lattice.freedoms()]);
         let of_axes = || vec![0.0; lattice.axes() * contacts];
         LatticeBody {
@@ -80,7 +74,7 @@ impl<const D: usize> LatticeBody<D> {
             friction_n: vec![0.0; D * contacts],
             work: MovedWork::default(),
             lattice,
-            sweeps,
+            simd,
             law,
         }
     }
@@ -113,9 +107,9 @@ impl<const D: usize> Body for LatticeBody<D> {
 
     fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool {
         let (nodes, contacts, normal) = (self.lattice.nodes(), plan.blocks, self.normal());
-        let LatticeBody { lattice, sweeps, springs_n, dashpots_n, outer_n, .. } = self;
+        let LatticeBody { lattice, simd, springs_n, dashpots_n, outer_n, .. } = self;
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
-        sweeps.lattice_pull(springs_n, dashpots_n, u, v, lattice);
+        simd.lattice_pull(springs_n, dashpots_n, u, v, lattice);
         for axis in 0..lattice.axes() {
             let (former, of_node) = (axis * contacts..(axis + 1) * contacts, axis * nodes);
             self.former_displacement_m[former.clone()].copy_from_slice(&u[of_node..][..contacts]);
@@ -154,7 +148,7 @@ impl<const D: usize> Body for LatticeBody<D> {
             }
         }
         let forces = Forces { springs: springs_n, dashpots: dashpots_n, outer: outer_n, dt, dt_over_m };
-        self.work = sweeps.lattice_move(&mut state.displacement_m, &mut state.velocity_m_per_s, &forces);
+        self.work = simd.lattice_move(&mut state.displacement_m, &mut state.velocity_m_per_s, &forces);
         // Contacts are few: asking each costs no more than a hint.
         true
     }
@@ -168,7 +162,7 @@ impl<const D: usize> Body for LatticeBody<D> {
             tau: along(&state.tangential_force_n, contacts, contacts),
             threshold: &self.threshold_n,
         };
-        self.law.switching(self.sweeps, marks, &after);
+        self.law.switching(self.simd, marks, &after);
     }
 
     fn former_displacement_m(&self, freedom: usize) -> f64 {
@@ -222,9 +216,9 @@ impl<const D: usize> Body for LatticeBody<D> {
     }
 
     fn energy(&mut self, plan: &Plan, state: &SliderState) -> Energy {
-        let LatticeBody { lattice, sweeps, springs_n, dashpots_n, .. } = self;
+        let LatticeBody { lattice, simd, springs_n, dashpots_n, .. } = self;
         let (ledger, u, v) = (&state.energy, &state.displacement_m, &state.velocity_m_per_s);
-        sweeps.lattice_pull(springs_n, dashpots_n, u, v, lattice);
+        simd.lattice_pull(springs_n, dashpots_n, u, v, lattice);
         let ahead_w: f64 = springs_n.iter().zip(v).map(|(force, v)| force * v).sum();
         let (kinetic_j, elastic_j) = stored_j(plan, lattice, state);
         Energy {
@@ -291,10 +285,10 @@ mod tests {
     use asperity_model::{Elastic, Lattice, Plan, resolve};
 
     use super::LatticeBody;
+    use crate::kernels::Simd;
     use crate::law::Loops;
     use crate::state::SliderState;
     use crate::stepper::Stepper;
-    use crate::sweep::Sweeps;
 
     /// Amontons-Coulomb over an area: a sliding contact is resisted by `mu_d p` against its velocity, and
     /// re-attaches where that turns by more than a right angle.
@@ -368,7 +362,7 @@ mod tests {
         let plan = Arc::new(plan);
         let mut state = SliderState::initial(&plan);
         state.tangential_force_n.resize(2 * contacts, 0.0);
-        let body = LatticeBody::new(lattice, Sweeps::detect(), Arc::new(Loops(AlongVelocity)));
+        let body = LatticeBody::new(lattice, Simd::detect(), Arc::new(Loops(AlongVelocity)));
         (Arc::clone(&plan), Stepper::of(plan, state, body))
     }
 

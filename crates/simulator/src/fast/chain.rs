@@ -9,10 +9,10 @@ use crate::body::{Body, ChainBody};
 use crate::cost::{self, Costs};
 use crate::fast::{Leaps, Open};
 use crate::jump::Jump;
+use crate::kernels::Simd;
 use crate::rest::{rest, rest_steps};
 use crate::stepper::Stepper;
 use crate::strength::age;
-use crate::sweep::Sweeps;
 use crate::window::Window;
 
 /// Single steps of a long chain without windows before it is asked again whether it may jump.
@@ -87,10 +87,10 @@ impl Leaps for ChainLeaps {
     type Body = ChainBody;
     type Leap = Leap;
 
-    fn of(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> ChainLeaps {
+    fn of(plan: &Plan, chain: &Chain, simd: Simd) -> ChainLeaps {
         ChainLeaps {
-            window: Window::new(plan, chain, sweeps),
-            jump: if Jump::may_pay(plan) { Jump::new(plan, chain, sweeps) } else { None },
+            window: Window::new(plan, chain, simd),
+            jump: if Jump::may_pay(plan) { Jump::new(plan, chain, simd) } else { None },
             costs: Costs::of(plan),
         }
     }

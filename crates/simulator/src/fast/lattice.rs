@@ -12,9 +12,9 @@ use asperity_record::Energy;
 use crate::body::LatticeBody;
 use crate::cost;
 use crate::fast::{Leaps, Open};
+use crate::kernels::Simd;
 use crate::slab::{Attempt, Ground, Jump, StuckSlab};
 use crate::stepper::Stepper;
-use crate::sweep::Sweeps;
 
 /// Most steps of Arnoldi's iteration: half of them end as modes and their conjugates.
 const MOST_ITERATIONS: usize = 200;
@@ -43,7 +43,7 @@ const NO_MODES: &str =
 #[derive(Debug, Clone)]
 pub(crate) struct LatticeLeaps {
     lattice: Lattice,
-    sweeps: Sweeps,
+    simd: Simd,
     jumps: Jumps,
 }
 
@@ -60,7 +60,7 @@ impl LatticeLeaps {
     /// Finds the modes where a jump is tried first.
     fn made(&mut self, plan: &Plan) -> Option<&mut Jump> {
         if let Jumps::Unmade = self.jumps {
-            let stuck = StuckSlab::of(plan, self.lattice, self.sweeps);
+            let stuck = StuckSlab::of(plan, self.lattice, self.simd);
             let ground = stuck.and_then(|stuck| {
                 let iterations = iterations(&stuck.lattice);
                 Ground::of(plan, stuck, iterations)
@@ -90,7 +90,7 @@ impl Leaps for LatticeLeaps {
     /// Steps of a jump.
     type Leap = u64;
 
-    fn of(plan: &Plan, lattice: &Lattice, sweeps: Sweeps) -> LatticeLeaps {
+    fn of(plan: &Plan, lattice: &Lattice, simd: Simd) -> LatticeLeaps {
         let jumps = if numbers(lattice) > MOST_NUMBERS {
             Jumps::None(TOO_LARGE)
         } else if RUNS_OF_MODES * modes_steps(lattice) > plan.steps {
@@ -98,7 +98,7 @@ impl Leaps for LatticeLeaps {
         } else {
             Jumps::Unmade
         };
-        LatticeLeaps { lattice: *lattice, sweeps, jumps }
+        LatticeLeaps { lattice: *lattice, simd, jumps }
     }
 
     fn open(&mut self, solver: &mut Open<'_, LatticeBody>, most_steps: u64) -> Result<u64, u64> {

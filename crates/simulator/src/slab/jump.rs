@@ -166,8 +166,8 @@ impl Jump {
         self.coefficients.clear();
         self.coefficients.extend((0..plan.blocks).map(|n| static_coefficient(plan, state, n)));
         self.find_forced(plan, state);
-        let sweeps = self.ground.stuck.sweeps;
-        let largest = |values: &[f64]| sweeps.largest(values);
+        let simd = self.ground.stuck.simd;
+        let largest = |values: &[f64]| simd.largest(values);
         // What even the forced part does not allow needs no closer look.
         let calm = Swing { force_n: vec![0.0; plan.blocks], load_n: vec![0.0; plan.blocks], drive_n: 0.0 };
         if self.certified(plan, state, 0, &calm, [0.0; 3]) < SHORTEST {
@@ -436,7 +436,7 @@ impl Jump {
     /// The same for a sample, without modes that change nothing.
     pub(crate) fn sample(&mut self, into: u64, state: &mut SliderState) {
         let coordinates = self.grown(into);
-        let least = NEGLIGIBLE * self.ground.stuck.sweeps.largest(&self.position_m);
+        let least = NEGLIGIBLE * self.ground.stuck.simd.largest(&self.position_m);
         let last = sizes(&coordinates).iter().rposition(|size| *size > least);
         self.compose(into, &coordinates, last.map_or(0, |last| last + 1), state);
     }
@@ -529,10 +529,10 @@ impl Jump {
         let stuck = &ground.stuck;
         let (dt, mass, nodes) = (stuck.step_s, stuck.mass_kg, stuck.lattice.nodes());
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
-        let sweeps = stuck.sweeps;
+        let simd = stuck.simd;
         let product = |a: &[f64], b: &[f64]| {
             let mut product = [0.0];
-            sweeps.dots(&mut product, a, b);
+            simd.dots(&mut product, a, b);
             product[0]
         };
         let (kinetic_j, elastic_j) = crate::body::stored_j(plan, &stuck.lattice, state);
@@ -541,7 +541,7 @@ impl Jump {
         let point_m = plan.drive_point_m(state.step + 1, hold_step);
         let advance_m = if moves { plan.drive.velocity_m_per_s * dt } else { 0.0 };
         let (load, load_change) = (ramp.ahead(into as f64), ramp.change_n(1.0));
-        sweeps.lattice_pull(stiff, damped, u, v, &stuck.lattice);
+        simd.lattice_pull(stiff, damped, u, v, &stuck.lattice);
         let ahead_j = 0.5 * dt * product(stiff, v);
         // `g x`.
         let steady_j = |x: &[f64]| {

@@ -126,7 +126,7 @@ impl SlowModes {
         let parts = [coordinates.iter().map(|c| c.re).collect(), coordinates.iter().map(|c| c.im).collect()];
         for (part, times) in [&mut *re, &mut *im].into_iter().zip::<[Vec<f64>; 2]>(parts) {
             part.fill(0.0);
-            stuck.sweeps.add_columns(part, &basis[..map.size * freedoms], &times);
+            stuck.simd.add_columns(part, &basis[..map.size * freedoms], &times);
         }
         let largest = re.iter().zip(&*im).fold(0.0, |most: f64, (re, im)| most.max(re * re + im * im)).sqrt();
         let is_found = largest > 0.0;
@@ -149,8 +149,8 @@ impl SlowModes {
         // The products of `x` with `x`, `K x` and `D x`, without conjugates.
         let product = |of_re: &[f64], of_im: &[f64]| {
             let mut sums = [[0.0; 2]; 2];
-            stuck.sweeps.dots(&mut sums[0], &[re.as_slice(), im].concat(), of_re);
-            stuck.sweeps.dots(&mut sums[1], &[re.as_slice(), im].concat(), of_im);
+            stuck.simd.dots(&mut sums[0], &[re.as_slice(), im].concat(), of_re);
+            stuck.simd.dots(&mut sums[1], &[re.as_slice(), im].concat(), of_im);
             Complex { re: sums[0][0] - sums[1][1], im: sums[0][1] + sums[1][0] }
         };
         let (square, stiff, damped) =
@@ -201,8 +201,8 @@ impl SlowModes {
         let count = self.rates.len();
         let by_stiffness = stuck.step_s * stuck.step_s / stuck.mass_kg;
         let (mut of_w, mut of_stiff) = (vec![0.0; 2 * count], vec![0.0; 2 * count]);
-        stuck.sweeps.dots(&mut of_w, &self.shapes, w);
-        stuck.sweeps.dots(&mut of_stiff, &self.shapes, stiff);
+        stuck.simd.dots(&mut of_w, &self.shapes, w);
+        stuck.simd.dots(&mut of_stiff, &self.shapes, stiff);
         coordinates.re.clear();
         coordinates.im.clear();
         for m in 0..count {
@@ -229,8 +229,8 @@ impl SlowModes {
             of_u.extend([weight * coordinate.re, -weight * coordinate.im]);
             of_w.extend([weight * moving.re, -weight * moving.im]);
         }
-        stuck.sweeps.add_columns(u, &self.shapes[..2 * modes * self.freedoms], &of_u);
-        stuck.sweeps.add_columns(w, &self.shapes[..2 * modes * self.freedoms], &of_w);
+        stuck.simd.add_columns(u, &self.shapes[..2 * modes * self.freedoms], &of_u);
+        stuck.simd.add_columns(w, &self.shapes[..2 * modes * self.freedoms], &of_w);
     }
 
     /// The displacement of a freedom in a mode.
@@ -256,7 +256,7 @@ fn unit_of_rates(stuck: &StuckSlab) -> f64 {
 const AT_ONCE: usize = 8;
 
 fn arnoldi(stuck: &StuckSlab, unit: f64, iterations: usize) -> Arnoldi {
-    let (sweeps, freedoms) = (stuck.sweeps, stuck.freedoms());
+    let (simd, freedoms) = (stuck.simd, stuck.freedoms());
     let (dt, mass) = (stuck.step_s, stuck.mass_kg);
     // Both halves of the vectors, each in a matrix of its own.
     let mut halves = [Vec::with_capacity((iterations + 1) * freedoms), Vec::new()];
@@ -284,8 +284,8 @@ fn arnoldi(stuck: &StuckSlab, unit: f64, iterations: usize) -> Arnoldi {
     }
     let square = |a: &[f64], b: &[f64]| {
         let mut squares = [[0.0]; 2];
-        sweeps.dots(&mut squares[0], a, a);
-        sweeps.dots(&mut squares[1], b, b);
+        simd.dots(&mut squares[0], a, a);
+        simd.dots(&mut squares[1], b, b);
         squares[0][0] + squares[1][0]
     };
     let scale = 1.0 / square(&a, &b).sqrt();
@@ -304,15 +304,15 @@ fn arnoldi(stuck: &StuckSlab, unit: f64, iterations: usize) -> Arnoldi {
             let count = AT_ONCE.min(j + 1 - from);
             let columns = from * freedoms..(from + count) * freedoms;
             let (products, more) = (&mut products[..count], &mut more[..count]);
-            sweeps.dots(products, &halves[0][columns.clone()], &a);
-            sweeps.dots(more, &halves[1][columns.clone()], &b);
+            simd.dots(products, &halves[0][columns.clone()], &a);
+            simd.dots(more, &halves[1][columns.clone()], &b);
             for (i, (product, more)) in products.iter_mut().zip(more).enumerate() {
                 *product += *more;
                 *map.entry(from + i, j) += *product;
                 *product = -*product;
             }
-            sweeps.add_columns(&mut a, &halves[0][columns.clone()], products);
-            sweeps.add_columns(&mut b, &halves[1][columns], products);
+            simd.add_columns(&mut a, &halves[0][columns.clone()], products);
+            simd.add_columns(&mut b, &halves[1][columns], products);
         }
         let left = square(&a, &b);
         if j + 1 == iterations {
@@ -342,17 +342,16 @@ mod tests {
     use asperity_model::{Plan, resolve};
 
     use super::SlowModes;
+    use crate::kernels::Simd;
     use crate::modes::Coordinates;
     use crate::slab::stuck::StuckSlab;
-    use crate::sweep::Sweeps;
 
     /// Steps of a state made of modes are what the modes say.
     #[test]
     fn modes_are_multiplied_in_every_step() {
         let sets = ["slider.blocks=9", "slider.rows=5", "slider.height_m=0.07", "drive.height_m=0.0175"];
         let plan = Plan::new(&resolve("slab", &sets).unwrap_or_else(|error| panic!("{error}")));
-        let stuck =
-            StuckSlab::of(&plan, *plan.elastic.lattice().unwrap(), Sweeps::detect()).expect("it is positive");
+        let stuck = StuckSlab::of(&plan, plan.elastic.as_lattice(), Simd::detect()).expect("it is positive");
         let freedoms = stuck.freedoms();
         let modes = SlowModes::of(&stuck, 60).expect("there are modes");
         let count = modes.rates.len();

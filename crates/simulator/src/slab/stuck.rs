@@ -7,12 +7,12 @@
 
 use asperity_model::{Lattice, Plan};
 
-use crate::sweep::Sweeps;
+use crate::kernels::Simd;
 
 /// Stiffness and damping of a stuck slab.
 #[derive(Debug, Clone)]
 pub(crate) struct StuckSlab {
-    pub(crate) sweeps: Sweeps,
+    pub(crate) simd: Simd,
     pub(crate) lattice: Lattice,
     /// What holds each freedom besides the springs between nodes, for those that are held.
     held_n_per_m: Vec<(usize, f64)>,
@@ -31,7 +31,7 @@ impl StuckSlab {
     }
 
     /// `None` if the stiffness is not positive by its numbers.
-    pub(crate) fn of(plan: &Plan, lattice: Lattice, sweeps: Sweeps) -> Option<StuckSlab> {
+    pub(crate) fn of(plan: &Plan, lattice: Lattice, simd: Simd) -> Option<StuckSlab> {
         let (nodes, width) = (lattice.nodes(), width(&lattice));
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let friction = lattice.row(0).map(|n| (n, kt));
@@ -64,8 +64,8 @@ impl StuckSlab {
         for &(freedom, stiffness_n_per_m) in &held_n_per_m {
             add(freedom, freedom, stiffness_n_per_m);
         }
-        sweeps.factor_band(&mut band, width).then(|| StuckSlab {
-            sweeps,
+        simd.factor_band(&mut band, width).then(|| StuckSlab {
+            simd,
             lattice,
             held_n_per_m,
             step_s: plan.grid.step_s(),
@@ -85,7 +85,7 @@ impl StuckSlab {
         for (place, force) in self.place.iter().zip(&*force) {
             scratch[*place] = *force;
         }
-        self.sweeps.solve_band(scratch, &self.band, self.width);
+        self.simd.solve_band(scratch, &self.band, self.width);
         for (place, x) in self.place.iter().zip(force) {
             *x = scratch[*place];
         }
@@ -93,7 +93,7 @@ impl StuckSlab {
 
     /// `M u` and `C v`.
     pub(crate) fn products(&self, stiff: &mut [f64], damped: &mut [f64], u: &[f64], v: &[f64]) {
-        self.sweeps.lattice_pull(stiff, damped, u, v, &self.lattice);
+        self.simd.lattice_pull(stiff, damped, u, v, &self.lattice);
         for force in stiff.iter_mut().chain(damped) {
             *force = -*force;
         }
@@ -113,7 +113,7 @@ mod tests {
     use asperity_model::{Plan, mixed, resolve};
 
     use super::StuckSlab;
-    use crate::sweep::Sweeps;
+    use crate::kernels::Simd;
 
     #[test]
     fn what_is_solved_is_the_stuck_slab() {
@@ -122,8 +122,8 @@ mod tests {
             &["slider.blocks=4", "slider.rows=9", "slider.height_m=0.37333333333333335", "time.step_s=1e-8"],
         ] {
             let plan = Plan::new(&resolve("slab", sets).unwrap_or_else(|error| panic!("{error}")));
-            let stuck = StuckSlab::of(&plan, *plan.elastic.lattice().unwrap(), Sweeps::detect())
-                .expect("it is positive");
+            let stuck =
+                StuckSlab::of(&plan, plan.elastic.as_lattice(), Simd::detect()).expect("it is positive");
             let freedoms = stuck.freedoms();
             let numbers = |n: usize| mixed(n as u64) as f64 / u64::MAX as f64 - 0.5;
             let u: Vec<f64> = (0..freedoms).map(numbers).collect();

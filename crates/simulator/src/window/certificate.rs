@@ -1,29 +1,26 @@
-//! How far a window may go: as far as no block can switch.
+//! How far a window may extend: as far as no block can switch.
 //!
-//! What must not happen is told by one number per block, its guard
-//! `g`: the force `tau_n` while it is stuck, its velocity while it slides. The guard
-//! after `i` steps is the same sum over the guards of the terms, and its second
-//! difference is `A^i D_2`'s, at most `Q = sum_j max_i |c_j(i)| |g(w_j)|`. Between two steps `h`
-//! apart a guard is therefore within `Q h^2 / 8` of the straight line between its
-//! values at both, and, from the window's first step, within `Q i^2 / 2` of its tangent.
-//! A window is taken only as far as every stuck block stays below its threshold
-//! and every sliding block keeps its direction by one of these bounds: first over
-//! the window as a whole, and, for the few blocks that fail it, over its halves, their
-//! halves, and so on.
+//! Each block has a guard `g`, the number that decides its switch: the force `tau_n` while it is stuck,
+//! its velocity while it slides. The guard after `i` steps is the same sum over the guards of the terms,
+//! and its second difference is that of `A^i D_2`, at most `Q = sum_j max_i |c_j(i)| |g(w_j)|`. Between
+//! two steps `h` apart a guard is therefore within `Q h^2 / 8` of the chord and, from the window's first
+//! step, within `Q i^2 / 2` of its tangent. A window extends only as far as one of these bounds keeps
+//! every stuck block below its threshold and every sliding block in its direction: first over the window
+//! as a whole and, for the few blocks that fail, over its halves, their halves, and so on.
 
 use std::cell::Cell;
 
 use asperity_model::Plan;
 
-use crate::basis::{MOST_STEPS, MOST_TERMS};
+use crate::chebyshev::{MOST_STEPS, MOST_TERMS};
+use crate::kernels::{Course, Reserve, margin};
 use crate::state::SliderState;
 use crate::strength::StopForce;
-use crate::sweep::{Course, Reserve, margin};
 use crate::window::expansion::{Expansion, Sizes};
 use crate::window::norms::{Norms, ROUNDING};
 
-/// One guard: its value and rate where a window starts, what it is of, its terms and their
-/// unit, and what is kept in reserve.
+/// One guard: its value and rate at the start of a window, its kind, its terms and their unit, and its
+/// reserve.
 struct Alone<'a> {
     now: f64,
     rate: f64,
@@ -32,7 +29,7 @@ struct Alone<'a> {
     terms: &'a [f64],
     unit: f64,
     reserve: &'a Reserve,
-    /// How many places it was followed to.
+    /// Number of places at which it was evaluated.
     places: Cell<u64>,
 }
 
@@ -45,22 +42,22 @@ struct Place {
     bend: f64,
 }
 
-/// What certifies windows.
+/// The work arrays for certificates.
 #[derive(Debug, Clone)]
 pub(super) struct Certificate {
     norms: Norms,
-    /// What the terms add to the guards at the end of the window, and the bounds on
-    /// their second differences.
+    /// Contribution of the terms to the guards at the end of the window, and the bounds on their second
+    /// differences.
     end: Vec<f64>,
     bend: Vec<f64>,
-    /// How far the whole window keeps each block from switching.
+    /// Distance of each block from switching over the whole window.
     margin: Vec<f64>,
-    /// The blocks that the bound over the whole window does not clear.
+    /// Blocks that the bound over the whole window does not clear.
     doubtful: Vec<usize>,
-    /// How many guards were followed one by one since this was set to 0, each to one place.
+    /// Number of guards evaluated singly, per place, since this was last reset.
     pub(super) places: u64,
-    /// Whether the last window was refused because a block is nearer to switching, where the window
-    /// starts, than what is kept in reserve.
+    /// Whether the last window was refused because at its start a block is closer to switching than the
+    /// reserve.
     is_refused_by_reserve: bool,
 }
 
@@ -78,8 +75,7 @@ impl Certificate {
         }
     }
 
-    /// The longest of the lengths up to `index` over which no block switches by the
-    /// bounds.
+    /// The longest of the lengths up to `index` over which the bounds exclude a switch.
     pub(super) fn longest(
         &mut self,
         plan: &Plan,
@@ -99,8 +95,8 @@ impl Certificate {
                 let norms = ends.map(|[u, v]| self.norms.at_most(blocks, u, v / dt));
                 let out = |factors: [f64; 2]| factors[0] * norms[0] + factors[1] * norms[1];
                 let (bend, sum) = (out(length.left_out(terms)), out(length.left_out_of_sum(terms)));
-                // Sizes of what cancels in a state, which its rounding follows. Terms grow
-                // or fall along the basis, so their sizes are taken at its ends.
+                // Sizes of the cancelling parts of a state, which determine its rounding. Terms grow or
+                // fall monotonically along the basis, so the ends suffice.
                 let largest =
                     |part: usize| length.largest * first[part].max(ends[0][part]).max(ends[1][part]);
                 let rounding = self.norms.force_rounding(
@@ -128,24 +124,24 @@ impl Certificate {
                     sliding: velocity * sum + ROUNDING * v_scale + rounding * dt / plan.block_mass_kg * steps,
                 };
                 let certified = self.certified_by(plan, expansion, index, &reserve);
-                // Where a switch is near, single steps soon lead to it.
+                // Near a switch, single steps soon reach it.
                 let is_near = || expansion.foreseen_steps() < MOST_STEPS as f64;
                 if certified.is_some() || !self.is_refused_by_reserve || is_near() {
                     return certified;
                 }
-                // What cancels in a long window may be far larger than what it adds up to. Of what is
-                // kept in reserve for that, a window of a quarter of the steps needs a sixteenth.
+                // In a long window the cancelling parts may far exceed their sum. The reserve for that
+                // is a sixteenth for a window of a quarter of the steps.
                 let lengths = &expansion.basis.lengths[..index];
                 index =
                     lengths.partition_point(|length| length.steps as f64 <= steps / 4.0).checked_sub(1)?;
                 continue;
             }
-            // With the same terms, less is left out of fewer steps.
+            // With the same number of terms, fewer steps leave out less.
             index = index.checked_sub(1)?;
         }
     }
 
-    /// The same, with the reserve that the length needs.
+    /// The longest certified length, with the reserve of the length `index`.
     fn certified_by(
         &mut self,
         plan: &Plan,
@@ -153,10 +149,10 @@ impl Certificate {
         index: usize,
         reserve: &Reserve,
     ) -> Option<usize> {
-        let &Expansion { blocks, sweeps, terms, .. } = expansion;
+        let &Expansion { blocks, simd, terms, .. } = expansion;
         let length = &expansion.basis.lengths[index];
         let (now, rate) = expansion.first_guard.both(blocks);
-        sweeps.follow(
+        simd.follow(
             &mut self.end,
             &mut self.bend,
             expansion.guard.all(),
@@ -178,7 +174,7 @@ impl Certificate {
             reserve,
         };
         self.doubtful.clear();
-        if sweeps.margins(&mut self.margin, &course) {
+        if simd.margins(&mut self.margin, &course) {
             for (n, margin) in self.margin.iter().enumerate() {
                 let stays = *margin > 0.0;
                 if !stays {
@@ -206,8 +202,7 @@ impl Certificate {
     }
 }
 
-/// The longest of the lengths up to `longest` that block `n` is certified for,
-/// part by part.
+/// The longest of the lengths up to `longest` for which block `n` is certified, part by part.
 fn certified_for(
     plan: &Plan,
     expansion: &Expansion,
@@ -237,8 +232,8 @@ fn certified_for(
     certified
 }
 
-/// The longest of the lengths up to `longest` over which the sum of the driving forces
-/// stays below the load at which the drive is to stop.
+/// The longest of the lengths up to `longest` over which the sum of the driving forces stays below the
+/// value at which the drive stops.
 fn certified_for_load(
     plan: &Plan,
     state: &SliderState,
@@ -268,8 +263,7 @@ fn certified_for_load(
     certified_alone(expansion, &alone, longest)
 }
 
-/// The longest of the lengths up to `longest` over which one guard stays clear of its limit,
-/// part by part.
+/// The longest of the lengths up to `longest` over which one guard stays within its limit, part by part.
 fn certified_alone(expansion: &Expansion, alone: &Alone<'_>, longest: usize) -> Option<usize> {
     let start = Place { index: None, steps: 0, guard: alone.now, bend: f64::NAN };
     match stays_clear(expansion, alone, &start, &place(expansion, alone, longest)) {
@@ -278,18 +272,17 @@ fn certified_alone(expansion: &Expansion, alone: &Alone<'_>, longest: usize) -> 
     }
 }
 
-/// Where the guard is at the end of a length.
+/// Evaluates the guard at the end of a length.
 fn place(expansion: &Expansion, alone: &Alone<'_>, index: usize) -> Place {
     alone.places.set(alone.places.get() + 1);
     let length = &expansion.basis.lengths[index];
-    let [sum, bend] = expansion.sweeps.products(alone.terms, &length.double_sum, &length.whole);
+    let [sum, bend] = expansion.simd.products(alone.terms, &length.double_sum, &length.whole);
     let guard = alone.now + length.steps as f64 * alone.rate + alone.unit * sum;
     Place { index: Some(index), steps: length.steps, guard, bend: alone.unit * bend }
 }
 
-/// Whether the guard stays clear of its limit from one place to another, as a whole or
-/// else from one to the middle and from there to the other; if not, the last length that it
-/// does.
+/// Whether the guard stays within its limit between two places, as a whole or in halves. If not, the
+/// error is the last length up to which it does.
 fn stays_clear(
     expansion: &Expansion,
     alone: &Alone<'_>,
@@ -298,7 +291,7 @@ fn stays_clear(
 ) -> Result<(), Option<usize>> {
     let &Alone { rate, sigma, threshold, unit, reserve, .. } = alone;
     let steps = (to.steps - from.steps) as f64;
-    // The tangent is known where the window starts.
+    // The tangent is known only at the start of the window.
     let tangent = if from.steps == 0 { from.guard + steps * rate } else { f64::NAN };
     let thresholds = [from, to].map(|place| threshold * expansion.ramp.decline(place.steps as f64));
     let stays =
@@ -309,9 +302,9 @@ fn stays_clear(
     let next = from.index.map_or(0, |index| index + 1);
     let between = &expansion.basis.lengths[next..to.index.unwrap_or(next)];
     if between.is_empty() {
-        // One length from the next: the sharper bound between these two.
+        // Between neighbouring lengths the sharper bound applies.
         let length = &expansion.basis.lengths[next];
-        let [_, bend] = expansion.sweeps.products(alone.terms, &length.double_sum, &length.last);
+        let [_, bend] = expansion.simd.products(alone.terms, &length.double_sum, &length.last);
         return if stays(unit * bend) { Ok(()) } else { Err(from.index) };
     }
     let middle_steps = from.steps + (to.steps - from.steps) / 2;
@@ -328,15 +321,15 @@ mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
     use super::{Alone, certified_alone};
-    use crate::basis::GRID_STEPS;
-    use crate::sweep::{Reserve, Sweeps, margin};
+    use crate::chebyshev::GRID_STEPS;
+    use crate::kernels::{Reserve, Simd, margin};
     use crate::window::expansion::Expansion;
 
     #[test]
     fn a_guard_is_certified_as_far_as_length_by_length_and_stays_clear_so_far() {
         const TERMS: usize = 20;
         let reserve = Reserve { stuck_bend: 0.0, sliding_bend: 0.0, stuck: 0.0, sliding: 0.0, share: 1.0 };
-        // Numbers without pattern, the same on every machine.
+        // Pseudo-random numbers, the same on every machine.
         let mut seed = 1u64;
         let mut noise = || {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -346,7 +339,7 @@ mod tests {
         for set in ["parameter_set=as-coded", "parameter_set=as-stated"] {
             let source = ScenarioSource::new("test", "").with_override(set);
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-            let expansion = Expansion::new(&plan, plan.elastic.chain(), Sweeps::Baseline);
+            let expansion = Expansion::new(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline);
             let lengths = &expansion.basis.lengths;
             let longest = lengths.len() - 1;
             let steps = lengths[longest].steps as f64;

@@ -1,43 +1,43 @@
-//! The terms of a state: what many steps add to it while no block switches.
+//! The terms of a state: its change over many steps while no block switches.
 //!
-//! Between two switches one step is an affine map. With `y` the state, its
-//! differences `D_1 = y(s+1) - y(s)` and `D_2 = D_1(s+1) - D_1(s)` take up all that is constant
-//! or steady in it (anchors of friction springs, sliding friction, the drive's
-//! advance), and from there on it is linear:
+//! Between two switches a step is an affine map. With `y` the state, its differences
+//! `D_1 = y(s+1) - y(s)` and `D_2 = D_1(s+1) - D_1(s)` eliminate what is constant or linear in time
+//! (anchors of friction springs, sliding friction, the drive's advance), and the remaining map is
+//! linear:
 //!
 //! ```text
 //! y(s + i) = y(s) + i D_1 + S_i D_2,    S_i = sum_{l<i-1} (i - 1 - l) A^l,
 //! ```
 //!
-//! with `S_i D_2` a sum of the terms of [`crate::basis`].
+//! with `S_i D_2` a sum of the terms of [`crate::chebyshev`].
 
 use std::sync::Arc;
 
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
-use crate::basis::{Basis, MOST_TERMS};
-use crate::kept::Kept;
+use crate::chebyshev::{Chebyshev, MOST_TERMS};
+use crate::kernels::{Guarded, Held, Second, Simd, TermChain, Terms};
+use crate::operator_cache::OperatorCache;
 use crate::state::SliderState;
 use crate::strength::{Ramp, Strength};
-use crate::sweep::{Guarded, Held, Second, Sweeps, TermChain, Terms};
 use crate::window::rows::Rows;
 
 /// Fewest terms that a window takes.
 const FEWEST_TERMS: usize = 4;
 
-/// Size of what is left out of a state, relative to it: a rounding error or two. Terms are
-/// taken until it is no more.
+/// Size of what is left out of a state, relative to it: one or two rounding errors. Terms are added
+/// until this is reached.
 const NEGLIGIBLE: f64 = 4e-16;
 
 /// The largest displacement and the largest velocity where a window starts.
 pub(super) struct Sizes {
     pub(super) now: [f64; 2],
-    /// Of their change in the first step.
+    /// Their change in the first step.
     pub(super) rate: [f64; 2],
     /// Of `w_0`; velocities in displacement per step.
     pub(super) first_term: [f64; 2],
-    /// What of them may be left out, in the units of terms.
+    /// Parts of them that may be left out, in the units of terms.
     negligible: [f64; 2],
 }
 
@@ -52,21 +52,21 @@ impl Sizes {
 pub(super) struct Expansion {
     chain: Chain,
     pub(super) blocks: usize,
-    pub(super) sweeps: Sweeps,
-    pub(super) basis: Arc<Basis>,
+    pub(super) simd: Simd,
+    pub(super) basis: Arc<Chebyshev>,
     /// Friction spring of each block: `k_t` while stuck, 0 while sliding.
     spring: Vec<f64>,
-    /// The same with the drive's, in the units of terms.
+    /// Friction springs with those of the drive, in the units of terms.
     scaled_spring: Vec<f64>,
-    /// The drive's part of them.
+    /// The drive's part of these springs.
     driven: Vec<(usize, f64)>,
-    /// What the contacts bear in the window's first step.
+    /// The strength of contacts in the window's first step.
     pub(super) strength: Strength,
-    /// How the load goes on from there.
+    /// The load and its rate from there.
     pub(super) ramp: Ramp,
     /// Sign of the velocity of each sliding block, 0 for stuck ones.
     pub(super) sigma: Vec<f64>,
-    /// `y(s)` and `D_1`, and their guards, one after the other.
+    /// `y(s)` and `D_1`, and their guards.
     pub(super) first_u: Rows,
     first_v: Rows,
     pub(super) first_guard: Rows,
@@ -74,20 +74,20 @@ pub(super) struct Expansion {
     pub(super) u: Rows,
     pub(super) v: Rows,
     pub(super) guard: Rows,
-    /// Strains of the last two terms, with their images beyond the ends: the first
-    /// block's stands where rows are aligned.
+    /// Strains of the last two terms, with their images beyond the ends; the first block's is aligned as
+    /// rows are.
     strain: [Rows; 2],
-    /// How many terms have been taken.
+    /// Number of terms taken.
     pub(super) terms: usize,
-    /// How many differences and terms have been taken in all, for the counters.
+    /// Number of differences and terms computed in all, for the counters.
     pub(super) applications: u64,
 }
 
 impl Expansion {
-    pub(super) fn new(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Expansion {
+    pub(super) fn new(plan: &Plan, chain: &Chain, simd: Simd) -> Expansion {
         let basis = match plan.friction.law.affine() {
-            Some(_) => Kept::HERE.basis(plan, chain, sweeps),
-            None => Arc::new(Basis::none()),
+            Some(_) => OperatorCache::HERE.basis(plan, chain, simd),
+            None => Arc::new(Chebyshev::none()),
         };
         let blocks = plan.blocks;
         let several = |times: usize| vec![0.0; blocks * times];
@@ -95,7 +95,7 @@ impl Expansion {
         Expansion {
             chain: *chain,
             blocks,
-            sweeps,
+            simd,
             basis,
             spring: several(1),
             scaled_spring: several(1),
@@ -115,8 +115,8 @@ impl Expansion {
         }
     }
 
-    /// Takes the first differences of a state. False if a sliding block has no
-    /// direction that it could keep.
+    /// Computes the first differences of a state. False if a sliding block has no direction that it
+    /// could keep.
     pub(super) fn start(&mut self, plan: &Plan, state: &SliderState) -> bool {
         let blocks = self.blocks;
         let friction = &plan.friction;
@@ -130,7 +130,7 @@ impl Expansion {
             self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
             self.strength.follow(plan, state, self.ramp.load);
         }
-        let directed = self.sweeps.sort(
+        let directed = self.simd.sort(
             &mut self.sigma,
             &mut self.spring,
             v,
@@ -145,7 +145,7 @@ impl Expansion {
         let (guard, d_guard) = self.first_guard.both_mut(blocks);
         now_u.copy_from_slice(u);
         now_v.copy_from_slice(v);
-        self.sweeps.pull(guard, u, v, &self.chain);
+        self.simd.pull(guard, u, v, &self.chain);
         let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
         for spring in &plan.drive.springs {
             guard[spring.block] += spring.force_n(point_m, u[spring.block]);
@@ -163,12 +163,12 @@ impl Expansion {
             dt,
             dt_over_m,
         };
-        self.sweeps.first_difference(d_u, d_v, guard, &held);
+        self.simd.first_difference(d_u, d_v, guard, &held);
         if rigid {
             hold_stuck(&self.sigma, d_u, d_v);
         }
-        // The second difference, with the steady advance of drive and load.
-        self.sweeps.pull(d_guard, d_u, d_v, &self.chain);
+        // The second difference includes the constant rates of drive and load.
+        self.simd.pull(d_guard, d_u, d_v, &self.chain);
         let advance_m = if state.hold_step > state.step + 1 { plan.drive.velocity_m_per_s * dt } else { 0.0 };
         for spring in &plan.drive.springs {
             d_guard[spring.block] += spring.force_n(advance_m, d_u[spring.block]);
@@ -182,7 +182,7 @@ impl Expansion {
         }
         let second = Second { u: d_u, v: d_v, spring: &self.spring, sigma: &self.sigma, dt, dt_over_m };
         let (first_u, first_v) = (&mut self.u.row_mut(0)[..blocks], &mut self.v.row_mut(0)[..blocks]);
-        self.sweeps.second_difference(first_u, first_v, d_guard, &second);
+        self.simd.second_difference(first_u, first_v, d_guard, &second);
         if rigid {
             hold_stuck(&self.sigma, first_u, first_v);
         }
@@ -190,8 +190,8 @@ impl Expansion {
         true
     }
 
-    /// Steps until the first block would switch if forces and velocities went on as
-    /// they go now.
+    /// Predicts the steps until the first block switches, by linear extrapolation of forces and
+    /// velocities.
     pub(super) fn foreseen_steps(&self) -> f64 {
         let blocks = self.blocks;
         let (now, rate) = self.first_guard.both(blocks);
@@ -202,11 +202,11 @@ impl Expansion {
             limit: &self.strength.threshold_n[..blocks],
             decline: self.ramp.fall(),
         };
-        self.sweeps.first_crossing(&guarded)
+        self.simd.first_crossing(&guarded)
     }
 
     pub(super) fn sizes(&self, plan: &Plan) -> Sizes {
-        let size = |values: &[f64]| self.sweeps.largest(values);
+        let size = |values: &[f64]| self.simd.largest(values);
         let now = [size(self.first_u.row(0)), size(self.first_v.row(0))];
         Sizes {
             now,
@@ -217,15 +217,15 @@ impl Expansion {
     }
 
     fn size_of_term(&self, term: usize) -> [f64; 2] {
-        [&self.u, &self.v].map(|rows| self.sweeps.largest(rows.row(term)))
+        [&self.u, &self.v].map(|rows| self.simd.largest(rows.row(term)))
     }
 
-    /// As many terms as leave out of a window of this length what is negligible, at most as
-    /// many as the length has; sizes of the last of them and the one behind it.
+    /// Adds terms until what is left out of a window of this length is negligible, at most as many as
+    /// the length has; returns the sizes of the last one and of the next.
     pub(super) fn take_enough_terms(&mut self, plan: &Plan, index: usize, sizes: &Sizes) -> [[f64; 2]; 2] {
         let length = &self.basis.lengths[index];
         let most = length.terms;
-        // As if all terms were as large as the first; most often they are smaller.
+        // As if all terms were as large as the first; mostly they are smaller.
         let enough = |terms: &usize| {
             let left_out = length.left_out_of_sum(*terms).into_iter().sum::<f64>();
             sizes.are_negligible(sizes.first_term.map(|size| left_out * size))
@@ -244,27 +244,27 @@ impl Expansion {
         }
     }
 
-    /// Springs in the units of terms.
+    /// Converts springs to the units of terms.
     pub(super) fn scale_springs(&mut self, plan: &Plan) {
         let unit = self.unit_of_terms(plan);
         self.scaled_spring.copy_from_slice(&self.spring);
-        self.sweeps.scale(&mut self.scaled_spring, unit);
+        self.simd.scale(&mut self.scaled_spring, unit);
         for ((n, drive), spring) in self.driven.iter_mut().zip(&plan.drive.springs) {
             *drive = unit * spring.stiffness_n_per_m;
             self.scaled_spring[*n] += *drive;
         }
     }
 
-    /// What stiffnesses are multiplied with in them.
+    /// Factor from stiffnesses to those units.
     fn unit_of_terms(&self, plan: &Plan) -> f64 {
         let dt = plan.grid.step_s();
         2.0 / self.basis.focus * dt * dt / plan.block_mass_kg
     }
 
-    /// The terms behind `w_from` up to `w_to`, and the guards of all but the last.
+    /// Adds the terms after `w_from` up to `w_to`, and the guards of all but the last.
     pub(super) fn take_terms(&mut self, plan: &Plan, from: usize, to: usize) {
         let blocks = self.blocks;
-        let Basis { centre, focus, sigma, .. } = *self.basis;
+        let Chebyshev { centre, focus, sigma, .. } = *self.basis;
         let (by, unit) = (2.0 / focus, self.unit_of_terms(plan));
         let chain = &self.chain;
         let springs = Chain {
@@ -285,19 +285,19 @@ impl Expansion {
         };
         let pitch = self.u.pitch;
         let rows = Terms { u: self.u.all_mut(), v: self.v.all_mut(), guard: self.guard.all_mut(), pitch };
-        self.sweeps.terms(rows, [first.with_image(blocks), second.with_image(blocks)], &chain, from..to);
+        self.simd.terms(rows, [first.with_image(blocks), second.with_image(blocks)], &chain, from..to);
         self.terms = to;
         self.applications += (to - from) as u64;
     }
 
-    /// What turns guards of terms into those of stuck and of sliding blocks.
+    /// Factors from guards of terms to guards of stuck and of sliding blocks.
     pub(super) fn units(&self, plan: &Plan) -> (f64, f64) {
         let dt = plan.grid.step_s();
         (plan.block_mass_kg / (dt * dt) * self.basis.focus / 2.0, 1.0 / dt)
     }
 
-    /// The sum of a block's displacements over `steps` states from the first on, with the
-    /// coefficients of the terms for that.
+    /// The sum of a block's displacements over `steps` states from the first on, given the coefficients
+    /// of the terms in it.
     pub(super) fn displacement_sum_m(&self, n: usize, steps: u64, coefficients: &[f64]) -> f64 {
         let terms = coefficients.iter().enumerate().rev();
         let of_terms = terms.fold(0.0, |sum, (j, coefficient)| sum + coefficient * self.u.row(j)[n]);
@@ -306,9 +306,9 @@ impl Expansion {
         count * now + (0.5 * count * (count - 1.0) * rate + of_terms)
     }
 
-    /// The same of all blocks.
+    /// The sums of displacements of all blocks over `steps` states.
     pub(super) fn displacement_sums_m(&self, sums_m: &mut [f64], steps: u64, coefficients: &[f64]) {
-        self.sweeps.combine(sums_m, self.u.all(), self.u.pitch, coefficients);
+        self.simd.combine(sums_m, self.u.all(), self.u.pitch, coefficients);
         let (now, rate) = self.first_u.both(self.blocks);
         let count = steps as f64;
         for ((sum, now), rate) in sums_m.iter_mut().zip(now).zip(rate) {
@@ -316,22 +316,21 @@ impl Expansion {
         }
     }
 
-    /// Writes displacements and velocities after `steps` steps, with the coefficients of the
-    /// terms then.
+    /// Writes displacements and velocities after `steps` steps, given the coefficients of the terms.
     pub(super) fn compose(&self, plan: &Plan, steps: u64, coefficients: &[f64], state: &mut SliderState) {
         let parts = [
             (&mut state.displacement_m, &self.first_u, &self.u, 1.0),
             (&mut state.velocity_m_per_s, &self.first_v, &self.v, 1.0 / plan.grid.step_s()),
         ];
         for (values, first, terms, unit) in parts {
-            self.sweeps.combine(values, terms.all(), terms.pitch, coefficients);
+            self.simd.combine(values, terms.all(), terms.pitch, coefficients);
             let (now, rate) = first.both(self.blocks);
-            self.sweeps.add_course(values, now, rate, steps as f64, unit);
+            self.simd.add_course(values, now, rate, steps as f64, unit);
         }
     }
 }
 
-/// By the laws without friction springs: what is stuck does not move.
+/// Stops stuck blocks, for the laws without friction springs.
 fn hold_stuck(sigma: &[f64], u: &mut [f64], v: &mut [f64]) {
     for (sigma, (u, v)) in sigma.iter().zip(u.iter_mut().zip(v)) {
         if *sigma == 0.0 {

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! changes by `-(dt / 2) (v + v') C (v + v') <= 0` in a step: `A` does not expand
-//! the norm `sqrt(I)`, in which [`crate::basis`] bounds what is left out.
+//! the norm `sqrt(I)`, in which [`crate::chebyshev`] bounds what is left out.
 //! With `w = u - dt v / 2`, `I = w M w + v (m - dt C / 2 - dt^2 M / 4) v`, positive
 //! within the stability of the scheme, which gives the bounds of
 //! [`Norms`] on forces and velocities.
@@ -27,7 +27,7 @@
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
-use crate::sweep::Sweeps;
+use crate::kernels::Simd;
 
 /// Share of thresholds and velocities that bounds keep in reserve for rounding.
 pub(crate) const ROUNDING: f64 = 1e-9;
@@ -114,18 +114,12 @@ impl Norms {
 }
 
 /// `I(u, v)` of a residue of a chain with these friction springs.
-pub(crate) fn invariant(
-    plan: &Plan,
-    chain: &Chain,
-    sweeps: Sweeps,
-    spring: &[f64],
-    [u, v]: [&[f64]; 2],
-) -> f64 {
+pub(crate) fn invariant(plan: &Plan, chain: &Chain, simd: Simd, spring: &[f64], [u, v]: [&[f64]; 2]) -> f64 {
     let dt = plan.grid.step_s();
     let driven = plan.drive.springs.iter();
     let drive: f64 = driven
         .map(|spring| spring.stiffness_n_per_m * u[spring.block] * (u[spring.block] - dt * v[spring.block]))
         .sum();
-    let slider = sweeps.invariant(spring, u, v, chain, plan.block_mass_kg, dt);
+    let slider = simd.invariant(spring, u, v, chain, plan.block_mass_kg, dt);
     (slider + drive).max(0.0)
 }

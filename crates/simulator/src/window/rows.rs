@@ -1,6 +1,6 @@
-//! Numbers of many states, aligned for vector loads.
+//! Arrays of one number per block for many states, aligned for vector loads.
 
-/// Rows of one number per block, each row aligned as vector loads like it.
+/// Rows of one number per block, each aligned for vector loads.
 #[derive(Debug, Clone)]
 pub(super) struct Rows {
     values: Vec<f64>,

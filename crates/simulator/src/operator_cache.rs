@@ -1,9 +1,9 @@
-//! What was found for a step's map, kept for the next run that has the same.
+//! Polynomials and modes of recent propagators, reused by the next run with the same one.
 //!
-//! Polynomials and modes take milliseconds to find, as long as all the rest of a short run. The runs
-//! of a study mostly differ in friction, load or start, of which neither knows. So a process keeps
-//! those that it used last: for the same map to the bit, so that a run is the same whichever runs
-//! went before it, and up to [`MOST_BYTES`].
+//! Computing them takes milliseconds, as long as the rest of a short run. The runs of a study mostly
+//! differ in friction, load or start, on which neither depends. So a process caches the most recently
+//! used ones, up to [`MOST_BYTES`]. A cached result is used only for a propagator with the same bits, so
+//! that a run does not depend on the runs before it.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -11,26 +11,26 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
-use crate::basis::Basis;
+use crate::chebyshev::Chebyshev;
+use crate::kernels::Simd;
 use crate::modes::StoredModes;
-use crate::step_map::StepMap;
-use crate::sweep::Sweeps;
+use crate::propagator::Propagator;
 
-/// What is kept takes no more memory than this: some 20 chains of 100 blocks, or four of 256.
+/// Bound on the memory of the cache: some 20 chains of 100 blocks, or four of 256.
 const MOST_BYTES: usize = 48 << 20;
 
-/// The maps that were used last, the latest first.
+/// Cached results, the most recently used first.
 #[derive(Debug)]
-pub(crate) struct Kept(Mutex<VecDeque<Arc<Found>>>);
+pub(crate) struct OperatorCache(Mutex<VecDeque<Arc<Found>>>);
 
-/// What was found for one.
+/// Results for one propagator.
 #[derive(Debug)]
 struct Found {
-    map: StepMap,
+    map: Propagator,
     bits: Vec<u64>,
-    sweeps: Sweeps,
-    basis: OnceLock<Arc<Basis>>,
-    /// `None` where they do not span the states.
+    simd: Simd,
+    basis: OnceLock<Arc<Chebyshev>>,
+    /// `None` where the modes do not span the states.
     modes: OnceLock<Option<Arc<StoredModes>>>,
 }
 
@@ -41,52 +41,52 @@ impl Found {
     }
 }
 
-impl Kept {
-    /// What this process keeps.
-    pub(crate) const HERE: &'static Kept = {
-        static HERE: Kept = Kept::nothing();
+impl OperatorCache {
+    /// The cache of this process.
+    pub(crate) const HERE: &'static OperatorCache = {
+        static HERE: OperatorCache = OperatorCache::nothing();
         &HERE
     };
 
-    const fn nothing() -> Kept {
-        Kept(Mutex::new(VecDeque::new()))
+    const fn nothing() -> OperatorCache {
+        OperatorCache(Mutex::new(VecDeque::new()))
     }
 
     /// The polynomials of windows.
-    pub(crate) fn basis(&self, plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Arc<Basis> {
-        let found = self.of(StepMap::of(plan, chain), sweeps);
-        let basis = Arc::clone(found.basis.get_or_init(|| Arc::new(Basis::of(&found.map, sweeps))));
+    pub(crate) fn basis(&self, plan: &Plan, chain: &Chain, simd: Simd) -> Arc<Chebyshev> {
+        let found = self.of(Propagator::of(plan, chain), simd);
+        let basis = Arc::clone(found.basis.get_or_init(|| Arc::new(Chebyshev::of(&found.map, simd))));
         self.forget_oldest();
         basis
     }
 
     /// The modes of the stuck chain, if they span its states well enough.
-    pub(crate) fn modes(&self, plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Option<Arc<StoredModes>> {
-        let found = self.of(StepMap::of(plan, chain), sweeps);
-        let modes = found.modes.get_or_init(|| StoredModes::of(&found.map, sweeps)).clone();
+    pub(crate) fn modes(&self, plan: &Plan, chain: &Chain, simd: Simd) -> Option<Arc<StoredModes>> {
+        let found = self.of(Propagator::of(plan, chain), simd);
+        let modes = found.modes.get_or_init(|| StoredModes::of(&found.map, simd)).clone();
         self.forget_oldest();
         modes
     }
 
-    /// Where what is found for a map belongs. It is found while no lock is held, so that other maps
-    /// need not wait; who needs the same waits for who began.
-    fn of(&self, map: StepMap, sweeps: Sweeps) -> Arc<Found> {
+    /// The entry of a propagator. Results are computed without holding the lock, so that other
+    /// propagators need not wait; a second user of the same one waits for the first.
+    fn of(&self, map: Propagator, simd: Simd) -> Arc<Found> {
         let bits = map.bits();
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let known = kept.iter().position(|found| found.bits == bits && found.sweeps == sweeps);
-        let found = match known.and_then(|index| kept.remove(index)) {
+        let mut cache = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = cache.iter().position(|found| found.bits == bits && found.simd == simd);
+        let found = match known.and_then(|index| cache.remove(index)) {
             Some(found) => found,
-            None => Arc::new(Found { map, bits, sweeps, basis: OnceLock::new(), modes: OnceLock::new() }),
+            None => Arc::new(Found { map, bits, simd, basis: OnceLock::new(), modes: OnceLock::new() }),
         };
-        kept.push_front(Arc::clone(&found));
+        cache.push_front(Arc::clone(&found));
         found
     }
 
     fn forget_oldest(&self) {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut bytes: usize = kept.iter().map(|found| found.bytes()).sum();
+        let mut cache = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut bytes: usize = cache.iter().map(|found| found.bytes()).sum();
         while bytes > MOST_BYTES {
-            let Some(oldest) = kept.pop_back() else { return };
+            let Some(oldest) = cache.pop_back() else { return };
             bytes -= oldest.bytes();
         }
     }
@@ -98,13 +98,13 @@ mod tests {
 
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
-    use super::{Kept, MOST_BYTES};
-    use crate::basis::Basis;
+    use super::{MOST_BYTES, OperatorCache};
+    use crate::chebyshev::Chebyshev;
     use crate::fast::{ChainLeaps, Fast};
+    use crate::kernels::Simd;
     use crate::modes::StoredModes;
+    use crate::propagator::Propagator;
     use crate::solver::Solver;
-    use crate::step_map::StepMap;
-    use crate::sweep::Sweeps;
 
     fn plan(set: &[&str]) -> Plan {
         let source = ScenarioSource::new("test", "time.duration_s = 0.1\nslider.blocks = 10");
@@ -112,20 +112,20 @@ mod tests {
         Plan::new(&Scenario::resolve(&source).unwrap())
     }
 
-    const SWEEPS: Sweeps = Sweeps::Baseline;
+    const SIMD: Simd = Simd::Baseline;
 
-    fn basis(kept: &Kept, plan: &Plan) -> Arc<Basis> {
-        kept.basis(plan, plan.elastic.chain(), SWEEPS)
+    fn basis(cache: &OperatorCache, plan: &Plan) -> Arc<Chebyshev> {
+        cache.basis(plan, plan.elastic.as_chain().unwrap(), SIMD)
     }
 
-    fn modes(kept: &Kept, plan: &Plan) -> Option<Arc<StoredModes>> {
-        kept.modes(plan, plan.elastic.chain(), SWEEPS)
+    fn modes(cache: &OperatorCache, plan: &Plan) -> Option<Arc<StoredModes>> {
+        cache.modes(plan, plan.elastic.as_chain().unwrap(), SIMD)
     }
 
     #[test]
     fn what_no_map_depends_on_is_found_once_and_all_else_anew() {
-        let kept = Kept::nothing();
-        let first = (basis(&kept, &plan(&[])), modes(&kept, &plan(&[])).unwrap());
+        let cache = OperatorCache::nothing();
+        let first = (basis(&cache, &plan(&[])), modes(&cache, &plan(&[])).unwrap());
         for set in [
             "normal_load.tilt=0.5",
             "friction.static_coefficient=0.9",
@@ -133,7 +133,7 @@ mod tests {
             "time.duration_s=0.2",
             "drive.velocity_m_per_s=1e-3",
         ] {
-            let again = (basis(&kept, &plan(&[set])), modes(&kept, &plan(&[set])).unwrap());
+            let again = (basis(&cache, &plan(&[set])), modes(&cache, &plan(&[set])).unwrap());
             assert!(Arc::ptr_eq(&again.0, &first.0) && Arc::ptr_eq(&again.1, &first.1), "{set}");
         }
         for set in [
@@ -146,25 +146,26 @@ mod tests {
             "drive.kind=top",
         ] {
             let other = plan(&[set]);
-            let found = (basis(&kept, &other), modes(&kept, &other).unwrap());
+            let found = (basis(&cache, &other), modes(&cache, &other).unwrap());
             assert!(!Arc::ptr_eq(&found.0, &first.0) && !Arc::ptr_eq(&found.1, &first.1), "{set}");
-            // What is kept is what would be found, to the bit but for the sign of zero.
-            let alone = StoredModes::of(&StepMap::of(&other, other.elastic.chain()), SWEEPS).unwrap();
+            // Cached results are those that would be computed, to the bit but for the sign of zero.
+            let alone =
+                StoredModes::of(&Propagator::of(&other, other.elastic.as_chain().unwrap()), SIMD).unwrap();
             assert_eq!(format!("{:?}", found.1), format!("{alone:?}"), "{set}");
         }
-        let again = modes(&kept, &plan(&[])).unwrap();
+        let again = modes(&cache, &plan(&[])).unwrap();
         assert!(Arc::ptr_eq(&again, &first.1), "it was used, and there is room");
     }
 
     #[test]
     fn a_map_that_differs_in_one_bit_of_anything_is_another() {
         let plan = plan(&[]);
-        let map = StepMap::of(&plan, plan.elastic.chain());
+        let map = Propagator::of(&plan, plan.elastic.as_chain().unwrap());
         let bits = map.bits();
-        // The nodes, the numbers, and a spring for each of 10 blocks.
+        // The number of nodes, the scalars, and a drive spring for each of 10 blocks.
         assert_eq!(bits.len(), 1 + 6 + 10);
         let up = |number: &mut f64| *number = number.next_up();
-        let changes: [&dyn Fn(&mut StepMap); 5] = [
+        let changes: [&dyn Fn(&mut Propagator); 5] = [
             &|map| up(&mut map.step_s),
             &|map| up(&mut map.block_mass_kg),
             &|map| up(&mut map.interfacial_stiffness_n_per_m),
@@ -180,15 +181,15 @@ mod tests {
 
     #[test]
     fn memory_is_bounded_and_the_oldest_goes_first() {
-        let kept = Kept::nothing();
-        let bytes = || kept.0.lock().unwrap().iter().map(|found| found.bytes()).sum::<usize>();
+        let cache = OperatorCache::nothing();
+        let bytes = || cache.0.lock().unwrap().iter().map(|found| found.bytes()).sum::<usize>();
         let of = |blocks: usize| plan(&[&format!("slider.blocks={blocks}")]);
-        let used = Arc::downgrade(&basis(&kept, &of(2)));
-        let unused = Arc::downgrade(&basis(&kept, &of(3)));
+        let used = Arc::downgrade(&basis(&cache, &of(2)));
+        let unused = Arc::downgrade(&basis(&cache, &of(3)));
         let mut largest = 0;
         for blocks in 4..70 {
-            drop(basis(&kept, &of(2)));
-            drop(basis(&kept, &of(blocks)));
+            drop(basis(&cache, &of(2)));
+            drop(basis(&cache, &of(blocks)));
             largest = largest.max(bytes());
             assert!(bytes() <= MOST_BYTES, "{blocks}: {}", bytes());
         }
@@ -199,7 +200,8 @@ mod tests {
     #[test]
     fn a_run_after_others_is_the_run_alone() {
         let run = |plan: &Plan| {
-            let mut solver = Fast::<ChainLeaps>::new(Arc::new(plan.clone()), plan.elastic.chain(), SWEEPS);
+            let mut solver =
+                Fast::<ChainLeaps>::new(Arc::new(plan.clone()), plan.elastic.as_chain().unwrap(), SIMD);
             let mut records = Vec::new();
             while let Some(record) = solver.next_record().unwrap() {
                 records.push(format!("{record:?}"));

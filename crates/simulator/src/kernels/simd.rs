@@ -1,9 +1,9 @@
-//! The instruction sets that sweeps are compiled for, and which of them a machine runs.
+//! The instruction sets for which kernels are compiled, and the choice among them at run time.
 
-/// The sweeps, in the version that this machine runs fastest.
+/// The version of the kernels that this machine runs fastest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Sweeps {
-    /// What every machine has.
+pub(crate) enum Simd {
+    /// Supported by every machine.
     Baseline,
     /// 256-bit vectors.
     #[cfg(target_arch = "x86_64")]
@@ -13,8 +13,8 @@ pub(crate) enum Sweeps {
     Avx512,
 }
 
-/// Writes the dispatcher of a sweep, and its compilation for each instruction set; `where` names the
-/// parameters that it is compiled for besides.
+/// Defines a kernel's dispatcher, and its compilation for each instruction set; `where` lists its
+/// generic parameters.
 macro_rules! dispatch {
     (
         $(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?
@@ -22,7 +22,8 @@ macro_rules! dispatch {
     ) => {
         $(#[$doc])*
         pub(crate) fn $name$(<$($parameters)*>)?(self, $($argument: $type),*) $(-> $result)? {
-            // A function of its own: inlined, it would crowd the registers of who calls another.
+            // Not inlined, since it would increase the register pressure of callers that use several
+            // kernels.
             #[inline(never)]
             fn baseline$(<$($parameters)*>)?($($argument: $type),*) $(-> $result)? {
                 $name($($argument),*)
@@ -42,11 +43,11 @@ macro_rules! dispatch {
                 expect(unsafe_code, reason = "only constructed by `available`, which asked the processor")
             )]
             match self {
-                Sweeps::Baseline => baseline($($argument),*),
+                Simd::Baseline => baseline($($argument),*),
                 #[cfg(target_arch = "x86_64")]
-                Sweeps::Avx2 => unsafe { avx2($($argument),*) },
+                Simd::Avx2 => unsafe { avx2($($argument),*) },
                 #[cfg(target_arch = "x86_64")]
-                Sweeps::Avx512 => unsafe { avx512($($argument),*) },
+                Simd::Avx512 => unsafe { avx512($($argument),*) },
             }
         }
     };
@@ -54,27 +55,27 @@ macro_rules! dispatch {
 
 pub(super) use dispatch;
 
-impl Sweeps {
+impl Simd {
     /// All versions that this machine can run, the fastest last.
-    pub(crate) fn available() -> Vec<Sweeps> {
-        let mut versions = vec![Sweeps::Baseline];
+    pub(crate) fn available() -> Vec<Simd> {
+        let mut versions = vec![Simd::Baseline];
         #[cfg(target_arch = "x86_64")]
         {
             if std::arch::is_x86_feature_detected!("avx2") {
-                versions.push(Sweeps::Avx2);
+                versions.push(Simd::Avx2);
             }
             if std::arch::is_x86_feature_detected!("avx512f")
                 && std::arch::is_x86_feature_detected!("avx512vl")
                 && std::arch::is_x86_feature_detected!("avx512dq")
             {
-                versions.push(Sweeps::Avx512);
+                versions.push(Simd::Avx512);
             }
         }
         versions
     }
 
     /// The fastest version that this machine can run.
-    pub(crate) fn detect() -> Sweeps {
-        *Sweeps::available().last().expect("every machine can run the baseline")
+    pub(crate) fn detect() -> Simd {
+        *Simd::available().last().expect("every machine can run the baseline")
     }
 }

@@ -1,70 +1,68 @@
-//! The polynomials of a step's map that windows are made of.
+//! The polynomials of a step's map that windows use.
 //!
-//! With `B = A - 1` the part of `k` steps that is linear in the state is a polynomial
-//! of `B`. Powers of `B` are a poor basis for it: their terms grow before they cancel.
-//! Here it is
+//! With `B = A - 1`, the linear part of `k` steps is a polynomial of `B`. Powers of `B` are a poor
+//! basis: their terms grow before they cancel. Used instead are
 //!
 //! ```text
 //! w_0 = w,  w_1 = X w_0,  w_{j+1} = 2 X w_j - sigma w_{j-1},    X = (B - centre) / focus,
 //! ```
 //!
-//! Chebyshev polynomials of an ellipse that holds the eigenvalues of `B`, with foci
-//! `centre +- focus` on the real axis (`sigma = 1`, where damping rules the spectrum)
-//! or `centre +- i focus` beside it (`sigma = -1`, where vibration does; the powers
-//! of `i` are absorbed, so that all is real). A term costs what a power of `B`
-//! costs, and far fewer are needed for the same number of steps.
+//! These are Chebyshev polynomials of an ellipse that contains the eigenvalues of `B`. Its foci are
+//! `centre +- focus` on the real axis (`sigma = 1`, where damping dominates the spectrum) or
+//! `centre +- i focus` (`sigma = -1`, where vibration does; powers of `i` are absorbed, so that all numbers are
+//! real). A term costs as much as a power of `B`, and far fewer are needed for as many steps.
 //!
 //! **Where the eigenvalues lie.** For an eigenvector `x` of unit length let
 //! `t = dt^2 x*Mx / m` and `r = t + dt x*Cx / m`. Its eigenvalue solves
 //! `z^2 + r z + t = 0`. Stiffness and damping of the chain go together, so all of them,
 //! for any set of stuck blocks, lie on the roots for
 //! `x*Cx = eta L`, `x*Mx = k L + s`, with `0 <= L <= 4` and `0 <= s <= k_t + K`.
-//! The choice of the ellipse only decides how many terms are needed: that they
-//! suffice is certified term by term.
+//! The ellipse only determines how many terms are needed: each window is certified by the terms that it
+//! takes.
 //!
 //! **Coefficients.** `A^i w = sum_j c_j(i) w_j`, with `c_0(0) = 1` and
 //! `c(i + 1)` from `c(i)` by `A w_j = (1 + centre) w_j + (focus / 2)(w_{j+1} + sigma w_{j-1})`.
-//! What a window needs is `sum_{l<i-1} (i - 1 - l) A^l`, whose coefficients `s_j(i)` are the
-//! same summed up twice; summed up once more they give the sum of the states on the way.
+//! A window needs `sum_{l<i-1} (i - 1 - l) A^l`, whose coefficients `s_j(i)` are `c_j` summed up twice;
+//! a third summation gives the sum of the states on the way.
 //!
 //! **What is left out.** Stopping before `w_J` satisfies the recurrence of the exact
 //! solution but for `(focus / 2)(sigma c_J(i) w_{J-1} - c_{J-1}(i) w_J)` in each step. In a norm
 //! in which `A` does not expand, what is left out of `A^i w` is therefore at most
-//! `(focus / 2) sum_l (|c_J(l)| |w_{J-1}| + |c_{J-1}(l)| |w_J|)`, and out of the double sum the
-//! same summed up twice.
+//! `(focus / 2) sum_l (|c_J(l)| |w_{J-1}| + |c_{J-1}(l)| |w_J|)`. For the double sum this bound is
+//! summed up twice as well.
 
 use asperity_model::elastic::Chain;
 
-use crate::step_map::StepMap;
-use crate::sweep::{Coefficients, FOLLOWED, Sweeps};
+use crate::kernels::{Coefficients, FOLLOWED, Simd};
+use crate::propagator::Propagator;
 
-/// Most terms of a window. Of the coefficients, some more are followed: those behind the terms are
-/// known to be small.
+/// Most terms of a window. A few more coefficients are computed, since `c_J` bounds what `J` terms leave
+/// out.
 pub(crate) const MOST_TERMS: usize = FOLLOWED - 16;
 
-/// Steps between two of the numbers of steps that coefficients are kept for.
+/// Steps between the numbers of steps for which coefficients are tabulated.
 pub(crate) const GRID_STEPS: u64 = 12;
 
 /// Longest window: bounds the tables.
 pub(crate) const MOST_STEPS: u64 = 16_384;
 
-/// Ratio of the lengths of windows, about.
+/// Approximate ratio of successive window lengths.
 const RATIO: f64 = 1.1;
 
-/// Largest growth, as an exponent, of the terms over that of the map itself: digits
-/// that are lost as they cancel.
+/// Largest growth of the terms relative to the map itself, as an exponent: it bounds the digits lost by
+/// cancellation.
 const MOST_GROWTH: f64 = 4.0;
 
-/// Share of what is linear in the state that the most terms of a length leave out. Most windows
-/// take fewer: what counts is what they leave out of the whole state.
+/// Share of the linear part that a length's full number of terms leaves out. Most windows take fewer
+/// terms, because only what they leave out of the whole state matters.
 const NEGLIGIBLE: f64 = 1e-14;
 
-/// One possible length of a window. Arrays are by term; a window uses as many entries
-/// as it has taken terms, whatever its length turns out to be.
+/// One possible length of a window. Arrays are indexed by term; a window uses as many entries as it has
+/// terms, whichever length it ends with.
 #[derive(Debug, Clone)]
 pub(crate) struct Length {
     pub(crate) steps: u64,
-    /// The most terms that it takes.
+    /// Most terms for this length.
     pub(crate) terms: usize,
     /// `s_j(steps)`.
     pub(crate) double_sum: [f64; MOST_TERMS],
@@ -72,28 +70,28 @@ pub(crate) struct Length {
     pub(crate) triple_sum: [f64; MOST_TERMS],
     /// Largest `|c_j(i)|` for `i` up to `steps`.
     pub(crate) whole: [f64; MOST_TERMS],
-    /// The same for `i` between the next shorter length and `steps`.
+    /// Largest `|c_j(i)|` for `i` between the next shorter length and `steps`.
     pub(crate) last: [f64; MOST_TERMS],
     /// Largest `|s_j(steps)|`.
     pub(crate) largest: f64,
-    /// `(focus / 2) sum_{l<steps} |c_j(l)|`, and the same summed up twice.
+    /// `(focus / 2) sum_{l<steps} |c_j(l)|`, and this summed up twice.
     sums: [[f64; MOST_TERMS + 1]; 2],
 }
 
 impl Length {
-    /// What the last of `terms` terms and the one behind it are multiplied with to bound
-    /// what is left out of `A^i w`, for any `i` up to `steps`: no less for more steps.
+    /// Factors on the sizes of the last of `terms` terms and of the next one, which bound what is left
+    /// out of `A^i w` for any `i` up to `steps`. They do not decrease with the number of steps.
     pub(crate) fn left_out(&self, terms: usize) -> [f64; 2] {
         [self.sums[0][terms], self.sums[0][terms - 1]]
     }
 
-    /// The same for the double sum.
+    /// Factors as [`Length::left_out`], for the double sum.
     pub(crate) fn left_out_of_sum(&self, terms: usize) -> [f64; 2] {
         [self.sums[1][terms], self.sums[1][terms - 1]]
     }
 
-    /// What is left out of the double sum, from the sizes of the last of `terms` terms and the
-    /// one behind it: of displacements, and of velocities.
+    /// Bounds on what is left out of the double sum, of displacements and of velocities, from the sizes
+    /// of the last of `terms` terms and of the next one.
     pub(crate) fn left_out_of(&self, terms: usize, ends: [[f64; 2]; 2]) -> [f64; 2] {
         let factors = self.left_out_of_sum(terms);
         [0, 1].map(|part| factors[0] * ends[0][part] + factors[1] * ends[1][part])
@@ -102,22 +100,22 @@ impl Length {
 
 /// The basis for a step's map, and its coefficients.
 #[derive(Debug, Clone)]
-pub(crate) struct Basis {
+pub(crate) struct Chebyshev {
     pub(crate) centre: f64,
     pub(crate) focus: f64,
     pub(crate) sigma: f64,
-    /// By ascending number of steps; none if the time step is too coarse for windows.
+    /// In ascending order of steps; empty if the time step is too coarse for windows.
     pub(crate) lengths: Vec<Length>,
     /// `s_j` for every [`GRID_STEPS`]-th number of steps, from 0.
     double_sums: Vec<[f64; MOST_TERMS]>,
-    /// The same summed up once more.
+    /// `sum_{l<i} s_j(l)` for the same numbers of steps.
     triple_sums: Vec<[f64; MOST_TERMS]>,
 }
 
-impl Basis {
-    pub(crate) fn of(map: &StepMap, sweeps: Sweeps) -> Basis {
+impl Chebyshev {
+    pub(crate) fn of(map: &Propagator, simd: Simd) -> Chebyshev {
         let (ellipse, longest) = Ellipse::best(&spectrum(map));
-        let mut basis = Basis {
+        let mut basis = Chebyshev {
             centre: ellipse.centre,
             focus: ellipse.focus,
             sigma: ellipse.sigma,
@@ -132,13 +130,13 @@ impl Basis {
             next = (next / RATIO).floor().min(next - 1.0);
         }
         steps.reverse();
-        basis.tabulate(&steps, &ellipse, sweeps);
+        basis.tabulate(&steps, &ellipse, simd);
         basis
     }
 
-    /// No basis, for maps that are not affine.
-    pub(crate) fn none() -> Basis {
-        Basis {
+    /// An empty basis, for maps that are not affine.
+    pub(crate) fn none() -> Chebyshev {
+        Chebyshev {
             centre: 0.0,
             focus: 0.0,
             sigma: 1.0,
@@ -148,7 +146,7 @@ impl Basis {
         }
     }
 
-    /// What it takes in memory.
+    /// Bytes of memory used.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(&*self.lengths) + size_of_val(&*self.double_sums) + size_of_val(&*self.triple_sums)
     }
@@ -163,17 +161,17 @@ impl Basis {
         &self.triple_sums[(steps / GRID_STEPS) as usize]
     }
 
-    /// Follows the coefficients from step to step, and notes what the lengths need.
-    fn tabulate(&mut self, lengths: &[u64], ellipse: &Ellipse, sweeps: Sweeps) {
+    /// Advances the coefficients step by step, and stores the extremes and sums that lengths need.
+    fn tabulate(&mut self, lengths: &[u64], ellipse: &Ellipse, simd: Simd) {
         let mut c = Coefficients::of_no_step(self.centre, self.focus, self.sigma);
         let mut done = 0;
         for i in 0..=lengths.last().copied().unwrap_or(0) {
-            // Here they are of `i` steps.
+            // The coefficients are now those of `i` steps.
             if i % GRID_STEPS == 0 {
                 self.double_sums.push(first_of(&c.double));
                 self.triple_sums.push(first_of(&c.triple));
             }
-            sweeps.note_largest(&mut c);
+            simd.note_largest(&mut c);
             if lengths.get(done) == Some(&i) {
                 let terms = ellipse.terms(i as f64).min(MOST_TERMS);
                 let half = self.focus / 2.0;
@@ -190,12 +188,12 @@ impl Basis {
                 c.last = c.now.map(f64::abs);
                 done += 1;
             }
-            sweeps.next_coefficients(&mut c);
+            simd.next_coefficients(&mut c);
         }
     }
 }
 
-/// As many of the coefficients as there are terms.
+/// The coefficients of the first [`MOST_TERMS`] terms.
 fn first_of(coefficients: &[f64; FOLLOWED]) -> [f64; MOST_TERMS] {
     std::array::from_fn(|j| coefficients[j])
 }
@@ -203,8 +201,8 @@ fn first_of(coefficients: &[f64; FOLLOWED]) -> [f64; MOST_TERMS] {
 /// A point of the complex plane.
 type Point = (f64, f64);
 
-/// Points of `B`'s spectrum (upper half), closely enough.
-fn spectrum(map: &StepMap) -> Vec<Point> {
+/// A dense sample of `B`'s spectrum in the upper half plane.
+fn spectrum(map: &Propagator) -> Vec<Point> {
     const ALONG: u32 = 64;
     let (dt, m) = (map.step_s, map.block_mass_kg);
     let chain = &map.chain;
@@ -229,7 +227,7 @@ fn spectrum(map: &StepMap) -> Vec<Point> {
     points
 }
 
-/// An ellipse by its foci, and how far around them the spectrum reaches.
+/// An ellipse given by its foci, and how far around them the spectrum extends.
 #[derive(Debug, Clone, Copy)]
 struct Ellipse {
     centre: f64,
@@ -241,7 +239,7 @@ struct Ellipse {
 }
 
 impl Ellipse {
-    /// The ellipse that gets furthest with [`MOST_TERMS`], and how many steps.
+    /// The ellipse that covers most steps with [`MOST_TERMS`], and that number of steps.
     fn best(spectrum: &[Point]) -> (Ellipse, f64) {
         let left = spectrum.iter().fold(0.0, |least: f64, point| least.min(point.0));
         let high = spectrum.iter().fold(0.0, |most: f64, point| most.max(point.1));
@@ -251,7 +249,7 @@ impl Ellipse {
             let right = beyond * size;
             for share in [0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0] {
                 for sigma in [1.0, -1.0] {
-                    // So that 1 + centre is what it says, without rounding.
+                    // Rounded so that `1 + centre` is exact.
                     let centre = (1.0 + (left + right) / 2.0) - 1.0;
                     let focus = share * if sigma > 0.0 { (right - left) / 2.0 } else { high };
                     if focus < 0.1 * size {
@@ -274,15 +272,15 @@ impl Ellipse {
     /// a point: `|x + sqrt(x^2 - 1)|` with `x` the point in units of the foci.
     fn rho_of(&self, point: Point) -> f64 {
         let (re, im) = ((point.0 - self.centre) / self.focus, point.1 / self.focus);
-        // Turned, foci on the imaginary axis become real ones.
+        // Rotated, so that foci on the imaginary axis become real.
         let (re, im) = if self.sigma > 0.0 { (re, im) } else { (im, re) };
         let axes = ((re + 1.0) * (re + 1.0) + im * im).sqrt() + ((re - 1.0) * (re - 1.0) + im * im).sqrt();
-        // Sum of the distances to the foci is twice the long half axis.
+        // The sum of the distances to the foci is twice the semi-major axis.
         let long = (axes / 2.0).max(1.0);
         long + (long * long - 1.0).max(0.0).sqrt()
     }
 
-    /// The largest number of steps that [`MOST_TERMS`] suffice for.
+    /// Largest number of steps for which [`MOST_TERMS`] suffice.
     fn reach(&self) -> f64 {
         let growth = libm::log(self.farthest(self.rho));
         let (mut low, mut high) = (1.0f64, if growth > 0.0 { MOST_GROWTH / growth } else { 1e9 });
@@ -304,7 +302,7 @@ impl Ellipse {
     fn farthest(&self, rho: f64) -> f64 {
         let (long, short) = (self.focus * (rho + 1.0 / rho) / 2.0, self.focus * (rho - 1.0 / rho) / 2.0);
         let (across, up) = if self.sigma > 0.0 { (long, short) } else { (short, long) };
-        // At its vertices, and at points between them.
+        // At the vertices, and at points between them.
         let corner = std::f64::consts::FRAC_1_SQRT_2;
         [(across, 0.0), (-across, 0.0), (0.0, up), (corner * across, corner * up)]
             .into_iter()
@@ -312,9 +310,9 @@ impl Ellipse {
             .fold(0.0, |most: f64, (x, y)| most.max((x * x + y * y).sqrt()))
     }
 
-    /// How many terms so many steps take, by the decay of the coefficients of
-    /// `(1 + z)^steps`: at most its maximum on a larger confocal ellipse, over `rho^j` of
-    /// that, times the `rho^j` that a term may have grown to.
+    /// Number of terms needed for `steps` steps, by the decay of the coefficients of `(1 + z)^steps`:
+    /// each is at most the maximum of that on a larger confocal ellipse, over the ellipse's `rho^j`,
+    /// times the `rho^j` to which a term may have grown.
     fn terms(&self, steps: f64) -> usize {
         let mut fewest = f64::INFINITY;
         let mut log_ratio = 0.1;

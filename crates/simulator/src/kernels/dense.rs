@@ -1,28 +1,28 @@
-//! What the modes of a slab are found and put together with: products with the columns of a matrix,
-//! and Cholesky's factor of a band.
+//! Dense and banded linear algebra for the modes of a slab: products with the columns of a matrix, and
+//! Cholesky's factor of a band.
 
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
 
-impl Sweeps {
+impl Simd {
     dispatch! {
         /// The product of each column of a matrix with a vector.
         dots(products: &mut [f64], columns: &[f64], vector: &[f64])
     }
 
     dispatch! {
-        /// Adds the columns of a matrix, each so many times, in ascending order.
+        /// Adds multiples of the columns of a matrix, in ascending order.
         add_columns(sum: &mut [f64], columns: &[f64], times: &[f64])
     }
 
     dispatch! {
-        /// Turns the lower band of a symmetric matrix, row by row, each of `width` numbers up to its
-        /// diagonal, into Cholesky's factor with the diagonal inverted; `false` if the matrix is not
+        /// Replaces the lower band of a symmetric matrix, stored by rows of `width` numbers up to the
+        /// diagonal, by its Cholesky factor with the diagonal inverted; `false` if the matrix is not
         /// positive.
         factor_band(band: &mut [f64], width: usize) -> bool
     }
 
     dispatch! {
-        /// Solves with such a factor.
+        /// Solves a system by that factor.
         solve_band(x: &mut [f64], band: &[f64], width: usize)
     }
 }
@@ -30,7 +30,7 @@ impl Sweeps {
 /// Lanes of a sum: its order is the same on every machine.
 const LANES: usize = 8;
 
-/// Columns that are gone over at once.
+/// Columns that are processed at once.
 const COLUMNS: usize = 4;
 
 #[inline(always)]
@@ -118,7 +118,7 @@ fn factor_band(band: &mut [f64], width: usize) -> bool {
         for j in first..i {
             let row = &before[j * width..][..width];
             let from = first.max(j.saturating_sub(beside));
-            // Column k of row i stands at k + beside - i.
+            // Column k of row i is stored at k + beside - i.
             let (of_own, of_row) = (from + beside - i, from + beside - j);
             let done = dot(&own[of_own..][..j - from], &row[of_row..][..j - from]);
             let at = j + beside - i;
@@ -126,7 +126,7 @@ fn factor_band(band: &mut [f64], width: usize) -> bool {
         }
         let of_own = &own[first + beside - i..beside];
         let square = own[beside] - dot(of_own, of_own);
-        // Written so that what is not a number is refused.
+        // Written so that NaN is refused.
         let is_positive = square > 0.0;
         if !is_positive {
             return false;
@@ -159,7 +159,7 @@ fn solve_band(x: &mut [f64], band: &[f64], width: usize) {
 mod tests {
     use asperity_model::mixed;
 
-    use super::Sweeps;
+    use super::Simd;
 
     fn numbers(seed: u64, count: usize) -> Vec<f64> {
         (0..count).map(|n| mixed(seed << 32 | n as u64) as f64 / u64::MAX as f64 - 0.5).collect()
@@ -169,13 +169,13 @@ mod tests {
     fn all_instruction_sets_give_the_same_bits_and_the_right_numbers() {
         for (size, count) in [(1, 1), (7, 3), (8, 4), (29, 9), (64, 12)] {
             let (columns, vector, times) = (numbers(1, size * count), numbers(2, size), numbers(3, count));
-            let run = |sweeps: Sweeps| {
+            let run = |simd: Simd| {
                 let (mut products, mut sum) = (vec![0.0; count], vector.clone());
-                sweeps.dots(&mut products, &columns, &vector);
-                sweeps.add_columns(&mut sum, &columns, &times);
+                simd.dots(&mut products, &columns, &vector);
+                simd.add_columns(&mut sum, &columns, &times);
                 (products, sum)
             };
-            let (products, sum) = run(Sweeps::Baseline);
+            let (products, sum) = run(Simd::Baseline);
             for (c, product) in products.iter().enumerate() {
                 let simple: f64 = (0..size).map(|n| columns[c * size + n] * vector[n]).sum();
                 assert!((product - simple).abs() < 1e-13);
@@ -184,8 +184,8 @@ mod tests {
                 let simple: f64 = (0..count).map(|c| columns[c * size + n] * times[c]).sum();
                 assert!((sum - simple - vector[n]).abs() < 1e-13);
             }
-            for sweeps in Sweeps::available() {
-                assert_eq!(run(sweeps), (products.clone(), sum.clone()), "{sweeps:?}");
+            for simd in Simd::available() {
+                assert_eq!(run(simd), (products.clone(), sum.clone()), "{simd:?}");
             }
         }
     }
@@ -208,21 +208,21 @@ mod tests {
                 }
             }
             let right = numbers(7, rows);
-            let run = |sweeps: Sweeps| {
+            let run = |simd: Simd| {
                 let (mut factor, mut x) = (band.clone(), right.clone());
-                assert!(sweeps.factor_band(&mut factor, width));
-                sweeps.solve_band(&mut x, &factor, width);
+                assert!(simd.factor_band(&mut factor, width));
+                simd.solve_band(&mut x, &factor, width);
                 x
             };
-            let x = run(Sweeps::Baseline);
+            let x = run(Simd::Baseline);
             for (i, right) in right.iter().enumerate() {
                 let back: f64 = (0..rows).map(|j| entry(i, j) * x[j]).sum();
                 assert!((back - right).abs() < 1e-12, "{rows} {width}: {back} {right}");
             }
-            for sweeps in Sweeps::available() {
-                assert_eq!(run(sweeps), x, "{sweeps:?}");
+            for simd in Simd::available() {
+                assert_eq!(run(simd), x, "{simd:?}");
             }
         }
-        assert!(!Sweeps::Baseline.factor_band(&mut [1.0, -1.0], 1), "it is not positive");
+        assert!(!Simd::Baseline.factor_band(&mut [1.0, -1.0], 1), "it is not positive");
     }
 }

@@ -1,15 +1,16 @@
-//! Sums over standing waves of any wave numbers, in a time that grows as `N log N`.
+//! Nonuniform cosine transforms: sums over standing waves of arbitrary wave numbers, in a time that
+//! grows as `N log N`.
 //!
-//! Taking a state apart into waves, and putting it together again, is
+//! Projecting a state onto waves, and composing it from them, are
 //!
 //! ```text
 //! F(q_m) = sum_p f_p cos q_m (p + 1/2),    g_p = Re sum_m a_m cos q_m (p + 1/2),    p = 0 ... N - 1,
 //! ```
 //!
-//! for wave numbers `q_m` between 0 and `pi` that lie where they like, close to the real axis. On a
-//! grid `h = pi / G` of wave numbers both are cosine transforms. Between its points a cosine is
-//! made of those of the [`NEAR`] nearest, with a kernel `K` of that width (Kaiser and Bessel's; the
-//! error of such sums: Fessler and Sutton 2003, Barnett 2019):
+//! for wave numbers `q_m` at arbitrary places between 0 and `pi`, close to the real axis. On a grid
+//! `h = pi / G` of wave numbers both are cosine transforms. Between its points a cosine is interpolated
+//! from the [`NEAR`] nearest, with a kernel `K` of that width (Kaiser and Bessel's; for the error of
+//! such sums see Fessler and Sutton 2003, Barnett 2019):
 //!
 //! ```text
 //! cos q y = sum_g K(q / h - g) cos(g h y) / psi(y) + the same at y + 2 G, y - 2 G, ...,
@@ -25,7 +26,7 @@
 use std::sync::Arc;
 
 use crate::complex::Complex;
-use crate::sweep::{NEAR, Near, Parts, Sweeps};
+use crate::kernels::{NEAR, Near, Parts, Simd};
 
 /// Half the width of the kernel, in points of the grid.
 const HALF_WIDTH: f64 = NEAR as f64 / 2.0;
@@ -36,10 +37,10 @@ const BEYOND: usize = NEAR / 2;
 /// The largest imaginary part of a wave number, in points of the grid.
 const LARGEST_IMAGINARY: f64 = 1.0;
 
-/// What turns numbers of blocks into those of waves, and back.
+/// Transforms between values at blocks and coefficients of waves.
 #[derive(Debug, Clone)]
 pub(crate) struct Cosines {
-    sweeps: Sweeps,
+    simd: Simd,
     blocks: usize,
     /// `G`.
     size: usize,
@@ -49,24 +50,24 @@ pub(crate) struct Cosines {
     /// `1 / psi` of every block.
     part: Arc<[f64]>,
     kernels: Kernels,
-    /// Two kinds of numbers on the grid, with room for what kernels reach beyond it.
+    /// Two quantities on the grid, padded by what kernels reach beyond its ends.
     grid: [Vec<f64>; 2],
     values: [Vec<f64>; 2],
     scratch: [Vec<f64>; 2],
 }
 
 impl Cosines {
-    /// For these wave numbers of a chain; `None` if one of them lies too far from the real axis, or
-    /// beyond 0 and `pi`.
+    /// The transform for these wave numbers of a chain; `None` if one of them is too far from the real
+    /// axis, or not between 0 and `pi`.
     pub(crate) fn of(
         wave_numbers: impl Iterator<Item = Complex>,
         blocks: usize,
-        sweeps: Sweeps,
+        simd: Simd,
     ) -> Option<Cosines> {
         let pi = std::f64::consts::PI;
         let size = (2 * blocks).next_power_of_two().max(2 * NEAR);
         let spacing = pi / size as f64;
-        let kernels = Kernels::of(wave_numbers, size, sweeps)?;
+        let kernels = Kernels::of(wave_numbers, size, simd)?;
         let angles = |unit: f64| -> [Arc<[f64]>; 2] {
             let angle = move |k: usize| unit * k as f64;
             [
@@ -77,7 +78,7 @@ impl Cosines {
         let on_grid = || vec![0.0; size + 2 * BEYOND + 1];
         let values = || vec![0.0; size];
         Some(Cosines {
-            sweeps,
+            simd,
             blocks,
             size,
             turns: angles(-2.0 * spacing),
@@ -90,11 +91,11 @@ impl Cosines {
         })
     }
 
-    /// Of each wave, `sum_n u_n x_n` and `sum_n v_n x_n` with `x_n = cos q (N - n - 1/2)`: real and
-    /// imaginary part of the one and of the other.
+    /// For each wave, `sum_n u_n x_n` and `sum_n v_n x_n` with `x_n = cos q (N - n - 1/2)`, each by its
+    /// real and imaginary part.
     pub(crate) fn project(&mut self, u: &[f64], v: &[f64], sums: &mut Vec<[f64; 4]>) {
         let (blocks, size) = (self.blocks, self.size);
-        let balance = balance(self.sweeps.largest(u), self.sweeps.largest(v));
+        let balance = balance(self.simd.largest(u), self.simd.largest(v));
         for ((values, numbers), factor) in self.values.iter_mut().zip([u, v]).zip([1.0, balance]) {
             values.fill(0.0);
             for p in 0..blocks {
@@ -119,14 +120,14 @@ impl Cosines {
             }
         }
         sums.resize(self.kernels.first.len(), [0.0; 4]);
-        self.sweeps.gather(sums, &self.kernels.near(), [&self.grid[0], &self.grid[1]]);
+        self.simd.gather(sums, &self.kernels.near(), [&self.grid[0], &self.grid[1]]);
         for [_, _, re, im] in sums {
             (*re, *im) = (*re / balance, *im / balance);
         }
     }
 
-    /// Writes the real parts of sums over all waves, each with two complex coordinates, of which those
-    /// of the second kind are scaled on the way.
+    /// Writes the real parts of sums over all waves into `u` and `v`, from two complex coordinates per
+    /// wave. Scales the second coordinates in place.
     pub(crate) fn compose(&mut self, coordinates: &mut [[f64; 4]], u: &mut [f64], v: &mut [f64]) {
         let (blocks, size) = (self.blocks, self.size);
         let largest = coordinates.iter().fold([0.0, 0.0], |[u, v]: [f64; 2], of| {
@@ -139,16 +140,16 @@ impl Cosines {
         let [of_u, of_v] = &mut self.grid;
         of_u.fill(0.0);
         of_v.fill(0.0);
-        self.sweeps.spread(Parts(of_u, of_v), &self.kernels.near(), coordinates);
+        self.simd.spread(Parts(of_u, of_v), &self.kernels.near(), coordinates);
         for grid in [of_u, of_v] {
             for beyond in 1..=BEYOND {
                 grid[BEYOND + beyond] += grid[BEYOND - beyond];
                 grid[BEYOND + size - beyond] -= grid[BEYOND + size + beyond];
             }
-            // There all cosines are 0.
+            // All cosines are 0 there.
             grid[BEYOND + size] = 0.0;
         }
-        // What `project` does, transposed: `W_k = w_k (D_k + i D_{G-k}) / 2`.
+        // The transpose of `project`: `W_k = w_k (D_k + i D_{G-k}) / 2`.
         let ([d_u, d_v], [cos, sin]) = (&self.grid, &self.quarter_turns);
         let [re, im] = &mut self.values;
         (re[0], im[0]) = (d_u[BEYOND], d_v[BEYOND]);
@@ -170,20 +171,19 @@ impl Cosines {
     fn transform(&mut self) {
         let [re, im] = &mut self.values;
         let [a, b] = &mut self.scratch;
-        self.sweeps.fourier(Parts(re, im), Parts(a, b), [&self.turns[0], &self.turns[1]]);
+        self.simd.fourier(Parts(re, im), Parts(a, b), [&self.turns[0], &self.turns[1]]);
     }
 }
 
-/// Where a number stands in the Fourier transform that a cosine transform is made of (Makhoul
-/// 1980): the even ones in front, the odd ones behind in reverse.
+/// Index of a number in the Fourier transform that computes a cosine transform (Makhoul 1980): even ones
+/// first, then odd ones in reverse.
 #[inline]
 fn place(p: usize, size: usize) -> usize {
     if p.is_multiple_of(2) { p / 2 } else { size - 1 - p / 2 }
 }
 
-/// What the second of two kinds of numbers is multiplied with so that they are of the same size: both
-/// pass through one transform, and each rounds as the larger does. A power of two, which rounds
-/// nothing.
+/// Factor that brings the second of two quantities to the size of the first. Both pass through one
+/// transform, which rounds each relative to the larger. A power of two, so that scaling is exact.
 fn balance(first: f64, second: f64) -> f64 {
     const BIAS: i64 = 1023;
     const MOST: i64 = 500;
@@ -192,12 +192,12 @@ fn balance(first: f64, second: f64) -> f64 {
     f64::from_bits(((BIAS + between.clamp(-MOST, MOST)) as u64) << 52)
 }
 
-/// As large as `w h y` of the nearest images.
+/// The largest `w h y` of the nearest images.
 fn beta() -> f64 {
     HALF_WIDTH * 1.5 * std::f64::consts::PI
 }
 
-/// What passes numbers between a grid and the wave numbers beside it.
+/// Interpolation between a grid and the wave numbers beside it.
 #[derive(Debug, Clone)]
 struct Kernels {
     first: Arc<[u32]>,
@@ -206,9 +206,9 @@ struct Kernels {
 }
 
 impl Kernels {
-    /// On a grid of `size` from 0 to `pi`; `None` if a wave number lies too far from the real axis, or
-    /// beyond 0 and `pi`.
-    fn of(wave_numbers: impl Iterator<Item = Complex>, size: usize, sweeps: Sweeps) -> Option<Kernels> {
+    /// On a grid of `size` points from 0 to `pi`; `None` if a wave number is too far from the real axis,
+    /// or not between 0 and `pi`.
+    fn of(wave_numbers: impl Iterator<Item = Complex>, size: usize, simd: Simd) -> Option<Kernels> {
         let spacing = std::f64::consts::PI / size as f64;
         let (mut first, mut re, mut im) = (Vec::new(), Vec::new(), Vec::new());
         for q in wave_numbers {
@@ -225,7 +225,7 @@ impl Kernels {
                 let quarter = (Complex::ONE - share * share).scaled(beta() * beta() / 4.0);
                 (*re, *im) = (quarter.re, quarter.im);
             }
-            sweeps.bessel(&mut of_re, &mut of_im);
+            simd.bessel(&mut of_re, &mut of_im);
             first.push((from + BEYOND as f64) as u32);
             re.push(of_re);
             im.push(of_im);
@@ -249,9 +249,9 @@ fn over_psi(reach: f64) -> f64 {
 mod tests {
     use super::Cosines;
     use crate::complex::Complex;
-    use crate::sweep::Sweeps;
+    use crate::kernels::Simd;
 
-    /// Of velocities, where displacements are of size 1.
+    /// Size of velocities, for displacements of size 1.
     const V_SIZE: f64 = 1e-9;
 
     #[test]
@@ -268,8 +268,8 @@ mod tests {
             let (u, v) = (pattern(3), pattern(17).iter().map(|x| V_SIZE * x).collect::<Vec<_>>());
             let cosine = |j: usize, block: usize| wave(j).scaled(n - block as f64 - 0.5).sin_cos().1;
             let mut first = None;
-            for sweeps in Sweeps::available() {
-                let mut cosines = Cosines::of((0..blocks).map(wave), blocks, sweeps).unwrap();
+            for simd in Simd::available() {
+                let mut cosines = Cosines::of((0..blocks).map(wave), blocks, simd).unwrap();
                 let mut sums = Vec::new();
                 cosines.project(&u, &v, &mut sums);
                 let allowed = 1e-14 * n;
@@ -297,14 +297,14 @@ mod tests {
                     }
                 }
                 let found = (sums, new_u, new_v);
-                assert!(first.get_or_insert_with(|| found.clone()) == &found, "{sweeps:?}");
+                assert!(first.get_or_insert_with(|| found.clone()) == &found, "{simd:?}");
             }
         }
     }
 
     #[test]
     fn wave_numbers_far_from_the_axis_are_refused() {
-        let of = |re: f64, im: f64| Cosines::of(std::iter::once(Complex { re, im }), 100, Sweeps::Baseline);
+        let of = |re: f64, im: f64| Cosines::of(std::iter::once(Complex { re, im }), 100, Simd::Baseline);
         assert!(of(1.0, 0.0).is_some() && of(3.1, 1e-3).is_some());
         assert!(of(1.0, 0.1).is_none() && of(-0.1, 0.0).is_none() && of(3.2, 0.0).is_none());
         assert!(of(f64::NAN, 0.0).is_none() && of(1.0, f64::NAN).is_none());

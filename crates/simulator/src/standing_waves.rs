@@ -1,30 +1,30 @@
-//! The modes of a long stuck chain, in memory that grows as its length.
+//! The modes of a long stuck chain, in memory proportional to its length.
 //!
-//! All blocks but the first are held alike, so a mode ([`crate::modes`]) is a standing
-//! wave that meets the free end: `x_n = cos q (N - n - 1/2)` with `n` from 0, up to its
-//! size. With `s, kappa, sigma = (dt^2 / m)(k_t, k, K)` and `d = (dt / m) eta`,
+//! All blocks but the first have the same springs, so a mode ([`crate::modes`]) is a standing wave that
+//! meets the free end: `x_n = cos q (N - n - 1/2)` with `n` from 0, up to its amplitude. With
+//! `s, kappa, sigma = (dt^2 / m)(k_t, k, K)` and `d = (dt / m) eta`,
 //!
 //! ```text
 //! z^2 + (1 + z) s + (z d + (1 + z) kappa) (2 - 2 cos q) = 0
 //! ```
 //!
-//! tells `z` from `q`, and the driven end which `q` there are:
+//! gives `z` as a function of `q`, and the driven end determines the values of `q`:
 //!
 //! ```text
 //! (2 - c) sin qN sin(q / 2) = c cos qN cos(q / 2),    c = (1 + z) sigma / (z d + (1 + z) kappa).
 //! ```
 //!
-//! `c` is small, so the waves are close to those of a free chain, `q = pi j / N`, from
-//! where Newton's method finds each: one for a pair of complex `z`, two for two
-//! real ones. A drive of all blocks by equal springs holds them all alike, with `s + sigma` for `s`;
-//! then `c = 0`, and `q = pi j / N` it is.
+//! `c` is small, so the waves are close to those of a free chain, `q = pi j / N`, from where Newton's
+//! method finds each: one for a pair of complex `z`, two for two real ones. A drive of all blocks by
+//! equal springs adds the same stiffness to all of them; then `s + sigma` replaces `s`, `c = 0`, and
+//! `q = pi j / N` exactly.
 //!
-//! No wave is stored: sums over blocks and over waves are taken by [`crate::cosines`], in a time
-//! that grows as `N log N`. Those of one wave alone are closed, as
+//! No wave is stored: [`crate::nonuniform_cosines`] computes sums over blocks and over waves in a time
+//! that grows as `N log N`. Sums over a single wave have closed forms, as
 //! `2 sin q sum_p cos 2q (p + 1/2) = sin 2qP` over `P` blocks.
 //!
-//! That they are all modes is checked with a state without pattern, and again in every
-//! jump: its residue is put together again, and what is missing counts.
+//! Completeness of the modes is checked with a pseudo-random state, and again in every jump: its residue
+//! is composed again from the modes, and the difference enters the bounds.
 
 use std::sync::Arc;
 
@@ -32,32 +32,30 @@ use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
 use crate::complex::Complex;
-use crate::cosines::Cosines;
+use crate::kernels::Simd;
 use crate::modes::{Coordinates, Powers};
-use crate::sweep::Sweeps;
+use crate::nonuniform_cosines::Cosines;
 
-/// Largest deviation of a state that is put together again, per block: rounding adds
-/// up along a wave.
+/// Largest difference, per block, of a state that is projected and composed again: rounding accumulates
+/// along a wave.
 pub(crate) const DEFECT_PER_BLOCK: f64 = 1e-14;
 
-/// Steps after which waves are first asked how calm they have become, a power of two, and most of
-/// them.
+/// Steps after which waves are first checked for calm, a power of two, and most of them.
 const CALMING_STEPS: u64 = 64;
 const MOST_CALMING_STEPS: u64 = 4096;
 
 /// Most rounds to find a wave; some six are usual.
 const MOST_ROUNDS: usize = 60;
 
-/// The standing waves of a stuck chain; those of complex `z` stand for their conjugates
-/// too.
+/// The standing waves of a stuck chain; each complex `z` also represents its conjugate.
 #[derive(Debug, Clone)]
-pub(crate) struct Waves {
+pub(crate) struct StandingWaves {
     blocks: usize,
     dt: f64,
     cosines: Cosines,
     waves: Arc<[Wave]>,
     powers: Powers,
-    /// Velocities in displacement per step, and what each wave has to do with a state.
+    /// Velocities in displacement per step, and the projection of a state onto each wave.
     scratch: Vec<f64>,
     sums: Vec<[f64; 4]>,
 }
@@ -65,21 +63,21 @@ pub(crate) struct Waves {
 /// One wave.
 #[derive(Debug, Clone, Copy)]
 struct Wave {
-    /// 2 for a pair, 1 for a real one.
+    /// 2 for a pair of conjugate modes, 1 for a real one.
     times: f64,
-    /// Displacements to velocities in displacement per step: `z / (1 + z)`.
+    /// Factor from displacements to velocities in displacement per step: `z / (1 + z)`.
     velocity: Complex,
-    /// What the sums over displacements and velocities, and those of the first block besides,
-    /// are multiplied with to give the coordinate.
+    /// Factors of the sums over displacements and velocities, and of the first block's values, in the
+    /// coordinate.
     of_u: Complex,
     of_v: Complex,
     of_first_u: Complex,
     of_first_v: Complex,
-    /// The largest force on the first block by a wave of size 1.
+    /// The largest force on the first block by a wave of amplitude 1.
     first_force_n: f64,
-    /// The largest force on the other blocks by a wave of size 1.
+    /// The largest force on the other blocks by a wave of amplitude 1.
     force_n: f64,
-    /// What [`CALMING_STEPS`] leave of it.
+    /// Factor on its amplitude over [`CALMING_STEPS`].
     shrinks: f64,
 }
 
@@ -99,28 +97,28 @@ impl Constants {
         let t = shape.scaled(self.kappa) + self.s.into();
         let half = (t + shape.scaled(self.d)).scaled(0.5);
         let root = (half * half - t).sqrt();
-        // Of a pair, the one above the axis, on whichever side of it rounding puts the root.
+        // Of a pair, the root above the axis, whichever side rounding puts it on.
         let root = if root.im < -root.re { Complex::ZERO - root } else { root };
         if sign < 0.0 {
             Complex::ZERO - half - root
         } else if half.re > 0.0 && root.re > 0.0 {
-            // Without the difference of what is nearly equal.
+            // Avoids the difference of nearly equal numbers.
             Complex::ZERO - t / (half + root)
         } else {
             root - half
         }
     }
 
-    /// The wave number near that of the free chain's mode `j`, and its `z`. They depend
-    /// on each other through `c` alone, which hardly changes: in turns, Newton's method
-    /// with `c` as it is, and `c` from the new `z`.
+    /// The wave number near that of the free chain's mode `j`, and its `z`. They depend on each other
+    /// only through `c`, which hardly changes; Newton's method with a fixed `c` alternates with updates
+    /// of `c` from the new `z`.
     fn wave(&self, j: usize, sign: f64, blocks: f64) -> Option<(Complex, Complex)> {
         let free = std::f64::consts::PI * j as f64 / blocks;
         if self.sigma == 0.0 {
             return Some((free.into(), self.root(free.into(), sign)));
         }
         let small = self.sigma / self.kappa;
-        // The lowest, which the free chain does not have, from `q^2 N = c`.
+        // The lowest wave, which the free chain does not have, from `q^2 N = c`.
         let guess = if j == 0 { (small / blocks).sqrt() } else { free + small / (free * blocks) };
         let mut q = Complex::from(guess);
         let mut z = self.root(q, sign);
@@ -146,9 +144,9 @@ impl Constants {
     }
 }
 
-impl Waves {
+impl StandingWaves {
     /// The waves of a plan's stuck chain; `None` if not all are found, or one grows.
-    pub(crate) fn of(plan: &Plan, chain: &Chain, sweeps: Sweeps) -> Option<Waves> {
+    pub(crate) fn of(plan: &Plan, chain: &Chain, simd: Simd) -> Option<StandingWaves> {
         let blocks = plan.blocks;
         let (dt, m) = (plan.grid.step_s(), plan.block_mass_kg);
         let (side_n_per_m, top_n_per_m) = driving(plan)?;
@@ -173,7 +171,7 @@ impl Waves {
         if !powers.none_grows() {
             return None;
         }
-        let cosines = Cosines::of(found.iter().map(|(q, ..)| *q), blocks, sweeps)?;
+        let cosines = Cosines::of(found.iter().map(|(q, ..)| *q), blocks, simd)?;
         let wave = |&(q, z, times): &(Complex, Complex, f64)| {
             let x = |n: usize| q.scaled(blocks as f64 - n as f64 - 0.5).sin_cos().1;
             let (x0, x1, square) = (x(0), x(1), square_of_others(q, blocks));
@@ -187,7 +185,7 @@ impl Waves {
                 + project_first * x0
                 + (x0 - project_first) * velocity * x0;
             let pull = Complex::from(chain.stiffness_n_per_m) + velocity.scaled(chain.damping_kg_per_s / dt);
-            // No cosine of the wave is larger.
+            // Bound on the wave's cosines.
             let most = libm::cosh(q.im * blocks as f64);
             let held = x0.scaled(side_n_per_m + top_n_per_m);
             Wave {
@@ -204,12 +202,11 @@ impl Waves {
         };
         let waves: Arc<[Wave]> = found.iter().map(wave).collect();
         let (scratch, sums) = (vec![0.0; blocks], vec![[0.0; 4]; waves.len()]);
-        let mut waves = Waves { blocks, dt, cosines, waves, powers, scratch, sums };
+        let mut waves = StandingWaves { blocks, dt, cosines, waves, powers, scratch, sums };
         waves.tell_all(plan).then_some(waves)
     }
 
-    /// Whether a state without pattern is what it was when it has been taken apart and
-    /// put together again.
+    /// Whether a pseudo-random state is recovered after projection and composition.
     fn tell_all(&mut self, plan: &Plan) -> bool {
         let held = plan.elastic.spectral_bound_n_per_m() + plan.friction.interfacial_stiffness_n_per_m;
         let rate = (held / plan.block_mass_kg).sqrt();
@@ -230,9 +227,9 @@ impl Waves {
         state.iter().zip(&again).zip(units).all(|((a, b), unit)| (a - b).abs() <= defect * unit)
     }
 
-    /// A state's coordinates; displacements, then velocities.
+    /// Projects a state; displacements first, then velocities.
     pub(crate) fn project(&mut self, state: &[f64], coordinates: &mut Coordinates) {
-        let Waves { blocks, dt, cosines, waves, scratch, sums, .. } = self;
+        let StandingWaves { blocks, dt, cosines, waves, scratch, sums, .. } = self;
         let (u, velocity) = state.split_at(*blocks);
         for (v, velocity) in scratch.iter_mut().zip(velocity) {
             *v = velocity * *dt;
@@ -252,10 +249,10 @@ impl Waves {
         }
     }
 
-    /// The state with these coordinates, but for waves of at most the size `least`.
+    /// The state with these coordinates, without waves of at most the size `least`.
     pub(crate) fn compose_above(&mut self, coordinates: &Coordinates, least: f64, state: &mut [f64]) {
-        let Waves { blocks, dt, cosines, waves, sums, .. } = self;
-        // What each wave adds to displacements and velocities.
+        let StandingWaves { blocks, dt, cosines, waves, sums, .. } = self;
+        // Contributions of each wave to displacements and velocities.
         for ((wave, sums), (&re, &im)) in
             waves.iter().zip(&mut *sums).zip(coordinates.re.iter().zip(&coordinates.im))
         {
@@ -285,9 +282,9 @@ impl Waves {
         swing[0] = of_first;
     }
 
-    /// The same for ever more steps later, until `is_calm` says of a bound on the forces on the first
-    /// block and on the others that it will do: after how many steps that is, of at most some
-    /// thousand, and how often it was asked.
+    /// Finds after how many steps, some thousand at most, the waves are calm: when `is_calm` accepts a
+    /// bound on the forces on the first block and on the others. Returns these steps, and the number of
+    /// calls.
     pub(crate) fn calm_after(
         &self,
         coordinates: &Coordinates,
@@ -322,8 +319,8 @@ impl Waves {
     }
 }
 
-/// The stiffness of the spring of a drive at block 1 alone, or of those of one that pulls at all
-/// blocks alike; 0 for the other. `None` for other drives.
+/// The stiffness of the drive's spring at block 1, or of its equal springs at all blocks; the other
+/// number is 0. `None` for other drives.
 fn driving(plan: &Plan) -> Option<(f64, f64)> {
     if let Some(spring) = plan.drive.only_side() {
         return Some((spring.stiffness_n_per_m, 0.0));
@@ -337,7 +334,7 @@ fn driving(plan: &Plan) -> Option<(f64, f64)> {
 fn square_of_others(q: Complex, blocks: usize) -> Complex {
     let others = blocks as f64 - 1.0;
     let (double, (sin, _)) = (q.scaled(2.0 * others).sin_cos().0, q.sin_cos());
-    // The one that does not oscillate at all.
+    // The wave that does not oscillate.
     let turning = if sin.size() == 0.0 { Complex::from(2.0 * others) } else { double / sin };
     (turning.scaled(0.5) + others.into()).scaled(0.5)
 }
@@ -346,10 +343,10 @@ fn square_of_others(q: Complex, blocks: usize) -> Complex {
 mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
-    use super::Waves;
+    use super::StandingWaves;
+    use crate::kernels::Simd;
     use crate::modes::{Coordinates, Modes, StoredModes};
-    use crate::step_map::StepMap;
-    use crate::sweep::Sweeps;
+    use crate::propagator::Propagator;
 
     #[test]
     fn waves_tell_all_of_a_state_and_do_what_stored_modes_do() {
@@ -364,11 +361,12 @@ mod tests {
             let source = set.iter().fold(source, |source, value| source.with_override(value));
             let plan = Plan::new(&Scenario::resolve(&source).unwrap());
             let blocks = plan.blocks;
-            let mut waves = Waves::of(&plan, plan.elastic.chain(), Sweeps::Baseline)
+            let mut waves = StandingWaves::of(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline)
                 .unwrap_or_else(|| panic!("{set:?}: the chain has waves"));
-            let stored = StoredModes::of(&StepMap::of(&plan, plan.elastic.chain()), Sweeps::Baseline);
+            let stored =
+                StoredModes::of(&Propagator::of(&plan, plan.elastic.as_chain().unwrap()), Simd::Baseline);
             let mut modes = Modes::new(stored.expect("the chain has modes"));
-            // Of block 7's displacement and the last one's velocity, all waves have a part.
+            // All waves contribute to the displacement of block 7 and the velocity of the last block.
             let mut state = vec![0.0; 2 * blocks];
             state[6 % blocks] = 1e-9;
             state[2 * blocks - 1] = 1e-4;
@@ -390,7 +388,7 @@ mod tests {
             waves.bound(&by_waves, &mut swing);
             modes.bound(&by_modes, &mut bound);
             for (swing, bound) in swing.iter().zip(&bound) {
-                // Every wave as if it had a crest at every block.
+                // The bound treats every wave as if it had a crest at every block.
                 assert!(*swing >= 0.999 * bound && *swing <= 6.0 * bound, "{set:?}: {swing} {bound}");
             }
             by_waves.grow_by(&waves.growth(12_345));
@@ -407,9 +405,10 @@ mod tests {
             .with_override("slider.blocks=17")
             .with_override("drive.stiffness_n_per_m=4e9");
         let plan = Plan::new(&Scenario::resolve(&source).unwrap());
-        assert!(Waves::of(&plan, plan.elastic.chain(), Sweeps::Baseline).is_none());
+        assert!(StandingWaves::of(&plan, plan.elastic.as_chain().unwrap(), Simd::Baseline).is_none());
         assert!(
-            StoredModes::of(&StepMap::of(&plan, plan.elastic.chain()), Sweeps::Baseline).is_some(),
+            StoredModes::of(&Propagator::of(&plan, plan.elastic.as_chain().unwrap()), Simd::Baseline)
+                .is_some(),
             "unlike stored modes"
         );
     }

@@ -1,20 +1,19 @@
-//! What the map of a step depends on, as far as it is linear in the state: neither thresholds nor
-//! loads, nor where the drive point is.
+//! The linear part of a step as a map of the state. It depends neither on thresholds and loads nor on
+//! the position of the drive point.
 //!
-//! The polynomials of windows ([`crate::basis`]) and the modes of the stuck chain
-//! ([`crate::modes`]) are made of this and of nothing else, so runs that have it in common can have
-//! them in common ([`crate::kept`]).
+//! The polynomials of windows ([`crate::chebyshev`]) and the modes of the stuck chain ([`crate::modes`])
+//! depend on this alone, so runs with the same propagator share them ([`crate::operator_cache`]).
 
 use asperity_model::Plan;
 use asperity_model::elastic::{Chain, Elastic};
 
 /// The linear part of a plan's steps.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct StepMap {
+pub(crate) struct Propagator {
     pub(crate) step_s: f64,
     pub(crate) block_mass_kg: f64,
     pub(crate) chain: Chain,
-    /// Of the friction spring of a stuck block.
+    /// Stiffness of the friction spring of a stuck block.
     pub(crate) interfacial_stiffness_n_per_m: f64,
     /// `K_n` of every block.
     pub(crate) drive_n_per_m: Vec<f64>,
@@ -22,9 +21,9 @@ pub(crate) struct StepMap {
     pub(crate) stiffest_drive_n_per_m: f64,
 }
 
-impl StepMap {
-    pub(crate) fn of(plan: &Plan, chain: &Chain) -> StepMap {
-        StepMap {
+impl Propagator {
+    pub(crate) fn of(plan: &Plan, chain: &Chain) -> Propagator {
+        Propagator {
             step_s: plan.grid.step_s(),
             block_mass_kg: plan.block_mass_kg,
             chain: *chain,
@@ -34,7 +33,7 @@ impl StepMap {
         }
     }
 
-    /// The chain as any body.
+    /// The chain as an [`Elastic`].
     pub(crate) fn elastic(&self) -> Elastic {
         Elastic::Chain(self.chain)
     }
@@ -43,9 +42,9 @@ impl StepMap {
         self.drive_n_per_m.len()
     }
 
-    /// All of it, to the bit.
+    /// All numbers, as bits.
     pub(crate) fn bits(&self) -> Vec<u64> {
-        let StepMap {
+        let Propagator {
             step_s,
             block_mass_kg,
             chain,

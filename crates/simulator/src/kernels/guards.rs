@@ -2,13 +2,13 @@
 
 use std::hint::select_unpredictable;
 
-use crate::sweep::step::sign;
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
+use crate::kernels::step::sign;
 
-impl Sweeps {
+impl Simd {
     dispatch! {
-        /// How far each block stays from switching over a window; whether any does
-        /// not, by the bounds.
+        /// How far each block stays from switching over a window; returns whether the bounds fail to
+        /// exclude a switch of any block.
         margins(kept: &mut [f64], course: &Course<'_>) -> bool
     }
 
@@ -18,23 +18,23 @@ impl Sweeps {
     }
 
     dispatch! {
-        /// The same from the forces and velocities of two steps; thresholds fall by the share
-        /// `decline` in each.
+        /// Steps until the first guard would reach its limit, from the forces and velocities of two
+        /// steps; thresholds fall by the share `decline` in each step.
         crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64], decline: f64) -> f64
     }
 }
 
-/// What bounds keep in reserve for what is left out and for rounding, for one
-/// length of window: of forces of stuck blocks and velocities of sliding ones.
+/// Reserve of the bounds for truncation and rounding, for one length of window: of forces of stuck
+/// blocks and velocities of sliding ones.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reserve {
     /// Added to second differences.
     pub(crate) stuck_bend: f64,
     pub(crate) sliding_bend: f64,
-    /// Kept from the limit.
+    /// Distance to be kept from the limit.
     pub(crate) stuck: f64,
     pub(crate) sliding: f64,
-    /// Share of a threshold that counts.
+    /// Share of a threshold that counts as the limit.
     pub(crate) share: f64,
 }
 
@@ -42,7 +42,7 @@ pub(crate) struct Reserve {
 pub(crate) struct Course<'a> {
     pub(crate) now: &'a [f64],
     pub(crate) rate: &'a [f64],
-    /// What its end adds to now and the rate.
+    /// Contribution of the window's last step, besides the value at the start and the rate.
     pub(crate) sum: &'a [f64],
     /// Bound on second differences.
     pub(crate) bend: &'a [f64],
@@ -50,16 +50,16 @@ pub(crate) struct Course<'a> {
     pub(crate) stuck_unit: f64,
     pub(crate) sliding_unit: f64,
     pub(crate) sigma: &'a [f64],
-    /// Thresholds at the start, and what they are at the end over that.
+    /// Thresholds at the start, and their ratio at the end to that.
     pub(crate) threshold: &'a [f64],
     pub(crate) decline: f64,
     pub(crate) steps: f64,
     pub(crate) reserve: &'a Reserve,
 }
 
-/// How far a guard stays from its limit on the way from `from` to `to`, by the better
-/// of two bounds: the chord, and the tangent, which ends at `tangent`. The threshold goes
-/// straight from the first to the second.
+/// How far a guard stays from its limit between `from` and `to`, by the better of two bounds: from the
+/// chord, and from the tangent, which ends at `tangent`. The threshold changes linearly from the first
+/// to the second.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "numbers of one block, in registers")]
 pub(crate) fn margin(
@@ -76,8 +76,8 @@ pub(crate) fn margin(
     let more_bend = select_unpredictable(stuck, reserve.stuck_bend, reserve.sliding_bend);
     let limit = select_unpredictable(stuck, -reserve.stuck, -reserve.sliding);
     let (first, last) = (reserve.share * threshold, reserve.share * last_threshold);
-    // Distance from the limit, but for the reserve: of what is stuck, how much force is
-    // missing; of what slides, how much velocity there is.
+    // Distance from the limit without the reserve: the missing force of a stuck block, the velocity of a
+    // sliding one.
     macro_rules! clear {
         ($limit:expr, $guard:expr) => {
             select_unpredictable(stuck, $limit - $guard.abs(), sigma * $guard)
@@ -106,14 +106,14 @@ fn margins(kept: &mut [f64], course: &Course<'_>) -> bool {
         let thresholds = [threshold[n], threshold[n] * decline];
         let margin = margin(now[n], end, tangent, steps, bend, sigma[n], thresholds, reserve);
         kept[n] = margin;
-        // Written so that what is not a number is a doubt.
+        // Written so that NaN counts as a possible switch.
         let stays = margin > 0.0;
         any |= u64::from(!stays);
     }
     any != 0
 }
 
-/// Guards of blocks, and where they switch.
+/// Guards of blocks, and the limits at which they switch.
 pub(crate) struct Guarded<'a> {
     pub(crate) now: &'a [f64],
     pub(crate) rate: &'a [f64],
@@ -162,12 +162,12 @@ fn crossing_ahead(steps: &Steps<'_>, slip: &[f64], threshold: &[f64], decline: f
 /// The bits of infinity.
 const NEVER: i64 = f64::INFINITY.to_bits() as i64;
 
-/// Steps until one guard would reach its limit, as bits: in the order of the numbers, but
-/// for negative ones among themselves, and the least of integers is found in vectors.
+/// Steps until one guard would reach its limit, as the bits of a double. Bits sort like the numbers,
+/// except among negative ones, and the minimum of integers is vectorised.
 #[inline(always)]
 fn crossing(now: f64, rate: f64, sigma: f64, limit: f64, decline: f64) -> i64 {
     let stuck = sigma == 0.0;
-    // Where thresholds come down one may be met on either side.
+    // A falling threshold may be reached on either side.
     let by_rate = select_unpredictable(rate > 0.0, now, -now);
     let towards = select_unpredictable(decline == 0.0, by_rate, now.abs());
     let room = select_unpredictable(stuck, limit - towards, sigma * now);

@@ -1,20 +1,20 @@
-//! What holds the slider together: how its nodes pull at each other, and the invariant of that.
+//! The pull between the nodes of a chain, and the invariant of the scheme.
 //!
-//! The stencil itself stands in [`asperity_model::elastic`]; here it is compiled for every
-//! instruction set. These sweeps, and all that are made of them, are of chains.
+//! The stencil is defined in [`asperity_model::elastic`]; here it is compiled for every instruction set.
+//! The kernels that build on these are for chains as well.
 
 use asperity_model::elastic::Chain;
 
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
 
-impl Sweeps {
+impl Simd {
     dispatch! {
         /// The pull of springs and dashpots on every node (5.6, 5.7), without drive and friction.
         pull(tau: &mut [f64], u: &[f64], v: &[f64], chain: &Chain)
     }
 
     dispatch! {
-        /// The part of `I(u, v)` of springs, dashpots and friction springs, with the mass of a node
+        /// The part of `I(u, v)` from springs, dashpots and friction springs, with the mass of a node
         /// and the time step.
         invariant(spring: &[f64], u: &[f64], v: &[f64], chain: &Chain, mass: f64, dt: f64) -> f64
     }
@@ -34,7 +34,7 @@ fn invariant(spring: &[f64], u: &[f64], v: &[f64], chain: &Chain, mass: f64, dt:
             mass * $v * $v + $spring * $u * ($u - dt * $v)
         };
     }
-    // Lanes of their own: the order of the sum is the same on every machine.
+    // Independent lanes: the order of the sum is the same on every machine.
     let mut lanes = [0.0; 8];
     let mut at = 0;
     while at + 8 < blocks {

@@ -1,10 +1,10 @@
-//! What becomes of runs whose time step is too long for them.
+//! Runs whose time step is too long are stopped.
 
 use asperity_model::Plan;
 use asperity_record::{Energy, Record, RunStatus, StepRecord};
 use asperity_simulator::{MOST_SCHEME_SHARE, Plain, SimulationError, Solver, SolverKind};
 
-/// A scenario as stated, with a time step of about that share of the longest stable one.
+/// A built-in scenario, with a time step of about that share of the longest stable one.
 fn plan(name: &str, share: f64, sets: &[&str]) -> Plan {
     let sets: Vec<String> =
         ["parameter_set=as-stated"].iter().chain(sets).map(|set| (*set).to_owned()).collect();
@@ -14,7 +14,7 @@ fn plan(name: &str, share: f64, sets: &[&str]) -> Plan {
     asperity_testkit::plan(name, &[&sets[..], &[format!("time.step_s={step_s:e}")]].concat())
 }
 
-/// How a run ended, after how many slip events, and its last step record.
+/// How a run ended, the number of its slip events, and its last step record.
 struct Ended {
     error: Option<SimulationError>,
     events: usize,
@@ -55,7 +55,7 @@ fn near_the_longest_step_runs_are_stopped_or_count_as_with_a_short_one() {
         "load-on-far-end",
         "scattered-friction",
     ] {
-        // The top drive slips once, behind 7 s.
+        // The top drive slips once, after 7 s.
         let duration = if name == "top-driven" { "time.duration_s=8" } else { "time.duration_s=2" };
         let short = run(SolverKind::Fast.start(plan(name, 0.1, &[duration])));
         assert_eq!(short.error, None, "{name}");
@@ -92,7 +92,7 @@ fn near_the_longest_step_runs_are_stopped_or_count_as_with_a_short_one() {
     );
 }
 
-/// Fronts and pulses have the most of it: all their slips are single swings.
+/// Fronts and pulses have the largest share: all their slips are single swings.
 #[test]
 fn steps_that_are_advised_are_not_stopped() {
     for (name, at_least) in [("front", 0.0), ("slip-pulse", 0.03)] {
@@ -113,8 +113,8 @@ fn steps_that_are_advised_are_not_stopped() {
     }
 }
 
-/// Neither how a run is sampled nor which solver makes it decides where it stops, and what it says is
-/// what its last record holds.
+/// The step in which a run stops depends neither on sampling nor on the solver, and the error has the
+/// numbers of its last record.
 #[test]
 fn the_step_in_which_a_run_stops_is_its_own() {
     for (name, blocks) in [("default", "slider.blocks=22"), ("rigid-contacts", "slider.blocks=24")] {
@@ -141,7 +141,7 @@ fn the_step_in_which_a_run_stops_is_its_own() {
     }
 }
 
-/// A solver that was stopped says so whenever it is asked, and nothing can be saved behind its stop.
+/// A stopped solver returns its error at every further call, and cannot be saved after the stop.
 #[test]
 fn no_run_goes_on_behind_its_stop() {
     let sets = ["parameter_set=as-stated", "slider.blocks=24", "time.step_s=2.5e-6"];
@@ -162,7 +162,7 @@ fn no_run_goes_on_behind_its_stop() {
 /// Energies overflow long before displacements do.
 #[test]
 fn what_is_not_finite_is_named_and_never_recorded() {
-    // No scenario has such numbers: they are refused.
+    // Scenarios with such numbers are refused, so the plan is changed directly.
     let mut plan = asperity_testkit::plan("default", &["time.duration_s=1", "recording.sample_s=1e-6"]);
     plan.drive.velocity_m_per_s = 1e156;
     plan.friction.static_threshold_n.fill(1e158);

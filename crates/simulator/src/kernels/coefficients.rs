@@ -1,18 +1,18 @@
-//! The coefficients of terms ([`crate::basis`]), from step to step.
+//! The coefficients of terms ([`crate::chebyshev`]), advanced step by step.
 
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
 
-/// How many of them are followed.
+/// Number of coefficients that are computed.
 pub(crate) const FOLLOWED: usize = 64;
 
-impl Sweeps {
+impl Simd {
     dispatch! {
-        /// Takes note of the largest up to now.
+        /// Updates the largest magnitudes.
         note_largest(c: &mut Coefficients)
     }
 
     dispatch! {
-        /// Goes on to the next step: the coefficients of `A` times a sum of terms, and all sums.
+        /// Advances by one step: multiplies a sum of terms by `A`, and updates all sums.
         next_coefficients(c: &mut Coefficients)
     }
 }
@@ -24,14 +24,14 @@ pub(crate) struct Coefficients {
     stay: f64,
     half: f64,
     sigma: f64,
-    /// `c_j`, and these summed up over the steps before once, twice and three times.
+    /// `c_j`, and their sums over the steps before, taken once, twice and three times.
     pub(crate) now: [f64; FOLLOWED],
     single: [f64; FOLLOWED],
     pub(crate) double: [f64; FOLLOWED],
     pub(crate) triple: [f64; FOLLOWED],
-    /// Sums of `|c_j|`, and those summed up once and twice.
+    /// Sums of `|c_j|`, and these summed up once and twice.
     pub(crate) sums: [[f64; FOLLOWED]; 3],
-    /// The largest `|c_j|`, of all steps and since it was last set.
+    /// The largest `|c_j|`, over all steps and since it was last reset.
     pub(crate) whole: [f64; FOLLOWED],
     pub(crate) last: [f64; FOLLOWED],
 }
@@ -77,7 +77,7 @@ fn next_coefficients(c: &mut Coefficients) {
         double[j] += single[j];
         single[j] += now[j];
     }
-    // Each with its neighbours, none beyond the ends; `X w_0 = w_1` without the half.
+    // Each with its neighbours, none beyond the ends; `X w_0 = w_1` without the factor one half.
     let mut beside = [0.0; FOLLOWED + 2];
     beside[1..=FOLLOWED].copy_from_slice(now);
     let (mut below, above) = ([0.0; FOLLOWED], &beside[2..]);

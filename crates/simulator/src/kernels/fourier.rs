@@ -1,18 +1,18 @@
-//! Fourier sums, and what leads from their grid to wave numbers beside it and back.
+//! Fourier sums, and the interpolation between their grid and arbitrary wave numbers.
 
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
 
-/// Grid points around a wave number that its values are made of.
+/// Grid points used to interpolate at a wave number.
 pub(crate) const NEAR: usize = 16;
 
-impl Sweeps {
+impl Simd {
     dispatch! {
         /// `y_k = sum_j x_j exp(-2 pi i j k / size)`, in place, of a power of two.
         fourier(values: Parts<'_>, scratch: Parts<'_>, turns: [&[f64]; 2])
     }
 
     dispatch! {
-        /// Of each wave number, the sums over its grid points of weights times values.
+        /// For each wave number, the sums over its grid points of weights times values.
         gather(sums: &mut [[f64; 4]], near: &Near<'_>, values: [&[f64]; 2])
     }
 
@@ -23,14 +23,14 @@ impl Sweeps {
     }
 }
 
-impl Sweeps {
+impl Simd {
     dispatch! {
         /// The Bessel function `I_0(2 sqrt(z))` of complex numbers, by its power series `sum z^k / k!^2`.
         bessel(re: &mut [f64; NEAR], im: &mut [f64; NEAR])
     }
 }
 
-/// `1 / k^2`, from 1 on: more than a series ever needs.
+/// `1 / k^2`, from 1 on: more terms than any series needs.
 const OVER_SQUARES: [f64; 127] = {
     let mut values = [0.0; 127];
     let mut k = 1;
@@ -41,7 +41,7 @@ const OVER_SQUARES: [f64; 127] = {
     values
 };
 
-/// What is no part of a sum, by its square.
+/// Square of the relative size below which a term is dropped.
 const NO_PART: f64 = 1e-36;
 
 /// Real and imaginary parts, or two kinds of real numbers.
@@ -49,14 +49,15 @@ pub(crate) struct Parts<'a>(pub(crate) &'a mut [f64], pub(crate) &'a mut [f64]);
 
 /// The grid points around wave numbers.
 pub(crate) struct Near<'a> {
-    /// The first of each.
+    /// First grid point of each wave number.
     pub(crate) first: &'a [u32],
-    /// [`NEAR`] complex weights of each.
+    /// [`NEAR`] complex weights of each wave number.
     pub(crate) re: &'a [[f64; NEAR]],
     pub(crate) im: &'a [[f64; NEAR]],
 }
 
-/// By radix 4, and 2 in the end where that is left; Stockham's order, which needs no reversal.
+/// Radix 4, with a final radix 2 if the power of two is odd; Stockham's order, which needs no bit
+/// reversal.
 #[inline(always)]
 fn fourier(values: Parts<'_>, scratch: Parts<'_>, turns: [&[f64]; 2]) {
     let Parts(mut re, mut im) = values;
@@ -170,7 +171,7 @@ fn bessel(re: &mut [f64; NEAR], im: &mut [f64; NEAR]) {
                 ((x * z_re[t] - y * z_im[t]) * over_square, (x * z_im[t] + y * z_re[t]) * over_square);
             re[t] += x;
             im[t] += y;
-            // A sum that is complete stays as it is.
+            // A sum that has converged is no longer changed.
             let goes_on = x * x + y * y > NO_PART * (re[t] * re[t] + im[t] * im[t]);
             (term_re[t], term_im[t]) = if goes_on { (x, y) } else { (0.0, 0.0) };
             going_on += u64::from(goes_on);
@@ -190,7 +191,7 @@ fn total(lanes: &[f64; 8]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Parts, Sweeps};
+    use super::{Parts, Simd};
 
     #[test]
     fn fourier_sums_are_what_they_say_on_every_instruction_set() {
@@ -203,10 +204,10 @@ mod tests {
             };
             let (re, im) = (pattern(3), pattern(17));
             let mut first = None;
-            for sweeps in Sweeps::available() {
+            for simd in Simd::available() {
                 let (mut to_re, mut to_im) = (re.clone(), im.clone());
                 let (mut a, mut b) = (vec![0.0; size], vec![0.0; size]);
-                sweeps.fourier(Parts(&mut to_re, &mut to_im), Parts(&mut a, &mut b), [&cos, &sin]);
+                simd.fourier(Parts(&mut to_re, &mut to_im), Parts(&mut a, &mut b), [&cos, &sin]);
                 for k in 0..size {
                     let (mut x, mut y) = (0.0, 0.0);
                     for j in 0..size {
@@ -217,7 +218,7 @@ mod tests {
                     assert!((x - to_re[k]).abs() < 1e-12 && (y - to_im[k]).abs() < 1e-12, "{size}, {k}");
                 }
                 let found = (to_re, to_im);
-                assert!(first.get_or_insert_with(|| found.clone()) == &found, "{sweeps:?}");
+                assert!(first.get_or_insert_with(|| found.clone()) == &found, "{simd:?}");
             }
         }
     }

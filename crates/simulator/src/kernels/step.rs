@@ -6,35 +6,35 @@ use std::hint::select_unpredictable;
 use asperity_model::elastic::Chain;
 use asperity_model::law::{ContactLaw, Sliding, Turn, magnitude};
 
-use crate::sweep::elastic::pull;
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::elastic::pull;
+use crate::kernels::simd::{Simd, dispatch};
 
-impl Sweeps {
+impl Simd {
     dispatch! {
-        /// One step of a chain: `tau` as [`Sweeps::pull`] has it and the outer forces, friction, new
-        /// velocities and positions (4.13, 4.14); whether any contact may switch.
+        /// One step of a chain: `tau` from [`Simd::pull`] and the outer forces, friction, new velocities
+        /// and positions (4.13, 4.14). Returns whether any contact may switch.
         step(u_new: &mut [f64], v_new: &mut [f64], tau: &mut [f64], old: &Blocks<'_>, law: &L) -> bool
         where [L: ContactLaw]
     }
 
     dispatch! {
-        /// Sets the bit of every contact that switches in a step, or may where contacts age: 64
-        /// contacts to a number.
+        /// Sets the bit of every contact that switches in a step, or may switch where contacts age. Each
+        /// number has the bits of 64 contacts.
         switching(marks: &mut [u64], after: &After<'_, D>, law: &L) where [const D: usize, L: ContactLaw<D>]
     }
 }
 
-/// What a step of a chain depends on. Nodes move, contacts rub; every node carries one.
+/// The inputs of a chain's step. Nodes move, contacts rub; every node carries one contact.
 pub(crate) struct Blocks<'a> {
-    /// What holds the nodes together.
+    /// Bonds between the nodes.
     pub(crate) chain: &'a Chain,
-    /// Of each node.
+    /// One number per node.
     pub(crate) u: &'a [f64],
     pub(crate) v: &'a [f64],
     pub(crate) outer_force: &'a [f64],
-    /// Whether any but the ends are pulled from outside.
+    /// Whether a node other than the ends is pulled from outside.
     pub(crate) is_pulled_inside: bool,
-    /// Of each contact.
+    /// One number per contact.
     pub(crate) u_stick: &'a [f64],
     pub(crate) slip: &'a [f64],
     pub(crate) threshold: &'a [f64],
@@ -69,8 +69,8 @@ fn step<L: ContactLaw>(
         tau[0] += outer_force[0];
         tau[blocks - 1] += outer_force[blocks - 1];
     }
-    // By how much each contact is beyond where it switches: negative for all if none does, which
-    // their sign bits tell.
+    // Excess of each contact over its switch, whose sign bit is set if it does not switch; the bits of
+    // all contacts are combined by AND.
     let mut beyond = u64::MAX;
     for n in 0..blocks {
         let slides = slip[n] != 0.0;
@@ -81,7 +81,7 @@ fn step<L: ContactLaw>(
             step_over_mass_s_per_kg: dt_over_m,
         });
         let force = if L::HOLDS {
-            // What is stuck is held by just as much as pulls.
+            // The net force on a stuck contact is zero.
             select_unpredictable(slides, tau[n] - drag, 0.0)
         } else {
             tau[n] - select_unpredictable(slides, drag, kt * (u[n] - u_stick[n]))
@@ -98,15 +98,14 @@ fn step<L: ContactLaw>(
     is_positive(beyond)
 }
 
-/// Whether the sign bit is clear: of bits of which all are set that every number had, whether
-/// any of them was 0 or above.
+/// Whether the sign bit is clear. Applied to the AND of the bits of several numbers: whether any of them
+/// was 0 or above.
 #[inline(always)]
 fn is_positive(bits: u64) -> bool {
     bits >> 63 == 0
 }
 
-/// A step that has been taken, but for its switches. Vectors are given by the numbers along each
-/// tangential freedom.
+/// A step that has been taken, except for its switches. Vectors have one array per tangential freedom.
 pub(crate) struct After<'a, const D: usize> {
     pub(crate) slip: &'a [f64],
     /// Before the step and after it.
@@ -137,7 +136,7 @@ fn switching<const D: usize, L: ContactLaw<D>>(marks: &mut [u64], after: &After<
     }
 }
 
-/// The sign of a velocity; 0 for 0, where `v / |v|` would be no number.
+/// The sign of a velocity; 0 for 0, where `v / |v|` would be NaN.
 #[inline]
 pub(super) fn sign(velocity: f64) -> f64 {
     select_unpredictable(velocity.abs() > 0.0, 1f64.copysign(velocity), 0.0)
@@ -151,10 +150,10 @@ mod tests {
     use asperity_model::laws::FrictionLaw;
     use asperity_model::{Scenario, ScenarioSource};
 
-    use super::{After, Blocks, Sweeps};
+    use super::{After, Blocks, Simd};
     use crate::law::{ChainLoops, loops};
 
-    /// Numbers without pattern, the same on every machine.
+    /// Pseudo-random numbers, the same on every machine.
     fn noise(seed: u64, count: usize) -> Vec<f64> {
         let mut state = seed;
         (0..count)
@@ -165,7 +164,7 @@ mod tests {
             .collect()
     }
 
-    /// The loops of all registered laws, by every rule of re-attachment.
+    /// The loops of all registered laws, with every rule of re-attachment.
     fn all_laws() -> Vec<Arc<dyn ChainLoops>> {
         let rules = ["", "friction.reattach = \"two-way\"\n"];
         let texts = rules.iter().flat_map(|rule| {
@@ -182,7 +181,7 @@ mod tests {
             .flat_map(|blocks| all_laws().into_iter().map(move |law| (blocks, law)))
         {
             let chain = Chain { nodes: blocks, stiffness_n_per_m: 3.7, damping_kg_per_s: 0.9 };
-            let run = |sweeps: Sweeps| {
+            let run = |simd: Simd| {
                 let mut u = noise(1, blocks);
                 let mut v = noise(2, blocks);
                 let (mut tau, mut u_new, mut v_new) =
@@ -206,16 +205,16 @@ mod tests {
                         dt_over_m: 0.013,
                         kt: 2.1,
                     };
-                    any.push(law.step(sweeps, (&mut u_new, &mut v_new), &mut tau, &old));
+                    any.push(law.step(simd, (&mut u_new, &mut v_new), &mut tau, &old));
                     std::mem::swap(&mut u, &mut u_new);
                     std::mem::swap(&mut v, &mut v_new);
                 }
                 let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
                 (bits(&u), bits(&v), bits(&tau), any)
             };
-            let baseline = run(Sweeps::Baseline);
-            for sweeps in Sweeps::available() {
-                assert_eq!(run(sweeps), baseline, "{sweeps:?}, {blocks} blocks, {law:?}");
+            let baseline = run(Simd::Baseline);
+            for simd in Simd::available() {
+                assert_eq!(run(simd), baseline, "{simd:?}, {blocks} blocks, {law:?}");
             }
         }
     }
@@ -234,7 +233,7 @@ mod tests {
                 .into_iter()
                 .flat_map(|s| signed().flat_map(move |v| signed().map(move |f| (s, v, f))))
             {
-                // One block among others that stick unloaded; the force alone changes its velocity.
+                // One block among others that stick without load; only the force changes its velocity.
                 let alone = |x: f64| std::array::from_fn::<f64, BLOCKS, _>(|n| if n == AT { x } else { 0.0 });
                 let (slip, v) = (alone(slip), alone(v));
                 let old = Blocks {
@@ -251,9 +250,9 @@ mod tests {
                     dt_over_m: 1.0,
                     kt: 0.0,
                 };
-                for sweeps in Sweeps::available() {
+                for simd in Simd::available() {
                     let (mut u_new, mut v_new, mut tau) = ([0.0; BLOCKS], [0.0; BLOCKS], [0.0; BLOCKS]);
-                    let hint = law.step(sweeps, (&mut u_new, &mut v_new), &mut tau, &old);
+                    let hint = law.step(simd, (&mut u_new, &mut v_new), &mut tau, &old);
                     let after = After {
                         slip: &slip,
                         v: [&v],
@@ -262,8 +261,8 @@ mod tests {
                         threshold: old.threshold,
                     };
                     let mut marks = [0];
-                    law.switching(sweeps, &mut marks, &after);
-                    assert!(hint || marks == [0], "{slip:?} {v:?} {force} {law:?} {sweeps:?}");
+                    law.switching(simd, &mut marks, &after);
+                    assert!(hint || marks == [0], "{slip:?} {v:?} {force} {law:?} {simd:?}");
                     switches += usize::from(marks != [0]);
                     quiet += usize::from(!hint);
                 }

@@ -1,12 +1,12 @@
-//! The loops over the nodes of a slab: the pull between them, and how they move.
+//! The loops over the nodes of a lattice: the pull between them, and their motion.
 
 use asperity_model::Lattice;
 
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
 
-impl Sweeps {
+impl Simd {
     dispatch! {
-        /// What springs, and what dashpots, between nodes pull with on all freedoms.
+        /// The pulls of springs and of dashpots between nodes on all freedoms.
         lattice_pull(springs: &mut [f64], dashpots: &mut [f64], u: &[f64], v: &[f64], lattice: &Lattice)
     }
 
@@ -16,7 +16,7 @@ impl Sweeps {
     }
 }
 
-/// The forces on all freedoms, and what they move.
+/// The forces on all freedoms, and the constants of the step.
 pub(crate) struct Forces<'a> {
     pub(crate) springs: &'a [f64],
     pub(crate) dashpots: &'a [f64],
@@ -26,7 +26,7 @@ pub(crate) struct Forces<'a> {
     pub(crate) dt_over_m: f64,
 }
 
-/// What the forces did in a step, in terms of its last velocities `v'` and the change of velocity
+/// The work of the forces in a step, in terms of its last velocities `v'` and the change of velocity
 /// `d = v' - v`.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct MovedWork {
@@ -83,7 +83,7 @@ fn lattice_move(u: &mut [f64], v: &mut [f64], forces: &Forces<'_>) -> MovedWork 
 mod tests {
     use asperity_model::{Lattice, mixed};
 
-    use super::{Forces, Sweeps};
+    use super::{Forces, Simd};
 
     #[test]
     fn all_instruction_sets_move_a_lattice_the_same_to_the_bit() {
@@ -98,12 +98,12 @@ mod tests {
             let numbers = |seed: u64| -> Vec<f64> {
                 (0..freedoms).map(|n| mixed(seed << 32 | n as u64) as f64 / u64::MAX as f64 - 0.5).collect()
             };
-            let run = |sweeps: Sweeps| {
+            let run = |simd: Simd| {
                 let (mut u, mut v) = (numbers(1), numbers(2));
                 let (mut springs, mut dashpots) = (numbers(3), numbers(4));
                 let mut bits = Vec::new();
                 for step in 0..20 {
-                    sweeps.lattice_pull(&mut springs, &mut dashpots, &u, &v, &lattice);
+                    simd.lattice_pull(&mut springs, &mut dashpots, &u, &v, &lattice);
                     let outer = numbers(5 + step);
                     let forces = Forces {
                         springs: &springs,
@@ -112,15 +112,15 @@ mod tests {
                         dt: 0.01,
                         dt_over_m: 0.013,
                     };
-                    let work = sweeps.lattice_move(&mut u, &mut v, &forces);
+                    let work = simd.lattice_move(&mut u, &mut v, &forces);
                     bits.extend([work.springs, work.dashpots, work.square].map(f64::to_bits));
                 }
                 bits.extend(u.iter().chain(&v).map(|x| x.to_bits()));
                 bits
             };
-            let baseline = run(Sweeps::Baseline);
-            for sweeps in Sweeps::available() {
-                assert_eq!(run(sweeps), baseline, "{sweeps:?}, {columns} x {rows}");
+            let baseline = run(Simd::Baseline);
+            for simd in Simd::available() {
+                assert_eq!(run(simd), baseline, "{simd:?}, {columns} x {rows}");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Sums over the blocks that energies are made of.
+//! Sums over the blocks for the energies.
 //!
 //! Every sum is taken in eight lanes, so that its order is the same on every machine.
 
@@ -7,11 +7,11 @@ use std::hint::select_unpredictable;
 use asperity_model::elastic::Chain;
 use asperity_model::law::{ContactLaw, Sliding};
 
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
 
-impl Sweeps {
+impl Simd {
     dispatch! {
-        /// What one step did; by a law that holds stuck blocks, after they have stopped.
+        /// The work of one step; for a law that holds stuck blocks, after they have stopped.
         step_work(moved: &Moved<'_>, law: &L) -> StepWork where [L: ContactLaw]
     }
 
@@ -47,7 +47,7 @@ pub(crate) struct Moved<'a> {
     pub(crate) mass: f64,
 }
 
-/// What a step did, in terms of its last velocities `v'` and the change of velocity `d = v' - v`.
+/// The work of a step, in terms of its last velocities `v'` and the change of velocity `d = v' - v`.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct StepWork {
     /// `sum f_n v'_n` over the sliding contacts, with the friction `f` of the step.
@@ -58,8 +58,8 @@ pub(crate) struct StepWork {
     pub(crate) scheme_j: f64,
 }
 
-/// Blocks whose parts of the sums are laid out at a time: a loop that does so is one that compilers
-/// turn into vector instructions, and one that adds them up on the way is not.
+/// Blocks whose contributions are stored before they are summed: compilers vectorise a loop that stores
+/// them, and not one that sums them directly.
 const PANEL: usize = 64;
 
 /// Sums over the first `count` elements of arrays.

@@ -1,36 +1,35 @@
-//! The terms of a window: the first two differences of a state, and what the map without
-//! forcing makes of the second.
+//! The terms of a window: the first two differences of a state, and the polynomials of the unforced map
+//! applied to the second.
 
 use std::hint::select_unpredictable;
 use std::ops::Range;
 
 use asperity_model::elastic::Chain;
 
-use crate::sweep::step::sign;
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
+use crate::kernels::step::sign;
 
-impl Sweeps {
+impl Simd {
     dispatch! {
-        /// Direction of each sliding block, friction spring of each stuck one, with
-        /// `k_t` and whether sliding is one-way; whether every sliding block has a
-        /// direction that it may keep.
+        /// Sets the direction of each sliding block and the friction spring of each stuck one, from
+        /// `k_t` and whether sliding is one-way. Returns whether every sliding block has a direction
+        /// that it may keep.
         sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], law: &[f64; 2]) -> bool
     }
 
     dispatch! {
-        /// The change of a state in its next step, from the force `tau` in `guard`, which
-        /// becomes the guard of the state.
+        /// The change of a state in its next step. On entry `guard` has the force `tau`, on return the
+        /// guard of the state.
         first_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], held: &Held<'_>)
     }
 
     dispatch! {
-        /// The change of that in the next step, velocities in displacement per step, from
-        /// the change of the force in `guard`, which becomes the guard of the first change.
+        /// The change of the first difference in the next step, velocities in displacement per step. On
+        /// entry `guard` has the change of the force, on return the guard of the first difference.
         second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], second: &Second<'_>)
     }
 
-    /// In a basis of polynomials of the map without forcing, the term behind each of these, and
-    /// the guards of these.
+    /// Computes each next term by the recurrence of the polynomials, and the guards of the terms.
     pub(crate) fn terms(
         self,
         rows: Terms<'_>,
@@ -38,7 +37,7 @@ impl Sweeps {
         chain: &TermChain<'_>,
         behind: Range<usize>,
     ) {
-        // A term stays a function of its own: only of a function's arguments is it known
+        // A term is a function of its own, because the compiler assumes only of a function's arguments
         // that they do not overlap.
         macro_rules! version {
             ($(#[$feature:meta])?) => {{
@@ -73,11 +72,11 @@ impl Sweeps {
         #[cfg(target_arch = "x86_64")]
         #[expect(unsafe_code, reason = "only constructed by `available`, which asked the processor")]
         match self {
-            Sweeps::Baseline => {}
-            Sweeps::Avx2 => {
+            Simd::Baseline => {}
+            Simd::Avx2 => {
                 return unsafe { version!(#[target_feature(enable = "avx2")])(rows, strains, chain, behind) };
             }
-            Sweeps::Avx512 => {
+            Simd::Avx512 => {
                 return unsafe {
                     version!(#[target_feature(enable = "avx512f,avx512vl,avx512dq")])(
                         rows, strains, chain, behind,
@@ -106,7 +105,7 @@ fn sort(sigma: &mut [f64], spring: &mut [f64], v: &[f64], slip: &[f64], law: &[f
     undirected == 0
 }
 
-/// What a state's change in the next step depends on besides the force.
+/// The inputs of a state's change in the next step, besides the force.
 pub(crate) struct Held<'a> {
     pub(crate) u: &'a [f64],
     pub(crate) v: &'a [f64],
@@ -133,7 +132,7 @@ fn first_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], held: &
     }
 }
 
-/// What a second difference depends on besides the change of the force.
+/// The inputs of a second difference, besides the change of the force.
 pub(crate) struct Second<'a> {
     pub(crate) u: &'a [f64],
     pub(crate) v: &'a [f64],
@@ -159,8 +158,8 @@ fn second_difference(d_u: &mut [f64], d_v: &mut [f64], guard: &mut [f64], second
 
 /// Displacements, velocities and guards of the terms of a window, `pitch` numbers apart.
 ///
-/// Velocities are in displacement per step, and forces in units in which stiffness
-/// and damping turn `u` and `v` into `by` times the change of `v`.
+/// Velocities are in displacement per step, and forces in units in which stiffness and damping turn `u`
+/// and `v` into `by` times the change of `v`.
 pub(crate) struct Terms<'a> {
     pub(crate) u: &'a mut [f64],
     pub(crate) v: &'a mut [f64],
@@ -168,11 +167,11 @@ pub(crate) struct Terms<'a> {
     pub(crate) pitch: usize,
 }
 
-/// What terms depend on besides the first of them.
+/// The inputs of terms, besides the first of them.
 pub(crate) struct TermChain<'a> {
-    /// Spring of each block: 0 for sliding ones, but for the drive.
+    /// Spring of each block; for sliding ones the drive's alone.
     pub(crate) spring: &'a [f64],
-    /// 0 for stuck blocks, whose guard is the force; that of others is the velocity.
+    /// 0 for stuck blocks, whose guard is the force; the guard of sliding blocks is the velocity.
     pub(crate) sigma: &'a [f64],
     /// Whether stuck blocks do not move at all.
     pub(crate) rigid: bool,
@@ -180,25 +179,25 @@ pub(crate) struct TermChain<'a> {
     pub(crate) springs: Chain,
     /// The drive's part of the springs, by block.
     pub(crate) driven: &'a [(usize, f64)],
-    /// The next term is `by` times the difference of this one, `stay` times this one
-    /// and `back`, 1 or -1, times the one before; the first is half of that but for the last.
+    /// The next term is `by` times the difference of this one, plus `stay` times this one, plus `back`
+    /// (1 or -1) times the previous one. The first has half of that without the last part.
     pub(crate) by: f64,
     pub(crate) stay: f64,
     pub(crate) back: f64,
 }
 
-/// Terms of longer chains are taken in pieces of so many blocks, one term after the other: what each
-/// is made of is then at hand. It changes no bit.
+/// Long chains are processed in pieces of this many blocks, all terms of a piece one after the other, so
+/// that the data stays in cache. The results have the same bits.
 const PIECE: usize = 256;
 const WHOLE: usize = 1024;
 
-/// By how many blocks the pieces of a term lag behind those of the one before: it needs a neighbour
-/// of every block, and vectors like to begin where others do.
+/// Blocks by which the pieces of a term lag behind those of the previous term. A term needs one
+/// neighbour of every block, and the lag keeps vectors aligned.
 const LAG: usize = 8;
 
-/// `strain` is scratch: the strains of two terms, with a place on either side. Of what a piece leaves
-/// in them, later terms overwrite all but the last [`LAG`] blocks before the next piece of the same
-/// term.
+/// `strain` is scratch for the strains of two terms, with a place on either side. Later terms overwrite
+/// what a piece leaves there, except for the last [`LAG`] blocks, which the next piece of the same term
+/// needs.
 #[inline(always)]
 fn terms(
     rows: Terms<'_>,
@@ -221,7 +220,7 @@ fn terms(
             if from < to {
                 let (known_u, next_u) = u.split_at_mut((j + 1) * pitch);
                 let (known_v, next_v) = v.split_at_mut((j + 1) * pitch);
-                // The first has none before it.
+                // The first term has no predecessor.
                 let before = j.saturating_sub(1) * pitch + from;
                 let term = Term {
                     u: &known_u[j * pitch + from..],
@@ -236,7 +235,7 @@ fn terms(
                 let (next_u, next_v) = (&mut next_u[from..to], &mut next_v[from..to]);
                 let next_strain = &mut next[from..to + 2];
                 next_term(next_u, next_v, next_strain, &mut guard[j * pitch..][from..to], &term);
-                // The ends are free: their own strains stand again beyond them.
+                // The ends are free: their own strains are repeated beyond them.
                 if from == 0 {
                     next[0] = next[1];
                 }
@@ -266,14 +265,14 @@ fn hold_driven(guard: &mut [f64], u: &[f64], chain: &TermChain<'_>) {
     }
 }
 
-/// The term before the next, and the one before that.
+/// The current term, and the one before it.
 struct Term<'a> {
     u: &'a [f64],
     v: &'a [f64],
     before_u: &'a [f64],
     before_v: &'a [f64],
-    /// `stiffness u + damping v` of each block, between its two neighbours; the ends' own
-    /// values stand again beyond them, which makes them free.
+    /// `stiffness u + damping v` of each block, between its two neighbours. The values of the ends are
+    /// repeated beyond them, which makes the ends free.
     strain: &'a [f64],
     /// What [`TermChain`] has of these blocks.
     spring: &'a [f64],
@@ -281,7 +280,7 @@ struct Term<'a> {
     first: bool,
 }
 
-/// What becomes of the term before in the next: there is none, it is added, it is subtracted.
+/// How the previous term enters the next one: not at all, added, subtracted.
 const FIRST: i8 = 0;
 const PLUS: i8 = 1;
 const MINUS: i8 = -1;

@@ -1,15 +1,15 @@
-//! Sums, products and sizes.
+//! Elementary vector operations: scaling, sums, products, largest magnitudes.
 
-use crate::sweep::versions::{Sweeps, dispatch};
+use crate::kernels::simd::{Simd, dispatch};
 
-impl Sweeps {
+impl Simd {
     dispatch! {
         /// Multiplies by a number.
         scale(values: &mut [f64], by: f64)
     }
 
     dispatch! {
-        /// Turns sums of terms, in units, into values: adds `now` and `steps` times `rate`.
+        /// Converts sums of terms to SI, and adds `now` and `steps` times `rate`.
         add_course(values: &mut [f64], now: &[f64], rate: &[f64], steps: f64, unit: f64)
     }
 
@@ -25,8 +25,8 @@ impl Sweeps {
     }
 
     dispatch! {
-        /// `sum_j value_j term_j` and `sum_j bound_j |term_j|`, the highest first; the terms
-        /// `pitch` numbers apart.
+        /// `sum_j value_j term_j` and `sum_j bound_j |term_j|`, from the highest term down; rows of
+        /// terms are `pitch` numbers apart.
         follow(values: &mut [f64], bounds: &mut [f64], terms: &[f64], pitch: usize, coefficients: [&[f64]; 2])
     }
 
@@ -36,7 +36,8 @@ impl Sweeps {
     }
 
     dispatch! {
-        /// `sum_j coefficient_j term_j`, the highest first; the terms `pitch` numbers apart.
+        /// `sum_j coefficient_j term_j`, from the highest term down; rows of terms are `pitch` numbers
+        /// apart.
         combine(sum: &mut [f64], terms: &[f64], pitch: usize, coefficients: &[f64])
     }
 }
@@ -57,7 +58,7 @@ fn add_course(values: &mut [f64], now: &[f64], rate: &[f64], steps: f64, unit: f
     }
 }
 
-/// `sum_j coefficient_j term_j` of `LANES` blocks from `at` on.
+/// `sum_j coefficient_j term_j` for `LANES` blocks from `at` on.
 #[inline(always)]
 fn combined<const LANES: usize>(
     terms: &[f64],
@@ -88,7 +89,7 @@ fn combine(sum: &mut [f64], terms: &[f64], pitch: usize, coefficients: &[f64]) {
             sum[at] = combined::<1>(terms, pitch, at, coefficients)[0];
             at += 1;
         } else {
-            // The last eight may overlap those before.
+            // The last eight blocks may overlap those before.
             let from = at.min(blocks - 8);
             sum[from..from + 8].copy_from_slice(&combined::<8>(terms, pitch, from, coefficients));
             at += 8;
@@ -96,7 +97,7 @@ fn combine(sum: &mut [f64], terms: &[f64], pitch: usize, coefficients: &[f64]) {
     }
 }
 
-/// The values and bounds of [`Sweeps::follow`] for `LANES` blocks from `at` on.
+/// The values and bounds of [`Simd::follow`] for `LANES` blocks from `at` on.
 #[inline(always)]
 fn followed<const LANES: usize>(
     values: &mut [f64],
@@ -181,8 +182,8 @@ fn multiply(product: &mut [f64], matrix: &[f64], vector: &[f64]) {
 
 #[inline(always)]
 fn largest(values: &[f64]) -> f64 {
-    // Lanes of their own, so that the compiler may keep them in one register;
-    // the largest is the same in whatever order it is found.
+    // Independent lanes, which the compiler may keep in one register; the maximum does not depend on the
+    // order.
     let mut lanes = [0.0f64; 8];
     let chunks = values.chunks_exact(8);
     let rest = chunks

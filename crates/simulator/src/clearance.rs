@@ -1,0 +1,59 @@
+//! How long forces that change linearly in time stay clear of their limits.
+//!
+//! It is the last part of every certificate: of a chain at rest ([`crate::rest`]) and of jumps by any
+//! body. What swings around the linear part, and reserves for rounding, are taken from the room before.
+
+use crate::strength::{Load, Ramp, StopForce};
+use crate::window::norms::ROUNDING;
+
+/// Steps until the first of some forces may meet its limit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Clearance {
+    least_steps: f64,
+}
+
+impl Clearance {
+    /// Of no force yet.
+    pub(crate) const ENDLESS: Clearance = Clearance { least_steps: f64::INFINITY };
+
+    /// Adds a force that changes by `rate` in a step, and must stay between `-room` and `room`, which
+    /// falls by `fall` in a step. False if it is not there now, or no number.
+    #[inline]
+    pub(crate) fn stays_between(&mut self, force: f64, rate: f64, room: f64, fall: f64) -> bool {
+        for (way, closing) in [(room - force, rate + fall), (room + force, fall - rate)] {
+            self.close_in(way, closing);
+        }
+        // Written so that what is not a number certifies nothing.
+        force.abs() < room
+    }
+
+    /// Adds what must stay above 0 and falls by `closing` in a step. False if it is not above now.
+    #[inline]
+    pub(crate) fn stays_above(&mut self, room: f64, closing: f64) -> bool {
+        self.close_in(room, closing);
+        room > 0.0
+    }
+
+    /// Adds the sum of the driving forces, which must not reach the load that stops the drive: now,
+    /// under a load, with how far it may swing, and a reserve.
+    pub(crate) fn stays_below_stop(
+        &mut self,
+        stop: StopForce,
+        (load, ramp): (Load, Ramp),
+        (force, rate): (f64, f64),
+        [swing, reserve]: [f64; 2],
+    ) -> bool {
+        let room = stop.under_n(load) * (1.0 - ROUNDING) - swing - reserve - force;
+        self.stays_above(room, rate - stop.change_n(ramp))
+    }
+
+    #[inline]
+    fn close_in(&mut self, way: f64, closing: f64) {
+        self.least_steps = if closing > 0.0 { self.least_steps.min(way / closing) } else { self.least_steps };
+    }
+
+    /// Whole steps for which all of them stay clear. Casting saturates: without a rate there is no end.
+    pub(crate) fn steps(self) -> u64 {
+        self.least_steps as u64
+    }
+}

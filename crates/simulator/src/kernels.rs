@@ -1,0 +1,34 @@
+//! The loops over all blocks that steps, windows and jumps consist of, compiled for several
+//! instruction sets.
+//!
+//! Each is a function of slices, whose arguments prove to the compiler that the arrays do not overlap;
+//! it vectorises them only then. Every block is computed by itself with the same operations in the same
+//! order, and multiplication and addition are never fused, so all instruction sets give the same bits.
+//! Where stuck and sliding blocks differ, both results are computed and one is selected: an `if` would
+//! become a branch or a masked store, which is slow on some processors.
+//!
+//! In reading order: `elastic`, the pull between nodes; `step`, the equations of a step; `terms`,
+//! `coefficients`, `guards` and `linear`, for windows; `fourier`, for jumps of long chains; `energy`,
+//! sums for the energies. `lattice` moves the nodes of a slab, and `dense` serves its modes; all else is
+//! of chains. `simd` lists the instruction sets.
+
+mod coefficients;
+mod dense;
+mod elastic;
+mod energy;
+mod fourier;
+mod guards;
+mod lattice;
+mod linear;
+mod simd;
+mod step;
+mod terms;
+
+pub(crate) use coefficients::{Coefficients, FOLLOWED};
+pub(crate) use energy::{Changing, Forms, Moved, StepWork, Stored};
+pub(crate) use fourier::{NEAR, Near, Parts};
+pub(crate) use guards::{Course, Guarded, Reserve, Steps, margin};
+pub(crate) use lattice::{Forces, MovedWork};
+pub(crate) use simd::Simd;
+pub(crate) use step::{After, Blocks};
+pub(crate) use terms::{Held, Second, TermChain, Terms};

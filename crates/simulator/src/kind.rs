@@ -20,7 +20,7 @@ pub(crate) fn fast(plan: Arc<Plan>, simd: Simd) -> Box<dyn Solver> {
 /// The solvers by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolverKind {
-    /// [`crate::fast`], whose cost depends on the number of switches, not of steps.
+    /// The fast solver, whose cost depends on the number of switches, not of steps.
     #[default]
     Fast,
     /// [`Plain`], which takes every step.

@@ -4,18 +4,17 @@
 //! what its contacts bear, friction, the motion of all freedoms, and what that does to the energies.
 //! The [`Stepper`](crate::stepper::Stepper) does the rest: drive, switches, the end of the drive.
 //!
-//! A body is a file of the folder `body` and an arm of [`with_body`].
+//! A body is a file of the folder `body` and an arm in [`crate::bodies`].
 
 mod chain;
 mod lattice;
 
 pub(crate) use chain::ChainBody;
-pub(crate) use lattice::{LatticeBody, stored_j};
+pub(crate) use lattice::LatticeBody;
 
 use std::fmt::Debug;
-use std::sync::Arc;
 
-use asperity_model::{Elastic, Plan};
+use asperity_model::Plan;
 use asperity_record::Energy;
 
 use crate::energy::Bookkeeping;
@@ -76,20 +75,4 @@ pub(crate) trait OfPlan: Body {
         simd: Simd,
         keeping: Bookkeeping,
     ) -> Self;
-}
-
-/// What is to be compiled for each body.
-pub(crate) trait WithBody {
-    /// What it gives.
-    type Output;
-    /// The work, for the body.
-    fn with<B: OfPlan>(self, elastic: &B::Elastic) -> Self::Output;
-}
-
-/// Does what is compiled for each body with that of a plan.
-pub(crate) fn with_body<W: WithBody>(plan: &Arc<Plan>, what: W) -> W::Output {
-    match &plan.elastic {
-        Elastic::Chain(chain) => what.with::<ChainBody>(chain),
-        Elastic::Lattice(lattice) => what.with::<LatticeBody>(lattice),
-    }
 }

@@ -33,15 +33,13 @@
 
 use asperity_model::elastic::Chain;
 
+use crate::cost::GRID_STEPS;
 use crate::kernels::{Coefficients, FOLLOWED, Simd};
 use crate::propagator::Propagator;
 
 /// Most terms of a window. A few more coefficients are computed, since `c_J` bounds what `J` terms leave
 /// out.
 pub(crate) const MOST_TERMS: usize = FOLLOWED - 16;
-
-/// Steps between the numbers of steps for which coefficients are tabulated.
-pub(crate) const GRID_STEPS: u64 = 12;
 
 /// Longest window: bounds the tables.
 pub(crate) const MOST_STEPS: u64 = 16_384;

@@ -14,7 +14,8 @@
 
 use asperity_model::Plan;
 
-use crate::chebyshev::GRID_STEPS;
+/// Steps between the numbers of steps for which coefficients are tabulated.
+pub(crate) const GRID_STEPS: u64 = 12;
 
 /// Chains of more blocks are long: their modes are not stored, which would take memory as the square of
 /// the blocks, and loops over all blocks are tried only where they are likely to pay.

@@ -39,8 +39,7 @@ use asperity_model::{Elastic, Plan};
 use asperity_record::Energy;
 
 use crate::cost::span_steps;
-use crate::kernels::{Changing, Forms, Held, Moved, Simd, Stored};
-use crate::law::ChainLoops;
+use crate::kernels::{Changing, Forms, Held, Simd, StepWork, Stored};
 use crate::ledger::{Ledger, Span};
 use crate::state::SliderState;
 use crate::strength::Ramp;
@@ -217,34 +216,15 @@ impl Accounts {
         }
     }
 
-    /// Adds the terms of a single step, with `slip` as it was in that step.
-    pub(crate) fn add_step(
-        &self,
-        plan: &Plan,
-        ledger: &mut Ledger,
-        step: &Velocities<'_>,
-        law: &dyn ChainLoops,
-    ) {
+    /// Adds the terms of a single step, after which these are the velocities: what the kernels have
+    /// found of it, and what the driving springs store.
+    pub(crate) fn add_step(&self, plan: &Plan, ledger: &mut Ledger, work: &StepWork, after: &[f64]) {
         let dt = plan.grid.step_s();
-        let moved = Moved {
-            chain: &self.chain,
-            v: step.before,
-            v_new: step.after,
-            tau: step.tangential_force_n,
-            slip: step.slip,
-            sliding_friction: step.sliding_friction_n,
-            kt: plan.friction.interfacial_stiffness_n_per_m,
-            dt,
-            mass: plan.block_mass_kg,
-        };
-        let work = law.step_work(self.simd, &moved);
         let driven: f64 = plan
             .drive
             .springs
             .iter()
-            .map(|spring| {
-                0.5 * spring.stiffness_n_per_m * step.after[spring.block] * step.after[spring.block]
-            })
+            .map(|spring| 0.5 * spring.stiffness_n_per_m * after[spring.block] * after[spring.block])
             .sum();
         ledger.friction_heat_j.add(dt * work.friction_w);
         if !self.balances {
@@ -490,15 +470,6 @@ fn prestress_work_j(plan: &Plan, displacement_m: &[f64]) -> f64 {
     let ways = displacement_m.iter().zip(&plan.initial.displacement_m);
     let parts = plan.prestress_n.iter().zip(ways);
     parts.fold(0.0, |sum, (force, (u, initial))| sum + force * (u - initial))
-}
-
-/// Velocities before and after a step, and what its contacts did.
-pub(crate) struct Velocities<'a> {
-    pub(crate) before: &'a [f64],
-    pub(crate) after: &'a [f64],
-    pub(crate) tangential_force_n: &'a [f64],
-    pub(crate) slip: &'a [f64],
-    pub(crate) sliding_friction_n: &'a [f64],
 }
 
 /// Stops stuck contacts, for the laws without friction springs.

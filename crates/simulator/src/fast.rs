@@ -28,8 +28,9 @@ use crate::energy::Bookkeeping;
 use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
 use crate::recorder::Recorder;
+use crate::single_step::Driving;
 use crate::solver::{SimulationError, Solver};
-use crate::stepper::{Driving, Stepper};
+use crate::stepper::Stepper;
 
 /// The many steps at once that a body allows.
 pub(crate) trait Leaps: Clone + Debug + Send + 'static {

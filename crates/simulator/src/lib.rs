@@ -58,6 +58,7 @@
 //! rub; a slab has contacts at its bottom alone; in a chain every node carries one contact, and both
 //! are called *blocks* where the difference does not matter.
 
+mod bodies;
 mod body;
 mod chebyshev;
 mod clearance;
@@ -82,6 +83,7 @@ mod plain;
 mod propagator;
 mod recorder;
 mod rest;
+mod single_step;
 mod slab;
 mod solver;
 mod standing_waves;
@@ -97,6 +99,6 @@ pub use kind::SolverKind;
 pub use ledger::{Ledger, Span, Sum};
 pub use pace::{Pace, Snapshot};
 pub use plain::Plain;
+pub use single_step::Driving;
 pub use solver::{SimulationError, Solver};
 pub use state::SliderState;
-pub use stepper::Driving;

@@ -6,15 +6,17 @@ use std::sync::Arc;
 use asperity_model::Plan;
 use asperity_record::Record;
 
-use crate::body::{OfPlan, WithBody, with_body};
+use crate::bodies::{WithBody, with_body};
+use crate::body::OfPlan;
 use crate::counters::Counters;
 use crate::energy::Bookkeeping;
 use crate::kernels::Simd;
 use crate::pace::{Pace, Snapshot};
-use crate::recorder::{Recorder, SingleSteps};
+use crate::recorder::Recorder;
+use crate::single_step::{Driving, SingleSteps};
 use crate::solver::{SimulationError, Solver};
 use crate::state::SliderState;
-use crate::stepper::{Driving, Stepper};
+use crate::stepper::Stepper;
 
 /// Takes every step singly.
 #[derive(Debug, Clone)]

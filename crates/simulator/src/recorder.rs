@@ -5,42 +5,11 @@ use std::collections::VecDeque;
 use asperity_model::{Plan, WindowPlan};
 use asperity_record::{Direction, Energy, FieldRecord, Record, StepRecord, Switch, WindowRecord};
 
-use crate::body::Body;
 use crate::instability_stop::InstabilityStop;
+use crate::single_step::{Driving, SingleSteps};
 use crate::solver::SimulationError;
 use crate::state::SliderState;
-use crate::stepper::{Driving, Stepper};
 use crate::strength::{Load, threshold_n};
-
-/// A stepper after a single step, for any body.
-pub(crate) trait SingleSteps {
-    /// The state after that step.
-    fn state(&self) -> &SliderState;
-    /// The contacts that switched in it, counted from 0.
-    fn switched(&self) -> &[usize];
-    /// Energies at its end.
-    fn energy(&mut self) -> Energy;
-    /// Energy at the start that may set the slider in motion.
-    fn initial_j(&self) -> f64;
-}
-
-impl<B: Body> SingleSteps for Stepper<B> {
-    fn state(&self) -> &SliderState {
-        self.state()
-    }
-
-    fn switched(&self) -> &[usize] {
-        self.switched()
-    }
-
-    fn energy(&mut self) -> Energy {
-        self.energy()
-    }
-
-    fn initial_j(&self) -> f64 {
-        self.body().initial_j()
-    }
-}
 
 /// Turns states into records, and determines the next step at which a cadence requires one.
 #[derive(Debug, Clone)]

@@ -7,6 +7,7 @@ mod ground;
 mod jump;
 mod modes;
 mod norms;
+pub(crate) mod stored;
 mod stuck;
 
 pub(crate) use ground::Ground;

@@ -29,6 +29,7 @@ use crate::body::{Body, OfPlan};
 use crate::counters::Counters;
 use crate::energy::Bookkeeping;
 use crate::kernels::Simd;
+use crate::single_step::{Driving, SingleSteps};
 use crate::state::SliderState;
 use crate::strength::{self, Load, StopForce};
 
@@ -44,15 +45,6 @@ pub(crate) struct Stepper<B> {
     /// The contacts that switched in the last step, counted from 0, ascending.
     switched: Vec<usize>,
     counters: Counters,
-}
-
-/// What the drive does in one step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Driving {
-    /// Sum of the forces on all nodes, N.
-    pub total_n: f64,
-    /// The forces on the first and the last block where the drive pulls both ways.
-    pub ends_n: Option<[f64; 2]>,
 }
 
 impl<B: OfPlan> Stepper<B> {
@@ -258,4 +250,22 @@ fn re_attach<B: Body>(plan: &Plan, state: &mut SliderState, body: &B, n: usize) 
         }
     }
     strength::become_young(plan, state, n);
+}
+
+impl<B: Body> SingleSteps for Stepper<B> {
+    fn state(&self) -> &SliderState {
+        self.state()
+    }
+
+    fn switched(&self) -> &[usize] {
+        self.switched()
+    }
+
+    fn energy(&mut self) -> Energy {
+        self.energy()
+    }
+
+    fn initial_j(&self) -> f64 {
+        self.body().initial_j()
+    }
 }

@@ -12,7 +12,8 @@ mod rows;
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
 
-use crate::chebyshev::{GRID_STEPS, Length, MOST_TERMS};
+use crate::chebyshev::{Length, MOST_TERMS};
+use crate::cost::GRID_STEPS;
 use crate::cost::{self, LONG_CHAIN, Work};
 use crate::energy::Accounts;
 use crate::kernels::Simd;

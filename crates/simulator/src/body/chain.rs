@@ -10,8 +10,8 @@ use asperity_model::elastic::Chain;
 use asperity_record::Energy;
 
 use crate::body::{Body, OfPlan};
-use crate::energy::{Accounts, Bookkeeping, Velocities};
-use crate::kernels::{After, Blocks, Simd, Steps};
+use crate::energy::{Accounts, Bookkeeping};
+use crate::kernels::{After, Blocks, Moved, Simd, Steps};
 use crate::law::{ChainLoops, loops};
 use crate::state::SliderState;
 use crate::strength::{Load, Strength};
@@ -163,14 +163,19 @@ impl Body for ChainBody {
         if !self.adds_alone {
             return;
         }
-        let step = Velocities {
-            before: &self.former_velocity_m_per_s,
-            after: &state.velocity_m_per_s,
-            tangential_force_n: &state.tangential_force_n,
+        let moved = Moved {
+            chain: &self.chain,
+            v: &self.former_velocity_m_per_s,
+            v_new: &state.velocity_m_per_s,
+            tau: &state.tangential_force_n,
             slip: &state.slip,
-            sliding_friction_n: &self.strength.sliding_friction_n,
+            sliding_friction: &self.strength.sliding_friction_n,
+            kt: plan.friction.interfacial_stiffness_n_per_m,
+            dt: plan.grid.step_s(),
+            mass: plan.block_mass_kg,
         };
-        self.accounts.add_step(plan, &mut state.energy, &step, &*self.law);
+        let work = self.law.step_work(self.simd, &moved);
+        self.accounts.add_step(plan, &mut state.energy, &work, &state.velocity_m_per_s);
     }
 
     fn end_step(&mut self, plan: &Plan, state: &mut SliderState, is_last: bool) {

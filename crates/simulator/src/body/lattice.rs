@@ -18,7 +18,6 @@
 use std::array;
 use std::sync::Arc;
 
-use asperity_model::lattice::Bond;
 use asperity_model::{Lattice, Plan};
 use asperity_record::Energy;
 
@@ -26,6 +25,7 @@ use crate::body::{Body, OfPlan};
 use crate::energy::Bookkeeping;
 use crate::kernels::{After, Forces, MovedWork, Simd};
 use crate::law::{ContactLoops, Rubbed, loops};
+use crate::slab::stored::stored_j;
 use crate::state::SliderState;
 use crate::strength::Load;
 
@@ -244,36 +244,6 @@ fn foundation_scheme_j(lattice: &Lattice, from_m: f64, to_m: f64) -> f64 {
         (false, true) => 0.5 * k * to_m * to_m,
         (false, false) => 0.0,
     }
-}
-
-/// Kinetic and elastic energy of a state of a lattice.
-pub(crate) fn stored_j(plan: &Plan, lattice: &Lattice, state: &SliderState) -> (f64, f64) {
-    let (nodes, u, v) = (lattice.nodes(), &state.displacement_m, &state.velocity_m_per_s);
-    let square: f64 = v.iter().map(|v| v * v).sum();
-    let mut elastic_j = 0.0;
-    lattice.over_bonds(|Bond { from, to, along, stiffness_n_per_m }| {
-        let part_m = |(axis, along): (usize, &f64)| along * (u[axis * nodes + to] - u[axis * nodes + from]);
-        let stretch_m: f64 = along.iter().take(lattice.axes()).enumerate().map(part_m).sum();
-        elastic_j += 0.5 * stiffness_n_per_m * stretch_m * stretch_m;
-    });
-    let (kt, kf) = (plan.friction.interfacial_stiffness_n_per_m, lattice.foundation_n_per_m);
-    let (contacts, normal) = (plan.blocks, (lattice.axes() - 1) * nodes);
-    for n in 0..contacts {
-        if state.slip[n] == 0.0 {
-            for axis in 0..state.stick_position_m.len() / contacts {
-                let stretch_m = u[axis * nodes + n] - state.stick_position_m[axis * contacts + n];
-                elastic_j += 0.5 * kt * stretch_m * stretch_m;
-            }
-        }
-        let sunk_m = u[normal + n].min(0.0);
-        elastic_j += 0.5 * kf * sunk_m * sunk_m;
-    }
-    let point_m = plan.drive_point_m(state.step, state.hold_step);
-    for spring in &plan.drive.springs {
-        let stretch_m = point_m - (u[spring.block] - spring.rest_m);
-        elastic_j += 0.5 * spring.stiffness_n_per_m * stretch_m * stretch_m;
-    }
-    (0.5 * plan.block_mass_kg * square, elastic_j)
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ impl Simd {
 }
 
 #[inline(always)]
-pub(super) fn pull(tau: &mut [f64], u: &[f64], v: &[f64], chain: &Chain) {
+fn pull(tau: &mut [f64], u: &[f64], v: &[f64], chain: &Chain) {
     chain.pull(tau, u, v);
 }
 

@@ -2,8 +2,8 @@
 
 use std::hint::select_unpredictable;
 
+use crate::kernels::simd::sign;
 use crate::kernels::simd::{Simd, dispatch};
-use crate::kernels::step::sign;
 
 impl Simd {
     dispatch! {

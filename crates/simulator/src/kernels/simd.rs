@@ -1,5 +1,7 @@
 //! The instruction sets for which kernels are compiled, and the choice among them at run time.
 
+use std::hint::select_unpredictable;
+
 /// The version of the kernels that this machine runs fastest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Simd {
@@ -78,4 +80,10 @@ impl Simd {
     pub(crate) fn detect() -> Simd {
         *Simd::available().last().expect("every machine can run the baseline")
     }
+}
+
+/// The sign of a velocity; 0 for 0, where `v / |v|` would be NaN.
+#[inline]
+pub(super) fn sign(velocity: f64) -> f64 {
+    select_unpredictable(velocity.abs() > 0.0, 1f64.copysign(velocity), 0.0)
 }

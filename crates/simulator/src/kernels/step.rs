@@ -6,7 +6,6 @@ use std::hint::select_unpredictable;
 use asperity_model::elastic::Chain;
 use asperity_model::law::{ContactLaw, Sliding, Turn, magnitude};
 
-use crate::kernels::elastic::pull;
 use crate::kernels::simd::{Simd, dispatch};
 
 impl Simd {
@@ -60,7 +59,7 @@ fn step<L: ContactLaw>(
     let (u, v, u_stick, slip) = (&u[..blocks], &v[..blocks], &u_stick[..blocks], &slip[..blocks]);
     let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
     let outer_force = &outer_force[..blocks];
-    pull(tau, u, v, chain);
+    chain.pull(tau, u, v);
     if is_pulled_inside {
         for (tau, force) in tau.iter_mut().zip(outer_force) {
             *tau += force;
@@ -134,12 +133,6 @@ fn switching<const D: usize, L: ContactLaw<D>>(marks: &mut [u64], after: &After<
         }
         *mark = bits;
     }
-}
-
-/// The sign of a velocity; 0 for 0, where `v / |v|` would be NaN.
-#[inline]
-pub(super) fn sign(velocity: f64) -> f64 {
-    select_unpredictable(velocity.abs() > 0.0, 1f64.copysign(velocity), 0.0)
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@ use std::ops::Range;
 
 use asperity_model::elastic::Chain;
 
+use crate::kernels::simd::sign;
 use crate::kernels::simd::{Simd, dispatch};
-use crate::kernels::step::sign;
 
 impl Simd {
     dispatch! {

@@ -34,6 +34,7 @@ use crate::modes::Coordinates;
 use crate::slab::ground::Ground;
 use crate::slab::modes::sizes;
 use crate::slab::norms::invariant;
+use crate::slab::stored::stored_j;
 use crate::state::SliderState;
 use crate::strength::{Ramp, StopForce, static_coefficient};
 use crate::window::norms::ROUNDING;
@@ -535,7 +536,7 @@ impl Jump {
             simd.dots(&mut product, a, b);
             product[0]
         };
-        let (kinetic_j, elastic_j) = crate::body::stored_j(plan, &stuck.lattice, state);
+        let (kinetic_j, elastic_j) = stored_j(plan, &stuck.lattice, state);
         // The outer forces of the step that comes next, as if the jump went on.
         let hold_step = if moves { u64::MAX } else { hold_step };
         let point_m = plan.drive_point_m(state.step + 1, hold_step);

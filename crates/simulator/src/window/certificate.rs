@@ -321,7 +321,7 @@ mod tests {
     use asperity_model::{Plan, Scenario, ScenarioSource};
 
     use super::{Alone, certified_alone};
-    use crate::chebyshev::GRID_STEPS;
+    use crate::cost::GRID_STEPS;
     use crate::kernels::{Reserve, Simd, margin};
     use crate::window::expansion::Expansion;
 

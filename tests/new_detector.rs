@@ -206,7 +206,7 @@ fn blocks_approach_the_terminal_velocity(asperity: &Path, folder: &Path) {
 }
 
 /// Chains and slabs slip by the law, the same with both solvers, are resumed and checked; without
-/// viscosity they are those of the law that it adds to.
+/// viscosity they are those of the law that it adds to, but for rounding.
 fn chains_and_slabs_run_by_the_law(asperity: &Path, folder: &Path) {
     let chain = [
         "ten-blocks",
@@ -259,7 +259,10 @@ fn chains_and_slabs_run_by_the_law(asperity: &Path, folder: &Path) {
         let (springs, ..) = run("springs", "friction.law=interfacial-springs", "fast");
         let forces = |tables: &Path| column(&table(tables, "switch.csv"), "tangential_force_n");
         assert_eq!(steps(&without), steps(&springs), "{body}");
-        assert_eq!(forces(&without), forces(&springs), "{body}");
+        for (without, springs) in forces(&without).iter().zip(forces(&springs)) {
+            // By the one law the fast solver takes windows, by the other single steps.
+            assert!((without / springs - 1.0).abs() < 1e-9, "{body}: {without} {springs}");
+        }
         assert_ne!(steps(&without), steps(&fast), "{body}: viscosity changes the run");
 
         succeed(asperity, &["check", "--again", text(&log)]);

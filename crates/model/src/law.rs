@@ -12,8 +12,6 @@
 //! `mu_s p`, which may grow while it sticks. A sliding contact feels [`ContactLaw::drag_n`], until
 //! [`ContactLaw::re_attaches`].
 
-use crate::choices::Reattach;
-
 /// A sliding contact before a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Sliding<const D: usize = 1> {
@@ -48,8 +46,8 @@ pub struct Affine {
 /// The numbers of a scenario's `[friction]` that laws take.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LawKeys {
-    /// `friction.reattach`.
-    pub reattach: Reattach,
+    /// Whether `friction.reattach` is `two-way`.
+    pub is_two_way: bool,
     /// `friction.weakening_velocity_m_per_s`, `v_c`.
     pub weakening_velocity_m_per_s: f64,
     /// `friction.radiation_kg_per_s`, `E`.

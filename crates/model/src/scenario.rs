@@ -246,7 +246,7 @@ impl Friction {
     /// The contact law with its numbers.
     pub fn contact_law(&self) -> Law {
         let keys = LawKeys {
-            reattach: self.reattach,
+            is_two_way: self.reattach == Reattach::TwoWay,
             weakening_velocity_m_per_s: self.weakening_velocity_m_per_s,
             radiation_kg_per_s: self.radiation_kg_per_s,
         };

@@ -4,7 +4,6 @@
 use std::hint::select_unpredictable;
 
 use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn};
-use crate::choices::Reattach;
 
 /// The law of the thesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,7 +22,7 @@ impl ContactLaw for InterfacialSprings {
     ];
 
     fn of(keys: &LawKeys) -> InterfacialSprings {
-        InterfacialSprings { two_way: keys.reattach == Reattach::TwoWay }
+        InterfacialSprings { two_way: keys.is_two_way }
     }
 
     #[inline(always)]

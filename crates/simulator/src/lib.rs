@@ -4,7 +4,7 @@
 //! advances as far as it must and answers. It does no I/O, reads no clock and starts no
 //! thread, so that the same plan gives the same records wherever it runs.
 //!
-//! [`Plain`] takes every step; it is the oracle. [`Fast`] computes the same discrete trajectory
+//! [`Plain`] takes every step; it is the oracle. [`SolverKind::Fast`] computes the same discrete trajectory
 //! for a cost that follows the switches: certified windows where no contact switches, certified
 //! jumps where all are stuck, single steps in between. [`equality`] compares them.
 //!

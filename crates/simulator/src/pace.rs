@@ -31,7 +31,7 @@ impl From<SliderState> for Snapshot {
     }
 }
 
-/// The accounts by which the fast solver decides how to take its steps ([`crate::cost`]).
+/// The accounts by which the fast solver decides how to take its steps (`cost.rs`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pace {

@@ -21,7 +21,7 @@ use std::process::{Command, ExitCode};
 use std::time::Instant;
 
 use asperity_model::Plan;
-use asperity_simulator::{Counters, Fast, Plain, Solver};
+use asperity_simulator::{Counters, Plain, Solver, SolverKind};
 
 /// Rounds of each comparison; the median counts.
 const ROUNDS: usize = 5;
@@ -98,7 +98,7 @@ fn plain_ns(plan: &Plan) -> f64 {
 fn fast_s(plan: &Plan) -> (f64, Counters) {
     let mut counters = Counters::default();
     let elapsed_s = seconds(|| {
-        let mut fast = Fast::new(plan.clone());
+        let mut fast = SolverKind::Fast.start(plan.clone());
         while fast.next_record().expect("the run stays finite").is_some() {}
         counters = fast.counters();
     });
@@ -248,7 +248,7 @@ fn long_chains() {
                 "recording.event_fields=false",
             ]);
             let before_mb = resident_mb();
-            let solver = Fast::new(plan.clone());
+            let solver = SolverKind::Fast.start(plan.clone());
             let memory_mb = resident_mb() - before_mb;
             drop(solver);
             let before_ns = scalar_ns(&plan);

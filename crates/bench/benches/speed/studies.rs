@@ -12,7 +12,7 @@ use std::process::{Command, ExitCode};
 use asperity_model::{Plan, Scenario, ScenarioSource};
 use asperity_record::Record;
 use asperity_run::{Detector, Task, detectors};
-use asperity_simulator::{Fast, Solver};
+use asperity_simulator::SolverKind;
 
 use crate::{ROUNDS, asperity, median, seconds};
 
@@ -128,7 +128,7 @@ pub(crate) fn make_runs(arguments: &[String]) -> ExitCode {
 /// How many events detectors find in a run.
 fn events(plan: &Plan, mut detectors: Vec<Box<dyn Detector>>) -> usize {
     let mut events = 0;
-    let mut fast = Fast::new(plan.clone());
+    let mut fast = SolverKind::Fast.start(plan.clone());
     while let Some(record) = fast.next_record().expect("the run stays finite") {
         if let Record::Step(step) = &record {
             detectors.iter_mut().for_each(|detector| detector.observe(step, &mut |_| events += 1));

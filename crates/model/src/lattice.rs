@@ -184,11 +184,24 @@ impl Lattice {
             (offset, along, kind.stiffness_ratio * self.stiffness_n_per_m)
         });
         let bonds: Vec<_> = bonds.collect();
-        for from in 0..self.nodes() {
-            let place = self.place(from);
-            for &(offset, along, stiffness_n_per_m) in &bonds {
-                if let Some(to) = self.at(place, offset) {
-                    bond(Bond { from, to, along, stiffness_n_per_m });
+        let stays = |place: usize, step: isize, count: usize| {
+            place.checked_add_signed(step).is_some_and(|place| place < count)
+        };
+        let mut of_line = Vec::with_capacity(bonds.len());
+        for line in 0..self.lanes * self.rows {
+            // Along a line of nodes only the columns decide which bonds there are.
+            of_line.clear();
+            of_line.extend(bonds.iter().filter(|([_, across, up], ..)| {
+                stays(line % self.lanes, *across, self.lanes) && stays(line / self.lanes, *up, self.rows)
+            }));
+            for column in 0..self.columns {
+                for &([step, across, up], along, stiffness_n_per_m) in &of_line {
+                    if stays(column, step, self.columns) {
+                        let from = line * self.columns + column;
+                        let lines = up * self.lanes as isize + across;
+                        let to = from.wrapping_add_signed(lines * self.columns as isize + step);
+                        bond(Bond { from, to, along, stiffness_n_per_m });
+                    }
                 }
             }
         }

@@ -12,6 +12,8 @@
 //! `mu_s p`, which may grow while it sticks. A sliding contact feels [`ContactLaw::drag_n`], until
 //! [`ContactLaw::re_attaches`].
 
+use std::hint::select_unpredictable;
+
 /// A sliding contact before a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Sliding<const D: usize = 1> {
@@ -87,11 +89,27 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
         0.0
     }
 
+    /// Does what is compiled for each law with this one. A law with a choice that loops must not make at
+    /// every contact passes on a type for each answer.
+    fn with<W: WithLaw>(self, what: W) -> W::Output
+    where
+        Self: ContactLaw<1>,
+    {
+        what.with(self)
+    }
+
     /// The form by which solvers may leap while contacts slide; `None` where it has none, and they take
     /// single steps.
     fn affine(&self) -> Option<Affine> {
         None
     }
+}
+
+/// `mu_d p sign(v)`: what Amontons-Coulomb friction resists with.
+#[inline(always)]
+pub fn amontons_coulomb_n(sliding: &Sliding) -> f64 {
+    let [v] = sliding.velocity_m_per_s;
+    select_unpredictable(v == 0.0, 0.0, sliding.friction_n.copysign(v))
 }
 
 /// The magnitude of a vector: of one number its absolute value, to the bit.

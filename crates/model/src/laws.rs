@@ -101,7 +101,7 @@ macro_rules! laws {
             /// Does what is compiled for each law with this one.
             pub fn with<W: WithLaw>(self, what: W) -> W::Output {
                 match self {
-                    $(Law::$law(law) => what.with(law),)*
+                    $(Law::$law(law) => law.with(what),)*
                 }
             }
         }

@@ -46,8 +46,16 @@ impl LoadCourse {
 
     /// The factor in a step. `hold_step` is the step in which the drive stopped, `u64::MAX` before
     /// that.
+    #[inline]
     pub fn factor(&self, step: u64, hold_step: u64) -> f64 {
-        let (Some(first), Some(last)) = (self.knots.first(), self.knots.last()) else { return 1.0 };
+        match self.knots.as_slice() {
+            [] => 1.0,
+            [first, .., last] => self.factor_between(*first, *last, step, hold_step),
+            [only] => self.factor_between(*only, *only, step, hold_step),
+        }
+    }
+
+    fn factor_between(&self, first: (u64, f64), last: (u64, f64), step: u64, hold_step: u64) -> f64 {
         let Some(origin) = self.origin(hold_step) else { return first.1 };
         let at = step.saturating_sub(origin);
         if at >= last.0 {

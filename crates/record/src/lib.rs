@@ -25,7 +25,7 @@
 //! assert_eq!(event.topic, "/events/global");
 //! assert_eq!(event.decode::<GlobalSlip>().unwrap()?, slip);
 //!
-//! Code for events of any kind needs only what their detector announces.
+//! // Code for events of any kind needs only what their detector announces.
 //! let kind = EventKind::of::<GlobalSlip>();
 //! for (column, cell) in kind.columns.iter().zip(kind.cells(&event.payload)?) {
 //!     println!("{} = {cell} {}", column.name, column.unit.unwrap_or_default());

@@ -31,6 +31,7 @@ impl TimeGrid {
     }
 
     /// The time step `dt` in seconds.
+    #[inline]
     pub fn step_s(&self) -> f64 {
         self.step_s
     }

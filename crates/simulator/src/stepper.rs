@@ -39,7 +39,9 @@ pub(crate) struct Stepper<B> {
     plan: Arc<Plan>,
     state: SliderState,
     body: B,
+    /// Whether the drive pulls both ways, and the law holds stuck contacts still.
     pulls_both_ways: bool,
+    holds: bool,
     /// The contacts that may switch, as bits.
     marks: Vec<u64>,
     /// The contacts that switched in the last step, counted from 0, ascending.
@@ -62,6 +64,7 @@ impl<B: Body> Stepper<B> {
         Stepper {
             body,
             pulls_both_ways: plan.drive.pulls_both_ways(),
+            holds: plan.friction.law.holds(),
             marks: vec![0; plan.blocks.div_ceil(64)],
             switched: Vec::new(),
             counters: Counters::default(),
@@ -131,7 +134,7 @@ impl<B: Body> Stepper<B> {
         let Stepper { plan, state, body, .. } = self;
         let may_switch = body.advance(plan, state);
         // By a law that holds stuck contacts, what stops does so in this step.
-        let holds = plan.friction.law.holds();
+        let holds = self.holds;
         if !holds {
             body.add_step(plan, state, load);
         }

@@ -1,9 +1,7 @@
 //! Rigid Amontons-Coulomb (2.7), Maegawa's: a stuck contact does not move, a sliding one feels
 //! `-mu_d p sign(v)` and re-attaches, at rest, in the step in which its velocity would change sign.
 
-use std::hint::select_unpredictable;
-
-use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn};
+use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn, amontons_coulomb_n};
 
 /// Friction without springs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,8 +17,7 @@ impl ContactLaw for Rigid {
 
     #[inline(always)]
     fn drag_n(&self, sliding: &Sliding) -> [f64; 1] {
-        let [v] = sliding.velocity_m_per_s;
-        [select_unpredictable(v == 0.0, 0.0, sliding.friction_n.copysign(v))]
+        [amontons_coulomb_n(sliding)]
     }
 
     #[inline(always)]

@@ -1,9 +1,7 @@
 //! Amontons-Coulomb with interfacial springs (section 5.3): a stuck contact is held by a spring, a
 //! sliding one feels `-mu_d p sign(v)` (5.14).
 
-use std::hint::select_unpredictable;
-
-use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn};
+use crate::law::{Affine, ContactLaw, LawKeys, Sliding, Turn, WithLaw, amontons_coulomb_n};
 
 /// The law of the thesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,8 +25,7 @@ impl ContactLaw for InterfacialSprings {
 
     #[inline(always)]
     fn drag_n(&self, sliding: &Sliding) -> [f64; 1] {
-        let [v] = sliding.velocity_m_per_s;
-        [select_unpredictable(v == 0.0, 0.0, sliding.friction_n.copysign(v))]
+        [amontons_coulomb_n(sliding)]
     }
 
     #[inline(always)]
@@ -45,5 +42,44 @@ impl ContactLaw for InterfacialSprings {
 
     fn affine(&self) -> Option<Affine> {
         Some(Affine { forward_only: !self.two_way })
+    }
+
+    fn with<W: WithLaw>(self, what: W) -> W::Output {
+        if self.two_way { what.with(ByRule::<true>) } else { what.with(ByRule::<false>) }
+    }
+}
+
+/// The law by one rule of re-attachment, which loops need not ask for at every contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct ByRule<const TWO_WAY: bool>;
+
+impl<const TWO_WAY: bool> ByRule<TWO_WAY> {
+    const LAW: InterfacialSprings = InterfacialSprings { two_way: TWO_WAY };
+}
+
+impl<const TWO_WAY: bool> ContactLaw for ByRule<TWO_WAY> {
+    const KEYS: &'static [&'static str] = InterfacialSprings::KEYS;
+
+    fn of(_: &LawKeys) -> ByRule<TWO_WAY> {
+        ByRule
+    }
+
+    #[inline(always)]
+    fn drag_n(&self, sliding: &Sliding) -> [f64; 1] {
+        Self::LAW.drag_n(sliding)
+    }
+
+    #[inline(always)]
+    fn re_attaches(&self, turn: &Turn) -> bool {
+        Self::LAW.re_attaches(turn)
+    }
+
+    #[inline(always)]
+    fn turned_by(&self, turn: &Turn) -> f64 {
+        Self::LAW.turned_by(turn)
+    }
+
+    fn affine(&self) -> Option<Affine> {
+        Self::LAW.affine()
     }
 }

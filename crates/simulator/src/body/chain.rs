@@ -93,6 +93,7 @@ impl OfPlan for ChainBody {
 }
 
 impl Body for ChainBody {
+    #[inline]
     fn begin_step(&mut self, plan: &Plan, state: &mut SliderState, steps_ahead: u64) {
         self.adds_alone = self.accounts.adds_single_steps(state, steps_ahead);
         if !self.adds_alone {
@@ -101,12 +102,14 @@ impl Body for ChainBody {
         }
     }
 
+    #[inline]
     fn press(&mut self, plan: &Plan, state: &SliderState, load: Load) {
         if self.strength.changes() {
             self.strength.follow(plan, state, load);
         }
     }
 
+    #[inline]
     fn pull_at(&mut self, freedom: usize, force_n: f64) {
         self.outer_force_n[freedom] = match self.prestress_n.get(freedom) {
             None => force_n,
@@ -114,11 +117,13 @@ impl Body for ChainBody {
         };
     }
 
+    #[inline]
     fn add_drive(&mut self, state: &mut SliderState, along_n: f64) {
         let moves = state.step <= state.hold_step;
         self.accounts.add_drive_step(&mut state.energy, along_n, moves);
     }
 
+    #[inline]
     fn advance(&mut self, plan: &Plan, state: &mut SliderState) -> bool {
         let dt = plan.grid.step_s();
         std::mem::swap(&mut state.tangential_force_n, &mut self.former_tangential_force_n);
@@ -159,6 +164,7 @@ impl Body for ChainBody {
         self.former_displacement_m[freedom]
     }
 
+    #[inline]
     fn add_step(&mut self, plan: &Plan, state: &mut SliderState, _: Load) {
         if !self.adds_alone {
             return;
@@ -178,6 +184,7 @@ impl Body for ChainBody {
         self.accounts.add_step(plan, &mut state.energy, &work, &state.velocity_m_per_s);
     }
 
+    #[inline]
     fn end_step(&mut self, plan: &Plan, state: &mut SliderState, is_last: bool) {
         if !self.adds_alone {
             self.accounts.pass(plan, state, is_last);

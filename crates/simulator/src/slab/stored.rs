@@ -9,10 +9,10 @@ use crate::state::SliderState;
 pub(crate) fn stored_j(plan: &Plan, lattice: &Lattice, state: &SliderState) -> (f64, f64) {
     let (nodes, u, v) = (lattice.nodes(), &state.displacement_m, &state.velocity_m_per_s);
     let square: f64 = v.iter().map(|v| v * v).sum();
-    let mut elastic_j = 0.0;
+    let (mut elastic_j, axes) = (0.0, lattice.axes());
     lattice.over_bonds(|Bond { from, to, along, stiffness_n_per_m }| {
         let part_m = |(axis, along): (usize, &f64)| along * (u[axis * nodes + to] - u[axis * nodes + from]);
-        let stretch_m: f64 = along.iter().take(lattice.axes()).enumerate().map(part_m).sum();
+        let stretch_m: f64 = along.iter().take(axes).enumerate().map(part_m).sum();
         elastic_j += 0.5 * stiffness_n_per_m * stretch_m * stretch_m;
     });
     let (kt, kf) = (plan.friction.interfacial_stiffness_n_per_m, lattice.foundation_n_per_m);

@@ -181,7 +181,9 @@ impl Lattice {
             for (along, axis) in along.iter_mut().zip(self.table.axes) {
                 *along = kind.part(offset[*axis]);
             }
-            (offset, along, kind.stiffness_ratio * self.stiffness_n_per_m)
+            let lines = offset[2] * self.lanes as isize + offset[1];
+            let ahead = lines * self.columns as isize + offset[0];
+            (offset, ahead, along, kind.stiffness_ratio * self.stiffness_n_per_m)
         });
         let bonds: Vec<_> = bonds.collect();
         let stays = |place: usize, step: isize, count: usize| {
@@ -195,11 +197,10 @@ impl Lattice {
                 stays(line % self.lanes, *across, self.lanes) && stays(line / self.lanes, *up, self.rows)
             }));
             for column in 0..self.columns {
-                for &([step, across, up], along, stiffness_n_per_m) in &of_line {
+                let from = line * self.columns + column;
+                for &([step, ..], ahead, along, stiffness_n_per_m) in &of_line {
                     if stays(column, step, self.columns) {
-                        let from = line * self.columns + column;
-                        let lines = up * self.lanes as isize + across;
-                        let to = from.wrapping_add_signed(lines * self.columns as isize + step);
+                        let to = from.wrapping_add_signed(ahead);
                         bond(Bond { from, to, along, stiffness_n_per_m });
                     }
                 }

@@ -9,12 +9,11 @@ use crate::state::SliderState;
 pub(crate) fn stored_j(plan: &Plan, lattice: &Lattice, state: &SliderState) -> (f64, f64) {
     let (nodes, u, v) = (lattice.nodes(), &state.displacement_m, &state.velocity_m_per_s);
     let square: f64 = v.iter().map(|v| v * v).sum();
-    let (mut elastic_j, axes) = (0.0, lattice.axes());
-    lattice.over_bonds(|Bond { from, to, along, stiffness_n_per_m }| {
-        let part_m = |(axis, along): (usize, &f64)| along * (u[axis * nodes + to] - u[axis * nodes + from]);
-        let stretch_m: f64 = along.iter().take(axes).enumerate().map(part_m).sum();
-        elastic_j += 0.5 * stiffness_n_per_m * stretch_m * stretch_m;
-    });
+    let mut elastic_j = match lattice.axes() {
+        1 => bonds_j::<1>(lattice, u),
+        2 => bonds_j::<2>(lattice, u),
+        _ => bonds_j::<3>(lattice, u),
+    };
     let (kt, kf) = (plan.friction.interfacial_stiffness_n_per_m, lattice.foundation_n_per_m);
     let (contacts, normal) = (plan.blocks, (lattice.axes() - 1) * nodes);
     for n in 0..contacts {
@@ -33,4 +32,16 @@ pub(crate) fn stored_j(plan: &Plan, lattice: &Lattice, state: &SliderState) -> (
         elastic_j += 0.5 * spring.stiffness_n_per_m * stretch_m * stretch_m;
     }
     (0.5 * plan.block_mass_kg * square, elastic_j)
+}
+
+/// Energy of the bonds of a lattice whose nodes move along `A` axes.
+fn bonds_j<const A: usize>(lattice: &Lattice, u: &[f64]) -> f64 {
+    let (nodes, mut elastic_j) = (lattice.nodes(), 0.0);
+    let u: [&[f64]; A] = std::array::from_fn(|axis| &u[axis * nodes..][..nodes]);
+    lattice.over_bonds(|Bond { from, to, along, stiffness_n_per_m }| {
+        let part_m = |axis: usize| along[axis] * (u[axis][to] - u[axis][from]);
+        let stretch_m: f64 = (0..A).map(part_m).sum();
+        elastic_j += 0.5 * stiffness_n_per_m * stretch_m * stretch_m;
+    });
+    elastic_j
 }

@@ -173,8 +173,9 @@ impl Lattice {
         }
     }
 
-    /// Visits all bonds once, in the order of the node from which they start, and of the table.
-    pub fn over_bonds(&self, mut bond: impl FnMut(Bond)) {
+    /// Visits the lines of nodes, each by its first node, with the bonds that start along it in the order of
+    /// the table.
+    pub fn over_lines(&self, mut line: impl FnMut(usize, &[BondsOfLine])) {
         let one_way = |kind: &'static BondKind| kind.offsets.iter().map(move |offset| (*offset, kind));
         let bonds = self.table.bonds.iter().flat_map(one_way).map(|(offset, kind)| {
             let mut along = [0.0; 3];
@@ -186,26 +187,35 @@ impl Lattice {
             (offset, ahead, along, kind.stiffness_ratio * self.stiffness_n_per_m)
         });
         let bonds: Vec<_> = bonds.collect();
-        let stays = |place: usize, step: isize, count: usize| {
-            place.checked_add_signed(step).is_some_and(|place| place < count)
+        // The places along an axis at which a bond starts.
+        let starts = |step: isize, count: usize| {
+            let first = step.min(0).unsigned_abs();
+            first..count.saturating_sub(step.max(0).unsigned_abs()).max(first)
         };
         let mut of_line = Vec::with_capacity(bonds.len());
-        for line in 0..self.lanes * self.rows {
-            // Along a line of nodes only the columns decide which bonds there are.
+        for number in 0..self.lanes * self.rows {
             of_line.clear();
-            of_line.extend(bonds.iter().filter(|([_, across, up], ..)| {
-                stays(line % self.lanes, *across, self.lanes) && stays(line / self.lanes, *up, self.rows)
-            }));
-            for column in 0..self.columns {
-                let from = line * self.columns + column;
-                for &([step, ..], ahead, along, stiffness_n_per_m) in &of_line {
-                    if stays(column, step, self.columns) {
-                        let to = from.wrapping_add_signed(ahead);
-                        bond(Bond { from, to, along, stiffness_n_per_m });
-                    }
+            for &([step, across, up], ahead, along, stiffness_n_per_m) in &bonds {
+                let (columns, lanes, rows) =
+                    (starts(step, self.columns), starts(across, self.lanes), starts(up, self.rows));
+                let (lane, row) = (number % self.lanes, number / self.lanes);
+                if !columns.is_empty() && lanes.contains(&lane) && rows.contains(&row) {
+                    of_line.push(BondsOfLine { columns, ahead, along, stiffness_n_per_m });
                 }
             }
+            line(number * self.columns, &of_line);
         }
+    }
+
+    /// Visits all bonds once, in the order of the node from which they start, and of the table.
+    pub fn over_bonds(&self, mut bond: impl FnMut(Bond)) {
+        self.over_lines(|first, bonds| {
+            for column in 0..self.columns {
+                for of_line in bonds.iter().filter(|bonds| bonds.columns.contains(&column)) {
+                    bond(of_line.bond(first + column));
+                }
+            }
+        });
     }
 
     /// The pull of springs on one freedom, bond by bond.
@@ -319,4 +329,26 @@ pub struct Bond {
     pub along: [f64; 3],
     /// Stiffness of the spring.
     pub stiffness_n_per_m: f64,
+}
+
+/// The bonds of one kind that start along a line of nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BondsOfLine {
+    /// The columns at which they start.
+    pub columns: Range<usize>,
+    /// By how much the numbers of their ends differ.
+    pub ahead: isize,
+    /// [`Bond::along`].
+    pub along: [f64; 3],
+    /// [`Bond::stiffness_n_per_m`].
+    pub stiffness_n_per_m: f64,
+}
+
+impl BondsOfLine {
+    /// The bond from a node.
+    #[inline]
+    pub fn bond(&self, from: usize) -> Bond {
+        let &BondsOfLine { ahead, along, stiffness_n_per_m, .. } = self;
+        Bond { from, to: from.wrapping_add_signed(ahead), along, stiffness_n_per_m }
+    }
 }

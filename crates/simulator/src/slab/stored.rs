@@ -1,6 +1,5 @@
 //! Energies of a state of a lattice, without sums over steps.
 
-use asperity_model::lattice::Bond;
 use asperity_model::{Lattice, Plan};
 
 use crate::state::SliderState;
@@ -36,12 +35,27 @@ pub(crate) fn stored_j(plan: &Plan, lattice: &Lattice, state: &SliderState) -> (
 
 /// Energy of the bonds of a lattice whose nodes move along `A` axes.
 fn bonds_j<const A: usize>(lattice: &Lattice, u: &[f64]) -> f64 {
-    let (nodes, mut elastic_j) = (lattice.nodes(), 0.0);
-    let u: [&[f64]; A] = std::array::from_fn(|axis| &u[axis * nodes..][..nodes]);
-    lattice.over_bonds(|Bond { from, to, along, stiffness_n_per_m }| {
-        let part_m = |axis: usize| along[axis] * (u[axis][to] - u[axis][from]);
-        let stretch_m: f64 = (0..A).map(part_m).sum();
-        elastic_j += 0.5 * stiffness_n_per_m * stretch_m * stretch_m;
+    let nodes = lattice.nodes();
+    // Energies of a line of nodes by node and kind, in the order of the sum; 0 for missing bonds.
+    let (mut bond_j, mut elastic_j) = (Vec::new(), 0.0);
+    lattice.over_lines(|first, kinds| {
+        bond_j.clear();
+        bond_j.resize(lattice.columns * kinds.len(), 0.0);
+        for (kind, bonds) in kinds.iter().enumerate() {
+            let ends = |axis: usize, ahead: isize| {
+                let node = (axis * nodes + first + bonds.columns.start).wrapping_add_signed(ahead);
+                &u[node..][..bonds.columns.len()]
+            };
+            let from: [&[f64]; A] = std::array::from_fn(|axis| ends(axis, 0));
+            let to: [&[f64]; A] = std::array::from_fn(|axis| ends(axis, bonds.ahead));
+            let of_kind = bond_j[bonds.columns.start * kinds.len() + kind..].iter_mut().step_by(kinds.len());
+            for (column, bond_j) in (0..bonds.columns.len()).zip(of_kind) {
+                let part_m = |axis: usize| bonds.along[axis] * (to[axis][column] - from[axis][column]);
+                let stretch_m: f64 = (0..A).map(part_m).sum();
+                *bond_j = 0.5 * bonds.stiffness_n_per_m * stretch_m * stretch_m;
+            }
+        }
+        elastic_j = bond_j.iter().fold(elastic_j, |sum, bond_j| sum + bond_j);
     });
     elastic_j
 }

@@ -255,8 +255,9 @@ fn a_run_whose_log_was_removed_leaves_that_of_the_next_alone() {
     let arguments =
         ["run", "default", "--solver", "plain", "--set", "time.duration_s=0.3", "--out", text(&log)];
     let partial = partial_path(&log);
+    // What has been written belongs to a run that has locked the file.
     let begun = || {
-        while !partial.exists() {
+        while fs::metadata(&partial).map_or(0, |partial| partial.len()) == 0 {
             std::thread::sleep(Duration::from_millis(2));
         }
     };

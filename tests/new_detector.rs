@@ -1,8 +1,8 @@
 //! A detector is a crate and a line, a contact law a file and a line: the guide of `docs/extending.md`
 //! is followed in a copy of the workspace, with the crate of `fixtures/detector-template` and the file
 //! of `fixtures/law-template`. What the detector emits is in logs, tables and exports, and logs from
-//! before are read as what they are. By the law chains and slabs run with both solvers, resume and are
-//! checked.
+//! before are read as what they are. By that law, and by one with a memory and a timer of each contact,
+//! chains and slabs run with both solvers, resume and are checked.
 //!
 //! The copy stays in the target folder, so that only what changed is compiled again, and starts
 //! with the dependencies that the tests were built with.
@@ -22,7 +22,7 @@ use crate::support::clients::{file, said};
 use crate::support::{seed, small};
 
 const TEMPLATE: &str = "fixtures/detector-template";
-const LAW: &str = "fixtures/law-template/viscous.rs";
+const LAWS: [&str; 2] = ["viscous.rs", "healing.rs"];
 const TOPIC: &str = "/events/longest";
 const COLUMNS: &str = "event,onset_s,duration_s,duration_ratio,blocks_slipped";
 
@@ -47,7 +47,8 @@ const CHANGES: [(&str, &str, &str); 4] = [
     (
         "crates/model/src/laws.rs",
         "    InterfacialSprings in springs: \"interfacial-springs\", \"Amontons-Coulomb with a spring that holds a stuck block (5.12-5.15)\";\n",
-        "    Viscous in viscous: \"viscous\", \"springs, and sliding friction that grows with speed\";\n",
+        "    Viscous in viscous: \"viscous\", \"springs, and sliding friction that grows with speed\";\n    \
+             Healing in healing: \"healing\", \"springs, and contacts that are stronger for a known time\";\n",
     ),
 ];
 
@@ -65,7 +66,11 @@ impl Copy {
             copy.take(&file(part), Path::new(part), &mut written);
         }
         copy.take(&file(TEMPLATE), Path::new("crates/detect-longest"), &mut written);
-        copy.take(&file(LAW), Path::new("crates/model/src/laws/viscous.rs"), &mut written);
+        for law in LAWS {
+            let [from, to] =
+                ["fixtures/law-template", "crates/model/src/laws"].map(|at| Path::new(at).join(law));
+            copy.take(&file(text(&from)), &to, &mut written);
+        }
         for (path, _, _) in CHANGES {
             assert!(guide.contains(&format!("`{path}`")), "docs/extending.md does not speak of {path}");
         }
@@ -205,6 +210,31 @@ fn blocks_approach_the_terminal_velocity(asperity: &Path, folder: &Path) {
     }
 }
 
+/// A slab whose contacts slip several times.
+const SLAB: [&str; 21] = [
+    "slab",
+    "--set",
+    "slider.blocks=5",
+    "--set",
+    "slider.rows=3",
+    "--set",
+    "slider.height_m=0.07",
+    "--set",
+    "slider.mass_kg=2",
+    "--set",
+    "drive.height_m=0.035",
+    "--set",
+    "drive.velocity_m_per_s=2e-2",
+    "--set",
+    "time.step_s=1e-5",
+    "--set",
+    "time.duration_s=0.1",
+    "--set",
+    "recording.fields_s=0",
+    "--set",
+    "recording.sample_s=1e-2",
+];
+
 /// Chains and slabs slip by the law, the same with both solvers, are resumed and checked; without
 /// viscosity they are those of the law that it adds to, but for rounding.
 fn chains_and_slabs_run_by_the_law(asperity: &Path, folder: &Path) {
@@ -219,30 +249,7 @@ fn chains_and_slabs_run_by_the_law(asperity: &Path, folder: &Path) {
         "--set",
         "recording.sample_s=1e-2",
     ];
-    let slab = [
-        "slab",
-        "--set",
-        "slider.blocks=5",
-        "--set",
-        "slider.rows=3",
-        "--set",
-        "slider.height_m=0.07",
-        "--set",
-        "slider.mass_kg=2",
-        "--set",
-        "drive.height_m=0.035",
-        "--set",
-        "drive.velocity_m_per_s=2e-2",
-        "--set",
-        "time.step_s=1e-5",
-        "--set",
-        "time.duration_s=0.1",
-        "--set",
-        "recording.fields_s=0",
-        "--set",
-        "recording.sample_s=1e-2",
-    ];
-    for (body, scenario) in [("chain", &chain[..]), ("slab", &slab)] {
+    for (body, scenario) in [("chain", &chain[..]), ("slab", &SLAB)] {
         let run = |name: &str, law: &str, solver: &str| {
             let sets: Vec<&str> = law.split_whitespace().flat_map(|set| ["--set", set]).collect();
             let log = folder.join(format!("{body}-{name}.mcap"));
@@ -265,22 +272,75 @@ fn chains_and_slabs_run_by_the_law(asperity: &Path, folder: &Path) {
         }
         assert_ne!(steps(&without), steps(&fast), "{body}: viscosity changes the run");
 
-        succeed(asperity, &["check", "--again", text(&log)]);
-        // Half of a log with many checkpoints is resumed to the same log.
-        let digest = run_end(&log).digest;
-        let sets: Vec<&str> = viscous.split_whitespace().flat_map(|set| ["--set", set]).collect();
-        let half = folder.join(format!("{body}-half.mcap"));
-        let made = ["--solver", "fast", "--checkpoint-s", "0", "--out", text(&half)];
-        succeed(asperity, &[&["run"], scenario, &sets, &made].concat());
-        let bytes = fs::read(&half).expect("the log can be read");
-        fs::remove_file(&half).expect("it can be removed");
-        fs::write(asperity_runlog::partial_path(&half), &bytes[..bytes.len() / 2])
-            .expect("it can be written");
-        let resume = ["--solver", "fast", "--resume", "--out", text(&half)];
-        let said = succeed(asperity, &[&["run"], scenario, &sets, &resume].concat());
-        assert!(said.contains("goes on from"), "{body}: {said}");
-        assert_eq!(run_end(&half).digest, digest, "{body}");
+        is_checked_and_resumed(asperity, scenario, viscous, &log);
     }
+}
+
+/// A contact that re-attached detaches at 1.1 times its threshold of 28 N for 10,000 steps, and at that
+/// after them.
+fn contacts_heal_for_a_known_time(asperity: &Path, folder: &Path) {
+    const HEALING_STEPS: u64 = 10_000;
+    const LAW: &str = "friction.law=healing";
+    let chain = [
+        "ten-blocks",
+        "--set",
+        "drive.velocity_m_per_s=3e-3",
+        "--set",
+        "time.step_s=1e-6",
+        "--set",
+        "time.duration_s=0.5",
+    ];
+    let run = |name: &str, scenario: &[&str], law: &str, solver: &str| {
+        let log = folder.join(format!("{name}-{solver}.mcap"));
+        let tables = exported(asperity, &[scenario, &["--set", law, "--solver", solver]].concat(), &log);
+        let table = table(&tables, "switch.csv");
+        let columns = ["step", "block", "tangential_force_n", "threshold_n"].map(|name| column(&table, name));
+        (columns, log)
+    };
+    for (body, scenario) in [("chain", &chain[..]), ("slab", &SLAB)] {
+        let name = format!("healing-{body}");
+        let ([steps, ..], log) = run(&name, scenario, LAW, "fast");
+        let ([of_plain, ..], _) = run(&name, scenario, LAW, "plain");
+        let springs = "friction.law=interfacial-springs";
+        let ([of_springs, ..], _) = run(&format!("{name}-springs"), scenario, springs, "fast");
+        assert!(steps == of_plain && steps != of_springs, "{body}: {steps:?} {of_plain:?} {of_springs:?}");
+        is_checked_and_resumed(asperity, scenario, LAW, &log);
+    }
+    let ([steps, blocks, forces, thresholds], _) = run("healing", &chain, LAW, "fast");
+    let (mut slides, mut attached_step) = ([false; 10], [f64::NEG_INFINITY; 10]);
+    let (mut early, mut late) = (0, 0);
+    for n in 0..steps.len() {
+        let block = blocks[n] as usize - 1;
+        slides[block] = !slides[block];
+        if !slides[block] {
+            attached_step[block] = steps[n];
+            continue;
+        }
+        let stuck_steps = (steps[n] - attached_step[block]) as u64;
+        let heals = stuck_steps <= HEALING_STEPS;
+        *(if heals { &mut early } else { &mut late }) += 1;
+        assert_eq!(thresholds[n], if heals { 1.1 * 28.0 } else { 28.0 }, "step {}", steps[n]);
+        // What has healed may have been pulled by more than it now bears.
+        let most = if stuck_steps == HEALING_STEPS + 1 { 1.1 } else { 1.01 };
+        assert!((1.0..most).contains(&(forces[n] / thresholds[n])), "step {}: {}", steps[n], forces[n]);
+    }
+    assert!(early > 10 && late > 10, "{early} early, {late} late");
+}
+
+/// A log by a law is what its scenario says, and half of it, with many checkpoints, is resumed to the same.
+fn is_checked_and_resumed(asperity: &Path, scenario: &[&str], law: &str, log: &Path) {
+    succeed(asperity, &["check", "--again", text(log)]);
+    let sets: Vec<&str> = law.split_whitespace().flat_map(|set| ["--set", set]).collect();
+    let half = log.with_extension("half.mcap");
+    let made = ["--solver", "fast", "--checkpoint-s", "0", "--out", text(&half)];
+    succeed(asperity, &[&["run"], scenario, &sets, &made].concat());
+    let bytes = fs::read(&half).expect("the log can be read");
+    fs::remove_file(&half).expect("it can be removed");
+    fs::write(asperity_runlog::partial_path(&half), &bytes[..bytes.len() / 2]).expect("it can be written");
+    let resume = ["--solver", "fast", "--resume", "--out", text(&half)];
+    let said = succeed(asperity, &[&["run"], scenario, &sets, &resume].concat());
+    assert!(said.contains("goes on from"), "{law}: {said}");
+    assert_eq!(run_end(&half).digest, run_end(log).digest, "{law}");
 }
 
 #[test]
@@ -288,6 +348,7 @@ fn the_guide_gives_a_detector_and_a_law_that_runs_and_logs_have() {
     let asperity = Copy::make().build();
     let scratch = folder();
     blocks_approach_the_terminal_velocity(&asperity, scratch.path());
+    contacts_heal_for_a_known_time(&asperity, scratch.path());
     chains_and_slabs_run_by_the_law(&asperity, scratch.path());
     let [old, new] = ["old.mcap", "new.mcap"].map(|name| scratch.path().join(name));
     small::run(&old);

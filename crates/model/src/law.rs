@@ -9,14 +9,15 @@
 //!
 //! A stuck contact either does not move ([`ContactLaw::HOLDS`]) or is pulled by a friction spring
 //! `-k_t (u - u_stick)`. It detaches where the magnitude of the tangential force reaches its strength,
-//! `mu_s p`, which may grow while it sticks. A sliding contact feels [`ContactLaw::drag_n`], until
-//! [`ContactLaw::re_attaches`].
+//! `mu_s p`, which may grow while it sticks, or more by its law ([`ContactLaw::strength_n`]). A sliding contact feels [`ContactLaw::drag_n`], until
+//! [`ContactLaw::re_attaches`]. A law may remember numbers of each contact ([`ContactLaw::MEMORY`]) and change
+//! them at steps known in advance. Drag is heat; neither it nor the memory stores energy.
 
 use std::hint::select_unpredictable;
 
 /// A sliding contact before a step.
 #[derive(Debug, Clone, Copy)]
-pub struct Sliding<const D: usize = 1> {
+pub struct Sliding<'a, const D: usize = 1> {
     /// Its velocity.
     pub velocity_m_per_s: [f64; D],
     /// All that pulls at it but friction.
@@ -25,6 +26,8 @@ pub struct Sliding<const D: usize = 1> {
     pub friction_n: f64,
     /// By how much a force of 1 N changes its velocity in the step, `dt / m`.
     pub step_over_mass_s_per_kg: f64,
+    /// Its memory ([`ContactLaw::MEMORY`]).
+    pub memory: &'a [f64],
 }
 
 /// A sliding contact in a step that changes its velocity.
@@ -34,6 +37,23 @@ pub struct Turn<const D: usize = 1> {
     pub velocity_m_per_s: [f64; D],
     /// Its velocity after the step.
     pub new_velocity_m_per_s: [f64; D],
+}
+
+/// A contact after a step, its switch included.
+#[derive(Debug, Clone, Copy)]
+pub struct Stepped<const D: usize = 1> {
+    /// The step, from 1.
+    pub step: u64,
+    /// `dt`.
+    pub step_s: f64,
+    /// Whether it re-attached in the step.
+    pub re_attached: bool,
+    /// Whether it enters the next step sliding.
+    pub slides: bool,
+    /// Its velocity.
+    pub velocity_m_per_s: [f64; D],
+    /// `mu_d p` in the step.
+    pub friction_n: f64,
 }
 
 /// How solvers may leap over many steps in which no contact switches: sliding friction is
@@ -73,7 +93,7 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
     fn of(keys: &LawKeys) -> Self;
 
     /// What resists the motion of a sliding contact, N: positive against a positive velocity.
-    fn drag_n(&self, sliding: &Sliding<D>) -> [f64; D];
+    fn drag_n(&self, sliding: &Sliding<'_, D>) -> [f64; D];
 
     /// Whether a sliding contact re-attaches in a step.
     fn re_attaches(&self, turn: &Turn<D>) -> bool;
@@ -82,6 +102,30 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
     /// faster than answers.
     fn turned_by(&self, turn: &Turn<D>) -> f64 {
         if self.re_attaches(turn) { 1.0 } else { -1.0 }
+    }
+
+    /// How many numbers a contact remembers from step to step, besides its anchor and whether it slides. They
+    /// begin as 0, and checkpoints save them.
+    ///
+    /// A law with memory has no [`ContactLaw::affine`] form, so that solvers leap only while all contacts
+    /// stick; there the memory must not change but in the steps of [`ContactLaw::next_change_step`].
+    const MEMORY: usize = 0;
+
+    /// The force at which a stuck contact detaches, N: at least `static_n`, which is `mu_s p` with its
+    /// ageing. Leaps end before the tangential force reaches `static_n`.
+    #[inline(always)]
+    fn strength_n(&self, static_n: f64, _memory: &[f64]) -> f64 {
+        static_n
+    }
+
+    /// Updates the memory of a contact after a step, except the one in which it detaches: records of that
+    /// give the strength that it had.
+    fn remember(&self, _after: &Stepped<D>, _memory: &mut [f64]) {}
+
+    /// The timer of a contact: the next step in which its memory changes although it sticks, after the last
+    /// step taken; `u64::MAX` without one. No leap crosses it.
+    fn next_change_step(&self, _memory: &[f64]) -> u64 {
+        u64::MAX
     }
 
     /// Damping of a sliding contact, for the bound of the time step.
@@ -105,9 +149,15 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
     }
 }
 
+/// The memory of contact `n` in that of all contacts.
+#[inline(always)]
+pub fn memory_of<const D: usize, L: ContactLaw<D>>(memory: &[f64], n: usize) -> &[f64] {
+    &memory[n * L::MEMORY..][..L::MEMORY]
+}
+
 /// `mu_d p sign(v)`: what Amontons-Coulomb friction resists with.
 #[inline(always)]
-pub fn amontons_coulomb_n(sliding: &Sliding) -> f64 {
+pub fn amontons_coulomb_n(sliding: &Sliding<'_>) -> f64 {
     let [v] = sliding.velocity_m_per_s;
     select_unpredictable(v == 0.0, 0.0, sliding.friction_n.copysign(v))
 }

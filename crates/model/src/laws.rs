@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::law::{Affine, ContactLaw, LawKeys, WithLaw};
+use crate::law::{Affine, ContactLaw, LawKeys, WithLaw, memory_of};
 
 /// What the key table says of the laws: each word and its meaning.
 macro_rules! text {
@@ -89,6 +89,32 @@ macro_rules! laws {
                 match self {
                     $(Law::$law(law) => law.affine(),)*
                 }
+            }
+
+            /// [`ContactLaw::MEMORY`].
+            pub fn memory(self) -> usize {
+                match self {
+                    $(Law::$law(_) => <$file::$law as ContactLaw>::MEMORY,)*
+                }
+            }
+
+            /// [`ContactLaw::strength_n`].
+            pub fn strength_n(self, static_n: f64, memory: &[f64], contact: usize) -> f64 {
+                match self {
+                    $(Law::$law(law) => law.strength_n(static_n, memory_of::<1, $file::$law>(memory, contact)),)*
+                }
+            }
+
+            /// The earliest of [`ContactLaw::next_change_step`], of the memory of all contacts.
+            pub fn next_change_step(self, memory: &[f64]) -> u64 {
+                if memory.is_empty() {
+                    return u64::MAX;
+                }
+                let contacts = memory.chunks_exact(self.memory());
+                let next_step = |memory: &[f64]| match self {
+                    $(Law::$law(law) => law.next_change_step(memory),)*
+                };
+                contacts.map(next_step).min().unwrap_or(u64::MAX)
             }
 
             /// [`ContactLaw::damping_kg_per_s`].

@@ -43,6 +43,9 @@ pub(crate) trait Body: Clone + Debug + Send + 'static {
     /// Sets the bit of each contact that switches after [`Body::advance`], or may if contacts age.
     fn mark_switches(&self, state: &SliderState, marks: &mut [u64]);
 
+    /// Updates the memory of the contacts after a step in which some switched, for a law with memory.
+    fn remember(&self, plan: &Plan, state: &mut SliderState, switched: &[usize]);
+
     /// Displacement before the step of a freedom of a contact.
     fn former_displacement_m(&self, freedom: usize) -> f64;
 

@@ -3,8 +3,8 @@
 //! It is the last part of every certificate: of a chain at rest ([`crate::rest`]) and of jumps by any
 //! body. What swings around the linear part, and reserves for rounding, are taken from the room before.
 
+use crate::norms::ROUNDING;
 use crate::strength::{Load, Ramp, StopForce};
-use crate::window::norms::ROUNDING;
 
 /// Steps until the first of some forces may meet its limit.
 #[derive(Debug, Clone, Copy)]

@@ -23,11 +23,11 @@ use crate::exact::Exact;
 use crate::kernels::Simd;
 use crate::kind;
 use crate::ledger::Ledger;
+use crate::norms::Norms;
 use crate::plain::Plain;
 use crate::recorder::{fields, is_on_cadence};
 use crate::solver::{SimulationError, Solver};
 use crate::state::SliderState;
-use crate::window::norms::Norms;
 
 /// Numbers agree within this share of the largest of their kind in the run.
 pub const TOLERANCE: f64 = 1e-9;

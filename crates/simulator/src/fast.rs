@@ -6,9 +6,9 @@
 //! is cut up depends on the trajectory alone. What is to be recorded inside a leap is evaluated on the
 //! side.
 //!
-//! Leaps that are refused or short cost more than the steps that they cover. Accounts are kept
-//! ([`crate::cost`]): what leaps save pays for tries in vain, and once nothing is left, a try is
-//! followed by many single steps with nothing beside them.
+//! Leaps that are refused or short cost more than the steps that they cover. So the solver keeps accounts
+//! ([`crate::cost`]): the steps that leaps save pay for attempts in vain, and once nothing is left, an attempt is
+//! followed by many single steps.
 
 mod chain;
 mod lattice;
@@ -53,14 +53,14 @@ pub(crate) trait Leaps: Clone + Debug + Send + 'static {
     /// go with the state.
     fn land(&mut self, leap: Self::Leap, solver: &mut Open<'_, Self::Body>);
 
-    /// So many single steps take no longer than putting together a state inside a leap.
+    /// The cost of a state inside a leap, in single steps.
     fn steps_of_sample(&self, leap: Self::Leap) -> u64;
 
     /// Writes the state `into` steps into the leap; samples come in the order of time.
     fn sample(&mut self, leap: Self::Leap, into: u64, plan: &Plan, aside: &mut Stepper<Self::Body>);
 
-    /// Prepares the energies for so few steps from a sample to the next; returns how many single steps
-    /// they are to be taken for.
+    /// Prepares the energies for the few steps from a sample to the next; returns for how many single steps
+    /// that is.
     fn go_on(&mut self, _steps: u64, _plan: &Plan, _aside: &mut Stepper<Self::Body>) -> u64 {
         0
     }
@@ -243,9 +243,12 @@ impl<L: Leaps> Solver for Fast<L> {
             let state = self.stepper.state();
             let edge_ahead = (state.sliding > 0) != (state.detached > 0);
             if self.pace.single_steps == 0 && !edge_ahead {
-                // Not beyond where drive or load change their course, nor to the last step.
+                // Not beyond where drive or load change their course, nor to the next step in which a contact
+                // changes by itself, nor to the last step.
                 let steady_step = self.plan.steady_until_step(state.step, state.hold_step);
-                let most_steps = (self.plan.steps - 1).min(steady_step) - state.step;
+                let change_step = self.plan.friction.law.next_change_step(&state.memory);
+                let until_step = (self.plan.steps - 1).min(steady_step).min(change_step - 1);
+                let most_steps = until_step.saturating_sub(state.step);
                 let (leaps, mut solver) = self.open();
                 match leaps.open(&mut solver, most_steps) {
                     Ok(leap) => {

@@ -1,380 +1,105 @@
-//! Jumps: most of a stick phase at once.
+//! Jumps: most of a stick phase at once, by any body.
 //!
-//! While every block is stuck the map of a step is the same for the whole run.
-//! Its quasi-static solution advances by the same displacement every step,
+//! While every contact sticks, all forces are linear and the map of a step stays the same. The solution
+//! has two parts. The forced part follows drive and load and advances by the same displacement in every
+//! step,
 //!
 //! ```text
-//! u_q(s + i) = a + i b,  v_q = b / dt,
-//! M a = k_t u_stick + eta L v_q + prestress + sum_n e_n K_n X(s + 1),  M b = sum_n e_n K_n V dt,
+//! u_q(s + i) = a + i b,  v_q = b / dt,  M b = g,  M a = G(s + 1) - C v_q,
 //! ```
 //!
-//! with `M` the stiffness of chain, drive and friction springs, `L` the second
-//! difference and `X` the drive point, whose velocity `V` is 0 once it is held. What is left, `r = y - y_q`, obeys the map without forcing: each of its
-//! modal coordinates ([`crate::modes`]) is multiplied by the same number in every step.
+//! with `M` and `C` the stiffness and damping of the stuck slider, its friction springs and drive
+//! included, `G` the outer forces and `g` their change in a step. The rest, `r = y - y_q`, obeys the map
+//! without outer forces: it is a sum of modes, each multiplied by the same number in every step.
 //!
-//! **Certificate.** The force of the quasi-static part on a block is
-//! `k_t (u_q - u_stick)`, linear in time. No mode grows, so that of the residue is at
-//! most the sum over the modes of the force by a mode of size 1 times the size of its
-//! coordinate now. A jump ends before the sum of both, with the reserve for rounding
-//! of [`crate::window::norms`] and one for what the modes may miss of the residue, reaches any
-//! threshold.
+//! **Certificate.** Forces of the forced part are linear in time ([`crate::clearance`]). The modes do not
+//! grow; so those of the rest are at most the sum of their sizes now. A jump ends before both together,
+//! with a reserve for rounding ([`crate::norms`]) and one for what the modes miss, reach a threshold.
 //!
-//! Chains too long for stored modes are taken apart into waves ([`crate::standing_waves`]), of which none is
-//! stored; there, what is missing when the residue is put together
-//! again is counted, and a jump is refused if that is more than rounding.
+//! The bodies differ in how they find the forced part and the modes: [`chain`], [`lattice`].
+
+pub(crate) mod chain;
+pub(crate) mod lattice;
 
 use asperity_model::Plan;
-use asperity_model::chain::{SteadyLoading, Stiffness};
-use asperity_model::elastic::Chain;
 
 use crate::clearance::Clearance;
-use crate::cost::{self, Costs, LONG_CHAIN};
-use crate::energy::Accounts;
-use crate::kernels::Simd;
-use crate::modes::{Coordinates, Modes};
-use crate::operator_cache::OperatorCache;
-use crate::standing_waves::{DEFECT_PER_BLOCK, StandingWaves};
 use crate::state::SliderState;
-use crate::strength::{Ramp, StopForce, least_threshold_n};
-use crate::window::norms::{Norms, ROUNDING, invariant};
+use crate::strength::{Ramp, StopForce};
 
-/// Below this many steps windows are cheaper than a jump with stored modes.
-const SHORTEST: u64 = 10_000;
-
-/// The same with waves.
-const SHORTEST_WITH_WAVES: u64 = 1_500;
-
-/// Steps after which it may be worth trying again where a jump with stored modes was refused, and
-/// where the quasi-static part alone refused one with waves.
-const PATIENCE_STEPS: u64 = SHORTEST / 16;
-const PATIENCE_WITH_WAVES_STEPS: u64 = 100;
-
-/// What samples may leave out of displacements, over the largest of them: a rounding error or two.
-const NEGLIGIBLE: f64 = 4e-16;
-
-/// What waves may miss besides their defect: rounding errors of the state.
-const MISSED_OF_STATE: f64 = 4.0 * f64::EPSILON;
-
-/// Where the residue is taken apart.
+/// The forced part of a jump.
 #[derive(Debug, Clone)]
-enum Basis {
-    Stored(Modes),
-    Waves(Box<StandingWaves>),
-}
-
-impl Basis {
-    fn of(plan: &Plan, chain: &Chain, simd: Simd) -> Option<Basis> {
-        if plan.blocks <= LONG_CHAIN {
-            OperatorCache::HERE.modes(plan, chain, simd).map(|stored| Basis::Stored(Modes::new(stored)))
-        } else {
-            StandingWaves::of(plan, chain, simd).map(|waves| Basis::Waves(Box::new(waves)))
-        }
-    }
-
-    fn growth(&self, steps: u64) -> Coordinates {
-        match self {
-            Basis::Stored(modes) => modes.growth(steps),
-            Basis::Waves(waves) => waves.growth(steps),
-        }
-    }
-}
-
-/// The stuck chain's modes, and the quasi-static state and residue of one jump.
-#[derive(Debug, Clone)]
-pub(crate) struct Jump {
-    chain: Chain,
-    simd: Simd,
-    norms: Norms,
-    basis: Basis,
-    stiffness: Stiffness,
-    spring: Vec<f64>,
-    /// `b` and `v_q` while the drive point moves, while it stands, and which it is.
-    loading: [SteadyLoading; 2],
-    moves: bool,
-    /// `a` and `r` of the jump that is open, and `r` in modal coordinates.
+pub(crate) struct Forced {
+    /// `a` and `b` of each freedom.
     position_m: Vec<f64>,
-    residue: Vec<f64>,
-    composed: Vec<f64>,
-    coordinates: Coordinates,
+    advance_m: Vec<f64>,
+    /// The step of the state where the jump begins.
     from_step: u64,
-    costs: Costs,
-    /// What was spent on the last attempt, and on landing if it is open.
-    cost_steps: u64,
-    /// How long to wait for the next one, if it was refused.
-    patience_steps: u64,
-    /// The size of modes that change nothing in displacements.
-    negligible: f64,
-    /// Sum of a residue's displacements over the states on the way.
-    ways_m: Vec<f64>,
-    /// Coordinates at the last sample, where that was, and how they grow in the
-    /// number of steps that last lay between two.
-    sampled: Coordinates,
-    sampled_step: u64,
-    cadence: (u64, Coordinates),
-    swing: Vec<f64>,
-    /// The same some steps later, by which nothing is certified.
-    calmer_swing: Vec<f64>,
+    /// Whether the drive moves in the next step, and the step in which it stops.
+    moves: bool,
+    hold_step: u64,
+    /// The load of the next step, and its rate.
+    ramp: Ramp,
 }
 
-impl Jump {
-    /// Whether the run is long enough for the modes to be worth finding; never by a law
-    /// that holds stuck blocks, where nothing vibrates while all blocks are stuck.
-    pub(crate) fn may_pay(plan: &Plan) -> bool {
-        !plan.friction.law.holds() && Costs::of(plan).all_modes_pay(plan.steps, plan.blocks <= LONG_CHAIN)
-    }
-
-    /// `None` for chains whose modes do not tell all of their states.
-    pub(crate) fn new(plan: &Plan, chain: &Chain, simd: Simd) -> Option<Jump> {
-        let blocks = plan.blocks;
-        let basis = Basis::of(plan, chain, simd)?;
-        let stiffness = Stiffness::of(plan, chain);
-        Some(Jump {
-            chain: *chain,
-            simd,
-            norms: Norms::of(plan),
-            cadence: (0, basis.growth(0)),
-            basis,
-            spring: vec![plan.friction.interfacial_stiffness_n_per_m; blocks],
-            loading: [false, true].map(|moves| SteadyLoading::of(plan, &stiffness, moves)),
-            moves: true,
-            stiffness,
-            position_m: vec![0.0; blocks],
-            residue: vec![0.0; 2 * blocks],
-            composed: vec![0.0; 2 * blocks],
-            coordinates: Coordinates::default(),
+impl Forced {
+    fn of_freedoms(freedoms: usize) -> Forced {
+        Forced {
+            position_m: vec![0.0; freedoms],
+            advance_m: vec![0.0; freedoms],
             from_step: 0,
-            costs: Costs::of(plan),
-            cost_steps: 0,
-            patience_steps: PATIENCE_STEPS,
-            negligible: 0.0,
-            ways_m: vec![0.0; blocks],
-            sampled: Coordinates::default(),
-            sampled_step: 0,
-            swing: vec![0.0; blocks],
-            calmer_swing: Vec::new(),
-        })
-    }
-
-    /// Below this many steps a jump is not worth it.
-    fn shortest_steps(&self) -> u64 {
-        match &self.basis {
-            Basis::Stored(_) => SHORTEST,
-            Basis::Waves(_) => SHORTEST_WITH_WAVES,
+            moves: true,
+            hold_step: u64::MAX,
+            ramp: Ramp::FLAT,
         }
     }
 
-    /// Steps after which it may be worth trying again where a jump was refused.
-    pub(crate) fn patience_steps(&self) -> u64 {
-        self.patience_steps
-    }
-
-    /// What was spent on the last attempt, and will be on landing if it was certified.
-    pub(crate) fn cost_steps(&self) -> u64 {
-        self.cost_steps
-    }
-
-    /// Of taking a state apart, or of putting it together again.
-    pub(crate) fn modes_steps(&self) -> u64 {
-        match &self.basis {
-            Basis::Stored(_) => self.costs.modes_steps(),
-            Basis::Waves(_) => self.costs.waves_steps(),
-        }
-    }
-
-    /// Splits a state in which every block is stuck, and gives the largest number
-    /// of steps over which none detaches by the certificate, 0 if those are not worth it.
-    pub(crate) fn open(&mut self, plan: &Plan, state: &SliderState, most_steps: u64) -> u64 {
-        let (blocks, fewest_steps) = (plan.blocks, self.shortest_steps());
-        self.cost_steps = cost::QUASI_STATIC_STEPS;
-        self.patience_steps = match &self.basis {
-            Basis::Stored(_) => PATIENCE_STEPS,
-            Basis::Waves(_) => PATIENCE_WITH_WAVES_STEPS,
-        };
-        if most_steps < fewest_steps {
-            return 0;
-        }
-        self.moves = state.hold_step > state.step + 1;
-        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
-        let loading = &self.loading[usize::from(self.moves)];
-        loading.position_m(plan, &self.stiffness, &state.stick_position_m, point_m, &mut self.position_m);
-        // What even the quasi-static part does not allow needs no closer look.
-        self.swing.fill(0.0);
-        let least = self.certified_steps(plan, state, 0.0);
-        if least.min(self.steps_to_load(plan, state, 0.0)) < fewest_steps {
-            return 0;
-        }
-        self.cost_steps = self.modes_steps();
-        let velocity_m_per_s = &self.loading[usize::from(self.moves)].velocity_m_per_s;
-        let (u, v) = self.residue.split_at_mut(blocks);
-        for n in 0..blocks {
-            u[n] = state.displacement_m[n] - self.position_m[n];
-            v[n] = state.velocity_m_per_s[n] - velocity_m_per_s[n];
-        }
-        let norm = invariant(plan, &self.chain, self.simd, &self.spring, [u, v]).sqrt();
-        let simd = self.simd;
-        let (u_scale, v_scale) = (simd.largest(&state.displacement_m), simd.largest(&state.velocity_m_per_s));
-        let missed = match &mut self.basis {
-            Basis::Stored(modes) => {
-                modes.project(&self.residue, &mut self.coordinates);
-                modes.bound(&self.coordinates, &mut self.swing);
-                modes.missed() * norm
-            }
-            Basis::Waves(waves) => {
-                waves.project(&self.residue, &mut self.coordinates);
-                waves.bound(&self.coordinates, &mut self.swing);
-                if self.certified_steps(plan, state, 0.0) < fewest_steps {
-                    self.wait_for_calm(plan, state, fewest_steps);
-                    return 0;
-                }
-                let Basis::Waves(waves) = &mut self.basis else { unreachable!("it is made of waves") };
-                waves.compose(&self.coordinates, &mut self.composed);
-                self.cost_steps += self.costs.waves_steps();
-                let (mut missed_u, mut missed_v) = (0.0f64, 0.0f64);
-                for n in 0..blocks {
-                    missed_u = missed_u.max((self.composed[n] - self.residue[n]).abs());
-                    missed_v = missed_v.max((self.composed[blocks + n] - self.residue[blocks + n]).abs());
-                }
-                let (u, v) = self.residue.split_at(blocks);
-                let defect = DEFECT_PER_BLOCK * blocks as f64;
-                let all_there = missed_u <= MISSED_OF_STATE * u_scale + defect * simd.largest(u)
-                    && missed_v <= MISSED_OF_STATE * v_scale + defect * simd.largest(v);
-                if !all_there {
-                    return 0;
-                }
-                self.norms.at_most(blocks, missed_u, missed_v)
-            }
-        };
-        // Displacements grow on the way.
-        let advance_m = simd.largest(&self.loading[usize::from(self.moves)].advance_m) * most_steps as f64;
-        let largest_m = simd.largest(&self.position_m);
-        let rounding = self.norms.force_rounding(u_scale.max(largest_m) + advance_m, v_scale);
+    /// Begins at a state. The body finds `a` and `b`.
+    fn begin(&mut self, plan: &Plan, state: &SliderState) {
         self.from_step = state.step;
-        self.negligible = NEGLIGIBLE / blocks as f64 * largest_m;
-        self.sampled.clone_from(&self.coordinates);
-        self.sampled_step = state.step;
-        let swing = self.norms.drive * (norm + missed) + rounding * blocks as f64;
-        let steps = self
-            .certified_steps(plan, state, self.norms.force * missed + rounding)
-            .min(self.steps_to_load(plan, state, swing))
-            .min(most_steps);
-        if steps < fewest_steps {
-            return 0;
-        }
-        self.cost_steps += self.modes_steps();
-        steps
+        self.moves = state.hold_step > state.step + 1;
+        self.hold_step = state.hold_step;
+        self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
     }
 
-    /// Foresees after how many steps the waves will have become calm enough for a jump, and has the
-    /// next attempt wait for it.
-    fn wait_for_calm(&mut self, plan: &Plan, state: &SliderState, fewest_steps: u64) {
-        let Basis::Waves(waves) = &self.basis else { return };
-        let mut swing = std::mem::take(&mut self.calmer_swing);
-        swing.resize(plan.blocks, 0.0);
-        let (steps, asked) = waves.calm_after(&self.coordinates, |[of_first, of_others]| {
-            swing.fill(of_others);
-            swing[0] = of_first;
-            self.certified_with(plan, state, 0.0, &swing) >= fewest_steps
-        });
-        self.calmer_swing = swing;
-        self.patience_steps = steps;
-        self.cost_steps += cost::CALM_STEPS * asked;
-    }
-
-    /// Steps until the quasi-static force and the swing around it reach a threshold.
-    fn certified_steps(&self, plan: &Plan, state: &SliderState, reserve: f64) -> u64 {
-        self.certified_with(plan, state, reserve, &self.swing)
-    }
-
-    fn certified_with(&self, plan: &Plan, state: &SliderState, reserve: f64, swing: &[f64]) -> u64 {
+    /// The force of a contact's friction spring `into` steps after the first, and its change in a step.
+    #[inline]
+    fn friction_n(&self, plan: &Plan, state: &SliderState, contact: usize, into: f64) -> (f64, f64) {
         let kt = plan.friction.interfacial_stiffness_n_per_m;
-        let advance_m = &self.loading[usize::from(self.moves)].advance_m;
-        let thresholds = least_threshold_n(plan, state);
-        let ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
-        let mut clearance = Clearance::ENDLESS;
-        for n in 0..plan.blocks {
-            let threshold = ramp.load.scaled_n(thresholds[n]);
-            let room = threshold - ROUNDING * threshold - reserve - swing[n];
-            let (force, rate) = (kt * (self.position_m[n] - state.stick_position_m[n]), kt * advance_m[n]);
-            // The threshold may come down to meet the force.
-            if !clearance.stays_between(force, rate, room, -ramp.change_n(thresholds[n])) {
-                return 0;
-            }
-        }
-        clearance.steps()
+        let rate = kt * self.advance_m[contact];
+        (kt * (self.position_m[contact] - state.stick_position_m[contact]) + into * rate, rate)
     }
 
-    /// Steps until the quasi-static driving force and the swing around it reach the load that
-    /// stops the drive.
-    fn steps_to_load(&self, plan: &Plan, state: &SliderState, swing: f64) -> u64 {
-        let Some(stop) = StopForce::of(plan, state.hold_step) else { return u64::MAX };
-        let ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
-        let advance_m = &self.loading[usize::from(self.moves)].advance_m;
-        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
-        let force = plan.drive.total_force_n(point_m, &self.position_m);
-        let rate = plan.drive.total_force_n(plan.drive.velocity_m_per_s * plan.grid.step_s(), advance_m);
-        let mut clearance = Clearance::ENDLESS;
-        let stays = clearance.stays_below_stop(stop, (ramp.load, ramp), (force, rate), [swing, 0.0]);
-        if stays { clearance.steps() } else { 0 }
+    /// The sum of the driving forces `into` steps after the first, and its change in a step.
+    fn drive_n(&self, plan: &Plan, into: f64) -> (f64, f64) {
+        let point_m = plan.drive_point_m(self.from_step + 1, self.hold_step);
+        let rate = self.drive_rate_n(plan);
+        (plan.drive.total_force_n(point_m, &self.position_m) + into * rate, rate)
     }
 
-    /// Writes displacements and velocities after `into` steps of the jump.
-    pub(crate) fn land(&mut self, into: u64, state: &mut SliderState) {
-        let mut coordinates = self.coordinates.clone();
-        coordinates.grow_by(&self.basis.growth(into));
-        self.compose(into, &coordinates, f64::NEG_INFINITY, state);
+    /// The change in a step of the sum of the driving forces.
+    fn drive_rate_n(&self, plan: &Plan) -> f64 {
+        let advance_m = if self.moves { plan.drive.velocity_m_per_s * plan.grid.step_s() } else { 0.0 };
+        let springs = plan.drive.springs.iter();
+        let rates = springs.map(|spring| {
+            spring.stiffness_n_per_m * (spring.direction * advance_m - self.advance_m[spring.block])
+        });
+        rates.sum()
     }
 
-    /// The same for a sample, which leaves the jump open; samples must come in
-    /// the order of time.
-    pub(crate) fn sample(&mut self, into: u64, state: &mut SliderState) {
-        // Only samples go from one to the next, which rounds differently: where a jump
-        // lands must not depend on what is recorded.
-        let target = self.from_step + into;
-        let steps = target - self.sampled_step;
-        if self.cadence.0 != steps {
-            self.cadence = (steps, self.basis.growth(steps));
-        }
-        self.sampled.grow_by(&self.cadence.1);
-        self.sampled_step = target;
-        let sampled = std::mem::take(&mut self.sampled);
-        self.compose(into, &sampled, self.negligible, state);
-        self.sampled = sampled;
+    /// Adds the driving force to a clearance counted from `into` steps after the first, if a load stops
+    /// the drive; false if that load is reached there. `swing` is what the modes add at most, with a
+    /// reserve.
+    fn stays_below_stop(&self, plan: &Plan, into: f64, swing: [f64; 2], clearance: &mut Clearance) -> bool {
+        let Some(stop) = StopForce::of(plan, self.hold_step) else { return true };
+        let load = (self.ramp.ahead(into), self.ramp);
+        clearance.stays_below_stop(stop, load, self.drive_n(plan, into), swing)
     }
 
-    /// Adds to the energies what the steps up to a state did, to which they have just led.
-    ///
-    /// The residue's displacements sum up to what its map says, summed over the steps `r -> r'`:
-    /// `M sum u = eta L sum v - m / dt (v' - v)`, with `sum v = (u' - u) / dt + v - v'`.
-    pub(crate) fn account(&mut self, plan: &Plan, state: &mut SliderState, accounts: &Accounts) {
-        let blocks = self.position_m.len();
-        let steps = state.step - self.from_step;
-        let dt = plan.grid.step_s();
-        let (u, v) = self.residue.split_at(blocks);
-        let (new_u, new_v) = self.composed.split_at(blocks);
-        let velocities: Vec<f64> = (0..blocks).map(|n| (new_u[n] - u[n]) / dt + (v[n] - new_v[n])).collect();
-        for n in 0..blocks {
-            self.ways_m[n] =
-                plan.elastic.damping_force_n(&velocities, n) - plan.block_mass_kg / dt * (new_v[n] - v[n]);
-        }
-        self.stiffness.solve(&mut self.ways_m);
-        let advance_m = &self.loading[usize::from(self.moves)].advance_m;
-        let (position_m, ways_m, count) = (&self.position_m, &self.ways_m, steps as f64);
-        let sum_m = |n: usize| count * (position_m[n] + 0.5 * (count - 1.0) * advance_m[n]) + ways_m[n];
-        accounts.add_drive(plan, state, self.from_step, steps, sum_m, |n| position_m[n] + u[n]);
-    }
-
-    /// Without modes of at most the size `least`.
-    fn compose(&mut self, into: u64, coordinates: &Coordinates, least: f64, state: &mut SliderState) {
-        let blocks = self.position_m.len();
-        match &mut self.basis {
-            Basis::Stored(modes) => modes.compose_above(coordinates, least, &mut self.composed),
-            Basis::Waves(waves) => waves.compose_above(coordinates, least, &mut self.composed),
-        }
-        let (u, v) = self.composed.split_at(blocks);
-        let SteadyLoading { advance_m, velocity_m_per_s, .. } = &self.loading[usize::from(self.moves)];
-        for n in 0..blocks {
-            state.displacement_m[n] = self.position_m[n] + (into as f64 * advance_m[n] + u[n]);
-            state.velocity_m_per_s[n] = velocity_m_per_s[n] + v[n];
+    /// Writes the displacements `into` steps after the first, with those of the modes, and the step.
+    fn write(&self, into: u64, modes_m: &[f64], state: &mut SliderState) {
+        for (n, u) in state.displacement_m.iter_mut().enumerate() {
+            *u = self.position_m[n] + (into as f64 * self.advance_m[n] + modes_m[n]);
         }
         state.step = self.from_step + into;
         state.sliding = 0;

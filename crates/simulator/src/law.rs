@@ -6,7 +6,7 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use asperity_model::law::{ContactLaw, Sliding, WithLaw};
+use asperity_model::law::{ContactLaw, Sliding, Stepped, WithLaw, memory_of};
 use asperity_model::laws::Law;
 
 use crate::kernels::{After, Blocks, Moved, Simd, StepWork};
@@ -17,6 +17,8 @@ pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
     fn rub(&self, contacts: &mut Rubbed<'_, D>);
     /// Sets the bit of every contact that switches in a step, or may where contacts age.
     fn switching(&self, simd: Simd, marks: &mut [u64], after: &After<'_, D>);
+    /// Updates the memory of all contacts, for a law with memory.
+    fn remember(&self, memory: &mut [f64], all: &AfterSwitches<'_, D>);
 }
 
 /// The loops over the nodes of a chain, each of which carries a contact.
@@ -25,6 +27,19 @@ pub(crate) trait ChainLoops: ContactLoops<1> {
     fn step(&self, simd: Simd, new: (&mut [f64], &mut [f64]), tau: &mut [f64], old: &Blocks<'_>) -> bool;
     /// What a step did.
     fn step_work(&self, simd: Simd, moved: &Moved<'_>) -> StepWork;
+}
+
+/// Contacts after a step and its switches.
+pub(crate) struct AfterSwitches<'a, const D: usize> {
+    pub(crate) step: u64,
+    pub(crate) step_s: f64,
+    /// Of each contact.
+    pub(crate) slip: &'a [f64],
+    pub(crate) v: [&'a [f64]; D],
+    /// `mu_d p`.
+    pub(crate) sliding_friction: &'a [f64],
+    /// The contacts that switched, ascending.
+    pub(crate) switched: &'a [usize],
 }
 
 /// Contacts before a step. Vectors have the numbers along each tangential freedom one after the other.
@@ -37,6 +52,8 @@ pub(crate) struct Rubbed<'a, const D: usize> {
     pub(crate) slip: &'a [f64],
     /// `mu_d p`.
     pub(crate) sliding_friction: &'a [f64],
+    /// Of all contacts.
+    pub(crate) memory: &'a [f64],
     pub(crate) kt: f64,
     pub(crate) dt_over_m: f64,
     /// What resists each contact.
@@ -49,7 +66,7 @@ pub(crate) struct Loops<L>(pub(crate) L);
 
 impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
     fn rub(&self, contacts: &mut Rubbed<'_, D>) {
-        let Rubbed { u, v, anchor, tau, slip, sliding_friction, kt, dt_over_m, friction } = contacts;
+        let Rubbed { u, v, anchor, tau, slip, sliding_friction, memory, kt, dt_over_m, friction } = contacts;
         for n in 0..slip.len() {
             let at = |along: &[&[f64]; D]| along.map(|along| along[n]);
             let resists = if slip[n] != 0.0 {
@@ -58,6 +75,7 @@ impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
                     tangential_force_n: at(tau),
                     friction_n: sliding_friction[n],
                     step_over_mass_s_per_kg: *dt_over_m,
+                    memory: memory_of::<D, L>(memory, n),
                 })
             } else if L::HOLDS {
                 at(tau)
@@ -73,6 +91,25 @@ impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
 
     fn switching(&self, simd: Simd, marks: &mut [u64], after: &After<'_, D>) {
         simd.switching(marks, after, &self.0);
+    }
+
+    fn remember(&self, memory: &mut [f64], all: &AfterSwitches<'_, D>) {
+        let mut switched = all.switched.iter().peekable();
+        for (n, memory) in memory.chunks_exact_mut(L::MEMORY).enumerate() {
+            let (slides, switched) = (all.slip[n] != 0.0, switched.next_if_eq(&&n).is_some());
+            if slides && switched {
+                continue;
+            }
+            let after = Stepped {
+                step: all.step,
+                step_s: all.step_s,
+                re_attached: switched,
+                slides,
+                velocity_m_per_s: all.v.map(|along| along[n]),
+                friction_n: all.sliding_friction[n],
+            };
+            self.0.remember(&after, memory);
+        }
     }
 }
 

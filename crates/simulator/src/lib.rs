@@ -46,10 +46,10 @@
 //! - `recorder`: what is recorded and when, for all solvers; `counters`: the statistics of a run.
 //! - `plain`: takes every step.
 //! - `fast`: the loop that alternates single steps with leaps. A chain leaps by `window` and
-//!   `chebyshev` while some blocks slide, by `jump` while all stick (with `modes` or, if it is long,
-//!   with `standing_waves` and `nonuniform_cosines`), and by `rest` where nothing moves; `clearance`
-//!   ends the certificates of both. A lattice
-//!   leaps by the jumps of `slab`. `cost` decides whether leaps pay.
+//!   `chebyshev` while some blocks slide, and by `rest` where nothing moves; all bodies leap by `jump` while
+//!   all contacts stick: a chain with `modes` or, if it is long, `standing_waves` and
+//!   `nonuniform_cosines`, a lattice with `slow_modes`. `clearance` and `norms` are the last and the first
+//!   part of their certificates. `cost` decides whether leaps pay.
 //! - `propagator`, `operator_cache`: the matrix of a step, and what is precomputed from it, shared by
 //!   the runs of a process.
 //! - [`equality`] and `exact`: compare two solvers, and settle what rounding decides.
@@ -73,10 +73,12 @@ mod instability_stop;
 mod jump;
 mod kernels;
 mod kind;
+mod lattice_energy;
 mod law;
 mod ledger;
 mod modes;
 mod nonuniform_cosines;
+mod norms;
 mod operator_cache;
 mod pace;
 mod plain;
@@ -84,7 +86,7 @@ mod propagator;
 mod recorder;
 mod rest;
 mod single_step;
-mod slab;
+mod slow_modes;
 mod solver;
 mod standing_waves;
 mod state;

@@ -61,7 +61,7 @@ impl Pace {
         self.take_singly(cost::pause_steps(debt_steps));
     }
 
-    /// Has at least so many steps taken one by one.
+    /// Requires at least this number of single steps.
     pub(crate) fn take_singly(&mut self, steps: u64) {
         self.single_steps = self.single_steps.max(steps);
     }

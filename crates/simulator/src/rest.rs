@@ -5,9 +5,9 @@ use asperity_model::Plan;
 
 use crate::clearance::Clearance;
 use crate::energy::Accounts;
+use crate::norms::ROUNDING;
 use crate::state::SliderState;
 use crate::strength::{Ramp, StopForce};
-use crate::window::norms::ROUNDING;
 
 /// Steps for which a chain stays at rest whose blocks all stick without springs: only the
 /// drive's pull changes, and the thresholds. Nothing moves, so nothing rounds, but these two.

@@ -48,6 +48,10 @@ pub struct SliderState {
     /// chain age.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub aged_threshold_n: Vec<f64>,
+    /// What each contact remembers, contact by contact
+    /// ([`ContactLaw::MEMORY`](asperity_model::law::ContactLaw::MEMORY)).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub memory: Vec<f64>,
 }
 
 fn never() -> u64 {
@@ -76,6 +80,7 @@ impl SliderState {
             *tau += prestress;
         }
         let is_given = !plan.elastic.has_foundation();
+        let memory = plan.friction.law.memory() * plan.blocks;
         let ages = plan.friction.ageing.is_some();
         SliderState {
             step: initial.step,
@@ -95,6 +100,7 @@ impl SliderState {
             } else {
                 Vec::new()
             },
+            memory: vec![0.0; memory],
         }
     }
 
@@ -132,6 +138,7 @@ impl SliderState {
             && self.stuck_since_step.iter().all(|&step| step <= self.step)
             && self.normal_load_n.len() == if is_given { 0 } else { plan.blocks }
             && self.normal_load_n.iter().all(|load_n| load_n.is_finite() && *load_n >= 0.0)
+            && are_finite(&self.memory, plan.friction.law.memory() * plan.blocks)
             && are_finite(&self.aged_threshold_n, if ages && is_given { plan.blocks } else { 0 })
     }
 }

@@ -149,6 +149,9 @@ impl<B: Body> Stepper<B> {
         self.counters.plain_steps += 1;
         self.counters.switches += self.switched.len() as u64;
         self.counters.contact_steps_in_air += state.contacts_in_air();
+        if !state.memory.is_empty() {
+            body.remember(plan, state, &self.switched);
+        }
         let stop = StopForce::of(plan, state.hold_step);
         if stop.is_some_and(|stop| driving.total_n >= stop.under_n(load)) {
             state.hold_step = state.step;
@@ -193,12 +196,10 @@ impl<B: Body> Stepper<B> {
                     re_attach(plan, state, body, n);
                     anchored_j += held_j(plan, state, n);
                 } else {
-                    if plan.friction.ageing.is_some() {
-                        // The strength that was known may be behind.
-                        let strength_n = strength::aged_up_to_now_n(plan, state, n);
-                        if tangential_force_n(plan, state, n) < strength_n {
-                            continue;
-                        }
+                    // The strength of a contact that ages may be behind.
+                    let strength_n = strength::aged_up_to_now_n(plan, state, n);
+                    if strength_n.is_some_and(|strength_n| tangential_force_n(plan, state, n) < strength_n) {
+                        continue;
                     }
                     anchored_j -= held_j(plan, state, n);
                     state.slip[n] = 1.0;

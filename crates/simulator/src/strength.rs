@@ -152,7 +152,11 @@ impl Strength {
 
 /// Lower bounds on the thresholds of stuck contacts, at the load of the start.
 pub(crate) fn least_threshold_n<'a>(plan: &'a Plan, state: &'a SliderState) -> &'a [f64] {
-    if plan.friction.ageing.is_some() { &state.aged_threshold_n } else { &plan.friction.static_threshold_n }
+    if state.aged_threshold_n.is_empty() {
+        &plan.friction.static_threshold_n
+    } else {
+        &state.aged_threshold_n
+    }
 }
 
 /// `mu_s + b ln(1 + t_w / t_0)` of contact `n` of a slab in the step that led to a state.
@@ -175,11 +179,14 @@ pub(crate) fn aged_coefficient(plan: &Plan, n: usize, since_step: Option<u64>, s
 /// The static threshold of contact `n` (counted from 0) in the step that led to a state; for a contact
 /// that has detached since, the one that it had reached.
 pub(crate) fn threshold_n(plan: &Plan, state: &SliderState, n: usize) -> f64 {
-    if let Some(normal_load_n) = state.normal_load_n.get(n) {
-        return static_coefficient(plan, state, n) * normal_load_n;
-    }
-    let aged_n = aged_threshold_n(plan, n, &state.stuck_since_step, state.step);
-    Load::in_step(plan, state.step, state.hold_step).scaled_n(aged_n)
+    let static_n = match state.normal_load_n.get(n) {
+        Some(normal_load_n) => static_coefficient(plan, state, n) * normal_load_n,
+        None => {
+            let aged_n = aged_threshold_n(plan, n, &state.stuck_since_step, state.step);
+            Load::in_step(plan, state.step, state.hold_step).scaled_n(aged_n)
+        }
+    };
+    plan.friction.law.strength_n(static_n, &state.memory, n)
 }
 
 /// Raises the lower bounds on thresholds to their values at the next step: while contacts stick,
@@ -191,21 +198,22 @@ pub(crate) fn age(plan: &Plan, state: &mut SliderState) {
 }
 
 /// The static threshold of contact `n` in the step that led to a state. In a chain that ages it becomes
-/// the contact's lower bound.
-pub(crate) fn aged_up_to_now_n(plan: &Plan, state: &mut SliderState, n: usize) -> f64 {
+/// the contact's lower bound. `None` if contacts do not age.
+pub(crate) fn aged_up_to_now_n(plan: &Plan, state: &mut SliderState, n: usize) -> Option<f64> {
+    state.stuck_since_step.get(n)?;
     if !state.aged_threshold_n.is_empty() {
         state.aged_threshold_n[n] = aged_threshold_n(plan, n, &state.stuck_since_step, state.step);
     }
-    threshold_n(plan, state, n)
+    Some(threshold_n(plan, state, n))
 }
 
 /// Resets the age of contact `n`, which has just begun to stick.
 pub(crate) fn become_young(plan: &Plan, state: &mut SliderState, n: usize) {
-    if plan.friction.ageing.is_some() {
-        state.stuck_since_step[n] = state.step;
+    if let Some(since_step) = state.stuck_since_step.get_mut(n) {
+        *since_step = state.step;
     }
-    if !state.aged_threshold_n.is_empty() {
-        state.aged_threshold_n[n] = plan.friction.static_threshold_n[n];
+    if let Some(threshold_n) = state.aged_threshold_n.get_mut(n) {
+        *threshold_n = plan.friction.static_threshold_n[n];
     }
 }
 

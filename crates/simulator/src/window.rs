@@ -6,7 +6,6 @@
 
 mod certificate;
 mod expansion;
-pub(crate) mod norms;
 mod rows;
 
 use asperity_model::Plan;

@@ -16,7 +16,7 @@ impl ContactLaw for Rigid {
     }
 
     #[inline(always)]
-    fn drag_n(&self, sliding: &Sliding) -> [f64; 1] {
+    fn drag_n(&self, sliding: &Sliding<'_>) -> [f64; 1] {
         [amontons_coulomb_n(sliding)]
     }
 

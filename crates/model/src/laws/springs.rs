@@ -24,7 +24,7 @@ impl ContactLaw for InterfacialSprings {
     }
 
     #[inline(always)]
-    fn drag_n(&self, sliding: &Sliding) -> [f64; 1] {
+    fn drag_n(&self, sliding: &Sliding<'_>) -> [f64; 1] {
         [amontons_coulomb_n(sliding)]
     }
 
@@ -65,7 +65,7 @@ impl<const TWO_WAY: bool> ContactLaw for ByRule<TWO_WAY> {
     }
 
     #[inline(always)]
-    fn drag_n(&self, sliding: &Sliding) -> [f64; 1] {
+    fn drag_n(&self, sliding: &Sliding<'_>) -> [f64; 1] {
         Self::LAW.drag_n(sliding)
     }
 

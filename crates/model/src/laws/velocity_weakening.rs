@@ -26,7 +26,7 @@ impl ContactLaw for VelocityWeakening {
     }
 
     #[inline(always)]
-    fn drag_n(&self, sliding: &Sliding) -> [f64; 1] {
+    fn drag_n(&self, sliding: &Sliding<'_>) -> [f64; 1] {
         let ([v], [drag]) = (sliding.velocity_m_per_s, Rigid.drag_n(sliding));
         [drag / (1.0 + v.abs() * self.weakening_s_per_m) + self.radiation_kg_per_s * v]
     }

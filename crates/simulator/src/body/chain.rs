@@ -12,7 +12,7 @@ use asperity_record::Energy;
 use crate::body::{Body, OfPlan};
 use crate::energy::{Accounts, Bookkeeping};
 use crate::kernels::{After, Blocks, Moved, Simd, Steps};
-use crate::law::{ChainLoops, loops};
+use crate::law::{AfterSwitches, ChainLoops, loops};
 use crate::state::SliderState;
 use crate::strength::{Load, Strength};
 
@@ -137,6 +137,7 @@ impl Body for ChainBody {
             slip: &state.slip,
             threshold: &self.strength.threshold_n,
             sliding_friction: &self.strength.sliding_friction_n,
+            memory: &state.memory,
             dt,
             dt_over_m: dt / plan.block_mass_kg,
             kt: plan.friction.interfacial_stiffness_n_per_m,
@@ -156,8 +157,21 @@ impl Body for ChainBody {
             v_new: [&state.velocity_m_per_s],
             tau: [&state.tangential_force_n],
             threshold: &self.strength.threshold_n,
+            memory: &state.memory,
         };
         self.law.switching(self.simd, marks, &after);
+    }
+
+    fn remember(&self, plan: &Plan, state: &mut SliderState, switched: &[usize]) {
+        let all = AfterSwitches {
+            step: state.step,
+            step_s: plan.grid.step_s(),
+            slip: &state.slip,
+            v: [&state.velocity_m_per_s],
+            sliding_friction: &self.strength.sliding_friction_n,
+            switched,
+        };
+        self.law.remember(&mut state.memory, &all);
     }
 
     fn former_displacement_m(&self, freedom: usize) -> f64 {
@@ -176,6 +190,7 @@ impl Body for ChainBody {
             tau: &state.tangential_force_n,
             slip: &state.slip,
             sliding_friction: &self.strength.sliding_friction_n,
+            memory: &state.memory,
             kt: plan.friction.interfacial_stiffness_n_per_m,
             dt: plan.grid.step_s(),
             mass: plan.block_mass_kg,

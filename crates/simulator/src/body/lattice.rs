@@ -24,8 +24,8 @@ use asperity_record::Energy;
 use crate::body::{Body, OfPlan};
 use crate::energy::Bookkeeping;
 use crate::kernels::{After, Forces, MovedWork, Simd};
-use crate::law::{ContactLoops, Rubbed, loops};
-use crate::slab::stored::stored_j;
+use crate::lattice_energy::stored_j;
+use crate::law::{AfterSwitches, ContactLoops, Rubbed, loops};
 use crate::state::SliderState;
 use crate::strength::Load;
 
@@ -138,6 +138,7 @@ impl<const D: usize> Body for LatticeBody<D> {
             tau: along(&state.tangential_force_n, contacts, contacts),
             slip: &state.slip,
             sliding_friction: &self.sliding_friction_n,
+            memory: &state.memory,
             kt: friction.interfacial_stiffness_n_per_m,
             dt_over_m,
             friction: array::from_fn(|_| friction_n.next().expect("one for each axis")),
@@ -161,8 +162,21 @@ impl<const D: usize> Body for LatticeBody<D> {
             v_new: along(&state.velocity_m_per_s, nodes, contacts),
             tau: along(&state.tangential_force_n, contacts, contacts),
             threshold: &self.threshold_n,
+            memory: &state.memory,
         };
         self.law.switching(self.simd, marks, &after);
+    }
+
+    fn remember(&self, plan: &Plan, state: &mut SliderState, switched: &[usize]) {
+        let all = AfterSwitches {
+            step: state.step,
+            step_s: plan.grid.step_s(),
+            slip: &state.slip,
+            v: along(&state.velocity_m_per_s, self.lattice.nodes(), state.slip.len()),
+            sliding_friction: &self.sliding_friction_n,
+            switched,
+        };
+        self.law.remember(&mut state.memory, &all);
     }
 
     fn former_displacement_m(&self, freedom: usize) -> f64 {
@@ -272,7 +286,7 @@ mod tests {
             AlongVelocity
         }
 
-        fn drag_n(&self, sliding: &Sliding<2>) -> [f64; 2] {
+        fn drag_n(&self, sliding: &Sliding<'_, 2>) -> [f64; 2] {
             let speed = magnitude(sliding.velocity_m_per_s);
             let along = |v| if speed == 0.0 { 0.0 } else { sliding.friction_n * v / speed };
             sliding.velocity_m_per_s.map(along)

@@ -1,5 +1,5 @@
 //! The leaps of a chain: windows while some blocks slide ([`crate::window`]), jumps while all are
-//! stuck ([`crate::jump`]), and rests where a law holds stuck blocks still ([`crate::rest`]).
+//! stuck ([`crate::jump::chain`]), and rests where a law holds stuck blocks still ([`crate::rest`]).
 
 use asperity_model::Plan;
 use asperity_model::elastic::Chain;
@@ -8,7 +8,7 @@ use asperity_record::Energy;
 use crate::body::{Body, ChainBody};
 use crate::cost::{self, Costs};
 use crate::fast::{Leaps, Open};
-use crate::jump::Jump;
+use crate::jump::chain::Jump;
 use crate::kernels::Simd;
 use crate::rest::{rest, rest_steps};
 use crate::stepper::Stepper;
@@ -97,9 +97,7 @@ impl Leaps for ChainLeaps {
 
     fn open(&mut self, solver: &mut Open<'_, ChainBody>, most_steps: u64) -> Result<Leap, u64> {
         let plan = solver.plan;
-        if plan.friction.ageing.is_some() {
-            age(plan, solver.stepper.state_mut());
-        }
+        age(plan, solver.stepper.state_mut());
         let state = solver.stepper.state();
         if plan.friction.law.holds() && state.detached == 0 {
             let steps = rest_steps(plan, state).min(most_steps);

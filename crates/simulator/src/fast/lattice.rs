@@ -1,8 +1,8 @@
 //! The leaps of a lattice: jumps while all contacts are stuck.
 //!
 //! It takes single steps while any contact slides, and until what is fast has died away after that.
-//! Then it jumps ([`crate::slab::jump`]) by the slow modes ([`crate::slab::modes`], found with the
-//! factor of the stiffness, [`crate::slab::stuck`]) of the stuck lattice as far as is certified.
+//! Then it jumps ([`crate::jump::lattice`]) by the slow modes ([`crate::slow_modes::arnoldi`], found with the
+//! factor of the stiffness, [`crate::slow_modes::stuck`]) of the stuck lattice as far as is certified.
 
 use std::sync::Arc;
 
@@ -12,17 +12,18 @@ use asperity_record::Energy;
 use crate::body::LatticeBody;
 use crate::cost;
 use crate::fast::{Leaps, Open};
+use crate::jump::lattice::{Attempt, Jump};
 use crate::kernels::Simd;
-use crate::slab::{Attempt, Ground, Jump, StuckSlab};
+use crate::slow_modes::{Precomputed, StuckLattice};
 use crate::stepper::Stepper;
 
 /// Most steps of Arnoldi's iteration: half of them end as modes and their conjugates.
 const MOST_ITERATIONS: usize = 200;
 
-/// The same, and at least so many, as far as there are so many modes.
+/// Least steps of the iteration where there are as many modes.
 const LEAST_ITERATIONS: usize = 80;
 
-/// Modes are found if that takes no more than such a part of a run's steps.
+/// Modes are found if that takes at most this part of a run's steps: one in eight.
 const RUNS_OF_MODES: u64 = 8;
 
 /// Most memory that the factor of a slab's stiffness and the iteration may take, in numbers: 1 GB.
@@ -60,13 +61,13 @@ impl LatticeLeaps {
     /// Finds the modes where a jump is tried first.
     fn made(&mut self, plan: &Plan) -> Option<&mut Jump> {
         if let Jumps::Unmade = self.jumps {
-            let stuck = StuckSlab::of(plan, self.lattice, self.simd);
-            let ground = stuck.and_then(|stuck| {
+            let stuck = StuckLattice::of(plan, self.lattice, self.simd);
+            let precomputed = stuck.and_then(|stuck| {
                 let iterations = iterations(&stuck.lattice);
-                Ground::of(plan, stuck, iterations)
+                Precomputed::of(plan, stuck, iterations)
             });
-            self.jumps = match ground {
-                Some(ground) => Jumps::Made(Box::new(Jump::new(Arc::new(ground)))),
+            self.jumps = match precomputed {
+                Some(precomputed) => Jumps::Made(Box::new(Jump::new(Arc::new(precomputed)))),
                 None => Jumps::None(NO_MODES),
             };
         }
@@ -166,7 +167,7 @@ fn iterations(lattice: &Lattice) -> usize {
 
 /// Numbers that the factor of a slab's stiffness and the iteration take.
 fn numbers(lattice: &Lattice) -> usize {
-    StuckSlab::numbers(lattice) + 3 * iterations(lattice) * lattice.freedoms()
+    StuckLattice::numbers(lattice) + 3 * iterations(lattice) * lattice.freedoms()
 }
 
 /// What finding the modes takes, in single steps: to orthogonalise, to solve, the factor, and the small

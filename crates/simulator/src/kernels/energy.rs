@@ -5,7 +5,7 @@
 use std::hint::select_unpredictable;
 
 use asperity_model::elastic::Chain;
-use asperity_model::law::{ContactLaw, Sliding};
+use asperity_model::law::{ContactLaw, Sliding, memory_of};
 
 use crate::kernels::simd::{Simd, dispatch};
 
@@ -42,6 +42,8 @@ pub(crate) struct Moved<'a> {
     /// Not 0 for the contacts that slid in it.
     pub(crate) slip: &'a [f64],
     pub(crate) sliding_friction: &'a [f64],
+    /// Of all contacts.
+    pub(crate) memory: &'a [f64],
     pub(crate) kt: f64,
     pub(crate) dt: f64,
     pub(crate) mass: f64,
@@ -62,16 +64,16 @@ pub(crate) struct StepWork {
 /// them, and not one that sums them directly.
 const PANEL: usize = 64;
 
-/// Sums over the first `count` elements of arrays.
+/// Sums over the first `count` elements of arrays, given for element `n` of the panel that begins at `from`.
 macro_rules! sums {
-    ($count:expr, ($($array:ident),*), |$n:ident| [$($part:expr),*]) => {{
+    ($count:expr, ($($array:ident),*), |$n:ident of $from:ident| [$($part:expr),*]) => {{
         const SUMS: usize = [$(stringify!($part)),*].len();
         let count = $count;
         let mut sums = [[0.0; 8]; SUMS];
         let mut parts = [[0.0; PANEL]; SUMS];
-        for from in (0..count).step_by(PANEL) {
-            let laid_out = PANEL.min(count - from);
-            $(let $array = &$array[from..from + laid_out];)*
+        for $from in (0..count).step_by(PANEL) {
+            let laid_out = PANEL.min(count - $from);
+            $(let $array = &$array[$from..$from + laid_out];)*
             for $n in 0..laid_out {
                 let values = [$($part),*];
                 for sum in 0..SUMS {
@@ -97,13 +99,14 @@ macro_rules! sums {
 #[inline(always)]
 fn step_work<L: ContactLaw>(moved: &Moved<'_>, law: &L) -> StepWork {
     let chain = moved.chain;
-    let &Moved { v, v_new, tau, slip, sliding_friction, kt, dt, mass, .. } = moved;
-    let rubbing = |v: f64, v_new: f64, tau: f64, slip: f64, sliding_friction: f64| {
+    let &Moved { v, v_new, tau, slip, sliding_friction, memory, kt, dt, mass, .. } = moved;
+    let rubbing = |v: f64, v_new: f64, tau: f64, slip: f64, sliding_friction: f64, n: usize| {
         let [friction] = law.drag_n(&Sliding {
             velocity_m_per_s: [v],
             tangential_force_n: [tau],
             friction_n: sliding_friction,
             step_over_mass_s_per_kg: dt / mass,
+            memory: memory_of::<1, L>(memory, n),
         });
         select_unpredictable(slip != 0.0, friction * v_new, 0.0)
     };
@@ -114,14 +117,14 @@ fn step_work<L: ContactLaw>(moved: &Moved<'_>, law: &L) -> StepWork {
     };
     let last = v.len() - 1;
     let (v_next, v_new_next) = (&v[1..], &v_new[1..]);
-    let [friction_w, dampers_w, scheme_j] =
-        sums!(last, (v, v_next, v_new, v_new_next, tau, slip, sliding_friction), |n| [
-            rubbing(v[n], v_new[n], tau[n], slip[n], sliding_friction[n]),
-            chain.bond_loss(v_next[n] - v[n], v_new_next[n] - v_new[n]),
-            scheme(v[n], v_new[n], slip[n], chain.bond_energy(v_new_next[n] - v_new[n]))
-        ]);
+    let [friction_w, dampers_w, scheme_j] = sums!(last, (v, v_next, v_new, v_new_next, tau, slip, sliding_friction), |n of from| [
+        rubbing(v[n], v_new[n], tau[n], slip[n], sliding_friction[n], from + n),
+        chain.bond_loss(v_next[n] - v[n], v_new_next[n] - v_new[n]),
+        scheme(v[n], v_new[n], slip[n], chain.bond_energy(v_new_next[n] - v_new[n]))
+    ]);
     StepWork {
-        friction_w: friction_w + rubbing(v[last], v_new[last], tau[last], slip[last], sliding_friction[last]),
+        friction_w: friction_w
+            + rubbing(v[last], v_new[last], tau[last], slip[last], sliding_friction[last], last),
         dampers_w,
         scheme_j: scheme_j + scheme(v[last], v_new[last], slip[last], 0.0),
     }
@@ -155,7 +158,7 @@ fn stored(state: &Stored<'_>) -> StoredEnergy {
     };
     let last = u.len() - 1;
     let u_next = &u[1..];
-    let [square, elastic_j] = sums!(last, (u, u_next, v, u_stick, slip), |n| [
+    let [square, elastic_j] = sums!(last, (u, u_next, v, u_stick, slip), |n of from| [
         v[n] * v[n],
         held(u[n], u_stick[n], slip[n]) + chain.bond_energy(u_next[n] - u[n])
     ]);
@@ -194,7 +197,7 @@ fn forms(state: &Changing<'_>) -> Forms {
     let last = u.len() - 1;
     let (u_next, v_next) = (&u[1..], &v[1..]);
     let held = |spring: f64, u: f64| 0.5 * spring * u * u;
-    let [square, mixed, loss, elastic] = sums!(last, (u, u_next, v, v_next, d_v, spring), |n| [
+    let [square, mixed, loss, elastic] = sums!(last, (u, u_next, v, v_next, d_v, spring), |n of from| [
         v[n] * v[n],
         v[n] * d_v[n],
         chain.bond_loss(v_next[n] - v[n], v_next[n] - v[n]),
@@ -210,7 +213,7 @@ fn forms(state: &Changing<'_>) -> Forms {
 
 #[inline(always)]
 fn directed(sigma: &[f64], friction: &[f64], u: &[f64]) -> f64 {
-    let [way_j] = sums!(u.len(), (sigma, friction, u), |n| [sigma[n] * friction[n] * u[n]]);
+    let [way_j] = sums!(u.len(), (sigma, friction, u), |n of from| [sigma[n] * friction[n] * u[n]]);
     way_j
 }
 

@@ -4,7 +4,7 @@
 use std::hint::select_unpredictable;
 
 use asperity_model::elastic::Chain;
-use asperity_model::law::{ContactLaw, Sliding, Turn, magnitude};
+use asperity_model::law::{ContactLaw, Sliding, Turn, magnitude, memory_of};
 
 use crate::kernels::simd::{Simd, dispatch};
 
@@ -38,6 +38,8 @@ pub(crate) struct Blocks<'a> {
     pub(crate) slip: &'a [f64],
     pub(crate) threshold: &'a [f64],
     pub(crate) sliding_friction: &'a [f64],
+    /// Of all contacts, as long as the law has any.
+    pub(crate) memory: &'a [f64],
     /// `dt`, `dt / m` and `k_t`.
     pub(crate) dt: f64,
     pub(crate) dt_over_m: f64,
@@ -55,7 +57,7 @@ fn step<L: ContactLaw>(
     let &Blocks { chain, is_pulled_inside, dt, dt_over_m, kt, .. } = old;
     let blocks = u_new.len();
     let (v_new, tau) = (&mut v_new[..blocks], &mut tau[..blocks]);
-    let Blocks { u, v, u_stick, slip, threshold, sliding_friction, outer_force, .. } = *old;
+    let Blocks { u, v, u_stick, slip, threshold, sliding_friction, outer_force, memory, .. } = *old;
     let (u, v, u_stick, slip) = (&u[..blocks], &v[..blocks], &u_stick[..blocks], &slip[..blocks]);
     let (threshold, sliding_friction) = (&threshold[..blocks], &sliding_friction[..blocks]);
     let outer_force = &outer_force[..blocks];
@@ -78,6 +80,7 @@ fn step<L: ContactLaw>(
             tangential_force_n: [tau[n]],
             friction_n: sliding_friction[n],
             step_over_mass_s_per_kg: dt_over_m,
+            memory: memory_of::<1, L>(memory, n),
         });
         let force = if L::HOLDS {
             // The net force on a stuck contact is zero.
@@ -90,7 +93,7 @@ fn step<L: ContactLaw>(
         v_new[n] = new_v;
         u_new[n] = u[n] + new_v * dt;
 
-        let detached_by = tau[n].abs() - threshold[n];
+        let detached_by = tau[n].abs() - law.strength_n(threshold[n], memory_of::<1, L>(memory, n));
         let turned_by = law.turned_by(&Turn { velocity_m_per_s: [v[n]], new_velocity_m_per_s: [new_v] });
         beyond &= select_unpredictable(slides, turned_by, detached_by).to_bits();
     }
@@ -112,12 +115,14 @@ pub(crate) struct After<'a, const D: usize> {
     pub(crate) v_new: [&'a [f64]; D],
     pub(crate) tau: [&'a [f64]; D],
     pub(crate) threshold: &'a [f64],
+    /// Of all contacts.
+    pub(crate) memory: &'a [f64],
 }
 
 /// Sets the bit of every contact that switches.
 #[inline(always)]
 fn switching<const D: usize, L: ContactLaw<D>>(marks: &mut [u64], after: &After<'_, D>, law: &L) {
-    let &After { slip, v, v_new, tau, threshold } = after;
+    let &After { slip, v, v_new, tau, threshold, memory } = after;
     for (group, mark) in marks.iter_mut().enumerate() {
         let from = group * 64;
         let to = slip.len().min(from + 64);
@@ -128,7 +133,8 @@ fn switching<const D: usize, L: ContactLaw<D>>(marks: &mut [u64], after: &After<
             let slides = slip[n] != 0.0;
             let at = |along: [&[f64]; D]| along.map(|along| along[n]);
             let rests = law.re_attaches(&Turn { velocity_m_per_s: at(v), new_velocity_m_per_s: at(v_new) });
-            let detaches = magnitude(at(tau)) >= threshold[n];
+            let strength_n = law.strength_n(threshold[n], memory_of::<D, L>(memory, from + n));
+            let detaches = magnitude(at(tau)) >= strength_n;
             bits |= u64::from((slides & rests) | (!slides & detaches)) << n;
         }
         *mark = bits;
@@ -194,6 +200,7 @@ mod tests {
                         slip: &slip,
                         threshold: &threshold,
                         sliding_friction: &sliding_friction,
+                        memory: &[],
                         dt: 0.01,
                         dt_over_m: 0.013,
                         kt: 2.1,
@@ -239,6 +246,7 @@ mod tests {
                     slip: &slip,
                     threshold: &[1.0; BLOCKS],
                     sliding_friction: &[0.0; BLOCKS],
+                    memory: &[],
                     dt: 1.0,
                     dt_over_m: 1.0,
                     kt: 0.0,
@@ -252,6 +260,7 @@ mod tests {
                         v_new: [&v_new],
                         tau: [&tau],
                         threshold: old.threshold,
+                        memory: &[],
                     };
                     let mut marks = [0];
                     law.switching(simd, &mut marks, &after);

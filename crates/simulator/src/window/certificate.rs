@@ -14,10 +14,10 @@ use asperity_model::Plan;
 
 use crate::chebyshev::{MOST_STEPS, MOST_TERMS};
 use crate::kernels::{Course, Reserve, margin};
+use crate::norms::{Norms, ROUNDING};
 use crate::state::SliderState;
 use crate::strength::StopForce;
 use crate::window::expansion::{Expansion, Sizes};
-use crate::window::norms::{Norms, ROUNDING};
 
 /// One guard: its value and rate at the start of a window, its kind, its terms and their unit, and its
 /// reserve.

@@ -1,4 +1,4 @@
-//! The slow modes of a stuck slab: what rings on after all else has died.
+//! The slow modes of a stuck lattice, which decay last.
 //!
 //! With `K = (dt^2 / m) M` and `D = (dt / m) C` a step without forcing turns `(u, w)`, `w = dt v`,
 //! into `w' = w - K u - D w`, `u' = u + w'`. A mode is multiplied by `1 + s`, and then
@@ -15,28 +15,27 @@
 //! (a, b) -> (-S a - K^-1 (S D a + S^2 b), a).
 //! ```
 //!
-//! Since the pencil is symmetric, the coordinate of a mode is told by `x` as well: as for a chain
+//! Since the pencil is symmetric, `x` gives the coordinate of a mode as well: as for a chain
 //! ([`crate::modes`]) it is `x (w - K (u - w) / s)` over its value on the mode itself.
 //!
-//! **What they leave out.** Nothing rests on how well the modes were found: two numbers tell how far
-//! a state that is put together from its coordinates, so many steps later, may be from where steps
-//! lead. What is not put together now has a norm that never grows ([`super::norms`]). And a
-//! mode whose image is off by `(e, e)`, `e = -K x - (D + s) s / (1 + s) x`, adds that in every step,
-//! which in this norm is `sqrt(m) |e| / dt` times what is left of its coordinate. Modes that are off by
-//! too much are not taken.
+//! **What they leave out.** Jumps do not rely on how accurate the modes are; two numbers bound the error of
+//! a state that is composed of them a number of steps later. What the modes leave out now has a norm that
+//! never grows ([`crate::norms`]). And a mode whose image is off by `(e, e)`,
+//! `e = -K x - (D + s) s / (1 + s) x`, adds in every step `sqrt(m) |e| / dt` in this norm, times what is
+//! left of its coordinate. Modes that are off by too much are not taken.
 
 use asperity_model::mixed;
 
 use crate::complex::Complex;
 use crate::modes::{Coordinates, Powers};
-use crate::slab::eigen::Hessenberg;
-use crate::slab::stuck::StuckSlab;
+use crate::slow_modes::eigen::Hessenberg;
+use crate::slow_modes::stuck::StuckLattice;
 
 /// Largest part of a mode by which its image may be off, for a mode to be taken. What that comes to is
 /// counted in every jump, so it may be as large as waits for fewer modes are long.
 const DEFECT: f64 = 1e-6;
 
-/// The search ends after so many eigenvalues that belong to no mode yet.
+/// The search ends after this number of eigenvalues without an accepted mode.
 const MOST_MISSING: usize = 6;
 
 /// Solutions before the iteration, which take the fastest out of what it starts with.
@@ -72,8 +71,8 @@ struct Arnoldi {
 }
 
 impl SlowModes {
-    /// Those that an iteration of so many steps finds, the slowest first; `None` if there are none.
-    pub(crate) fn of(stuck: &StuckSlab, iterations: usize) -> Option<SlowModes> {
+    /// Finds modes in `iterations` steps, the slowest first; `None` if there are none.
+    pub(crate) fn of(stuck: &StuckLattice, iterations: usize) -> Option<SlowModes> {
         let freedoms = stuck.freedoms();
         let unit = unit_of_rates(stuck);
         let Arnoldi { basis, map } = arnoldi(stuck, unit, iterations.min(2 * freedoms - FIRST_SOLUTIONS));
@@ -112,7 +111,7 @@ impl SlowModes {
     /// Takes the mode of an eigenvalue, if it is near enough to one.
     fn take(
         &mut self,
-        stuck: &StuckSlab,
+        stuck: &StuckLattice,
         basis: &[f64],
         map: &Hessenberg,
         unit: f64,
@@ -197,7 +196,13 @@ impl SlowModes {
     }
 
     /// The coordinates of a state without forcing, from `w` and `M (u - w)`.
-    pub(crate) fn project(&self, stuck: &StuckSlab, w: &[f64], stiff: &[f64], coordinates: &mut Coordinates) {
+    pub(crate) fn project(
+        &self,
+        stuck: &StuckLattice,
+        w: &[f64],
+        stiff: &[f64],
+        coordinates: &mut Coordinates,
+    ) {
         let count = self.rates.len();
         let by_stiffness = stuck.step_s * stuck.step_s / stuck.mass_kg;
         let (mut of_w, mut of_stiff) = (vec![0.0; 2 * count], vec![0.0; 2 * count]);
@@ -213,10 +218,10 @@ impl SlowModes {
         }
     }
 
-    /// Adds the state with the coordinates of the first so many modes to `u` and `w`.
+    /// Adds the first `modes` modes with these coordinates to `u` and `w`.
     pub(crate) fn add(
         &self,
-        stuck: &StuckSlab,
+        stuck: &StuckLattice,
         coordinates: &Coordinates,
         modes: usize,
         u: &mut [f64],
@@ -246,7 +251,7 @@ pub(crate) fn sizes(coordinates: &Coordinates) -> Vec<f64> {
 }
 
 /// Some times the slowest rate: that of a shear wave across the longer side.
-fn unit_of_rates(stuck: &StuckSlab) -> f64 {
+fn unit_of_rates(stuck: &StuckLattice) -> f64 {
     let lattice = &stuck.lattice;
     let rate = stuck.step_s * (lattice.stiffness_n_per_m / stuck.mass_kg).sqrt();
     8.0 * rate / lattice.columns.max(lattice.rows) as f64
@@ -255,7 +260,7 @@ fn unit_of_rates(stuck: &StuckSlab) -> f64 {
 /// Vectors that a new one is made orthogonal to at once, while they are at hand.
 const AT_ONCE: usize = 8;
 
-fn arnoldi(stuck: &StuckSlab, unit: f64, iterations: usize) -> Arnoldi {
+fn arnoldi(stuck: &StuckLattice, unit: f64, iterations: usize) -> Arnoldi {
     let (simd, freedoms) = (stuck.simd, stuck.freedoms());
     let (dt, mass) = (stuck.step_s, stuck.mass_kg);
     // Both halves of the vectors, each in a matrix of its own.
@@ -344,14 +349,15 @@ mod tests {
     use super::SlowModes;
     use crate::kernels::Simd;
     use crate::modes::Coordinates;
-    use crate::slab::stuck::StuckSlab;
+    use crate::slow_modes::stuck::StuckLattice;
 
     /// Steps of a state made of modes are what the modes say.
     #[test]
     fn modes_are_multiplied_in_every_step() {
         let sets = ["slider.blocks=9", "slider.rows=5", "slider.height_m=0.07", "drive.height_m=0.0175"];
         let plan = Plan::new(&resolve("slab", &sets).unwrap_or_else(|error| panic!("{error}")));
-        let stuck = StuckSlab::of(&plan, plan.elastic.as_lattice(), Simd::detect()).expect("it is positive");
+        let stuck =
+            StuckLattice::of(&plan, plan.elastic.as_lattice(), Simd::detect()).expect("it is positive");
         let freedoms = stuck.freedoms();
         let modes = SlowModes::of(&stuck, 60).expect("there are modes");
         let count = modes.rates.len();

@@ -35,6 +35,9 @@ pub(crate) const ROUNDING: f64 = 1e-9;
 /// Rounding errors of the terms of a force that they keep in reserve besides.
 const ROUNDING_ERRORS: f64 = 64.0;
 
+/// Rounding errors of displacements that make up a state's noise.
+const STATE_ROUNDING_ERRORS: f64 = 8.0;
+
 /// Constants that turn the norm `sqrt(I)` into bounds on forces and velocities.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Norms {
@@ -44,6 +47,9 @@ pub(crate) struct Norms {
     pub(crate) velocity: f64,
     /// `|sum_n K_n u_n| <= drive * sqrt(I)`, in N / sqrt(J).
     pub(crate) drive: f64,
+    /// `|p_n| <= load * sqrt(I)` for what a contact bears, `-k_f u_z`, in N / sqrt(J); 0 without a
+    /// foundation.
+    pub(crate) load: f64,
     /// Largest sums of stiffness and damping that a force is made of.
     stiffness_n_per_m: f64,
     damping_kg_per_s: f64,
@@ -69,6 +75,7 @@ impl Norms {
         let all = plan.drive.springs.iter().map(|spring| spring.stiffness_n_per_m).sum::<f64>();
         let (stiffest, most_damped) =
             (elastic.stiffest_n_per_m(kt, drive), elastic.damping_spectral_bound_kg_per_s());
+        let foundation = elastic.as_lattice().foundation_n_per_m;
         let inertia = plan.block_mass_kg - dt * most_damped / 2.0 - dt * dt * stiffest / 4.0;
         assert!(inertia > 0.0, "the time step is within the stability of the scheme");
         let velocity = 1.0 / inertia.sqrt();
@@ -78,6 +85,8 @@ impl Norms {
             velocity,
             // `u = w + dt v / 2`, and `(sum K_n w_n)^2 <= (sum K_n) w M w`.
             drive: all.sqrt() + dt / 2.0 * all * velocity,
+            // `k_f` is part of `M`.
+            load: foundation.sqrt() + 0.5 * dt * foundation * velocity,
             stiffness_n_per_m: elastic.row_bound_n_per_m() + kt + drive,
             damping_kg_per_s: elastic.damping_row_bound_kg_per_s(),
             mass_kg: plan.block_mass_kg,
@@ -96,6 +105,11 @@ impl Norms {
         (blocks as f64 * square).sqrt()
     }
 
+    /// `sqrt(I)` of the rounding of displacements of at most this size, in as many freedoms.
+    pub(crate) fn of_rounding(&self, freedoms: usize, displacement_m: f64) -> f64 {
+        self.at_most(freedoms, STATE_ROUNDING_ERRORS * f64::EPSILON * displacement_m, 0.0)
+    }
+
     /// How far the rounding of displacements and velocities of this size may
     /// move a force, generously.
     pub(crate) fn force_rounding(&self, displacement_m: f64, velocity_m_per_s: f64) -> f64 {
@@ -106,7 +120,7 @@ impl Norms {
                 + self.prestress_n)
     }
 
-    /// The same for velocities: those of the same energy.
+    /// How far rounding may move a velocity: by one of the same energy.
     pub(crate) fn velocity_rounding(&self, displacement_m: f64, velocity_m_per_s: f64) -> f64 {
         let rate = (self.stiffness_n_per_m / self.mass_kg).sqrt();
         ROUNDING_ERRORS * f64::EPSILON * (rate * displacement_m + velocity_m_per_s)
@@ -114,7 +128,13 @@ impl Norms {
 }
 
 /// `I(u, v)` of a residue of a chain with these friction springs.
-pub(crate) fn invariant(plan: &Plan, chain: &Chain, simd: Simd, spring: &[f64], [u, v]: [&[f64]; 2]) -> f64 {
+pub(crate) fn invariant_of_chain(
+    plan: &Plan,
+    chain: &Chain,
+    simd: Simd,
+    spring: &[f64],
+    [u, v]: [&[f64]; 2],
+) -> f64 {
     let dt = plan.grid.step_s();
     let driven = plan.drive.springs.iter();
     let drive: f64 = driven
@@ -122,4 +142,19 @@ pub(crate) fn invariant(plan: &Plan, chain: &Chain, simd: Simd, spring: &[f64], 
         .sum();
     let slider = simd.invariant(spring, u, v, chain, plan.block_mass_kg, dt);
     (slider + drive).max(0.0)
+}
+
+/// `I` of displacements and `w = dt v`, whose `M u` and `C w` are given.
+pub(crate) fn invariant_of_products(
+    (mass_kg, step_s): (f64, f64),
+    [u, w]: [&[f64]; 2],
+    [stiff, damped]: [&[f64]; 2],
+) -> f64 {
+    let mut sum = 0.0;
+    let (inertia, rate) = (mass_kg / (step_s * step_s), 0.5 / step_s);
+    for n in 0..u.len() {
+        sum += w[n] * (inertia * w[n] - rate * damped[n]) + (u[n] - w[n]) * stiff[n];
+    }
+    // Rounding may leave less than nothing of nothing.
+    sum.max(0.0)
 }

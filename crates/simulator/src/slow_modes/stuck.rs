@@ -11,7 +11,7 @@ use crate::kernels::Simd;
 
 /// Stiffness and damping of a stuck slab.
 #[derive(Debug, Clone)]
-pub(crate) struct StuckSlab {
+pub(crate) struct StuckLattice {
     pub(crate) simd: Simd,
     pub(crate) lattice: Lattice,
     /// What holds each freedom besides the springs between nodes, for those that are held.
@@ -24,14 +24,14 @@ pub(crate) struct StuckSlab {
     place: Vec<usize>,
 }
 
-impl StuckSlab {
+impl StuckLattice {
     /// Numbers that the factor of a lattice has.
     pub(crate) fn numbers(lattice: &Lattice) -> usize {
         lattice.freedoms() * width(lattice)
     }
 
     /// `None` if the stiffness is not positive by its numbers.
-    pub(crate) fn of(plan: &Plan, lattice: Lattice, simd: Simd) -> Option<StuckSlab> {
+    pub(crate) fn of(plan: &Plan, lattice: Lattice, simd: Simd) -> Option<StuckLattice> {
         let (nodes, width) = (lattice.nodes(), width(&lattice));
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         let friction = lattice.row(0).map(|n| (n, kt));
@@ -64,7 +64,7 @@ impl StuckSlab {
         for &(freedom, stiffness_n_per_m) in &held_n_per_m {
             add(freedom, freedom, stiffness_n_per_m);
         }
-        simd.factor_band(&mut band, width).then(|| StuckSlab {
+        simd.factor_band(&mut band, width).then(|| StuckLattice {
             simd,
             lattice,
             held_n_per_m,
@@ -112,7 +112,7 @@ fn width(lattice: &Lattice) -> usize {
 mod tests {
     use asperity_model::{Plan, mixed, resolve};
 
-    use super::StuckSlab;
+    use super::StuckLattice;
     use crate::kernels::Simd;
 
     #[test]
@@ -123,7 +123,7 @@ mod tests {
         ] {
             let plan = Plan::new(&resolve("slab", sets).unwrap_or_else(|error| panic!("{error}")));
             let stuck =
-                StuckSlab::of(&plan, plan.elastic.as_lattice(), Simd::detect()).expect("it is positive");
+                StuckLattice::of(&plan, plan.elastic.as_lattice(), Simd::detect()).expect("it is positive");
             let freedoms = stuck.freedoms();
             let numbers = |n: usize| mixed(n as u64) as f64 / u64::MAX as f64 - 0.5;
             let u: Vec<f64> = (0..freedoms).map(numbers).collect();

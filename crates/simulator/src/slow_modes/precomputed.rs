@@ -4,16 +4,16 @@
 use asperity_model::Plan;
 
 use crate::complex::Complex;
-use crate::slab::modes::SlowModes;
-use crate::slab::norms::SlabNorms;
-use crate::slab::stuck::StuckSlab;
+use crate::norms::Norms;
+use crate::slow_modes::arnoldi::SlowModes;
+use crate::slow_modes::stuck::StuckLattice;
 
 /// What is found once for all jumps.
 #[derive(Debug)]
-pub(crate) struct Ground {
-    pub(crate) stuck: StuckSlab,
+pub(crate) struct Precomputed {
+    pub(crate) stuck: StuckLattice,
     pub(crate) modes: SlowModes,
-    pub(crate) norms: SlabNorms,
+    pub(crate) norms: Norms,
     /// Force on each contact and what it bears, by each mode, mode by mode.
     pub(crate) force_n: Vec<Complex>,
     pub(crate) load_n: Vec<Complex>,
@@ -29,9 +29,9 @@ pub(crate) struct Ground {
     pub(crate) by_load_m: Vec<f64>,
 }
 
-impl Ground {
+impl Precomputed {
     /// `None` if there are no slow modes to be found.
-    pub(crate) fn of(plan: &Plan, stuck: StuckSlab, iterations: usize) -> Option<Ground> {
+    pub(crate) fn of(plan: &Plan, stuck: StuckLattice, iterations: usize) -> Option<Precomputed> {
         let modes = SlowModes::of(&stuck, iterations)?;
         let (freedoms, contacts) = (stuck.freedoms(), plan.blocks);
         let nodes = freedoms / 2;
@@ -68,8 +68,8 @@ impl Ground {
             by_load_m[nodes + node] = -load_n;
         }
         stuck.solve(&mut by_load_m, &mut scratch);
-        Some(Ground {
-            norms: SlabNorms::of(plan, &stuck),
+        Some(Precomputed {
+            norms: Norms::of(plan),
             stuck,
             modes,
             most_force_n: force_n.iter().map(|force| force.size()).collect(),

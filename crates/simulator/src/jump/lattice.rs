@@ -1,26 +1,17 @@
-//! Jumps of a slab: most of each stick phase at once, by its slow modes.
+//! Jumps of a lattice, by its slow modes ([`crate::slow_modes`]), once the others have died away.
 //!
-//! While every contact sticks and bears load, what is forced advances by the same displacement in
-//! every step,
-//!
-//! ```text
-//! u_q(s + i) = a + i b,  v_q = b / dt,  M b = g,  M a = G(s + 1) - C v_q,
-//! ```
-//!
-//! with `G` the forces of drive, load and anchors and `g` what they change by in a step. What is left,
-//! `r = y - y_q`, is taken apart into slow modes ([`super::modes`]).
+//! A jump takes every contact to stick and to bear load. The load on the top is part of the outer forces.
 //!
 //! **Missed.** The norm `sqrt(I)` of what the modes do not put together again never grows, and what
 //! the modes themselves are off by is added up over the jump. A jump is taken once the sum is below
 //! [`MISSED`] of the thresholds, or what rounding makes of it: the fast modes have died.
 //!
 //! **Certificate.** A contact stays as it is while `mu_s p_n - |tau_n|` and `p_n` are positive. For the
-//! part that is forced, `tau_n = k_t (u - u_stick)` and `p_n = -k_f u_z` are linear in time, so both
-//! are least at the ends of any stretch. That of the modes is at most the sum of their sizes, which
-//! fall; so as soon as a stretch is certified, the next begins with smaller ones. Where that is not
+//! forced part, `tau_n = k_t (u - u_stick)` and `p_n = -k_f u_z` are linear in time. The sizes of the
+//! modes fall; so as soon as a stretch is certified, the next begins with smaller ones. Where that is not
 //! enough, both ends of a short stretch are taken exactly, and between them nothing is further off than
 //! `h^2 / 8` times the sum of the modes' second differences. What is missed, and the reserves for
-//! rounding of [`crate::window::norms`], must fit in as well. An ageing contact is taken to be no
+//! rounding of [`crate::norms`], must fit in as well. An ageing contact is taken to be no
 //! stronger than where the jump begins.
 
 use std::sync::Arc;
@@ -29,15 +20,14 @@ use asperity_model::Plan;
 
 use crate::clearance::Clearance;
 use crate::complex::Complex;
+use crate::jump::Forced;
+use crate::lattice_energy::stored_j;
 use crate::ledger::Ledger;
 use crate::modes::Coordinates;
-use crate::slab::ground::Ground;
-use crate::slab::modes::sizes;
-use crate::slab::norms::invariant;
-use crate::slab::stored::stored_j;
+use crate::norms::{ROUNDING, invariant_of_products};
+use crate::slow_modes::{Precomputed, sizes};
 use crate::state::SliderState;
-use crate::strength::{Ramp, StopForce, static_coefficient};
-use crate::window::norms::ROUNDING;
+use crate::strength::{StopForce, static_coefficient};
 
 /// Below this many steps a jump is not worth it.
 const SHORTEST: u64 = 256;
@@ -45,16 +35,16 @@ const SHORTEST: u64 = 256;
 /// Steps after which it may be worth trying again.
 const PATIENCE_STEPS: u64 = 256;
 
-/// What finding the forced part takes in single steps, besides as many as there are nodes along the
-/// shorter side, and what each mode does that a state is taken apart into.
+/// Costs in single steps: of the forced part, besides the nodes along the shorter side, and of projecting
+/// a state on one mode.
 const STEPS_OF_FORCED: u64 = 10;
 const STEPS_OF_MODE: u64 = 2;
 
-/// What jumps may miss, as a share of the mean threshold, and as much again what modes may be off by:
-/// as much as is kept in reserve for rounding.
+/// What jumps may miss, and again what modes may be off by, as a share of the mean threshold: the reserve
+/// for rounding.
 const MISSED: f64 = ROUNDING;
 
-/// How often a state is taken apart.
+/// How often a state is projected on the modes.
 const ROUNDS: usize = 2;
 
 /// Modes of so small a share of the largest displacement change nothing in a sample.
@@ -71,26 +61,20 @@ const NEGLIGIBLE_WORK: f64 = 1e-13;
 /// What an attempt to jump came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Attempt {
-    /// So many steps are certified.
+    /// This number of steps is certified.
     Jump(u64),
-    /// Nothing, and not before so many steps.
+    /// None; the next attempt is due after this number of steps.
     Wait(u64),
 }
 
 /// The jump that is open.
 #[derive(Debug, Clone)]
 pub(crate) struct Jump {
-    ground: Arc<Ground>,
-    /// `a`, `b`, and the outer forces `G(s + 1)` and `g` that belong to them.
-    position_m: Vec<f64>,
-    advance_m: Vec<f64>,
+    precomputed: Arc<Precomputed>,
+    forced: Forced,
     coordinates: Coordinates,
-    from_step: u64,
     /// What the last attempt took, in single steps.
     cost_steps: u64,
-    moves: bool,
-    ramp: Ramp,
-    hold_step: u64,
     /// Static coefficients where it begins.
     coefficients: Vec<f64>,
     /// Energies where it begins.
@@ -126,19 +110,14 @@ struct Swing {
 }
 
 impl Jump {
-    pub(crate) fn new(ground: Arc<Ground>) -> Jump {
-        let freedoms = ground.stuck.freedoms();
+    pub(crate) fn new(precomputed: Arc<Precomputed>) -> Jump {
+        let freedoms = precomputed.stuck.freedoms();
         let zeros = || vec![0.0; freedoms];
         Jump {
-            ground,
-            position_m: zeros(),
-            advance_m: zeros(),
+            precomputed,
+            forced: Forced::of_freedoms(freedoms),
             coordinates: Coordinates::default(),
-            from_step: 0,
             cost_steps: 0,
-            moves: true,
-            ramp: Ramp::FLAT,
-            hold_step: u64::MAX,
             coefficients: Vec::new(),
             start: Start::default(),
             u: zeros(),
@@ -151,23 +130,20 @@ impl Jump {
 
     /// Takes a state apart in which every contact sticks.
     pub(crate) fn open(&mut self, plan: &Plan, state: &SliderState, most_steps: u64) -> Attempt {
-        let nodes = self.ground.stuck.lattice.nodes();
+        let nodes = self.precomputed.stuck.lattice.nodes();
         let refused = Attempt::Wait(PATIENCE_STEPS);
         let rise_m = &state.displacement_m[nodes..][..plan.blocks];
         self.cost_steps = 0;
         if most_steps < SHORTEST || rise_m.iter().any(|rise_m| *rise_m >= 0.0) {
             return refused;
         }
-        let lattice = &self.ground.stuck.lattice;
+        let lattice = &self.precomputed.stuck.lattice;
         self.cost_steps = STEPS_OF_FORCED + lattice.rows.min(lattice.columns) as u64;
-        self.from_step = state.step;
-        self.moves = state.hold_step > state.step + 1;
-        self.hold_step = state.hold_step;
-        self.ramp = Ramp::from_step(plan, state.step + 1, state.hold_step);
+        self.forced.begin(plan, state);
         self.coefficients.clear();
         self.coefficients.extend((0..plan.blocks).map(|n| static_coefficient(plan, state, n)));
         self.find_forced(plan, state);
-        let simd = self.ground.stuck.simd;
+        let simd = self.precomputed.stuck.simd;
         let largest = |values: &[f64]| simd.largest(values);
         // What even the forced part does not allow needs no closer look.
         let calm = Swing { force_n: vec![0.0; plan.blocks], load_n: vec![0.0; plan.blocks], drive_n: 0.0 };
@@ -175,26 +151,26 @@ impl Jump {
             return refused;
         }
         let (u_scale, v_scale) = (largest(&state.displacement_m), largest(&state.velocity_m_per_s));
-        self.cost_steps += STEPS_OF_MODE * self.ground.modes.rates.len() as u64;
+        self.cost_steps += STEPS_OF_MODE * self.precomputed.modes.rates.len() as u64;
         let left_out = self.take_apart(state);
-        let norms = self.ground.norms;
+        let norms = self.precomputed.norms;
         let mean_n = plan.friction.static_threshold_n.iter().sum::<f64>() / plan.blocks as f64;
-        let enough = MISSED * mean_n / norms.of_forces.force + norms.rounding(u_scale);
+        let enough = MISSED * mean_n / norms.force + norms.of_rounding(self.u.len(), u_scale);
         let off = self.off(most_steps);
         let excess = left_out.max(off) / enough;
         if excess > 1.0 {
             // By how many steps the modes that are not taken need to fall so far.
-            let steps = libm::log(excess) / (0.75 * self.ground.modes.next_falls_by);
+            let steps = libm::log(excess) / (0.75 * self.precomputed.modes.next_falls_by);
             let is_told = steps < (1 << 20) as f64;
             return Attempt::Wait(if is_told { (steps as u64).max(PATIENCE_STEPS / 4) } else { 1 << 12 });
         }
         let missed = left_out + off;
-        let reach_m = u_scale + largest(&self.advance_m) * most_steps as f64;
-        let rounding_n = norms.of_forces.force_rounding(reach_m, v_scale);
+        let reach_m = u_scale + largest(&self.forced.advance_m) * most_steps as f64;
+        let rounding_n = norms.force_rounding(reach_m, v_scale);
         let reserves = [
-            norms.of_forces.force * missed + rounding_n,
+            norms.force * missed + rounding_n,
             norms.load * missed + rounding_n,
-            norms.of_forces.drive * missed + rounding_n * plan.drive.springs.len() as f64,
+            norms.drive * missed + rounding_n * plan.drive.springs.len() as f64,
         ];
         let steps = self.march(plan, state, most_steps, reserves);
         if steps < SHORTEST {
@@ -211,15 +187,18 @@ impl Jump {
 
     /// `a` and `b`.
     fn find_forced(&mut self, plan: &Plan, state: &SliderState) {
-        let Jump { ground, position_m, advance_m, stiff, damped, scratch, .. } = self;
-        let nodes = ground.stuck.lattice.nodes();
-        let (drives, loads) = (f64::from(u8::from(self.moves)), self.ramp.change_n(1.0));
-        for ((b, drive), load) in advance_m.iter_mut().zip(&ground.by_drive_m).zip(&ground.by_load_m) {
+        let Jump { precomputed, forced, stiff, damped, scratch, .. } = self;
+        let Forced { position_m, advance_m, moves, ramp, .. } = forced;
+        let nodes = precomputed.stuck.lattice.nodes();
+        let (drives, loads) = (f64::from(u8::from(*moves)), ramp.change_n(1.0));
+        for ((b, drive), load) in
+            advance_m.iter_mut().zip(&precomputed.by_drive_m).zip(&precomputed.by_load_m)
+        {
             *b = drives * drive + loads * load;
         }
-        ground.stuck.products(stiff, damped, advance_m, advance_m);
+        precomputed.stuck.products(stiff, damped, advance_m, advance_m);
         for (a, damped) in position_m.iter_mut().zip(&*damped) {
-            *a = -damped / ground.stuck.step_s;
+            *a = -damped / precomputed.stuck.step_s;
         }
         let kt = plan.friction.interfacial_stiffness_n_per_m;
         for (a, anchor_m) in position_m.iter_mut().zip(&state.stick_position_m) {
@@ -229,19 +208,19 @@ impl Jump {
         for spring in &plan.drive.springs {
             position_m[spring.block] += spring.force_n(point_m, 0.0);
         }
-        for (node, load_n) in ground.stuck.lattice.top_row().zip(&plan.top_load_n) {
-            position_m[nodes + node] -= self.ramp.load.scaled_n(*load_n);
+        for (node, load_n) in precomputed.stuck.lattice.top_row().zip(&plan.top_load_n) {
+            position_m[nodes + node] -= ramp.load.scaled_n(*load_n);
         }
-        ground.stuck.solve(position_m, scratch);
+        precomputed.stuck.solve(position_m, scratch);
     }
 
     /// Finds the coordinates of what is not forced; the norm of what they leave out.
     fn take_apart(&mut self, state: &SliderState) -> f64 {
-        let Jump { ground, position_m, advance_m, coordinates, u, w, stiff, damped, scratch, .. } = self;
-        let (stuck, modes) = (&ground.stuck, &ground.modes);
+        let Jump { precomputed, forced, coordinates, u, w, stiff, damped, scratch, .. } = self;
+        let (stuck, modes) = (&precomputed.stuck, &precomputed.modes);
         for n in 0..u.len() {
-            u[n] = state.displacement_m[n] - position_m[n];
-            w[n] = stuck.step_s * state.velocity_m_per_s[n] - advance_m[n];
+            u[n] = state.displacement_m[n] - forced.position_m[n];
+            w[n] = stuck.step_s * state.velocity_m_per_s[n] - forced.advance_m[n];
         }
         coordinates.re.clear();
         coordinates.im.clear();
@@ -264,12 +243,12 @@ impl Jump {
             modes.add(stuck, &found, modes.rates.len(), u, w);
         }
         stuck.products(stiff, damped, u, w);
-        invariant(stuck, u, w, stiff, damped).sqrt()
+        invariant_of_products((stuck.mass_kg, stuck.step_s), [u, w], [stiff, damped]).sqrt()
     }
 
-    /// What the modes are off by over so many steps.
+    /// The error of the modes, summed over a number of steps.
     fn off(&self, steps: u64) -> f64 {
-        let modes = &self.ground.modes;
+        let modes = &self.precomputed.modes;
         let sizes = sizes(&self.coordinates);
         let parts = sizes.iter().zip(&modes.off).zip(&modes.rates).map(|((size, off), s)| {
             let falls_by = 1.0 - (Complex::ONE + *s).size();
@@ -302,13 +281,13 @@ impl Jump {
 
     fn grown(&self, steps: u64) -> Coordinates {
         let mut coordinates = self.coordinates.clone();
-        coordinates.grow_by(&self.ground.modes.powers.growth(steps));
+        coordinates.grow_by(&self.precomputed.modes.powers.growth(steps));
         coordinates
     }
 
     /// How much the modes may add from there on.
     fn swing(&self, plan: &Plan, coordinates: &Coordinates) -> Swing {
-        let Ground { most_force_n, most_load_n, drive_n, .. } = &*self.ground;
+        let Precomputed { most_force_n, most_load_n, drive_n, .. } = &*self.precomputed;
         let contacts = plan.blocks;
         let mut swing = Swing { force_n: vec![0.0; contacts], load_n: vec![0.0; contacts], drive_n: 0.0 };
         for (mode, size) in sizes(coordinates).into_iter().enumerate() {
@@ -335,7 +314,8 @@ impl Jump {
         let [of_force, of_load, of_drive] = reserves;
         let mut clearance = Clearance::ENDLESS;
         for n in 0..plan.blocks {
-            let [force, rate, load, load_rate] = self.forced_contact(plan, state, n, from as f64);
+            let (force, rate) = self.forced.friction_n(plan, state, n, from as f64);
+            let (load, load_rate) = self.forced_load_n(n, from as f64);
             let mu = self.coefficients[n];
             let bears = load - swing.load_n[n] - of_load;
             let room = mu * bears * (1.0 - ROUNDING) - swing.force_n[n] - of_force;
@@ -345,38 +325,19 @@ impl Jump {
                 return from;
             }
         }
-        if let Some(stop) = StopForce::of(plan, state.hold_step) {
-            let forced = self.forced_drive(plan, state, from as f64);
-            let reserves = [swing.drive_n, of_drive];
-            let load = (self.ramp.ahead(from as f64), self.ramp);
-            if !clearance.stays_below_stop(stop, load, forced, reserves) {
-                return from;
-            }
+        let swing = [swing.drive_n, of_drive];
+        if !self.forced.stays_below_stop(plan, from as f64, swing, &mut clearance) {
+            return from;
         }
         from.saturating_add(clearance.steps())
     }
 
-    /// Force and load on a contact by the forced part so many steps into the jump, and what they
-    /// change by in a step.
-    fn forced_contact(&self, plan: &Plan, state: &SliderState, n: usize, into: f64) -> [f64; 4] {
-        let (kt, kf) =
-            (plan.friction.interfacial_stiffness_n_per_m, self.ground.stuck.lattice.foundation_n_per_m);
-        let z = self.ground.stuck.lattice.nodes() + n;
-        let (rate, load_rate) = (kt * self.advance_m[n], -kf * self.advance_m[z]);
-        let force = kt * (self.position_m[n] - state.stick_position_m[n]) + into * rate;
-        [force, rate, -kf * self.position_m[z] + into * load_rate, load_rate]
-    }
-
-    /// The same of the sum of the driving forces.
-    fn forced_drive(&self, plan: &Plan, state: &SliderState, into: f64) -> (f64, f64) {
-        let point_m = plan.drive_point_m(state.step + 1, state.hold_step);
-        let advance_m = if self.moves { plan.drive.velocity_m_per_s * self.ground.stuck.step_s } else { 0.0 };
-        let (mut force, mut rate) = (0.0, 0.0);
-        for spring in &plan.drive.springs {
-            force += spring.force_n(point_m, self.position_m[spring.block]);
-            rate += spring.stiffness_n_per_m * (spring.direction * advance_m - self.advance_m[spring.block]);
-        }
-        (force + into * rate, rate)
+    /// What a contact bears by the forced part `into` steps after the first, and its change in a step.
+    fn forced_load_n(&self, contact: usize, into: f64) -> (f64, f64) {
+        let lattice = &self.precomputed.stuck.lattice;
+        let (kf, z) = (lattice.foundation_n_per_m, lattice.nodes() + contact);
+        let rate = -kf * self.forced.advance_m[z];
+        (-kf * self.forced.position_m[z] + into * rate, rate)
     }
 
     /// Whether nothing switches on a short stretch, with the modes at both ends of it.
@@ -388,7 +349,8 @@ impl Jump {
         coordinates: &Coordinates,
         [of_force, of_load, of_drive]: [f64; 3],
     ) -> bool {
-        let Ground { modes, force_n, load_n, most_force_n, most_load_n, drive_n, .. } = &*self.ground;
+        let Precomputed { modes, force_n, load_n, most_force_n, most_load_n, drive_n, .. } =
+            &*self.precomputed;
         let contacts = plan.blocks;
         let ends = [coordinates.clone(), self.grown(to)];
         let bend = (to - from) as f64 * (to - from) as f64 / 8.0;
@@ -410,7 +372,8 @@ impl Jump {
                 bent[1] += more * most_load_n[at];
             }
             [from, to].into_iter().enumerate().all(|(end, into)| {
-                let [force, _, load, _] = self.forced_contact(plan, state, n, into as f64);
+                let (force, _) = self.forced.friction_n(plan, state, n, into as f64);
+                let (load, _) = self.forced_load_n(n, into as f64);
                 let bears = load + loads[end] - bent[1];
                 let room = self.coefficients[n] * bears * (1.0 - ROUNDING) - bent[0];
                 bears > 0.0 && (force + forces[end]).abs() < room
@@ -421,38 +384,36 @@ impl Jump {
         are_clear
             && [from, to].into_iter().zip(&ends).all(|(into, c)| {
                 let swing: f64 = (0..drive_n.len()).map(|mode| part(&drive_n[mode], c, mode)).sum();
-                let (force, _) = self.forced_drive(plan, state, into as f64);
-                let goal = stop.under_n(self.ramp.ahead(into as f64)) * (1.0 - ROUNDING);
+                let (force, _) = self.forced.drive_n(plan, into as f64);
+                let goal = stop.under_n(self.forced.ramp.ahead(into as f64)) * (1.0 - ROUNDING);
                 force + swing + bent + of_drive < goal
             })
     }
 
     /// Writes the state after `into` steps of the jump, without forces.
     pub(crate) fn land(&mut self, into: u64, state: &mut SliderState) {
-        let modes = self.ground.modes.rates.len();
+        let modes = self.precomputed.modes.rates.len();
         let coordinates = self.grown(into);
         self.compose(into, &coordinates, modes, state);
     }
 
-    /// The same for a sample, without modes that change nothing.
+    /// Writes the state for a sample, without modes that change nothing.
     pub(crate) fn sample(&mut self, into: u64, state: &mut SliderState) {
         let coordinates = self.grown(into);
-        let least = NEGLIGIBLE * self.ground.stuck.simd.largest(&self.position_m);
+        let least = NEGLIGIBLE * self.precomputed.stuck.simd.largest(&self.forced.position_m);
         let last = sizes(&coordinates).iter().rposition(|size| *size > least);
         self.compose(into, &coordinates, last.map_or(0, |last| last + 1), state);
     }
 
     fn compose(&mut self, into: u64, coordinates: &Coordinates, modes: usize, state: &mut SliderState) {
-        let Jump { ground, position_m, advance_m, u, w, .. } = self;
+        let Jump { precomputed, forced, u, w, .. } = self;
         u.fill(0.0);
-        w.copy_from_slice(advance_m);
-        ground.modes.add(&ground.stuck, coordinates, modes, u, w);
-        for n in 0..u.len() {
-            state.displacement_m[n] = position_m[n] + (into as f64 * advance_m[n] + u[n]);
-            state.velocity_m_per_s[n] = w[n] / ground.stuck.step_s;
+        w.copy_from_slice(&forced.advance_m);
+        precomputed.modes.add(&precomputed.stuck, coordinates, modes, u, w);
+        for (velocity_m_per_s, w) in state.velocity_m_per_s.iter_mut().zip(&*w) {
+            *velocity_m_per_s = w / precomputed.stuck.step_s;
         }
-        state.step = self.from_step + into;
-        state.sliding = 0;
+        forced.write(into, u, state);
     }
 
     /// Brings the ledger of a state up to `into` steps of the jump, where the state stands.
@@ -472,9 +433,9 @@ impl Jump {
         state.energy = ledger;
     }
 
-    /// `sum z^i` over so many steps of each mode, times what the mode does.
+    /// `sum z^i` of each mode over the steps of `growth`, times its effect.
     fn summed(&self, growth: &Coordinates, of: &[Complex]) -> f64 {
-        let rates = self.ground.modes.rates.iter();
+        let rates = self.precomputed.modes.rates.iter();
         let parts = rates.zip(of).enumerate().map(|(mode, (s, of))| {
             let c = Complex { re: self.coordinates.re[mode], im: self.coordinates.im[mode] };
             let grown = Complex { re: growth.re[mode], im: growth.im[mode] };
@@ -484,33 +445,31 @@ impl Jump {
     }
 
     fn drive_work_j(&self, plan: &Plan, into: u64) -> f64 {
-        let moving = into.min(self.hold_step.saturating_sub(self.from_step));
-        let advance_m = plan.drive.velocity_m_per_s * self.ground.stuck.step_s;
+        let Forced { position_m, from_step, hold_step, .. } = &self.forced;
+        let moving = into.min(hold_step.saturating_sub(*from_step));
+        let advance_m = plan.drive.velocity_m_per_s * self.precomputed.stuck.step_s;
         if moving == 0 || advance_m == 0.0 {
             return 0.0;
         }
         // Where the point stops on the way, it does so in the first step.
         let count = moving as f64;
-        let growth = self.ground.modes.powers.growth(moving);
-        let point_m = plan.drive_point_m(self.from_step + 1, u64::MAX);
-        let (mut force, mut rate) = (0.0, 0.0);
-        for spring in &plan.drive.springs {
-            force += spring.force_n(point_m - 0.5 * advance_m, self.position_m[spring.block]);
-            rate += spring.stiffness_n_per_m * (spring.direction * advance_m - self.advance_m[spring.block]);
-        }
+        let growth = self.precomputed.modes.powers.growth(moving);
+        let point_m = plan.drive_point_m(from_step + 1, u64::MAX) - 0.5 * advance_m;
+        let force = plan.drive.total_force_n(point_m, position_m);
+        let rate = self.forced.drive_rate_n(plan);
         advance_m
-            * (count * (force + 0.5 * (count - 1.0) * rate) + self.summed(&growth, &self.ground.drive_n))
+            * (count * (force + 0.5 * (count - 1.0) * rate) + self.summed(&growth, &self.precomputed.drive_n))
     }
 
     /// `-sum L_j (U_j - U_{j - 1})` with `U = sum F_n u_z` and `L` the load over that of the start,
     /// linear in time.
     fn load_work_j(&self, plan: &Plan, into: u64) -> f64 {
-        let Ground { stuck, modes, pressed_j, .. } = &*self.ground;
+        let Precomputed { stuck, modes, pressed_j, .. } = &*self.precomputed;
         let nodes = stuck.lattice.nodes();
         let count = into as f64;
-        let (first, rate) = (self.ramp.load.scaled_n(1.0), self.ramp.change_n(1.0));
+        let (first, rate) = (self.forced.ramp.load.scaled_n(1.0), self.forced.ramp.change_n(1.0));
         let parts = stuck.lattice.top_row().zip(&plan.top_load_n);
-        let advance_j: f64 = parts.map(|(node, load_n)| load_n * self.advance_m[nodes + node]).sum();
+        let advance_j: f64 = parts.map(|(node, load_n)| load_n * self.forced.advance_m[nodes + node]).sum();
         let mut work_j = advance_j * (count * first + rate * (count * (count - 1.0) / 2.0));
         let growth = modes.powers.growth(into);
         for (mode, (&s, &pressed)) in modes.rates.iter().zip(pressed_j).enumerate() {
@@ -525,9 +484,9 @@ impl Jump {
 
     /// As [`crate::energy`] derives the work of the scheme, for any stiffness and damping.
     fn worth(&mut self, plan: &Plan, state: &SliderState, into: u64) -> Worth {
-        let &mut Jump { moves, hold_step, ramp, .. } = self;
-        let Jump { ground, stiff, damped, scratch, u: du, w: dv, .. } = self;
-        let stuck = &ground.stuck;
+        let Forced { moves, hold_step, ramp, .. } = self.forced;
+        let Jump { precomputed, stiff, damped, scratch, u: du, w: dv, .. } = self;
+        let stuck = &precomputed.stuck;
         let (dt, mass, nodes) = (stuck.step_s, stuck.mass_kg, stuck.lattice.nodes());
         let (u, v) = (&state.displacement_m, &state.velocity_m_per_s);
         let simd = stuck.simd;

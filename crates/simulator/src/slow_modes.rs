@@ -1,0 +1,12 @@
+//! The slow modes of a stuck lattice, by which it jumps ([`crate::jump::lattice`]): the stuck lattice with
+//! its stiffness as a band ([`stuck`]), its slow modes by Arnoldi's iteration ([`arnoldi`], [`eigen`]), and
+//! what all jumps of a run share ([`precomputed`]).
+
+mod arnoldi;
+mod eigen;
+mod precomputed;
+mod stuck;
+
+pub(crate) use arnoldi::sizes;
+pub(crate) use precomputed::Precomputed;
+pub(crate) use stuck::StuckLattice;

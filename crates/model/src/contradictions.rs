@@ -2,7 +2,7 @@
 
 use asperity_record::TimeGrid;
 
-use crate::choices::{DriveKind, Reattach, ScheduleFrom, Start};
+use crate::choices::{DriveKind, ScheduleFrom, Start};
 use crate::derive::{coefficients, longest_stable_step_s};
 use crate::keys::{LEAST_MAGNITUDE, MOST_SHEAR_RATIO};
 use crate::plan::Plan;
@@ -146,7 +146,7 @@ fn initial_velocity_is_a_mode_of_the_chain(scenario: &Scenario, refusals: &mut R
 }
 
 fn left_right_drives_need_the_two_way_rule(scenario: &Scenario, refusals: &mut Refusals<'_>) {
-    let one_way = sticks_by_springs(scenario) && scenario.friction.reattach == Reattach::OneWay;
+    let one_way = sticks_by_springs(scenario) && !scenario.friction.is_two_way();
     if scenario.drive.kind == DriveKind::LeftRight && one_way {
         refusals.refuse(
             "drive.kind",

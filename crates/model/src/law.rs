@@ -9,9 +9,10 @@
 //!
 //! A stuck contact either does not move ([`ContactLaw::HOLDS`]) or is pulled by a friction spring
 //! `-k_t (u - u_stick)`. It detaches where the magnitude of the tangential force reaches its strength,
-//! `mu_s p`, which may grow while it sticks, or more by its law ([`ContactLaw::strength_n`]). A sliding contact feels [`ContactLaw::drag_n`], until
-//! [`ContactLaw::re_attaches`]. A law may remember numbers of each contact ([`ContactLaw::MEMORY`]) and change
-//! them at steps known in advance. Drag is heat; neither it nor the memory stores energy.
+//! `mu_s p`, which may grow while it sticks, or more by its law ([`ContactLaw::strength_n`]). A sliding
+//! contact feels [`ContactLaw::drag_n`], until [`ContactLaw::re_attaches`]. A law may remember numbers of
+//! each contact ([`ContactLaw::MEMORY`]) and change them at steps known in advance. The work of drag is
+//! heat; energy is stored in friction springs alone.
 
 use std::hint::select_unpredictable;
 
@@ -107,8 +108,8 @@ pub trait ContactLaw<const D: usize = 1>: Copy + std::fmt::Debug + PartialEq + S
     /// How many numbers a contact remembers from step to step, besides its anchor and whether it slides. They
     /// begin as 0, and checkpoints save them.
     ///
-    /// A law with memory has no [`ContactLaw::affine`] form, so that solvers leap only while all contacts
-    /// stick; there the memory must not change but in the steps of [`ContactLaw::next_change_step`].
+    /// By a law with memory solvers leap only while all contacts stick, whatever [`ContactLaw::affine`]
+    /// returns. There the memory must not change but in the steps of [`ContactLaw::next_change_step`].
     const MEMORY: usize = 0;
 
     /// The force at which a stuck contact detaches, N: at least `static_n`, which is `mu_s p` with its

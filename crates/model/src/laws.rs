@@ -84,11 +84,12 @@ macro_rules! laws {
                 }
             }
 
-            /// [`ContactLaw::affine`].
+            /// [`ContactLaw::affine`], of a law without memory.
             pub fn affine(self) -> Option<Affine> {
-                match self {
+                let form = match self {
                     $(Law::$law(law) => law.affine(),)*
-                }
+                };
+                form.filter(|_| self.memory() == 0)
             }
 
             /// [`ContactLaw::MEMORY`].

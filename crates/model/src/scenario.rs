@@ -246,11 +246,16 @@ impl Friction {
     /// The contact law with its numbers.
     pub fn contact_law(&self) -> Law {
         let keys = LawKeys {
-            is_two_way: self.reattach == Reattach::TwoWay,
+            is_two_way: self.is_two_way(),
             weakening_velocity_m_per_s: self.weakening_velocity_m_per_s,
             radiation_kg_per_s: self.radiation_kg_per_s,
         };
         Law::of(self.law, &keys)
+    }
+
+    /// Whether a sliding contact re-attaches where its velocity changes sign, whichever way it slid.
+    pub(crate) fn is_two_way(&self) -> bool {
+        self.reattach == Reattach::TwoWay
     }
 }
 

@@ -1,6 +1,6 @@
 //! Warnings about scenarios that are accepted but may surprise whoever runs them.
 
-use crate::choices::{DriveKind, Energies, Reattach, Start};
+use crate::choices::{DriveKind, Energies, Start};
 use crate::derive::ADVISED_SHARE;
 use crate::initial;
 use crate::plan::Plan;
@@ -71,8 +71,7 @@ fn fronts(scenario: &Scenario, plan: &Plan) -> Option<String> {
 
 /// Warns of a re-attachment rule by which the contacts of a slab chatter.
 fn chatter(scenario: &Scenario, plan: &Plan) -> Option<String> {
-    let is_two_way = scenario.friction.reattach == Reattach::TwoWay;
-    (is_two_way && plan.elastic.freedoms_per_node() > 1).then(|| {
+    (scenario.friction.is_two_way() && plan.elastic.freedoms_per_node() > 1).then(|| {
         "friction.reattach = \"two-way\": the contacts of a slab chatter by it, thousands of times where by \
          \"one-way\" there are a dozen events"
             .to_owned()
@@ -133,8 +132,7 @@ fn beyond_at_start(scenario: &Scenario, plan: &Plan) -> Option<String> {
     let ratio = |n: usize| force_n[n].abs() / threshold_n[n];
     let beyond: Vec<usize> = (0..plan.blocks).filter(|&n| threshold_n[n] > 0.0 && ratio(n) >= 1.0).collect();
     let most = *beyond.iter().max_by(|a, b| ratio(**a).total_cmp(&ratio(**b)))?;
-    let re_attaches =
-        scenario.friction.reattach == Reattach::TwoWay && plan.friction.interfacial_stiffness_n_per_m > 0.0;
+    let re_attaches = scenario.friction.is_two_way() && plan.friction.interfacial_stiffness_n_per_m > 0.0;
     let (how_far, then, again) = match beyond.len() {
         1 => (
             format!("{} times it", times(ratio(most))),

@@ -24,7 +24,7 @@
 //! - `seen`: what stays of a run that goes by.
 //! - `study`: what a page is made of.
 //! - `symbols`: symbols and numbers as they are printed.
-//! - `slab_sketch`, `sketch`: the model of a scenario, drawn.
+//! - `slab_sketch`, `sketch`: the model of a scenario, drawn with `pen`.
 //! - `asked`: the parameters of scenarios.
 //! - `claims`, `figures`, `runs`: parts of the page.
 //! - `contents`: what a folder says of its page.
@@ -36,6 +36,7 @@ mod contents;
 mod figures;
 mod index;
 mod page;
+mod pen;
 mod runs;
 mod seen;
 mod sketch;

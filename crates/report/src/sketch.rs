@@ -1,12 +1,10 @@
 //! The model of a scenario, drawn: blocks, springs, contacts, drive and normal load.
 
 use asperity_model::{DriveKind, Plan, Scenario};
-use asperity_page::markup::text;
 
+use crate::pen::{Pen, WIDTH, length_label, load_label, velocity_label};
 use crate::slab_sketch;
-use crate::symbols::spelled;
 
-const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 216.0;
 /// Where the surface is, and how large a block is.
 const SURFACE: f64 = 170.0;
@@ -78,7 +76,7 @@ struct Sketch<'a> {
     /// The blocks that are drawn, from 0, and the place left of which there is a gap.
     blocks: Vec<usize>,
     gap_before: Option<usize>,
-    out: String,
+    pen: Pen,
 }
 
 impl Sketch<'_> {
@@ -89,22 +87,17 @@ impl Sketch<'_> {
         } else {
             (vec![0, 1, 2, 3, last - 1, last], Some(4))
         };
-        Sketch { plan, kind, blocks, gap_before, out: String::new() }
+        Sketch { plan, kind, blocks, gap_before, pen: Pen::default() }
     }
 
     fn svg(mut self, words: &str) -> String {
-        self.surface();
+        self.pen.surface([70.0, WIDTH - 70.0], SURFACE);
         self.chain();
         self.loads();
         self.drive();
         // Without a bar above there is nothing above the loads.
         let from = if self.has_top_drive() { 0.0 } else { self.top() - 5.0 - LONGEST - 10.0 };
-        format!(
-            "<svg class=\"sketch\" viewBox=\"0 {from} {WIDTH} {}\" role=\"img\" aria-label=\"{}\">{}</svg>\n",
-            HEIGHT - from,
-            text(words),
-            self.out
-        )
+        self.pen.svg(from, HEIGHT, words)
     }
 
     /// The middle of the block in a place.
@@ -113,55 +106,6 @@ impl Sketch<'_> {
         let shift = usize::from(self.gap_before.is_some_and(|gap| place >= gap));
         let pitch = (WIDTH - 260.0) / (places.max(2) - 1) as f64;
         130.0 + (place + shift) as f64 * pitch
-    }
-
-    fn path(&mut self, class: &str, d: &str) {
-        self.out += &format!("<path class=\"{class}\" d=\"{d}\"/>");
-    }
-
-    fn words(&mut self, x: f64, y: f64, anchor: &str, html: &str) {
-        self.out += &format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{html}</text>");
-    }
-
-    /// A zigzag from one point to another.
-    fn spring(&mut self, from: [f64; 2], to: [f64; 2]) {
-        let along = [to[0] - from[0], to[1] - from[1]];
-        let length = along[0].hypot(along[1]);
-        let (unit, across) =
-            ([along[0] / length, along[1] / length], [-along[1] / length, along[0] / length]);
-        let straight = 0.16 * length;
-        let (turns, size) = (8, if length > 30.0 { 5.0 } else { 3.5 });
-        let mut d = format!("M{:.1} {:.1}", from[0], from[1]);
-        for turn in 0..=turns {
-            let at = straight + (length - 2.0 * straight) * f64::from(turn) / f64::from(turns);
-            let side = match turn {
-                0 => 0.0,
-                turn if turn == turns => 0.0,
-                turn if turn % 2 == 0 => -size,
-                _ => size,
-            };
-            let point =
-                [from[0] + unit[0] * at + across[0] * side, from[1] + unit[1] * at + across[1] * side];
-            d += &format!("L{:.1} {:.1}", point[0], point[1]);
-        }
-        d += &format!("L{:.1} {:.1}", to[0], to[1]);
-        self.path("s", &d);
-    }
-
-    fn arrow(&mut self, from: [f64; 2], to: [f64; 2]) {
-        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-        let unit = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
-        let head = length.min(7.0);
-        let side = |sign: f64| {
-            [
-                to[0] - unit[0] * head - sign * unit[1] * head * 0.45,
-                to[1] - unit[1] * head + sign * unit[0] * head * 0.45,
-            ]
-        };
-        let (a, b) = (side(1.0), side(-1.0));
-        self.path("s", &format!("M{:.1} {:.1}L{:.1} {:.1}", from[0], from[1], to[0], to[1]));
-        let head = format!("M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z", to[0], to[1], a[0], a[1], b[0], b[1]);
-        self.path("h", &head);
     }
 
     /// Whether blocks stand on springs.
@@ -173,18 +117,6 @@ impl Sketch<'_> {
         if self.on_springs() { TOP } else { SURFACE - BLOCK[1] - 1.0 }
     }
 
-    fn surface(&mut self) {
-        let (left, right) = (70.0, WIDTH - 70.0);
-        self.path("g", &format!("M{left} {SURFACE}H{right}"));
-        let mut d = String::new();
-        let mut x = left + 6.0;
-        while x < right {
-            d += &format!("M{x:.0} {SURFACE}l-6 7");
-            x += 12.0;
-        }
-        self.path("f", &d);
-    }
-
     fn chain(&mut self) {
         let (top, middle) = (self.top(), self.top() + BLOCK[1] / 2.0);
         for place in 0..self.blocks.len() {
@@ -193,11 +125,11 @@ impl Sketch<'_> {
                 let before = self.x(place - 1) + BLOCK[0] / 2.0;
                 let next = x - BLOCK[0] / 2.0;
                 if self.gap_before == Some(place) {
-                    self.words((before + next) / 2.0, middle + 4.0, "middle", "· · ·");
+                    self.pen.words((before + next) / 2.0, middle + 4.0, "middle", "· · ·");
                 } else {
-                    self.spring([before, middle], [next, middle]);
+                    self.pen.spring([before, middle], [next, middle]);
                     if place == 1 {
-                        self.words(
+                        self.pen.words(
                             (before + next) / 2.0,
                             middle - 10.0,
                             "middle",
@@ -207,26 +139,26 @@ impl Sketch<'_> {
                 }
             }
             let left = x - BLOCK[0] / 2.0;
-            self.out += &format!(
+            self.pen.out += &format!(
                 "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{}\" height=\"{}\"/>",
                 BLOCK[0], BLOCK[1]
             );
             let number = (self.blocks[place] + 1).to_string();
-            self.words(x, middle + 4.5, "middle", &number);
+            self.pen.words(x, middle + 4.5, "middle", &number);
             if self.on_springs() {
-                self.spring([x, top + BLOCK[1]], [x, SURFACE]);
+                self.pen.spring([x, top + BLOCK[1]], [x, SURFACE]);
                 if place == 0 {
                     let label = "<tspan class=\"i\">k</tspan><tspan class=\"d\" dy=\"3\">t</tspan>";
-                    self.words(x + 10.0, (top + BLOCK[1] + SURFACE) / 2.0 + 5.0, "start", label);
+                    self.pen.words(x + 10.0, (top + BLOCK[1] + SURFACE) / 2.0 + 5.0, "start", label);
                 }
             }
         }
         let last = self.x(self.blocks.len() - 1);
         let end = "μ<tspan class=\"d\" dy=\"3\">s</tspan><tspan dy=\"-3\">, μ</tspan><tspan class=\"d\" dy=\"3\">d</tspan>";
-        self.words(last + 30.0, SURFACE - 6.0, "start", end);
+        self.pen.words(last + 30.0, SURFACE - 6.0, "start", end);
         let span = if self.plan.blocks > 1 { SURFACE + 30.0 } else { SURFACE };
         let (from, to) = (self.x(0), last);
-        self.path(
+        self.pen.path(
             "f",
             &format!(
                 "M{from:.1} {:.1}v8M{to:.1} {:.1}v8M{from:.1} {span:.1}H{to:.1}",
@@ -234,8 +166,8 @@ impl Sketch<'_> {
                 span - 4.0
             ),
         );
-        let length = format!("<tspan class=\"i\">L</tspan> = {}", spelled(self.plan.length_m, "m"));
-        self.out += &format!(
+        let length = length_label(self.plan);
+        self.pen.out += &format!(
             "<text class=\"over\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{length}</text>",
             (from + to) / 2.0,
             span + 4.5
@@ -253,14 +185,10 @@ impl Sketch<'_> {
         for place in 0..self.blocks.len() {
             let share = self.plan.normal_load_n[self.blocks[place]].abs() / most;
             let x = self.x(place) + beside;
-            self.arrow([x, foot - (LONGEST * share).max(2.0)], [x, foot]);
+            self.pen.arrow([x, foot - (LONGEST * share).max(2.0)], [x, foot]);
         }
-        let label = format!(
-            "<tspan class=\"i\">F</tspan><tspan class=\"d\" dy=\"3\">N</tspan><tspan dy=\"-3\"> = {}</tspan>",
-            spelled(self.plan.total_normal_load_n, "N")
-        );
         let last = self.x(self.blocks.len() - 1);
-        self.words(last + 30.0, foot - 12.0, "start", &label);
+        self.pen.words(last + 30.0, foot - 12.0, "start", &load_label(self.plan));
     }
 
     /// Whether a bar above the blocks pulls them.
@@ -270,22 +198,21 @@ impl Sketch<'_> {
 
     fn drive(&mut self) {
         let middle = self.top() + BLOCK[1] / 2.0;
-        let velocity =
-            format!("<tspan class=\"i\">V</tspan> = {}", spelled(self.plan.drive.velocity_m_per_s, "m/s"));
+        let velocity = velocity_label(self.plan);
         if self.has_top_drive() {
             let (left, right) = (self.x(0) - 34.0, self.x(self.blocks.len() - 1) + 34.0);
             let bar = 22.0;
-            self.path("g", &format!("M{left:.1} {bar}H{right:.1}"));
+            self.pen.path("g", &format!("M{left:.1} {bar}H{right:.1}"));
             let stiffness = self.plan.drive.stiffness_n_per_m(self.plan.blocks);
             for place in 0..self.blocks.len() {
                 if stiffness[self.blocks[place]] > 0.0 {
                     let x = self.x(place);
-                    self.spring([x - 12.0, bar], [x - 6.0, self.top()]);
+                    self.pen.spring([x - 12.0, bar], [x - 6.0, self.top()]);
                 }
             }
-            self.words(left - 4.0, bar + 30.0, "end", "<tspan class=\"i\">K</tspan>");
-            self.arrow([left - 44.0, bar], [left - 8.0, bar]);
-            self.words(left - 48.0, bar - 8.0, "start", &velocity);
+            self.pen.words(left - 4.0, bar + 30.0, "end", "<tspan class=\"i\">K</tspan>");
+            self.pen.arrow([left - 44.0, bar], [left - 8.0, bar]);
+            self.pen.words(left - 48.0, bar - 8.0, "start", &velocity);
             return;
         }
         let ends: Vec<(usize, f64)> =
@@ -299,15 +226,15 @@ impl Sketch<'_> {
                 let x = self.x(self.blocks.len() - 1) + BLOCK[0] / 2.0;
                 (x, x + 64.0)
             };
-            self.spring([point, middle], [edge, middle]);
-            self.path("g", &format!("M{point:.1} {:.1}v20", middle - 10.0));
+            self.pen.spring([point, middle], [edge, middle]);
+            self.pen.path("g", &format!("M{point:.1} {:.1}v20", middle - 10.0));
             let above = middle - 22.0;
-            self.arrow([point - 14.0 * direction, above], [point + 14.0 * direction, above]);
+            self.pen.arrow([point - 14.0 * direction, above], [point + 14.0 * direction, above]);
             // Below the spring; where blocks lie on the surface there is no room but above.
             let beside = if self.on_springs() { middle + 22.0 } else { middle - 9.0 };
-            self.words((point + edge) / 2.0, beside, "middle", "<tspan class=\"i\">K</tspan>");
+            self.pen.words((point + edge) / 2.0, beside, "middle", "<tspan class=\"i\">K</tspan>");
             if n == 0 {
-                self.words(point - 30.0, above - 12.0, "start", &velocity);
+                self.pen.words(point - 30.0, above - 12.0, "start", &velocity);
             }
         }
     }

@@ -1,11 +1,9 @@
 //! The model of a slab, drawn: its lattice, the surface, drive and normal load.
 
 use asperity_model::{DriveKind, Lattice, Plan};
-use asperity_page::markup::text;
 
-use crate::symbols::spelled;
+use crate::pen::{Pen, length_label, load_label, velocity_label};
 
-const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 236.0;
 /// Where the lattice stands.
 const LEFT: f64 = 180.0;
@@ -39,13 +37,9 @@ pub(crate) fn sketch(plan: &Plan, lattice: &Lattice, kind: DriveKind) -> String 
     let height = (pitch * (rows - 1) as f64).min(112.0);
     let x = |column: usize| LEFT + column as f64 * pitch;
     let z = |row: usize| BOTTOM - height * row as f64 / (rows - 1) as f64;
-    let mut out = String::new();
-    let mut path = |class: &str, d: &str| out += &format!("<path class=\"{class}\" d=\"{d}\"/>");
-    // The surface, hatched below.
     let surface = BOTTOM + 8.0;
-    path("g", &format!("M{:.1} {surface}H{:.1}", LEFT - 60.0, RIGHT + 60.0));
-    let hatched = (0..40).map(|n| format!("M{:.0} {surface}l-6 7", LEFT - 54.0 + 12.0 * f64::from(n)));
-    path("f", &hatched.collect::<String>());
+    let mut pen = Pen::default();
+    pen.surface([LEFT - 60.0, RIGHT + 60.0], surface);
     let (mut straight, mut diagonal, mut held) = (String::new(), String::new(), String::new());
     for row in 0..rows {
         straight += &format!("M{:.1} {:.1}H{:.1}", LEFT, z(row), RIGHT);
@@ -63,19 +57,18 @@ pub(crate) fn sketch(plan: &Plan, lattice: &Lattice, kind: DriveKind) -> String 
             }
         }
     }
-    path("s", &straight);
-    path("f", &diagonal);
-    path("s", &held);
+    pen.path("s", &straight);
+    pen.path("f", &diagonal);
+    pen.path("s", &held);
     // The load, from above.
     let top = z(rows - 1);
     let most = plan.top_load_n.iter().fold(0.0, |most: f64, load_n| most.max(*load_n));
     for column in 0..columns {
         let load_n = plan.top_load_n[column * (lattice.columns - 1) / (columns - 1)];
         let length = (ARROW * load_n / most).max(2.0);
-        path("s", &format!("M{:.1} {:.1}V{:.1}", x(column), top - 4.0 - length, top - 4.0));
-        path("h", &format!("M{0:.1} {1:.1}l-2.5 -6h5Z", x(column), top - 4.0));
+        pen.path("s", &format!("M{:.1} {:.1}V{:.1}", x(column), top - 4.0 - length, top - 4.0));
+        pen.path("h", &format!("M{0:.1} {1:.1}l-2.5 -6h5Z", x(column), top - 4.0));
     }
-    let velocity = format!("<tspan class=\"i\">V</tspan> = {}", spelled(plan.drive.velocity_m_per_s, "m/s"));
     let is_top = kind == DriveKind::Top;
     let at = plan.drive.springs.first().map(|spring| {
         let share = (spring.block / lattice.columns) as f64 / (lattice.rows - 1) as f64;
@@ -89,36 +82,23 @@ pub(crate) fn sketch(plan: &Plan, lattice: &Lattice, kind: DriveKind) -> String 
             })
             .collect();
         if is_top {
-            path("g", &format!("M{:.1} {at:.1}H{:.1}", LEFT - 20.0, RIGHT + 20.0));
+            pen.path("g", &format!("M{:.1} {at:.1}H{:.1}", LEFT - 20.0, RIGHT + 20.0));
         } else {
-            path("s", &format!("M{:.1} {at:.1}{zigzag}L{LEFT:.1} {at:.1}", LEFT - 56.0));
+            pen.path("s", &format!("M{:.1} {at:.1}{zigzag}L{LEFT:.1} {at:.1}", LEFT - 56.0));
         }
-        path("s", &format!("M{:.1} {at:.1}h-34", LEFT - 60.0));
-        path("h", &format!("M{:.1} {at:.1}l-7 -3v6Z", LEFT - 60.0));
-        labels.push((LEFT - 156.0, at - 24.0, velocity));
+        pen.path("s", &format!("M{:.1} {at:.1}h-34", LEFT - 60.0));
+        pen.path("h", &format!("M{:.1} {at:.1}l-7 -3v6Z", LEFT - 60.0));
+        labels.push((LEFT - 156.0, at - 24.0, velocity_label(plan)));
         labels.push((LEFT - 36.0, at - 8.0, "<tspan class=\"i\">K</tspan>".to_owned()));
     }
-    let load = format!(
-        "<tspan class=\"i\">F</tspan><tspan class=\"d\" dy=\"3\">N</tspan><tspan dy=\"-3\"> = {}</tspan>",
-        spelled(plan.total_normal_load_n, "N")
-    );
-    labels.push((RIGHT + 12.0, top - 12.0, load));
+    labels.push((RIGHT + 12.0, top - 12.0, load_label(plan)));
     let size = format!("{} × {}", lattice.columns, lattice.rows);
     labels.push((RIGHT + 12.0, (top + BOTTOM) / 2.0, size));
-    labels.push((
-        LEFT,
-        surface + 24.0,
-        format!("<tspan class=\"i\">L</tspan> = {}", spelled(plan.length_m, "m")),
-    ));
+    labels.push((LEFT, surface + 24.0, length_label(plan)));
     for (x, y, html) in labels {
-        out += &format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"start\">{html}</text>");
+        pen.words(x, y, "start", &html);
     }
-    let from = top - ARROW - 34.0;
-    format!(
-        "<svg class=\"sketch\" viewBox=\"0 {from} {WIDTH} {}\" role=\"img\" aria-label=\"{}\">{out}</svg>\n",
-        HEIGHT - from,
-        text(&words)
-    )
+    pen.svg(top - ARROW - 34.0, HEIGHT, &words)
 }
 
 #[cfg(test)]

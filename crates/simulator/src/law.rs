@@ -6,10 +6,12 @@
 use std::fmt::Debug;
 use std::sync::Arc;
 
+use asperity_model::Plan;
 use asperity_model::law::{ContactLaw, Sliding, Stepped, WithLaw, memory_of};
 use asperity_model::laws::Law;
 
 use crate::kernels::{After, Blocks, Moved, Simd, StepWork};
+use crate::state::SliderState;
 
 /// The loops over the contacts of any body, with `D` tangential freedoms each.
 pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
@@ -17,8 +19,9 @@ pub(crate) trait ContactLoops<const D: usize>: Debug + Send + Sync {
     fn rub(&self, contacts: &mut Rubbed<'_, D>);
     /// Sets the bit of every contact that switches in a step, or may where contacts age.
     fn switching(&self, simd: Simd, marks: &mut [u64], after: &After<'_, D>);
-    /// Updates the memory of all contacts, for a law with memory.
-    fn remember(&self, memory: &mut [f64], all: &AfterSwitches<'_, D>);
+    /// Updates the memory of all contacts after a step, by a law with memory: their `mu_d p` in it, and which
+    /// switched, ascending.
+    fn remember(&self, plan: &Plan, state: &mut SliderState, sliding_friction: &[f64], switched: &[usize]);
 }
 
 /// The loops over the nodes of a chain, each of which carries a contact.
@@ -27,19 +30,6 @@ pub(crate) trait ChainLoops: ContactLoops<1> {
     fn step(&self, simd: Simd, new: (&mut [f64], &mut [f64]), tau: &mut [f64], old: &Blocks<'_>) -> bool;
     /// What a step did.
     fn step_work(&self, simd: Simd, moved: &Moved<'_>) -> StepWork;
-}
-
-/// Contacts after a step and its switches.
-pub(crate) struct AfterSwitches<'a, const D: usize> {
-    pub(crate) step: u64,
-    pub(crate) step_s: f64,
-    /// Of each contact.
-    pub(crate) slip: &'a [f64],
-    pub(crate) v: [&'a [f64]; D],
-    /// `mu_d p`.
-    pub(crate) sliding_friction: &'a [f64],
-    /// The contacts that switched, ascending.
-    pub(crate) switched: &'a [usize],
 }
 
 /// Contacts before a step. Vectors have the numbers along each tangential freedom one after the other.
@@ -93,20 +83,21 @@ impl<const D: usize, L: ContactLaw<D>> ContactLoops<D> for Loops<L> {
         simd.switching(marks, after, &self.0);
     }
 
-    fn remember(&self, memory: &mut [f64], all: &AfterSwitches<'_, D>) {
-        let mut switched = all.switched.iter().peekable();
-        for (n, memory) in memory.chunks_exact_mut(L::MEMORY).enumerate() {
-            let (slides, switched) = (all.slip[n] != 0.0, switched.next_if_eq(&&n).is_some());
+    fn remember(&self, plan: &Plan, state: &mut SliderState, sliding_friction: &[f64], switched: &[usize]) {
+        let nodes = plan.elastic.nodes();
+        let mut switched = switched.iter().peekable();
+        for (n, memory) in state.memory.chunks_exact_mut(L::MEMORY).enumerate() {
+            let (slides, switched) = (state.slip[n] != 0.0, switched.next_if_eq(&&n).is_some());
             if slides && switched {
                 continue;
             }
             let after = Stepped {
-                step: all.step,
-                step_s: all.step_s,
+                step: state.step,
+                step_s: plan.grid.step_s(),
                 re_attached: switched,
                 slides,
-                velocity_m_per_s: all.v.map(|along| along[n]),
-                friction_n: all.sliding_friction[n],
+                velocity_m_per_s: std::array::from_fn(|axis| state.velocity_m_per_s[axis * nodes + n]),
+                friction_n: sliding_friction[n],
             };
             self.0.remember(&after, memory);
         }

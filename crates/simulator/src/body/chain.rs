@@ -12,7 +12,7 @@ use asperity_record::Energy;
 use crate::body::{Body, OfPlan};
 use crate::energy::{Accounts, Bookkeeping};
 use crate::kernels::{After, Blocks, Moved, Simd, Steps};
-use crate::law::{AfterSwitches, ChainLoops, loops};
+use crate::law::{ChainLoops, loops};
 use crate::state::SliderState;
 use crate::strength::{Load, Strength};
 
@@ -163,15 +163,7 @@ impl Body for ChainBody {
     }
 
     fn remember(&self, plan: &Plan, state: &mut SliderState, switched: &[usize]) {
-        let all = AfterSwitches {
-            step: state.step,
-            step_s: plan.grid.step_s(),
-            slip: &state.slip,
-            v: [&state.velocity_m_per_s],
-            sliding_friction: &self.strength.sliding_friction_n,
-            switched,
-        };
-        self.law.remember(&mut state.memory, &all);
+        self.law.remember(plan, state, &self.strength.sliding_friction_n, switched);
     }
 
     fn former_displacement_m(&self, freedom: usize) -> f64 {

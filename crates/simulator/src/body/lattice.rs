@@ -25,7 +25,7 @@ use crate::body::{Body, OfPlan};
 use crate::energy::Bookkeeping;
 use crate::kernels::{After, Forces, MovedWork, Simd};
 use crate::lattice_energy::stored_j;
-use crate::law::{AfterSwitches, ContactLoops, Rubbed, loops};
+use crate::law::{ContactLoops, Rubbed, loops};
 use crate::state::SliderState;
 use crate::strength::Load;
 
@@ -168,15 +168,7 @@ impl<const D: usize> Body for LatticeBody<D> {
     }
 
     fn remember(&self, plan: &Plan, state: &mut SliderState, switched: &[usize]) {
-        let all = AfterSwitches {
-            step: state.step,
-            step_s: plan.grid.step_s(),
-            slip: &state.slip,
-            v: along(&state.velocity_m_per_s, self.lattice.nodes(), state.slip.len()),
-            sliding_friction: &self.sliding_friction_n,
-            switched,
-        };
-        self.law.remember(&mut state.memory, &all);
+        self.law.remember(plan, state, &self.sliding_friction_n, switched);
     }
 
     fn former_displacement_m(&self, freedom: usize) -> f64 {

@@ -158,9 +158,7 @@ impl Run {
 
 /// Kills real processes at random points of all phases: before the log is begun, while it is
 /// written, while its records are given again, while it gets its name.
-#[test]
-fn killed_two_hundred_times_a_run_ends_as_if_never_killed() {
-    const KILLS_OF_EACH: usize = 42;
+fn killed_a_run_ends_as_if_never_killed(kills_of_each: usize) {
     let mut random = Random::new(1);
     let (mut kills, mut gone_on, mut runs) = (0, 0, 0);
     for scenario in SCENARIOS {
@@ -168,7 +166,7 @@ fn killed_two_hundred_times_a_run_ends_as_if_never_killed() {
         let (mut killed, mut went_on) = (0, 0);
         // How long a run takes follows what else the machine does.
         let mut longest = run.takes.mul_f64(1.1);
-        while killed < KILLS_OF_EACH || went_on < KILLS_OF_EACH / 4 {
+        while killed < kills_of_each || went_on < kills_of_each / 4 {
             let mut child = run.start();
             // Most die young, so that one run goes on again and again.
             let fraction = random.uniform(0.0, 1.0);
@@ -201,9 +199,19 @@ fn killed_two_hundred_times_a_run_ends_as_if_never_killed() {
         run.must_be_equal();
         runs += 1;
     }
-    assert!(kills >= 200, "{kills} kills");
     writeln!(std::io::stdout(), "{kills} kills, {gone_on} times gone on, {runs} runs equal")
         .expect("it is open");
+}
+
+#[test]
+fn killed_often_a_run_ends_as_if_never_killed() {
+    killed_a_run_ends_as_if_never_killed(4);
+}
+
+#[test]
+#[ignore = "a minute of kills: a stage of cargo xtask ci"]
+fn killed_two_hundred_times_a_run_ends_as_if_never_killed() {
+    killed_a_run_ends_as_if_never_killed(42);
 }
 
 /// Kills a run some time after it began, and gives where its unfinished log is.

@@ -456,3 +456,25 @@ fn every_pipeline_resolves_in_both_parameter_sets() {
         }
     }
 }
+
+/// What `cargo xtask test` leaves out to `cargo xtask ci` is what that runs: a name that no test has would
+/// run nothing, and pass.
+#[test]
+fn long_tests_are_run_by_ci() {
+    let list = read(&root().join("xtask/src/ci.rs"));
+    let (_, list) = list.split_once("const LONG_TESTS").expect("it lists them");
+    let (list, _) = list.split_once("];").expect("the list ends");
+    let listed: BTreeSet<String> = list.split('"').skip(1).step_by(2).map(str::to_owned).collect();
+    let mut left_out = BTreeSet::new();
+    for path in files_in(&["tests"]).iter().filter(|path| path.extension().is_some_and(|end| end == "rs")) {
+        let module = path.file_stem().expect("it has a name").to_string_lossy().into_owned();
+        for test in read(path).split("#[ignore = \"").skip(1) {
+            let (reason, test) = test.split_once("\"]").expect("a reason ends");
+            let name = test.split_once("fn ").and_then(|(_, test)| test.split_once('(')).expect("a test").0;
+            if reason.contains("a stage of cargo xtask ci") {
+                left_out.insert(format!("{module}::{name}"));
+            }
+        }
+    }
+    assert_eq!(listed, left_out);
+}

@@ -14,7 +14,8 @@ Examples:
 
 Without python3, or node and npm, or their packages, the tests of those clients
 are skipped, and without Chromium those of the page that asperity diff writes.
-They say so; with ASPERITY_NO_SKIPS=1 in the environment they fail instead.")]
+They say so; with ASPERITY_NO_SKIPS=1 in the environment they fail instead.
+Tests that take minutes and rarely fail are left to cargo xtask ci.")]
 pub(crate) struct TestArguments {
     /// Further arguments of cargo test.
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "ARGUMENTS")]

@@ -172,6 +172,11 @@ impl Running {
     fn measure(&mut self) {
         let id = self.child.id();
         let status = fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
+        // A child that is about to become its program still has the name and the memory of this thread.
+        let own = fs::read_to_string("/proc/thread-self/status").unwrap_or_default();
+        if status.lines().next() == own.lines().next() {
+            return;
+        }
         let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.split_whitespace().next());
         if let Some(kb) = peak.and_then(|kb| kb.parse::<f64>().ok()) {
             self.peak_mb = self.peak_mb.max(kb / 1024.0);

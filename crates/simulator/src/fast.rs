@@ -247,7 +247,7 @@ impl<L: Leaps> Solver for Fast<L> {
                 // changes by itself, nor to the last step.
                 let steady_step = self.plan.steady_until_step(state.step, state.hold_step);
                 let change_step = self.plan.friction.law.next_change_step(&state.memory);
-                let until_step = (self.plan.steps - 1).min(steady_step).min(change_step - 1);
+                let until_step = (self.plan.steps - 1).min(steady_step).min(change_step.saturating_sub(1));
                 let most_steps = until_step.saturating_sub(state.step);
                 let (leaps, mut solver) = self.open();
                 match leaps.open(&mut solver, most_steps) {

@@ -117,11 +117,15 @@ fn step_work<L: ContactLaw>(moved: &Moved<'_>, law: &L) -> StepWork {
     };
     let last = v.len() - 1;
     let (v_next, v_new_next) = (&v[1..], &v_new[1..]);
-    let [friction_w, dampers_w, scheme_j] = sums!(last, (v, v_next, v_new, v_new_next, tau, slip, sliding_friction), |n of from| [
-        rubbing(v[n], v_new[n], tau[n], slip[n], sliding_friction[n], from + n),
-        chain.bond_loss(v_next[n] - v[n], v_new_next[n] - v_new[n]),
-        scheme(v[n], v_new[n], slip[n], chain.bond_energy(v_new_next[n] - v_new[n]))
-    ]);
+    let [friction_w, dampers_w, scheme_j] = sums!(
+        last,
+        (v, v_next, v_new, v_new_next, tau, slip, sliding_friction),
+        |n of from| [
+            rubbing(v[n], v_new[n], tau[n], slip[n], sliding_friction[n], from + n),
+            chain.bond_loss(v_next[n] - v[n], v_new_next[n] - v_new[n]),
+            scheme(v[n], v_new[n], slip[n], chain.bond_energy(v_new_next[n] - v_new[n]))
+        ]
+    );
     StepWork {
         friction_w: friction_w
             + rubbing(v[last], v_new[last], tau[last], slip[last], sliding_friction[last], last),

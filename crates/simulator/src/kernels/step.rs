@@ -38,7 +38,7 @@ pub(crate) struct Blocks<'a> {
     pub(crate) slip: &'a [f64],
     pub(crate) threshold: &'a [f64],
     pub(crate) sliding_friction: &'a [f64],
-    /// Of all contacts, as long as the law has any.
+    /// Of all contacts; empty by a law without.
     pub(crate) memory: &'a [f64],
     /// `dt`, `dt / m` and `k_t`.
     pub(crate) dt: f64,
